@@ -1,4 +1,5 @@
-# What `cmake --install` puts where, in components that packages are made of: server, cli, client-dev.
+# The files that `cmake --install` installs, in the components of the packages: server, cli,
+# client-dev.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
@@ -12,8 +13,8 @@ foreach(program cwm-server cwm cwm-grasp cwm-plan cwm-simulator)
   endif()
 endforeach()
 
-# The C++ client: find_package(cwm), cwm::client. Headers keep the paths that they include each other by, below one folder;
-# <cwm/client.h> has them all.
+# The C++ client: find_package(cwm), cwm::client. Headers keep the paths by which they include each
+# other, below one folder; <cwm/client.h> includes them all.
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/cwm)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/cwm)
 foreach(library client formats proto transfer)

@@ -1,5 +1,5 @@
-# Manual pages and completions, written by the programs themselves once they are built: build/man and build/completion.
-# OPTIONAL, because a build of single targets does not make them.
+# Manual pages and completions, which the built programs write into build/man and build/completion.
+# Installing them is OPTIONAL, because a build of single targets does not make them.
 set(manuals)
 function(cwm_manual program section component)
   if(NOT TARGET ${program})  # some need PCL

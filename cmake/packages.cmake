@@ -1,10 +1,10 @@
-# The Debian packages, one for each component that install.cmake, manuals.cmake and the clients fill.
+# The Debian packages, one for each component of install.cmake, manuals.cmake and the clients.
 install(FILES packaging/cwm-server.service DESTINATION lib/systemd/system COMPONENT server)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME cwm)
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each component brings its own
-# Debian wants one. Until somebody answers for the packages the default says that nobody does.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each component has its own
+# Debian requires a maintainer. The default says that the packages have none yet.
 set(CWM_MAINTAINER "Nobody yet (built locally) <nobody@cwm.invalid>" CACHE STRING
     "who answers for the Debian packages: NAME <ADDRESS>")
 set(CPACK_PACKAGE_CONTACT "${CWM_MAINTAINER}")
@@ -19,7 +19,7 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-# In the same order.
+# Components and their packages, in the same order.
 set(CPACK_COMPONENTS_ALL server cli client-dev python)
 set(CPACK_CWM_PACKAGES cwm-server cwm-cli libcwm-dev python3-cwm)
 

@@ -1,6 +1,7 @@
-# Headers of libraries are compiled once for all targets, for they take longer than our own sources do. What a target links says
-# which: Eigen's, gRPC's and the protos' code as well, GoogleTest's beside either. A source must still include what it uses:
-# the presets dev and tidy read each without them.
+# Headers of libraries are compiled once for all targets, because they take longer than our own
+# sources. The libraries that a target links select them: Eigen's; gRPC's and the protos' as well;
+# GoogleTest's beside either. A source must still include all that it uses: the presets dev and tidy
+# do not precompile.
 
 set(std_headers
     <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <cstdint> <cstring> <deque> <filesystem> <fstream>
@@ -15,7 +16,8 @@ set(links_eigen Eigen3::Eigen)
 set(links_grpc Eigen3::Eigen cwm_proto)
 set(links_test cwm_test_options GTest::gmock)
 
-# Whether TARGET compiles with what any of NAMES asks for: links it, by itself or through what others link in public.
+# Sets RESULT to TRUE if TARGET links any of NAMES, directly or through public links of other
+# targets.
 function(cwm_links result target names)
   set(seen)
   get_target_property(next ${target} LINK_LIBRARIES)
@@ -38,8 +40,8 @@ function(cwm_links result target names)
   endforeach()
 endfunction()
 
-# The target that holds the precompiled headers of KINDS (eigen or grpc, and test beside it), with or without sanitizers; made
-# when first asked for.
+# Sets RESULT to the target that holds the precompiled headers of KINDS (eigen or grpc, and test
+# beside it), with or without sanitizers; it is made on first use.
 function(cwm_precompiled_headers result kinds unsanitized)
   list(JOIN kinds _ name)
   set(name cwm_headers_${name})
@@ -55,7 +57,7 @@ function(cwm_precompiled_headers result kinds unsanitized)
   add_library(${name} OBJECT ${source})
   set_target_properties(${name} PROPERTIES CWM_UNSANITIZED "${unsanitized}")
   target_link_libraries(${name} PRIVATE cwm_options)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)  # else no cache of objects finds anything that was compiled with them
+  if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)  # else ccache never hits
     target_compile_options(${name} PRIVATE -Xclang -fno-pch-timestamp)
   endif()
   foreach(kind ${kinds})
@@ -81,7 +83,7 @@ function(cwm_precompile target)
   get_target_property(unsanitized ${target} CWM_UNSANITIZED)
   cwm_precompiled_headers(headers "${kinds}" "${unsanitized}")
   target_precompile_headers(${target} REUSE_FROM ${headers})
-  # Sources with options of their own cannot take headers that were compiled without these.
+  # Sources with options of their own cannot use headers that were compiled without these.
   get_target_property(sources ${target} SOURCES)
   get_target_property(folder ${target} SOURCE_DIR)
   foreach(source ${sources})
@@ -93,7 +95,7 @@ function(cwm_precompile target)
   endforeach()
 endfunction()
 
-# All targets of ours in FOLDER and below, once all of them are known.
+# Precompiles for all of our own targets in FOLDER and below; called when all of them are defined.
 function(cwm_precompile_all folder)
   get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
   foreach(target ${targets})

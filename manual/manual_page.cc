@@ -7,7 +7,8 @@
 namespace cwm::manual {
 namespace {
 
-// A text that roff shows as it stands: minus signs that can be copied, no accidental requests.
+// The text with the characters escaped that roff would interpret: minus signs stay copyable, and no
+// line becomes a request.
 std::string Escape(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -45,7 +46,7 @@ std::string WithoutIndent(const std::string& line) {
   return first == std::string::npos ? "" : line.substr(first);
 }
 
-// Follows the lines of a description, and knows in which of its parts it stands.
+// Reads a description line by line and tracks the part of it that each line belongs to.
 class DescriptionReader {
  public:
   Description Read(const std::string& description) {
@@ -99,10 +100,10 @@ class DescriptionReader {
 
   Description read_;
   bool in_examples_ = false, in_exit_codes_ = false, at_paragraph_ = true;
-  std::string* open_ = nullptr;  // the part whose lines stand as they are
+  std::string* open_ = nullptr;  // the part whose lines are copied as they are
 };
 
-// One option, its names in bold, its value in italics.
+// The entry of one option: its names in bold, its value in italics.
 std::string OptionEntry(const CLI::Option& option) {
   std::string entry = ".TP\n\\fB" + Escape(option.get_name(option.get_positional(), true)) + "\\fR";
   if (option.get_expected_max() > 0 && !option.get_type_name().empty()) {
@@ -115,7 +116,8 @@ std::string OptionEntry(const CLI::Option& option) {
   return entry + "\n";
 }
 
-// Empty without any. The help's own option is every program's, and a command's is not told again.
+// The entries of all options; empty if there are none. A command's own help option is left out,
+// because every program has it.
 std::string Options(const CLI::App& app, bool with_help) {
   std::string entries;
   for (const CLI::Option* option : app.get_options()) {
@@ -190,7 +192,8 @@ std::string ManualPage(const CLI::App& app, const Facts& facts) {
 void AddManualPage(CLI::App& app, Facts facts) {
   app.add_flag_callback("--manual-page",
                         [&app, facts = std::move(facts)] {
-                          // As CLI11 prints a version: whoever handles that one handles this.
+                          // CLI11 prints a version by this exception, so a caller that handles it
+                          // handles this one.
                           throw CLI::CallForVersion(ManualPage(app, facts), 0);
                         })
       ->group("");

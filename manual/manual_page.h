@@ -1,4 +1,4 @@
-// The manual page of a program, made of what its --help says.
+// Makes the manual page of a program from its --help.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,17 +13,18 @@ struct Variable {
 };
 
 struct Facts {
-  std::string section = "1";  // 8 for what an administrator runs
+  std::string section = "1";  // 8 for programs that an administrator runs
   std::string version;
-  std::vector<Variable> environment = {};  // what it reads
+  std::vector<Variable> environment = {};  // that the program reads
 };
 
-// In roff, for man. The first line of the application's description is its summary ("name: summary"
-// or the summary alone); paragraphs "Examples:" and "Exit codes: N meaning, ..." become sections.
+// The manual page in roff, for man. The first line of the application's description is its summary
+// ("name: summary" or the summary alone); paragraphs "Examples:" and "Exit codes: N meaning, ..."
+// become sections.
 std::string ManualPage(const CLI::App& app, const Facts& facts);
 
-// The option --manual-page, which no help shows and which prints that page as --version prints the
-// version. `app` must outlive its own parsing, as it does.
+// Adds the hidden option --manual-page, which prints that page as --version prints the version.
+// `app` must outlive its own parsing.
 void AddManualPage(CLI::App& app, Facts facts);
 
 }  // namespace cwm::manual

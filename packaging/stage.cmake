@@ -1,4 +1,5 @@
-# Run by CPack once the components are staged: what belongs below /etc, and what Debian wants in every package.
+# Run by CPack after the components are staged: adds the files below /etc and those that Debian
+# requires in every package.
 set(here ${CMAKE_CURRENT_LIST_DIR})
 foreach(component package IN ZIP_LISTS CPACK_COMPONENTS_ALL CPACK_CWM_PACKAGES)
   set(root ${CPACK_TEMPORARY_DIRECTORY}/${component})
@@ -7,7 +8,7 @@ foreach(component package IN ZIP_LISTS CPACK_COMPONENTS_ALL CPACK_CWM_PACKAGES)
   file(COPY ${here}/copyright DESTINATION ${doc} ${readable})
   configure_file(${here}/changelog ${doc}/changelog @ONLY ${readable})
   execute_process(COMMAND gzip -9n ${doc}/changelog COMMAND_ERROR_IS_FATAL ANY)
-  if(component MATCHES "^(server|cli)$")  # their pages draw with it, and it wants its notice beside
+  if(component MATCHES "^(server|cli)$")  # their pages contain three.js, whose notice is required
     file(COPY_FILE ${here}/../clients/web/node_modules/three/LICENSE ${doc}/three.js.LICENSE)
     file(CHMOD ${doc}/three.js.LICENSE ${readable})
   endif()

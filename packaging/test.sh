@@ -1,6 +1,7 @@
 #!/bin/sh
-# The packages on a minimal Debian: installed by apt, a server started as its unit starts it, asked by the command line and by
-# Python. Needs root, mmdebstrap and the same Debian sources as the machine has.
+# Tests the packages on a minimal Debian: installs them with apt, starts a server as its unit does,
+# and queries it with the command line and with Python. Needs root, mmdebstrap and the same Debian
+# sources as the machine has.
 #   test.sh FOLDER_WITH_PACKAGES
 set -eu
 packages=$(readlink -f "$1")
@@ -17,12 +18,12 @@ fail() {
   echo "package test: $*" >&2
   exit 1
 }
-# Replaces the shell, so that the background process that is killed at the end is the program itself.
+# Replaces the shell, so that the background process killed at the end is the program itself.
 become() { exec chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root CWM_ADDR=unix:/run/cwm/cwm.sock "$@"; }
 inside() { (become "$@"); }
 
-# apt installs the packages with what they depend on, and nothing that they only recommend. What a minimal system leaves out
-# of the documentation stays in here: manual pages are looked for.
+# apt installs the packages with their dependencies, without recommended packages. Unlike on other
+# minimal systems the documentation is kept, because manual pages are checked.
 set -- "$packages"/*.deb
 [ -f "$1" ] || fail "no packages in $packages"
 for package in "$@"; do
@@ -49,7 +50,8 @@ for file in etc/default/cwm-server usr/lib/systemd/system/cwm-server.service usr
 done
 gzip -dc "$root/usr/share/man/man1/cwm.1.gz" | grep -q '^.SS ingest' || fail "cwm(1) does not tell of ingest"
 
-# As the unit does, which needs a running systemd: the user, its folder, the socket, the options of /etc/default.
+# Does what the unit does, which needs a running systemd: the user, its folder, the socket, the
+# options of /etc/default.
 inside install -d -o cwm -g cwm /run/cwm
 become setpriv --reuid=cwm --regid=cwm --init-groups \
   sh -c '. /etc/default/cwm-server; exec /usr/bin/cwm-server $CWM_SERVER_OPTIONS --viewer off' &

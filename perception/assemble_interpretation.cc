@@ -15,14 +15,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: of supports, and of an object's parts, as SceneInterpretation::labels promises.
+// chosen: the largest label of a support, and of an object's part (SceneInterpretation::labels).
 constexpr std::uint32_t kMaxLabel = 9;
 
-// label(k) to each of the points, in parallel: every point of the cloud has one owner.
+// Sets the label of each point to label(k), in parallel: every point of the cloud has one owner.
 template <class Label>
 void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& work,
                std::vector<std::uint32_t>& labels, const Label& label) {
-  // So long where the cloud is in no order.
+  // The time of one point in a cloud without any order.
   ParallelFor(points.size(), ItemsPerPiece(10ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) labels[all.cloud_index[points[k]]] = label(k);
   });
@@ -62,7 +62,8 @@ void AssembleInterpretation(const SceneState& state, const AssembleOptions& opti
   const auto hypotheses = state.hypotheses();
   std::vector<DescribedSupport> supports(state.support_count());
   std::vector<MeshedObject> meshed(hypotheses.size());
-  // Supports may hold most of a room's points: they come first, so that none is left to one thread.
+  // Supports may hold most of a room's points. They come first, so that none is left to one thread
+  // at the end.
   ParallelFor(supports.size() + meshed.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (k < supports.size()) {

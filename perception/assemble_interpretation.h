@@ -1,4 +1,5 @@
-// The refined hypotheses of a scan as the interpreter's result (paper, section III, step 8).
+// Converts the refined hypotheses of a scan to the interpreter's result (paper, section III, step
+// 8).
 #pragma once
 
 #include "perception/cloud/work.h"
@@ -10,14 +11,14 @@
 namespace cwm::perception {
 
 struct AssembleOptions {
-  Pose X_WL = Pose::Identity();  // the level frame in the world: a translation
+  Pose X_WL = Pose::Identity();  // from the level frame to the world: a translation
   WorldFloor floor = WorldFloor::kUnknown;
   SurfaceOptions surface;
 };
 
-// Appends supports and objects, with meshes for what of their points no shape explains, labels the
-// points, and counts what is explained. Precondition: result.labels has one label for each point of the
-// cloud, and all hypotheses have models. Throws Stopped when `work` is stopped.
+// Appends supports and objects, with meshes for points that no shape explains, labels the points,
+// and counts the explained ones. Precondition: result.labels has one label per point of the cloud,
+// and all hypotheses have models. Throws Stopped when `work` is stopped.
 void AssembleInterpretation(const SceneState& state, const AssembleOptions& options,
                             const Work& work, SceneInterpretation& result);
 

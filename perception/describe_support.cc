@@ -16,12 +16,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// cited: the arm's reach of the paper (section IV), above the world's floor.
+// cited: the reach of the paper's arm (section IV), above the world's floor.
 constexpr double kMinReach_m = 0.35, kMaxReach_m = 1.5;
-// derived: cells are widened until nearly all hold so many: of points strewn at random, 1 cell in
-// 500 then stays empty.
+// derived: the least number of points per cell; cells are widened until nearly all have it. Of
+// randomly distributed points, 1 cell in 500 then stays empty.
 constexpr std::uint32_t kMinInCell = 4;
-// chosen: wider cells would be as wide as the face.
+// chosen: the least number of cells; wider ones would be as wide as the face.
 constexpr std::size_t kMinCells = 64;
 
 double Area_m2(const Plate& plate) {
@@ -30,10 +30,11 @@ double Area_m2(const Plate& plate) {
   return area;
 }
 
-// Points per cell of a top face. The smallest cells are three pixels of a Kinect at 2 m.
+// The number of points per cell of a top face. The finest cells are three pixels of a Kinect at 2
+// m.
 class Occupancy {
  public:
-  // Points that follow each other lie mostly in one cell.
+  // Adds a point. Consecutive points are mostly in one cell.
   void Add(const Vector3& local) {
     const Cell cell(static_cast<std::int32_t>(std::floor(local.x() / cell_m_)),
                     static_cast<std::int32_t>(std::floor(local.y() / cell_m_)));
@@ -53,7 +54,7 @@ class Occupancy {
     return static_cast<double>(dense) < kNearlyAll * static_cast<double>(counts_.size());
   }
 
-  // The same in cells twice as wide.
+  // The same points in cells of twice the width.
   Occupancy Coarser() const {
     Occupancy coarser;
     coarser.cell_m_ = 2 * cell_m_;
@@ -77,13 +78,13 @@ class Occupancy {
   Cell latest_cell_;
 };
 
-// In cells as narrow as the points allow.
+// The area that points cover, in square metres, in cells as narrow as the points allow.
 double ObservedArea_m2(Occupancy occupancy) {
   while (occupancy.IsSparse() && occupancy.cells() >= kMinCells) occupancy = occupancy.Coarser();
   return occupancy.Area_m2();
 }
 
-// The quality of a top face; what is below it is completed.
+// The quality of a top face; the plate below it is completed.
 FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& points) {
   FitQuality fit;
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
@@ -149,7 +150,7 @@ std::vector<std::uint32_t> BeyondPlate(const SegmentedSupport& support,
     poll();
     const Vector3 local = X_SL * points.points[i].cast<double>();
     const double tolerance = ExplainedWithin_m(points.sigma_m[i]);
-    // Over the top face; holes hold no points of the support.
+    // Tests the top face first; holes contain no points of the support.
     const bool near_top = std::abs(local.z()) <= tolerance;
     if (near_top && outline.Contains(local.head<2>())) continue;
     if (near_top && SignedDistance_m(support.plate.shape, local) <= tolerance) continue;

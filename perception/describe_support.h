@@ -1,4 +1,4 @@
-// A support of the segmented scene as the interpreter's result has it.
+// Converts a support of the segmented scene to one of the interpreter's result.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace cwm::perception {
 
-// Whether z = 0 of the world is known to be its floor: only then supports are judged reachable.
+// States if z = 0 of the world is its floor; only then supports are judged reachable.
 enum class WorldFloor { kKnown, kUnknown };
 
 struct DescribedSupport {
@@ -19,14 +19,14 @@ struct DescribedSupport {
   std::uint64_t explained = 0;  // points within tolerance (ExplainedWithin_m) of its model
 };
 
-// `points` are the scene's, in the level frame L. What of the support's points its plate does not
-// explain (the outline is simplified, the sensor warps) becomes a surface of its own.
+// `points` are the scene's, in the level frame L. Points of the support that its plate does not
+// explain (its outline is simplified, and the sensor has warp) get a surface of their own.
 DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const OrientedPoints& points,
                                  const Pose& X_WL, WorldFloor floor, const SurfaceOptions& options,
                                  const Work& work);
 
-// Those of the support's points that do not lie within tolerance of its plate: neither over its top
-// face nor near its border.
+// The support's points that are not within tolerance of its plate: neither over its top face nor
+// near its border.
 std::vector<std::uint32_t> BeyondPlate(const SegmentedSupport& support,
                                        const OrientedPoints& points, const Work& work);
 

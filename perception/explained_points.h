@@ -1,4 +1,4 @@
-// How much of a scan the model explains, measured against the model and not assumed.
+// Tests which points of a scan the model explains, by their distances from it.
 #pragma once
 
 #include "collision/geometry/hybrid_model.h"
@@ -6,9 +6,9 @@
 
 namespace cwm::perception {
 
-// Whether the point lies within the tolerance (ExplainedWithin_m) of the surface of one of the
-// shapes, `likely` (an index, or negative) asked first; deep inside a solid is a miss. Points and
-// shapes in one frame.
+// True if the point lies within the tolerance (ExplainedWithin_m) of the surface of one of the
+// shapes, tested from `likely` (an index, or negative) on. Points deep inside a solid do not count.
+// Points and shapes are in the same frame.
 bool NearAnyShape(const std::vector<ShapePart>& shapes, std::int32_t likely, const Vector3& point,
                   double tolerance_m);
 

@@ -79,7 +79,7 @@ void WarnOfSegmentation(const SegmentedScene& scene, InterpretReport& report) {
   }
 }
 
-// Steps 1 to 5: normals, table candidates, their planes and polygons, what stands on them.
+// Steps 1 to 5: normals, table candidates, their planes and polygons, and objects on them.
 absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretOptions& options,
                                        const Work& work, InterpretReport& report,
                                        Stopwatch& watch) {
@@ -101,7 +101,7 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
   return SegmentScene(*std::move(measured), segment_options, work);
 }
 
-// Views that were merged err more, and show nothing of what lies between.
+// Merged views have larger errors, and give no information about the space before their points.
 ModelingOptions ModelingOptionsOf(const InterpretOptions& options, const SegmentedScene& scene) {
   ModelingOptions modeling{options.noise, options.modeler};
   if (!scene.sight) {
@@ -125,7 +125,7 @@ SceneState AttachCutOffParts(SceneState state, const InterpretOptions& options, 
   return state;
 }
 
-// Completes the refined shapes where they are hidden, and cuts rims where they are rounded.
+// Completes the hidden parts of refined shapes, and cuts rounded rims.
 SceneState Complete(SceneState state, const InterpretOptions& options, const Work& work) {
   std::vector<ModelPtr> models;
   if (IsEnabled(options, kCompleteBelow)) {
@@ -152,7 +152,7 @@ void AddNotes(const RefinedScene& refined, InterpretReport& report) {
   }
 }
 
-// The paper's section III, step by step.
+// Section III of the paper, step by step.
 absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, InterpretOptions options,
                                               const Work& work) {
   options.noise = NoiseIn(cloud, options.noise);
@@ -170,7 +170,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
       AttachCutOffParts(SceneState(*std::move(scene)), options, work, result.report);
   const SegmentedScene& measured = segmented.measured();
 
-  // Steps 6 and 7: shapes and handles, and what they tell of the hypotheses.
+  // Steps 6 and 7: shapes and handles, and refinement of the hypotheses by them.
   const ModelingOptions modeling = ModelingOptionsOf(options, measured);
   options.noise = modeling.noise;
   const HypothesisModeler modeler(measured, work);
@@ -186,7 +186,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   }
   const SceneState completed = Complete(refined.state, options, work);
 
-  // Step 8: the hybrid model of all, in the world.
+  // Step 8: the hybrid model of the scene, in the world.
   result.labels.assign(cloud.size(), 0);
   AssembleInterpretation(completed,
                          {.X_WL = Pose(Eigen::Translation3d(result.X_WC.translation())),

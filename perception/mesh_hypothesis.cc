@@ -26,7 +26,7 @@ PointSet MembersOf(const std::vector<std::int32_t>& part_of_point, std::size_t p
   return members;
 }
 
-// Builds the model of a sample's points.
+// Builds the hybrid model of a sample's points.
 class HybridBuilder {
  public:
   HybridBuilder(const OrientedPoints& points, const HypothesisModel& model,
@@ -79,7 +79,8 @@ class HybridBuilder {
     }
   }
 
-  // Points that no shape explains, and those whose shape, once bounded, does not reach them.
+  // Meshes points that no shape explains, and points that their shape, once bounded, does not
+  // reach.
   void AddSurface() {
     PointSet remaining;
     for (std::uint32_t k = 0; k < points_.size(); ++k) {
@@ -91,7 +92,7 @@ class HybridBuilder {
     out_.model->surfaces.push_back({std::move(mesh), static_cast<int>(remaining.size())});
   }
 
-  // Meshes the members; those that lie near their mesh are explained.
+  // Meshes the members; those that are near their mesh count as explained.
   Mesh MeshOf(const PointSet& members) {
     Surface surface = ReconstructSurface(Subset(points_, members), options_, work_);
     for (std::uint32_t k : surface.explained) explained_[members[k]] = 1;
@@ -109,7 +110,7 @@ class HybridBuilder {
   MeshedObject out_;
 };
 
-// Counts of a sample become counts of all points.
+// Scales the counts of a sample to all points.
 void ScaleCounts(const PointSample& sample, MeshedObject& object) {
   const auto scale = [&sample](int& count) {
     count = static_cast<int>(sample.Scaled(static_cast<std::uint64_t>(count)));

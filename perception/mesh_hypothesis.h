@@ -1,4 +1,4 @@
-// A modelled hypothesis as a hybrid model: its shapes, its handles, and meshes for what is left.
+// Converts a modelled hypothesis to a hybrid model: shapes, handles, and meshes for other points.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 namespace cwm::perception {
 
 struct MeshedObject {
-  // The object's frame: its origin is the mean of the points in the level frame, its axes are parallel
-  // to that.
+  // The object's frame: its origin is the mean of the points, its axes are parallel to the level
+  // frame's.
   Pose X_LO = Pose::Identity();
   std::shared_ptr<HybridModel> model;  // in the object's frame
   std::uint64_t explained = 0;         // points within tolerance of the model
 };
 
-// Steps 7 and 8 (paper, section III). Precondition: it has a model. Throws Stopped when `work` is
-// stopped.
+// Runs steps 7 and 8 (paper, section III). Precondition: the hypothesis has a model. Throws Stopped
+// when `work` is stopped.
 MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
                             const SurfaceOptions& options, const Work& work);
 

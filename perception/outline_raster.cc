@@ -6,9 +6,9 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: cells along each side: edges run through a few percent of them.
+// chosen: cells along each side; edges cross a few percent of them.
 constexpr int kSide = 64;
-// derived: of a cell: rounding of doubles moves no point and no edge by as much.
+// derived: a tolerance in cells; rounding of doubles moves points and edges by less.
 constexpr double kSlack = std::numeric_limits<float>::epsilon();
 
 int CellOf(double in_cells) { return std::clamp(static_cast<int>(in_cells), 0, kSide - 1); }
@@ -41,7 +41,7 @@ OutlineRaster::Place& OutlineRaster::At(int column, int row) {
   return cells_[static_cast<std::size_t>(row) * kSide + static_cast<std::size_t>(column)];
 }
 
-// Row by row: the cells between where the edge enters the row and where it leaves it.
+// Marks, row by row, the cells between the places where the edge enters and leaves the row.
 void OutlineRaster::MarkEdge(const Vector2& a, const Vector2& b) {
   const Vector2& low = a.y() <= b.y() ? a : b;
   const Vector2& high = a.y() <= b.y() ? b : a;

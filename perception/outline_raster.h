@@ -1,4 +1,4 @@
-// Whether points lie in a polygon, for very many of them.
+// Tests for very many points if they lie in a polygon.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,9 @@
 
 namespace cwm::perception {
 
-// Says the same as Contains(outline, point): cells that no edge runs through are inside or outside
-// as a whole, and only in the others the polygon is asked. It must outlive this.
+// Gives the same result as Contains(outline, point): cells that no edge crosses are completely
+// inside or outside, and only points in the others are tested with the polygon, which must outlive
+// this.
 class OutlineRaster {
  public:
   explicit OutlineRaster(const Polygon& outline);

@@ -13,8 +13,9 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: beyond what a sensor measures lies little; a scene that is 100 times too large lies there
-// as a whole. Maps of many views have their origin anywhere in a building.
+// chosen: the largest range of points in merged views. Few points lie beyond a sensor's range, and
+// a scene that is 100 times too large lies there completely. Maps of many views have their origin
+// anywhere in a building.
 constexpr double kWidestMap_m = 100;
 struct WorkingRange {
   const char* sensor;
@@ -39,19 +40,19 @@ WorkingRange RangeOf(SensorModel model) {
   return {"a sensor of that sigma", 0, kWidestMap_m};
 }
 
-// chosen: of the nearest that a sensor measures. Coordinates in a body's frame begin beside the
-// sensor: what is near that place may be far from it.
+// chosen: the share of a sensor's least range below which points are too near. In a body's frame,
+// points near the origin may be far from the sensor, which is beside it.
 constexpr double kTooNear = 0.25;
 
-// measured: patches scatter less than the noise says where neighbours err together, more where they
-// are bent: in the median 0.5 to 2.1 standard deviations on simulated scenes of all sensors and on
-// real scans of a Kinect.
+// measured: the largest and least plausible scatter of patches in standard deviations. Correlated
+// neighbours reduce it, curved patches increase it: the median is 0.5 to 2.1 on simulated scenes of
+// all sensors and on real scans of a Kinect.
 constexpr double kMaxScatter_sigma = 2.5, kMinScatter_sigma = 0.1;
-// chosen: of what tables and boxes are covered with.
+// chosen: the roughness of the surfaces of tables and boxes.
 constexpr double kSmoothness_m = 0.0002;
-// chosen: between normals, half of a right angle.
+// chosen: the angle between contradictory normals, half of a right angle.
 constexpr double kContradiction_rad = std::numbers::pi / 4;
-// chosen: of fewer patches nothing is said.
+// chosen: the least number of patches for a statement.
 constexpr std::size_t kMinPatches = 16;
 
 void QuestionUnits(const SegmentedScene& scene, SensorModel model,
@@ -77,7 +78,7 @@ void QuestionUnits(const SegmentedScene& scene, SensorModel model,
   }
 }
 
-// To an up that was given, by its name in the API.
+// Checks a given up; warnings call it by its name in the API.
 void QuestionUp(const SegmentedScene& scene, const InterpretOptions& options,
                 std::vector<std::string>& doubts) {
   const bool is_estimate =

@@ -1,5 +1,5 @@
-// What a scan itself says against what was said of it: units, sensor, up, pose, normals. Nothing is
-// changed for it; whoever sent the scan is told.
+// Checks a scan against what its sender stated: units, sensor, up, pose, normals. Only warns the
+// sender; changes nothing.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace cwm::perception {
 
-// A warning for each doubt, none for a scan that is what it was said to be. `scene` is the cloud's.
+// Returns one warning for each contradiction. `scene` is the segmented cloud.
 std::vector<std::string> QuestionInput(const PointCloud& cloud, const SegmentedScene& scene,
                                        const InterpretOptions& options);
 

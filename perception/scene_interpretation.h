@@ -1,4 +1,4 @@
-// What one scan holds: the interpreter's result, as values that tracking and the server read.
+// The interpreter's result for one scan, as values that tracking and the server read.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,15 +12,14 @@
 
 namespace cwm::perception {
 
-// A horizontal surface that things can stand on. Its frame has z up and z = 0 in the top face; its
-// model is one Plate: its top face was measured, as its quality says; its body, kPlateThickness_m,
-// was supplied, so its role is COMPLETED; and a surface for those of its points that the plate does
-// not reach, if any.
+// A level surface that objects can stand on. Its frame has z up and z = 0 in the top face. Its
+// model is one Plate with role COMPLETED: the top face was measured, with the given quality, and
+// the body of kPlateThickness_m was added. Points that the plate does not reach have a surface.
 struct DetectedSupport {
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;
-  // Set when the sensor's pose was given: top between 0.35 and 1.5 m above the world's floor z = 0
-  // (paper, IV).
+  // Only set if the sensor's pose was given: true if the top is 0.35 to 1.5 m above the world's
+  // floor z = 0 (paper, IV).
   std::optional<bool> reachable;
   int point_count = 0;
 };
@@ -31,13 +30,12 @@ struct DetectedObject {
   DetectedKind kind = DetectedKind::kObject;
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;  // in the object's frame
-  // Index into supports: the one below, at the bottom of a stack; -1 for residuals.
+  // Index into supports: the one at the bottom of the stack; -1 for residuals.
   int supported_by = -1;
-  int rests_on = -1;  // index into objects: what is between it and the support; -1 for nothing
-  // Its measured points, thinned to about 4 mm or to their noise where that is more, for
-  // association. In the level frame L, whose axes are the world's and whose origin is the sensor
-  // (p_W = X_WC.translation() + p_L): floats are precise near the sensor, and would not be far
-  // from the world's origin.
+  int rests_on = -1;  // index into objects: the one between it and the support; -1: none
+  // Measured points for association, thinned to about 4 mm or to their noise if that is more. They
+  // are in the level frame L, with the world's axes and its origin at the sensor (p_W =
+  // X_WC.translation() + p_L), so that floats are precise at any distance from the world's origin.
   std::vector<Eigen::Vector3f> points_L;
 };
 
@@ -49,24 +47,24 @@ struct StageTime {
 struct InterpretReport {
   std::uint64_t points_in = 0;
   std::uint64_t points_finite = 0;
-  // Within tolerance of a support, a shape, a handle or a surface; of a thing that is measured far
-  // more densely than its noise asks for, the share of an even sample of its points times all.
+  // Number of points within tolerance of a support, shape, handle or surface. For an object that is
+  // sampled, the share of its sample times all its points.
   std::uint64_t points_explained = 0;
-  std::uint64_t points_rejected = 0;  // finite, labelled 0: isolated points that belong to nothing
+  std::uint64_t points_rejected = 0;  // finite, labelled 0: isolated points
   std::vector<std::string> warnings;
   std::vector<StageTime> stages;
 };
 
 struct SceneInterpretation {
   Pose X_WC = Pose::Identity();  // given or estimated
-  // X_WC was estimated, and nothing bears it out: no plane tells where up is, or one that may be a
-  // wall. Good for this scan alone.
+  // X_WC was estimated without confirmation: no plane determines up, or the plane may be a wall.
+  // Such a pose is only valid for this scan.
   bool pose_is_guess = false;
   std::vector<DetectedSupport> supports;
   std::vector<DetectedObject> objects;  // objects first, then residuals
-  // One label per input point: 0 none, 1-9 supports, object i (from 1, in the order above,
-  // residuals included) 10 * (i + 1) + part, part 0 the object as such, 1-9 its parts. Supports
-  // after the ninth share label 9, and so do an object's parts after its ninth.
+  // One label per input point: 0 none, 1-9 supports, 10 * (i + 1) + part for object i (from 1, in
+  // the order above, residuals included), with part 0 for the object itself and 1-9 for its parts.
+  // Supports after the ninth share label 9, and so do parts of an object after the ninth.
   std::vector<std::uint32_t> labels;
   InterpretReport report;
 };

@@ -1,4 +1,4 @@
-// Two words on where up is: of a sensor's pose, and of an up vector.
+// Compares the up of a sensor's pose with an up vector.
 #pragma once
 
 #include <cmath>
@@ -8,11 +8,12 @@
 
 namespace cwm::perception {
 
-// chosen: an up vector may be off by 3 degrees, as an accelerometer's on a moving robot is, and an
-// estimate of up by 1; what differs by more speaks of another pose.
+// chosen: an up vector may be wrong by 3 degrees, as from an accelerometer on a moving robot, and
+// an estimate of up by 1; a larger difference indicates another pose.
 inline constexpr double kMaxUpError_rad = 5 * kDegree;
 
-// Between the world's z and an up in the sensor's frame C, of any positive length, in [0, pi].
+// The angle between the world's z and an up vector in the sensor's frame C, of any positive length,
+// in [0, pi].
 inline double AngleToUp_rad(const Pose& X_WC, const Vector3& up_C) {
   const Vector3 z_C = X_WC.linear().row(2).transpose();
   return std::atan2(z_C.cross(up_C).norm(), z_C.dot(up_C));

@@ -1,4 +1,4 @@
-// cwm-server: the application behind gRPC, until a signal ends it.
+// cwm-server: serves the application over gRPC until a signal ends it.
 #include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -25,15 +25,15 @@
 
 namespace {
 
-// Within the 10 s that a stop may take, with room for freeing memory.
+// Shorter than the 10 s that a stop may take, leaving time to free memory.
 constexpr auto kGrace = std::chrono::seconds(8);
-// What has not ended so long after the grace does not end any more.
+// After the grace period and this time the process is ended, whatever is still running.
 constexpr auto kPatience = std::chrono::seconds(1);
 constexpr int kStuckExitCode = 3;
-// Below, a crowd that fits into one machine fills the table.
+// With fewer file descriptors than this, the clients of a single machine can use all of them.
 constexpr std::int64_t kFewDescriptors = 4'096;
 
-// Blocks the signals that end the server, in this thread and in all that it will start.
+// Blocks the signals that end the server, in this thread and in all threads started later.
 sigset_t BlockEndingSignals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -44,14 +44,14 @@ sigset_t BlockEndingSignals() {
   return signals;
 }
 
-// Debian builds Abseil with its debug checks: each lock of gRPC's enters a graph of the order in
-// which locks are taken, and what looks like a cycle there ends the process.
+// Switches Abseil's deadlock detection off. Debian builds Abseil with its debug checks: each lock
+// of gRPC is entered into a graph of lock orders, and an apparent cycle there aborts the process.
 void TakeLocksUnwatched() { absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore); }
 
-// A thread of its own writes: whoever does not read our stderr holds no call up. The thread begins
-// with the signals blocked, as all others.
+// Logs from a thread of its own, so that nobody who fails to read our stderr delays a call. That
+// thread inherits the blocked signals.
 void LogToStderr(const std::string& level) {
-  constexpr std::size_t kLinesAtOnce = 1'024;  // the oldest go when more wait to be written
+  constexpr std::size_t kLinesAtOnce = 1'024;  // if more lines wait, the oldest are dropped
   spdlog::init_thread_pool(kLinesAtOnce, 1);
   spdlog::set_default_logger(std::make_shared<spdlog::async_logger>(
       "cwm-server", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), spdlog::thread_pool(),
@@ -59,7 +59,8 @@ void LogToStderr(const std::string& level) {
   spdlog::set_level(spdlog::level::from_str(level));
 }
 
-// Each connection takes one; the soft limit of 1,024 is for programs that use select(2).
+// Each connection needs a descriptor; the soft limit of 1,024 exists for programs that use
+// select(2).
 void RaiseDescriptorLimit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -74,22 +75,22 @@ void RaiseDescriptorLimit() {
       count, count / 2);
 }
 
-// The last resort: a stop that something holds up ends here.
+// The last resort: ends the process if the orderly stop takes longer than `time`.
 void EndProcessAfter(std::chrono::milliseconds time) {
   std::thread([time] {
     std::this_thread::sleep_for(time);
     spdlog::error("not stopped after {} ms: ending the process with work under way", time.count());
     spdlog::default_logger()->flush();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the log has a thread of its own
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // lets the log's thread write
     _exit(kStuckExitCode);
   }).detach();
 }
 
-// nullptr where no service manager waits for it.
+// nullptr if no service manager expects notifications.
 std::unique_ptr<cwm::server::Watchdog> StartWatchdog(const cwm::server::Server& server) {
   const auto time = cwm::server::WatchdogTime();
   if (!time) return nullptr;
-  constexpr int kChecks = 3;  // within the time: one may fail
+  constexpr int kChecks = 3;  // per watchdog time, so that one may fail
   return std::make_unique<cwm::server::Watchdog>(
       std::chrono::duration_cast<std::chrono::milliseconds>(*time / kChecks),
       [&server](std::chrono::milliseconds timeout) { return server.CheckItself(timeout); },
@@ -104,8 +105,8 @@ std::string Joined(const std::vector<std::string>& addresses) {
 
 using cwm::server::ViewerServer;
 
-// nullptr: none. A default address that cannot be had is no reason not to serve; one that was asked
-// for is.
+// nullptr if there is no viewer. An unavailable default address does not keep the server from
+// starting; an unavailable address that was asked for does.
 absl::StatusOr<std::unique_ptr<ViewerServer>> StartViewer(
     const std::optional<cwm::server::Options::Viewer>& asked, const cwm::server::Server& server) {
   if (!asked) return nullptr;
@@ -118,7 +119,7 @@ absl::StatusOr<std::unique_ptr<ViewerServer>> StartViewer(
   return nullptr;
 }
 
-// The addresses that were given, else the default one.
+// The addresses that were given, or the default address.
 absl::StatusOr<cwm::server::ListenOptions> ChooseAddresses(cwm::server::ListenOptions listen) {
   if (!listen.addresses.empty()) return listen;
   if (auto status = cwm::PrepareDefaultAddress(); !status.ok()) return status;
@@ -153,7 +154,8 @@ int Run(const cwm::server::Options& options, const sigset_t& signals) {
     const std::vector<std::string>& urls = (*viewer)->urls();
     std::fprintf(stderr, "cwm-server %s shows the world at %s\n", CWM_VERSION,
                  urls.front().c_str());
-    // Of another name or network; each on a line, to be clicked or copied.
+    // The addresses for other host names or networks, one per line so that they can be clicked or
+    // copied.
     for (auto url = urls.begin() + 1; url != urls.end(); ++url) {
       std::fprintf(stderr, "  or at %s\n", url->c_str());
     }
@@ -182,6 +184,6 @@ int main(int argc, char** argv) {
   const sigset_t signals = BlockEndingSignals();
   LogToStderr(parsed.options->log_level);
   const int exit_code = Run(*parsed.options, signals);
-  spdlog::shutdown();  // what was logged is written
+  spdlog::shutdown();  // writes the pending log lines
   return exit_code;
 }

@@ -23,12 +23,12 @@ constexpr char kDescription[] =
     "CWM_VIEWER_TOKEN chooses its token, and then whoever has that looks, here too.\n"
     "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.";
 
-// A scan of 640 x 480 points takes some 40 MiB while it is interpreted.
+// Interpreting a scan of 640 x 480 points takes about 40 MiB.
 constexpr std::int64_t kMinMemoryLimit = std::int64_t{64} << 20;
 
-constexpr int kUsageExitCode = 1;  // as the command line's
+constexpr int kUsageExitCode = 1;  // the command-line client's exit code for a usage error
 
-// Empty when it is taken, else what is wrong with it.
+// Sets options.viewer. Returns an empty string, or the error message if the text is invalid.
 std::string TakeViewer(const std::string& text, Options& options) {
   if (text == "off") {
     options.viewer.reset();

@@ -1,4 +1,4 @@
-// What the server is told on its command line.
+// The server's command-line options.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 namespace cwm::server {
 
 struct Options {
-  ListenOptions listen;  // without addresses: DefaultAddress()
+  ListenOptions listen;  // if there are no addresses: DefaultAddress()
   struct Viewer {
     ViewerAddress address;
-    bool is_default = true;  // another server may have it already
-    std::string token;       // of CWM_VIEWER_TOKEN; empty: none was given
+    bool is_default = true;  // then a taken address is not fatal: another server may use it
+    std::string token;       // from CWM_VIEWER_TOKEN; empty if not given
   };
   std::optional<Viewer> viewer;  // absent: off
   std::string log_level = "info";
   std::int64_t memory_limit_bytes = DefaultMemoryLimit();
 };
 
-// The exit code instead, when there is nothing to run: help, version, or a mistake (said on
-// stderr).
+// The options, or only the exit code if there is nothing to run: after --help, --version or a usage
+// error, which has been reported on stderr.
 struct ParsedOptions {
   std::optional<Options> options;
   int exit_code = 0;

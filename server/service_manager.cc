@@ -22,7 +22,7 @@ bool NotifyServiceManager(const std::string& state) {
   if (name.size() < 2 || name.size() >= sizeof(address.sun_path)) return false;
   address.sun_family = AF_UNIX;
   std::memcpy(address.sun_path, name.data(), name.size());
-  if (name.front() == '@') address.sun_path[0] = '\0';  // of the abstract namespace
+  if (name.front() == '@') address.sun_path[0] = '\0';  // abstract namespace
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
   const FileDescriptor fd(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!fd.is_open()) return false;

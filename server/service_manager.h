@@ -1,5 +1,5 @@
-// What systemd is told of the server (sd_notify(3)), where it asks for it. Its protocol is one
-// datagram; the library that sends it would bring four others into the process.
+// Notifies systemd of the server's state (sd_notify(3)) if systemd asks for it. The protocol is one
+// datagram; libsystemd would bring four other libraries into the process.
 #pragma once
 
 #include <chrono>
@@ -8,12 +8,12 @@
 
 namespace cwm::server {
 
-// Sends a state such as "READY=1" to the socket that NOTIFY_SOCKET names. False where there is none
-// or it does not take it. Thread safe.
+// Sends a state such as "READY=1" to the socket that NOTIFY_SOCKET names. False if there is no such
+// socket or it does not accept the datagram. Thread safe.
 bool NotifyServiceManager(const std::string& state);
 
-// Within this time after the last "WATCHDOG=1" the next has to come; absent where nobody waits for
-// it (WATCHDOG_USEC and, where given, WATCHDOG_PID).
+// The longest time between two "WATCHDOG=1" notifications; empty if no service manager waits for
+// them (WATCHDOG_USEC and, if set, WATCHDOG_PID).
 std::optional<std::chrono::microseconds> WatchdogTime();
 
 }  // namespace cwm::server

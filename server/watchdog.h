@@ -1,4 +1,4 @@
-// Tells the service manager again and again that the server answers, as long as it does.
+// Notifies the service manager periodically for as long as the server answers.
 #pragma once
 
 #include <chrono>
@@ -11,16 +11,16 @@
 
 namespace cwm::server {
 
-// One thread. A listener that has died looks well from within: only `check`, which goes through the
-// front door, finds it.
+// Runs one thread. A listener that has died looks healthy from within the process; only `check`,
+// which connects like a client, notices.
 class Watchdog {
  public:
-  // Calls `check` once a period, which is also the time that it may take, and `tell` each time that
-  // it is OK. What it finds otherwise is logged.
+  // Calls `check` once per period, with the period as its timeout, and calls `tell` whenever the
+  // check succeeds. A failed check is logged.
   Watchdog(std::chrono::milliseconds period,
            std::function<absl::Status(std::chrono::milliseconds timeout)> check,
            std::function<void()> tell);
-  ~Watchdog();  // waits for a check under way
+  ~Watchdog();  // waits for a check in progress
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
@@ -33,7 +33,7 @@ class Watchdog {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool stopping_ = false;
-  std::thread thread_;  // last: starts when the rest is there
+  std::thread thread_;  // last: starts when the other members exist
 };
 
 }  // namespace cwm::server

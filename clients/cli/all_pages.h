@@ -1,4 +1,4 @@
-// Lists that travel in pages.
+// Reads paged lists completely.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -6,7 +6,7 @@
 
 namespace cwm::cli {
 
-// All pages as one reply, each asked with the token of the one before.
+// Requests all pages, each with the token of the previous one, and returns them as one reply.
 template <class Response, class Method, class Stub, class Request>
 absl::StatusOr<Response> AllPages(Session& session, Method method, Stub& stub, Request request) {
   Response all;

@@ -30,7 +30,7 @@ namespace {
 namespace pb = cwm::v1;
 
 constexpr double kLeastSeconds = 0.05, kMostSeconds = 600;
-// Above so much of the cores, other programs take what is to be measured.
+// chosen: above this load per core, other programs take time that is to be measured.
 constexpr double kBusyLoad = 0.5;
 
 struct BenchArguments {
@@ -62,9 +62,9 @@ absl::Status ValidateArguments(const BenchArguments& arguments, const Session& s
   return absl::OkStatus();
 }
 
-// Where the objects of the world stand.
+// The region in which the world's objects are.
 Region RegionOf(const pb::ListObjectsResponse& objects) {
-  // A gripper's length around them: beside them as well as among them.
+  // chosen: a gripper's length around them, so that places beside them are included.
   constexpr double kAround_m = 0.2;
   if (objects.objects().empty()) return kBenchRegion;
   constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -85,7 +85,7 @@ struct Target {
   std::optional<pb::Robot> robot;
 };
 
-// Reads what is there of a world that is asked as it is.
+// Reads the contents of an existing world.
 absl::StatusOr<Target> ReadWorld(Session& session, const BenchArguments& arguments,
                                  BenchReport& report) {
   const client::Connection& connection = session.connection();
@@ -111,7 +111,7 @@ absl::StatusOr<Target> ReadWorld(Session& session, const BenchArguments& argumen
   report.object_count = objects->objects_size();
   report.robot_count = robots->robots_size();
   if (arguments.robot.empty() || target.robot) return target;
-  robots_request.set_name(arguments.robot);  // the server says that there is none, and how
+  robots_request.set_name(arguments.robot);  // the server's error names the robot
   return connection.Call(&pb::RobotService::Stub::ListRobots, connection.robots(), robots_request)
       .status();
 }
@@ -171,7 +171,7 @@ absl::StatusOr<BenchReport> StartReport(Session& session, const BenchArguments& 
   return report;
 }
 
-// Says of a world that stays how to remove it.
+// Removes the benchmark's world, or warns how to remove it.
 void RemoveOrWarn(OwnWorld& own, Session& session) {
   const absl::Status removed = own.Remove();
   if (removed.ok()) return;
@@ -185,7 +185,7 @@ absl::Status Bench(Session& session, const BenchArguments& arguments) {
   auto report = StartReport(session, arguments);
   if (!report.ok()) return report.status();
   const client::Connection& connection = session.connection();
-  const Interruption interruption;  // from before there is a world to remove until it is removed
+  const Interruption interruption;  // from before the world exists until it is removed
   std::unique_ptr<OwnWorld> own, scanned;
   Target target;
   if (session.world.empty() && arguments.robot.empty()) {

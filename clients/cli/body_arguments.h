@@ -1,5 +1,5 @@
-// What asks a question: a shape, an object of the world or a robot, and where, from the command
-// line or as JSON lines on stdin.
+// The subject of a query (a shape, an object of the world or a robot) and its poses or states, from
+// the command line or as JSON lines on stdin.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -20,24 +20,24 @@ struct ShapeArguments {
 
 void AddShapeOptions(CLI::App& command, ShapeArguments& shape);
 bool HasShape(const ShapeArguments& shape);
-// A usage error when none or several are set, or the numbers do not fit.
+// A usage error if none or several shapes are set, or if the numbers do not fit.
 absl::StatusOr<cwm::v1::PlacedShape> ToShape(const ShapeArguments& shape);
 
 struct BodyArguments {
   ShapeArguments shape;
   std::string object;           // instead of a shape
-  std::vector<std::string> at;  // places of either; "-": JSON lines on stdin
-  RobotArguments robot;         // instead of both
+  std::vector<std::string> at;  // poses of either; "-": JSON lines on stdin
+  RobotArguments robot;         // instead of a shape or an object
 };
 
 void AddBodyOptions(CLI::App& command, BodyArguments& body);
 
-// One body and the rows that it is asked about.
+// A body and its rows.
 struct Body {
   cwm::v1::Subject what;             // without rows
-  std::size_t width = 0;             // numbers a row; 0 without rows
+  std::size_t width = 0;             // numbers per row; 0 without rows
   std::vector<double> numbers = {};  // row after row
-  std::vector<int> row_counts = {};  // rows that came together: of one line, of the command line
+  std::vector<int> row_counts = {};  // rows of each line, or of the command line
   std::size_t row_count() const { return width == 0 ? 0 : numbers.size() / width; }
 };
 
@@ -51,19 +51,20 @@ struct Body {
 // Malformed lines are INVALID_ARGUMENT naming the line.
 absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session& session);
 
-// Rows [begin, end) of the body.
+// The subject with rows [begin, end) of the body.
 cwm::v1::Subject SubjectOf(const Body& body, std::size_t begin, std::size_t end);
 
 // The server's limit of a batch (GetServerInfo.limits.max_batch_rows).
 inline constexpr std::size_t kMaxRows = 65536;
 
-// What one request asks about.
+// The subject of one request.
 struct Batch {
   cwm::v1::Subject subject;
-  std::size_t row_count = 0;  // an object or a robot without rows asks where it stands: 1
+  std::size_t row_count = 0;  // without rows an object or a robot is queried at its present place:
+                              // 1
 };
 
-// The bodies in batches of at most kMaxRows rows, in order.
+// Reads the bodies and splits them into batches of at most kMaxRows rows, in order.
 absl::StatusOr<std::vector<Batch>> ReadBatches(const BodyArguments& body, Session& session);
 
 }  // namespace cwm::cli

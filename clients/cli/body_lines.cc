@@ -29,7 +29,7 @@ absl::StatusOr<std::vector<double>> Numbers(const Json& value, const std::string
   return numbers;
 }
 
-// A row, or an array of rows: poses of rigid bodies, states of robots.
+// Reads a row or an array of rows: poses of rigid bodies, states of robots.
 absl::Status ReadRows(const std::string& name, const Json& value, Body& body) {
   const std::string quoted = absl::StrCat("\"", name, "\"");
   const bool several = value.is_array() && !value.empty() && value.front().is_array();
@@ -74,7 +74,7 @@ absl::Status ReadShape(const std::string& name, const Json& value, Body& body) {
   return absl::OkStatus();
 }
 
-// The names that a line has for what asks.
+// The names by which a line can give its subject.
 struct LineNames {
   std::string object, robot, group;
 };
@@ -94,10 +94,10 @@ absl::Status SetBody(const LineNames& names, Body& body) {
   return absl::OkStatus();
 }
 
-// What rows of the body are called.
+// The name of the body's rows.
 std::string RowsName(const Body& body) { return body.what.has_robot() ? "joints" : "at"; }
 
-// One line over the body that the command line gave (none: the line must name one).
+// Reads a line into the body given on the command line; if there is none, the line must name one.
 absl::Status ReadLine(const std::string& text, bool body_given, Body& body) {
   Json line = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (line.is_array() && body_given) line = Json{{RowsName(body), line}};
@@ -136,7 +136,7 @@ absl::Status ReadLine(const std::string& text, bool body_given, Body& body) {
   return absl::OkStatus();
 }
 
-// The same body, wherever it is, with rows that can follow.
+// True if `next` is the same subject with rows that can be appended.
 bool Joins(const Body& last, const Body& next) {
   return last.row_count() > 0 && last.width == next.width &&
          last.what.SerializeAsString() == next.what.SerializeAsString();

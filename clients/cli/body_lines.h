@@ -1,4 +1,4 @@
-// JSON lines that say what asks and where.
+// Parses JSON lines that give subjects and rows.
 #pragma once
 
 #include <iosfwd>
@@ -10,11 +10,11 @@
 
 namespace cwm::cli {
 
-// See ReadBodies. `given`: the body that the command line named; null: each line names one. Lines
-// of the same body follow each other as its rows.
+// See ReadBodies. `given`: the body from the command line; null: each line names one. Consecutive
+// lines of the same body become its rows.
 absl::StatusOr<std::vector<Body>> ReadBodyLines(const Body* given, std::istream& in);
 
-// INVALID_ARGUMENT naming `name` when the row has another width than those before.
+// INVALID_ARGUMENT with `name` if the row's width differs from that of previous rows.
 absl::Status AppendRow(const std::vector<double>& row, const std::string& name, Body& body);
 
 }  // namespace cwm::cli

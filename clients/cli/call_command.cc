@@ -28,14 +28,14 @@ struct CallArguments {
   std::string json = "{}";
 };
 
-// The JSON itself, that of "@FILE", or that of stdin for "-".
+// The text itself as JSON; the contents of "@FILE"; stdin for "-".
 absl::StatusOr<std::string> ReadJson(const std::string& text, const Streams& streams) {
   if (text == "-") return std::string(std::istreambuf_iterator<char>(streams.in), {});
   if (!text.empty() && text[0] == '@') return formats::ReadFileBytes(text.substr(1));
   return text;
 }
 
-// One request; or several, for methods that take a stream: an array, or one object a line.
+// One request; for methods that take a stream several, from an array or from one object per line.
 absl::StatusOr<std::vector<std::string>> SplitRequests(const std::string& json,
                                                        const MethodDescriptor& method) {
   if (!method.client_streaming()) return std::vector<std::string>{json};

@@ -1,4 +1,4 @@
-// Options that every change to the world has.
+// Options of every command that changes the world.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -19,7 +19,7 @@ struct ChangeArguments {
 
 void AddChangeOptions(CLI::App& command, ChangeArguments& change);
 
-// Applies the changes, all or none, and prints the revision; `done` is what a table says first.
+// Applies the changes, all or none, and prints the revision; `done` is the first line of the table.
 absl::Status Apply(Session& session, const ChangeArguments& arguments,
                    const std::vector<cwm::v1::Change>& changes, const std::string& done);
 

@@ -24,7 +24,7 @@ struct RemoveArguments {
   ChangeArguments change;
 };
 
-// The object moved by a vector, provided that nobody else moves it meanwhile.
+// The change that moves the object by a vector; it fails if somebody else moves it meanwhile.
 absl::StatusOr<pb::Change> MoveBy(Session& session, const MoveArguments& arguments) {
   const auto by = ParseVector(arguments.by, "--by");
   if (!by.ok()) return by.status();

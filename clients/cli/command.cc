@@ -11,7 +11,7 @@ CLI::App& AddTo(CLI::App& parent, const CommandText& text) {
   for (const std::string& example : text.examples) description += "  " + example + "\n";
   if (!text.details.empty()) description += "\n" + text.details + "\n";
   CLI::App* command = parent.add_subcommand(text.name, description);
-  command->fallthrough();  // global options may follow the command
+  command->fallthrough();  // lets global options follow the command
   return *command;
 }
 

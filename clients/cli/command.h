@@ -1,4 +1,4 @@
-// How a command hangs into the command line.
+// Adds commands to the command line.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -18,19 +18,19 @@ struct CommandText {
   std::string details = {};           // after the examples
 };
 
-// The application with the commands' actions and what came of them.
+// The application with the commands' actions and their result.
 struct CommandLine {
   CLI::App app;
   Session& session;
-  std::string command = {};  // the one that ran
+  std::string command = {};  // the command that ran
   absl::Status result = absl::OkStatus();
 };
 
 // Adds a command whose action runs once its options are parsed. The options' storage must live as
-// long as the action: commands share it with them.
+// long as the action, so commands share it with them.
 CLI::App& AddCommand(CommandLine& line, const CommandText& text,
                      std::function<absl::Status(Session&)> action);
-// The same below a family of commands (`cwm robot load`), which AddFamily made.
+// The same below a family of commands (`cwm robot load`) made by AddFamily.
 CLI::App& AddCommand(CommandLine& line, CLI::App& family, const CommandText& text,
                      std::function<absl::Status(Session&)> action);
 CLI::App& AddFamily(CommandLine& line, const CommandText& text);

@@ -1,4 +1,4 @@
-// Every command, in the order of the help; report_command.h has one more.
+// All commands in the order of the help, except that of report_command.h.
 #pragma once
 
 #include "clients/cli/command.h"

@@ -12,11 +12,11 @@ namespace {
 
 std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-// As far as the words lead, without the one that is being typed.
+// The place that the words lead to, without the last word, which is being typed.
 struct Place {
   const CLI::App* command;
-  const CLI::Option* awaits = nullptr;  // an option whose value comes next
-  std::size_t positionals = 0;          // that are given already
+  const CLI::Option* awaits = nullptr;  // an option whose value is next
+  std::size_t positionals = 0;          // number of positionals given already
 };
 
 const CLI::App* SubcommandOf(const CLI::App& app, const std::string& name) {
@@ -26,7 +26,7 @@ const CLI::App* SubcommandOf(const CLI::App& app, const std::string& name) {
   return nullptr;
 }
 
-// Of the command or, as options of all commands, of those above it.
+// The option of the command, or a global option of the commands above it.
 const CLI::Option* OptionOf(const CLI::App* command, const std::string& word) {
   for (; command != nullptr; command = command->get_parent()) {
     for (const CLI::Option* option : command->get_options()) {
@@ -43,7 +43,8 @@ Place Follow(const CLI::App& app, const std::vector<std::string>& words) {
     if (place.awaits != nullptr) {
       place.awaits = nullptr;
     } else if (absl::StartsWith(word, "-")) {
-      const CLI::Option* const option = OptionOf(place.command, word);  // not "--option=value"
+      const CLI::Option* const option = OptionOf(place.command, word);  // nullptr for
+                                                                        // "--option=value"
       if (option != nullptr && option->get_items_expected_max() > 0) place.awaits = option;
     } else if (const CLI::App* const below = SubcommandOf(*place.command, word)) {
       place.command = below;
@@ -54,7 +55,7 @@ Place Follow(const CLI::App& app, const std::vector<std::string>& words) {
   return place;
 }
 
-// The words of a type such as "glb|ply", which are written as one types them.
+// The words of a type such as "glb|ply", which are typed as they are written.
 std::vector<std::string> WordsOfType(const std::string& type) {
   const auto is_of_word = [](char c) { return (c >= 'a' && c <= 'z') || c == '_' || c == '|'; };
   if (!absl::StrContains(type, "|") || !std::all_of(type.begin(), type.end(), is_of_word))
@@ -107,7 +108,7 @@ std::vector<Candidate> CommandsOf(const CLI::App& app) {
   return commands;
 }
 
-// The positional that comes next; the last one may take all that follow.
+// The next positional; the last one may take all further words.
 const CLI::Option* PositionalOf(const Place& place) {
   const auto positionals = place.command->get_options(
       [](const CLI::Option* option) { return option->get_positional(); });
@@ -143,7 +144,7 @@ std::string ValueGiven(const CLI::App& app, const std::vector<std::string>& word
                        const std::string& option) {
   const CLI::Option* const wanted = app.get_option(option);
   std::string value;
-  for (std::size_t i = 0; i + 2 < words.size(); ++i) {  // the last is being typed
+  for (std::size_t i = 0; i + 2 < words.size(); ++i) {  // the last word is being typed
     const bool is_it = absl::StartsWith(words[i], "-") && wanted->check_name(words[i]);
     if (is_it) value = words[i + 1];
   }

@@ -1,4 +1,4 @@
-// What may follow on a command line that is being typed.
+// Completes a command line that is being typed.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,18 +17,18 @@ struct Candidate {
 
 using NameSource = std::function<std::vector<std::string>(Named)>;
 
-// What the last of the words, which may be empty, can become: commands, options, the words that an
-// option takes, and names that the server knows. Nothing where a file or a value of one's own is
-// meant. `words` are those after the program's name.
+// The possible completions of the last word, which may be empty: commands, options, words that an
+// option takes, and names known to the server. None if a file or a free value is expected. `words`
+// are those after the program's name.
 std::vector<Candidate> CandidatesFor(const CLI::App& app, const std::vector<std::string>& words,
                                      const NameSource& names);
 
-// The value of an option of all commands that the words give, as "--world", "-w"; empty: none.
+// The value of a global option in the words, given as "--world" or "-w"; empty: none.
 std::string ValueGiven(const CLI::App& app, const std::vector<std::string>& words,
                        const std::string& option);
 
-// The script that a shell evaluates: it asks `cwm __complete WORD...` each time. nullptr for a
-// shell that is not bash, zsh or fish.
+// The script that a shell evaluates; it runs `cwm __complete WORD...` for each completion. nullptr
+// for shells other than bash, zsh and fish.
 const char* CompletionScript(const std::string& shell);
 
 }  // namespace cwm::cli

@@ -1,4 +1,4 @@
-// cwm completion, and what its scripts ask
+// cwm completion, and the hidden command that its scripts run
 #include <memory>
 #include <ostream>
 
@@ -19,7 +19,7 @@ absl::Status PrintScript(Session& session, const std::string& shell) {
   return absl::OkStatus();
 }
 
-// "WORD\tDESCRIPTION" a line, as fish takes it.
+// Prints "WORD\tDESCRIPTION" per line, as fish expects it.
 absl::Status PrintCandidates(const CLI::App& app, const std::vector<std::string>& words,
                              Session& session) {
   if (std::string given = ValueGiven(app, words, "--addr"); !given.empty()) session.address = given;
@@ -49,7 +49,7 @@ void AddCompletionCommand(CommandLine& line) {
       [shell](Session& session) { return PrintScript(session, *shell); });
   command.add_option("SHELL", *shell, "bash, zsh or fish")->required()->type_name("bash|zsh|fish");
 
-  // Everything behind it is taken as it stands.
+  // All words after it are taken literally.
   CLI::App* const asked = line.app.add_subcommand("__complete", "what may follow the words");
   asked->group("")->prefix_command();
   asked->callback([&line, asked] {

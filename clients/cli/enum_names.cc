@@ -9,8 +9,8 @@ namespace cwm::cli {
 
 std::string ShortNameOf(const google::protobuf::EnumDescriptor& type, int value) {
   const auto* named = type.FindValueByNumber(value);
-  if (named == nullptr) return absl::StrCat(value);  // of a newer server
-  // Values carry their type's name as a prefix: every value does, so the unspecified one tells it.
+  if (named == nullptr) return absl::StrCat(value);  // a newer server's value
+  // All values have their type's name as a prefix, which the unspecified value reveals.
   const std::string unspecified = "UNSPECIFIED";
   const std::string& first = type.value(0)->name();
   const std::string prefix = first.substr(0, first.size() - unspecified.size());

@@ -1,4 +1,4 @@
-// Enum values as people write them.
+// Short names of enum values.
 #pragma once
 
 #include <google/protobuf/generated_enum_reflection.h>
@@ -8,7 +8,7 @@
 
 namespace cwm::cli {
 
-// "OBJECT_KIND_SUPPORT" of the enum ObjectKind is "support".
+// E.g. "support" for OBJECT_KIND_SUPPORT of the enum ObjectKind.
 std::string ShortNameOf(const google::protobuf::EnumDescriptor& type, int value);
 
 template <class Enum>
@@ -16,7 +16,7 @@ std::string ShortName(Enum value) {
   return ShortNameOf(*google::protobuf::GetEnumDescriptor<Enum>(), value);
 }
 
-// Every value but the unspecified one by its short name.
+// Every value but the unspecified one, by its short name.
 template <class Enum>
 std::map<std::string, Enum> ShortNames() {
   std::map<std::string, Enum> names;

@@ -1,4 +1,4 @@
-// Errors as people read them: what, why, what to do next.
+// Reports errors to people: the error, its reason, and what to do next.
 #pragma once
 
 #include <iosfwd>
@@ -9,15 +9,15 @@
 
 namespace cwm::cli {
 
-// What the hint needs to know about the command that failed.
+// The facts about the failed command that the hint depends on.
 struct FailedCommand {
   std::string name;                                 // "distance"
-  std::string address;                              // of the server
-  std::optional<std::string> meant = std::nullopt;  // the name that a mistyped one is nearest to
+  std::string address;                              // the server's
+  std::optional<std::string> meant = std::nullopt;  // the known name nearest to a mistyped one
   std::string program = "cwm";
 };
 
-// "PROGRAM: WHAT", a line for each field at fault, the reason, and a hint.
+// Prints "PROGRAM: ERROR", a line for each field at fault, the reason, and a hint.
 void ReportError(const absl::Status& status, const FailedCommand& command, std::ostream& err);
 
 }  // namespace cwm::cli

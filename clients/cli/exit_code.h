@@ -1,4 +1,4 @@
-// What the command line answers to the shell.
+// The exit codes of the command line.
 #pragma once
 
 #include <string>
@@ -17,16 +17,16 @@ enum class ExitCode {
   kPermission = 6,
   kExhausted = 7,
   kBadInput = 8,
-  // With --exit-code alone, which ends with kDone where everything asked is free.
-  kCollision = 10,  // anything asked
-  kNotFree = 11,    // none of it, but not everything is known to be free
+  // Only with --exit-code; then kDone means that everything is free.
+  kCollision = 10,  // at least one row is in collision
+  kNotFree = 11,    // no collision, but not everything is known to be free
   kOther = 70,
 };
 
 ExitCode ExitCodeOf(const absl::Status& status);
 
-// A mistake on the command line itself: kUsage, whereas bad data in files, on stdin or refused by
-// the server is kBadInput.
+// kUsage for an error on the command line itself; bad data in files, on stdin or refused by the
+// server is kBadInput.
 absl::Status UsageError(const std::string& message);
 bool IsUsageError(const absl::Status& status);
 

@@ -36,7 +36,7 @@ const std::map<std::string, pb::ExportFormat>& Formats() {
   return formats;
 }
 
-// What --format says, else how the name ends.
+// The format of --format, or else by the file name's ending.
 absl::StatusOr<pb::ExportFormat> FormatOf(const ExportArguments& arguments) {
   if (arguments.format != pb::EXPORT_FORMAT_UNSPECIFIED) return arguments.format;
   std::string ending =
@@ -49,7 +49,7 @@ absl::StatusOr<pb::ExportFormat> FormatOf(const ExportArguments& arguments) {
                                  "--format say it"));
 }
 
-// Those that the first refers to, where it will lie.
+// Writes the files that the first one refers to, relative to its folder.
 absl::Status WriteFilesBeside(const std::string& first,
                               const std::vector<client::ExportedFile>& files) {
   const std::filesystem::path folder = std::filesystem::path(first).parent_path();
@@ -101,7 +101,7 @@ absl::Status Export(Session& session, const ExportArguments& arguments) {
   absl::Status written = WriteFilesBeside(arguments.file, exported->files);
   if (written.ok()) written = formats::WriteFileBytes(arguments.file, exported->bytes);
   if (!written.ok()) return written;
-  // The reply as one message, without the file's bytes.
+  // The reply as a single message, without the file's bytes.
   pb::ExportWorldResponse response;
   response.set_world_uid(exported->world_uid);
   response.set_revision(exported->revision);

@@ -23,7 +23,7 @@ std::string ToBytes(const grpc::ByteBuffer& buffer) {
   return bytes;
 }
 
-// One operation at a time: waits for the one just started.
+// Waits for the operation that was just started; there is only one at a time.
 bool Wait(grpc::CompletionQueue& queue) {
   void* tag = nullptr;
   bool ok = false;
@@ -50,7 +50,7 @@ absl::Status CallMethod(const client::Connection& connection, const std::string&
     call->WritesDone(nullptr);
     Wait(queue);
   }
-  // Also after a refused write: what the server said before is still to be read.
+  // Also after a refused write, since earlier replies must still be read.
   grpc::ByteBuffer reply;
   for (call->Read(&reply, nullptr); Wait(queue); call->Read(&reply, nullptr)) {
     on_reply(ToBytes(reply));

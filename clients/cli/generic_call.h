@@ -1,4 +1,4 @@
-// Calls of any method, whose messages only its descriptor knows.
+// Calls any method using its descriptor.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -12,8 +12,8 @@
 
 namespace cwm::cli {
 
-// Sends the serialised requests one after another, then hands over each serialised reply as it
-// comes, for all four kinds of methods. `path` is "/package.Service/Method".
+// Sends the serialised requests one after the other, then passes on each serialised reply as it
+// arrives, for all four kinds of methods. `path` is "/package.Service/Method".
 absl::Status CallMethod(const client::Connection& connection, const std::string& path,
                         const std::vector<std::string>& requests,
                         const std::function<void(const std::string&)>& on_reply);

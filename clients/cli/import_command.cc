@@ -31,10 +31,10 @@ namespace {
 namespace pb = cwm::v1;
 using scene::Part;
 
-// A planning scene is text of some kilobytes; this is a mesh-laden one many times over.
+// chosen: a planning scene is text of a few kilobytes; this is many times a scene full of meshes.
 constexpr std::size_t kMaxSceneBytes = std::size_t{64} << 20;
 
-// What a file may hold; also the names of the groups of options that go with it.
+// Kinds of files, and the names of the option groups that apply to them.
 constexpr char kCloud[] = "Clouds", kMesh[] = "Meshes", kScene[] = "Scenes";
 
 struct ImportArguments {
@@ -50,8 +50,8 @@ std::string EndingOf(const std::string& file) {
   return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
 }
 
-// By the first bytes where they tell, else by the name's ending; what neither tells is a scene, of
-// which the reader says what is wrong.
+// The kind by the first bytes if they reveal it, otherwise by the name's ending. Unknown files are
+// treated as scenes, whose reader reports the error.
 const char* ContentOf(std::string_view bytes, const std::string& file) {
   if (meshes::IsMesh(bytes, file)) return kMesh;
   const std::string ending = EndingOf(file);
@@ -67,7 +67,7 @@ std::string NameOf(const std::string& content) {
   return content == kMesh ? "a mesh" : "a planning scene";
 }
 
-// Options that go with files of another content are not silently passed over.
+// A usage error for options that do not apply to the file's kind.
 absl::Status CheckOptions(const CLI::App& command, const ImportArguments& arguments,
                           const std::string& content) {
   for (const CLI::Option* option : command.get_options()) {
@@ -113,7 +113,7 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                             mesh->triangles.size() == 1 ? " triangle" : " triangles"));
 }
 
-// The robot that is named, or the only one of the world; nothing where there is none.
+// The named robot, or the only one of the world; empty if there is none.
 absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::string& name) {
   pb::ListRobotsRequest request;
   request.set_world(session.world);
@@ -121,7 +121,7 @@ absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::
   const auto found = AllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
                                                       session.connection().robots(), request);
   if (!found.ok() && name.empty() && absl::IsNotFound(found.status())) {
-    return std::nullopt;  // the import makes the world
+    return std::nullopt;  // the import will create the world
   }
   if (!found.ok()) return found.status();
   if (found->robots().empty()) return std::nullopt;
@@ -143,7 +143,7 @@ absl::StatusOr<std::vector<pb::PairRule>> RulesOfWorld(Session& session) {
   return std::vector<pb::PairRule>(world->pair_rules().begin(), world->pair_rules().end());
 }
 
-// Names of those that users put, as imports do.
+// The names of objects put by users, which includes imported ones.
 absl::StatusOr<std::vector<std::string>> ObjectsPut(Session& session) {
   pb::ListObjectsRequest request;
   request.set_world(session.world);
@@ -158,7 +158,7 @@ absl::StatusOr<std::vector<std::string>> ObjectsPut(Session& session) {
   return names;
 }
 
-// Shows how far the meshes are. A mesh that the server has already is not read to its end.
+// Shows progress. A mesh that the server has already is not sent to its end.
 absl::StatusOr<scene::SceneImport> SendScene(Session& session, const formats::SceneFile& file,
                                              scene::ImportOptions options) {
   Progress progress(session);
@@ -225,7 +225,7 @@ void AddImportCommand(CommandLine& line) {
   static const std::map<std::string, Part> kParts = {
       {"state", Part::kState}, {"allowed", Part::kAllowed}, {"attached", Part::kAttached}};
   const auto arguments = std::make_shared<ImportArguments>();
-  // The action asks which of its options were given.
+  // The action checks which options were given.
   const auto self = std::make_shared<const CLI::App*>();
   CLI::App& command = AddCommand(
       line,

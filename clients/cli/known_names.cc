@@ -7,7 +7,7 @@ namespace {
 
 namespace pb = cwm::v1;
 
-// Somebody waits at the keyboard.
+// chosen: somebody is waiting at the keyboard.
 constexpr std::chrono::milliseconds kPatience(500);
 
 }  // namespace

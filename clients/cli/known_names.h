@@ -1,4 +1,4 @@
-// The names that there are on the server, for completion and for what somebody may have meant.
+// Names known to the server, for completion and for corrections.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@ namespace cwm::cli {
 
 enum class Named { kObject, kRobot, kWorld };
 
-// What one page of a list has at most.
+// derived: the largest page of a list.
 inline constexpr std::size_t kMostNames = 10'000;
 
-// At most kMostNames; empty where the server does not answer within half a second.
+// At most kMostNames; empty if the server does not answer within half a second.
 std::vector<std::string> KnownNames(const Session& session, Named what);
 
 }  // namespace cwm::cli

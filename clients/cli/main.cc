@@ -7,7 +7,7 @@
 #include "clients/web/report_assets.h"
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // `cwm objects | head` ends quietly
+  std::signal(SIGPIPE, SIG_IGN);  // so that `cwm objects | head` ends quietly
   std::ios::sync_with_stdio(false);
   const cwm::cli::Streams streams{.in = std::cin,
                                   .out = std::cout,

@@ -20,8 +20,8 @@ namespace {
 namespace pb = cwm::v1;
 using meshes::UpAxis;
 
-// A cup of 0.1 m is 100 long in millimetres, a screw of 10 mm is 10; what is longer than this in
-// metres is no thing but a building.
+// chosen: in millimetres a cup of 0.1 m is 100 long, and a screw of 10 mm is 10; an object longer
+// than this in metres would be a building.
 constexpr double kLongest_m = 10;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Mesh files as shapes of objects: which files are such, in which unit and which way up.
+// Mesh files as shapes of objects: recognising them, units and axes.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,23 +14,23 @@
 namespace cwm::cli {
 
 struct MeshArguments {
-  double scale = 1;                       // metres a unit of the file
-  std::optional<meshes::UpAxis> up = {};  // nothing: what the file says
+  double scale = 1;                       // metres per unit of the file
+  std::optional<meshes::UpAxis> up = {};  // empty: as given by the file
 };
 
-// In a group of that name of the help.
+// Adds the options to the help's group of that name.
 void AddMeshOptions(CLI::App& command, const std::string& group, MeshArguments& arguments);
 
-// The mesh of a file in metres, Z up. Vertices at the same place are one. INVALID_ARGUMENT names
-// file, place and rule; a usage error for a scale that is none.
+// The mesh of a file in metres, Z up. Vertices at the same place are merged. INVALID_ARGUMENT with
+// file, place and rule; a usage error for an invalid scale.
 absl::StatusOr<TriangleMesh> ParseMeshFile(std::string_view bytes, const std::string& file,
                                            const MeshArguments& arguments);
 
-// A mesh that is too long for anything that a robot reaches is most likely in millimetres: what to
-// warn of, or nothing.
+// A warning if the mesh is longer than anything that a robot reaches, in which case it is probably
+// in millimetres; empty otherwise.
 std::optional<std::string> SizeWarning(const TriangleMesh& mesh, const std::string& file);
 
-// Stores the mesh with the server, and shows how far that is.
+// Stores the mesh on the server and shows the progress.
 absl::StatusOr<cwm::v1::ShapePart> UploadMesh(Session& session, const TriangleMesh& mesh);
 
 }  // namespace cwm::cli

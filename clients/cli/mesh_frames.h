@@ -1,4 +1,4 @@
-// Points and meshes from one frame to another.
+// Transforms points and meshes to another frame.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace cwm::cli {
 
-// A point and a mesh in another frame: p_A = X_AB p_B. The quaternion is taken as of unit length.
+// A point or a mesh in another frame: p_A = X_AB p_B. The quaternion must have unit length.
 std::array<double, 3> Transformed(const cwm::v1::Pose& x_a_b, const std::array<double, 3>& p_b);
 formats::MeshFile Transformed(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b);
 

@@ -44,13 +44,13 @@ absl::Status ReplaceInField(const FieldDescriptor& field, OrderedJson& value) {
   return ReplaceFiles(*field.message_type(), value);
 }
 
-// Puts the bytes of files where the JSON names them.
+// Replaces names of files in the JSON by the files' bytes.
 absl::Status ReplaceFiles(const Descriptor& type, OrderedJson& value) {
   if (!value.is_object()) return absl::OkStatus();
   for (auto& [name, member] : value.items()) {
     const FieldDescriptor* field = type.FindFieldByName(name);
     if (field == nullptr) field = type.FindFieldByCamelcaseName(name);
-    if (field == nullptr) continue;  // named by the parser below
+    if (field == nullptr) continue;  // the parser below reports it
     if (absl::Status status = ReplaceInField(*field, member); !status.ok()) return status;
   }
   return absl::OkStatus();

@@ -1,4 +1,4 @@
-// Messages as the protobuf JSON that the command line prints and reads.
+// Prints and reads messages as protobuf JSON.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -11,13 +11,12 @@ namespace cwm::cli {
 
 enum class JsonSpacing { kIndented, kOneLine };
 
-// snake_case names, defaults printed; 64-bit integers are strings, bytes are base64, as protobuf
-// has it.
+// snake_case names, defaults printed; 64-bit integers are strings and bytes base64, as usual in
+// protobuf JSON.
 std::string ToJson(const google::protobuf::Message& message, JsonSpacing spacing);
 
-// Fills in the message. A string "@PATH" where the message has a bytes field stands for the bytes
-// of that file; "@@..." is the text "@...", taken as base64 like any other. Unknown fields are
-// INVALID_ARGUMENT.
+// Fills in the message. A string "@PATH" for a bytes field means the bytes of that file; "@@..." is
+// the text "@...", taken as base64 like any other. INVALID_ARGUMENT for unknown fields.
 absl::Status FromJson(const std::string& json, google::protobuf::Message& message);
 
 }  // namespace cwm::cli

@@ -30,7 +30,7 @@ absl::Status TooShort(int row_count) {
       ", must be at least 2: give --at or --joints twice or more, or lines with several"));
 }
 
-// Requests of whole paths, each as many as a message may have.
+// Requests of whole paths, each with as many paths as a message may have.
 absl::StatusOr<std::vector<pb::CheckMotionsRequest>> ToRequests(const std::vector<Body>& bodies) {
   std::vector<pb::CheckMotionsRequest> requests;
   for (const Body& body : bodies) {
@@ -63,7 +63,7 @@ std::size_t MotionCount(const std::vector<Body>& bodies) {
   return count;
 }
 
-// All answered from the revision that the first was answered from.
+// All requests are answered from the first answer's revision.
 absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
                                                     std::vector<pb::CheckMotionsRequest> requests,
                                                     pb::QueryOptions options) {
@@ -76,7 +76,7 @@ absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
     auto answer =
         connection.Call(&pb::QueryService::Stub::CheckMotions, connection.queries(), request);
     if (!answer.ok()) return answer.status();
-    if (completed > 0) {  // rows name theirs
+    if (completed > 0) {  // rows have their own names
       answer->clear_body_links();
       answer->clear_body_objects();
     }

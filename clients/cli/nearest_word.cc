@@ -5,7 +5,7 @@
 namespace cwm::cli {
 namespace {
 
-// Optimal string alignment: Damerau and Levenshtein's, each place edited once.
+// Optimal string alignment: the Damerau-Levenshtein distance with each place edited at most once.
 std::size_t EditsBetween(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> edits(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) edits[i][0] = i;

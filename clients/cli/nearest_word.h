@@ -1,4 +1,4 @@
-// What somebody may have meant.
+// Suggests a correction of a mistyped word.
 #pragma once
 
 #include <optional>
@@ -7,8 +7,8 @@
 
 namespace cwm::cli {
 
-// The one of the known words that takes the fewest letters left out, put in, changed or swapped
-// with the next to become; nothing where that is more than a third of them. The first of several.
+// The known word with the fewest edits (letters removed, inserted, changed or swapped with the
+// next) from `word`; empty if that is more than a third of the letters. The first of several.
 std::optional<std::string> NearestWord(const std::string& word,
                                        const std::vector<std::string>& known);
 

@@ -1,4 +1,4 @@
-// Numbers as they are written on the command line: "0.1,0.2,0.3".
+// Parses numbers on the command line: "0.1,0.2,0.3".
 #pragma once
 
 #include <cstddef>
@@ -11,27 +11,27 @@
 
 namespace cwm::cli {
 
-// Where numbers were written, and what they are: {"--box", "x,y,z (m)"}.
+// The option that has the numbers and their form: {"--box", "x,y,z (m)"}.
 struct NumberSpec {
   std::string name;
   std::string form;
   std::size_t count = 1;
 };
 
-// Exactly `count` numbers, "nan" and "inf" among them (the server refuses those and names its
-// field). A usage error naming the option, the text and the form otherwise.
+// Exactly `count` numbers. "nan" and "inf" are accepted here: the server refuses them with the
+// field's name. Otherwise a usage error with the option, the text and the form.
 absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const NumberSpec& spec);
 
-// The same of any count but 0.
+// The same for any count but 0.
 absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const std::string& name,
                                                  const std::string& form);
-// Whether it is numbers rather than a name.
+// True if the text is numbers rather than a name.
 bool StartsWithNumber(const std::string& text);
 
-// "x,y,z" or "x,y,z,qx,qy,qz,qw" in metres; the quaternion is passed on as it is (the server checks
-// its length).
+// "x,y,z" or "x,y,z,qx,qy,qz,qw" in metres. The quaternion is passed on unchanged; the server
+// checks its length.
 absl::StatusOr<client::PoseRow> ParsePose(const std::string& text, const std::string& option);
-// The same from numbers that were read elsewhere.
+// The same from numbers.
 absl::StatusOr<client::PoseRow> PoseFromNumbers(const std::vector<double>& numbers,
                                                 const std::string& name);
 

@@ -78,7 +78,7 @@ absl::Status List(Session& session, const ListArguments& arguments) {
   return absl::OkStatus();
 }
 
-// How a mesh is written, told by how the file's name ends.
+// Writes a mesh in the format that the file name's ending selects.
 using MeshFormat = std::string (*)(const formats::MeshFile&);
 
 absl::StatusOr<MeshFormat> FormatFor(const std::string& file) {
@@ -97,7 +97,7 @@ absl::StatusOr<client::Surface> Fetch(Session& session, const pb::ObjectSurface&
       });
 }
 
-// The object's surface at the revision that `shown` is of, in the world's frame.
+// Writes the object's surface at the revision of `shown`, in the world's frame.
 absl::Status WriteMesh(Session& session, const pb::GetObjectResponse& shown,
                        const std::string& file, MeshFormat format) {
   pb::ObjectSurface object;

@@ -38,7 +38,7 @@ std::string CoefficientText(const pb::ShapePart& part) {
 }
 
 std::vector<std::string> FitCells(const pb::ShapePart& part) {
-  // Of a completed body whose face was measured (a support), the face's fit says more.
+  // For a completed body with a measured face (a support) the face's fit is more informative.
   if (!part.has_fit()) {
     return {part.role() == pb::PART_ROLE_COMPLETED ? "completed" : "", "", ""};
   }
@@ -46,7 +46,7 @@ std::vector<std::string> FitCells(const pb::ShapePart& part) {
           Percent(part.fit().observed_fraction())};
 }
 
-// What an object is made of besides its shapes.
+// The object's geometry besides its shapes.
 std::string SurfaceText(const pb::Object& object) {
   std::int64_t triangles = 0;
   for (const auto& surface : object.surfaces()) triangles += surface.triangle_count();
@@ -66,7 +66,7 @@ std::string Position(const pb::Pose& pose) {
                       Fixed(pose.tz_m(), 3));
 }
 
-// Lines of an object: the first names it.
+// The lines of an object; the first has its name.
 void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   const pb::Object& object = *labelled.object;
   const std::size_t first = rows.size();
@@ -97,7 +97,7 @@ void PrintLine(const std::string& name, const std::string& value, std::ostream& 
   if (!value.empty()) out << name << std::string(14 - name.size(), ' ') << value << "\n";
 }
 
-// A completed plate with a fit is a support: measured on top, supplied below.
+// A completed plate with a fit is a support: measured on top, completed below.
 std::string PlateText(const pb::ShapePart& part) {
   const pb::Plate& plate = part.plate();
   std::string text = absl::StrCat("plate of ", plate.outline().vertices_size(), " corners, ");

@@ -1,4 +1,4 @@
-// Objects as tables.
+// Prints objects as tables.
 #pragma once
 
 #include <google/protobuf/repeated_ptr_field.h>
@@ -13,22 +13,22 @@
 
 namespace cwm::cli {
 
-// "cylinder r 33.1 mm, l 101.0 mm"
+// E.g. "cylinder r 33.1 mm, l 101.0 mm".
 std::string ShapeText(const cwm::v1::ShapePart& part);
 
-// A label beside an object, as the labelled cloud has it; -1: no column of labels.
+// An object with its label in the labelled cloud; -1: no column of labels.
 struct LabelledObject {
   const cwm::v1::Object* object = nullptr;
   int label = -1;
 };
 
-// One line for each part: name, kind, shape, quality of the fit, size, support, position, and the
-// coefficients under it.
+// One line per part: name, kind, shape, quality of the fit, size, support, position, with the
+// coefficients below.
 void PrintObjects(const std::vector<LabelledObject>& objects, TableStyle style, std::ostream& out);
 void PrintObjects(const google::protobuf::RepeatedPtrField<cwm::v1::Object>& objects,
                   TableStyle style, std::ostream& out);
 
-// Everything about one object.
+// Prints all facts about one object.
 void PrintObjectDetails(const cwm::v1::Object& object, TableStyle style, std::ostream& out);
 
 }  // namespace cwm::cli

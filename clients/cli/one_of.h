@@ -1,4 +1,4 @@
-// What the arguments of options may be: one of some words, a time.
+// Validators for the arguments of options: one of some words, a time.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,8 +14,8 @@
 
 namespace cwm::cli {
 
-// "--kind: "spoon" must be object, residual or user" for another word; upper and lower case are the
-// same. For Option::transform of an option that holds an enum.
+// Accepts one of the words in upper or lower case. The error is e.g. "--kind: "spoon" must be
+// object, residual or user". For Option::transform of an option that stores an enum.
 template <class Enum>
 CLI::Validator OneOf(std::map<std::string, Enum> values) {
   const auto check = [values = std::move(values)](std::string& word) -> std::string {
@@ -33,7 +33,7 @@ CLI::Validator OneOf(std::map<std::string, Enum> values) {
   return CLI::Validator(check, "");
 }
 
-// "--deadline: "0" must be a number of seconds, more than 0". For Option::check.
+// The error is e.g. "--deadline: "0" must be a number of seconds, more than 0". For Option::check.
 inline std::string PositiveSeconds(const std::string& text) {
   double seconds = 0;
   if (absl::SimpleAtod(text, &seconds) && seconds > 0) return "";

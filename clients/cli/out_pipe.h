@@ -1,4 +1,4 @@
-// Whether anybody still reads what the process prints.
+// Detects that nobody reads the process's output any more.
 #pragma once
 
 #include <chrono>
@@ -6,8 +6,8 @@
 
 namespace cwm::cli {
 
-// True when `out` is the process's stdout and the other end of that pipe (or terminal) is closed, as
-// after `cwm watch | head -1`; waits for that as long as told. False for files and other streams.
+// True if `out` is the process's stdout and the other end of that pipe (or terminal) is closed, as
+// after `cwm watch | head -1`; waits up to `wait` for that. False for files and other streams.
 bool IsUnread(const std::ostream& out,
               std::chrono::milliseconds wait = std::chrono::milliseconds(0));
 

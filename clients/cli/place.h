@@ -9,11 +9,11 @@
 
 namespace cwm::cli {
 
-// What the help calls the forms.
+// The forms of a place, for the help.
 inline constexpr char kPlaceForm[] = "X,Y,Z[,QX,QY,QZ,QW]|NAME[+DX,DY,DZ]";
 
-// "x,y,z", "x,y,z,qx,qy,qz,qw", or an object's name, alone or with an offset along the world's
-// axes: "mug+0,0,0.2". A name stands for the centre of the object's bounding box (its origin when
+// Parses "x,y,z", "x,y,z,qx,qy,qz,qw", or an object's name, optionally with an offset along the
+// world's axes: "mug+0,0,0.2". A name means the centre of the object's bounding box (its origin if
 // it has none), without rotation; the server is asked for it.
 absl::StatusOr<client::PoseRow> ParsePlace(Session& session, const std::string& text,
                                            const std::string& option);

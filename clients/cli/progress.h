@@ -1,4 +1,4 @@
-// One line on a terminal that says how far a long call is.
+// Shows the progress of a long call on one line of a terminal.
 #pragma once
 
 #include <chrono>
@@ -13,24 +13,23 @@ namespace cwm::cli {
 
 enum class ProgressStyle { kSilent, kOneLine };
 
-// Bytes on their way. `total_bytes` is positive.
+// Bytes being transferred. `total_bytes` is positive.
 struct Transfer {
   std::string doing;  // "sending"
   std::int64_t moved_bytes = 0;
   std::int64_t total_bytes = 0;
-  double bytes_per_s = 0;    // 0: not known yet
-  std::string of_what = {};  // "87381 of 307200 points"; empty: nothing is said
+  double bytes_per_s = 0;    // 0: unknown yet
+  std::string of_what = {};  // "87381 of 307200 points"; empty: omitted
 };
 
-// "sending 1.0 MB of 3.7 MB, 87381 of 307200 points, 2.5 MB/s, 1 s left"; rate and time are left
-// out where the rate is not known.
+// "sending 1.0 MB of 3.7 MB, 87381 of 307200 points, 2.5 MB/s, 1 s left"; rate and time are omitted
+// while the rate is unknown.
 std::string TransferText(const Transfer& transfer);
 
-// "87381 of 307200 points": whole ones of `bytes_each`, which is positive.
+// "87381 of 307200 points": the number of complete ones of `bytes_each` bytes, which is positive.
 std::string CountText(const Transfer& transfer, std::int64_t bytes_each, const std::string& things);
 
-// Rewrites one line of `err` and wipes it at the end, so that nothing of it stays. Silent when err
-// is no terminal.
+// Rewrites one line of `err` and erases it at the end. Silent if `err` is no terminal.
 class Progress {
  public:
   explicit Progress(const Session& session);
@@ -39,8 +38,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // `bytes_per_s` is filled in: the mean since the first of these, before which the server may have
-  // been making what is received.
+  // Sets `bytes_per_s` to the mean since the first call, before which the server may have worked on
+  // what is received.
   void Moved(Transfer transfer);
   void Stage(const std::string& stage);
   void Clear();

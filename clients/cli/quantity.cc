@@ -10,14 +10,15 @@
 namespace cwm::cli {
 namespace {
 
-// Below it a rotation is rounding of a quaternion, 1e-6 rad moves the end of a 1 m object by 1 um.
+// derived: a smaller rotation is rounding of a quaternion; 1e-6 rad moves the end of a 1 m object
+// by 1 um.
 constexpr double kSmallestShownAngle_rad = 1e-6;
 
 }  // namespace
 
 std::string Fixed(double value, int decimals) {
   const std::string text = absl::StrFormat("%.*f", decimals, value);
-  // "-0.000" is a zero that rounding made negative.
+  // "-0.000" is zero with a sign from rounding.
   const bool zero = text.find_first_not_of("-0.") == std::string::npos;
   return zero && text[0] == '-' ? text.substr(1) : text;
 }

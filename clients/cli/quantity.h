@@ -1,4 +1,4 @@
-// Numbers with their units, as tables show them.
+// Formats quantities with units for tables.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 
 namespace cwm::cli {
 
-// "35.2 mm" below a metre, "1.250 m" from there on.
+// "35.2 mm" below a metre, "1.250 m" above.
 std::string Length(double length_m);
 // "0.250 x 0.100 x 0.040 m", all in one unit.
 std::string Size(const cwm::v1::Box& box);
-// "0.412 -0.100 0.051": metres by the column's title, or without unit for directions.
+// "0.412 -0.100 0.051": in metres according to the column's title, or without unit for directions.
 std::string Vector(const cwm::v1::Vector3& vector);
-// "0.412 -0.100 0.051 m", and the angle and axis of the rotation when there is one: "30.0 deg about
-// 0.000 0.000 1.000".
+// "0.412 -0.100 0.051 m", followed by the rotation's angle and axis if it is not zero: "30.0 deg
+// about 0.000 0.000 1.000".
 std::string PoseText(const cwm::v1::Pose& pose);
 // "97.5 %"
 std::string Percent(double ratio);

@@ -1,4 +1,4 @@
-// Options that every question to the world has.
+// Options of every query.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -36,12 +36,12 @@ struct QuestionArguments {
 };
 
 void AddQuestionOptions(CLI::App& command, QuestionArguments& question);
-// Of verdicts and contacts: distances are geometric.
+// For verdicts and contacts; distances are geometric.
 void AddMarginOption(CLI::App& command, QuestionArguments& question);
-// Those of questions about pairs, which rays and samples know nothing of.
+// For queries about pairs; rays and samples have no pair rules.
 void AddPairRuleOptions(CLI::App& command, QuestionArguments& question);
 void AddRevisionOption(CLI::App& command, std::string& at_revision);
-// Of commands that answer by exit code, see CodeOfAll.
+// For commands whose exit code is their answer, see CodeOfAll.
 void AddExitCodeOption(CLI::App& command, bool& exit_code);
 
 // A usage error for anything but "", "latest", "N" and "N+".
@@ -49,11 +49,11 @@ absl::StatusOr<cwm::v1::AtRevision> ParseRevision(const std::string& text);
 
 google::protobuf::Duration ToDuration(double seconds);
 
-// With answers as F64, in rows, so that JSON is readable.
+// Requests F64 answers in rows, so that JSON is readable.
 absl::StatusOr<cwm::v1::QueryOptions> ToOptions(const QuestionArguments& question);
 
-// Asks `method` about every batch and returns the answers as one: rows after rows. All are
-// answered from the revision that the first was answered from.
+// Calls `method` for every batch and returns the answers as one, with all rows in order. All
+// batches are answered from the first answer's revision.
 template <class Request, class Response, class Method>
 absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vector<Batch>& batches,
                                 cwm::v1::QueryOptions options) {
@@ -71,7 +71,7 @@ absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vect
     if (absl::Status status = ExpandRows(*answer); !status.ok()) return status;
     const bool same_links = std::equal(all.body_links().begin(), all.body_links().end(),
                                        answer->body_links().begin(), answer->body_links().end());
-    if (same_links) {  // told once
+    if (same_links) {  // kept once
       answer->clear_body_links();
       answer->clear_body_objects();
     }
@@ -86,8 +86,8 @@ absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vect
   return all;
 }
 
-// The same about rows of numbers, in as many messages as it takes: `set` gives some of the rows to a
-// request.
+// The same for rows of numbers, in as many messages as necessary: `set` puts some of the rows into
+// a request.
 template <class Request, class Response, class Method, class Row, class Set>
 absl::StatusOr<Response> AskInMessages(Session& session, Method method,
                                        const std::vector<Row>& rows, cwm::v1::QueryOptions options,
@@ -113,8 +113,8 @@ absl::StatusOr<Response> AskInMessages(Session& session, Method method,
   return all;
 }
 
-// What --exit-code ends with. Free is what all rows are known to be: neither a state out of limits
-// nor a row that time did not suffice for may read as free. `code_of` says it of one verdict.
+// The exit code for --exit-code. Free means that all rows are known to be free: neither a state out
+// of limits nor a row without an answer counts as free. `code_of` is the code of one verdict.
 template <class Response, class CodeOf>
 ExitCode CodeOfAll(const Response& answer, std::size_t asked, CodeOf code_of) {
   const bool all = static_cast<std::size_t>(answer.completed_count()) == asked;
@@ -127,20 +127,20 @@ ExitCode CodeOfAll(const Response& answer, std::size_t asked, CodeOf code_of) {
   return code;
 }
 
-// "revision 7, 3 of 5 rows" under a table.
+// The line below a table: "revision 7, 3 of 5 rows".
 std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked,
                    const std::string& of_what = "row");
-// What a row of any kind met, for tables: an object's name, or "itself" of a robot.
+// The obstacle of a row for tables: an object's name, or "itself" for a robot.
 template <class Row>
 std::string MetName(const Row& row) {
   return row.object().empty() && row.has_object_link() ? "itself" : row.object();
 }
-// The same of what rays and points meet, of which a robot's link is named with it.
+// The obstacle of a ray or point, with the link if it is a robot.
 template <class Row>
 std::string HitName(const Row& row) {
   return row.has_object_link() ? row.object() + "/" + row.object_link() : row.object();
 }
-// What of the body met it: of a robot the link, of what it carries the object as well.
+// The part of the body in contact: a robot's link, with the attached object if any.
 template <class Row>
 std::string BodyName(const Row& row) {
   return row.has_body_object() ? row.body_link() + " with " + row.body_object() : row.body_link();

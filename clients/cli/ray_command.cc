@@ -44,7 +44,7 @@ absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments, Sessi
   return ray;
 }
 
-// "from" or "direction" of a line: three numbers.
+// Reads "from" or "direction" of a line: three numbers.
 bool ReadVector(const Json& line, const char* name, double* values) {
   if (!line.is_object() || !line.contains(name)) return false;
   const Json& list = line[name];

@@ -32,15 +32,15 @@ absl::StatusOr<reflection::ServerReflectionResponse> Ask(
   return response;
 }
 
-// Splits at the last '/' or '.': {"cwm.v1.WorldService", "GetObject"}; no service when there is
-// none.
+// Splits at the last '/' or '.': {"cwm.v1.WorldService", "GetObject"}; the service is empty if
+// there is none.
 std::pair<std::string, std::string> SplitMethod(const std::string& name) {
   const std::size_t at = name.find_last_of("/.");
   if (at == std::string::npos) return {"", name};
   return {name.substr(0, at), name.substr(at + 1)};
 }
 
-// Whether `full` is `name` or ends in ".name"; an empty name fits all.
+// True if `full` is `name` or ends in ".name"; an empty name matches all.
 bool Names(const std::string& name, const std::string& full) {
   if (name.empty() || name == full) return true;
   const std::string ending = "." + name;
@@ -74,7 +74,7 @@ bool ReflectionClient::Database::FindFileContainingSymbol(const std::string& sym
   if (!response.ok() || response->file_descriptor_response().file_descriptor_proto().empty()) {
     return false;
   }
-  // The file that holds the symbol comes first, what it imports after it.
+  // The file that defines the symbol comes first, followed by its imports.
   FileDescriptorProto file;
   return file.ParseFromString(response->file_descriptor_response().file_descriptor_proto(0)) &&
          FindFileByName(file.name(), output);
@@ -105,7 +105,7 @@ absl::StatusOr<const MethodDescriptor*> ReflectionClient::FindMethod(const std::
   for (const std::string& full : *services) {
     if (!Names(service_name, full)) continue;
     const ServiceDescriptor* service = pool_.FindServiceByName(full);
-    if (service == nullptr) {  // gRPC serves its health checking without describing it
+    if (service == nullptr) {  // gRPC serves health without a descriptor
       service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full);
     }
     if (service == nullptr) continue;

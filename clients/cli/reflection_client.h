@@ -1,4 +1,4 @@
-// The services that a server offers, as it describes them itself.
+// The services of a server by its own description.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -12,23 +12,23 @@
 
 namespace cwm::cli {
 
-// Descriptors by gRPC server reflection (v1alpha); the pool asks the server for each file once. Not
-// thread-safe; the descriptors live as long as the client.
+// Descriptors by gRPC server reflection (v1alpha); the pool requests each file once from the
+// server. Not thread safe. The descriptors live as long as the client.
 class ReflectionClient {
  public:
   explicit ReflectionClient(const client::Connection& connection);
 
-  // Full names, sorted. UNIMPLEMENTED when the server has no reflection.
+  // Full names, sorted. UNIMPLEMENTED if the server has no reflection.
   absl::StatusOr<std::vector<std::string>> ListServices();
 
-  // "cwm.v1.WorldService/GetObject", "WorldService/GetObject", "WorldService.GetObject" or, where
-  // only one service has it, "GetObject". NOT_FOUND lists what there is.
+  // Finds "cwm.v1.WorldService/GetObject", "WorldService/GetObject", "WorldService.GetObject" or,
+  // if only one service has it, "GetObject". NOT_FOUND lists the known methods.
   absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::string& name);
 
   const google::protobuf::DescriptorPool& pool() const { return pool_; }
 
  private:
-  // Asks for files as the pool needs them.
+  // Requests files when the pool needs them.
   class Database : public google::protobuf::DescriptorDatabase {
    public:
     explicit Database(const client::Connection& connection) : connection_(connection) {}

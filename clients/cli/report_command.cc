@@ -48,7 +48,7 @@ void CollectHashes(const pb::Object& object, Meshes& meshes) {
   }
 }
 
-// Every mesh that the reply names.
+// Reads every mesh that the reply names.
 absl::StatusOr<Meshes> FetchMeshes(Session& session, const pb::IngestCloudResponse& response) {
   Meshes meshes;
   for (const pb::Object& support : response.supports()) CollectHashes(support, meshes);
@@ -63,13 +63,13 @@ absl::StatusOr<Meshes> FetchMeshes(Session& session, const pb::IngestCloudRespon
   return meshes;
 }
 
-// What the server says of the scan, as the page takes it.
+// The server's result for the scan in the page's form.
 absl::StatusOr<report::ScanRecord> Record(Session& session, const ReportArguments& arguments,
                                           const formats::CloudFile& cloud,
                                           pb::IngestCloudResponse response) {
   const auto labels = client::LabelsOf(session.connection(), response, cloud.size());
   if (!labels.ok()) return labels.status();
-  response.clear_labels();  // they are with the points
+  response.clear_labels();  // they are sent with the points
   auto meshes = FetchMeshes(session, response);
   if (!meshes.ok()) return meshes.status();
   return report::ScanRecord{

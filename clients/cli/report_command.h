@@ -1,4 +1,4 @@
-// cwm report: the one command that needs something of the program beside the command line.
+// cwm report: the only command that needs more than the command line.
 #pragma once
 
 #include "clients/cli/command.h"
@@ -6,8 +6,8 @@
 
 namespace cwm::cli {
 
-// The assets are what pages are made of and must outlive the line. Without them the command says that
-// this program makes no pages.
+// The assets are the parts of the page and must outlive the line. Without them the command reports
+// that this program cannot make pages.
 void AddReportCommand(CommandLine& line, const report::PageAssets& assets);
 
 }  // namespace cwm::cli

@@ -26,7 +26,7 @@ absl::StatusOr<pb::Robot> FindRobot(Session& session, const std::string& name) {
   return found->robots(0);
 }
 
-// The states of that name, of the group or of any; all names for the error.
+// The states of that name, in the group or in any group, and all names for the error.
 struct NamedStates {
   std::vector<const pb::NamedState*> found;
   std::vector<std::string> groups;  // of `found`
@@ -68,7 +68,7 @@ absl::StatusOr<const pb::NamedState*> FindState(const pb::Robot& robot, const st
                                         : absl::StrCat(": ", absl::StrJoin(states.known, ", "))));
 }
 
-// Whether the variable is one of a row.
+// True if the variable is in the group's rows.
 bool IsOfGroup(const pb::RobotVariable& variable, const pb::Robot& robot,
                const std::string& group_name) {
   if (group_name.empty()) return true;

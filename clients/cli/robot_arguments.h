@@ -1,4 +1,4 @@
-// A robot that asks, and its states, from the command line.
+// A robot as the subject of a query, and its states, from the command line.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -20,19 +20,19 @@ struct RobotArguments {
 };
 
 void AddRobotOptions(CLI::App& command, RobotArguments& robot);
-// Whether any option but the name is set.
+// True if any option but the name is set.
 bool HasAny(const RobotArguments& robot);
 
-// Without rows.
+// The subject without rows.
 absl::StatusOr<cwm::v1::RobotSubject> ToRobotSubject(const RobotArguments& robot);
 
-// A row of the subject's group: "0.1,0.2,..." as it is (the server checks how many there are), or a
-// state that the SRDF names, of that group or, without one, of any. The server is asked for it;
-// what the state does not name is where the robot has it.
+// A row of the subject's group: "0.1,0.2,..." unchanged (the server checks the count), or a state
+// that the SRDF names, in that group or, without a group, in any. The server is asked for it;
+// joints that the state does not name keep their present values.
 absl::StatusOr<std::vector<double>> ParseJoints(Session& session, const std::string& text,
                                                 const cwm::v1::RobotSubject& subject);
 
-// The same text as a state to be set: of all variables of the group (all of the robot's without one),
+// The same text as a state to set: of all variables of the group (without a group, of the robot),
 // or of those that the named state has.
 absl::StatusOr<cwm::v1::RobotJointState> ParseJointState(Session& session, const std::string& text,
                                                          const cwm::v1::RobotSubject& subject);

@@ -13,12 +13,12 @@ namespace {
 
 namespace pb = cwm::v1;
 
-constexpr int kDecimals = 3;  // a milliradian, a millimetre
+constexpr int kDecimals = 3;  // milliradians and millimetres
 
-// Empty for none, so that a column without any is left out.
+// Empty for zero, so that a column without any count is omitted.
 std::string Count(std::int64_t count) { return count == 0 ? "" : absl::StrCat(count); }
 
-// "revolute"
+// E.g. "revolute".
 std::string KindText(pb::JointKind kind) {
   constexpr std::size_t kPrefix = sizeof("JOINT_KIND_") - 1;
   const std::string name = pb::JointKind_Name(kind);

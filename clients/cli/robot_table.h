@@ -1,4 +1,4 @@
-// Robots for people.
+// Prints robots as tables.
 #pragma once
 
 #include <google/protobuf/repeated_field.h>
@@ -12,14 +12,14 @@
 
 namespace cwm::cli {
 
-// A line a robot: what it is made of and where it stands.
+// One line per robot: its parts and its pose.
 void PrintRobots(const google::protobuf::RepeatedPtrField<cwm::v1::Robot>& robots, TableStyle style,
                  std::ostream& out);
 
-// That line, its links, its variables with limits and values, its groups.
+// That line, the robot's links, its variables with limits and values, and its groups.
 void PrintRobotDetails(const cwm::v1::Robot& robot, TableStyle style, std::ostream& out);
 
-// "0.000 -0.785 1.571"
+// E.g. "0.000 -0.785 1.571".
 std::string JointText(const google::protobuf::RepeatedField<double>& values);
 
 }  // namespace cwm::cli

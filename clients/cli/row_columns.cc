@@ -9,7 +9,7 @@ namespace {
 
 namespace pb = cwm::v1;
 
-// Row-major numbers in the bytes of a column.
+// Reads numbers from the bytes of a column.
 template <class T>
 class ColumnReader {
  public:
@@ -25,7 +25,7 @@ class ColumnReader {
   const std::string& bytes_;
 };
 
-constexpr std::int32_t kNothing = -1, kItself = -2;  // of an object_index
+constexpr std::int32_t kNothing = -1, kItself = -2;  // special values of an object_index
 
 absl::Status Mismatch() {
   return absl::DataLossError("the columns of the server's answer do not fit together");
@@ -37,12 +37,12 @@ void SetVector(const ColumnReader<double>& column, std::size_t i, pb::Vector3* v
   vector->set_z(column[3 * i + 2]);
 }
 
-// The pair of a row, as its message names it: index -2 is the robot that asks.
+// The pair of a row in the form of its message: index -2 is the subject robot itself.
 struct PairAt {
   std::int32_t object, body_part, object_part;
 };
 
-// False when it names nothing that the answer has.
+// False if it names something that the answer does not have.
 template <class Response, class Row>
 bool SetPair(const PairAt& pair, const Response& response, Row& row) {
   const bool of_itself = pair.object == kItself;
@@ -50,7 +50,7 @@ bool SetPair(const PairAt& pair, const Response& response, Row& row) {
   if (!of_itself) {
     const pb::ObjectRef& met = response.objects(pair.object);
     row.set_object(met.name());
-    if (met.part_links_size() > 0) {  // a robot
+    if (met.part_links_size() > 0) {  // the obstacle is a robot
       if (pair.object_part < 0 || pair.object_part >= met.part_links_size()) return false;
       row.set_object_link(met.part_links(pair.object_part));
     }
@@ -63,7 +63,7 @@ bool SetPair(const PairAt& pair, const Response& response, Row& row) {
   if (!has_link(pair.body_part) || (of_itself && !has_link(pair.object_part))) return false;
   row.set_body_link(response.body_links(pair.body_part));
   if (of_itself) row.set_object_link(response.body_links(pair.object_part));
-  if (response.body_objects_size() == 0) return true;  // nothing is carried
+  if (response.body_objects_size() == 0) return true;  // nothing is attached
   if (response.body_objects_size() != links) return false;
   const std::string& mine = response.body_objects(pair.body_part);
   if (!mine.empty()) row.set_body_object(mine);
@@ -126,7 +126,7 @@ absl::Status ExpandRows(pb::CheckCollisionsResponse& response) {
   const std::size_t rows = response.verdicts().size();
   const ColumnReader<std::int32_t> index(response.object_index()), body_part(response.body_part()),
       object_part(response.object_part());
-  // Of no row where all are within limits.
+  // The column is empty if all rows are within limits.
   const ColumnReader<std::int32_t> variable(response.variable_index());
   if (index.size() != rows || body_part.size() != rows || object_part.size() != rows ||
       response.trust().size() != rows || (variable.size() != rows && variable.size() != 0)) {

@@ -1,4 +1,4 @@
-// Answers that came as columns, as the rows that the command line prints.
+// Converts answers received as columns to the rows that the command line prints.
 #pragma once
 
 #include "absl/status/status.h"
@@ -6,12 +6,12 @@
 
 namespace cwm::cli {
 
-// The most rows that the server answers as messages (GetServerInfo.limits.max_rows_as_messages);
-// longer batches come as columns.
+// derived: the most rows that the server answers as messages
+// (GetServerInfo.limits.max_rows_as_messages); longer batches are answered as columns.
 inline constexpr std::size_t kMaxMessageRows = 1024;
 
-// Fills in `rows` from the columns, which must be F64, and clears these. Nothing to do for an
-// answer that has rows already. DATA_LOSS when the columns do not fit together.
+// Fills in `rows` from the columns, which must be F64, and clears the columns. Does nothing for an
+// answer that has rows already. DATA_LOSS if the columns are inconsistent.
 absl::Status ExpandRows(cwm::v1::CheckCollisionsResponse& response);
 absl::Status ExpandRows(cwm::v1::GetDistancesResponse& response);
 absl::Status ExpandRows(cwm::v1::GetContactsResponse& response);

@@ -23,7 +23,7 @@ constexpr char kThings[] =
     "A and B are NAME (of an object, or of a robot with all its links), ROBOT:LINK, or '*' for\n"
     "everything, bodies without a name included. They need not be there, yet or any more.";
 
-constexpr double kLongest_s = 366 * 24 * 3600;  // what the server takes
+constexpr double kLongest_s = 366 * 24 * 3600;  // the server's limit
 
 struct RuleArguments {
   std::string a, b;
@@ -71,7 +71,8 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
   std::string done =
       absl::StrCat(Both(arguments), arguments.withdraw ? ": no longer allowed" : ": may collide");
   if (arguments.for_s) {
-    if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // false for NaN
+    if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // the condition is false for
+                                                                      // NaN
       return UsageError(absl::StrCat("--for: is ", *arguments.for_s,
                                      ", must be positive and at most ", kLongest_s, " s"));
     }

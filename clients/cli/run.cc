@@ -31,7 +31,7 @@ constexpr char kDescription[] =
     "cancelled, 6 permission, 7 resource exhausted, 8 bad input, 10 in collision (--exit-code),\n"
     "11 not known to be free (--exit-code), 70 anything else.";
 
-// In the list of commands each is one line; its examples come with its own --help.
+// Lists each command on one line; its examples are shown by its own --help.
 class ShortListFormatter : public CLI::Formatter {
  public:
   std::string make_subcommand(const CLI::App* command) const override {
@@ -85,7 +85,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   line.app.require_subcommand(1);
 }
 
-// Nobody asks a server about a line that is not understood.
+// An invalid command line must not cause a query to the server.
 std::vector<std::string> NoNames(Named) { return {}; }
 
 std::vector<std::string> CommandNames(const CLI::App& app) {
@@ -94,14 +94,14 @@ std::vector<std::string> CommandNames(const CLI::App& app) {
   return names;
 }
 
-// The last of the commands that were recognised; the application where none was.
+// The last recognised command; the application if there is none.
 const CLI::App& ChosenCommand(const CLI::App& app) {
   const CLI::App* chosen = &app;
   while (!chosen->get_subcommands().empty()) chosen = chosen->get_subcommands().front();
   return *chosen;
 }
 
-// The option that the first of the words that look like one was perhaps to be.
+// A suggestion for the first word that looks like an option.
 std::optional<std::string> MeantOption(const CLI::App& command,
                                        const std::vector<std::string>& words) {
   std::vector<std::string> options;
@@ -114,7 +114,7 @@ std::optional<std::string> MeantOption(const CLI::App& command,
   return std::nullopt;
 }
 
-// The object, robot or world that a name was perhaps to be of.
+// A suggestion for an unknown object, robot or world.
 std::optional<std::string> Meant(const absl::Status& status, const Session& session) {
   struct Kind {
     Named named;
@@ -131,7 +131,7 @@ std::optional<std::string> Meant(const absl::Status& status, const Session& sess
   return NearestWord(unknown->second, KnownNames(session, kind->second.named));
 }
 
-// Help and version are no errors; they are data, on stdout.
+// Help and version are not errors; they are printed on stdout.
 ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
   const Streams& streams = line.session.streams;
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
@@ -140,7 +140,7 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
   }
   const CLI::App& chosen = ChosenCommand(line.app);
   const std::vector<std::string> unknown = line.app.remaining(/*recurse=*/true);
-  // CLI11 says only that one is missing.
+  // CLI11 only reports that a command is missing.
   const auto any = [](const CLI::App*) { return true; };
   const bool no_command =
       !chosen.get_subcommands(any).empty() && !unknown.empty() && unknown.front().front() != '-';
@@ -176,13 +176,13 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
                                  {"NO_COLOR", "when set, tables are plain"}}});
   AddGlobalOptions(line.app, session);
   AddCommands(line, page_assets);
-  try {  // CLI11 reports by exceptions; they end here
+  try {  // CLI11 reports errors by exceptions, which are handled here
     line.app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::ParseError& error) {
     return Explain(line, error);
   }
   streams.out.flush();
-  // A reader that has had enough is no error; a full disk is one.
+  // A reader that closes the pipe is not an error; a full disk is.
   if (line.result.ok() && !streams.out && !IsUnread(streams.out)) {
     line.result = absl::InternalError("stdout cannot be written: part of the answer is lost");
   }

@@ -1,4 +1,4 @@
-// The whole command line, streams passed in.
+// The whole command line, with the streams passed in.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace cwm::cli {
 
-// Arguments without the program's name; the environment gives CWM_ADDR and NO_COLOR. Without page
-// assets `cwm report` is not offered.
+// `arguments` excludes the program's name; CWM_ADDR and NO_COLOR are read from the environment.
+// Without page assets `cwm report` is not available.
 ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
              const report::PageAssets& page_assets = {});
 

@@ -27,7 +27,7 @@ struct SampleArguments {
   QuestionArguments question;
 };
 
-// {"point": [x, y, z]}: three numbers.
+// Parses {"point": [x, y, z]}.
 bool ReadPoint(const Json& line, Point& point) {
   if (!line.is_object() || line.size() != 1 || !line.contains("point")) return false;
   const Json& list = line["point"];

@@ -107,7 +107,8 @@ absl::StatusOr<pb::IngestCloudHeader> ToHeader(const ScanArguments& scan, const 
 
 namespace {
 
-// Programs differ in what a VIEWPOINT is to the points of its file, so it is no pose that was given.
+// Programs disagree about the meaning of VIEWPOINT for a file's points, so it is not used as a
+// pose.
 void WarnOfViewpoint(Session& session, const formats::CloudFile& cloud, const std::string& file) {
   const std::array<double, 7>& v = cloud.viewpoint;
   if (v == formats::CloudFile{}.viewpoint) return;

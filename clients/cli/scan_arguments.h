@@ -1,4 +1,4 @@
-// Options about a scan: where the sensor is and how noisy.
+// Options of scans: the sensor's pose and noise.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -21,17 +21,17 @@ struct ScanArguments {
 
 void AddScanOptions(CLI::App& command, ScanArguments& scan);
 
-// World, sensor pose, up and noise. A usage error where they are not understood.
+// World, sensor pose, up direction and noise. A usage error if they cannot be parsed.
 absl::StatusOr<cwm::v1::IngestCloudHeader> ToHeader(const ScanArguments& scan,
                                                     const Session& session);
 
-// A cloud of the file's geometry through the server, with progress on a terminal.
+// Sends a cloud with the file's geometry to the server, with progress on a terminal.
 absl::StatusOr<cwm::v1::IngestCloudResponse> SendScan(Session& session,
                                                       const cwm::v1::IngestCloudHeader& header,
                                                       const formats::CloudFile& cloud,
                                                       const std::string& file);
 
-// A usage error unless the file can be told to be a PCD: its name ends in .pcd or has no extension.
+// A usage error unless the file name ends in .pcd or has no extension.
 absl::Status CheckLabelledName(const std::string& argument, const std::string& path);
 
 // Writes the cloud with the labels of the response as a compressed PCD.

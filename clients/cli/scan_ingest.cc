@@ -24,7 +24,7 @@ absl::Status IngestScan(Session& session, const cwm::v1::IngestCloudHeader& head
   if (!file.labels_path.empty()) {
     absl::Status written = WriteLabelled(session, *response, *cloud, file.labels_path);
     if (!written.ok()) return written;
-    response->clear_labels();  // they are in the file
+    response->clear_labels();  // they are in the labelled file
   }
   session.Print(*response, [&] {
     if (!file.title.empty()) session.streams.out << file.title << "\n";

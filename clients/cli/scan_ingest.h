@@ -1,4 +1,4 @@
-// A scan's file into the world: what `cwm ingest` does to each, and `cwm import` to one.
+// Ingests a scan's file into the world; used by `cwm ingest` for each file and by `cwm import`.
 #pragma once
 
 #include <string>
@@ -10,16 +10,16 @@
 
 namespace cwm::cli {
 
-// The bytes of a file of that name, and what is printed above its report (a name among several).
+// The bytes of a file of that name, and the title printed above its report (if there are several).
 struct ScanFile {
   std::string_view bytes;
   std::string name;
   std::string title = {};
-  std::string labels_path = {};  // the labelled cloud goes there; empty: nowhere
+  std::string labels_path = {};  // the path of the labelled cloud; empty: none
 };
 
-// Sends the cloud under the header and prints what came of it. A PLY that has faces is taken for its
-// vertices, with a warning.
+// Sends the cloud with the header and prints the result. The vertices of a PLY with faces are used
+// as a cloud, with a warning.
 absl::Status IngestScan(Session& session, const cwm::v1::IngestCloudHeader& header,
                         const ScanFile& file);
 

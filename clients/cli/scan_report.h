@@ -1,4 +1,4 @@
-// What a scan came to, as a table.
+// Prints the result of a scan as a table.
 #pragma once
 
 #include <iosfwd>

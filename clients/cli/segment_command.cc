@@ -28,7 +28,7 @@ absl::Status Segment(Session& session, const SegmentArguments& arguments) {
   if (!response.ok()) return response.status();
   absl::Status written = WriteLabelled(session, *response, *cloud, arguments.output);
   if (!written.ok()) return written;
-  response->clear_labels();  // they are in the file
+  response->clear_labels();  // they are in the labelled file
   session.Print(*response,
                 [&] { PrintScanReport(*response, session.table_style(), session.streams.out); });
   return absl::OkStatus();

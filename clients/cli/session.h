@@ -1,4 +1,4 @@
-// What every command works with: the streams of the process, the global options, the connection.
+// State that every command uses: the process's streams, the global options, the connection.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -28,7 +28,7 @@ struct Streams {
 enum class OutputForm {
   kTable,   // for people; the default
   kJson,    // the protobuf JSON of the response, snake_case, defaults printed
-  kNdjson,  // one line for each element: object, row, event
+  kNdjson,  // one line per element: object, row, event
 };
 
 struct Session {
@@ -40,21 +40,21 @@ struct Session {
   OutputForm form = OutputForm::kTable;
   std::optional<double> deadline_s;
   bool no_color = false;
-  // Set by commands that answer by exit code (check --exit-code).
+  // Set by commands whose exit code is their answer (check --exit-code).
   ExitCode answer = ExitCode::kDone;
 
-  // Opened by the first use.
+  // Opened on first use.
   const client::Connection& connection();
 
   bool color() const { return streams.out_is_terminal && !no_color; }
   TableStyle table_style() const { return color() ? TableStyle::kColor : TableStyle::kPlain; }
 
-  // A response in the form asked for: JSON, or `table` called.
+  // Prints a response in the requested form: JSON, or by calling `table`.
   void Print(const google::protobuf::Message& response, const std::function<void()>& table);
   // The same for a list: with NDJSON, `lines` prints the elements.
   void PrintList(const google::protobuf::Message& response, const std::function<void()>& lines,
                  const std::function<void()>& table);
-  // One line of NDJSON.
+  // Prints one line of NDJSON.
   void PrintLine(const google::protobuf::Message& element);
   void Warn(const std::string& warning);
 

@@ -58,7 +58,7 @@ absl::Status Status(Session& session) {
     PrintStatus(*health, *info, *worlds, session);
     return absl::OkStatus();
   }
-  // Three replies in one object.
+  // Combines three replies into one object.
   OrderedJson json = {{"address", connection.address()}, {"health", *health}};
   json["server_info"] = OrderedJson::parse(ToJson(*info, JsonSpacing::kOneLine));
   json["worlds"] = OrderedJson::parse(ToJson(*worlds, JsonSpacing::kOneLine))["worlds"];

@@ -10,7 +10,7 @@ constexpr char kBold[] = "\033[1m";
 constexpr char kDim[] = "\033[2m";
 constexpr char kPlain[] = "\033[0m";
 
-// The width of each column; 0 where every cell is empty.
+// The width of each column; 0 if every cell is empty.
 std::vector<std::size_t> Widths(const std::vector<Column>& columns,
                                 const std::vector<TableRow>& rows) {
   std::vector<std::size_t> widths(columns.size(), 0);

@@ -1,4 +1,4 @@
-// Aligned tables for people.
+// Prints aligned tables.
 #pragma once
 
 #include <iosfwd>
@@ -15,13 +15,13 @@ struct Column {
 };
 
 struct TableRow {
-  std::vector<std::string> cells;  // as many as columns
-  std::string note = {};           // printed under the row, indented; empty: nothing
+  std::vector<std::string> cells;  // one per column
+  std::string note = {};           // printed below the row, indented; empty: none
 };
 
 enum class TableStyle { kPlain, kColor };
 
-// Columns that are empty in every row are left out. Titles are bold in colour.
+// Columns that are empty in every row are omitted. With colour, titles are bold.
 void PrintTable(const std::vector<Column>& columns, const std::vector<TableRow>& rows,
                 TableStyle style, std::ostream& out);
 

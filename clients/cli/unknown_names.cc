@@ -19,7 +19,7 @@ bool Has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Of the world: objects and robots; empty where they cannot be told, or not all.
+// The names of objects and robots of the world; empty if they cannot be read completely.
 std::vector<std::string> NamesOfWorld(const Session& session) {
   std::vector<std::string> names = KnownNames(session, Named::kObject);
   if (names.size() >= kMostNames) return {};

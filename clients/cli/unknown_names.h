@@ -1,5 +1,5 @@
-// Names that nothing has. Where a question leaves things out, or a rule is about things that may come later,
-// the server takes them; what was mistyped would go unnoticed.
+// Warns of names that do not exist. Ignored names and pair rules may refer to future objects, so
+// the server accepts unknown names, and typing errors would go unnoticed.
 #pragma once
 
 #include <string>
@@ -10,14 +10,13 @@
 
 namespace cwm::cli {
 
-// Warns of each name to ignore, alone or in pairs, that no object or robot of the world has.
+// Warns of each ignored name, alone or in pairs, that no object or robot of the world has.
 void WarnOfUnknownNames(Session& session, const cwm::v1::QueryOptions& options);
 
-// Warns of names that nothing has while something has a similar one: a rule may be about what comes
-// later.
+// Warns of unknown names only if a similar name exists, since a rule may be about future objects.
 void WarnOfUnknownNames(Session& session, const cwm::v1::NamedPair& pair);
 
-// Warns of each link that the robot does not have; of none where there is no such robot.
+// Warns of each link that the robot does not have; does nothing if there is no such robot.
 void WarnOfUnknownLinks(Session& session, const std::string& robot,
                         const std::vector<std::string>& links);
 

@@ -21,7 +21,7 @@ namespace pb = cwm::v1;
 
 struct WatchArguments {
   std::optional<std::int64_t> from;
-  std::string world_uid;   // of the world whose revision `from` is
+  std::string world_uid;   // the uid of the world whose revision `from` is
   std::int64_t count = 0;  // of messages; 0: no limit
   bool once = false;
   bool coalesced = false;
@@ -106,8 +106,8 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   }
 }
 
-// Ends a call once nobody reads its output: a world may keep still for hours, and only a write would
-// tell otherwise.
+// Ends a call once nobody reads its output. A world may stay unchanged for hours, and otherwise
+// only a failed write would show it.
 class UnreadGuard {
  public:
   UnreadGuard(const std::ostream& out, grpc::ClientContext& context)
@@ -121,9 +121,10 @@ class UnreadGuard {
   bool unread() const { return unread_; }
 
  private:
-  static constexpr std::chrono::milliseconds kLookEvery{50};  // how long it may outlive the call
+  static constexpr std::chrono::milliseconds kLookEvery{50};  // the longest time that it may
+                                                              // outlive the call
   std::atomic<bool> unread_{false};
-  std::jthread thread_;  // last: it uses what is above
+  std::jthread thread_;  // last: it uses the other members
 };
 
 absl::Status Watch(Session& session, const WatchArguments& arguments) {

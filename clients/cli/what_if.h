@@ -1,4 +1,4 @@
-// Changes that a question supposes, on the command line: as the commands say that make them.
+// Hypothetical changes of a query on the command line, in the form of the commands that make them.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace cwm::cli {
 
-// What the help calls the forms.
+// The forms of a change, for the help.
 inline constexpr char kChangeForms[] =
     "\"move NAME POSE\", \"remove NAME\", \"attach NAME ROBOT:LINK [POSE]\", \"detach NAME\", "
     "\"allow A,B\", or a Change as JSON";
 
-// A usage error that names `option` for anything else. POSE is X,Y,Z[,QX,QY,QZ,QW]. What has a blank
-// in its name only JSON can say.
+// A usage error with `option` for anything else. POSE is X,Y,Z[,QX,QY,QZ,QW]. Names with blanks can
+// only be given as JSON.
 absl::StatusOr<cwm::v1::Change> ParseChange(const std::string& text, const std::string& option);
 
 }  // namespace cwm::cli

@@ -6,11 +6,11 @@
 namespace cwm::client {
 namespace {
 
-// The type under which gRPC packs the details of a status; payload keys are type URLs.
+// The type URL under which gRPC packs the details of a status; payload keys are type URLs.
 constexpr char kStatusUrl[] = "type.googleapis.com/google.rpc.Status";
 
-// The standard types are read by our own messages with their field numbers, so the URL is compared
-// by its name alone.
+// The standard types are read by our own messages with the same field numbers, so only the name in
+// the URL is compared.
 template <class Message>
 std::optional<Message> Unpack(const google::protobuf::Any& any, const std::string& name) {
   const std::string& url = any.type_url();
@@ -40,7 +40,7 @@ void Add(const google::protobuf::Any& any, ErrorDetails& details) {
 
 absl::Status FromGrpc(const grpc::Status& status) {
   if (status.ok()) return absl::OkStatus();
-  // absl's codes are gRPC's.
+  // absl's codes are the same as gRPC's.
   absl::Status error(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
   if (!status.error_details().empty()) {
     error.SetPayload(kStatusUrl, absl::Cord(status.error_details()));

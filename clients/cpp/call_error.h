@@ -1,4 +1,4 @@
-// Errors of calls, as absl::Status with everything that the server said about them.
+// Errors of calls as absl::Status, with all details from the server.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -18,16 +18,16 @@ struct FieldViolation {
 };
 
 struct ErrorDetails {
-  std::string reason;  // UPPER_SNAKE, stable for programs; empty: the server gave none
+  std::string reason;  // UPPER_SNAKE, stable for programs; empty: none given
   std::vector<FieldViolation> fields;
   std::map<std::string, std::string> metadata;
   std::optional<double> retry_after_s;
 };
 
-// The same code and message; the standard details that the reply carried travel along as a payload.
+// The same code and message, with the reply's standard details as a payload.
 absl::Status FromGrpc(const grpc::Status& status);
 
-// What FromGrpc found; empty for statuses that did not come from a call.
+// The details that FromGrpc attached; empty for statuses that did not come from a call.
 ErrorDetails DetailsOf(const absl::Status& status);
 
 }  // namespace cwm::client

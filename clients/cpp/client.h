@@ -1,4 +1,4 @@
-// All of the C++ client; installed as <cwm/client.h>.
+// The whole C++ client; installed as <cwm/client.h>.
 #pragma once
 
 #include "clients/cpp/call_error.h"

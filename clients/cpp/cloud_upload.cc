@@ -72,7 +72,7 @@ absl::Status FillIn(const CloudFile& cloud, pb::IngestCloudHeader& header) {
   return absl::OkStatus();
 }
 
-// False when the server has ended the call; its status then says why.
+// False if the server has ended the call; its status then has the reason.
 bool Send(const CloudFile& cloud, const Progress& progress,
           grpc::ClientWriter<pb::IngestCloudRequest>& writer) {
   const auto total = static_cast<std::int64_t>(cloud.bytes.size());
@@ -119,7 +119,7 @@ absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection
   const auto writer = connection.perception().IngestCloud(&context, &response);
   pb::IngestCloudRequest first;
   *first.mutable_header() = std::move(header);
-  // A refused write says nothing itself: Finish has the server's reason.
+  // A failed write has no reason itself: Finish returns the server's.
   if (writer->Write(first)) Send(cloud, progress, *writer);
   const grpc::Status status = writer->Finish();
   if (!status.ok()) return FromGrpc(status);

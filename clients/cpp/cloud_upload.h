@@ -1,4 +1,4 @@
-// Clouds to the server.
+// Uploads clouds to the server.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace cwm::client {
 
-// Only what the server uses of a cloud: x y z, and the normals when all three are there.
-// INVALID_ARGUMENT when a coordinate is missing, has more than one number, or is a 64-bit integer.
+// Only the fields that the server uses: x y z, and the normals if all three are present.
+// INVALID_ARGUMENT if a coordinate is missing, has more than one number, or is a 64-bit integer.
 absl::StatusOr<formats::CloudFile> GeometryOf(const formats::CloudFile& cloud);
 
-// Sends the cloud under the header, whose layout, counts and extent are filled in from it, and
-// waits until the server has replied. INVALID_ARGUMENT also when the cloud has a field type that
-// the surface does not know (see GeometryOf). Ends early when the server refuses the header.
+// Sends the cloud with the header, whose layout, counts and extent are set from the cloud, and
+// waits for the server's reply. INVALID_ARGUMENT also for a field type that the API does not
+// support (see GeometryOf). Ends early if the server refuses the header.
 absl::StatusOr<cwm::v1::IngestCloudResponse> IngestCloud(const Connection& connection,
                                                          cwm::v1::IngestCloudHeader header,
                                                          const formats::CloudFile& cloud,
                                                          const Progress& progress = {});
 
-// One label per point: inline, or fetched by its hash.
+// One label per point, from the reply or fetched by its hash.
 absl::StatusOr<std::vector<std::uint32_t>> LabelsOf(const Connection& connection,
                                                     const cwm::v1::IngestCloudResponse& response,
                                                     std::int64_t point_count);

@@ -12,11 +12,12 @@
 namespace cwm::client {
 namespace {
 
-// The server answers pings of idle watches; 30 s notices a lost peer without waking a laptop much.
+// chosen: the server answers pings of idle watches; 30 s detects a lost peer without waking a
+// laptop often.
 constexpr int kKeepaliveMs = 30'000;
 
-// gRPC cleans up after the last of its objects, and waits there for up to 10 s (1.51): for a poll
-// that a message has left behind which the socket did not take at once. It is kept for the process.
+// Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
+// up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
 void KeepLibrary() {
   static std::once_flag once;
   std::call_once(once, grpc_init);
@@ -28,14 +29,15 @@ grpc::ChannelArguments Arguments() {
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetMaxSendMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
-  // A proxy is for the web, not for a socket beside us.
+  // HTTP proxies are for the web, not for a local socket.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A socket for each connection: small calls over one do not wait behind megabytes of another's.
+  // Each connection has a socket of its own, so that small calls do not wait behind another
+  // connection's megabytes.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return arguments;
 }
 
-// A channel on which every call ends with `status`.
+// A channel on which every call fails with `status`.
 std::shared_ptr<grpc::Channel> FailingChannel(const std::string& address,
                                               const absl::Status& status) {
   KeepLibrary();

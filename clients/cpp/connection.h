@@ -1,4 +1,4 @@
-// One connection to a server and the services behind it.
+// A connection to a server, with the stubs of its services.
 #pragma once
 
 #include <grpcpp/channel.h>
@@ -23,18 +23,19 @@ namespace cwm::client {
 
 struct ConnectOptions {
   std::string address = {};  // "unix:PATH" or "HOST:PORT"; empty: DefaultAddress(), checked
-  // For every unary call and upload; absent: none.
+  // For every unary call and upload; empty: no deadline.
   std::optional<std::chrono::milliseconds> deadline;
 };
 
-// Cheap to make: the network is touched by the first call. Thread-safe. Its calls share one socket:
-// what must not wait behind large messages has a connection of its own. Without an address in the
-// options, every call fails as PrepareDefaultAddress() does where another user could answer.
+// Cheap to construct: the network is used by the first call. Thread safe. All calls share one
+// socket, so calls that must not wait behind large messages need a connection of their own. Without
+// an address in the options, every call fails with the error of PrepareDefaultAddress() if another
+// user could answer there.
 class Connection {
  public:
   explicit Connection(ConnectOptions options);
 
-  // As it is dialed, the default one included.
+  // In the form that is dialed, the default address included.
   const std::string& address() const { return options_.address; }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
 

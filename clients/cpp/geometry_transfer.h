@@ -1,4 +1,4 @@
-// Blobs (meshes, labels) to and from the server, named by their SHA-256; objects' surfaces from it.
+// Transfers blobs (meshes, labels) by their SHA-256, and reads objects' surfaces.
 #pragma once
 
 #include <string>
@@ -16,26 +16,26 @@ struct Blob {
   std::string bytes;
 };
 
-// DATA_LOSS when what arrives is not what the hash names.
+// DATA_LOSS if the received bytes do not match the hash.
 absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::string& hash);
 
 struct Surface {
   formats::MeshFile mesh;          // in the object's frame
-  cwm::v1::GeometryHeader header;  // of which revision, where the object is, how close the mesh is
+  cwm::v1::GeometryHeader header;  // its revision, the object's pose, the mesh's deviation
 };
-// All that an object is made of as one mesh. DATA_LOSS when what arrives is not what the header's
-// hash says.
+// The object's full surface as one mesh. DATA_LOSS if the received bytes do not match the header's
+// hash.
 absl::StatusOr<Surface> ReadSurface(const Connection& connection,
                                     const cwm::v1::ObjectSurface& object,
                                     const Progress& progress = {});
 
-// Stores the blob and returns its hash; bytes that the server has already are sent once more and
-// stored once. `progress` hears how much was handed to the connection.
+// Stores the blob and returns its hash. Bytes that the server has already are sent again and stored
+// once. `progress` counts bytes passed to the connection.
 absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob,
                                           const Progress& progress = {});
 
-// A blob of GEOMETRY_FORMAT_MESH_F64; mesh_bytes.h encodes one. INVALID_ARGUMENT when the bytes are
-// no such mesh or a corner is no vertex.
+// Decodes a blob of GEOMETRY_FORMAT_MESH_F64; mesh_bytes.h encodes one. INVALID_ARGUMENT if the
+// bytes are not such a mesh or a corner is not a vertex.
 absl::StatusOr<formats::MeshFile> DecodeMesh(std::string_view bytes);
 
 }  // namespace cwm::client

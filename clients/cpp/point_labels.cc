@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kLastSupportLabel = 9;
 constexpr int kLabelsPerObject = 10;
-constexpr int kFirstObject = 2;  // in tens
+constexpr int kFirstObject = 2;  // in multiples of kLabelsPerObject
 
 }  // namespace
 

@@ -1,5 +1,5 @@
-// Whom a point belongs to, as the labels of a scan tell it: 0 nobody; 1 to 9 the supports (the tenth
-// and later share 9); object i from 1 on 10 (i + 1) + part, part 0 the object as such, 1 to 9 its
+// The meaning of a scan's labels: 0 is nobody; 1 to 9 are the supports (the tenth and later share
+// 9); object i (from 1) has 10 (i + 1) + part, where part 0 is the object itself and 1 to 9 are its
 // parts, shapes before handles.
 #pragma once
 
@@ -9,18 +9,18 @@ namespace cwm::client {
 
 // Indices count from 0, in the order of the reply.
 std::uint32_t SupportLabel(int index);
-std::uint32_t ObjectLabel(int index);  // of the object as such
+std::uint32_t ObjectLabel(int index);  // of the object itself
 
 struct PointOwner {
   enum class Kind { kNobody, kSupport, kObject };
   Kind kind = Kind::kNobody;
   int index = 0;  // among the reply's supports, or its objects
-  int part = 0;   // of an object, from 1 on; 0: the object as such
+  int part = 0;   // of an object, from 1; 0: the object itself
 
   friend bool operator==(const PointOwner&, const PointOwner&) = default;
 };
 
-// A label that no scan gives is nobody's.
+// kNobody for a label that no scan uses.
 PointOwner OwnerOf(std::uint32_t label);
 
 }  // namespace cwm::client

@@ -1,4 +1,4 @@
-// How far a transfer is.
+// Progress of a transfer.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace cwm::client {
 
-// Told after every chunk: bytes sent or received so far, of how many.
+// Called after every chunk with the bytes sent or received so far and the total.
 using Progress = std::function<void(std::int64_t moved_bytes, std::int64_t total_bytes)>;
 
 }  // namespace cwm::client

@@ -5,7 +5,7 @@
 namespace cwm::client {
 namespace {
 
-// As a unary call has it.
+// The same status that a unary call returns.
 absl::Status FromError(const v1::QueryError& error) {
   std::string message = error.message();
   for (const v1::FieldError& field : error.fields()) {
@@ -27,7 +27,7 @@ QueryStream::~QueryStream() {
   v1::StreamQueriesResponse ignored;
   while (stream_->Read(&ignored)) {
   }
-  // What went wrong was told by the question that it went wrong with.
+  // The query that failed has already returned the error.
   static_cast<void>(stream_->Finish());
 }
 

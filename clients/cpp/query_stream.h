@@ -1,5 +1,5 @@
-// Questions over one stream, which keeps the snapshot that it answers from: an exact revision stays
-// known however often the world changes meanwhile.
+// Queries over one stream, which keeps the snapshot that it answers from: an exact revision stays
+// available however often the world changes meanwhile.
 #pragma once
 
 #include <memory>
@@ -12,13 +12,13 @@ namespace cwm::client {
 
 class QueryStream {
  public:
-  // The connection must outlive the stream; no deadline: a lost server ends it.
+  // The connection must outlive the stream. There is no deadline; a lost server ends it.
   explicit QueryStream(const Connection& connection);
   ~QueryStream();
   QueryStream(const QueryStream&) = delete;
   QueryStream& operator=(const QueryStream&) = delete;
 
-  // The answer to the request, of which the id is set; an error in it is the call's.
+  // The answer to the request, whose id is set here; an error in the answer becomes the status.
   absl::StatusOr<v1::StreamQueriesResponse> Ask(v1::StreamQueriesRequest& request);
 
  private:

@@ -12,7 +12,7 @@ namespace {
 namespace pb = cwm::v1;
 using Writer = grpc::ClientWriter<pb::LoadRobotRequest>;
 
-// Both send functions: false when the server has ended the call; its status then says why.
+// The send functions return false if the server has ended the call; its status then has the reason.
 bool SendFile(const RobotFile& file, Writer& writer,
               const std::function<void(std::int64_t sent_bytes)>& sent) {
   const auto total = static_cast<std::int64_t>(file.bytes.size());
@@ -59,7 +59,7 @@ absl::StatusOr<pb::LoadRobotResponse> LoadRobot(const Connection& connection,
   const auto writer = connection.robots().LoadRobot(&context, &response);
   pb::LoadRobotRequest first;
   *first.mutable_header() = header;
-  // A refused write says nothing itself: Finish has the server's reason.
+  // A failed write has no reason itself: Finish returns the server's.
   if (writer->Write(first)) SendFiles(files, progress, *writer);
   const grpc::Status status = writer->Finish();
   if (!status.ok()) return FromGrpc(status);

@@ -1,4 +1,4 @@
-// Robots to the server.
+// Uploads robots to the server.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace cwm::client {
 
-// A file as the URDF names it.
+// A file under the name that the URDF uses.
 struct RobotFile {
   std::string name;
   std::string bytes;
 };
 
-// Sends the files under the header and waits until the server has replied. Ends early when the
-// server refuses something on the way.
+// Sends the header and the files and waits for the server's reply. Ends early if the server refuses
+// something.
 absl::StatusOr<cwm::v1::LoadRobotResponse> LoadRobot(const Connection& connection,
                                                      const cwm::v1::LoadRobotHeader& header,
                                                      const std::vector<RobotFile>& files,

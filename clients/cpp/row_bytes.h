@@ -1,5 +1,5 @@
-// Rows of numbers as the bulk `bytes` fields of the surface hold them: little-endian doubles, one
-// row after another.
+// Rows of numbers in the form of the API's bulk `bytes` fields: little-endian doubles, one row
+// after the other.
 #pragma once
 
 #include <array>

@@ -16,7 +16,7 @@ bool StaysBelow(const std::string& name) {
   return true;
 }
 
-// Takes the files behind the first out of the bytes.
+// Splits the files after the first off the bytes.
 absl::Status Divide(const google::protobuf::RepeatedPtrField<pb::ExportedFile>& files,
                     ExportedWorld& exported) {
   if (files.empty()) return absl::OkStatus();

@@ -1,4 +1,4 @@
-// A world as a file of another tool.
+// Exports a world as a file of another tool.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,21 @@
 
 namespace cwm::client {
 
-// Beside the one that was asked for.
+// A file besides the requested one.
 struct ExportedFile {
-  std::string name;  // relative, of names divided by slashes, none of them "." or ".."
+  std::string name;  // relative path with slashes, without "." or ".."
   std::string bytes;
 };
 
 struct ExportedWorld {
   std::string bytes;
-  std::vector<ExportedFile> files = {};  // that it refers to
+  std::vector<ExportedFile> files = {};  // the files that it refers to
   std::string world_uid;
   std::int64_t revision = 0;
-  std::vector<std::string> warnings;  // what the format says otherwise, or not at all
+  std::vector<std::string> warnings;  // what the format expresses differently, or not at all
 };
 
-// DATA_LOSS when less arrives than was announced, or files have names that lead elsewhere.
+// DATA_LOSS if fewer bytes arrive than announced, or if a file's name leads elsewhere.
 absl::StatusOr<ExportedWorld> ExportWorld(const Connection& connection,
                                           const cwm::v1::ExportWorldRequest& request,
                                           const Progress& progress = {});

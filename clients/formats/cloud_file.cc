@@ -7,8 +7,7 @@
 namespace cwm::formats {
 namespace {
 
-// A copy of the cloud with other fields: bytes of fields that both have are taken over, the rest is
-// zero.
+// A copy of the cloud with other fields: fields that both have are copied, the rest is zero.
 CloudFile WithFields(const CloudFile& cloud, std::vector<CloudField> fields) {
   CloudFile copy{.width = cloud.width, .height = cloud.height, .viewpoint = cloud.viewpoint};
   copy.point_step = LayOut(fields);

@@ -1,4 +1,4 @@
-// Any cloud file that this project reads.
+// Reads any supported cloud file.
 #pragma once
 
 #include <optional>
@@ -12,12 +12,12 @@ namespace cwm::formats {
 
 enum class CloudFormat { kPcd, kPly, kNpy, kXyz };
 
-// By the first bytes, never by the file's name: PCD, PLY and NPY have such, XYZ is text of which the
-// first line that is no comment begins with three numbers or names columns x, y and z. Nothing for
-// what is none of them.
+// Recognises the format by the first bytes, never by the file's name. PCD, PLY and NPY have a
+// magic; XYZ is text whose first line that is not a comment begins with three numbers or names
+// columns x, y and z. Empty for other files.
 std::optional<CloudFormat> CloudFormatOf(std::string_view bytes);
 
-// A file of any of these formats. The cloud has the fields x y z, one number each.
+// Reads a file of any of these formats. The cloud has the fields x y z, one number each.
 absl::StatusOr<CloudFile> ParseCloud(std::string_view bytes, const std::string& file);
 absl::StatusOr<CloudFile> ReadCloud(const std::string& path);
 

@@ -8,7 +8,7 @@
 namespace cwm::formats {
 
 std::string Printable(std::string_view text) {
-  constexpr std::size_t kLongest = 60;  // a line of a terminal, with room for the rest
+  constexpr std::size_t kLongest = 60;  // leaves room on a line of a terminal
   std::string shown(text.substr(0, std::min(text.size(), kLongest)));
   std::replace_if(
       shown.begin(), shown.end(),

@@ -1,4 +1,4 @@
-// How the readers and writers of this folder complain.
+// Error messages of the readers and writers of this folder.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace cwm::formats {
 
-// One fault: which field (as the file spells it), what it holds, what would be right.
+// A fault: the field (as the file spells it), its value, and the rule.
 struct Fault {
   std::string field;
-  std::string value;  // empty: the field is missing or cannot be shown
+  std::string value;  // empty: missing or not printable
   std::string rule;
 };
 

@@ -7,9 +7,9 @@
 
 namespace cwm::formats {
 
-// The mesh as the one node of a scene. glTF's up is Y and a world's is Z: the node is turned by -90
-// degrees about x, and the vertices stay as they are. Coordinates become single precision, which
-// is what glTF has: half a micrometre at 8 m. The mesh must have a triangle.
+// Writes the mesh as the only node of a scene. glTF's up axis is Y and a world's is Z: the node is
+// rotated by -90 degrees about x, and the vertices are unchanged. Coordinates become single
+// precision as glTF requires: half a micrometre at 8 m. The mesh must have a triangle.
 std::string FormatGlbMesh(const MeshFile& mesh);
 
 }  // namespace cwm::formats

@@ -8,7 +8,7 @@
 namespace cwm::formats {
 namespace {
 
-// glTF 2.0, section 4.4 (GLB) and the enumerations of sections 5.1 and 5.11.
+// cited: glTF 2.0, section 4.4 (GLB) and the enumerations of sections 5.1 and 5.11.
 constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
 constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
@@ -24,7 +24,7 @@ void AppendWord(std::uint32_t word, std::string& out) {
   out.append(bytes, sizeof(word));
 }
 
-// Chunks begin and end at multiples of four.
+// Chunks begin and end at multiples of four bytes.
 void AppendChunk(std::uint32_t type, char padding, std::string content, std::string& out) {
   content.append((4 - content.size() % 4) % 4, padding);
   AppendWord(static_cast<std::uint32_t>(content.size()), out);
@@ -46,7 +46,7 @@ std::vector<Coordinates> SinglePrecision(const MeshFile& mesh) {
 
 std::string Text(const Coordinates& c) { return absl::StrCat("[", absl::StrJoin(c, ","), "]"); }
 
-// The accessor of positions must name their bounds.
+// glTF requires the bounds of the accessor of positions.
 std::string BoundsText(const std::vector<Coordinates>& vertices) {
   Coordinates min = vertices.front();
   Coordinates max = min;
@@ -64,7 +64,7 @@ std::string Describe(const MeshFile& mesh, const std::vector<Coordinates>& verti
   const std::size_t index_bytes = mesh.triangles.size() * sizeof(mesh.triangles[0]);
   return absl::StrCat(
       R"({"asset":{"version":"2.0","generator":"cwm"},"scene":0,"scenes":[{"nodes":[0]}],)",
-      // -90 degrees about x: world Z becomes glTF's Y.
+      // A rotation by -90 degrees about x: the world's Z becomes glTF's Y.
       R"("nodes":[{"mesh":0,"rotation":[-0.70710678,0,0,0.70710678]}],)",
       R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)",
       R"("accessors":[{"bufferView":0,"componentType":)", kFloat, R"(,"type":"VEC3","count":)",

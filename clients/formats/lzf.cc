@@ -11,7 +11,7 @@ constexpr std::size_t kMaxLiterals = 32;
 constexpr std::size_t kMaxDistance = 1 << 13;
 constexpr std::size_t kMinMatch = 3;
 constexpr std::size_t kMaxMatch = 264;
-constexpr int kHashBits = 14;  // 64 Ki of table: stays in the first-level cache of most machines
+constexpr int kHashBits = 14;  // a table of 64 KiB, which stays in the second-level cache
 
 std::uint32_t Byte(std::string_view bytes, std::size_t i) {
   return static_cast<unsigned char>(bytes[i]);
@@ -94,7 +94,7 @@ std::optional<std::string> LzfDecompress(std::string_view input, std::size_t out
     if (length == 9) length += Byte(input, i++);
     const std::size_t distance = ((control & 0x1f) << 8 | Byte(input, i++)) + 1;
     if (distance > output.size() || length > output_size - output.size()) return std::nullopt;
-    // Byte by byte: a copy may overlap what it writes.
+    // Byte by byte, since a copy may overlap its own output.
     for (std::size_t k = 0; k < length; ++k) output.push_back(output[output.size() - distance]);
   }
   if (output.size() != output_size) return std::nullopt;

@@ -1,4 +1,4 @@
-// A triangle mesh as a file holds it.
+// A triangle mesh as in a file.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace cwm::formats {
 
-// Metres; every index is below the number of vertices.
+// Coordinates are in metres; every index is below the number of vertices.
 struct MeshFile {
   std::vector<std::array<double, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;

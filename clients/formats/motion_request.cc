@@ -10,7 +10,7 @@
 namespace cwm::formats {
 namespace {
 
-// Lists of constraints that a planner of joints cannot keep.
+// An error if there are constraints that a joint-space planner cannot satisfy.
 absl::Status CheckAbsent(const FieldReader& reader, const Place& constraints,
                          std::initializer_list<const char*> lists) {
   for (const char* name : lists) {
@@ -91,7 +91,7 @@ absl::StatusOr<MotionRequest> ReadRequest(const Place& root, const FieldReader& 
 }  // namespace
 
 absl::StatusOr<MotionRequest> ParseMotionRequest(std::string_view yaml, const std::string& file) {
-  try {  // yaml-cpp reports by exceptions; they end here
+  try {  // yaml-cpp reports errors by exceptions, which are handled here
     const YAML::Node root = YAML::Load(std::string(yaml));
     return ReadRequest(Place{root, "request"}, FieldReader(file, yaml.size()));
   } catch (const YAML::Exception& error) {

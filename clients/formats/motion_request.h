@@ -1,4 +1,4 @@
-// A request to plan a motion, as MoveIt and MotionBenchMaker write it in YAML
+// A motion planning request as MoveIt and MotionBenchMaker write it in YAML
 // (moveit_msgs/MotionPlanRequest).
 #pragma once
 
@@ -13,16 +13,16 @@
 namespace cwm::formats {
 
 struct MotionRequest {
-  std::string group;                     // empty: not said
-  SceneRobotState start;                 // joints that it leaves out are where the robot has them
+  std::string group;                     // empty: not given
+  SceneRobotState start;                 // missing joints keep the robot's values
   std::vector<SceneJoint> goal;          // each joint once
   std::optional<double> allowed_time_s;  // > 0
-  std::vector<std::string> warnings;     // what was left out, and why
+  std::vector<std::string> warnings;     // what was ignored, and why
 };
 
-// The one goal is of joints: other constraints of it, several goals, and constraints of the whole
-// path are refused; tolerances, the workspace, planners and scaling are left out. Anything that
-// does not fit is INVALID_ARGUMENT naming `file`, the field's path, its value and the rule.
+// The goal must consist of joints only: other constraints, several goals and path constraints are
+// refused; tolerances, the workspace, planners and scaling are ignored. Other errors are
+// INVALID_ARGUMENT with `file`, the field's path, its value and the rule.
 absl::StatusOr<MotionRequest> ParseMotionRequest(std::string_view yaml, const std::string& file);
 
 }  // namespace cwm::formats

@@ -12,9 +12,9 @@ namespace cwm::formats {
 namespace {
 
 constexpr std::size_t kMostMembers = 256;
-constexpr std::size_t kMostDimensions = 32;  // of numpy
+constexpr std::size_t kMostDimensions = 32;  // numpy's limit
 
-// Walks over the dictionary, whose words are strings, numbers, True, False and brackets.
+// Parses the dictionary, whose tokens are strings, numbers, True, False and brackets.
 class Literal {
  public:
   Literal(std::string_view text, std::size_t begin, const std::string& file)
@@ -26,7 +26,7 @@ class Literal {
                              absl::StrCat("must ", rule)});
   }
 
-  // Consumes the character where it comes next.
+  // Consumes the character if it is next.
   bool Skip(char c) {
     SkipBlanks();
     if (at_ >= text_.size() || text_[at_] != c) return false;
@@ -66,7 +66,7 @@ class Literal {
     return Fault("have True or False here");
   }
 
-  // "(5, 3)", "(5,)", "()", or a number alone.
+  // "(5, 3)", "(5,)", "()", or a single number.
   absl::StatusOr<std::vector<std::int64_t>> Shape() {
     std::vector<std::int64_t> shape;
     if (!Skip('(')) {
@@ -102,7 +102,7 @@ class Literal {
       return Fault("have a number from 0 to 9223372036854775807 here");
     }
     at_ = static_cast<std::size_t>(end - text_.data());
-    Skip('L');  // as Python 2 wrote some
+    Skip('L');  // written by Python 2
     return number;
   }
 

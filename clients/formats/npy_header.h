@@ -1,4 +1,4 @@
-// The header of an NPY file: a dictionary as Python writes it.
+// The header of an NPY file: a Python dictionary literal.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ namespace cwm::formats {
 struct NpyMember {
   std::string name;
   std::string type;                 // "<f4"
-  std::vector<std::int64_t> shape;  // of a subarray
+  std::vector<std::int64_t> shape;  // for a subarray
 };
 
 struct NpyHeader {
   std::string type;                // "<f8"; empty: structured
-  std::vector<NpyMember> members;  // of a structured type
+  std::vector<NpyMember> members;  // for a structured type
   bool fortran_order = false;
   std::vector<std::int64_t> shape;
-  std::size_t data_begin = 0;  // in the file
+  std::size_t data_begin = 0;  // offset in the file
 };
 
-// Numbers of shapes are at least 0. INVALID_ARGUMENT names the byte of the file where the
-// dictionary is not as numpy writes it.
+// Numbers of shapes are at least 0. INVALID_ARGUMENT with the byte offset where the dictionary is
+// not as numpy writes it.
 absl::StatusOr<NpyHeader> ParseNpyHeader(std::string_view bytes, const std::string& file);
 
 }  // namespace cwm::formats

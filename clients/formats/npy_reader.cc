@@ -15,11 +15,11 @@
 namespace cwm::formats {
 namespace {
 
-// As of a PCD: nothing honest is wider.
+// chosen: the same limit as for a PCD; no valid file is wider.
 constexpr std::size_t kMostPointBytes = 1 << 16;
 constexpr std::int64_t kMostAside = std::numeric_limits<std::int32_t>::max();
 
-// What a file says of its numbers: "<f4".
+// The type of numbers in a file: "<f4".
 struct NpyType {
   Scalar type;
   bool big_endian = false;
@@ -40,7 +40,7 @@ std::optional<NpyType> NumberType(std::string_view text) {
   return NpyType{found->second, order == '>'};
 }
 
-// The bytes that "|V4" says are padding; nothing where it says something else.
+// The number of padding bytes in a type such as "|V4"; empty for other types.
 std::optional<std::size_t> PaddingBytes(std::string_view type) {
   if (!type.starts_with("|V")) return std::nullopt;
   type.remove_prefix(2);
@@ -55,7 +55,7 @@ std::string ShapeText(const std::vector<std::int64_t>& shape) {
   return absl::StrCat("(", absl::StrJoin(shape, ", "), ")");
 }
 
-// A field of the cloud, and where it lies in a point of the file.
+// A field of the cloud with its place in the file's points.
 struct Column {
   CloudField field;
   std::size_t file_offset = 0;
@@ -90,7 +90,7 @@ class NpyReader {
     return Error(field, type, absl::StrCat(rule, ": objects are pickled and never read"));
   }
 
-  // x y z of an array of numbers.
+  // The columns x y z of a plain array.
   absl::Status PlainColumns(const NpyHeader& header) {
     const auto type = NumberType(header.type);
     if (!type || (type->type != Scalar::kF32 && type->type != Scalar::kF64)) {
@@ -110,7 +110,7 @@ class NpyReader {
     return absl::OkStatus();
   }
 
-  // The members of a structure.
+  // The columns of a structured type's members.
   absl::Status Members(const NpyHeader& header) {
     if (header.shape.empty() || header.shape.size() > 2) {
       return Error("shape", ShapeText(header.shape),
@@ -180,7 +180,7 @@ class NpyReader {
                        [&](const Column& column) { return column.field.name == name; });
   }
 
-  // How many points there are, and that the data is theirs to the byte.
+  // Sets the number of points, and checks that the data has exactly their size.
   absl::Status Points(const NpyHeader& header) {
     for (std::size_t i = 0; i < point_dimensions_; ++i) {
       if (header.shape[i] > kMostAside) {
@@ -222,7 +222,7 @@ class NpyReader {
   std::string_view bytes_;
   const std::string& file_;
   std::vector<Column> columns_;
-  std::size_t file_step_ = 0;  // bytes a point takes in the file
+  std::size_t file_step_ = 0;  // bytes per point in the file
   std::size_t point_dimensions_ = 0;
   std::int64_t width_ = 0, height_ = 1;
 };

@@ -17,7 +17,7 @@ using Words = std::vector<std::string_view>;
 
 constexpr std::int64_t kMaxExtent = std::numeric_limits<std::int32_t>::max();
 
-// The header's entries by key; the words after the key.
+// The header's entries: the words after each key.
 class Entries {
  public:
   Entries(std::map<std::string, Words> words, std::string file)
@@ -154,7 +154,7 @@ absl::Status ParseExtent(const Entries& entries, PcdHeader& header) {
   const auto height = entries.Integer("HEIGHT", 0, kMaxExtent);
   if (!height.ok()) return height.status();
   header.width = *width;
-  header.height = *height;  // two 31-bit numbers: the product fits
+  header.height = *height;  // two 31-bit numbers, so the product fits
   if (!entries.Has("POINTS")) return absl::OkStatus();
   const auto points = entries.Integer("POINTS", 0, std::numeric_limits<std::int64_t>::max());
   if (!points.ok()) return points.status();

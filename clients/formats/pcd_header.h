@@ -1,4 +1,4 @@
-// The text part of a PCD file.
+// The text header of a PCD file.
 #pragma once
 
 #include <array>
@@ -25,10 +25,10 @@ struct PcdHeader {
   std::int64_t points() const { return width * height; }
 };
 
-// FPFH-like descriptors take 1.3 KiB a point; nothing honest is wider than this.
+// chosen: FPFH-like descriptors take 1.3 KiB per point; no valid file is wider than this.
 inline constexpr std::size_t kMaxPcdPointStep = 1 << 16;
 
-// Consumes the header; the cursor then stands at the first byte of the data.
+// Consumes the header; the cursor is then at the first byte of the data.
 absl::StatusOr<PcdHeader> ParsePcdHeader(TextCursor& cursor, const std::string& file);
 
 }  // namespace cwm::formats

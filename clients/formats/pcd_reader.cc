@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::string_view kPadding = "_";
 
-// `each`: what a point takes, as "12 bytes"; `have`: what there is, as "40 bytes of data".
+// `each`: the size of a point, e.g. "12 bytes"; `have`: the available data, e.g. "40 bytes of
+// data".
 absl::Status NotEnough(const std::string& file, const PcdHeader& header, const std::string& each,
                        const std::string& have) {
   return FileError(file, {"POINTS", absl::StrCat(header.points()),
@@ -25,7 +26,7 @@ absl::Status TooMuch(const std::string& file, const PcdHeader& header) {
                           "must be what the data holds: there is more data after the last point"});
 }
 
-// True when the header's points take at most `limit` bytes at `bytes_per_point` (> 0).
+// True if the header's points take at most `limit` bytes at `bytes_per_point` (> 0).
 bool Fits(const PcdHeader& header, std::size_t bytes_per_point, std::size_t limit) {
   return static_cast<std::size_t>(header.points()) <= limit / bytes_per_point;
 }
@@ -39,7 +40,7 @@ CloudFile EmptyCloud(const PcdHeader& header) {
   return cloud;
 }
 
-// Where the bytes of a field lie in the data: point by point (binary) or field by field
+// The place of a field's bytes in the data: point by point (binary) or field by field
 // (binary_compressed).
 struct Columns {
   std::size_t begin = 0;
@@ -132,7 +133,7 @@ absl::StatusOr<CloudFile> ReadAscii(TextCursor cursor, const PcdHeader& header,
                                     const std::string& file) {
   std::size_t words_per_point = 0;
   for (const CloudField& field : header.fields) words_per_point += field.count;
-  // A word takes one character and one that separates it from the next; the last needs none.
+  // A word takes at least one character and a separator, which the last word does not need.
   const std::size_t have = cursor.rest().size() + 1;
   const absl::Status not_enough = NotEnough(file, header, absl::StrCat(words_per_point, " values"),
                                             absl::StrCat(cursor.rest().size(), " bytes of text"));

@@ -31,7 +31,7 @@ std::string Header(const CloudFile& cloud, std::string_view data) {
                       std::string(data), "\n");
 }
 
-// Field after field, each with the values of all points.
+// The values of all points, field after field.
 std::string ByField(const CloudFile& cloud) {
   std::string columns;
   columns.reserve(cloud.bytes.size());

@@ -10,20 +10,20 @@
 
 namespace cwm::formats {
 
-// The vertices with all their scalar properties as a cloud that is not organised; nx ny nz become
-// normal_x normal_y normal_z. Strict like ParsePcd; lists in vertices are refused, other elements
-// are skipped.
+// The vertices with all their scalar properties as an unorganised cloud; nx ny nz become normal_x
+// normal_y normal_z. Strict like ParsePcd; lists in vertices are refused, other elements are
+// skipped.
 absl::StatusOr<CloudFile> ParsePlyCloud(std::string_view bytes, const std::string& file);
 
-// The vertices and faces; polygons are split into fans. INVALID_ARGUMENT also when an index names
-// no vertex, a coordinate is not finite, or there is no face.
+// The vertices and faces; polygons are split into fans. INVALID_ARGUMENT also if an index is out of
+// range, a coordinate is not finite, or there is no face.
 absl::StatusOr<MeshFile> ParsePlyMesh(std::string_view bytes, const std::string& file);
 
-// Whether the header announces faces: then it is a mesh, else a cloud. A header that is no such is
-// for the readers to refuse.
+// True if the header announces faces: then the file is a mesh, otherwise a cloud. Invalid headers
+// are reported by the readers.
 bool HasPlyFaces(std::string_view bytes);
 
-// binary_little_endian with coordinates as doubles: reading it back gives the same mesh.
+// Writes binary_little_endian with double coordinates, so that reading it gives the same mesh.
 std::string FormatPlyMesh(const MeshFile& mesh);
 
 }  // namespace cwm::formats

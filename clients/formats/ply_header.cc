@@ -26,9 +26,9 @@ std::optional<Scalar> ScalarOf(std::string_view name) {
   return found->second;
 }
 
-// Each is looked for among all others. A scanner writes some ten.
+// chosen: each name is searched among all others; scanners write about ten.
 constexpr std::size_t kMaxElements = 256;
-constexpr std::size_t kMaxProperties = 1024;  // of one element
+constexpr std::size_t kMaxProperties = 1024;  // per element
 
 bool IsInteger(Scalar type) { return type != Scalar::kF32 && type != Scalar::kF64; }
 
@@ -140,7 +140,7 @@ class HeaderParser {
 std::size_t PlyElement::MinRowBytes(PlyEncoding encoding) const {
   std::size_t bytes = 0;
   for (const PlyProperty& property : properties) {
-    // In ascii a number takes one character and one that separates it from the next.
+    // In ascii a number takes at least one character and a separator.
     bytes +=
         encoding == PlyEncoding::kAscii ? 2 : SizeOf(property.list_count.value_or(property.type));
   }

@@ -1,4 +1,4 @@
-// The text part of a PLY file.
+// The text header of a PLY file.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };
 struct PlyProperty {
   std::string name;
   Scalar type = Scalar::kF32;
-  std::optional<Scalar> list_count = {};  // of a list: the integer type of its length
+  std::optional<Scalar> list_count = {};  // for a list: the integer type of its length
 };
 
 struct PlyElement {
@@ -25,7 +25,7 @@ struct PlyElement {
   std::int64_t count = 0;
   std::vector<PlyProperty> properties = {};  // at least one
 
-  // The bytes that one row takes at the very least (lists empty).
+  // The minimum number of bytes of a row (with empty lists).
   std::size_t MinRowBytes(PlyEncoding encoding) const;
 };
 
@@ -34,7 +34,7 @@ struct PlyHeader {
   std::vector<PlyElement> elements;  // in the order of the data
 };
 
-// Consumes the header; the cursor then stands at the first byte of the data.
+// Consumes the header; the cursor is then at the first byte of the data.
 absl::StatusOr<PlyHeader> ParsePlyHeader(TextCursor& cursor, const std::string& file);
 
 }  // namespace cwm::formats

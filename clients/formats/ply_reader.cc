@@ -11,12 +11,12 @@
 namespace cwm::formats {
 namespace {
 
-// Reads the numbers of the data one after another, whatever the encoding.
+// Reads the data's numbers one after the other in any encoding.
 class NumberSource {
  public:
   NumberSource(TextCursor cursor, PlyEncoding encoding) : cursor_(cursor), encoding_(encoding) {}
 
-  // The next number in little-endian bytes; false when it is missing or not of the type.
+  // The next number as little-endian bytes; false if it is missing or not of the type.
   [[nodiscard]] bool Next(Scalar type, char* bytes) {
     if (encoding_ == PlyEncoding::kAscii) {
       const auto word = cursor_.NextWord();
@@ -37,7 +37,7 @@ class NumberSource {
   PlyEncoding encoding_;
 };
 
-// One file while it is being read: the vertices, and the faces when they are wanted.
+// A file being read: the vertices, and the faces if they are wanted.
 class PlyParser {
  public:
   explicit PlyParser(const std::string& file) : file_(file) {}
@@ -143,7 +143,7 @@ class PlyParser {
                  absl::StrCat("must be there and of type ", std::string(NameOf(type))));
   }
 
-  // A value that is not a vertex's: skipped, unless it is the list of a face's corners.
+  // Reads a value outside of vertices: skips it unless it is the list of a face's corners.
   absl::Status ReadValue(const PlyElement& element, std::int64_t row, const PlyProperty& property,
                          NumberSource& source) {
     std::int64_t length = 1;
@@ -196,7 +196,7 @@ class PlyParser {
   const std::string& file_;
   CloudFile cloud_;
   bool has_vertices_ = false;
-  std::vector<double> corners_;  // of all faces, one after another
+  std::vector<double> corners_;  // of all faces, one after the other
   std::vector<std::int64_t> polygon_sizes_;
 };
 

@@ -31,7 +31,7 @@ std::vector<fs::path> PackageFolders(const RobotFolders& folders) {
   if (!folders.package_folders.empty()) {
     return {folders.package_folders.begin(), folders.package_folders.end()};
   }
-  std::error_code unknown;  // then as it was given
+  std::error_code unknown;  // then the path as given is used
   fs::path folder = fs::weakly_canonical(folders.urdf_folder, unknown);
   std::vector<fs::path> result = {folder};
   for (int i = 0; i < kFoldersAbove && folder.has_relative_path(); ++i) {
@@ -41,9 +41,10 @@ std::vector<fs::path> PackageFolders(const RobotFolders& folders) {
   return result;
 }
 
-// By its name, or by the one that its package.xml has: checkouts of a package are called anything.
+// True if the folder's name, or the name in its package.xml, is `package`: a checkout may have any
+// name.
 bool IsPackage(const fs::path& folder, std::string_view package) {
-  std::error_code unknown;  // then as it was given
+  std::error_code unknown;  // then the path as given is used
   if (fs::weakly_canonical(folder, unknown).filename() == package) return true;
   tinyxml2::XMLDocument document;
   if (document.LoadFile((folder / "package.xml").c_str()) != tinyxml2::XML_SUCCESS) return false;
@@ -93,7 +94,7 @@ absl::StatusOr<std::string> FindMeshFile(std::string_view uri, const RobotFolder
   }
   const std::vector<fs::path> candidates = CandidatesOf(uri, folders);
   for (const fs::path& path : candidates) {
-    std::error_code unreadable;  // is no file, then
+    std::error_code unreadable;  // an unreadable path counts as no file
     if (fs::is_regular_file(path, unreadable)) return path.string();
   }
   const std::string looked = absl::StrJoin(

@@ -1,4 +1,4 @@
-// The mesh files that a URDF names, found on this machine.
+// Finds the mesh files that a URDF names.
 #pragma once
 
 #include <string>
@@ -9,22 +9,21 @@
 
 namespace cwm::formats {
 
-// The URIs of the meshes that a URDF's links have as collision geometry, each once, in the order of
-// the file. Empty for what is not XML: who reads the robot says what is wrong with it.
+// The URIs of the collision meshes of a URDF's links, each once, in the file's order. Empty if the
+// text is not XML; the reader of the robot reports the error.
 std::vector<std::string> CollisionMeshUris(std::string_view urdf);
 
-// Where relative and package paths begin.
+// The base folders of relative and package paths.
 struct RobotFolders {
   std::string urdf_folder;
-  // Folders that hold packages, or are one. Empty: the URDF's folder and the three above it, since a
-  // URDF lies in PACKAGE/urdf or thereabouts.
+  // Folders that contain packages, or are one. If empty: the URDF's folder and the three above it,
+  // since a URDF is usually in PACKAGE/urdf.
   std::vector<std::string> package_folders;
 };
 
 // The file of "package://PACKAGE/REST" (PACKAGE/REST below the first package folder that has it, or
-// REST where the folder itself is PACKAGE, by its own name or by that in its package.xml),
-// "file:///PATH", or a path relative to the URDF. INVALID_ARGUMENT names the URI and where it was
-// looked for.
+// REST if the folder itself is PACKAGE, by its name or its package.xml), "file:///PATH", or a path
+// relative to the URDF. INVALID_ARGUMENT with the URI and the searched paths.
 absl::StatusOr<std::string> FindMeshFile(std::string_view uri, const RobotFolders& folders);
 
 }  // namespace cwm::formats

@@ -10,7 +10,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "bytes are copied as they lie in memory");
 
-// Calls `f` with a value of the C++ type that `type` stands for.
+// Calls `f` with a value of the C++ type of `type`.
 template <class F>
 auto Visit(Scalar type, F&& f) {
   switch (type) {
@@ -69,7 +69,7 @@ double ToDouble(const char* bytes, Scalar type) {
 }
 
 std::string FormatNumber(double value) {
-  char text[32];  // the longest shortest form, -2.2250738585072014e-308, has 24 characters
+  char text[32];  // the longest shortest form has 24 characters, e.g. -2.2250738585072014e-308
   const auto [end, error] = std::to_chars(text, text + sizeof(text), value);
   return error == std::errc() ? std::string(text, end) : std::string();
 }

@@ -1,4 +1,4 @@
-// The number types that cloud and mesh files are made of, and their strict text form.
+// The number types of cloud and mesh files, and their strict text form.
 #pragma once
 
 #include <cstddef>
@@ -14,12 +14,12 @@ std::size_t SizeOf(Scalar type);
 // "int8", "uint32", "float64", ...
 std::string_view NameOf(Scalar type);
 
-// Writes the number that the whole of `text` spells, as little-endian bytes of the type. False when
-// it is no number or out of the type's range. "nan" and "inf" are numbers of the float types alone;
-// never depends on the locale.
+// Writes the number that the whole `text` spells, as little-endian bytes of the type. False if it
+// is not a number or out of the type's range. "nan" and "inf" are accepted only for float types.
+// Independent of the locale.
 [[nodiscard]] bool ParseScalar(std::string_view text, Scalar type, char* bytes);
 
-// The number in little-endian bytes of the type. 64-bit integers may lose their last bits.
+// The number as a double. 64-bit integers may lose their last bits.
 double ToDouble(const char* bytes, Scalar type);
 
 // The shortest text that reads back as the same number.

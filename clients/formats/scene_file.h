@@ -1,5 +1,5 @@
-// A MoveIt planning scene, as MoveIt, MotionBenchMaker and tools around them write it: in YAML
-// (moveit_msgs/PlanningScene) or as text (".scene", objects alone).
+// A MoveIt planning scene as MoveIt, MotionBenchMaker and related tools write it: in YAML
+// (moveit_msgs/PlanningScene) or as text (".scene", objects only).
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@
 
 namespace cwm::formats {
 
-// Centred at the pose's origin, axis z, as shape_msgs/SolidPrimitive has them.
+// Primitives are centred at the pose's origin with axis z, as in shape_msgs/SolidPrimitive.
 struct SceneBox {
   std::array<double, 3> size_m;
 };
@@ -27,7 +27,7 @@ struct SceneCylinder {
 struct SceneCone {  // the apex at +z
   double height_m, radius_m;
 };
-// Solid where z <= 0: the side that the normal of a file's plane points away from.
+// Solid where z <= 0, the side opposite to the normal of the file's plane.
 struct SceneHalfSpace {};
 
 struct SceneShape {
@@ -51,53 +51,53 @@ struct SceneMultiDofJoint {
 };
 
 struct SceneAttachedObject {
-  SceneObject object;  // without shapes: one that the scene has by that id
+  SceneObject object;  // without shapes: an object of the scene with that id
   std::string link;
-  bool pose_is_in_link = false;  // object.pose is in the frame of the link
+  bool pose_is_in_link = false;  // true if object.pose is in the link's frame
   std::vector<std::string> touch_links;
 };
 
 struct SceneRobotState {
   std::vector<SceneJoint> joints;
-  // Floating and planar joints, among them the virtual joint by which the robot stands there.
+  // Floating and planar joints, including the virtual joint that connects the robot to the world.
   std::vector<SceneMultiDofJoint> multi_dof_joints;
   std::vector<SceneAttachedObject> attached;
   bool empty() const { return joints.empty() && multi_dof_joints.empty(); }
 };
 
-// Which pairs may collide. Of links and objects by name; what is in no pair of the matrix has the
-// value of its default, of two with defaults both must allow it.
+// The pairs of links and objects that may collide, by name. A pair that is not in the matrix has
+// its default; if both names have one, both must allow it.
 struct SceneAllowedCollisions {
   std::vector<std::string> names;
-  std::vector<std::vector<bool>> allowed;  // square, one row a name
+  std::vector<std::vector<bool>> allowed;  // square, one row per name
   std::vector<std::pair<std::string, bool>> defaults;
 };
 
 struct SceneFile {
-  std::string robot_model_name;      // empty: not said
-  std::vector<SceneObject> objects;  // in the file's order, ids differ
-  // Whether it only says what differs from the scene of before; such a one may take objects away.
+  std::string robot_model_name;      // empty: not given
+  std::vector<SceneObject> objects;  // in the file's order, with distinct ids
+  // True if the file has only differences from a previous scene; such a file may remove objects.
   bool is_diff = false;
-  std::vector<std::string> removed;  // ids, none of which is of an object
+  std::vector<std::string> removed;  // ids that no object has
   SceneRobotState robot_state;
   SceneAllowedCollisions allowed_collisions;
-  std::vector<std::string> warnings;  // what was left out, and why
+  std::vector<std::string> warnings;  // what was ignored, and why
 };
 
 struct SceneOptions {
-  // A frame that is the world's, besides "", "world" and the frames that the file fixes there.
+  // A frame that equals the world's, besides "", "world" and the frames that the file fixes there.
   std::string world_frame = {};
 };
 
-// Reads either format, told apart by the second line. An orientation off unit length by at most 1 %
-// is normalised; triangles that use a vertex twice are left out. What collision checking cannot use
-// (octomaps, padding, scale) is left out with a warning; colours, types and subframes, which say
-// nothing about collisions, without one. Anything else that does not fit is INVALID_ARGUMENT naming
-// `file`, the field's path or line, its value and the rule.
+// Reads either format, distinguished by the second line. Orientations up to 1 % off unit length are
+// normalised; triangles that use a vertex twice are dropped. Octomaps, padding and scale are
+// ignored with a warning; colours, types and subframes, which do not affect collisions, without
+// one. Other errors are INVALID_ARGUMENT with `file`, the field's path or line, its value and the
+// rule.
 absl::StatusOr<SceneFile> ParseScene(std::string_view bytes, const std::string& file,
                                      const SceneOptions& options = {});
 
-// The largest coordinate or dimension, in magnitude: the server takes no larger ones (metres).
+// derived: the server's limit of coordinates and dimensions, in magnitude (metres).
 inline constexpr double kLargestSceneNumber = 1e6;
 
 }  // namespace cwm::formats

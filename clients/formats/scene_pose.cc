@@ -12,7 +12,7 @@ Vector Cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// p + 2 v x (v x p + w p)
+// Rotates p: p + 2 v x (v x p + w p).
 Vector Turned(const Quaternion& q, const Vector& p) {
   const Vector v = {q[0], q[1], q[2]};
   Vector inner = Cross(v, p);
@@ -54,7 +54,7 @@ ScenePose FrameOfPlane(const std::array<double, 4>& abcd) {
   const Vector n = {a / length, b / length, c / length};
   ScenePose frame;
   for (std::size_t i = 0; i < 3; ++i) frame.position_m[i] = 0.0 - d / length * n[i];
-  // The shortest turn of z onto n is about z x n; straight down, half a turn about x.
+  // The shortest rotation of z to n is about z x n; straight down, half a turn about x.
   const bool is_down = n[2] < -1 + 1e-12;
   if (is_down) frame.orientation_xyzw = {1, 0, 0, 0};
   if (!is_down) frame.orientation_xyzw = Normalised({-n[1], n[0], 0, 1 + n[2]});

@@ -1,4 +1,4 @@
-// Planning scenes: which format a file is in, and the whole of one in YAML.
+// Planning scenes: recognises the format, and reads a YAML scene as a whole.
 #include <set>
 #include <utility>
 
@@ -13,7 +13,7 @@
 namespace cwm::formats {
 namespace {
 
-// Each is said once, with the links or things that it is about.
+// Adds one warning per kind with the links or objects that it concerns.
 void WarnOfPadding(const FieldReader& reader, const Place& scene, const char* list,
                    const char* value, double neutral, std::vector<std::string>& warnings) {
   std::vector<std::string> links;
@@ -35,8 +35,8 @@ void WarnOfOctomap(const Place& world, std::vector<std::string>& warnings) {
   if (is_there) warnings.push_back("world.octomap: left out, only objects are read");
 }
 
-// `ids` of the list of objects. Each is attached once, one without shapes is an object of the
-// scene.
+// Checks attached objects. `ids`: those of the list of objects. Each may be attached once; one
+// without shapes must be an object of the scene.
 absl::Status CheckAttached(const SceneFile& scene, std::set<std::string> ids,
                            const FieldReader& reader, const Place& places) {
   std::set<std::string> with_shapes, attached;
@@ -69,7 +69,7 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
   SceneFile scene;
   const Place list = root["world"]["collision_objects"];
   const Place attached = root["robot_state"]["attached_collision_objects"];
-  // A scene without objects is one; a file without anything of a scene is none.
+  // A scene may have no objects, but a file without any part of a scene is not one.
   const bool is_scene = root["robot_state"].present() || root["allowed_collision_matrix"].present();
   if (!list.present() && !is_scene) return reader.Error(list, "is missing");
   if (absl::Status status = reader.CheckList(list); !status.ok()) return status;
@@ -121,10 +121,10 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
   return scene;
 }
 
-// The second line begins with an object or ends the scene; no YAML has such a line there.
+// True if the second line begins an object or ends the scene; no YAML file has such a second line.
 bool IsTextScene(std::string_view bytes) {
   TextCursor cursor(bytes);
-  cursor.NextLine();  // the name
+  cursor.NextLine();  // skips the name
   const auto second = cursor.NextLine();
   if (!second) return false;
   const auto words = SplitWords(*second);
@@ -163,7 +163,7 @@ absl::StatusOr<ScenePose> SceneFrames::Find(const FieldReader& reader, const Pla
 
 absl::StatusOr<SceneFile> ParseYamlScene(std::string_view yaml, const std::string& file,
                                          const SceneOptions& options) {
-  try {  // yaml-cpp reports by exceptions; they end here
+  try {  // yaml-cpp reports errors by exceptions, which are handled here
     const YAML::Node root = YAML::Load(std::string(yaml));
     return ReadScene(Place{root, "scene"}, FieldReader(file, yaml.size()), options);
   } catch (const YAML::Exception& error) {

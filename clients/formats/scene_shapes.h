@@ -1,4 +1,4 @@
-// What the readers of both formats of planning scenes check and build alike.
+// Checks and constructors shared by the readers of both scene formats.
 #pragma once
 
 #include <optional>
@@ -12,25 +12,25 @@ namespace cwm::formats {
 // Dimensions in the order of shape_msgs/SolidPrimitive.
 struct PrimitiveKind {
   const char* name;
-  int number;  // of shape_msgs/SolidPrimitive
+  int number;  // in shape_msgs/SolidPrimitive
   std::size_t dimension_count;
 };
 
-// By name ("box") or number ("1"); nullptr for another word.
+// The kind by name ("box") or number ("1"); nullptr for other words.
 const PrimitiveKind* FindPrimitive(std::string_view word);
 
-// `dimensions_m`: as many as the kind has, positive.
+// `dimensions_m` must have as many positive numbers as the kind requires.
 decltype(SceneShape::shape) MakePrimitive(const PrimitiveKind& kind,
                                           const std::vector<double>& dimensions_m);
 
-// What a number breaks: not finite, or beyond kLargestSceneNumber. Nothing when it is fine.
+// The rule that a number violates: not finite, or beyond kLargestSceneNumber. Empty if it is valid.
 std::optional<std::string> NumberFault(std::string_view word, double& value);
 
-// Nothing when the length is within 1 % of 1: scenes written with two or three decimals are off by
-// up to half a percent, more is a mistake. Normalises then.
+// Normalises the quaternion if its length is within 1 % of 1; otherwise returns the rule. Scenes
+// written with two or three decimals are off by up to half a percent; more is an error.
 std::optional<std::string> Normalise(std::array<double, 4>& orientation_xyzw);
 
-// Drops triangles that use a vertex twice, which are no part of a surface; how many.
+// Drops triangles that use a vertex twice, which have no area; returns their number.
 std::size_t DropDegenerate(MeshFile& mesh);
 
 }  // namespace cwm::formats

@@ -1,5 +1,5 @@
-// The ".scene" format of MoveIt: a name, objects ("* id", since 2020 their pose, shapes with poses
-// and colours, since 2020 subframes) and a line with a dot.
+// MoveIt's ".scene" format: a name, objects ("* id", since 2020 their pose, shapes with poses and
+// colours, since 2020 subframes) and a line with a dot.
 #include <algorithm>
 #include <cstring>
 #include <set>
@@ -22,7 +22,7 @@ class TextReader {
       : text_(text), cursor_(text), file_(file) {}
 
   absl::StatusOr<SceneFile> Read() {
-    cursor_.NextLine();  // the scene's name
+    cursor_.NextLine();  // skips the scene's name
     has_object_poses_ = FirstObjectHasPose();
     for (;;) {
       const auto marker = cursor_.NextWord();
@@ -40,7 +40,8 @@ class TextReader {
   }
 
  private:
-  // The line after "* id" is three numbers with a pose, and one number, of shapes, without.
+  // True if the line after the first "* id" is a pose, which has several numbers; without poses it
+  // has only the number of shapes.
   bool FirstObjectHasPose() const {
     TextCursor ahead(cursor_.rest());
     for (auto line = ahead.NextLine(); line; line = ahead.NextLine()) {
@@ -74,7 +75,7 @@ class TextReader {
     return absl::OkStatus();
   }
 
-  // No more than the rest of the file could hold, of `bytes_each` at least.
+  // Reads a count that the rest of the file can hold with at least `bytes_each` per element.
   absl::Status ReadCount(const std::string& field, std::size_t bytes_each, std::uint32_t& count) {
     const auto word = cursor_.NextWord();
     if (!word) return Error(field, "", "is missing: the file ends here");
@@ -105,7 +106,7 @@ class TextReader {
       if (absl::Status status = ReadPose(object.pose); !status.ok()) return status;
     }
     std::uint32_t shapes = 0;
-    // A sphere with its pose and colour: "sphere 1 0 0 0 0 0 0 1 0 0 0 0".
+    // The shortest shape is a sphere with its pose and colour: "sphere 1 0 0 0 0 0 0 1 0 0 0 0".
     if (absl::Status status = ReadCount("shapes", 20, shapes); !status.ok()) return status;
     for (std::uint32_t i = 0; i < shapes; ++i) {
       if (absl::Status status = ReadShape(object); !status.ok()) return status;
@@ -153,7 +154,7 @@ class TextReader {
     return absl::OkStatus();
   }
 
-  // Radius before length, unlike shape_msgs/SolidPrimitive.
+  // The radius comes before the length, unlike in shape_msgs/SolidPrimitive.
   absl::Status ReadPrimitive(const PrimitiveKind& kind, SceneShape& shape) {
     std::vector<double> dimensions(kind.dimension_count);
     for (double& dimension : dimensions) {
@@ -207,10 +208,10 @@ class TextReader {
     return Error("triangle", *word, absl::StrCat("must be an index of ", vertices, " vertices"));
   }
 
-  // Points of interest on the object: nothing that collides.
+  // Skips subframes, which are named frames and do not collide.
   absl::Status PassSubframes() {
     std::uint32_t count = 0;
-    // "a 0 0 0 0 0 0 1"
+    // The shortest subframe is "a 0 0 0 0 0 0 1".
     if (absl::Status status = ReadCount("subframes", 15, count); !status.ok()) return status;
     ScenePose pose;
     for (std::uint32_t i = 0; i < count; ++i) {

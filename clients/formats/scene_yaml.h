@@ -1,4 +1,4 @@
-// The parts of a planning scene in YAML. Each reader refuses what does not fit by its path.
+// Reads the parts of a planning scene in YAML. Errors have the path of the field.
 #pragma once
 
 #include <map>
@@ -10,13 +10,13 @@
 
 namespace cwm::formats {
 
-// The frames that a file's poses may be in, each in the world.
+// The frames in which a file may give poses, relative to the world.
 class SceneFrames {
  public:
-  // Those that `fixed_frame_transforms` gives, and the world's own.
+  // The world's frames and those of `fixed_frame_transforms`.
   static absl::StatusOr<SceneFrames> Read(const FieldReader& reader, const Place& transforms,
                                           const std::string& world_frame);
-  // Of the frame that the header beside a pose names, which need not be there.
+  // The pose of the frame in a header, which is optional.
   absl::StatusOr<ScenePose> Find(const FieldReader& reader, const Place& header) const;
 
  private:
@@ -26,11 +26,11 @@ class SceneFrames {
 enum class SceneKind { kWhole, kDiff };
 enum class SceneOperation { kAdd, kRemove };
 
-// What is to be done with an object; only differences may remove.
+// The operation of an object; only differences may remove objects.
 absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const Place& place,
                                              SceneKind kind);
 
-// An object in its own frame; where that is, is for the caller to say.
+// An object in its own frame; the caller sets the pose of that frame.
 absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const Place& place,
                                        std::vector<std::string>& warnings);
 
@@ -44,7 +44,7 @@ absl::StatusOr<SceneAllowedCollisions> ReadAllowedCollisions(const FieldReader& 
 
 absl::StatusOr<SceneFile> ParseYamlScene(std::string_view yaml, const std::string& file,
                                          const SceneOptions& options);
-// The ".scene" format.
+// Reads the ".scene" format.
 absl::StatusOr<SceneFile> ParseTextScene(std::string_view text, const std::string& file);
 
 }  // namespace cwm::formats

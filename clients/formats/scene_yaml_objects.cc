@@ -28,7 +28,7 @@ class ObjectReader {
  private:
   using ReadShape = absl::Status (ObjectReader::*)(const Place& place, SceneShape& shape);
 
-  // A list of shapes and one of as many poses.
+  // Reads a list of shapes and a list of as many poses.
   absl::Status ReadList(const Place& place, const char* shapes_key, const char* poses_key,
                         ReadShape read) {
     const Place shapes = place[shapes_key];
@@ -145,8 +145,8 @@ class ObjectReader {
 
 }  // namespace
 
-// As moveit_msgs/CollisionObject numbers it, or as a word; nothing is "add". Only what adds an object or
-// takes one away is read.
+// The operation as a number of moveit_msgs/CollisionObject or as a word; the default is "add". Only
+// adding and removing are supported.
 absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const Place& place,
                                              SceneKind kind) {
   if (!place.present()) return SceneOperation::kAdd;

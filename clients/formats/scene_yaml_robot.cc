@@ -73,7 +73,7 @@ absl::StatusOr<SceneAttachedObject> ReadAttached(const FieldReader& reader, cons
   return attached;
 }
 
-// Where the two halves of the matrix differ: said once, of the first few pairs.
+// Adds one warning with the first few pairs for which the matrix is not symmetric.
 void WarnOfAsymmetry(const SceneAllowedCollisions& collisions, std::vector<std::string>& warnings) {
   constexpr std::size_t kShown = 5;
   std::vector<std::string> shown;

@@ -1,4 +1,4 @@
-// Walks over a file that is held in memory: text lines and words first, then maybe raw bytes.
+// Walks over a file in memory: lines and words of text, then possibly raw bytes.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace cwm::formats {
 
-// The words of a line, which spaces and tabs separate.
+// The words of a line, separated by spaces and tabs.
 std::vector<std::string_view> SplitWords(std::string_view line);
 
 class TextCursor {
@@ -19,20 +19,21 @@ class TextCursor {
   // Everything not yet consumed.
   std::string_view rest() const { return rest_; }
 
-  // The next line without its end ("\n" or "\r\n"); nothing at the end. A last line without an end
-  // counts.
+  // The next line without its end ("
+  // " or "\r
+  // "); empty at the end of the file. A last line without an end counts.
   std::optional<std::string_view> NextLine();
 
-  // Like NextLine, but only when the line has an end: a header cut short is not a header.
+  // Like NextLine, but requires the line's end: a truncated header is not a header.
   std::optional<std::string_view> NextWholeLine();
 
-  // The next word, over line ends; nothing when only white space is left.
+  // The next word, across line ends; empty if only white space is left.
   std::optional<std::string_view> NextWord();
 
-  // Exactly `count` bytes; nothing when fewer are left.
+  // Exactly `count` bytes; empty if fewer are left.
   std::optional<std::string_view> NextBytes(std::size_t count);
 
-  // True when nothing but white space and zero bytes is left: padding, no data.
+  // True if only padding (white space and zero bytes) is left.
   bool OnlyPaddingLeft() const;
 
  private:

@@ -1,5 +1,5 @@
-// XYZ, points as lines of text, and its relatives: ASC, CSV, the text that CloudCompare and
-// spreadsheets write.
+// XYZ: points as lines of text, and its relatives ASC, CSV and the text files of CloudCompare and
+// spreadsheets.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@
 
 namespace cwm::formats {
 
-// Whether the first line that is neither empty nor a comment begins with three numbers, or names
+// True if the first line that is neither empty nor a comment begins with three numbers, or names
 // columns x, y and z.
 bool LooksLikeXyz(std::string_view bytes);
 
-// One point a line: numbers between blanks, commas or semicolons, as double precision. Comments are
-// lines that begin with "#" or "//"; they may stand anywhere.
-// - Where the last line before the first point, a comment or not, names columns x, y and z among
-//   others ("# x y z nx ny nz", "//X Y Z R G B", "x,y,z,intensity"), each is a field of that name in
-//   lower case; nx ny nz are normal_x normal_y normal_z. Every line must have as many numbers.
+// Reads one point per line: numbers separated by blanks, commas or semicolons, in double precision.
+// Lines that begin with "#" or "//" are comments and may occur anywhere.
+// - If the last line before the first point, a comment or not, names columns including x, y and z
+//   ("# x y z nx ny nz", "//X Y Z R G B", "x,y,z,intensity"), each column is a field of that name
+//   in lower case; nx ny nz are normal_x normal_y normal_z. Every line must have as many numbers.
 //   At most 256 columns may be named.
-// - Else the first three numbers of a line are x y z and what follows is left out.
-// "nan" stands for a point that was not measured. The cloud is not organised.
+// - Otherwise the first three numbers of a line are x y z, and further ones are ignored.
+// "nan" marks an unmeasured point. The cloud is not organised.
 absl::StatusOr<CloudFile> ParseXyz(std::string_view bytes, const std::string& file);
 
 }  // namespace cwm::formats

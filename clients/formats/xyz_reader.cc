@@ -14,7 +14,7 @@ namespace {
 using Words = std::vector<std::string_view>;
 
 constexpr std::string_view kAxes[] = {"x", "y", "z"};
-// A line of more is no point; what it would take is bounded with it.
+// chosen: a line with more columns is not a point; also bounds the memory for a line.
 constexpr std::size_t kMostColumns = 256;
 
 std::string_view Trimmed(std::string_view text) {
@@ -23,9 +23,9 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\r\v\f") - begin + 1);
 }
 
-// Between commas or semicolons, which may have blanks beside them and one of which may end the
-// line; else between blanks. An empty word is one that is missing. No more than one word too many,
-// however long the line is.
+// Splits a line at commas or semicolons (with optional blanks beside them, and one may end the
+// line) or, if there are none, at blanks. An empty word is a missing value. Returns at most one
+// word too many, however long the line is.
 Words SplitColumns(std::string_view line) {
   Words words;
   if (line.find_first_of(",;") == std::string_view::npos) {
@@ -45,7 +45,7 @@ Words SplitColumns(std::string_view line) {
   return words;
 }
 
-// What follows "#" or "//"; nothing where the line is no comment.
+// The text after "#" or "//"; empty if the line is not a comment.
 std::optional<std::string_view> CommentOf(std::string_view line) {
   if (!line.starts_with("#") && !line.starts_with("//")) return std::nullopt;
   const std::size_t begin = line.find_first_not_of("#/ \t");
@@ -67,7 +67,7 @@ bool IsFieldName(const std::string& name) {
   });
 }
 
-// The names of columns, where the words are such and x, y and z are among them.
+// The names of columns if the words are valid names and include x, y and z.
 std::optional<std::vector<std::string>> ColumnNames(const Words& words) {
   std::vector<std::string> names;
   for (const std::string_view word : words) names.push_back(FieldName(word));
@@ -119,7 +119,7 @@ class XyzReader {
     return AddPoint(words);
   }
 
-  // The columns are known.
+  // Begins once the columns are known.
   absl::Status Begin() {
     begun_ = true;
     exact_ = !names_.empty();
@@ -165,9 +165,9 @@ class XyzReader {
 
   const std::string& file_;
   CloudFile cloud_;
-  std::vector<std::string> names_;  // of columns
-  bool exact_ = false;              // the header says how many columns there are
-  bool begun_ = false;              // there was a point
+  std::vector<std::string> names_;  // of the columns
+  bool exact_ = false;              // the header defines the number of columns
+  bool begun_ = false;              // a point was read
   std::int64_t line_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// Places in a YAML document, and what planning scenes have there. Errors name
-// the file, the path, the value and the rule.
+// Places in a YAML document, and readers of the fields of planning scenes. Errors have the file,
+// the path, the value and the rule.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -13,8 +13,7 @@
 
 namespace cwm::formats {
 
-// The node and how one got there. Asking an absent node for its type would throw, so the questions
-// are asked here.
+// A node with its path. Asking an absent node for its type would throw, so use these functions.
 struct Place {
   YAML::Node node;
   std::string path;
@@ -25,34 +24,34 @@ struct Place {
   bool is_map() const { return node.IsDefined() && node.IsMap(); }
   bool is_list() const { return node.IsDefined() && node.IsSequence(); }
   bool is_scalar() const { return node.IsDefined() && node.IsScalar(); }
-  // Elements of a list; 0 for anything else.
+  // Number of elements of a list; 0 for anything else.
   std::size_t size() const { return is_list() ? node.size() : 0; }
 };
 
-// Reads fields of one file.
+// Reads the fields of one file.
 class FieldReader {
  public:
-  // A file of so many bytes has fewer in what it says, even where an escape of two bytes stands for
-  // three; only aliases could repeat that beyond all memory.
+  // A file of `bytes` bytes has fewer bytes of scalars, even if escapes of two bytes stand for
+  // three. Only aliases could expand to more, so the budget of twice the size bounds the memory.
   FieldReader(std::string file, std::size_t bytes) : file_(std::move(file)), left_(2 * bytes) {}
 
   absl::Status Error(const Place& place, const std::string& rule) const;
-  // A list, or nothing at all.
+  // OK for a list, or if the field is absent.
   absl::Status CheckList(const Place& place) const;
 
-  // The text of a number, a name, a truth value; empty for what has none. Whatever is kept of a
-  // file is read by it: it is what counts.
+  // The text of a number, a name or a boolean; empty for other nodes. All data kept from a file is
+  // read by this function, which counts its bytes.
   absl::StatusOr<std::string> Scalar(const Place& place) const;
   absl::StatusOr<std::string> Name(const Place& place) const;
-  // Empty where there is none.
+  // Empty if the field is absent.
   absl::StatusOr<std::vector<std::string>> Names(const Place& place) const;
   absl::StatusOr<bool> Bool(const Place& place) const;
   absl::StatusOr<double> Number(const Place& place) const;
   absl::StatusOr<std::vector<double>> Numbers(const Place& place, std::size_t count) const;
-  // [x, y, z] or {x: .., y: .., z: ..}: both are written by tools around MoveIt.
+  // [x, y, z] or {x: .., y: .., z: ..}; tools around MoveIt write both.
   absl::StatusOr<std::vector<double>> Vector(const Place& place,
                                              const std::vector<const char*>& names) const;
-  // {position, orientation} of a pose, {translation, rotation} of a transform.
+  // {position, orientation} for Pose, {translation, rotation} for Transform.
   absl::StatusOr<ScenePose> Pose(const Place& place) const;
   absl::StatusOr<ScenePose> Transform(const Place& place) const;
 
@@ -60,7 +59,7 @@ class FieldReader {
   absl::StatusOr<ScenePose> PoseOf(const Place& position, const Place& orientation) const;
 
   const std::string file_;
-  mutable std::size_t left_;  // bytes of scalars
+  mutable std::size_t left_;  // remaining bytes of scalars
 };
 
 }  // namespace cwm::formats

@@ -17,11 +17,11 @@ using client::RayRow;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// Attempts of a call with a row or two of each; far below a server's limit of rows (65 536), and
-// quick to reply to.
+// chosen: attempts per call with a row or two each; far below the server's limit of rows (65 536),
+// and answered quickly.
 constexpr std::size_t kAttemptsPerBatch = 4096;
 
-// Places of a pad, as shares of its half width and half length: the middle first, then outwards.
+// Places on a pad, as shares of its half width and half length: the middle first, then outwards.
 constexpr std::array<std::array<double, 2>, 15> kPadPlaces = {{{0, 0},
                                                                {0, 0.4},
                                                                {0, -0.4},
@@ -38,7 +38,7 @@ constexpr std::array<std::array<double, 2>, 15> kPadPlaces = {{{0, 0},
                                                                {-0.8, 0.8},
                                                                {-0.8, -0.8}}};
 constexpr std::size_t kRaysPerAttempt = 2 * kPadPlaces.size();
-// Of a call with all rays of each.
+// chosen: attempts per call with all rays of each.
 constexpr std::size_t kRayAttemptsPerBatch = 8 * kAttemptsPerBatch / kRaysPerAttempt;
 
 template <class T>
@@ -74,8 +74,8 @@ void NoteVerdict(const pb::CheckCollisionsResponse& response, std::size_t row, A
   if (object >= 0) answer.culprit = response.objects(object).name();
 }
 
-// The place of a pad that meets something first; of places that do so within a micrometre, the one
-// nearest to the middle. The ray of the middle has hit.
+// The place of a pad that touches something first; of places within a micrometre, the first in the
+// list. The ray of the middle must have hit.
 std::size_t FirstMet(const pb::CastRaysResponse& response, std::size_t middle) {
   constexpr double kSame_m = 1e-6;
   std::size_t first = middle;
@@ -88,10 +88,10 @@ std::size_t FirstMet(const pb::CastRaysResponse& response, std::size_t middle) {
   return first;
 }
 
-// Which attempts are still worth a question.
+// Indices of the attempts that are still worth a query.
 using Indices = std::vector<std::size_t>;
 
-// Asks of some at a time, until one question fails.
+// Calls `ask` for some attempts at a time until a call fails.
 template <class Ask>
 absl::Status InBatches(const Indices& indices, const Ask& ask) {
   for (std::size_t begin = 0; begin < indices.size(); begin += kAttemptsPerBatch) {
@@ -112,7 +112,8 @@ class Assessor {
         attempts_(attempts),
         answers_(attempts.size()) {}
 
-  // Whether the open gripper has room where it closes: the cheapest question, which most fail.
+  // Checks that the open gripper has room at the grasp: the cheapest query, which most attempts
+  // fail.
   absl::Status AskPlaces();
   absl::Status AskApproaches();
   absl::Status AskClosing();
@@ -261,7 +262,7 @@ void Assessor::ReadContacts(const pb::CastRaysResponse& response, std::size_t fi
                             std::size_t i) {
   Assessment& answer = answers_[i];
   const Vector3d closing_W = attempts_[i].X_WG.linear().col(0);
-  std::array<double, 2> travel_m = {};  // of each finger until some place of its pad meets
+  std::array<double, 2> travel_m = {};  // the travel of each finger until its pad touches something
   for (std::size_t side = 0; side < 2; ++side) {
     const std::size_t middle = first_row + side * kPadPlaces.size();
     if (response.hit()[middle] == 0) {

@@ -1,4 +1,4 @@
-// What a server says about ways to take things: whether the gripper gets there, what its pads meet.
+// Assesses grasp attempts with a server: reachability of the grasp, and the contacts of the pads.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,48 +16,48 @@ namespace cwm::grasp {
 
 struct Question {
   std::string world = {};
-  std::string world_uid = {};  // empty: whichever has the name
-  std::int64_t revision = 0;   // all is asked of this one
+  std::string world_uid = {};  // empty: any world of that name
+  std::int64_t revision = 0;   // all queries are about this revision
   Gripper gripper = {};
   double friction = 0.4;
-  double approach_m = 0.10;    // the way that the open gripper comes, straight along z of G
-  double clearance_m = 0.002;  // that it keeps on that way, from the target as well
+  double approach_m = 0.10;    // length of the open gripper's straight approach along z of G
+  double clearance_m = 0.002;  // kept during the approach, also from the target
 };
 
 struct Attempt {
   Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
-  std::string target = {};  // the object to be taken; empty: whatever both pads meet first
+  std::string target = {};  // the object to grasp; empty: whatever both pads touch first
 };
 
-// Where a flat pad meets the target first.
+// The first contact of a flat pad with the target.
 struct Contact {
   Eigen::Vector3d point_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // outward
-  double angle_rad = 0;                                // of the normal against the closing line
+  double angle_rad = 0;                                // between the normal and the closing line
   int part = 0;                                        // of the target
 };
 
 enum class Fault {
   kNone,
-  kBlocked,  // something is in the way of the open gripper or of its closing fingers
-  kMisses,   // a pad meets nothing, or something else than the target
-  kSlips,    // a surface is tilted by more than friction holds
+  kBlocked,  // something obstructs the open gripper or its closing fingers
+  kMisses,   // a pad touches nothing, or another object than the target
+  kSlips,    // a surface is tilted by more than friction can hold
 };
 
 struct Assessment {
   Fault fault = Fault::kNone;
-  std::string culprit = {};              // what blocks or is met; empty: unknown
-  double clearance_m = 0;                // of the open gripper on its way, told up to 0.02 m
+  std::string culprit = {};              // the obstacle, or the object touched; empty: unknown
+  double clearance_m = 0;                // of the open gripper during its approach, up to 0.02 m
   std::string held = {};                 // the object between the pads
   std::array<Contact, 2> contacts = {};  // of the finger at -x, then of that at +x
-  double width_m = 0;                    // between the pads once both have met something
-  double off_centre_m = 0;               // how far the object is pushed until both have
+  double width_m = 0;                    // between the pads once both touch something
+  double off_centre_m = 0;               // how far the object is pushed until both pads touch it
 };
 
-// One assessment for each attempt. First whether the open gripper has room at the grasp, then its
-// motions, certified, not sampled, then whether the closing fingers meet anything but the target, and
-// rays from 15 places of each pad: that of the middle has to hit, and the first place that meets the
-// target has to hold it within friction.
+// One assessment per attempt. Checks first that the open gripper has room at the grasp, then its
+// motions (certified, not sampled), then that the closing fingers touch nothing but the target, and
+// finally rays from 15 places of each pad: the middle ray must hit, and the first place that
+// touches the target must hold it within friction.
 absl::StatusOr<std::vector<Assessment>> Assess(const client::Connection& connection,
                                                const Question& question,
                                                const std::vector<Attempt>& attempts);

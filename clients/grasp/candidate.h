@@ -1,4 +1,4 @@
-// A way to take something, before anybody has asked whether there is room.
+// A proposed grasp, not checked for collisions yet.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,19 +8,20 @@
 namespace cwm::grasp {
 
 struct Candidate {
-  Eigen::Isometry3d X_FG = Eigen::Isometry3d::Identity();  // of the grasp in the sampler's frame
-  double width_m = 0;       // between the surfaces that the pads are to touch
-  double tilt_rad = 0;      // of the surfaces against the closing direction
-  double sigma_m = 0;       // one standard deviation of the width; 0: unknown
-  double drawn_back_m = 0;  // of the pads, from the line that they close on, against the approach
+  Eigen::Isometry3d X_FG = Eigen::Isometry3d::Identity();  // the grasp in the sampler's frame
+  double width_m = 0;       // between the surfaces that the pads would touch
+  double tilt_rad = 0;      // between the surfaces and the closing direction
+  double sigma_m = 0;       // standard deviation of the width; 0: unknown
+  double drawn_back_m = 0;  // distance of the pads from the closing line, against the approach
   std::string way = {};     // "box faces", "cylinder wall", "rim", "handle" ...
 };
 
-// What a sampler found. Widths that do not fit between the pads make no candidates, but are told.
+// The result of a sampler. Widths that do not fit between the pads give no candidates, but are
+// recorded.
 struct Candidates {
   std::vector<Candidate> list = {};
-  double narrowest_m = -1;     // width of all that was tried; < 0: nothing was
-  double least_tilt_rad = -1;  // of the walls that slip; < 0: none did
+  double narrowest_m = -1;     // smallest width tried; < 0: none
+  double least_tilt_rad = -1;  // of walls that slip; < 0: none
 
   void Append(const Candidates& other);
   void NoteWidth(double width_m);

@@ -1,4 +1,4 @@
-// cwm-grasp: how a parallel gripper can take what stands in a world.
+// cwm-grasp: plans how a parallel gripper can grasp the objects of a world.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -24,7 +24,7 @@ namespace grasp = cwm::grasp;
 
 struct Arguments {
   grasp::PlanRequest request;
-  std::string address;  // empty: the default one
+  std::string address;  // empty: the default address
   std::string palm, json;
   bool json_on_stdout = false;
 };
@@ -63,7 +63,7 @@ void AddOptions(CLI::App& app, Arguments& arguments, std::string& form) {
       ->type_name("M");
 }
 
-// `json`: the file that has them too; empty: none.
+// `json`: the file that also has the grasps; empty: none.
 void Print(const grasp::Plan& plan, const std::string& json) {
   const bool color = ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
   std::vector<cli::TableRow> rows;

@@ -43,7 +43,7 @@ absl::StatusOr<ReadWorld> Read(const client::Connection& connection, const std::
   return read;
 }
 
-// Letters to change, add or leave out.
+// The number of letters to change, insert or remove.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -61,7 +61,7 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
 
 absl::Status Unknown(const std::string& name, const ReadWorld& world) {
   std::string nearest;
-  std::size_t least = name.size() / 2 + 1;  // farther away is another word
+  std::size_t least = name.size() / 2 + 1;  // a larger distance means another word
   for (const auto& [known, object] : world.objects) {
     const std::size_t distance = EditDistance(name, known);
     if (distance >= least) continue;
@@ -73,7 +73,7 @@ absl::Status Unknown(const std::string& name, const ReadWorld& world) {
   return absl::NotFoundError(message);
 }
 
-// Why nobody takes such an object; empty: it can be.
+// The reason why the object cannot be grasped; empty: it can.
 std::string Untakeable(const pb::Object& object) {
   if (object.kind() == pb::OBJECT_KIND_SUPPORT) return "is a support: it stays where it is";
   if (object.kind() == pb::OBJECT_KIND_UNSEEN) return "is unseen space: nothing is known of it";
@@ -92,7 +92,7 @@ absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
     }
     return targets;
   }
-  std::map<std::string, pb::Object> wanted;  // each once, by name
+  std::map<std::string, pb::Object> wanted;  // each object once, by name
   for (const std::string& name : request.objects) {
     const auto found = world.objects.find(name);
     if (found == world.objects.end()) return Unknown(name, world);
@@ -106,7 +106,7 @@ absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
   return targets;
 }
 
-// "71 by table, 12 by its own shape": what stands in the way, the most first.
+// The obstacles of the candidates, the most frequent first: "71 by table, 12 by its own shape".
 std::string Blockers(const ObjectPlan& plan) {
   std::vector<std::pair<std::int64_t, std::string>> blockers;
   for (const auto& [name, count] : plan.blocked_by) {
@@ -148,7 +148,8 @@ std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
   return "no opposite surfaces are known of it";
 }
 
-// The same to a robot: some millimetres and degrees apart, or half a turn about the approach.
+// True if the grasps are the same for a robot: a few millimetres and degrees apart, possibly after
+// half a turn about the approach.
 bool NearlySame(const Grasp& a, const Grasp& b) {
   constexpr double kNear_m = 0.005, kNear_rad = 0.35;
   const Eigen::Isometry3d& X_WA = a.candidate.X_FG;
@@ -160,7 +161,7 @@ bool NearlySame(const Grasp& a, const Grasp& b) {
   return std::min(std::abs(as_is.angle()), std::abs(turned.angle())) < kNear_rad;
 }
 
-// The best first, each unlike all that are better.
+// The best grasps first, each different from all better ones.
 std::vector<Grasp> Best(std::vector<Grasp> grasps, int most) {
   std::stable_sort(grasps.begin(), grasps.end(),
                    [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
@@ -174,7 +175,7 @@ std::vector<Grasp> Best(std::vector<Grasp> grasps, int most) {
   return best;
 }
 
-// Which attempts are of which object.
+// The attempts of one object.
 struct Share {
   Candidates candidates;
   std::size_t first_attempt = 0;

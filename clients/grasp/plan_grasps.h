@@ -1,4 +1,4 @@
-// The grasp planner: from the names of objects to ranked grasps.
+// The grasp planner: from objects to ranked grasps.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,16 @@ namespace cwm::grasp {
 
 struct PlanRequest {
   std::string world = {};                 // empty: "default"
-  std::vector<std::string> objects = {};  // empty: all that can be taken
+  std::vector<std::string> objects = {};  // empty: all objects that can be grasped
   Gripper gripper = {};
   double friction = 0.4;
   double approach_m = 0.10;
   double clearance_m = 0.002;
-  int top = 5;  // grasps kept of each object
+  int top = 5;  // grasps kept per object
 };
 
 struct Grasp {
-  Candidate candidate = {};  // its pose is in the world
+  Candidate candidate = {};  // with its pose in the world
   Assessment assessment = {};
   Factors factors = {};
   double score = 0;
@@ -32,10 +32,10 @@ struct Grasp {
 struct ObjectPlan {
   cwm::v1::Object object;
   std::vector<Grasp> grasps = {};  // the best first
-  std::int64_t free_count = 0;     // of which those are the best
+  std::int64_t free_count = 0;     // before the best were selected
   std::int64_t tried_count = 0;
-  std::map<std::string, std::int64_t> blocked_by = {};  // candidates by what was in their way
-  std::string why = {};  // there is no grasp; empty where there is one
+  std::map<std::string, std::int64_t> blocked_by = {};  // number of candidates by their obstacle
+  std::string why = {};  // why there is no grasp; empty if there is one
 };
 
 struct Plan {
@@ -44,14 +44,14 @@ struct Plan {
   std::vector<ObjectPlan> objects;  // by name
 };
 
-// INVALID_ARGUMENT names the option at fault, or the object that cannot be taken (a support, unseen
-// space, one without bounds); NOT_FOUND an unknown one, with the name that is nearest to it. All is
-// asked of the revision that the objects were read from.
+// INVALID_ARGUMENT with the option at fault, or with the object that cannot be grasped (a support,
+// unseen space, one without bounds); NOT_FOUND for an unknown object, with the most similar name.
+// All queries are about the revision from which the objects were read.
 absl::StatusOr<Plan> PlanGrasps(const client::Connection& connection, const PlanRequest& request);
 
 absl::Status Validate(const PlanRequest& request);
 
-// What the grasps are asked by; of a plan, its revision.
+// The common part of the plan's queries, including its revision.
 Question QuestionOf(const PlanRequest& request, const Plan& plan);
 
 }  // namespace cwm::grasp

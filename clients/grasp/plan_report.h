@@ -1,4 +1,4 @@
-// A plan as JSON; the schema is told in README.md.
+// A plan as JSON; README.md documents the schema.
 #pragma once
 
 #include <string>

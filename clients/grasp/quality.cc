@@ -11,8 +11,8 @@ namespace {
 namespace pb = cwm::v1;
 using Eigen::Vector3d;
 
-constexpr double kWorst = 0.05;      // of a factor: a bad grasp still ranks above a worse one
-constexpr double kUnseenPart = 0.2;  // completed where nothing was measured, by symmetry or support
+constexpr double kWorst = 0.05;      // the least value of a factor: bad grasps can still be ranked
+constexpr double kUnseenPart = 0.2;  // completed without measurements, by symmetry or support
 
 double Share(double value) { return std::clamp(value, kWorst, 1.0); }
 
@@ -37,9 +37,11 @@ double DistanceToLine_m(const Vector3d& point, const Vector3d& origin, const Vec
 
 Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
                   const pb::Object& object, const Question& question) {
-  constexpr double kLever_m = 0.05;       // halves the factor: fingers of 2 cm hold no long lever
-  constexpr double kEnoughRoom_m = 0.01;  // the errors of a depth camera at 1 m, three times
-  constexpr double kPush_m = 0.01;        // halves the factor: small things topple when pushed more
+  constexpr double kLever_m = 0.05;       // chosen: halves the factor; fingers of 2 cm cannot hold
+                                          // a long lever
+  constexpr double kEnoughRoom_m = 0.01;  // derived: three times the error of a depth camera at 1 m
+  constexpr double kPush_m = 0.01;        // chosen: halves the factor; small objects topple when
+                                          // pushed further
   const Eigen::Isometry3d& X_WG = candidate.X_FG;
   const auto& [a, b] = assessment.contacts;
   const double cone_rad = std::atan(question.friction);
@@ -58,7 +60,7 @@ Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
 }
 
 double ScoreOf(const Factors& factors) {
-  // Whether it holds and gets there counts twice as much as what it is preferred for.
+  // Holding and reaching the object count twice as much as preferences.
   const double log_score = 2 * std::log(factors.antipodal) + 1 * std::log(factors.centred) +
                            1 * std::log(factors.observed) + 2 * std::log(factors.clearance) +
                            2 * std::log(factors.width) + 1 * std::log(factors.upright) +

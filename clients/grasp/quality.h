@@ -1,5 +1,5 @@
-// How good a grasp that is free is. Each factor is a share, 1 the best, none is 0; the score is their
-// weighted geometric mean, so that one bad factor is not made up for by many good ones.
+// The quality of a collision-free grasp. Each factor is from above 0 to 1, the best; the score is
+// their weighted geometric mean, so that many good factors cannot compensate a bad one.
 #pragma once
 
 #include "clients/grasp/assess.h"
@@ -9,20 +9,24 @@
 namespace cwm::grasp {
 
 struct Factors {
-  // How far the worse contact is from slipping: 1 when it is met square on.
+  // The distance of the worse contact from slipping: 1 if the surface is perpendicular to the
+  // closing line.
   double antipodal = 1;
-  // The object's weight pulls at the lever between the closing line and its middle.
+  // Falls with the lever between the closing line and the object's middle, at which its weight
+  // acts.
   double centred = 1;
-  // Share of the touched parts that a sensor saw: what was completed is a guess. What users put is
-  // taken for true.
+  // The share of the touched parts that a sensor observed, since completed parts are guesses. Parts
+  // put by users count as observed.
   double observed = 1;
-  // Room that the open gripper keeps on its way, up to 10 mm: scans and robots are a few mm off.
+  // The clearance of the open gripper during its approach, up to 10 mm, since scans and robots are
+  // off by a few mm.
   double clearance = 1;
-  // Room between pads and surfaces before they close, against three standard deviations of the width.
+  // The room between pads and surfaces before closing, relative to three standard deviations of the
+  // width.
   double width = 1;
-  // Coming from above keeps arm and palm off the support and the neighbours.
+  // Approaching from above keeps arm and palm away from the support and other objects.
   double upright = 1;
-  // How little the object is pushed before both pads hold it.
+  // Falls with the distance that the object is pushed before both pads hold it.
   double still = 1;
 };
 

@@ -24,9 +24,9 @@ Candidates SamplePart(const pb::ShapePart& part, const SamplerOptions& options) 
   return {};
 }
 
-// One standard deviation of the width. Fits tell it of the radius, last, and of the edges of boxes,
-// where 0 says that an end was not seen: then the edge is a guess, off by a centimetre and more.
-// Where they do not tell, both walls are off by the noise of the points around them.
+// One standard deviation of the width. Fits report it for radii (last) and for the edges of boxes,
+// where 0 means that an end was not observed: the edge is then a guess, off by a centimetre or
+// more. Otherwise both walls are off by the noise of the points around them.
 double WidthSigma_m(const pb::ShapePart& part, const Vector3d& closing_S) {
   constexpr double kGuessed_m = 0.01;
   const auto& sigma = part.fit().parameter_sigma();
@@ -59,7 +59,7 @@ Isometry3d ToIsometry(const pb::Pose& pose) {
   Isometry3d X = Isometry3d::Identity();
   X.translation() = Vector3d(pose.tx_m(), pose.ty_m(), pose.tz_m());
   const Eigen::Quaterniond q(pose.qw(), pose.qx(), pose.qy(), pose.qz());
-  // Absent poses are identity.
+  // A missing pose is the identity.
   if (q.norm() > 0) X.linear() = q.normalized().toRotationMatrix();
   return X;
 }

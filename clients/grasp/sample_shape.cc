@@ -11,7 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A line on which pads close: its middle, its direction (unit), and what they meet.
+// A line along which pads close: its middle, its direction (unit length), and the surfaces at its
+// ends.
 struct ClosingLine {
   Vector3d middle_S;
   Vector3d direction_S;
@@ -19,9 +20,10 @@ struct ClosingLine {
   double tilt_rad = 0;
 };
 
-constexpr int kDirectionsAround = 16;  // 22.5 degrees apart: faces and corners of a box among them
+constexpr int kDirectionsAround = 16;  // chosen: 22.5 degrees apart, which includes faces and
+                                       // corners of a box
 
-// Some direction across the line from which the others are counted.
+// A direction perpendicular to the line, from which the other directions are counted.
 Vector3d Across(const Vector3d& direction, const Vector3d& wanted) {
   Vector3d across = wanted - wanted.dot(direction) * direction;
   if (across.norm() > 1e-3) return across.normalized();
@@ -44,7 +46,7 @@ class Sampler {
   explicit Sampler(const SamplerOptions& options)
       : options_(options), most_tilt_rad_(std::atan(options.friction)) {}
 
-  // The line is kept when it fits and holds.
+  // True if the line fits between the pads and friction holds.
   bool Fits(const ClosingLine& line) {
     found_.NoteWidth(line.width_m);
     if (line.width_m > options_.gripper.opening_m - 2 * options_.least_gap_m) return false;
@@ -57,8 +59,9 @@ class Sampler {
     if (Fits(line)) found_.list.push_back(CandidateAt(line, approach_S, way));
   }
 
-  // Round things are thicker in the middle than fingers are long: there the tips alone may hold, the
-  // pads drawn back from the line, as far as the wall stays within the pads and the friction.
+  // Round objects may be thicker in the middle than fingers are long. There the tips alone may
+  // hold, with the pads drawn back from the line as far as the wall stays within the pads and the
+  // friction.
   void AddRound(const ClosingLine& line, const Vector3d& first_S, const char* way) {
     AddAround(line, first_S, way);
     const std::size_t begin = found_.list.size();
@@ -69,7 +72,7 @@ class Sampler {
     }
   }
 
-  // From all around the line, beginning with `first_S`.
+  // Adds approaches all around the line, beginning with `first_S`.
   void AddAround(const ClosingLine& line, const Vector3d& first_S, const char* way) {
     if (!Fits(line)) return;
     const Vector3d first = Across(line.direction_S, first_S);
@@ -89,8 +92,8 @@ class Sampler {
   Candidates found_;
 };
 
-// Places along an extent centred at 0, no two farther apart than half a pad where seven suffice;
-// the outermost are half a pad from the ends, so that pads are covered.
+// Places along an extent centred at 0, at most half a pad apart if seven places suffice; the
+// outermost are half a pad from the ends, so that pads are fully covered.
 std::vector<double> Slots(double extent_m, const Gripper& gripper) {
   const double reach_m = (extent_m - gripper.pad_length_m) / 2;
   if (reach_m <= 0) return {0.0};
@@ -113,7 +116,7 @@ double TiltOf(const Wall& wall) {
 }
 
 void AddAcross(const Wall& wall, const char* way, Sampler& sampler) {
-  constexpr int kAzimuths = 12;  // of half a turn: 15 degrees
+  constexpr int kAzimuths = 12;  // chosen: over half a turn, 15 degrees apart
   const double tilt_rad = TiltOf(wall);
   for (const double z_m : Slots(wall.length_m, sampler.options().gripper)) {
     const double share = z_m / wall.length_m + 0.5;
@@ -130,7 +133,7 @@ void AddAcross(const Wall& wall, const char* way, Sampler& sampler) {
   }
 }
 
-// Between two discs: in the middle, and half way to the edge of the smaller one.
+// Between the two end discs: in the middle, and half way to the edge of the smaller one.
 void AddEnds(const Wall& wall, const char* way, Sampler& sampler) {
   const double least_radius_m = std::min(wall.radius_bottom_m, wall.radius_top_m);
   if (least_radius_m < sampler.options().gripper.pad_length_m / 4) return;
@@ -147,7 +150,7 @@ void AddEnds(const Wall& wall, const char* way, Sampler& sampler) {
   }
 }
 
-// Radius of a profile at a height, where it has one: straight between its points.
+// The radius of a profile at a height, linear between its points; empty outside of it.
 std::optional<double> RadiusAt(const google::protobuf::RepeatedPtrField<cwm::v1::Vector2>& profile,
                                double z_m) {
   for (int k = 0; k + 1 < profile.size(); ++k) {
@@ -212,7 +215,7 @@ Candidates SampleCone(const cwm::v1::Cone& cone, const SamplerOptions& options) 
 
 Candidates SampleCapsule(const cwm::v1::Capsule& capsule, const SamplerOptions& options) {
   Sampler sampler(options);
-  // A capsule of no length is a sphere: its wall still has a middle.
+  // A capsule of length 0 is a sphere, whose wall still has a middle.
   const Wall wall{capsule.radius_m(), capsule.radius_m(), std::max(capsule.length_m(), 1e-9)};
   AddAcross(wall, "capsule wall", sampler);
   return sampler.Take();
@@ -223,7 +226,7 @@ Candidates SampleSphere(const cwm::v1::Sphere& sphere, const SamplerOptions& opt
   Sampler sampler(options);
   const Vector3d up = options.up_S;
   const Vector3d level = up.unitOrthogonal();
-  // Level lines first: a sphere on a table is taken across its equator.
+  // Horizontal lines first: a sphere on a table is grasped across its equator.
   for (int height = 0; height < kHeights; ++height) {
     const double rise_rad = std::numbers::pi / 4 * height;
     for (int k = 0; k < (height + 1 == kHeights ? 1 : kAzimuths); ++k) {
@@ -268,7 +271,7 @@ Candidates SampleHandle(const cwm::v1::Box& bounds, const Vector3d& axis_B,
   for (const int closing : {(length + 1) % 3, (length + 2) % 3}) {
     const int other = 3 - length - closing;
     for (const double along : {-0.3, -0.15, 0.0, 0.15, 0.3}) {
-      // Bows keep to one side of their bounds.
+      // The bow of a handle is at one side of its bounds.
       for (const double aside : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
         ClosingLine line{.middle_S = Vector3d::Zero(),
                          .direction_S = Vector3d::Unit(closing),

@@ -1,6 +1,6 @@
-// Grasps of one shape each, in the shape's frame S: lines along which pads can close on two opposite
-// places of its surface, and around each line the directions to come from. Nothing is asked about
-// what else is there.
+// Grasp candidates for one shape, in the shape's frame S: lines along which pads can close on two
+// opposite places of its surface, and for each line the approach directions around it. Other
+// objects are ignored.
 #pragma once
 
 #include "clients/grasp/candidate.h"
@@ -11,24 +11,24 @@ namespace cwm::grasp {
 
 struct SamplerOptions {
   Gripper gripper = {};
-  double friction = 0.4;          // coefficient: walls may be tilted by its arc tangent
-  double least_gap_m = 0.002;     // that is left of the opening on each side
-  Eigen::Vector3d up_S{0, 0, 1};  // of the world: where to begin around round things
+  double friction = 0.4;          // coefficient; walls may be tilted by its arc tangent
+  double least_gap_m = 0.002;     // least gap between surface and pad, on each side
+  Eigen::Vector3d up_S{0, 0, 1};  // of the world; first direction around round shapes
 };
 
-// Between opposite faces, slid along them, from each of the four edges between and from the corners.
+// Between opposite faces, shifted along them, from the four edges in between and from the corners.
 Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options);
-// Across the wall at heights along the axis; between the ends where those are near enough.
+// Across the wall at places along the axis; between the ends if they are close enough.
 Candidates SampleCylinder(const cwm::v1::Cylinder& cylinder, const SamplerOptions& options);
-// The same, by the width at each height and the tilt of the wall.
+// The same, with the width at each height and the tilt of the wall.
 Candidates SampleCone(const cwm::v1::Cone& cone, const SamplerOptions& options);
 Candidates SampleCapsule(const cwm::v1::Capsule& capsule, const SamplerOptions& options);
-// Through the centre in every direction.
+// Through the centre in all directions.
 Candidates SampleSphere(const cwm::v1::Sphere& sphere, const SamplerOptions& options);
-// One finger inside and one outside of the rim, from above; and the whole across its wall.
+// One finger inside and one outside of the rim, from above; and across the whole wall.
 Candidates SampleVessel(const cwm::v1::Vessel& vessel, const SamplerOptions& options);
-// Across a long thing of which only the box around it is known, from all sides: nearly every
-// position has to be told from the mesh. `axis_B`: its length.
+// Across a long object of which only the bounding box is known, from all sides; nearly every
+// position must then be checked against the mesh. `axis_B`: its long axis.
 Candidates SampleHandle(const cwm::v1::Box& bounds, const Eigen::Vector3d& axis_B,
                         const SamplerOptions& options);
 

@@ -32,7 +32,7 @@ bool HasKnownEnding(std::string_view file) {
 bool IsGlb(std::string_view bytes) { return bytes.starts_with("glTF"); }
 bool IsPly(std::string_view bytes) { return bytes.starts_with("ply"); }
 
-// Vertices in the order of the file, each place once; triangles that collapse so are left out.
+// Merges vertices at the same place, in the file's order, and drops triangles that collapse.
 TriangleMesh Welded(const formats::MeshFile& file) {
   TriangleMesh mesh;
   std::map<std::array<double, 3>, std::uint32_t> index_of;

@@ -1,4 +1,4 @@
-// Triangle meshes of the usual formats, as users have them.
+// Reads triangle meshes in the usual formats.
 #pragma once
 
 #include <optional>
@@ -13,21 +13,21 @@ namespace cwm::meshes {
 
 using collision::UpAxis;
 
-// Whether the bytes are to be read as a mesh: a PLY that has faces, a GLB, or what the ending of the
-// file's name says is STL, OBJ or Collada.
+// True if the bytes are a mesh: a PLY with faces, a GLB, or by the ending of the file's name an
+// STL, OBJ or Collada.
 bool IsMesh(std::string_view bytes, std::string_view file);
 
-// PLY and GLB are told by their first bytes, STL, OBJ and Collada by the ending. As it stands in the
-// file, in metres; vertices at the same place are one, so that a closed STL is watertight. A refusal
-// names the file: other endings, what is broken, what has no triangle or too much of something.
+// The mesh as it is in the file, in metres. PLY and GLB are recognised by their first bytes, STL,
+// OBJ and Collada by the ending. Vertices at the same place are merged, so that a closed STL is
+// watertight. Errors name the file: unknown endings, broken files, no triangles, exceeded limits.
 absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, const std::string& file);
 
-// The same with z up: `up` is the axis of the file that is, else what the file says
-// (collision/mesh_files/mesh_file.h), z of a PLY.
+// The same with z up: `up` is the file's upward axis; by default as the file says
+// (collision/mesh_files/mesh_file.h), and z for a PLY.
 absl::StatusOr<TriangleMesh> ParseUprightMesh(std::string_view bytes, const std::string& file,
                                               std::optional<UpAxis> up = {});
 
-// The mesh of that path with z up as it says. Also refuses files that cannot be read.
+// The mesh of a file with z up by default. Also refuses files that cannot be read.
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path);
 
 }  // namespace cwm::meshes

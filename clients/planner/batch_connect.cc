@@ -12,8 +12,8 @@ namespace {
 
 namespace ob = ompl::base;
 
-// Meetings of one round that are asked at the fine step: more than one, because the shortest may be
-// none.
+// chosen: meetings per round that are checked at the fine step; more than one, since the shortest
+// may not be free.
 constexpr std::size_t kMostConfirmed = 3;
 
 const JointSpace& SpaceOf(const ob::SpaceInformationPtr& information) {
@@ -41,7 +41,7 @@ void BatchConnect::clear() {
 
 ob::PlannerStatus BatchConnect::solve(const ob::PlannerTerminationCondition& condition) {
   checkValidity();
-  if (trees_.empty()) {  // else a plan that ran out of time goes on
+  if (trees_.empty()) {  // otherwise a plan that ran out of time continues
     const auto* goal = pdef_->getGoal()->as<ob::GoalState>();
     sampler_ = si_->allocStateSampler();
     trees_.emplace_back(space_, space_.RowOf(pdef_->getStartState(0)));
@@ -146,7 +146,7 @@ std::optional<std::vector<Row>> BatchConnect::Confirm(std::vector<Meeting> meeti
     for (const int tree : {0, 1}) {
       for (const int node : Tree(tree).PathTo(meeting.nodes[static_cast<std::size_t>(tree)])) {
         if (Tree(tree).IsConfirmed(node)) continue;
-        Tree(tree).Confirm(node);  // by now, or cut off below
+        Tree(tree).Confirm(node);  // confirmed by this batch, or cut off below
         doubts.push_back({tree, node});
         batch_.Add(Tree(tree).row(Tree(tree).parent(node)), Tree(tree).row(node), kFineStep);
       }
@@ -176,7 +176,7 @@ std::vector<Row> BatchConnect::PathOf(const Meeting& meeting) const {
   }
   std::vector<int> back = Tree(1).PathTo(meeting.nodes[1]);
   std::reverse(back.begin(), back.end());
-  for (std::size_t k = 1; k < back.size(); ++k) {  // the first is where they meet
+  for (std::size_t k = 1; k < back.size(); ++k) {  // the first is the meeting point
     path.emplace_back(Tree(1).row(back[k]).begin(), Tree(1).row(back[k]).end());
   }
   return path;

@@ -1,4 +1,4 @@
-// A planner of OMPL that asks about many motions at once: two trees that grow towards each other.
+// A planner for OMPL that checks many motions at once: two trees that grow towards each other.
 #pragma once
 
 #include <ompl/base/Planner.h>
@@ -16,20 +16,21 @@
 namespace cwm::planner {
 
 struct ConnectOptions {
-  double range = 1.0;  // the longest motion that a tree grows by (README.md: measured)
-  int samples = 16;    // motions a round
+  double range = 1.0;  // chosen: the longest motion by which a tree grows
+  int samples = 16;    // motions per round
 };
 
-// RRT-Connect (Kuffner and LaValle 2000) in rounds. Each asks two batches: motions from the smaller
-// tree towards random rows, and from the other tree to all rows that were reached so. Motions are
-// asked at the coarse step; where the trees meet, those of the whole path at the fine one, and what
-// is not free is cut off.
+// RRT-Connect (Kuffner and LaValle 2000) in rounds of two batches: motions from the smaller tree
+// towards random rows, then from the other tree to all rows reached. Motions are checked at the
+// coarse step; where the trees meet, those of the whole path are checked at the fine step, and
+// motions that are not free are cut off.
 //
-// The space is a JointSpace; one start, and a goal that is a state. What the termination condition
-// ends, a round at a time, is a TIMEOUT. The same seed and answers make the same path.
+// The space must be a JointSpace with one start and a goal state. TIMEOUT if the termination
+// condition ended it, which is checked between rounds. The same seed and answers give the same
+// path.
 class BatchConnect : public ompl::base::Planner {
  public:
-  // The checker must outlive the planner; the space information is asked for its space alone.
+  // The checker must outlive the planner; only the space of the space information is used.
   BatchConnect(const ompl::base::SpaceInformationPtr& information, StateChecker& checker,
                const ConnectOptions& options);
 
@@ -37,19 +38,19 @@ class BatchConnect : public ompl::base::Planner {
       const ompl::base::PlannerTerminationCondition& condition) override;
   void clear() override;
 
-  // Why solve was an ABORT: the checker's.
+  // The checker's error if solve returned ABORT.
   const absl::Status& status() const { return status_; }
   int rounds() const { return rounds_; }
 
  private:
-  // Nodes of the two trees that are in one place.
+  // Nodes of the two trees at the same place.
   struct Meeting {
     std::array<int, 2> nodes;
     double length = 0;
   };
 
   bool TryDirectly();
-  // The path where the trees have met; nothing: they have not, or the checker failed.
+  // The path if the trees have met; empty if not, or if the checker failed.
   std::optional<std::vector<Row>> GrowAndConnect();
   std::vector<int> Grow(int tree);
   std::vector<Meeting> Connect(int tree, const std::vector<int>& reached);
@@ -65,7 +66,7 @@ class BatchConnect : public ompl::base::Planner {
   const ConnectOptions options_;
   EdgeBatch batch_;
   ompl::base::StateSamplerPtr sampler_;
-  std::vector<JointTree> trees_;  // from the start, from the goal
+  std::vector<JointTree> trees_;  // the trees from the start and from the goal
   absl::Status status_;
   int rounds_ = 0;
 };

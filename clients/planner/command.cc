@@ -127,7 +127,7 @@ PlanExit ExitOf(const PlanReport& report) {
   return doubted ? PlanExit::kNotCertified : PlanExit::kSolved;
 }
 
-// What is to be said of an outcome beside its name.
+// The explanation of an outcome besides its name.
 absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task,
                                    const PlanResult& result) {
   switch (result.outcome) {
@@ -156,8 +156,8 @@ struct Planned {
   std::optional<Certificate> certificate;
 };
 
-// Of 700 problems of MotionBenchMaker 7 have a path with contact between its states (README.md): a
-// second try fails seldom, a third hardly ever.
+// chosen: 7 paths of 700 problems of MotionBenchMaker have contact between their states: a second
+// try fails rarely, a third hardly ever.
 constexpr int kMostTries = 5;
 
 absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& task, bool certify) {
@@ -167,7 +167,7 @@ absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& t
   for (int tried = 0; tried < kMostTries; ++tried, ++options.seed) {
     auto result = PlanMotion(task.problem, checker, options);
     if (!result.ok()) return result.status();
-    // A path that is in doubt is more than none.
+    // An uncertified path is better than none.
     if (result->outcome != Outcome::kSolved && planned.certificate) break;
     planned.result = *std::move(result);
     if (!certify || planned.result.outcome != Outcome::kSolved) break;
@@ -227,7 +227,7 @@ int Explain(const absl::Status& status, const std::string& address, std::ostream
 }  // namespace
 
 int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
-  ompl::msg::noOutputHandler();  // what it has to say is in the answers
+  ompl::msg::noOutputHandler();  // its messages are in the answers
   Arguments parsed;
   CLI::App app(kDescription, "cwm-plan");
   app.set_version_flag("--version", "cwm-plan " CWM_VERSION);
@@ -235,7 +235,7 @@ int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
       app, {.version = CWM_VERSION,
             .environment = {{"CWM_ADDR", "where the server is, when --addr does not say it"}}});
   AddOptions(app, parsed);
-  try {  // CLI11 reports by exceptions; they end here
+  try {  // CLI11 reports errors by exceptions, which are handled here
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {

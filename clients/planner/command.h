@@ -7,8 +7,8 @@
 
 namespace cwm::planner {
 
-// What it answers to the shell beside what `cwm` does: 1 usage, 2 unavailable, 3 not found, 4
-// revision conflict, 5 deadline, 6 permission, 7 exhausted, 8 bad input, 70 anything else.
+// Exit codes besides those of `cwm`: 1 usage, 2 unavailable, 3 not found, 4 revision conflict, 5
+// deadline, 6 permission, 7 exhausted, 8 bad input, 70 anything else.
 enum class PlanExit {
   kSolved = 0,
   kStartInCollision = 10,
@@ -16,7 +16,7 @@ enum class PlanExit {
   kStartOutOfLimits = 12,
   kGoalOutOfLimits = 13,
   kNoPath = 14,
-  kNotCertified = 15,  // with --certify alone
+  kNotCertified = 15,  // only with --certify
 };
 
 int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);

@@ -1,4 +1,4 @@
-// Straight motions, as states that are asked in one batch.
+// Straight motions, discretised into states that are checked in one batch.
 #pragma once
 
 #include <cstddef>
@@ -10,33 +10,32 @@
 
 namespace cwm::planner {
 
-// How far apart the states of a motion are, at most, in the distance of the space.
-// Every motion of an answer has been asked at this one: no joint moves by more between two states.
+// chosen: the largest distance in the joint space between the checked states of a motion, at which
+// every motion of a result is checked: no joint moves further between two states.
 inline constexpr double kFineStep = 0.01;
-// What trees grow by: a motion that is free at such steps is rarely not (README.md), and then the
-// fine step tells.
+// chosen: the step of growing trees. A motion that is free at this step is rarely in collision, and
+// if so, the fine step detects it.
 inline constexpr double kCoarseStep = 0.15;
 
-// Collects motions and asks about all of them at once.
+// Collects motions and checks all of them at once.
 class EdgeBatch {
  public:
   // Both must outlive the batch.
   EdgeBatch(const JointSpace& space, StateChecker& checker) : space_(space), checker_(checker) {}
 
-  // The motion without its beginning, which is known to be free: its end and states between,
-  // evenly, so many that none is more than a step from the next, and each step in so many parts.
-  // Returns its index.
+  // Adds the motion without its start, which is known to be free: its end and evenly spaced states
+  // in between, at most `step` apart, with each step split into `parts`. Returns its index.
   std::size_t Add(std::span<const double> from, std::span<const double> to, double step,
                   std::size_t parts = 1);
-  // A single state.
+  // Adds a single state.
   std::size_t Add(std::span<const double> row);
   std::size_t size() const { return begins_.size(); }
 
-  // Asks; whatever was added before belongs to a batch that is over.
+  // Checks the batch; motions added afterwards begin a new batch.
   absl::Status Ask();
 
-  // Of the last batch asked. The share of the motion up to its last free state before the first
-  // that is not: 1 where all of it is free, 0 where nothing is.
+  // For the last checked batch: the share of the motion up to the last free state before the first
+  // that is not free. 1 if all of it is free, 0 if nothing is.
   double FreeShare(std::size_t edge) const { return shares_[edge]; }
   bool IsFree(std::size_t edge) const { return shares_[edge] == 1; }
 
@@ -44,7 +43,7 @@ class EdgeBatch {
   const JointSpace& space_;
   StateChecker& checker_;
   std::vector<double> rows_;
-  std::vector<std::size_t> begins_;  // in rows
+  std::vector<std::size_t> begins_;  // indices into rows_
   std::vector<double> shares_;
 };
 

@@ -12,7 +12,8 @@ namespace ob = ompl::base;
 
 constexpr double kTurn_rad = 2 * std::numbers::pi;
 
-// Uniform, from a seed of its own: OMPL's are seeded by how many of them the process made before.
+// A uniform sampler with its own seed; OMPL seeds samplers by the number made before in the
+// process.
 class SeededSampler : public ob::RealVectorStateSampler {
  public:
   SeededSampler(const ob::StateSpace* space, std::uint32_t seed)
@@ -32,7 +33,7 @@ JointSpace::JointSpace(std::vector<Joint> joints, std::uint32_t seed)
     bounds.low[j] = turns ? -kTurn_rad / 2 : joints_[j].lower;
     bounds.high[j] = turns ? kTurn_rad / 2 : joints_[j].upper;
   }
-  // Not setBounds: OMPL refuses a joint whose limits are one value, which may well stand still.
+  // setBounds would refuse a joint whose limits are equal, which is valid here.
   bounds_ = bounds;
   setStateSamplerAllocator(
       [seed](const ob::StateSpace* space) { return std::make_shared<SeededSampler>(space, seed); });
@@ -63,7 +64,7 @@ double JointSpace::Distance(std::span<const double> a, std::span<const double> b
 
 void JointSpace::Interpolate(std::span<const double> a, std::span<const double> b, double t,
                              std::span<double> out) const {
-  if (t >= 1) {  // by its difference an end may come out past its limit by a rounding
+  if (t >= 1) {  // a + difference could exceed the limit by rounding
     std::copy(b.begin(), b.end(), out.begin());
     return;
   }

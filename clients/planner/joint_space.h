@@ -1,4 +1,4 @@
-// The joints that a plan moves, as a state space of OMPL.
+// The joints of a plan as an OMPL state space.
 #pragma once
 
 #include <ompl/base/spaces/RealVectorStateSpace.h>
@@ -12,34 +12,35 @@
 
 namespace cwm::planner {
 
-// A joint's values, rad or m.
+// The joints' values, in rad or m.
 using Row = std::vector<double>;
 
 struct Joint {
   enum class Kind { kLimited, kContinuous };
   std::string name;
   Kind kind = Kind::kLimited;
-  // Of a limited joint, lower <= upper; a continuous one goes round and is sampled within a turn.
+  // For limited joints, lower <= upper. A continuous joint has no limits and is sampled within a
+  // turn.
   double lower = 0, upper = 0;
 };
 
-// Rows of numbers, one a joint. Between two rows a limited joint moves linearly and a continuous
-// one the short way, as the server moves a robot. The distance is that of Euclid, radians and
-// metres counted alike: no joint moves by more than it.
+// Rows of numbers, one per joint. Between two rows a limited joint moves linearly and a continuous
+// one the short way, as on the server. The distance is Euclidean, with radians and metres weighted
+// equally, so no joint moves by more than the distance.
 class JointSpace : public ompl::base::RealVectorStateSpace {
  public:
-  // The seed is of the samplers that the space makes: the first one made samples the same rows in
-  // every process.
+  // `seed` is used by the samplers of the space: the first one samples the same rows in every
+  // process.
   JointSpace(std::vector<Joint> joints, std::uint32_t seed);
 
   const std::vector<Joint>& joints() const { return joints_; }
   std::size_t width() const { return joints_.size(); }
 
-  // The joint that is outside of its limits; nothing: all are within.
+  // The first joint that is out of its limits; empty if all are within.
   std::optional<std::size_t> OutOfLimits(std::span<const double> row) const;
 
   double Distance(std::span<const double> a, std::span<const double> b) const;
-  // The row at the share t of the way from a to b; `out` may be a or b.
+  // The row at the share t of the way from a to b; `out` may alias a or b.
   void Interpolate(std::span<const double> a, std::span<const double> b, double t,
                    std::span<double> out) const;
 
@@ -58,7 +59,7 @@ class JointSpace : public ompl::base::RealVectorStateSpace {
   }
 
  private:
-  // From a to b: of a continuous joint, half a turn at most.
+  // The signed difference from a to b; for a continuous joint at most half a turn.
   double Difference(std::size_t joint, double a, double b) const;
 
   std::vector<Joint> joints_;

@@ -18,7 +18,7 @@ void AddSquares(const std::vector<float>& column, float value, std::vector<float
   }
 }
 
-// Of rows within a turn.
+// For rows within one turn.
 void AddSquaresOfShortWay(const std::vector<float>& column, float value, std::vector<float>& sums) {
   for (std::size_t i = 0; i < column.size(); ++i) {
     const float way = std::abs(column[i] - value);

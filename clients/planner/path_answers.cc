@@ -16,7 +16,7 @@ void AddRow(const Row& row, v1::Subject& subject) {
                               row.size() * sizeof(double));
 }
 
-// Of a CollisionRow or a MotionRow; empty where no pair is named.
+// The contact of a CollisionRow or a MotionRow; empty if no pair is named.
 template <class Answer>
 std::string Meeting(const Answer& row) {
   if (!row.has_body_link() && !row.has_object()) return "";

@@ -8,14 +8,15 @@
 namespace cwm::planner {
 namespace {
 
-// Short cuts graze what they cut past: the whole is asked once more, twice as finely. Measured on the
-// 700 problems of MotionBenchMaker: 14 paths have contact between states at 1, 7 at 2, 6 at 4.
+// measured: shortcuts graze obstacles, so the final path is checked again with each fine step split
+// into two. Of 700 problems of MotionBenchMaker 14 paths have contact between states with 1 part, 7
+// with 2, 6 with 4.
 constexpr std::size_t kFinalParts = 2;
 
-// Less is not worth two questions.
+// chosen: a smaller saving is not worth two queries.
 constexpr double kLeastSaving = 0.01;
 
-// On a path: after so many whole motions, at a share of the next.
+// A place on a path: after `motion` whole motions, at a share of the next.
 struct Place {
   std::size_t motion = 0;
   double share = 0;
@@ -51,8 +52,9 @@ class Shortening {
   }
 
  private:
-  // A motion that a short cut left half of has not been asked at the states of that half: the path
-  // is asked once more as it is now, and where such a state is not free, as it was before.
+  // Returns the latest path that is free at the fine step. A motion of which a shortcut left only a
+  // part was not checked at that part's states, so the whole path is checked again; if a state is
+  // not free, the path before the last round is tried.
   absl::StatusOr<std::vector<Row>> LatestThatIsFree() {
     for (; !earlier_.empty(); earlier_.pop_back()) {
       for (std::size_t k = 1; k < path_.size(); ++k)
@@ -63,7 +65,7 @@ class Shortening {
       if (is_free) break;
       path_ = earlier_.back();
     }
-    return std::move(path_);  // with nothing earlier, as it came
+    return std::move(path_);  // without an earlier path, the given one
   }
 
   void Measure() {
@@ -94,7 +96,7 @@ class Shortening {
     if (saving > kLeastSaving) cuts.push_back({std::move(from), std::move(to), saving});
   }
 
-  // Between vertices first: these take away most.
+  // Proposes shortcuts between vertices first, since these save most.
   std::vector<Cut> Proposals(bool of_vertices) {
     std::vector<Cut> cuts;
     if (of_vertices) {
@@ -115,7 +117,7 @@ class Shortening {
     return cuts;
   }
 
-  // How many short cuts were taken.
+  // Returns the number of shortcuts taken.
   absl::StatusOr<int> Round(bool of_vertices) {
     Measure();
     std::vector<Cut> cuts = Proposals(of_vertices);
@@ -149,7 +151,7 @@ class Shortening {
     std::sort(cuts.begin(), cuts.end(),
               [](const Cut& a, const Cut& b) { return a.from.along < b.from.along; });
     std::vector<Row> path;
-    std::size_t next = 0;  // of the old vertices
+    std::size_t next = 0;  // index into the old vertices
     for (Cut& cut : cuts) {
       for (; next <= cut.from.motion; ++next) path.push_back(path_[next]);
       if (cut.from.share > 0) path.push_back(std::move(cut.from.row));
@@ -165,8 +167,8 @@ class Shortening {
   EdgeBatch batch_;
   ompl::RNG random_;
   std::vector<Row> path_;
-  std::vector<std::vector<Row>> earlier_;  // before each round that changed it
-  std::vector<double> along_;              // of each vertex
+  std::vector<std::vector<Row>> earlier_;  // the path before each round that changed it
+  std::vector<double> along_;              // path length up to each vertex
   std::size_t taken_ = 0;
 };
 

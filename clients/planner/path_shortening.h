@@ -1,4 +1,4 @@
-// Shorter paths, by short cuts that are asked many at once.
+// Shortens paths by shortcuts that are checked in batches.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 namespace cwm::planner {
 
 struct ShorteningOptions {
-  int rounds = 6;  // at most; two without a short cut end it
-  int cuts = 24;   // tried a round
+  int rounds = 6;  // at most; two rounds without a shortcut end it
+  int cuts = 24;   // tried per round
   std::uint32_t seed = 1;
 };
 
 double LengthOf(const JointSpace& space, const std::vector<Row>& path);
 
-// A path from the same beginning to the same end that is no longer. Each round proposes straight
-// motions between places on the path and asks about all of them at the coarse step; of those that
-// are free the ones that save most, side by side, are asked at the fine step and taken. The answer
-// has been asked at the fine step motion by motion, as the path that was given has.
+// A path with the same ends that is not longer. Each round proposes straight motions between places
+// on the path and checks all of them at the coarse step; of the free ones, those that save most
+// without overlapping are checked at the fine step and taken. The result is checked at the fine
+// step motion by motion, as the given path must have been.
 absl::StatusOr<std::vector<Row>> Shorten(const JointSpace& space, StateChecker& checker,
                                          std::vector<Row> path, const ShorteningOptions& options);
 

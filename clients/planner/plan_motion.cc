@@ -52,7 +52,7 @@ absl::Status CheckProblem(const PlanProblem& problem) {
   return CheckRow(problem, problem.goal, "goal");
 }
 
-// One state at a time, for what of OMPL wants to know; BatchConnect asks in batches.
+// Checks single states, for OMPL's own code; BatchConnect uses batches.
 class SingleStates : public ob::StateValidityChecker {
  public:
   SingleStates(ob::SpaceInformation* information, const JointSpace& space, StateChecker& checker)
@@ -68,7 +68,7 @@ class SingleStates : public ob::StateValidityChecker {
   StateChecker& checker_;
 };
 
-// What is wrong with the ends; nothing: they are free.
+// The outcome if an end of the path is invalid; empty if both are free.
 absl::StatusOr<std::optional<Outcome>> OutcomeOfEnds(const JointSpace& space,
                                                      const PlanProblem& problem,
                                                      StateChecker& checker, PlanResult& result) {
@@ -83,7 +83,7 @@ absl::StatusOr<std::optional<Outcome>> OutcomeOfEnds(const JointSpace& space,
   return std::nullopt;
 }
 
-// Empty: none was found in time.
+// Empty if no path was found in time.
 absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& space,
                                           const PlanProblem& problem, StateChecker& checker,
                                           const PlanOptions& options, PlanResult& result) {

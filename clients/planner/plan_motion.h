@@ -1,4 +1,4 @@
-// A motion of joints from one row to another.
+// Plans a motion of joints from one row to another.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct PlanProblem {
 };
 
 struct PlanOptions {
-  double time_limit_s = 5;  // for finding a path; shortening it takes a few questions more
+  double time_limit_s = 5;  // for finding a path; shortening takes a few more queries
   std::uint32_t seed = 1;
   ConnectOptions connect = {};
   ShorteningOptions shortening = {};
@@ -32,22 +32,23 @@ enum class Outcome {
   kGoalOutOfLimits,
   kStartInCollision,
   kGoalInCollision,
-  kNoPath,  // none was found in the time given
+  kNoPath,  // none was found within the time limit
 };
 
 struct PlanResult {
   Outcome outcome = Outcome::kNoPath;
-  std::optional<std::size_t> joint = {};  // that is out of limits
-  std::vector<Row> path = {};             // solved: from the start to the goal, both included
-  double length = 0, found_length = 0;    // of it, and before it was shortened
+  std::optional<std::size_t> joint = {};  // the joint that is out of limits
+  std::vector<Row> path = {};             // if solved: from start to goal, both included
+  double length = 0, found_length = 0;    // of the path, and before shortening
   double finding_s = 0, shortening_s = 0;
   int rounds = 0;
   Asked asked = {};
 };
 
-// The same problem, options and answers give the same path, unless the time limit ends it. The path
-// has been asked at kFineStep all along. Errors are the checker's, or INVALID_ARGUMENT of a problem
-// that is none: rows of another width, numbers that are not finite, limits that cross.
+// The same problem, options and answers give the same path unless the time limit ends the search.
+// The whole path is checked at kFineStep. Errors are the checker's, or INVALID_ARGUMENT for an
+// invalid problem: rows of another width, numbers that are not finite, lower limits above upper
+// ones.
 absl::StatusOr<PlanResult> PlanMotion(const PlanProblem& problem, StateChecker& checker,
                                       const PlanOptions& options);
 

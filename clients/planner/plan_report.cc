@@ -134,7 +134,7 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
                            {"what_is_met", report.certificate->what_is_met},
                            {"trust", ShortName(report.certificate->trust)}};
   }
-  // Names are the user's bytes: what is no UTF-8 is replaced, not thrown over.
+  // Names may not be valid UTF-8: invalid bytes are replaced instead of throwing.
   out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
 }
 

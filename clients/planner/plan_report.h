@@ -1,4 +1,4 @@
-// Plans as people and programs read them.
+// Prints plans for people and programs.
 #pragma once
 
 #include <iosfwd>
@@ -16,14 +16,14 @@ struct PlanReport {
   const PlanningWorld& world;
   const PlannedGroup& group;
   const PlanResult& result;
-  std::string why = {};  // what is wrong with an end
+  std::string why = {};  // why an end of the path is invalid
   std::optional<Certificate> certificate = {};
 };
 
-// "start in collision: panda_hand meets shelf"; of a solved one, "solved".
+// E.g. "start in collision: panda_hand meets shelf", or "solved".
 std::string Summary(const PlanReport& report);
 void PrintTable(const PlanReport& report, std::ostream& out);
-// The names of the fields are a contract: README.md lists them.
+// The names of the fields are a contract, documented in README.md.
 void PrintJson(const PlanReport& report, std::ostream& out);
 
 }  // namespace cwm::planner

@@ -14,7 +14,7 @@ namespace {
 
 using cli::UsageError;
 
-// Of text that people and planners write.
+// chosen: limits of files written by people and planners.
 constexpr std::int64_t kMaxSceneBytes = 64 << 20, kMaxRequestBytes = 1 << 20;
 
 absl::StatusOr<formats::MotionRequest> ReadRequest(const TaskArguments& arguments) {
@@ -39,7 +39,7 @@ absl::Status About(const std::string& what, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(what, ": ", std::string(status.message())));
 }
 
-// What --start or --goal says.
+// Parses --start or --goal.
 absl::StatusOr<Row> ParseEnd(const std::string& option, const std::string& text,
                              const v1::Robot& robot, const PlannedGroup& group) {
   if (!cli::StartsWithNumber(text)) {

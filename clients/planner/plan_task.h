@@ -1,4 +1,4 @@
-// What is to be planned, from options and files.
+// Reads a planning task from options and files.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace cwm::planner {
 
-// As they were typed; empty: not given.
+// The options as typed; empty: not given.
 struct TaskArguments {
   std::string request, problem, robot, start, goal, world;
   std::optional<std::string> group;
@@ -29,8 +29,8 @@ struct Task {
   PlanOptions options;
 };
 
-// Options go before what the request says. Adds to the warnings what was left out of the files, and
-// why. A mistake in an option is a usage error (clients/cli/exit_code.h).
+// Options override the request. Adds what was ignored in the files, and why, to the warnings. An
+// error in an option is a usage error (clients/cli/exit_code.h).
 absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskArguments& arguments,
                               std::vector<std::string>& warnings);
 

@@ -66,7 +66,7 @@ void Withdraw(const v1::PairRule& rule, v1::QueryOptions& options) {
   if (rule.has_margin_m()) *options.add_overlay()->mutable_margin()->mutable_pair() = rule.pair();
 }
 
-// The robot's state as the changes leave it, for joints that a plan is told nothing of.
+// Applies the changes to the robot's state, for joints that the plan does not set.
 void Follow(const v1::SetRobotState& set, v1::Robot& robot) {
   for (const v1::VariableValue& value : set.joints().values()) {
     for (int i = 0; i < robot.variables_size() && i < robot.state_size(); ++i) {

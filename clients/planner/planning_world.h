@@ -1,4 +1,4 @@
-// A world of the server as a plan finds it, and what is asked of it.
+// A world of the server for planning, and the queries about it.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace cwm::planner {
 
-// Of one revision.
+// The facts of one revision.
 struct PlanningWorld {
   std::string name;
   std::string world_uid;
@@ -24,28 +24,27 @@ struct PlanningWorld {
   std::vector<v1::PairRule> rules;
 };
 
-// With the robot of the name, or the only one where the name is empty.
+// The world with the named robot, or with its only robot if the name is empty.
 absl::StatusOr<PlanningWorld> ReadPlanningWorld(const client::Connection& connection,
                                                 const std::string& world, const std::string& robot);
 
-// What the plan asks of: the robot in the world, or in a scene alone.
+// The surroundings of the queries: the robot in the world, or in a scene instead.
 struct Surroundings {
-  v1::QueryOptions options;           // revision, overlay, who is left out
-  v1::Robot robot;                    // with the state that it has there
-  std::vector<std::string> warnings;  // of the scene
+  v1::QueryOptions options;           // revision, overlay, ignored objects
+  v1::Robot robot;                    // with its state there
+  std::vector<std::string> warnings;  // about the scene
 };
 
 Surroundings AsItIs(const PlanningWorld& world);
 
-// The scene takes the place of all that the world has beside the robot: objects, other robots,
-// rules of pairs. Nobody else sees it: it is laid over the questions. Its meshes are stored with
-// the server.
+// The scene replaces everything in the world but the robot: objects, other robots, pair rules. It
+// is an overlay of the queries that nobody else sees. Its meshes are stored on the server.
 absl::StatusOr<Surroundings> SceneAlone(const client::Connection& connection,
                                         const PlanningWorld& world,
                                         const formats::SceneFile& scene);
 
-// Of states of the group, whose rows are to be filled in. Other joints and the base are as in
-// `start`, of which what the group has does not count.
+// A query about states of the group, with rows to be filled in. Other joints and the base are as in
+// `start`, whose values for joints of the group are ignored.
 v1::CheckCollisionsRequest QuestionOf(const PlanningWorld& world, const Surroundings& surroundings,
                                       const std::string& group, const std::vector<Joint>& joints,
                                       const v1::SetRobotState& start);

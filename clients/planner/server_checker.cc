@@ -8,7 +8,7 @@
 namespace cwm::planner {
 namespace {
 
-// Far below what a message may hold; thousands of states of any robot.
+// chosen: far below the limit of a message; thousands of states of any robot.
 constexpr std::size_t kMostNumbers = 1 << 18;
 
 }  // namespace

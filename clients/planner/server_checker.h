@@ -1,4 +1,4 @@
-// States asked of a server, over one stream and of one revision of the world.
+// Checks states with a server over one stream, at one revision of the world.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,14 @@ namespace cwm::planner {
 
 class ServerChecker : public StateChecker {
  public:
-  // The question says of which world, robot and group, at which revision and with which overlay;
-  // its rows are filled in. A state is free where its verdict is FREE. The stream must outlive the
-  // checker.
+  // The question has the world, robot, group, revision and overlay; its rows are filled in. A state
+  // is free if its verdict is FREE. The stream must outlive the checker.
   ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest question);
 
  private:
   absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
                                                    std::size_t width) override;
-  // Adds the verdicts of so many rows.
+  // Appends the verdicts of the given rows.
   absl::Status AskPart(std::span<const double> rows, std::size_t width,
                        std::vector<std::uint8_t>& free);
 

@@ -1,4 +1,4 @@
-// Who says whether states are free: asked about many at once.
+// The interface for checking many states at once.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace cwm::planner {
 
-// What was asked so far.
+// The number of checks made.
 struct Asked {
   std::int64_t batches = 0;
   std::int64_t states = 0;
@@ -19,8 +19,8 @@ class StateChecker {
  public:
   virtual ~StateChecker() = default;
 
-  // One byte for each row of `rows`, which hold one number a joint: 1 where the state is free. No
-  // rows: no question.
+  // One byte for each row of `rows`, which have one number per joint: 1 if the state is free.
+  // Without rows there is no query.
   absl::StatusOr<std::vector<std::uint8_t>> AreFree(std::span<const double> rows,
                                                     std::size_t width) {
     if (rows.empty()) return std::vector<std::uint8_t>();

@@ -10,7 +10,7 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-// A tenth of the noise of the best sensor that the server knows, at its nearest.
+// chosen: a tenth of the noise of the best supported sensor at its nearest range.
 constexpr double kFinestStep_m = 1e-4;
 constexpr double kMostSteps = std::numeric_limits<std::uint16_t>::max();
 
@@ -24,7 +24,7 @@ std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud&
     for (std::size_t k = 0; k < 3; ++k) {
       p[k] = formats::ToDouble(bytes + fields[k]->offset, fields[k]->type);
     }
-    // As the server has it: no return is not finite, or all zeros.
+    // The same rule as the server's: a point that is not finite or all zeros is no return.
     const bool is_finite = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
     if (is_finite && (p[0] != 0 || p[1] != 0 || p[2] != 0)) {
       measured[scan.labels[i]].push_back(p);
@@ -33,7 +33,7 @@ std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud&
   return measured;
 }
 
-// The grid that holds all points: its corner and its step.
+// Sets the corner and the step of the grid that contains all points.
 void LayGrid(const std::map<std::uint32_t, std::vector<Point>>& measured, PackedPoints& packed) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Point low = {kInfinity, kInfinity, kInfinity};

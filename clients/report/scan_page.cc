@@ -19,14 +19,14 @@ std::string Escaped(const std::string& text) {
       text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}});
 }
 
-// JSON that may stand in a script element: what would end the element, or begin a comment there, is
-// written as an escape. Bytes that are no UTF-8 become replacement characters.
+// JSON for a script element: "<", which could end the element or begin a comment, is escaped.
+// Invalid UTF-8 becomes replacement characters.
 std::string ScriptSafe(const json& data) {
   return absl::StrReplaceAll(data.dump(-1, ' ', false, json::error_handler_t::replace),
                              {{"<", "\\u003c"}});
 }
 
-// Little-endian numbers, as typed arrays of the page read them.
+// Little-endian numbers for typed arrays of the page.
 template <class Number, class Rows>
 std::string ColumnBase64(const Rows& rows) {
   std::string bytes;
@@ -78,10 +78,10 @@ json ToJson(const ScanRecord& record) {
           {"meshes", ToJson(record.meshes)}};
 }
 
-// Debian's absl has a string_view of its own.
+// Debian's absl has its own string_view.
 absl::string_view Text(std::string_view text) { return {text.data(), text.size()}; }
 
-// 'sha256-...' as content security policies name an inline element.
+// The 'sha256-...' source of an inline element in a content security policy.
 std::string PolicyHash(std::string_view content) {
   return absl::StrCat("'sha256-", absl::Base64Escape(absl::HexStringToBytes(Sha256Hex(content))),
                       "'");

@@ -43,7 +43,7 @@ std::int64_t EncodedBytes(const formats::MeshFile& mesh) {
   return static_cast<std::int64_t>(bytes);
 }
 
-// What is before the first of them is sent.
+// The state before the first mesh is sent.
 MeshesSent NoneSent(const std::vector<const SceneObject*>& objects) {
   MeshesSent sent;
   for (const SceneObject* object : objects) {
@@ -57,7 +57,7 @@ MeshesSent NoneSent(const std::vector<const SceneObject*>& objects) {
   return sent;
 }
 
-// Stores one mesh after the other. `sent` outlives it and is of those that were before.
+// Stores one mesh after the other. `sent` counts all meshes so far and must outlive the result.
 StoreMesh StoreWith(const client::Connection& connection, const ImportOptions& options,
                     MeshesSent& sent) {
   return [&connection, &options, &sent](const formats::MeshFile& mesh) {
@@ -107,7 +107,7 @@ absl::Status PlanObjects(const client::Connection& connection, const ImportOptio
   return absl::OkStatus();
 }
 
-// Objects of before that go: all that the scene does not put, or those that it takes away.
+// Removes previous objects: all that the scene does not put, or those that it removes.
 void PlanRemovals(const SceneFile& scene, const ImportOptions& options,
                   const std::vector<const SceneObject*>& objects, SceneImport& plan) {
   const std::set<std::string> there(options.objects.begin(), options.objects.end());
@@ -123,7 +123,7 @@ void PlanRemovals(const SceneFile& scene, const ImportOptions& options,
   if (options.before == Before::kGoes) {
     gone = there;
     for (const SceneObject* object : objects) gone.erase(WorldName(object->id));
-    // Attached without shapes: it is the one that is there.
+    // An attachment without shapes refers to an existing object, which must remain.
     for (const SceneAttachedObject& attached : scene.robot_state.attached) {
       gone.erase(WorldName(attached.object.id));
     }
@@ -134,7 +134,7 @@ void PlanRemovals(const SceneFile& scene, const ImportOptions& options,
   if (!gone.empty()) plan.taken.push_back(Counted(gone.size(), "object") + " of before removed");
 }
 
-// Pairs of before that are allowed and of which the scene says nothing.
+// Previously allowed pairs that the scene does not mention.
 std::vector<pb::NamedPair> KeptPairs(const std::vector<pb::PairRule>& before,
                                      const SceneRules& rules) {
   const auto has = [](const std::vector<pb::NamedPair>& pairs, const pb::NamedPair& pair) {
@@ -180,7 +180,7 @@ void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport
   plan.taken.push_back(Counted(rules.pairs.size(), "allowed pair"));
 }
 
-// Whether the file says where in the world it is, whatever the robot may be.
+// True if the file gives the object's pose in the world, independently of the robot.
 bool StandsInWorld(const SceneAttachedObject& attached) {
   return !attached.pose_is_in_link || attached.object.shapes.empty();
 }
@@ -203,7 +203,7 @@ void PlanAttached(const SceneAttachedObject& attached, const pb::Robot& robot, S
                                          Listed(unknown), ": left out, ", robot.name(),
                                          " has no such links"));
   }
-  // Put in the frame of the link, it goes where that is; else it stays where it was put.
+  // An object put in the link's frame moves to the link; otherwise it stays where it was put.
   if (StandsInWorld(attached)) return;
   const auto put = std::find_if(plan.changes.begin(), plan.changes.end(), [&](const auto& c) {
     return c.has_put() && c.put().object().name() == attach.name();

@@ -1,4 +1,4 @@
-// A planning scene as changes of a world.
+// Converts a planning scene to changes of a world.
 #pragma once
 
 #include <cstddef>
@@ -14,49 +14,50 @@
 
 namespace cwm::scene {
 
-// Parts of a scene beside its objects: all of them are about its robot.
+// Parts of a scene besides its objects; all concern its robot.
 enum class Part { kState = 1, kAllowed, kAttached };
 
-// What becomes of what was imported before.
+// The fate of previously imported objects.
 enum class Before { kStays, kGoes };
 
-// How far the meshes of a scene are on their way to the server.
+// The progress of sending a scene's meshes to the server.
 struct MeshesSent {
-  std::size_t mesh = 0;  // that is being sent, from 1
+  std::size_t mesh = 0;  // number of the mesh being sent, from 1
   std::size_t meshes = 0;
-  std::int64_t sent_bytes = 0;  // of all meshes, those before included
+  std::int64_t sent_bytes = 0;  // of all meshes so far
   std::int64_t total_bytes = 0;
 };
 
 struct ImportOptions {
-  // Of the world, whose scene it is; nullptr: the world has none, and the parts are left out with a
-  // warning.
+  // The world's robot to which the scene belongs; nullptr: the world has none, and these parts are
+  // ignored with a warning.
   const cwm::v1::Robot* robot = nullptr;
-  // Of the world: what they allow ends where the scene says false to it.
+  // The world's pair rules; what they allow ends if the scene says false for the pair.
   std::vector<cwm::v1::PairRule> rules = {};
   std::vector<Part> without = {};
-  // Of the world: objects that users put, as imports do, and whether they stay beside those of the
-  // scene. Where they go, so do pairs that were allowed before and that the scene does not allow.
+  // The world's objects put by users, which includes imported ones, and whether they stay besides
+  // those of the scene. If they are removed, so are previous allowances that the scene does not
+  // have.
   std::vector<std::string> objects = {};
   Before before = Before::kStays;
-  std::function<void(const MeshesSent&)> progress = {};  // hears it whenever some are handed over
+  std::function<void(const MeshesSent&)> progress = {};  // called whenever bytes were sent
 
   bool Takes(Part part) const;
 };
 
-// What is taken of a scene, for people to read and the server to do.
+// The imported parts of a scene, as text for people and as changes.
 struct SceneImport {
   std::vector<cwm::v1::Change> changes;
   std::vector<std::string> taken;
-  std::vector<std::string> warnings;  // those of the scene included
+  std::vector<std::string> warnings;  // including those of the scene
 };
 
-// Whether the scene says anything of the parts that are taken.
+// True if the scene has any of the parts that are to be imported.
 bool NeedsRobot(const formats::SceneFile& scene, const ImportOptions& options);
 
-// Meshes are stored with the server; the changes are for the caller to apply, in this order, or to
-// lay over a question. INVALID_ARGUMENT where two objects would have one name, and where what was
-// before is to go for a scene that only says what differs from it.
+// Stores the meshes on the server. The caller applies the changes in this order, or uses them as an
+// overlay of queries. INVALID_ARGUMENT if two objects would have the same name, and if previous
+// objects are to be removed although the scene only has differences.
 absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection,
                                      const formats::SceneFile& scene, const ImportOptions& options);
 

@@ -11,7 +11,7 @@ namespace {
 
 namespace pb = cwm::v1;
 
-// Fills in the alternative of the part that stands for the shape.
+// Sets the alternative of the part that represents the shape.
 struct FillShape {
   pb::ShapePart& part;
   const StoreMesh& store;

@@ -1,4 +1,4 @@
-// Objects of a planning scene as those of a world.
+// Converts objects of a planning scene to objects of a world.
 #pragma once
 
 #include <functional>
@@ -12,15 +12,15 @@ namespace cwm::scene {
 
 cwm::v1::Pose ToProto(const formats::ScenePose& pose);
 
-// The name that an object of this id gets in the world: the id, each byte but letters, digits and
-// "_-./" an underscore.
+// The name in the world of an object with this id: each byte but letters, digits and "_-./" becomes
+// an underscore.
 std::string WorldName(const std::string& id);
 
-// Stores a mesh with the server; its hash.
+// Stores a mesh on the server and returns its hash.
 using StoreMesh = std::function<absl::StatusOr<std::string>(const formats::MeshFile&)>;
 
-// An object of one shape whose own pose is the identity gets the shape's, so that moving it does
-// what one expects. Planes are half-spaces; meshes are stored.
+// An object of one shape whose own pose is the identity gets the shape's pose, so that moving it
+// works as expected. Planes become half-spaces; meshes are stored.
 absl::StatusOr<cwm::v1::Object> ToObject(const formats::SceneObject& scene_object,
                                          const StoreMesh& store);
 

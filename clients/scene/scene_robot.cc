@@ -14,7 +14,7 @@ namespace {
 
 namespace pb = cwm::v1;
 
-// The link that hangs on the joint; nullptr without such a joint.
+// The child link of the joint; nullptr if there is no such joint.
 const pb::RobotLink* LinkOn(const pb::Robot& robot, const std::string& joint) {
   for (const pb::RobotLink& link : robot.links()) {
     if (link.joint() == joint) return &link;
@@ -28,7 +28,7 @@ void AddValue(const std::string& variable, double value, pb::SetRobotState& set)
   entry.set_value(value);
 }
 
-// As the server names their variables.
+// Adds a floating joint's values under the server's names of its variables.
 void AddFloating(const formats::SceneMultiDofJoint& joint, pb::SetRobotState& set) {
   const auto& [x, y, z] = joint.transform.position_m;
   const auto& [qx, qy, qz, qw] = joint.transform.orientation_xyzw;
@@ -48,7 +48,7 @@ void AddPlanar(const formats::SceneMultiDofJoint& joint, pb::SetRobotState& set)
   AddValue(joint.name + "/theta", 2 * std::atan2(q[2], q[3]), set);
 }
 
-// What was left out, each kind with its reason.
+// Ignored joints by reason.
 struct LeftOut {
   std::vector<std::string> unknown, fixed, following;
 

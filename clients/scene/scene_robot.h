@@ -1,4 +1,4 @@
-// What a planning scene says of a robot, as changes of a world that holds the robot.
+// Converts a planning scene's data about a robot to changes of a world that has the robot.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace cwm::scene {
 
-// "a, b, c" of the first five, printable, "and 4 more" of the rest.
+// "a, b, c and 4 more": the first five names, made printable.
 std::string Listed(const std::vector<std::string>& names);
 
 bool HasLink(const cwm::v1::Robot& robot, const std::string& link);
@@ -17,13 +17,13 @@ bool HasLink(const cwm::v1::Robot& robot, const std::string& link);
 struct SceneState {
   cwm::v1::SetRobotState set;
   bool sets_base = false;
-  std::vector<std::string> warnings;  // what was left out, and why
+  std::vector<std::string> warnings;  // what was ignored, and why
 };
 
-// A joint of several degrees of freedom that the robot does not have is the virtual joint by which
-// it stands in the world: the pose of its base. Left out are fixed joints, which have no value,
-// joints that follow others, and joints that the robot does not have; all with a warning but a
-// fixed joint at 0, which begin with the name of the field.
+// A joint with several degrees of freedom that the robot does not have is the virtual joint that
+// connects it to the world: it sets the base's pose. Ignored are fixed joints, which have no value,
+// joints that follow others, and unknown joints; all with a warning except a fixed joint at 0.
+// Warnings begin with the field's name.
 SceneState StateOf(const formats::SceneRobotState& state, const cwm::v1::Robot& robot,
                    const std::string& field = "robot_state");
 
@@ -33,12 +33,12 @@ struct SceneRules {
   std::vector<std::string> warnings;
 };
 
-// The pairs that may collide, each once. A name is that of a link of the robot (nullptr: there is
-// none) or of an object of the scene; others are left out with a warning. What may by default touch
-// everything is allowed with "*", or, where the matrix makes exceptions, with each thing of the
-// scene that it may touch. Withdrawn is what `before`, rules of the world, allows and the matrix says
-// false to; it says nothing of pairs that it does not have. Where the matrix and the robot differ about
-// pairs of its links, a warning says so.
+// The pairs that may collide, each once. A name is that of a link of the robot (nullptr: no robot)
+// or of an object of the scene; others are ignored with a warning. A name that may touch everything
+// by default is allowed with "*" or, if the matrix makes exceptions, with each object or link of
+// the scene that it may touch. `withdrawn` has the pairs that `before`, the world's rules, allows
+// and for which the matrix says false; pairs that it does not have are unaffected. A warning
+// reports pairs of links for which the matrix and the robot disagree.
 SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
                    const std::vector<cwm::v1::PairRule>& before = {});
 

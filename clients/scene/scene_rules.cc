@@ -63,7 +63,7 @@ class RuleMaker {
     for (const auto& attached : scene.robot_state.attached) add_object(attached.object);
   }
 
-  // Whether it says false to what a rule allows; "*" is what it says by default.
+  // True if the matrix says false for a pair that a rule allows; for "*" the default counts.
   bool Forbids(const pb::NamedPair& pair) const {
     const auto a = NameInFile(pair.a()), b = NameInFile(pair.b());
     if (a && b) return Said(*a, *b) == false;
@@ -85,7 +85,7 @@ class RuleMaker {
     return Said(a, b).value_or(false);
   }
 
-  // What the file says of two different names; nothing where it does not speak of them.
+  // The file's value for two different names; empty if it has none.
   std::optional<bool> Said(const std::string& a, const std::string& b) const {
     const auto row_a = row_.find(a);
     const auto row_b = row_.find(b);
@@ -151,7 +151,7 @@ class RuleMaker {
                                            ": left out, no ", links, "objects of the scene"));
   }
 
-  // What is allowed is so by the robot's description or by the scene: neither forbids what the other
+  // A pair is allowed by the robot's description or by the scene; neither can forbid what the other
   // allows.
   void WarnOfOwnPairs() {
     if (robot_ == nullptr) return;
@@ -185,7 +185,7 @@ class RuleMaker {
   const formats::SceneAllowedCollisions& collisions_;
   const pb::Robot* const robot_;
   std::map<std::string, pb::NamedThing> things_;  // by the name in the file
-  std::vector<std::string> solid_;                // those that collide
+  std::vector<std::string> solid_;                // names with collision geometry
   std::map<std::string, std::size_t> row_;
   std::map<std::string, bool> defaults_;
   std::set<std::string> touches_all_, unknown_;

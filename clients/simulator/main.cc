@@ -1,4 +1,4 @@
-// cwm-simulator: a scene with known truth, seen by a noisy sensor, as a PCD file.
+// cwm-simulator: scans a scene with known ground truth by a noisy sensor, into a PCD file.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
@@ -30,7 +30,7 @@ namespace perception = cwm::perception;
 using cwm::perception::SensorModel;
 using cwm::perception::SensorNoise;
 
-constexpr int kUsage = 1;  // as the command line client's exit codes
+constexpr int kUsage = 1;  // the command-line client's exit codes
 constexpr int kBadInput = 8;
 
 struct Arguments {
@@ -71,7 +71,7 @@ absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
                    "or a standard deviation in metres"));
 }
 
-// x,y,z,qx,qy,qz,qw as `cwm ingest --x-world-sensor` takes it.
+// Prints x,y,z,qx,qy,qz,qw in the form of `cwm ingest --x-world-sensor`.
 void PrintPose(const cwm::Pose& pose) {
   const cwm::Quaternion q(pose.linear());
   const auto& t = pose.translation();

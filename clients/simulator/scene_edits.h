@@ -1,4 +1,4 @@
-// What one says on the command line to change a scene.
+// Edits of a scene on the command line.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct Edits {
   std::vector<std::string> moves;    // "NAME=dx,dy,dz", metres along the world's axes
 };
 
-// INVALID_ARGUMENT naming the edit when it is not understood; NOT_FOUND lists the scene's names.
+// INVALID_ARGUMENT with the edit if it cannot be parsed; NOT_FOUND lists the scene's names.
 absl::Status ApplyEdits(const Edits& edits, perception::SimulatedScene& scene);
 
 }  // namespace cwm::simulator

@@ -19,10 +19,11 @@ using perception::PinholeCamera;
 using perception::SimulatedObject;
 using perception::SimulatedView;
 
-// A scene is text that people write; meshes are files of their own.
+// chosen: a scene is text written by people; meshes have files of their own.
 constexpr std::int64_t kMostSceneBytes = std::int64_t{64} << 20;
 
-// Quaternions written with two or three decimals are off by up to half a percent; more is a mistake.
+// chosen: quaternions written with two or three decimals are off by up to half a percent; more is
+// an error.
 constexpr double kQuaternionTolerance = 0.01;
 
 double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
@@ -52,7 +53,7 @@ absl::StatusOr<Quaternion> ReadRollPitchYaw(const YamlPlace& place) {
          Quaternion(Eigen::AngleAxisd(Radians((*degrees)[0]), Vector3::UnitX()));
 }
 
-// Identity where there is none; position and rotation may each be left out.
+// The identity if there is none; position and rotation are both optional.
 absl::StatusOr<Pose> ReadPose(const YamlPlace& place) {
   if (!place.present()) return Pose::Identity();
   absl::Status status = place.CheckKeys({"position_m", "quaternion_xyzw", "rpy_deg"});
@@ -82,7 +83,7 @@ absl::StatusOr<Pose> ReadLookAt(const YamlPlace& place) {
   if (!from.ok()) return from.status();
   const auto at = ReadVector(place["at_m"]);
   if (!at.ok()) return at.status();
-  constexpr double kApart_m = 1e-6;  // nearer, the direction is rounding
+  constexpr double kApart_m = 1e-6;  // at a smaller distance the direction is rounding
   if (!((*at - *from).norm() > kApart_m)) return place["at_m"].Error("must differ from from_m");
   return perception::LookAt(*from, *at);
 }
@@ -222,7 +223,7 @@ class SceneReader {
 absl::StatusOr<SimulatedView> ReadScene(const std::string& path) {
   const auto bytes = formats::ReadFileBytes(path, kMostSceneBytes);
   if (!bytes.ok()) return bytes.status();
-  try {  // yaml-cpp reports by exceptions; they end here
+  try {  // yaml-cpp reports errors by exceptions, which are handled here
     return SceneReader().Read(YamlPlace(YAML::Load(*bytes), path));
   } catch (const YAML::Exception& error) {
     return formats::FileError(absl::StrCat(path, ":", error.mark.line + 1),

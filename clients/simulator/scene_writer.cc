@@ -44,7 +44,7 @@ void EmitPose(YAML::Emitter& out, const Pose& pose) {
   out << YAML::Key << "position_m" << YAML::Value;
   EmitList(out, pose.translation());
   out << YAML::Key << "quaternion_xyzw" << YAML::Value;
-  EmitList(out, q.coeffs());  // in this order
+  EmitList(out, q.coeffs());  // Eigen's order is x y z w
   out << YAML::EndMap;
 }
 
@@ -67,7 +67,7 @@ formats::MeshFile ToFile(const TriangleMesh& mesh) {
   return file;
 }
 
-// The members of a shape's map. Meshes are written to the file of that name.
+// Writes the members of a shape's map. Meshes are written to `mesh_path`.
 struct EmitDimensions {
   YAML::Emitter& out;
   std::filesystem::path mesh_path;
@@ -119,7 +119,7 @@ struct EmitDimensions {
   }
 };
 
-// Hulls are meshes in a scene file.
+// Hulls are written as meshes.
 std::string KeyOf(const Shape& shape) {
   const ShapeKind kind = KindOf(shape);
   return std::string(cwm::NameOf(kind == ShapeKind::kConvex ? ShapeKind::kMesh : kind));
@@ -136,7 +136,7 @@ void EmitCamera(YAML::Emitter& out, const PinholeCamera& camera) {
   out << YAML::EndMap;
 }
 
-// Names are free; names of files are not.
+// Replaces characters of an object's name that may not be valid in a file name.
 std::string FileWord(std::string name) {
   for (char& c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';

@@ -12,7 +12,7 @@
 namespace cwm::simulator {
 namespace {
 
-// The numbers under these keys, all of which must be there and no others.
+// The numbers under these keys; all of them are required, and no others are allowed.
 absl::StatusOr<std::vector<double>> ReadFields(const YamlPlace& place,
                                                std::initializer_list<std::string_view> keys) {
   if (absl::Status status = place.CheckKeys(keys); !status.ok()) return status;
@@ -120,7 +120,7 @@ constexpr std::array<ReadShapeFunction, kShapeKeys.size()> kReaders = {
     ReadSphere,  ReadBox,   ReadCylinder,  ReadCone,
     ReadCapsule, ReadPlate, ReadHalfSpace, ReadMeshFile};
 
-// "radius_m" and "outline[3].x" of a violation, as the scene file spells them.
+// The place of a violation's field, such as "radius_m" or "outline[3].x", in the scene file.
 YamlPlace FieldOf(const YamlPlace& place, const std::string& field) {
   const std::string key = field.substr(0, field.find_first_of(".["));
   if (place[key].present()) return place[key];

@@ -1,4 +1,4 @@
-// One shape in YAML: a map with one key that names the kind.
+// Reads a shape in YAML: a map with one key that names its kind.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace cwm::simulator {
 
-// The keys that name a shape.
+// The keys that name a kind of shape.
 inline constexpr std::array<std::string_view, 8> kShapeKeys = {
     "sphere", "box", "cylinder", "cone", "capsule", "plate", "half_space", "mesh"};
 
-// The shape under that key, one of kShapeKeys, of the map `place`. Meshes are read, relative to the folder of the
-// document's file.
+// The shape under `key`, one of kShapeKeys, of the map `place`. Mesh paths are relative to the
+// folder of the document's file.
 absl::StatusOr<Shape> ReadShape(const YamlPlace& place, std::string_view key);
 
 }  // namespace cwm::simulator

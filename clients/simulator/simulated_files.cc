@@ -35,7 +35,7 @@ Json PolygonJson(const Polygon& polygon) {
 }
 
 struct DimensionsJson {
-  // Of one member: {{name, value}} would be an array of two.
+  // A single member: {{name, value}} would be an array of two elements.
   static Json One(const char* name, const Json& value) {
     Json json;
     json[name] = value;
@@ -86,15 +86,16 @@ std::vector<std::uint32_t> ObjectLabels(const perception::SimulatedScene& scene)
   return labels;
 }
 
-// Furniture is larger: the tallest thing on a counter is a bottle or a box of half a metre.
+// chosen: furniture is larger; the tallest object on a counter is a bottle or a box of half a
+// metre.
 constexpr double kMovableSize_m = 0.5;
 
 bool IsMovable(const perception::SimulatedObject& object) {
   return !object.is_support && BoundsInWorld(object).sizes().maxCoeff() < kMovableSize_m;
 }
 
-// The movable object that stands farthest from its nearest neighbour: it can be moved a little
-// without touching one. -1: none.
+// The movable object with the largest distance from its nearest neighbour, so that it can be moved
+// a little without touching one; -1: none.
 int MovableIndex(const perception::SimulatedScene& scene) {
   int best = -1;
   double best_gap_m = -1;
@@ -133,7 +134,7 @@ std::string_view NameOf(perception::PieceRole role) {
   return "body";
 }
 
-// Above the label of its object.
+// The offset of a part's label from its object's label.
 std::uint32_t PartLabel(const perception::SimulatedObject& object, std::size_t part) {
   if (object.is_support || object.parts.size() == 1) return 0;
   return static_cast<std::uint32_t>(std::min<std::size_t>(part + 1, 9));

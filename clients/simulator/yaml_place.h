@@ -1,4 +1,4 @@
-// A place in a YAML document that knows how to complain: what strict readers are made of.
+// A place in a YAML document with readers that report precise errors.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace cwm::simulator {
 
 // All errors are INVALID_ARGUMENT "FILE:LINE: FIELD is VALUE, RULE"; the line is that of the place,
-// or of the nearest one around it that is there.
+// or of the nearest enclosing place that exists.
 class YamlPlace {
  public:
   // The root of a document.
@@ -25,18 +25,18 @@ class YamlPlace {
   absl::Status Error(std::string_view rule) const;
 
   bool present() const { return node_.IsDefined() && !node_.IsNull(); }
-  // Whether the map has the key, be it with nothing behind it.
+  // True if the map has the key, even without a value.
   bool Has(std::string_view key) const;
   bool is_map() const { return node_.IsDefined() && node_.IsMap(); }
   bool is_list() const { return node_.IsDefined() && node_.IsSequence(); }
   std::size_t size() const { return is_list() ? node_.size() : 0; }
   const std::string& file() const { return file_; }
 
-  // Not present where the map has no such key or this is no map.
+  // Not present if this is not a map or has no such key.
   YamlPlace operator[](std::string_view key) const;
-  YamlPlace operator[](std::size_t index) const;  // of a list
+  YamlPlace operator[](std::size_t index) const;  // element of a list
 
-  // An error unless this is a map whose keys are all among the allowed, none of them twice.
+  // An error unless this is a map whose keys are all in `allowed`, each at most once.
   absl::Status CheckKeys(std::initializer_list<std::string_view> allowed) const;
 
   absl::StatusOr<std::string> ReadText() const;  // not empty
@@ -51,7 +51,7 @@ class YamlPlace {
   YAML::Node node_;
   std::string file_;
   std::string path_;
-  int line_ = 0;  // from 1
+  int line_ = 0;  // counted from 1
 };
 
 }  // namespace cwm::simulator

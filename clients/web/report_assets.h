@@ -1,11 +1,11 @@
-// The program and the style of the report's page.
+// The script and the style of the report's page.
 #pragma once
 
 #include "clients/report/scan_page.h"
 
 namespace cwm::web {
 
-// As this build bundled them from src/report; they live as long as the process.
+// Bundled from src/report at build time; they live as long as the process.
 report::PageAssets ReportAssets();
 
 }  // namespace cwm::web

@@ -1,4 +1,5 @@
-// A persistent tree over axis-aligned boxes: who may be within a distance of a box, or on a ray.
+// A persistent tree over axis-aligned boxes: finds the boxes within a distance of a box, or on a
+// ray.
 #pragma once
 
 #include <algorithm>
@@ -22,58 +23,62 @@
 
 namespace cwm::collision {
 
-// Square of the distance of two boxes, 0 when they overlap. Meaningless for empty boxes.
+// The squared distance of two boxes, 0 if they overlap. Undefined for empty boxes.
 inline double SquaredDistance_m2(const Aabb& a, const Aabb& b) {
   const Eigen::Array3d gap = (a.min() - b.max()).array().max((b.min() - a.max()).array()).max(0.0);
   return gap.square().sum();
 }
 
-// Distance of two boxes, 0 when they overlap. Meaningless for empty boxes.
+// The distance of two boxes, 0 if they overlap. Undefined for empty boxes.
 inline double Distance_m(const Aabb& a, const Aabb& b) {
   return std::sqrt(SquaredDistance_m2(a, b));
 }
 
-// Immutable: With and Without make a tree that shares all nodes but those on one path, which are as
-// many as the logarithm of the count where boxes are spread. A binary trie over PlaceKey: its shape
-// is told by what is in it alone, whatever the order of insertion. Unbounded boxes (half-spaces)
-// are allowed and kept beside it; empty boxes are never found.
+// Immutable. With and Without return a tree that shares all nodes except those on one path; the
+// path's length grows with the logarithm of the count if the boxes are spread out. The tree is a
+// binary trie over PlaceKey, so its shape depends on its contents alone, not on the order of
+// insertion. Unbounded boxes (half-spaces) are allowed and kept beside the trie; empty boxes are
+// never found.
 //
-// The tree refers to items that somebody else keeps alive and unchanged. Of an item it knows
-//   const Aabb& BoundsOf(const Item&)           its box
-//   bool Precedes(const Item&, const Item&)     a total order, which decides among equally near
-//   ones std::uint64_t SaltOf(const Item&)           a hash, which tells items of one centre apart
+// The tree refers to items that its owner keeps alive and unchanged. Three functions describe an
+// item:
+//   const Aabb& BoundsOf(const Item&)          its box
+//   bool Precedes(const Item&, const Item&)    a total order, which breaks ties in distance
+//   std::uint64_t SaltOf(const Item&)          a hash, which separates items with equal centres
 template <class Item>
 class BoundsTree {
  public:
   BoundsTree() = default;
   explicit BoundsTree(std::span<const Item* const> items);
 
-  // `item` must not be in the tree yet, or be in it, respectively.
+  // `item` must not be in the tree before With, and must be in it before Without.
   BoundsTree With(const Item& item) const;
   BoundsTree Without(const Item& item) const;
 
-  // Calls visit(item) for each whose box is within `distance_m` of `box` (touching counts), in an
-  // order that follows from the items alone. A visitor that returns bool ends the walk by returning
-  // false.
+  // Calls visit(item) for each item whose box is within `distance_m` of `box` (touching counts), in
+  // an order that depends on the items alone. A visitor that returns bool ends the walk by
+  // returning false.
   template <class Visit>
   void ForEachWithin(const Aabb& box, double distance_m, Visit&& visit) const;
 
-  // Nearest first, equally near ones by Precedes: visit(item, lower_bound_m) returns the distance
-  // beyond which nothing matters any more (its best answer so far); boxes farther away are skipped.
+  // Visits the nearest item first; Precedes breaks ties. visit(item, lower_bound_m) returns the
+  // distance beyond which items are of no interest (its best answer so far); boxes farther away are
+  // skipped.
   template <class Visit>
   void ForEachNearest(const Aabb& box, double max_distance_m, Visit&& visit) const;
 
-  // Boxes hit by a ray, nearest entry first; visit(item, entry_m) returns the length that still
-  // matters. The direction need not be unit; lengths are in its units.
+  // Visits the boxes that a ray hits, nearest entry first. visit(item, entry_m) returns the length
+  // of the ray that is still of interest. `direction` need not be a unit vector; lengths are
+  // multiples of its norm.
   template <class Visit>
   void ForEachOnRay(const Vector3& origin, const Vector3& direction, double max_distance_m,
                     Visit&& visit) const;
 
-  // Nodes that this tree has and `other` does not share: what the difference costs.
+  // The number of nodes that this tree does not share with `other`: the cost of their difference.
   std::size_t CountOwnNodes(const BoundsTree& other) const;
 
  private:
-  // Boxes a leaf holds. Testing four boxes costs about as much as visiting one more node.
+  // Boxes per leaf. Testing four boxes costs about as much as visiting one more node.
   static constexpr std::size_t kLeafSize = 4;
 
   struct Inner;
@@ -81,18 +86,19 @@ class BoundsTree {
   struct Entry {
     explicit Entry(const Item& it) : outer(BoundsOf(it)), item(&it) {}
     const Aabb& box() const { return BoundsOf(*item); }
-    OuterBox outer;  // at hand: most items are told to be too far by it, without being read
+    OuterBox outer;  // rejects most distant items without reading them
     const Item* item;
   };
   using Entries = absl::InlinedVector<Entry, kLeafSize>;
 
-  // Small on purpose: a kept revision of the world owns the two paths that its change copied. So
-  // nodes count who refers to them themselves, know their kind by `bit`, and box in few bytes.
+  // Nodes are small because every kept revision of the world owns the two paths that its change
+  // copied. A node therefore holds its own reference count, tells its kind by `bit`, and has bounds
+  // of floats.
   struct Node {
     mutable std::atomic<std::uint32_t> references = 0;
-    std::uint32_t count = 0;  // of boxes below
+    std::uint32_t count = 0;  // number of boxes below
     OuterBox bounds;
-    int bit = -1;  // in which the keys of the two halves differ first; -1: a leaf
+    int bit = -1;  // the highest bit in which the keys of the two halves differ; -1 for a leaf
 
     friend void intrusive_ptr_add_ref(const Node* node) {
       node->references.fetch_add(1, std::memory_order_relaxed);
@@ -116,14 +122,14 @@ class BoundsTree {
   static const Inner& AsInner(const Node& node) { return static_cast<const Inner&>(node); }
   static const Leaf& AsLeaf(const Node& node) { return static_cast<const Leaf&>(node); }
 
-  // A node or an item (where `node` is null) that waits in the queue of a best-first walk.
+  // A node, or an item if `node` is null, in the queue of a best-first walk.
   struct Waiting {
     double key;
     const Node* node;
     const Item* item;
 
-    // The later one in a walk. Nodes go before items of the same key, so that equally near items
-    // are known before the first of them is visited.
+    // True if `a` comes later in the walk. Nodes go before items of the same key, so that all
+    // equally near items are in the queue before the first of them is visited.
     friend bool operator<(const Waiting& a, const Waiting& b) {
       if (a.key != b.key) return a.key > b.key;
       if (a.node != nullptr || b.node != nullptr) return a.node == nullptr && b.node != nullptr;
@@ -147,13 +153,14 @@ class BoundsTree {
                                [&](const Entry& entry) { return entry.item == &item; }));
   }
 
-  // `key(bounds)` is the quantity that grows along the walk; it may not shrink from a node to what
-  // is in it.
+  // Visits items in increasing order of `key(bounds)`. The key of a node must not be larger than
+  // the keys of its contents.
   template <class Key, class Visit>
   void BestFirst(double limit, const Key& key, Visit&& visit) const;
 
   NodePtr root_;
-  // Few: one half-space bounds a room. Ordered by Precedes; null when there are none.
+  // The unbounded items, ordered by Precedes; null if there are none. A world has few: one
+  // half-space bounds a room.
   std::shared_ptr<const std::vector<const Item*>> unbounded_;
 };
 
@@ -239,8 +246,8 @@ auto BoundsTree<Item>::Build(std::span<Entry> entries) -> NodePtr {
   return MakeInner(bit, Build({entries.begin(), middle}), Build({middle, entries.end()}));
 }
 
-// Where an entry belongs is told by the leaf that its key leads to, though it may not belong there:
-// no key in the tree agrees with it for longer than those of that leaf (Morrison 1968).
+// Walks down by the bits of the key to some leaf. The entry may not belong there, but no key in the
+// tree shares a longer prefix with it than the keys of that leaf (Morrison 1968).
 template <class Item>
 auto BoundsTree<Item>::Insert(const NodePtr& node, const Entry& entry) -> NodePtr {
   const PlaceKey key = KeyOf(entry);
@@ -252,7 +259,7 @@ auto BoundsTree<Item>::Insert(const NodePtr& node, const Entry& entry) -> NodePt
   return InsertAt(FirstDifference(key, KeyOf(AsLeaf(*nearest).entries.front())), node, entry, key);
 }
 
-// `bit`: in which the key differs first from what agrees with it for longest.
+// `bit` is the first bit in which `key` differs from the keys that share its longest prefix.
 template <class Item>
 auto BoundsTree<Item>::InsertAt(int bit, const NodePtr& node, const Entry& entry,
                                 const PlaceKey& key) -> NodePtr {
@@ -261,7 +268,7 @@ auto BoundsTree<Item>::InsertAt(int bit, const NodePtr& node, const Entry& entry
     entries.push_back(entry);
     return Build({entries.data(), entries.size()});
   }
-  if (bit > node->bit) {  // beside all that is in the node
+  if (bit > node->bit) {  // a sibling of the whole node
     NodePtr leaf = MakeLeaf({entry});
     return BitAt(key, bit) ? MakeInner(bit, node, std::move(leaf))
                            : MakeInner(bit, std::move(leaf), node);
@@ -275,7 +282,7 @@ auto BoundsTree<Item>::InsertAt(int bit, const NodePtr& node, const Entry& entry
 template <class Item>
 auto BoundsTree<Item>::Remove(const NodePtr& node, const Item& item, const PlaceKey& key)
     -> NodePtr {
-  if (node->count <= kLeafSize + 1) {  // what stays is one leaf, unless it holds equal keys already
+  if (node->count <= kLeafSize + 1) {  // the rest fits in one leaf, unless all keys are equal
     Entries entries;
     Collect(*node, entries);
     Drop(item, entries);
@@ -344,7 +351,7 @@ void BoundsTree<Item>::ForEachWithin(const Aabb& box, double distance_m, Visit&&
 template <class Item>
 template <class Key, class Visit>
 void BoundsTree<Item>::BestFirst(double limit, const Key& key, Visit&& visit) const {
-  // Room for the walks of a few hundred boxes without a heap allocation.
+  // Walks over a few hundred boxes need no heap allocation.
   absl::InlinedVector<Waiting, 96> queue;
   const auto push = [&](double k, const Node* node, const Item* item) {
     if (!(k <= limit)) return;
@@ -359,7 +366,7 @@ void BoundsTree<Item>::BestFirst(double limit, const Key& key, Visit&& visit) co
     std::pop_heap(queue.begin(), queue.end());
     const Waiting next = queue.back();
     queue.pop_back();
-    if (next.key > limit) return;  // all that waits is at least as far
+    if (next.key > limit) return;  // everything left in the queue is at least as far
     if (next.node == nullptr) {
       limit = std::min<double>(limit, visit(*next.item, next.key));
       continue;
@@ -389,7 +396,7 @@ template <class Visit>
 void BoundsTree<Item>::ForEachOnRay(const Vector3& origin, const Vector3& direction,
                                     double max_distance_m, Visit&& visit) const {
   const SlabRay ray(origin, direction);
-  // A miss is infinite; a limit that is infinite too must not let it in.
+  // A missed box has an infinite key, which an infinite limit must not admit.
   const double limit_m = std::min(max_distance_m, std::numeric_limits<double>::max());
   BestFirst(
       limit_m, [&](const Aabb& box) { return ray.Entry_m(box); }, visit);

@@ -1,4 +1,4 @@
-// A box around a box, in half the bytes.
+// A conservative bounding box in single precision, half the size of an Aabb.
 #pragma once
 
 #include <cmath>
@@ -8,12 +8,12 @@
 
 namespace cwm::collision {
 
-// In single precision, each side rounded away from what is inside: what holds for it from outside
-// (nothing nearer than so much) holds for all that it was made of.
+// Each side is rounded outwards. A lower bound on the distance from this box is therefore a lower
+// bound on the distance from the box that it was made of.
 class OuterBox {
  public:
   OuterBox() = default;  // empty
-  // Around a box that is bounded and not empty, within the range of a float.
+  // `box` is bounded, not empty, and within the range of a float.
   explicit OuterBox(const Aabb& box)
       : bounds_(box.min().unaryExpr([](double x) { return RoundedDown(x); }),
                 box.max().unaryExpr([](double x) { return -RoundedDown(-x); })) {}

@@ -8,10 +8,10 @@ namespace {
 
 constexpr int kSaltBits = 64;
 
-// A cell of the finest grid: a micrometre, below which the order of boxes gains nothing.
+// chosen: a cell of the finest grid is a micrometre; a finer order of boxes gains nothing.
 constexpr double kCell_m = 0x1p-20;
 
-// Centres farther out share the outermost cell: four times the largest coordinate of an object.
+// derived: four times kLargestCoordinate_m. Centres farther out share the outermost cell.
 constexpr double kReach_m = 0x1p22;
 
 std::uint64_t CellOf(double centre_m) {
@@ -19,7 +19,7 @@ std::uint64_t CellOf(double centre_m) {
   return static_cast<std::uint64_t>((clamped_m + kReach_m) / kCell_m);
 }
 
-// -1 for no bit at all.
+// The index of the highest bit that is set, -1 if none is.
 int HighestBit(std::uint64_t bits) { return static_cast<int>(std::bit_width(bits)) - 1; }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A ray against boxes.
+// Intersection of a ray with boxes.
 #pragma once
 
 #include "collision/geometry/aabb.h"
@@ -6,12 +6,12 @@
 namespace cwm::collision {
 
 // A ray prepared for slab tests (Kay and Kajiya 1986). A direction component of 0 is handled
-// exactly: such a ray stays between two slabs for ever or never gets there.
+// exactly: along that axis the ray is either always or never within the box.
 class SlabRay {
  public:
   SlabRay(const Vector3& origin, const Vector3& direction);
 
-  // Length at which the ray enters the box, 0 when it starts inside, infinite when it misses.
+  // The length at which the ray enters the box: 0 if it starts inside, infinite if it misses.
   double Entry_m(const Aabb& box) const;
 
  private:

@@ -8,15 +8,15 @@
 namespace cwm {
 namespace {
 
-// To wake a thread costs its waker up to 30 us and takes 100; what is serial between the loops of a
-// scan mostly takes less than this.
+// measured: waking a thread costs its waker up to 30 us and takes 100 us; most serial sections
+// between the loops of a scan are shorter than this.
 constexpr auto kStayAwake = std::chrono::microseconds(300);
 
-// Where the calling thread is.
+// The calling thread's position in thread pools and loops.
 struct Place {
-  Crew* crew = nullptr;          // that it helps; null for a thread that has its own
-  CrewMember* member = nullptr;  // of that crew
-  Loop* around = nullptr;        // in a body of which it is
+  Crew* crew = nullptr;          // the pool that it helps; null for a thread that owns one
+  CrewMember* member = nullptr;  // its entry in that pool
+  Loop* around = nullptr;        // the loop whose body it runs
 };
 thread_local Place place;
 
@@ -71,7 +71,7 @@ void Loop::Run(int thread) {
       body_(begin, std::min(begin + range_size_, count_));
     }
   } catch (...) {
-    next_ = count_;  // the others stop early; who opened the loop sees the exception
+    next_ = count_;  // the other threads stop early; the opener of the loop sees the exception
     const std::lock_guard lock(failure_mutex_);
     if (!first_failure_) first_failure_ = std::current_exception();
   }
@@ -172,8 +172,8 @@ void Crew::Leave(Loop& loop) {
       waiting = *found;
       sleeping_.erase(found);
     }
-    loop.helpers_ = 0;  // from here on the loop may be gone
-    ++changes_;         // who saw this sees that the loop is done
+    loop.helpers_ = 0;  // from here on the loop may be destroyed
+    ++changes_;         // a thread that sees this change sees that the loop is done
   }
   if (waiting != nullptr) waiting->sleeper.Wake();
 }

@@ -19,7 +19,7 @@ void Sleeper::Sleep() {
 }
 
 void Sleeper::Wake() {
-  // A refusal leaves the thread where it was: later, but never wrong.
+  // If the kernel refuses, the thread stays where it was: it starts later, but nothing is wrong.
   const int own = sched_getcpu();
   if (own >= 0 && sched_getaffinity(thread_, sizeof(cores_), &cores_) == 0) {
     cpu_set_t others = cores_;

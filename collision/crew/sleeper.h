@@ -1,4 +1,4 @@
-// One thread's bed: where it sleeps until another thread wakes it.
+// Puts one thread to sleep until another thread wakes it.
 #pragma once
 
 #include <sched.h>
@@ -7,22 +7,23 @@
 
 namespace cwm {
 
-// A thread that is woken starts on another core than its waker's, where it may. Linux would often
-// put it behind its waker, which goes on to work: under virtualisation with paravirtual steal time a
-// core that halts counts as preempted, and so as not idle (available_idle_cpu in kernel/sched), and
-// the woken thread waits until the load is balanced, some milliseconds later.
+// A woken thread starts on another core than its waker's, if it may run on one. Linux would often
+// queue it behind its waker, which keeps running: under virtualisation with paravirtual steal time,
+// a halted core counts as preempted and therefore not as idle (available_idle_cpu in kernel/sched),
+// and the woken thread waits some milliseconds until the load is balanced.
 class Sleeper {
  public:
-  // By the thread that is to sleep, before others know of it.
+  // Called by the thread that is to sleep, before other threads know of it.
   void LieDown();
-  // By that thread, after LieDown: returns after Wake, at once where that was before.
+  // Called by that thread after LieDown. Returns after Wake, at once if Wake came first.
   void Sleep();
-  // By another thread, once for each LieDown.
+  // Called by another thread, once for each LieDown.
   void Wake();
 
  private:
   pid_t thread_ = 0;
-  // By the waker, read once awake: where the thread may run, when it was kept from one of them.
+  // The cores on which the thread may run, written by the waker if it excluded its own core, and
+  // restored by the thread once awake.
   cpu_set_t cores_ = {};
   bool is_sent_elsewhere_ = false;
   std::atomic<int> is_awake_{1};

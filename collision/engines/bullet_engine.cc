@@ -35,10 +35,11 @@ constexpr TrustTable kTable = {{
 }};
 static_assert(IsSymmetric(kTable));
 
-// Bullet's witnesses lie off the surfaces by at most this: seen 1e-9 against the exact kernels.
+// measured: Bullet's witness points lie within 1e-9 m of the surfaces, compared with the exact
+// kernels. chosen: a thousand times that.
 constexpr double kWitnessBound_m = 1e-6;
 
-// Gaps below this are left to the depth solver, whose sign is not reliable: touching.
+// Smaller gaps count as touching: the depth solver measures them, and its sign is not reliable.
 constexpr double kTouching_m = 1e-9;
 
 struct BulletForm final : EngineGeometry {
@@ -48,14 +49,15 @@ struct BulletForm final : EngineGeometry {
   }
   ShapeKind kind;
   BulletShape shape;
-  std::optional<Solid> solid;  // all but half-spaces
+  std::optional<Solid> solid;  // empty for half-spaces
 };
 
 const BulletForm& FormOf(const PlacedGeometry& placed) {
   return static_cast<const BulletForm&>(placed.geometry);
 }
 
-// How far apart the two lie along a unit direction from A to B: no distance is less, no depth more.
+// The gap of the two shapes' extents along a unit direction from A to B. The signed distance is
+// never less.
 double ExtentGap_m(const btConvexShape& a, const btTransform& X_WA, const btConvexShape& b,
                    const btTransform& X_WB, const btVector3& direction) {
   const btVector3 in_a = X_WA.getBasis().transpose() * direction;
@@ -64,8 +66,8 @@ double ExtentGap_m(const btConvexShape& a, const btTransform& X_WA, const btConv
       .dot(direction);
 }
 
-// Nothing when Bullet finds no answer, or one that its own normal refutes: without margins it calls
-// some overlaps a gap. Otherwise bounded by that normal where separated.
+// Empty if Bullet finds no answer, or one that its own normal refutes: without margins it reports a
+// gap for some overlaps. The normal also bounds the error of a separated answer.
 std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform& X_WA,
                                       const btConvexShape& b, const btTransform& X_WB) {
   btVoronoiSimplexSolver simplex;
@@ -92,7 +94,7 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
   return answer;
 }
 
-// The kernels, where Bullet has failed on two convex shapes.
+// The kernels' answer, used when Bullet fails on a pair.
 PairDistance WithoutBullet(const BulletForm& a, const Pose& X_WA, const BulletForm& b,
                            const Pose& X_WB) {
   return ExactDistance({a.solid->exact(), X_WA}, {b.solid->exact(), X_WB});
@@ -119,7 +121,8 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
   return answer;
 }
 
-// A plane needs no search: the support point against it decides. Exact up to the pieces.
+// A plane needs no search: the support point against it decides. Exact, up to the bound of the
+// pieces.
 PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose& X_WH) {
   const Vector3 normal_W = X_WH.linear().col(2);
   PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
@@ -138,7 +141,7 @@ PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose
   return answer;
 }
 
-// Bullet's walk over triangles, asking the convex piece about each.
+// A callback of Bullet's walk over triangles that measures the convex piece against each.
 class NearestTriangle final : public btTriangleCallback {
  public:
   NearestTriangle(const btConvexShape& piece, const btTransform& X_WP, const btTransform& X_WM)
@@ -161,8 +164,8 @@ class NearestTriangle final : public btTriangleCallback {
   const btTransform& X_WM_;
 };
 
-// Triangles within a reach of the piece, which doubles until the nearest lies within it. Nothing
-// where Bullet has no answer for one of them.
+// Searches the triangles within a reach of the piece, which grows until the nearest lies within it.
+// Empty if Bullet has no answer for one of the triangles.
 std::optional<PairDistance> NearestOnMesh(const BulletPiece& piece, const Pose& X_WA,
                                           const BulletMesh& mesh, const Pose& X_WM,
                                           double max_distance_m) {
@@ -200,7 +203,7 @@ PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletFor
   });
   if (failed) return WithoutBullet(a, X_WA, m, X_WM);
   if (answer.distance_m <= 0) {
-    // Of circumscribed pieces Bullet cannot tell whether the shape in them overlaps as well.
+    // An overlap with a circumscribed piece does not prove an overlap with the shape inside it.
     return a.shape.bound_m > 0 ? WithoutBullet(a, X_WA, m, X_WM)
                                : OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   }

@@ -1,11 +1,12 @@
-// Bullet 3.24 (float64): the second, independent referee. It takes no part in AUTO where another
-// engine answers. What was found wrong in it, and is walled off here:
-//   - default margins of 4 cm: zero on every shape (bullet_geometry);
-//   - the dispatcher and its pools are not thread safe: btGjkPairDetector is called directly, with
-//     solvers on the stack;
-//   - concave-concave and plane-concave answer nothing, without an error: not in the table;
-//   - meshes are surfaces: containment is tested beside it;
-//   - depth near contact is unreliable without margins: labelled kDegraded.
+// Bullet 3.24 (float64), the second, independent referee. AUTO uses it only if no other engine
+// supports the pair. These defects of Bullet are worked around here:
+//   - The default margins are 4 cm. They are set to zero on every shape (bullet_geometry).
+//   - The dispatcher and its pools are not thread safe. btGjkPairDetector is called directly, with
+//     solvers on the stack.
+//   - Concave-concave and plane-concave pairs return nothing, without an error. The table of trust
+//     excludes them.
+//   - Meshes are surfaces. Containment is tested separately.
+//   - Depth near contact is unreliable without margins. It is labelled kDegraded.
 #pragma once
 
 #include "collision/engines/engine.h"

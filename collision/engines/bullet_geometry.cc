@@ -8,8 +8,8 @@
 namespace cwm::collision {
 namespace {
 
-// The default margins (4 cm on most shapes) would be added to every distance. Spheres and capsules
-// keep theirs: it is their radius.
+// Removes the default margin (4 cm on most shapes), which would be added to every distance. Spheres
+// and capsules keep theirs, which is their radius.
 BulletPiece WithoutMargin(std::shared_ptr<btConvexShape> shape,
                           const Pose& X_SP = Pose::Identity()) {
   shape->setMargin(0);

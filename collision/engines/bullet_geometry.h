@@ -1,4 +1,4 @@
-// Shapes in Bullet's form, with every collision margin at zero.
+// Shapes in Bullet's representation, with every collision margin at zero.
 #pragma once
 
 #include <btBulletCollisionCommon.h>
@@ -22,27 +22,29 @@ struct BulletPiece {
   Pose X_SP = Pose::Identity();  // the piece in the shape's frame
 };
 
-// A mesh and the arrays that Bullet points into. Bullet writes to neither after construction.
+// A mesh and the arrays that Bullet's pointers refer to. Bullet writes to neither after
+// construction.
 struct BulletMesh {
   std::shared_ptr<const TriangleMesh> source;
   std::vector<int> indices;
-  std::unique_ptr<btTriangleIndexVertexArray> arrays;  // in parts that Bullet can count
+  std::unique_ptr<btTriangleIndexVertexArray> arrays;  // split into parts that Bullet can index
   std::unique_ptr<const btBvhTriangleMeshShape> shape;
 };
 
 struct BulletShape {
-  std::vector<BulletPiece> pieces;         // of a solid; none for a half-space or a mesh
+  std::vector<BulletPiece> pieces;         // of a solid; empty for a half-space or a mesh
   double bound_m = 0;                      // how far the pieces reach beyond the shape
-  std::shared_ptr<const BulletMesh> mesh;  // of a mesh
+  std::shared_ptr<const BulletMesh> mesh;  // null for everything but a mesh
 };
 
 BulletShape MakeBulletShape(const Shape& shape);
 
-// Bullet keeps the index of a triangle in what the number of its part leaves of an int, unchecked;
-// beyond, it reads other memory.
+// Bullet packs the number of a part and the index of a triangle into one int, unchecked. An index
+// beyond this limit makes it read other memory.
 inline constexpr int kMostTrianglesPerPart = 1 << (31 - MAX_NUM_PARTS_IN_BITS);
 
-// `triangles_per_part` from 1 to kMostTrianglesPerPart, and at most 2^MAX_NUM_PARTS_IN_BITS parts.
+// `triangles_per_part` is from 1 to kMostTrianglesPerPart, and gives at most
+// 2^MAX_NUM_PARTS_IN_BITS parts.
 std::shared_ptr<const BulletMesh> MakeBulletMesh(std::shared_ptr<const TriangleMesh> source,
                                                  int triangles_per_part = kMostTrianglesPerPart);
 

@@ -7,14 +7,14 @@
 namespace cwm::collision {
 namespace {
 
-// Sides of the polygon around a disc: 64 keep a cup of 4 cm radius within 0.05 mm and stay cheap
-// for a support function that walks the edges.
+// chosen: sides of the polygon around a disc. 64 sides keep a cup of 4 cm radius within 0.05 mm and
+// stay cheap for a support function that walks the edges.
 constexpr int kSideCount = 64;
 
-// Circumradius of the polygon over the radius of the disc that it touches.
+// The ratio of the polygon's circumradius to the radius of the disc that it touches.
 const double kCircumradius = 1.0 / std::cos(std::numbers::pi / kSideCount);
 
-// Of a regular polygon, or the one point where the disc has no radius.
+// The corners of the regular polygon around a disc, or a single point if the radius is 0.
 std::vector<Vector3> Ring(double radius_m, double z_m) {
   if (radius_m == 0) return {Vector3(0, 0, z_m)};
   std::vector<Vector3> points;
@@ -26,9 +26,9 @@ std::vector<Vector3> Ring(double radius_m, double z_m) {
   return points;
 }
 
-// The solid between two horizontal convex rings of as many points, or a ring and one point, both
-// counter-clockwise seen from above. Made corner by corner: a search for the hull of a body that is
-// a millionth as high as wide finds none.
+// The solid between two horizontal convex rings with equally many points, or between a ring and one
+// point, both counter-clockwise seen from above. It is built corner by corner because a convex hull
+// search fails on a body that is a millionth as high as it is wide.
 TriangleMesh Between(const std::vector<Vector3>& lower, const std::vector<Vector3>& upper) {
   TriangleMesh mesh{.vertices = lower, .triangles = {}};
   mesh.vertices.insert(mesh.vertices.end(), upper.begin(), upper.end());

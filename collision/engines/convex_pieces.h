@@ -1,4 +1,4 @@
-// Shapes that FCL and Bullet lack, as convex polyhedra that they have.
+// Convex polyhedra for the shapes that FCL and Bullet lack.
 #pragma once
 
 #include <vector>
@@ -8,16 +8,16 @@
 namespace cwm::collision {
 
 // The union of the hulls contains the shape and reaches beyond it by at most `bound_m` (Hausdorff),
-// so signed distances computed from them are low by at most `bound_m` per shape.
+// so a signed distance computed from them is too small by at most `bound_m` per shape.
 struct ConvexPieceSet {
   std::vector<TriangleMesh> hulls;
   double bound_m = 0;
 };
 
-// A truncated cone inside a prism of regular polygons that touch its discs.
+// A prism or pyramid of regular polygons that circumscribe the discs of a truncated cone.
 ConvexPieceSet CircumscribedPieces(const Cone& cone);
 
-// The exact cover of a plate by prisms.
+// Prisms that cover a plate exactly.
 ConvexPieceSet CircumscribedPieces(const Plate& plate);
 
 }  // namespace cwm::collision

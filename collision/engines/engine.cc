@@ -23,7 +23,7 @@ std::string_view NameOf(EngineKind kind) {
 void Engine::Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
                       int max_count, std::vector<PairDistance>& contacts, WorkCounter* work) const {
   if (max_count < 1) return;
-  // Of what overlaps the depth is known only where the search is not ended by it.
+  // The depth of an overlap is known only if the search is allowed to reach distance 0.
   const PairDistance deepest = Distance(a, b, std::max(0.0, max_distance_m), work);
   if (deepest.distance_m < max_distance_m) contacts.push_back(deepest);
 }

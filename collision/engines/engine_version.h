@@ -7,8 +7,8 @@
 
 namespace cwm::collision {
 
-// As the library names itself, e.g. "0.7.0" for FCL; empty for the exact kernels, which are our
-// own.
+// The library's own version string, e.g. "0.7.0" for FCL. Empty for the exact kernels, which are
+// part of this project.
 std::string EngineVersion(EngineKind kind);
 
 }  // namespace cwm::collision

@@ -22,10 +22,10 @@ constexpr Ability N = Ability::kNothing;
 constexpr Ability C = Ability::kCollides;
 constexpr Ability A = Ability::kAll;
 
-// What FCL is asked; the rest, all of it about half-spaces, the kernels answer. There distance() has
-// no solver for any pair and crashes; collide() is right for convex shapes but the cone (it misses
-// some that lie apex down), tells nothing of another half-space, and knows only the surface of a
-// mesh.
+// The questions that FCL answers; the kernels answer the rest, all of which involve half-spaces.
+// For half-spaces distance() has no solver and crashes. collide() is right for convex shapes except
+// cones (it misses some that lie apex down), returns nothing for two half-spaces, and treats a mesh
+// as a surface only.
 constexpr TrustTable kTable = {{
     //                 sph box cyl con cap half pla cvx mesh
     /* sphere     */ {{A, A, A, A, A, C, A, A, A}},
@@ -40,7 +40,7 @@ constexpr TrustTable kTable = {{
 }};
 static_assert(IsSymmetric(kTable));
 
-// Whether collide(), or the kernels in its place, tell by a formula rather than a search; a <= b.
+// True if collide(), or the kernels in its place, use a closed form rather than a search; a <= b.
 bool HasFormula(ShapeKind a, ShapeKind b) {
   if (a == ShapeKind::kHalfSpace || b == ShapeKind::kHalfSpace) return true;
   if (a == ShapeKind::kSphere) {
@@ -50,16 +50,16 @@ bool HasFormula(ShapeKind a, ShapeKind b) {
   return a == b && (a == ShapeKind::kBox || a == ShapeKind::kMesh);
 }
 
-// Where GJK stops: FCL's default of 1e-6 is its largest error as well.
+// The tolerance at which GJK stops. FCL's default of 1e-6 is also its largest error.
 constexpr double kDistanceTolerance_m = 1e-9;
 
-// Rounding of closed forms and of what proves a distance.
+// An allowance for rounding in closed forms and in ProvenGap_m.
 constexpr double kRounding_m = 1e-7;
 
-// A distance and witnesses that differ by more contradict each other.
+// A distance and witness points that differ by more than this contradict each other.
 constexpr double kContradiction_m = 1e-5;
 
-// Witnesses nearer than this do not tell a direction.
+// Witness points nearer than this do not define a direction.
 constexpr double kTouching_m = 1e-9;
 
 struct FclForm final : EngineGeometry {
@@ -70,7 +70,7 @@ struct FclForm final : EngineGeometry {
   ShapeKind kind;
   FclShape shape;
   std::shared_ptr<const ExactGeometry> exact;
-  std::optional<Solid> solid;  // all but half-spaces
+  std::optional<Solid> solid;  // empty for half-spaces
 };
 
 const FclForm& FormOf(const PlacedGeometry& placed) {
@@ -88,7 +88,7 @@ bool PiecesCollide(const FclPiece& a, const Pose& X_WA, const FclPiece& b, const
                       result) > 0;
 }
 
-// A against B, A's kind not after B's.
+// A pair ordered so that A's kind is not after B's.
 struct FclPair {
   const FclForm& a;
   const Pose& X_WA;
@@ -98,9 +98,9 @@ struct FclPair {
   bool has_mesh() const { return b.kind == ShapeKind::kMesh; }
 };
 
-// FCL's nearest points, on A and on B in the world. Of a shape and a mesh it gives the one on the
-// mesh first, whatever the order of the question, and of a sphere and a mesh it leaves each in the
-// frame of its own.
+// Takes FCL's nearest points, on A and on B, into the world frame. For a shape and a mesh, FCL
+// returns the point on the mesh first, whatever the order of the arguments; for a sphere and a
+// mesh, it returns each point in the frame of its own shape.
 void TakeWitnesses(const FclPair& pair, const fcl::Vector3d* points, PairDistance& answer) {
   const bool mesh_first = pair.has_mesh() && pair.a.kind != ShapeKind::kMesh;
   answer.point_a = points[mesh_first ? 1 : 0];
@@ -111,7 +111,7 @@ void TakeWitnesses(const FclPair& pair, const fcl::Vector3d* points, PairDistanc
   }
 }
 
-// Positive, or -1 for an overlap; nothing where FCL fails or contradicts itself.
+// A positive distance, or -1 for an overlap. Empty if FCL fails or contradicts itself.
 std::optional<PairDistance> PieceDistance(const FclPair& pair, const FclPiece& a,
                                           const FclPiece& b) {
   fcl::DistanceRequestd request(/*enable_nearest_points=*/true, /*enable_signed_distance=*/false);
@@ -145,7 +145,7 @@ double Reach_m(const ConvexCore& core, const Vector3& direction) {
   return SupportPoint(core, direction).dot(direction) + core.radius_m;
 }
 
-// How far the convex pieces i and j lie apart along the unit direction: no distance is less.
+// The gap between the convex pieces i and j along the unit direction. Their distance is never less.
 double ProvenGap_m(const FclPair& pair, std::size_t i, std::size_t j, const Vector3& direction_W) {
   const Vector3 in_a = pair.X_WA.linear().transpose() * direction_W;
   const Vector3 in_b = pair.X_WB.linear().transpose() * -direction_W;
@@ -154,9 +154,10 @@ double ProvenGap_m(const FclPair& pair, std::size_t i, std::size_t j, const Vect
          Reach_m(pair.b.solid->exact().pieces()[j], in_b);
 }
 
-// FCL's GJK stops early now and then (6 mm too far, once in a thousand pairs of cones and
-// cylinders; 14 mm for a box that faces a mesh squarely). Between convex shapes the normal proves
-// how much it is off; of meshes FCL's own closed forms alone can be believed.
+// Sets the trust and the bound of a positive distance. FCL's GJK sometimes stops early (measured: 6
+// mm too far in one of a thousand pairs of cones and cylinders; 14 mm for a box that faces a mesh
+// squarely). Between convex shapes, the gap along the normal bounds the error; for meshes, only
+// FCL's closed forms are reliable.
 void Label(const FclPair& pair, double proven_m, PairDistance& answer) {
   const double pieces_m = pair.a.shape.bound_m + pair.b.shape.bound_m;
   const bool is_open = pair.a.solid->is_open() || pair.b.solid->is_open();
@@ -195,7 +196,7 @@ PairDistance FclDistance(const FclPair& pair) {
       });
   if (failed) return ByKernels(pair);
   if (answer.distance_m < 0) {
-    // Of circumscribed pieces FCL cannot tell whether the shapes in them overlap as well.
+    // An overlap of circumscribed pieces does not prove an overlap of the shapes inside them.
     const bool is_stand_in = pair.a.shape.bound_m + pair.b.shape.bound_m > 0;
     return pair.has_mesh() && !is_stand_in ? OverlapBound(solid_a, pair.X_WA, solid_b, pair.X_WB)
                                            : ByKernels(pair);
@@ -219,7 +220,7 @@ std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
 
 bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
                          WorkCounter* work) const {
-  if (a.kind > b.kind) return Collides(b, a, work);  // half the pairs of solvers to trust
+  if (a.kind > b.kind) return Collides(b, a, work);  // halves the number of FCL's solvers in use
   if (!Allows(kTable, a.kind, b.kind, Question::kCollides)) {
     return ExactOverlap(ForKernels(a), ForKernels(b), work);
   }

@@ -1,17 +1,18 @@
-// FCL 0.7.0 behind a whitelist: a referee for yes and no and for separated distance. What was found
-// wrong in it, and is walled off here:
-//   - pairs without a solver jump through a null pointer (Box-Halfspace distance, Convex-Plane):
-//     the table of trust never passes them on, the exact kernels answer;
-//   - where collide() has no formula it misses overlaps below its tolerance, and one of a centimetre
-//     now and then (one in twenty of two cones): labelled kDegraded;
-//   - signed distance (EPA) throws near touching, and where it does not, an assertion may end the
-//     process (Debian builds the library with assertions on): never asked. What FCL finds
-//     overlapping is measured by the exact kernels;
-//   - unsigned distance of what overlaps is -1, of overlapping meshes 0: it counts only where it is
-//     positive;
-//   - collide() measures depth along the centre ray, up to 100 % too deep: yes and no only;
-//   - meshes are surfaces: containment is tested beside them, their depth is a bound;
-//   - computeAABB takes the bounding sphere: broadphase/ is our own.
+// FCL 0.7.0 behind a whitelist, a referee for collision checks and for the distance of separated
+// pairs. These defects of FCL are worked around here:
+//   - Pairs without a solver jump through a null pointer (Box-Halfspace distance, Convex-Plane).
+//     The table of trust excludes them, and the exact kernels answer.
+//   - Where collide() has no closed form, it misses overlaps below its tolerance, and now and then
+//     one of a centimetre (one in twenty pairs of cones). Its answer is labelled kDegraded.
+//   - Signed distance (EPA) throws near touching, and otherwise an assertion may end the process
+//     (Debian builds the library with assertions on). It is never used; the exact kernels measure
+//     what FCL finds overlapping.
+//   - The unsigned distance of an overlap is -1, of overlapping meshes 0. Only positive distances
+//     are used.
+//   - collide() measures depth along the ray between centres, up to 100 % too deep. Only its yes or
+//     no is used.
+//   - Meshes are surfaces. Containment is tested separately, and their depth is a bound.
+//   - computeAABB uses the bounding sphere. broadphase/ has its own bounds.
 #pragma once
 
 #include "collision/engines/engine.h"

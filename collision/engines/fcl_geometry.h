@@ -1,4 +1,4 @@
-// Shapes in FCL's form.
+// Shapes in FCL's representation.
 #pragma once
 
 #include <fcl/geometry/collision_geometry.h>
@@ -11,8 +11,8 @@
 
 namespace cwm::collision {
 
-// FCL's constructors of CollisionObject and its computeLocalAABB write to the shared geometry, so
-// all of that happens here, once, and only const access is given out.
+// FCL's constructors of CollisionObject and its computeLocalAABB write to the shared geometry. All
+// of that happens once, in MakeFclShape, and only const access is given out.
 struct FclPiece {
   std::shared_ptr<const fcl::CollisionGeometryd> geometry;
   Pose X_SP = Pose::Identity();  // the piece in the shape's frame
@@ -23,9 +23,9 @@ struct FclShape {
   double bound_m = 0;  // how far the pieces reach beyond the shape
 };
 
-// Half-space, sphere, box, capsule, cylinder and pointed cone as FCL's own; a truncated cone and a
-// plate as circumscribed convex pieces; a mesh as a hierarchy of OBBRSS (AABB and k-DOP hierarchies
-// copy the mesh on every query, and one without triangles crashes).
+// FCL's own types for half-space, sphere, box, capsule, cylinder and pointed cone; circumscribed
+// convex pieces for a truncated cone and a plate; a hierarchy of OBBRSS for a mesh (AABB and k-DOP
+// hierarchies copy the mesh on every query, and one without triangles crashes).
 FclShape MakeFclShape(const Shape& shape);
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-// How answers about pieces become the answer about their unions; the same for FCL and Bullet.
+// Combines answers about pieces into the answer about their unions, for FCL and Bullet.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ inline PairDistance Swapped(PairDistance answer) {
   return answer;
 }
 
-// Of all pairs of pieces, the answer with the least signed distance; `distance(i, j)` answers for
+// The answer with the least signed distance over all pairs of pieces; `distance(i, j)` answers for
 // piece i of A and piece j of B.
 template <class PieceDistance>
 PairDistance LeastOverPieces(std::size_t count_a, std::size_t count_b,
@@ -31,8 +31,8 @@ PairDistance LeastOverPieces(std::size_t count_a, std::size_t count_b,
   return least;
 }
 
-// Pieces that overlap say of their union only that its depth is at least theirs; its bounding box
-// says how much it is at most.
+// Widens the bound of an overlap of pieces. The depth of the union is at least that of its pieces,
+// and at most the one in `overlap_bound`, from the bounding boxes.
 inline void WidenToUnion(PairDistance& answer, const PairDistance& overlap_bound) {
   answer.bound_m += std::max(0.0, answer.distance_m - overlap_bound.distance_m);
   answer.trust = std::max(answer.trust, Trust::kBounded);

@@ -17,7 +17,7 @@ class LazyForms {
  public:
   explicit LazyForms(Shape shape) : shape_(std::move(shape)) {}
 
-  // nullptr where `work` ended it.
+  // nullptr if `work` stopped the construction.
   const EngineGeometry* Get(int engine, WorkCounter* work) const {
     const auto slot = static_cast<std::size_t>(engine);
     if (const auto* form = forms_[slot].IfBuilt()) return form->get();
@@ -34,7 +34,7 @@ class LazyForms {
   }
 
  private:
-  const Shape shape_;  // keeps the mesh alive, whose address is the key in SharedForms
+  const Shape shape_;  // keeps the mesh alive, whose address is a key in SharedForms
   BuiltOnce<std::shared_ptr<const ExactGeometry>> exact_;
   std::array<BuiltOnce<std::shared_ptr<const EngineGeometry>>, kEngineCount> forms_;
 };
@@ -42,7 +42,7 @@ class LazyForms {
 namespace {
 
 // The forms of all meshes and hulls that are alive. An entry that can be locked keeps its mesh
-// alive, so that no other mesh can have its address.
+// alive, so that no other mesh can have the same address.
 class SharedForms {
  public:
   struct Key {
@@ -63,13 +63,14 @@ class SharedForms {
   }
 
  private:
-  // At twice the number of live ones: a constant share of the work of inserting.
+  // Removes expired entries. The threshold is twice the number of live entries, so that the cost
+  // per insertion is constant.
   void Sweep() {
     std::erase_if(forms_, [](const auto& entry) { return entry.second.expired(); });
     sweep_at_ = std::max(kLeastSweep, 2 * forms_.size());
   }
 
-  static constexpr std::size_t kLeastSweep = 64;  // below, a few kilobytes
+  static constexpr std::size_t kLeastSweep = 64;  // chosen: fewer entries take only a few kilobytes
 
   std::mutex mutex_;
   std::map<Key, std::weak_ptr<const LazyForms>> forms_;

@@ -1,6 +1,6 @@
-// A shape in the forms of all engines, each built once: the kernels' with the model, those of FCL and
-// Bullet when they are first asked for, which most shapes never are. A mesh takes 4 times the memory
-// of the kernels' form in FCL's.
+// A shape in the forms of all engines, each built once: the kernels' form with the model, FCL's and
+// Bullet's when first used, which is never for most shapes. For a mesh, FCL's form takes 4 times
+// the memory of the kernels' form.
 #pragma once
 
 #include <memory>
@@ -14,15 +14,15 @@ class LazyForms;
 // Copies share the forms. Thread safe.
 class PreparedShape {
  public:
-  PreparedShape() = default;  // of no shape: not to be asked
+  PreparedShape() = default;  // without a shape; operator[] must not be called
 
-  // The form of GetEngine(EngineKind(engine)), immutable and never null, alive as long as a copy of
-  // this. The first call builds it, or waits for the one that does.
+  // The form for GetEngine(EngineKind(engine)): immutable, never null, alive as long as a copy of
+  // this object. The first call builds it; concurrent calls wait for that.
   const EngineGeometry* operator[](int engine) const;
 
-  // Builds at once what the kernels leave to the first who asks: the hulls of a mesh. For shapes
-  // that will surely be asked about, so that no query waits for them. Left to the first who asks
-  // where `work` ended it.
+  // Builds the hulls of a mesh at once, which otherwise the first query builds. For shapes that
+  // will surely be queried, so that no query waits. If `work` stops it, the hulls are left to the
+  // first query.
   void BuildHulls(WorkCounter* work = nullptr) const;
 
  private:
@@ -31,9 +31,9 @@ class PreparedShape {
   std::shared_ptr<const LazyForms> forms_;
 };
 
-// With the kernels' form built. Shapes that refer to the same mesh or hull in memory share their
-// forms as long as one of them is alive.
-// Seconds for a mesh of millions of triangles; of no shape where `work` ended it.
+// A shape with the kernels' form built, which takes seconds for a mesh of millions of triangles.
+// Shapes that refer to the same mesh or hull in memory share their forms as long as one of them is
+// alive. The result is without a shape if `work` stopped the construction.
 PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision

@@ -9,7 +9,8 @@
 namespace cwm::collision {
 namespace {
 
-// A flat mesh still needs a box with a volume. Thicker is safe: the bound grows by it.
+// chosen: a flat mesh needs a box with a volume. A thicker box is safe, since it only widens the
+// bound.
 constexpr double kThinnest_m = 1e-6;
 
 std::vector<Vector3> PointsOf(const ExactGeometry& exact) {
@@ -19,7 +20,7 @@ std::vector<Vector3> PointsOf(const ExactGeometry& exact) {
   if (const auto* plate = std::get_if<Plate>(&shape)) {
     return {{plate->outline[0].x(), plate->outline[0].y(), -0.5 * plate->thickness_m}};
   }
-  return {Vector3::Zero()};  // the others are centred
+  return {Vector3::Zero()};  // the other shapes contain their origin
 }
 
 bool HoldsPointOf(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
@@ -55,7 +56,7 @@ PairDistance OverlapBound(const Solid& a, const Pose& X_WA, const Solid& b, cons
   const Pose X_WCa = X_WA * a.X_SC_;
   const Pose X_WCb = X_WB * b.X_SC_;
   PairDistance answer = ExactDistance({*a.bounding_box_, X_WCa}, {*b.bounding_box_, X_WCb});
-  // Solids that overlap have overlapping boxes; rounding alone can say otherwise.
+  // Solids that overlap have overlapping boxes; only rounding can make the distance positive.
   answer.distance_m = std::min(answer.distance_m, -kThinnest_m);
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
   answer.bound_m = -answer.distance_m;

@@ -1,5 +1,5 @@
-// What libraries of surfaces and triangles must be told about a solid: whether it holds a point,
-// and how far apart two overlapping solids can be pushed at most.
+// A solid for libraries of surfaces and triangles: tests containment, and bounds the translation
+// that separates two overlapping solids.
 #pragma once
 
 #include <memory>
@@ -15,11 +15,11 @@ class Solid {
  public:
   explicit Solid(std::shared_ptr<const ExactGeometry> exact);
 
-  // Strictly inside; never for an open mesh, which has no inside.
+  // True if `p` is strictly inside. False for an open mesh, which has no inside.
   bool Contains(const Vector3& p) const;
 
-  // A point of each connected part of the shape. Where no surfaces cross, a part lies wholly inside
-  // or wholly outside of another solid, so that one point of it decides.
+  // One point of each connected part of the shape. If no surfaces cross, a part lies wholly inside
+  // or wholly outside another solid, so one point of it decides.
   const std::vector<Vector3>& points() const { return points_; }
   bool is_open() const;
   const ExactGeometry& exact() const { return *exact_; }
@@ -32,16 +32,16 @@ class Solid {
   std::vector<Vector3> points_;
   Aabb bounds_;
   std::shared_ptr<const ExactGeometry> bounding_box_;
-  Pose X_SC_ = Pose::Identity();  // of the bounding box
+  Pose X_SC_ = Pose::Identity();  // the frame of the bounding box, in the shape's frame
 };
 
-// Whether one solid holds a connected part of the other. Together with "no surfaces cross" this
-// decides overlap: a cup inside a closed cupboard touches none of its triangles.
+// True if one solid contains a connected part of the other. Two solids overlap if this holds or if
+// their surfaces cross: a cup inside a closed cupboard touches none of its triangles.
 bool OneHoldsPartOfOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB);
 
-// For solids that overlap: the least translation that separates their bounding boxes separates them
-// too, so the true depth lies between 0 and the one returned. Labelled kBounded with all of it;
-// kSurfaceOnly where a mesh is open.
+// A bound on the depth of two solids that overlap. The least translation that separates their
+// bounding boxes separates them too, so the true depth lies between 0 and the one returned. The
+// result is kBounded with a bound as large as that depth, or kSurfaceOnly if a mesh is open.
 PairDistance OverlapBound(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB);
 
 }  // namespace cwm::collision

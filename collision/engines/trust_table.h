@@ -1,5 +1,6 @@
-// The table of trust: what an engine may be asked, pair by pair, on one screen. Each engine states
-// its own at the top of its file; nothing else decides what reaches a foreign library.
+// The table of trust: the questions that an engine may be asked about each pair of shapes. Each
+// engine defines its own at the top of its file; nothing else decides which calls reach a foreign
+// library.
 #pragma once
 
 #include <array>
@@ -11,11 +12,11 @@ namespace cwm::collision {
 
 enum class Ability : std::uint8_t {
   kNothing,   // never passed on: unsupported, wrong, or a crash
-  kCollides,  // yes and no only
-  kAll,       // yes and no, distance, depth, contacts
+  kCollides,  // collision checks only
+  kAll,       // collision checks, distance, depth and contacts
 };
 
-// By the order of ShapeKind; symmetric.
+// Indexed by ShapeKind; symmetric.
 using TrustTable = std::array<std::array<Ability, kShapeKindCount>, kShapeKindCount>;
 
 constexpr bool Allows(const TrustTable& table, ShapeKind a, ShapeKind b, Question question) {

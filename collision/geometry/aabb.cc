@@ -6,15 +6,16 @@
 namespace cwm {
 namespace {
 
-// Components of a half-space's normal below this count as zero: over kLargestCoordinate_m the plane
-// then departs from its axis by at most a nanometre.
+// Components of a half-space's normal below this count as zero. derived: over kLargestCoordinate_m
+// the plane then deviates from the axis-aligned one by at most a nanometre.
 constexpr double kAxisTolerance = 1e-15;
 
 Aabb AroundCentre(const Vector3& centre, const Vector3& reach) {
   return {centre - reach, centre + reach};
 }
 
-// A disc of unit radius reaches, along each axis, the length of its plane's share of that axis.
+// The extent of a disc of unit radius along each axis of F: the length of that axis' projection
+// onto the plane of the disc.
 Vector3 ReachOfUnitDisc(const Pose& X_FS) { return X_FS.linear().leftCols<2>().rowwise().norm(); }
 
 Aabb AroundDisc(const Pose& X_FS, double radius, double z) {
@@ -68,7 +69,7 @@ struct TightBoundsOf {
   }
   Aabb operator()(const Convex& s) const { return AroundPoints(s.hull->vertices, X_FS); }
   Aabb operator()(const Mesh& s) const {
-    Aabb bounds;  // of the triangles: a vertex that none uses is not part of the solid
+    Aabb bounds;  // over the triangles, since a vertex without a triangle is not part of the solid
     for (const TriangleMesh::Triangle& t : s.mesh->triangles) {
       for (const std::uint32_t i : t) bounds.extend(X_FS * s.mesh->vertices[i]);
     }

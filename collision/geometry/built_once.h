@@ -1,4 +1,4 @@
-// A value that the first who needs it builds, while others wait, each as long as it may.
+// A value that is built by the first thread that needs it, while other threads wait for it.
 #pragma once
 
 #include <array>
@@ -17,7 +17,8 @@
 namespace cwm {
 namespace internal {
 
-// Where those who need what another builds wait; values share few of them, which costs a wake in vain.
+// Threads wait here for a value that another thread builds. Many values share one of a few places,
+// so that a thread may be woken for the value of another.
 struct BuildingPlace {
   std::mutex mutex;
   std::condition_variable changed;
@@ -31,8 +32,8 @@ inline BuildingPlace& BuildingPlaceOf(const void* value) {
 
 }  // namespace internal
 
-// Thread safe. Unlike std::call_once, the building and the wait for it can be ended, by the counter of
-// each who needs the value: what was built until then is dropped and built again by the next.
+// Thread safe. Unlike std::call_once, both building and waiting can be ended by the WorkCounter of
+// the calling thread. A value whose building was ended is dropped; the next caller builds it again.
 template <class T>
 class BuiltOnce {
  public:
@@ -40,8 +41,8 @@ class BuiltOnce {
   BuiltOnce(const BuiltOnce&) = delete;
   BuiltOnce& operator=(const BuiltOnce&) = delete;
 
-  // The value, from build() where nobody has built it; nullptr where `work` ended that or the wait.
-  // Lives as long as this.
+  // Returns the value and calls build() if it does not exist yet; nullptr if `work` ended the
+  // building or the wait. The value lives as long as this object.
   template <class Build>
   const T* Get(const Build& build, WorkCounter* work = nullptr) const {
     if (const T* built = IfBuilt()) return built;
@@ -71,7 +72,7 @@ class BuiltOnce {
     return IfBuilt();
   }
 
-  // nullptr before it is built.
+  // The value, or nullptr before it is built.
   const T* IfBuilt() const { return built_.load(std::memory_order_acquire); }
 
  private:
@@ -86,7 +87,7 @@ class BuiltOnce {
   }
 
   mutable std::atomic<const T*> built_ = nullptr;
-  mutable bool under_way_ = false;  // under the place's mutex
+  mutable bool under_way_ = false;  // guarded by the mutex of the BuildingPlace
   mutable std::optional<T> value_;  // written once
 };
 

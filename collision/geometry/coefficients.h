@@ -8,7 +8,7 @@
 
 namespace cwm {
 
-// In frame F, PCL's order; empty for shapes for which PCL has no such model:
+// The coefficients in frame F and in PCL's order; empty for shapes for which PCL has no such model:
 //   plane (plate, half-space)  n_x n_y n_z d           n . p + d = 0, top face
 //   sphere                     c_x c_y c_z r
 //   cylinder                   q_x q_y q_z a_x a_y a_z r      q on the axis, a unit

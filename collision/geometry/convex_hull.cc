@@ -11,21 +11,22 @@
 namespace cwm {
 namespace {
 
-// What lies within this share of the extent of all faces is no corner.
+// Share of the extent. A point that is nowhere farther outside the faces than this is not a corner.
 constexpr double kNoCorner = 1e-12;
-// Heights in double precision are that sure, as shares of the extent: 8 roundings, doubled.
+// Share of the extent beyond which the sign of a height in double precision is certain.
+// derived: 8 roundings, doubled.
 constexpr double kSureHeight = 4e-15;
 
-// A point on a lattice of 2^-60 of the extent, where determinants are exact: whether a point sees a
-// face is never a matter of rounding, whose contradictions would break the surface. Slivers are
-// everyday: the corners of a turned box in single precision with points along its edges.
+// A point on a lattice of 2^-60 of the extent. Determinants are exact there, so visibility of a
+// face never depends on rounding, which could contradict itself and break the surface. Slivers are
+// common: the corners of a rotated box in single precision, with points along its edges.
 struct Cell {
   std::int64_t x = 0, y = 0, z = 0;  // below 2^60
 
   Cell operator-(const Cell& other) const { return {x - other.x, y - other.y, z - other.z}; }
 };
 
-// GCC's, told that it is one.
+// GCC's 128-bit integer; `__extension__` suppresses the warning about it.
 __extension__ using Wide = __int128;
 
 struct WideVector {
@@ -40,7 +41,7 @@ WideVector Cross(const Cell& u, const Cell& v) {
   return {Minor(u.y, u.z, v.y, v.z), Minor(u.z, u.x, v.z, v.x), Minor(u.x, u.y, v.x, v.y)};
 }
 
-// Of a scalar product below 2^186: by the halves of one of its factors.
+// The sign of the scalar product of n and v, which is below 2^186; n is split into 64-bit halves.
 int SignOfProduct(const WideVector& n, const Cell& v) {
   const auto low = [](Wide value, std::int64_t by) {
     return static_cast<Wide>(static_cast<std::uint64_t>(value)) * by;
@@ -55,7 +56,7 @@ struct Face {
   std::array<int, 3> vertices;
   std::array<int, 3> neighbours;  // across the edge vertices[i] -> vertices[i + 1]
   Vector3 normal;
-  std::vector<int> outside;  // points beyond this face that no earlier face took
+  std::vector<int> outside;  // points outside this face that no earlier face claimed
   bool alive = true;
 };
 
@@ -77,15 +78,15 @@ class Quickhull {
           std::llround(std::ldexp(static_cast<long double>(p) - origin, exponent)));
     };
     cells_.reserve(points.size());
-    faces_.reserve(kFacesOfPoint * points.size());  // what is not touched costs nothing
+    faces_.reserve(kFacesOfPoint * points.size());  // memory that is not touched costs nothing
     for (const Vector3& p : points) {
       cells_.push_back({cell(p.x(), bounds.min().x()), cell(p.y(), bounds.min().y()),
                         cell(p.z(), bounds.min().z())});
     }
   }
 
-  // Empty when the points span no volume, or `work` ended it. It ends: each step adds a point that lies strictly
-  // outside, and then none sees it any more.
+  // The hull; empty if the points span no volume or `work` ended it. Terminates, because each step
+  // adds a point that lies strictly outside, and no face has that point outside afterwards.
   TriangleMesh Run() {
     if (!BuildSimplex()) return {};
     do {
@@ -109,7 +110,7 @@ class Quickhull {
   double Height(const Face& face, int point) const {
     return face.normal.dot(P(point) - P(face.vertices[0]));
   }
-  // Also from the plane of the face.
+  // True if the point sees the face from outside; a point in the plane of the face counts.
   bool IsSeen(const Face& face, int from) const {
     const double height = Height(face, from);
     if (std::abs(height) > kSureHeight * extent_) return height > 0;
@@ -168,8 +169,9 @@ class Quickhull {
     return face;
   }
 
-  // Gives each point to one of the faces from `first_new` on that it lies beyond. Points beyond none
-  // wait for ReviewUnclaimed: they are inside, or beyond an old face by more than beyond these.
+  // Assigns each point to one of the faces from `first_new` on that it lies outside of. Points
+  // outside none of them wait for ReviewUnclaimed: they are inside the hull or outside an older
+  // face.
   void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
     for (const int index : candidates) {
       if (CountHeights(faces_.size() - first_new)) return;
@@ -177,7 +179,7 @@ class Quickhull {
     }
   }
 
-  // True when `work` ends it.
+  // Counts the work of that many heights; true if `work` ends the computation.
   bool CountHeights(std::size_t count) { return MustEnd(work_, 1 + count / kHeightsOfStep); }
 
   bool Claim(int index, std::size_t first_face) {
@@ -190,8 +192,9 @@ class Quickhull {
     return false;
   }
 
-  // The hull only grows: what lies beyond none of its faces now is inside for good. Once for all
-  // points, because a search through all faces after each step takes the cube of their count.
+  // Assigns the unclaimed points to the faces that they lie outside of and drops the others: the
+  // hull only grows, so they stay inside. One review for all points, because a search through all
+  // faces after each step would take cubic time.
   void ReviewUnclaimed() {
     std::erase_if(faces_live_, [this](int f) { return !F(f).alive; });
     if (CountHeights(faces_.size() - live_until_)) return;
@@ -233,8 +236,8 @@ class Quickhull {
       stack.pop_back();
       removed.push_back(at);
       for (const int next : F(at).neighbours) {
-        // A face in one plane with the eye goes too: kept, its edges could line up with the eye
-        // and raise faces without area.
+        // A face that is coplanar with the eye is removed too: otherwise its edges could be
+        // collinear with the eye and lead to faces without area.
         if (!F(next).alive || !IsSeen(F(next), eye)) continue;
         F(next).alive = false;
         stack.push_back(next);
@@ -251,7 +254,7 @@ class Quickhull {
     }
   }
 
-  // A fan from the horizon, which is one simple loop, to the apex.
+  // Adds a fan of faces from the horizon, which is one simple loop, to the apex.
   void Cap(int apex, const std::vector<HorizonEdge>& horizon) {
     const int base = static_cast<int>(faces_.size());
     std::unordered_map<int, int> starting_at, ending_at;
@@ -291,19 +294,19 @@ class Quickhull {
     return mesh;
   }
 
-  static constexpr std::size_t kFacesOfPoint = 8;  // made, where all points are corners
+  static constexpr std::size_t kFacesOfPoint = 8;  // faces made per point if all points are corners
   static constexpr std::size_t kHeightsOfStep = 8;
-  static constexpr std::size_t kHeightsOfFace = 64;  // what it takes to make one
+  static constexpr std::size_t kHeightsOfFace = 64;  // cost of making one face, in heights
 
   const std::vector<Vector3>& points_;
   const double extent_, tolerance_;
   WorkCounter* const work_;
   std::vector<Cell> cells_;
   std::vector<Face> faces_;
-  std::vector<int> pending_;    // faces with points outside, some of them gone meanwhile
-  std::vector<int> unclaimed_;  // points beyond no face of the last step
+  std::vector<int> pending_;    // faces with points outside; some may have been removed since
+  std::vector<int> unclaimed_;  // points that no new face claimed since the last review
   std::vector<int> faces_live_;
-  std::size_t live_until_ = 0;  // faces below are in faces_live_ if they lived at the last review
+  std::size_t live_until_ = 0;  // lower faces are in faces_live_ if alive at the last review
 };
 
 }  // namespace

@@ -8,11 +8,11 @@
 
 namespace cwm {
 
-// SignedDistance_m (signed_distance.h) of one shape, bit for bit; what does not depend on the point
-// is worked out once.
+// Returns the same bits as SignedDistance_m (signed_distance.h) of one shape, but computes once
+// what does not depend on the point.
 class DistanceToShape {
  public:
-  // Which must outlive it.
+  // Keeps a reference to the shape or part, which must outlive this object.
   explicit DistanceToShape(const Shape& shape);
   explicit DistanceToShape(const ShapePart& part);  // as SignedDistance_m(part, p)
   explicit DistanceToShape(Shape&&) = delete;
@@ -22,7 +22,7 @@ class DistanceToShape {
 
  private:
   const Shape& shape_;
-  std::optional<DistanceToRevolvedProfile> revolved_;  // of cylinders and cones
+  std::optional<DistanceToRevolvedProfile> revolved_;  // set for cylinders and cones
   const VesselShell* vessel_ = nullptr;
 };
 

@@ -11,10 +11,11 @@
 namespace cwm {
 namespace {
 
-// Parts are compared with each other: a mesh of more of them is turned as a whole.
+// chosen: bounds the comparison of every component with every other; a mesh of more components is
+// turned as a whole.
 constexpr std::size_t kMostParts = 1'000;
 
-// Of a mesh, what hangs together.
+// One connected component of a mesh.
 struct Part {
   TriangleMesh surface;
   Aabb bounds;
@@ -38,7 +39,7 @@ struct Part {
 
 std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
                           WorkCounter* work) {
-  std::vector<std::size_t> counts;  // of triangles: so that no part is copied while it grows
+  std::vector<std::size_t> counts;  // triangles per part, to reserve memory before the parts grow
   InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (components[i] == counts.size()) counts.push_back(0);
@@ -66,7 +67,8 @@ std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint3
   return parts;
 }
 
-// Six times, of the parts: tells most meshes by one pass over their triangles.
+// Six times the signed volume of each part. One pass over the triangles, which suffices for the
+// many meshes without a negative part.
 std::vector<double> VolumesOf(const TriangleMesh& mesh,
                               const std::vector<std::uint32_t>& components, WorkCounter* work) {
   const Vector3 origin = mesh.vertices.empty() ? Vector3::Zero() : mesh.vertices.front();

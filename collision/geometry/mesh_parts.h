@@ -1,4 +1,4 @@
-// Which way the parts of a mesh are wound.
+// The winding of a mesh's connected components.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace cwm {
 
-// The triangles of a watertight mesh that must be turned over for its parts to be wound outward: of each
-// part that lies in no other where its volume is negative, and of what lies in it along with it, so that
-// a cavity stays one. With more than 1 000 parts the mesh is turned as a whole. Empty where none must be
-// turned. `components` are Components(mesh).
+// For each triangle of a watertight mesh, true if it must be turned over so that the mesh is wound
+// outward. An outermost component with negative volume is turned together with all components
+// inside it, so that a cavity stays a cavity. A mesh of more than 1 000 components is turned as a
+// whole. Empty if no triangle must be turned. `components` is the result of Components(mesh).
 std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
                                        const std::vector<std::uint32_t>& components,
                                        WorkCounter* work = nullptr);

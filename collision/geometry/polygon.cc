@@ -125,7 +125,7 @@ bool IsSimpleRegion(const Polygon& outline, const std::vector<Polygon>& holes) {
     if (!AppendEdges(holes[i], static_cast<int>(i) + 1, edges)) return false;
   }
   if (HasConflict(edges)) return false;
-  // Borders do not touch, so one vertex of a hole tells where the whole hole lies.
+  // Borders do not touch, so one vertex of a hole decides for the whole hole.
   for (std::size_t i = 0; i < holes.size(); ++i) {
     if (!Contains(outline, holes[i].front())) return false;
     for (std::size_t j = 0; j < holes.size(); ++j) {

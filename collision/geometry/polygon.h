@@ -11,10 +11,11 @@ namespace cwm {
 // A simple (not self-intersecting) polygon, without the first vertex repeated at the end.
 using Polygon = std::vector<Vector2>;
 
-// Positive when the vertices run counter-clockwise.
+// The area of the polygon, positive if the vertices run counter-clockwise.
 double SignedArea_m2(const Polygon& polygon);
 
-// The even-odd rule; a point on the border may count either way.
+// True if the polygon contains the point, by the even-odd rule. A point on the border may count
+// either way.
 bool Contains(const Polygon& polygon, const Vector2& point);
 
 // The point of the border nearest to `point`. The polygon has at least one vertex.
@@ -36,7 +37,7 @@ Polygon ConvexHull(std::vector<Vector2> points);
 // Empty when the input is not simple or a hole is not strictly inside.
 std::vector<Polygon> ConvexPieces(const Polygon& outline, const std::vector<Polygon>& holes);
 
-// Counter-clockwise triangles as corners, same cover as above.
+// Counter-clockwise triangles, as corners, that cover the same region.
 std::vector<std::array<Vector2, 3>> Triangulate(const Polygon& outline,
                                                 const std::vector<Polygon>& holes);
 

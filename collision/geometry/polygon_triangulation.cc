@@ -75,8 +75,9 @@ class EarClipper {
   const Vector2& V(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
   const Vector2& At(std::size_t position) const { return V(ring_[position % ring_.size()]); }
 
-  // Each hole from its rightmost vertex on, holes that reach farther to +x first: then nothing but
-  // the outer ring lies beyond the next one, so some vertex of that ring is visible from it.
+  // Rotates each hole so that it starts at its rightmost vertex, and sorts the holes by that
+  // vertex, greatest x first. Then only the outer ring lies to the right of the next hole, so some
+  // vertex of that ring is visible from it.
   void SortHoles() {
     for (Ring& hole : holes_) {
       const auto rightmost = std::max_element(hole.begin(), hole.end(),
@@ -103,7 +104,7 @@ class EarClipper {
     using Candidate = std::pair<double, std::size_t>;  // squared distance, position
     std::vector<Candidate> near(ring_.size());
     for (std::size_t i = 0; i < near.size(); ++i) near[i] = {(At(i) - V(from)).squaredNorm(), i};
-    // A heap, because one of the first few is visible as a rule.
+    // A heap instead of a sort, because usually one of the first few is visible.
     std::make_heap(near.begin(), near.end(), std::greater<>());
     const std::size_t fallback = near.front().second;  // unreachable for a simple region
     while (!near.empty()) {
@@ -115,7 +116,7 @@ class EarClipper {
     return fallback;
   }
 
-  // Whether the direction from a ring vertex to `p` starts inside of the ring.
+  // True if the direction from a ring vertex to `p` starts inside the ring.
   bool InCone(std::size_t position, const Vector2& p) const {
     const Vector2& previous = At(position + ring_.size() - 1);
     const Vector2 &apex = At(position), &next = At(position + 1);
@@ -125,7 +126,8 @@ class EarClipper {
     return Cross(apex, next, p) > 0 || Cross(previous, apex, p) > 0;
   }
 
-  // Past the outer ring and the holes from `first_hole` on, which are not part of it yet.
+  // True if neither the outer ring nor the holes from `first_hole` on, which are not bridged to it
+  // yet, block the segment from a to b.
   bool Sees(const Vector2& a, const Vector2& b, std::size_t first_hole) const {
     const auto blocked_by = [&](const Ring& ring) {
       for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
@@ -142,8 +144,8 @@ class EarClipper {
   struct Corner {
     std::size_t previous = 0, next = 0;
     double area = 0;        // twice that of the triangle with its neighbours; positive if convex
-    bool is_ear = false;    // convex, and no other corner in the triangle
-    bool is_blunt = false;  // reflex or straight; a corner turns convex once and for all
+    bool is_ear = false;    // convex, without another corner in the triangle
+    bool is_blunt = false;  // reflex or straight; a corner that becomes convex stays convex
   };
 
   const Vector2& C(std::size_t at) const { return V(ring_[at]); }
@@ -178,14 +180,14 @@ class EarClipper {
     corners_[at].is_blunt = false;
     for (const std::size_t neighbour : {previous, next}) Measure(neighbour);
     std::erase_if(blunt_, [this](std::size_t i) { return !corners_[i].is_blunt; });
-    // Whether the others are ears does not depend on this one.
+    // The other corners stay ears or not, whatever happens to this one.
     for (const std::size_t neighbour : {previous, next}) {
       corners_[neighbour].is_ear = IsEar(neighbour);
     }
   }
 
-  // The next ear at or after `start` of the `count` corners left. Rounding can hide every ear; then
-  // the corner with the widest positive area is cut, which keeps the cover exact up to that rounding.
+  // The next ear at or after `start` among the `count` remaining corners. If rounding hides every
+  // ear, the corner with the largest area, which keeps the cover exact up to that rounding.
   std::size_t FindEar(std::size_t start, std::size_t count) const {
     std::size_t widest = start, at = start;
     for (std::size_t k = 0; k < count; ++k, at = corners_[at].next) {
@@ -195,7 +197,8 @@ class EarClipper {
     return widest;
   }
 
-  // A triangle that holds any corner of the ring holds a blunt one.
+  // True if the corner is convex and its triangle contains no other corner. Only blunt corners are
+  // tested: a triangle that contains any corner of the ring contains a blunt one.
   bool IsEar(std::size_t at) const {
     if (!(corners_[at].area > 0)) return false;
     const Vector2 &a = C(corners_[at].previous), &b = C(at), &c = C(corners_[at].next);
@@ -210,10 +213,11 @@ class EarClipper {
   Ring ring_;
   std::vector<Ring> holes_;
   std::vector<Corner> corners_;     // one per position of the ring
-  std::vector<std::size_t> blunt_;  // positions of the blunt ones left
+  std::vector<std::size_t> blunt_;  // positions of the remaining blunt corners
 };
 
-// A piece is a counter-clockwise convex ring of vertex indices.
+// Merges triangles into convex pieces. A piece is a counter-clockwise convex ring of vertex
+// indices.
 class PieceMerger {
  public:
   PieceMerger(const std::vector<Vector2>& vertices, const std::vector<IndexTriangle>& triangles)
@@ -221,8 +225,8 @@ class PieceMerger {
     for (const IndexTriangle& t : triangles) pieces_.emplace_back(t.begin(), t.end());
   }
 
-  // Hertel and Mehlhorn: drop each diagonal whose removal leaves both of its ends convex. Pieces only
-  // grow, and their corners with them: a diagonal that had to stay once has to stay for good.
+  // Hertel and Mehlhorn: removes each diagonal whose removal leaves both of its ends convex. Pieces
+  // and their corner angles only grow, so a diagonal that could not be removed once never can be.
   std::vector<Polygon> Run() {
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
       const Ring& ring = pieces_[i];
@@ -260,7 +264,8 @@ class PieceMerger {
     return Cross(v(a), v(b), v(c)) >= 0;
   }
 
-  // Joins the piece beyond edge k of a piece, whose edges then lie from position k on.
+  // Merges the piece beyond edge k into this piece, which then has that piece's edges from position
+  // k on. False if there is no such piece or the union would not be convex.
   bool MergeAcross(std::size_t piece, std::size_t k) {
     Ring& ring = pieces_[piece];
     const int from = ring[k], to = ring[Next(ring, k)];
@@ -275,7 +280,7 @@ class PieceMerger {
     if (!IsConvexAt(beyond[Previous(beyond, to_at)], to, after)) return false;
     owner_.erase(other);
     owner_.erase(Key(from, to));
-    Ring chain;  // what lies between `from` and `to` beyond
+    Ring chain;  // the vertices of the other piece between `from` and `to`
     for (std::size_t i = Next(beyond, at); i != to_at; i = Next(beyond, i)) {
       chain.push_back(beyond[i]);
     }
@@ -289,10 +294,10 @@ class PieceMerger {
 
   const std::vector<Vector2>& vertices_;
   std::vector<Ring> pieces_;
-  std::unordered_map<std::uint64_t, std::size_t> owner_;  // of directed edges
+  std::unordered_map<std::uint64_t, std::size_t> owner_;  // the piece of each directed edge
 };
 
-// Of a simple polygon that runs counter-clockwise.
+// True if a simple counter-clockwise polygon is convex.
 bool IsConvexPolygon(const Polygon& polygon) {
   const std::size_t n = polygon.size();
   for (std::size_t i = 0; i < n; ++i) {

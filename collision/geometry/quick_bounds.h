@@ -1,13 +1,14 @@
-// Bounds of placed shapes that cost the same whatever the shape: for what moves often.
+// Bounds of placed shapes at a cost that does not depend on the shape, for objects that move often.
 #pragma once
 
 #include "collision/geometry/aabb.h"
 
 namespace cwm {
 
-// Whether TightBounds has as much to do as the shape has vertices: a mesh, a hull, a plate.
+// True if the cost of TightBounds grows with the vertices of the shape: a mesh, a hull or a plate.
 bool HasManyVertices(const Shape& shape);
-// Around a box that lies along the axes of frame O: not tight, but soon told.
+// Bounds in frame F of a box aligned with the axes of frame O. Not tight around the shape inside
+// the box, but cheap.
 Aabb BoundsOfBox(const Aabb& box_O, const Pose& X_FO);
 
 }  // namespace cwm

@@ -7,12 +7,12 @@
 namespace cwm {
 namespace {
 
-// Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
-// the rounding of poses (2^-52 of coordinates that may be thousands of sizes) and a face's normal
-// is used instead.
+// Share of the shape's size. Nearer to a sharp edge than this, the direction away from the edge is
+// lost in the rounding of poses (2^-52 of coordinates that may be thousands of sizes), and a face's
+// normal is used instead.
 constexpr double kRoundoff = 1e-11;
 
-// The nearest point of those sides that were tried.
+// The nearest point on the sides that were tried so far.
 struct Nearest {
   void Try(const ProfileSide& side, int index, const Vector2& p) {
     const double height = (p - side.b).dot(side.outward);
@@ -36,8 +36,8 @@ struct Nearest {
   Vector2 outward = Vector2::UnitY();
   int side_index = 0;
   double share = 0;
-  double plane_distance_m = 0;  // to the side that holds the nearest point
-  bool inside = true;           // of all sides
+  double plane_distance_m = 0;  // signed height over the side that holds the nearest point
+  bool inside = true;           // true if the point lies behind all sides tried
 };
 
 }  // namespace

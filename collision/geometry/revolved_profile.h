@@ -1,4 +1,4 @@
-// Convex solids of revolution about z, told by their profile.
+// Convex solids of revolution about z, described by their profile.
 #pragma once
 
 #include <array>
@@ -19,14 +19,15 @@ std::array<Vector2, 4> ProfileOf(const Cylinder& cylinder);
 struct RevolvedSurfacePoint {
   SurfacePoint surface;
   int side = 0;       // nearest side: from profile[side] to profile[side + 1]
-  double share = 0;   // of the way along it, in [0, 1]
+  double share = 0;   // position along that side, in [0, 1]
   Vector2 direction;  // unit, in the xy plane: from the axis to the nearest point
 };
 RevolvedSurfacePoint NearestOnRevolvedProfile(std::span<const Vector2> profile, const Vector3& p);
 
-// One side of a profile, with what does not depend on the point that asks for its distance.
+// One side of a profile, with the values that do not depend on the query point.
 struct ProfileSide {
-  static std::optional<ProfileSide> Between(const Vector2& a, const Vector2& b);  // not coincident
+  // The side from a to b; empty if they coincide.
+  static std::optional<ProfileSide> Between(const Vector2& a, const Vector2& b);
 
   Vector2 a, b;
   Vector2 along;    // b - a
@@ -34,7 +35,7 @@ struct ProfileSide {
   double squared_length_m2 = 0;
 };
 
-// The signed distance alone, to many points: NearestOnRevolvedProfile's, bit for bit.
+// The signed distance of many points to one profile: the same bits as NearestOnRevolvedProfile.
 class DistanceToRevolvedProfile {
  public:
   explicit DistanceToRevolvedProfile(std::span<const Vector2> profile);

@@ -5,7 +5,8 @@
 namespace cwm {
 namespace {
 
-// Shared meshes are compared by content, and by address first since most copies are shared.
+// True if both meshes have the same content. Addresses are compared first, since most copies are
+// shared.
 bool SameMesh(const std::shared_ptr<const TriangleMesh>& a,
               const std::shared_ptr<const TriangleMesh>& b) {
   return a == b || (a != nullptr && b != nullptr && *a == *b);

@@ -1,6 +1,6 @@
-// The closed set of shapes that the world is made of. A shape is its dimensions alone, in a
-// canonical frame; where it is, is told by a pose beside it (`Placed`). The set is closed on
-// purpose: a new shape breaks the build everywhere that it matters.
+// The closed set of shapes that the world is made of. A shape holds only its dimensions, in a
+// canonical frame; a pose beside it (`Placed`) says where it is. The set is closed on purpose: a
+// new shape breaks the build everywhere that must handle it.
 #pragma once
 
 #include <memory>
@@ -50,13 +50,13 @@ struct Capsule {
   friend bool operator==(const Capsule&, const Capsule&) = default;
 };
 
-// Solid where z <= 0.
+// All points with z <= 0.
 struct HalfSpace {
   friend bool operator==(const HalfSpace&, const HalfSpace&) = default;
 };
 
-// A slab with a polygonal outline and holes in the xy plane: solid for -thickness <= z <= 0. A
-// support's top is z = 0.
+// A slab with a polygonal outline and holes in the xy plane: solid for -thickness <= z <= 0. The
+// top face of a support is z = 0.
 struct Plate {
   Polygon outline;
   std::vector<Polygon> holes;
@@ -101,7 +101,7 @@ inline ShapeKind KindOf(const Shape& shape) { return static_cast<ShapeKind>(shap
 // "sphere", "box", "cylinder", "cone", "capsule", "half_space", "plate", "convex", "mesh".
 std::string_view NameOf(ShapeKind kind);
 
-// Every kind but plate (holes, concave outline) and mesh.
+// True for every kind but plate (holes, concave outline) and mesh.
 bool IsConvex(ShapeKind kind);
 
 // A shape S placed in a frame F.

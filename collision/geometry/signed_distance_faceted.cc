@@ -22,11 +22,11 @@ std::array<Vector3, 3> Corners(const TriangleMesh& mesh, const TriangleMesh::Tri
   return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
 }
 
-// Shares the direction to the surface with all that is not on it, where the face's normal rules.
+// The direction away from the surface; on the surface itself, the normal of the face.
 Vector3 NormalAt(const NearestTriangle& at, const Vector3& p, double sign) {
   const Vector3 offset = p - at.nearest;
   const double size = std::max(p.cwiseAbs().maxCoeff(), at.nearest.cwiseAbs().maxCoeff());
-  // Below, the difference is made of the rounding of poses.
+  // At smaller distances, the offset consists of the rounding of poses.
   if (at.distance <= 1e-11 * size) return at.face_normal;
   return sign * offset / at.distance;
 }
@@ -45,7 +45,7 @@ SurfacePoint NearestSurfacePoint(const Convex& convex, const Vector3& p) {
   for (const TriangleMesh::Triangle& t : hull.triangles) {
     const auto [a, b, c] = Corners(hull, t);
     const std::optional<Vector3> sure_normal = SureNormal(a, b, c);
-    if (!sure_normal) continue;  // its neighbours are as near
+    if (!sure_normal) continue;  // its neighbours are just as near
     const Vector3& normal = *sure_normal;
     const double plane_distance = normal.dot(p - a);
     if (plane_distance > highest_plane) {

@@ -1,4 +1,4 @@
-// Sorting that can be ended: std::sort of many millions takes seconds in one step.
+// Sorting that can be interrupted: std::sort of many millions of values takes seconds in one step.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,11 @@
 
 namespace cwm {
 
-// Sorts as std::sort does, so many at a time, and merges. Looks at `work` every few milliseconds at
-// most; the order is void where it ended.
+// Number of values that are sorted by one call of std::sort before they are merged.
 inline constexpr std::size_t kSortedAtOnce = std::size_t{1} << 15;
 
+// Sorts like std::sort: blocks of kSortedAtOnce values, then merges. Asks `work` at least every few
+// milliseconds; if that ends it, the order of the values is undefined.
 template <class T, class Before>
 void SortInPieces(std::vector<T>& values, const Before& before, WorkCounter* work = nullptr) {
   constexpr std::size_t kStepsOfCompare = 1;

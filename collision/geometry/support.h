@@ -1,5 +1,5 @@
-// Support mappings: the point of a convex shape that lies farthest in a direction. Everything that
-// GJK, the search for the least translation and half-spaces need to know of a shape.
+// Support mappings: the point of a convex shape that lies farthest in a direction. GJK, the search
+// for the least translation and half-spaces need nothing else of a shape.
 #pragma once
 
 #include <cmath>
@@ -9,15 +9,15 @@
 
 namespace cwm {
 
-// A point of the shape, in its frame, that maximises the dot product with `d`. `d` need not be
-// unit and may be zero (any point of the shape then). Deterministic among equals. Inline: the inner
-// loops of the narrow phase.
+// A point of the shape, in its frame, that maximises the dot product with `d`. `d` need not be a
+// unit vector and may be zero (any point of the shape then). Deterministic if several points are
+// equally far. Inline because the inner loops of the narrow phase call it.
 inline Vector3 SupportPoint(const Box& box, const Vector3& d) {
   return {std::copysign(0.5 * box.size_m.x(), d.x()), std::copysign(0.5 * box.size_m.y(), d.y()),
           std::copysign(0.5 * box.size_m.z(), d.z())};
 }
 
-// The disc of the given radius about the axis in the plane at height z.
+// Support point of the disc of the given radius about the axis in the plane at height z.
 inline Vector3 SupportOfDisc(double radius_m, double z_m, const Vector3& d) {
   const double norm_squared = d.x() * d.x() + d.y() * d.y();
   if (!(norm_squared > 0)) return {0, 0, z_m};
@@ -36,7 +36,7 @@ inline Vector3 SupportPoint(const Cone& cone, const Vector3& d) {
   return SupportOfDisc(top ? cone.radius_top_m : cone.radius_bottom_m, top ? half : -half, d);
 }
 
-// The hull of at least one vertex.
+// Support point of the hull of at least one vertex.
 inline Vector3 SupportPoint(std::span<const Vector3> vertices, const Vector3& d) {
   const Vector3* best = vertices.data();
   double best_dot = best->dot(d);

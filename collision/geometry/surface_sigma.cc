@@ -10,10 +10,10 @@ namespace cwm {
 namespace {
 
 struct SigmaOf {
-  const std::vector<double>& s;  // of the coefficients
-  const Vector3& axis;           // of the shape, in the frame of the coefficients
+  const std::vector<double>& s;  // standard deviations of the coefficients
+  const Vector3& axis;           // axis of the shape, in the frame of the coefficients
 
-  // Nothing for shapes whose deviations have another meaning, or another number.
+  // Empty for shapes without a formula, and if the number of deviations does not match the shape.
   std::optional<double> operator()(const Sphere&) const {
     return Has(4) ? std::optional(Norm(0) + s[3]) : std::nullopt;
   }
@@ -24,7 +24,7 @@ struct SigmaOf {
   std::optional<double> operator()(const Cone& shape) const {
     const double growth_m = std::abs(shape.radius_top_m - shape.radius_bottom_m);
     if (!Has(7) || growth_m == 0) return std::nullopt;
-    // The whole cone's slant is to its base as the truncated one's to its growth.
+    // Similar triangles: slant of the whole cone / its base radius = flank / growth of the radius.
     const double widest_m = std::max(shape.radius_top_m, shape.radius_bottom_m);
     const double flank_m = std::hypot(growth_m, shape.length_m);
     const double slant_m = flank_m * widest_m / growth_m;
@@ -47,8 +47,9 @@ struct SigmaOf {
   std::optional<double> operator()(const Convex&) const { return std::nullopt; }
   std::optional<double> operator()(const Mesh&) const { return std::nullopt; }
 
-  // How far an apex moves the flank: across the axis as far as itself, along it by the sine of the half
-  // angle. Each coordinate by itself, since they may deviate together.
+  // The displacement of the flank by a displacement of the apex: all of it across the axis, and the
+  // sine of the half angle of it along the axis. The coordinates' shares are added, since they may
+  // be correlated.
   double OfApex(double sine) const {
     double sum_m = 0;
     for (int k = 0; k < 3; ++k) {

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Segments of a full circle of which the chords stay within `deviation_m` of the arc: the sagitta
-// is r (1 - cos(pi / n)).
+// The number of segments of a full circle whose chords stay within `deviation_m` of the arc, by the
+// sagitta r (1 - cos(pi / n)).
 int SegmentsFor(double radius_m, double deviation_m) {
   const double cosine = 1.0 - deviation_m / radius_m;
   if (!(cosine > 0)) return kMinSegments;
@@ -20,20 +20,22 @@ int SegmentsFor(double radius_m, double deviation_m) {
   return static_cast<int>(std::clamp(segments, double{kMinSegments}, double{kMaxSegments}));
 }
 
-// How far the chords of that many segments stay from the arc.
+// The largest distance of the chords from the arc if the circle has that many segments.
 double Sagitta_m(double radius_m, int segments) {
   return radius_m * (1.0 - std::cos(kPi / segments));
 }
 
-// Of the caps of a capsule. Both curvatures add up, so each gets half of the deviation.
+// The number of segments for the caps of a capsule. The deviations in both directions of curvature
+// add up, so each gets half.
 int CapSegments(double radius_m, double deviation_m) {
   return SegmentsFor(radius_m, 0.5 * deviation_m);
 }
 
 double WidestRadius_m(const Cone& s) { return std::max(s.radius_bottom_m, s.radius_top_m); }
 
-// The surface swept by a profile (radial, z) with the solid on its left, on the axis at both ends and
-// nowhere else: from the bottom of the axis to its top, or to the floor of a vessel.
+// The surface swept by a profile (radial, z) with the solid on its left. Its first and its last
+// point, and no others, lie on the axis: the bottom and the top of the solid, or the floor of a
+// vessel.
 TriangleMesh Revolve(const std::vector<Vector2>& profile, int segments) {
   TriangleMesh mesh;
   const auto count = static_cast<std::uint32_t>(segments);
@@ -62,8 +64,8 @@ TriangleMesh Revolve(const std::vector<Vector2>& profile, int segments) {
   return mesh;
 }
 
-// Appends an arc about (0, centre_z) from `from_rad` to `to_rad` of latitude, both ends included;
-// the poles get a radius of exactly zero.
+// Appends an arc about (0, centre_z) from latitude `from_rad` to latitude `to_rad`, both ends
+// included; the poles get a radius of exactly zero.
 void AppendArc(double radius_m, double centre_z, double from_rad, double to_rad, int steps,
                std::vector<Vector2>& profile) {
   for (int i = 0; i <= steps; ++i) {
@@ -85,7 +87,8 @@ TriangleMesh BoxMesh(const Vector3& low, const Vector3& high) {
   return mesh;
 }
 
-// Walls below a ring of top vertices [first, first + size); the bottom ones lie `offset` later.
+// Appends the walls below a ring of top vertices [first, first + size); the index of the bottom
+// vertex is that of the top vertex plus `offset`.
 void AppendWalls(const Polygon& ring, bool is_hole, std::uint32_t first, std::uint32_t offset,
                  TriangleMesh& mesh) {
   const auto size = static_cast<std::uint32_t>(ring.size());

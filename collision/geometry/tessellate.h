@@ -5,13 +5,13 @@
 
 namespace cwm {
 
-// Segments of a full circle. The upper limit bounds the memory that a huge shape may ask for; it
-// holds the default deviation up to a radius of 6.6 m (3.3 m for spheres and capsules).
+// Segments of a full circle. The upper limit bounds the memory for a huge shape; with it the
+// default deviation is met up to a radius of 6.6 m (3.3 m for spheres and capsules).
 inline constexpr int kMinSegments = 8;
 inline constexpr int kMaxSegments = 256;
 
-// Half a millimetre: below what a depth sensor tells apart at half a metre, and still a cup in some
-// hundred triangles.
+// chosen: half a millimetre, less than a depth sensor resolves at half a metre; a cup still needs
+// only some hundred triangles.
 inline constexpr double kDefaultDeviation_m = 5e-4;
 
 // An outward-wound mesh of the shape in its own frame, its vertices on the surface (an inscribed
@@ -20,8 +20,9 @@ inline constexpr double kDefaultDeviation_m = 5e-4;
 // meshes are returned as they are, so that an open mesh stays open.
 TriangleMesh Tessellate(const Shape& shape, double max_deviation_m = kDefaultDeviation_m);
 
-// How far that mesh deviates at most, by the chords that it really has: 0 for what has no round
-// part. Not of a half-space, whose mesh stands for something that has no end.
+// The largest deviation of that mesh from the surface, in metres, by the number of chords that it
+// really has; 0 for shapes without round parts. Meaningless for a half-space, whose mesh covers
+// only a bounded part of it.
 double DeviationBound_m(const Shape& shape, double max_deviation_m = kDefaultDeviation_m);
 
 }  // namespace cwm

@@ -22,7 +22,7 @@ Vector3 NearestOnTriangle(const Vector3& a, const Vector3& b, const Vector3& c, 
   const Vector3 n = ab.cross(ac);
   const double nn = n.squaredNorm();
   if (!(nn > 0)) return NearestOnEdges(a, b, c, p);
-  // Barycentric coordinates of the foot on the plane.
+  // Barycentric coordinates of the projection of p onto the plane.
   const double v = ap.cross(ac).dot(n) / nn;
   const double w = ab.cross(ap).dot(n) / nn;
   if (v >= 0 && w >= 0 && v + w <= 1) return p - ap.dot(n) / nn * n;

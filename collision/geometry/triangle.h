@@ -7,16 +7,16 @@
 
 namespace cwm {
 
-// The point of the triangle (a, b, c) nearest to `p`: the foot on its plane, or the nearest point
-// of its edges. A triangle without area is its edges.
+// The point of the triangle (a, b, c) nearest to `p`: the projection onto its plane, or the nearest
+// point of its edges. Only the edges count in a triangle without area.
 Vector3 NearestOnTriangle(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p);
 
 // Unit normal (b - a) x (c - a); UnitZ for a triangle without area.
 Vector3 TriangleNormal(const Vector3& a, const Vector3& b, const Vector3& c);
 
-// The same, or nothing for a triangle whose least height is below 1e-9 of its longest edge: its
-// plane is made of the rounding of its corners. Such triangles keep a hull watertight where a corner
-// lies on an edge; they bound nothing that their neighbours do not bound.
+// The same; empty for a triangle whose least height is below 1e-9 of its longest edge, because
+// rounding of the corners determines its plane. Such triangles keep a hull watertight where a
+// corner lies on an edge; they bound nothing that their neighbours do not bound.
 std::optional<Vector3> SureNormal(const Vector3& a, const Vector3& b, const Vector3& c);
 
 }  // namespace cwm

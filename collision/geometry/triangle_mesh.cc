@@ -9,7 +9,8 @@
 namespace cwm {
 namespace {
 
-// Memory that is touched for the first time takes a tenth of a nanosecond a byte.
+// A vector of equal values, filled in pieces that `work` can end: touching memory for the first
+// time takes a tenth of a nanosecond per byte.
 std::vector<std::uint32_t> Filled(std::size_t count, std::uint32_t value, WorkCounter* work) {
   std::vector<std::uint32_t> filled;
   filled.reserve(count);
@@ -17,7 +18,7 @@ std::vector<std::uint32_t> Filled(std::size_t count, std::uint32_t value, WorkCo
   return filled;
 }
 
-// For each vertex the index of one at the same place, the same one for all of them.
+// For each vertex the index of a vertex at the same position, one index for all vertices there.
 std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices, WorkCounter* work) {
   std::vector<std::uint32_t> order;
   order.reserve(vertices.size());
@@ -43,13 +44,13 @@ std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices, WorkCoun
   return welded;
 }
 
-// An edge by its ends, the smaller first, and in the lowest bit the way that a triangle runs through
-// it. Indices are below 2^31: so many vertices have 48 GB.
+// An edge as a key: its ends, the smaller index first, and in the lowest bit the direction in which
+// a triangle runs through it. Indices are below 2^31, since that many vertices take 48 GB.
 std::uint64_t EdgeOf(std::uint64_t from, std::uint64_t to) {
   return from < to ? from << 33 | to << 1 : to << 33 | from << 1 | 1;
 }
 
-// Whether each edge of the triangles, of one way, has one of the other way.
+// True if each edge occurs exactly twice, once in each direction.
 bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounter* work) {
   if (triangles.empty()) return false;
   std::vector<std::uint64_t> edges;
@@ -70,7 +71,8 @@ bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounte
   bool is_paired = true;
   const bool is_seen = InPieces(edges.size() / 2, work, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last && is_paired; ++k) {
-      // The two ways of one edge stand side by side; a third edge would be the first of a pair.
+      // Both directions of one edge are neighbours in the order; a third copy of an edge would
+      // misalign the pairs.
       is_paired = edges[2 * k] % 2 == 0 && edges[2 * k + 1] == edges[2 * k] + 1;
     }
   });
@@ -83,7 +85,8 @@ bool SharesEdges(const TriangleMesh& mesh, WorkCounter* work) {
   return PairsEdges(mesh.triangles, work);
 }
 
-// By indices first: solids that touch along an edge share its places, and are closed all the same.
+// Indices are tested first: solids that touch along an edge are closed although four triangles
+// share the positions of that edge.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
   if (SharesEdges(mesh, work)) return true;
   const std::vector<std::uint32_t> welded = Welded(mesh.vertices, work);
@@ -94,7 +97,8 @@ bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
     for (std::size_t i = first; i < last; ++i) {
       const TriangleMesh::Triangle& t = mesh.triangles[i];
       const std::uint32_t a = welded[t[0]], b = welded[t[1]], c = welded[t[2]];
-      // Without an area: the edges that it has left are each other's.
+      // A triangle that welding has collapsed is left out: its remaining two edges cancel each
+      // other.
       if (a == b || b == c || c == a) continue;
       triangles.push_back({a, b, c});
     }

@@ -21,29 +21,29 @@ struct TriangleMesh {
 };
 
 // True when every edge is shared by exactly two triangles that run through it in opposite
-// directions: the mesh then bounds a volume and "inside" has a meaning. Edges are the same where
-// their ends are at the same places, whether or not the triangles share indices: an STL never does.
-// Takes a second for some millions of triangles.
+// directions: the mesh then bounds a volume and "inside" has a meaning. Edges are compared by the
+// positions of their ends, since the triangles need not share indices (in an STL file they never
+// do). Takes a second for some millions of triangles.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work = nullptr);
-// The same of indices alone, as hulls have it. What is so is watertight.
+// The same test by indices alone, as hulls satisfy it. It implies IsWatertight.
 bool SharesEdges(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
-// One vertex of each part of the surface that hangs together; vertices at the same place hang
-// together whether or not they share an index. Vertices without a triangle are no part.
+// One vertex of each connected component of the surface. Vertices at the same position are
+// connected whether or not they share an index. Vertices without a triangle belong to no component.
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
-// For each triangle which of these parts it is of: 0, 1, ... in the order of their first triangles.
+// The component of each triangle: 0, 1, ... in the order of the components' first triangles.
 std::vector<std::uint32_t> Components(const TriangleMesh& mesh, WorkCounter* work = nullptr);
-// The first corner of each part.
+// The first corner of each component.
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh,
                                      const std::vector<std::uint32_t>& components);
 
 // Volume by the divergence theorem; positive for an outward-wound watertight mesh.
 double SignedVolume_m3(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
-// The convex hull of points as an outward-wound watertight mesh whose corners are among them: no point
-// lies beyond it by more than 1e-12 of the extent. Empty when they span no volume: when all lie within
-// that of a plane. Coordinates must be finite.
+// The convex hull of points as an outward-wound watertight mesh whose corners are among the points.
+// No point lies outside it by more than 1e-12 of the extent. Empty if the points span no volume,
+// that is if all lie within 1e-12 of the extent of a plane. Coordinates must be finite.
 TriangleMesh ConvexHull3(const std::vector<Vector3>& points, WorkCounter* work = nullptr);
 
 }  // namespace cwm

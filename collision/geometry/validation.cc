@@ -88,9 +88,10 @@ double LeastHeight(const Vector3& a, const Vector3& b, const Vector3& c) {
   return longest > 0 ? (b - a).cross(c - a).norm() / longest : 0;
 }
 
-// Single-precision vertices are off by 2^-24 of the extent; the plane of a triangle of height h
-// turns by that over h, which lifts the far end of the hull by the product with the extent. Twice
-// that for both ends.
+// How far a vertex of a hull may lie in front of a triangle of the given height, in metres.
+// derived: single-precision vertices are off by 2^-24 of the extent. The plane of a triangle turns
+// by that over its height, which moves the far end of the hull by the product with the extent.
+// Twice that because both ends are rounded.
 double PlaneTolerance(double extent, double height) {
   constexpr double kRounding = 0x1p-23;
   return kRounding * extent * (1.0 + extent / height);
@@ -106,7 +107,7 @@ MaybeViolation CheckConvexity(const TriangleMesh& hull, WorkCounter* work) {
     const TriangleMesh::Triangle& t = hull.triangles[i];
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
     const double height = LeastHeight(a, b, c);
-    if (!(height > 0)) continue;  // no plane of its own
+    if (!(height > 0)) continue;  // a triangle without area defines no plane
     const double tolerance = PlaneTolerance(extent, height);
     const Vector3 normal = TriangleNormal(a, b, c);
     for (const Vector3& p : hull.vertices) {

@@ -7,7 +7,8 @@
 namespace cwm {
 namespace {
 
-// Walks the profile, from the axis below the foot to the axis on the floor.
+// Walks along the profile, from the axis below the foot to the axis on the floor, and keeps the
+// nearest distance to the point `asked` and on which side of the profile it lies.
 struct Walk {
   Vector2 asked;
   Vector2 at;
@@ -21,7 +22,8 @@ struct Walk {
       const double way = std::clamp((asked - at).dot(along) / length_m2, 0.0, 1.0);
       nearest_m2 = std::min(nearest_m2, (asked - at - way * along).squaredNorm());
     }
-    // Even and odd crossings of the level line outwards: what closes the profile runs on the axis.
+    // Even-odd rule along the horizontal ray outwards. The line that closes the profile lies on the
+    // axis, where the ray does not cross it.
     if ((at.y() > asked.y()) != (next.y() > asked.y()) &&
         asked.x() < at.x() + (asked.y() - at.y()) / along.y() * along.x()) {
       inside = !inside;

@@ -1,4 +1,4 @@
-// How often a closed mesh wraps around a point.
+// The winding number of a closed mesh around a point.
 #pragma once
 
 #include "collision/geometry/triangle_mesh.h"
@@ -10,7 +10,7 @@ namespace cwm {
 double SolidAngle_sr(const Vector3& a, const Vector3& b, const Vector3& c);
 
 // 1 inside and 0 outside of a simple outward-wound watertight mesh, up to rounding; any value on
-// the surface. Linear in the triangles.
+// the surface. The cost is linear in the triangles.
 double WindingNumber(const TriangleMesh& mesh, const Vector3& p);
 
 }  // namespace cwm

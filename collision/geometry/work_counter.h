@@ -1,31 +1,31 @@
-// What work that may take long tells of itself to who asked for it, who may want it to end.
+// Lets a caller count the steps of a long computation and end it.
 #pragma once
 
 #include <cstddef>
 
 namespace cwm {
 
-// Lent to a computation; used by its thread alone.
+// Lent to a computation; only the thread of that computation uses it.
 class WorkCounter {
  public:
   virtual ~WorkCounter() = default;
 
-  // Counts steps of some tens of nanoseconds each: a box compared, four corners looked at. True when
-  // the computation must end: whatever it answers then is void. With 0 steps it tells whether it had
-  // to end before.
+  // Counts steps of some tens of nanoseconds each, such as a box compared or four corners
+  // evaluated. True if the computation must end; its result is then void. With 0 steps it only says
+  // whether the computation had to end before.
   virtual bool MustEndAfter(std::size_t steps) = 0;
-  // The same, after a look at the time that is not left to the count: for who waits.
+  // The same, but always reads the clock, whatever the count: for threads that wait.
   virtual bool MustEndNow() = 0;
 };
 
-// Without a counter nothing ends.
+// False without a counter.
 inline bool MustEnd(WorkCounter* work, std::size_t steps) {
   return work != nullptr && work->MustEndAfter(steps);
 }
 inline bool HasEnded(WorkCounter* work) { return MustEnd(work, 0); }
 
-// Calls do_range(first, last) for [0, count) in ranges that take some tens of microseconds each
-// where an element takes `steps`. False where `work` ended it before.
+// Calls do_range(first, last) for consecutive ranges of [0, count), each of which takes some tens
+// of microseconds if one element takes `steps`. False if `work` ended it early.
 template <class DoRange>
 bool InPieces(std::size_t count, WorkCounter* work, const DoRange& do_range,
               std::size_t steps = 1) {

@@ -6,12 +6,12 @@
 namespace cwm::collision {
 namespace {
 
-// Edges of which the cross product is shorter count as parallel: a face's axis then parts the boxes
-// as well, up to this share of their size.
+// Edges at a smaller sine count as parallel: the axis of a face then separates the boxes as well,
+// up to this share of their size.
 constexpr double kParallelSine = 1e-11;
 
-// An edge axis must beat the faces by this share of the size, so that rounding cannot turn the
-// normal of face contacts.
+// Share of the size by which a later axis must beat the earlier ones, so that rounding cannot
+// change the normal of face contacts.
 constexpr double kFacePreference = 1e-13;
 
 class LeastOverlap {
@@ -23,7 +23,7 @@ class LeastOverlap {
         p_AB_(X_AB.translation()),
         size_(half_a_.maxCoeff() + half_b_.maxCoeff()) {}
 
-  // Down to the first depth that is not above `enough_m`.
+  // The least overlap found. Stops after the first depth that is not above `enough_m`.
   BoxOverlap Run(double enough_m) {
     for (int i = 0; i < 3 && best_.depth_m > enough_m; ++i) {
       Consider(Vector3::Unit(i), 0);

@@ -1,5 +1,5 @@
-// Pairs that have a formula. All answers are in the frame of A (of the first argument), A before B,
-// with the witness points and the normal of PairDistance.
+// Pairs that have a formula. All answers are in the frame of A (the first argument), with the
+// witness points and the normal of PairDistance.
 #pragma once
 
 #include "collision/kernels/convex_core.h"
@@ -7,34 +7,34 @@
 
 namespace cwm::collision {
 
-// A half-space as A and a bounded convex B. Exact, also as the least translation.
+// The distance of a half-space A and a bounded convex B. Exact, also as the least translation.
 PairDistance HalfSpaceToConvex(const ConvexCore& b, const Pose& X_AB);
 
-// Capsules by the nearest points of their segments.
+// The distance of two capsules, by the nearest points of their segments.
 PairDistance CapsuleToCapsule(const Capsule& a, const Capsule& b, const Pose& X_AB);
 
-// The squared distance of a box to a point on a segment is a convex, piecewise quadratic function
-// of the point's place: its least value is found by its pieces. Overlap by separating axes.
+// The distance of a box and a capsule. The squared distance of the box to a point of the segment is
+// a convex, piecewise quadratic function of the point's position, whose minimum is found piece by
+// piece. Overlap is measured along separating axes.
 PairDistance BoxToCapsule(const Box& a, const Capsule& b, const Pose& X_AB);
 
-// The least overlap over the 15 axes that can part two boxes (Gottschalk 1996): the least
-// translation where they overlap. Where they do not, only a lower bound of their distance, and no
-// witness points.
+// The least overlap over the 15 axes that can separate two boxes (Gottschalk 1996): the least
+// translation if they overlap. If they do not, -depth_m is only a lower bound of their distance.
 struct BoxOverlap {
-  double depth_m;  // negative when an axis parts them
+  double depth_m;  // negative if an axis separates them
   Vector3 normal;  // unit, from A to B, in the frame of A
 };
 BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB);
-// Whether its depth is positive: the first axis that parts the boxes ends the search.
+// True if that depth is positive. The first separating axis ends the search.
 bool BoxesOverlap(const Box& a, const Box& b, const Pose& X_AB);
 
-// Cylinders, cones and capsules of which the axes are parallel: their difference is a solid of
-// revolution again, with the sum of their profiles. Precondition: AxesAreParallel(X_AB).
+// The distance of cylinders, cones and capsules with parallel axes: their Minkowski difference is
+// again a solid of revolution, with the sum of their profiles. Precondition: AxesAreParallel(X_AB).
 bool AxesAreParallel(const Pose& X_AB);
 PairDistance CoaxialRevolved(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB);
 bool IsRevolved(const ConvexCore& core);
 
-// Takes an answer for the cores to the shapes around them.
+// Converts an answer for the cores to one for the shapes, whose balls have the given radii.
 PairDistance WithRadii(const PairDistance& cores, double radius_a_m, double radius_b_m);
 
 }  // namespace cwm::collision

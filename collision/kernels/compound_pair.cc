@@ -51,7 +51,7 @@ std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const Exa
   const GjkAnswer told = GjkDistance(difference);
   if (told.outcome != GjkOutcome::kSeparated) return std::nullopt;
   const double radii_m = around_a.core.radius_m + around_b.core.radius_m;
-  // Hulls contain their meshes but for roundings of the extent.
+  // Hulls contain their meshes up to roundings of the extent.
   const double rounding_m = kTouchingShare * (around_a.core.extent_m + around_b.core.extent_m);
   const double bound_m = told.distance_m - told.bound_m - radii_m - rounding_m;
   return bound_m > 0 ? std::optional(bound_m) : std::nullopt;
@@ -59,9 +59,9 @@ std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const Exa
 
 namespace {
 
-// Of a mesh the corner that is lowest in the frame of a half-space, if it is no higher than
-// `max_height_m`: by the boxes of its tree, of which most are higher than what is known by then. The
-// first corner that is found below `enough_m` ends the search.
+// The lowest corner of a mesh in the frame of a half-space; empty if it is higher than
+// `max_height_m`. Most boxes of the tree are skipped, since they lie above the lowest corner found
+// so far. The first corner below `enough_m` ends the search.
 struct HeightLimits {
   double max_height_m, enough_m;
 };
@@ -73,7 +73,7 @@ std::optional<Vector3> LowestCorner(const TriangleTree& tree, const Pose& X_AB,
     const Aabb& box = tree.nodes()[static_cast<std::size_t>(node)].bounds;
     return X_AB.translation().z() + up_B.dot(box.center()) - 0.5 * reach_B.dot(box.sizes());
   };
-  // Bounds are told with a few roundings of the largest number in them.
+  // Rounding error of the bounds: a few roundings of the largest number in them.
   const double largest_m =
       X_AB.translation().norm() + tree.bounds().min().norm() + tree.bounds().max().norm();
   const double rounding_m = 8 * std::numeric_limits<double>::epsilon() * largest_m;
@@ -104,7 +104,7 @@ std::optional<Vector3> LowestCorner(const TriangleTree& tree, const Pose& X_AB,
     Entry left{entry.node + 1, lower_bound_m(entry.node + 1)};
     Entry right{node.right, lower_bound_m(node.right)};
     if (left.bound_m < right.bound_m) std::swap(left, right);
-    stack[size++] = left;  // the lower one comes off first
+    stack[size++] = left;  // the lower one is popped first
     stack[size++] = right;
   }
   return lowest;
@@ -144,7 +144,8 @@ struct PiecePair {
   std::size_t a = 0, b = 0;
 };
 
-// The pair whose bounds are nearest to each other: its answer rules out most of the others.
+// The pair of pieces whose bounds are nearest to each other. Its distance rules out most other
+// pairs.
 PiecePair LikelyNearest(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         WorkCounter* work) {
   PiecePair nearest;

@@ -10,37 +10,37 @@
 
 namespace cwm::collision {
 
-// How far a search looks, and who may end it: see ExactDistance.
+// The range of a search and the counter that may end it: see ExactDistance.
 struct SearchLimits {
   double max_distance_m = std::numeric_limits<double>::infinity();
   WorkCounter* work = nullptr;
 };
 
-// A half-space as A and anything bounded as B, in the frame of A. Exact, also as the least
+// The distance of a half-space A and any bounded B, in the frame of A. Exact, also as the least
 // translation; kSurfaceOnly for an open mesh.
 PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB, const SearchLimits& limits);
 
-// Both made of convex pieces, at least one of several, in the frame of A. Exact when separated;
-// else the depth of the deepest pair of pieces: at most the least translation, and kBounded by the
-// depth of the convex hulls, which is at least that.
+// The distance of two solids made of convex pieces, in the frame of A. Exact if separated; else the
+// depth of the deepest pair of pieces, which is at most the least translation. kBounded by the
+// depth of the convex hulls, which is at least that translation.
 PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                             const SearchLimits& limits);
 
-// A mesh as A and convex pieces as B, in the frame of A.
+// The distance of a mesh A and a solid B made of convex pieces, in the frame of A.
 PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                           const SearchLimits& limits);
 
-// Two meshes, in the frame of A.
+// The distance of two meshes, in the frame of A.
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         const SearchLimits& limits);
 
-// Of anything bounded, in the frame of A: what convex solids around the two are apart, nothing where they
-// meet. The hull of a mesh that has one, else its box.
+// The distance of convex solids around two bounded shapes; empty if these solids meet. The solid
+// around a mesh is its hull, or its box if it has no hull.
 std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const ExactGeometry& b,
                                                const Pose& X_AB);
 
-// Whether the distance of the pair, as told by the function of the same two, is negative: the first
-// parts that overlap end the search.
+// True if the distance of the pair, as returned by the corresponding function above, is negative.
+// The first parts that overlap end the search.
 bool HalfSpaceMeetsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work);
 bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                       WorkCounter* work);
@@ -49,13 +49,14 @@ bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose&
 bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work);
 
-// A point inside of two closed meshes whose triangles touch, in the frame of A: see flush_overlap.h.
+// A point inside two closed meshes whose triangles touch, in the frame of A (see flush_overlap.h).
+// Empty if there is none or a mesh is open.
 std::optional<Vector3> PointInTouching(const ExactGeometry& a, const ExactGeometry& b,
                                        const Pose& X_AB, WorkCounter* work);
 
-// Labels a penetrating answer of parts whose depth is at most the true one: kBounded by the depth
-// of the convex enclosures, kExact where that leaves nothing open; kSurfaceOnly with an open mesh,
-// with the same bound.
+// Sets trust and bound of a penetrating answer that was found for parts, so that its depth is at
+// most the true one: kBounded by the depth of the convex enclosures, kExact if that leaves nothing
+// open, kSurfaceOnly with the same bound for an open mesh.
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,
                             const ExactGeometry& b, const Pose& X_AB);
 

@@ -13,14 +13,15 @@
 namespace cwm::collision {
 namespace {
 
-// Of the polygon in a disc: 97 % of its area.
+// chosen: corners of the polygon inscribed in a disc, which covers 97 % of its area.
 constexpr int kDiscCorners = 16;
 
-// Shorter than this, the share of a direction that is across an axis is rounding and points nowhere.
+// If the component of a unit direction across an axis is shorter than this, it is only rounding and
+// has no direction.
 constexpr double kNoDirection = 1e-9;
 
-// Corners of a hull that lie nearer to a plane, as a share of the extent, are on it: four roundings
-// of the single precision in which hulls are sent.
+// Share of the extent within which corners of a hull count as lying on a plane. derived: four
+// roundings of the single precision in which clients send hulls.
 constexpr double kCoplanarShare = 2.5e-7;
 
 ContactFeature Point(const Vector3& p) {
@@ -37,7 +38,7 @@ ContactFeature Line(const Vector3& p, const Vector3& q) {
 }
 
 ContactFeature FeatureOf(const Box& box, const Vector3& d) {
-  // Always from the same corner: what comes of it turns with the box.
+  // The start is always the same corner of the box, so that the feature rotates with the box.
   Vector3 corner = 0.5 * box.size_m;
   std::array<int, 3> free = {};
   int count = 0;
@@ -65,7 +66,8 @@ ContactFeature FeatureOf(const Box& box, const Vector3& d) {
   return feature;
 }
 
-// On z = z_m, facing as `d` does. Its deepest corner is one of the polygon's where one is deepest.
+// The disc at z = z_m, facing to the side of `d`, as a polygon. One of its corners lies in the
+// direction of d, so that the deepest point of a tilted disc is a corner of the polygon.
 ContactFeature Disc(double radius_m, double z_m, const Vector3& d) {
   ContactFeature disc;
   const double begin = d.head<2>().norm() > kNoDirection ? std::atan2(d.y(), d.x()) : 0;
@@ -84,7 +86,7 @@ ContactFeature FeatureOf(const Cone& cone, const Vector3& d) {
   const bool is_cap = (foremost.z() > 0) == (d.z() > 0);
   if (radial <= kMostLean && is_cap && cap_m > 0) return Disc(cap_m, foremost.z(), d);
   if (radial <= kNoDirection) return Point(foremost);
-  // Of the side: outward, as radial and axial shares.
+  // The outward normal of the side, as (radial, axial).
   const Vector2 side =
       Vector2(cone.length_m, cone.radius_bottom_m - cone.radius_top_m).normalized();
   const double sine = radial * side.y() - d.z() * side.x();
@@ -110,7 +112,7 @@ ContactFeature CapsuleFeature(double half_length_m, double radius_m, const Vecto
   return Line(off - Vector3(0, 0, half_length_m), off + Vector3(0, 0, half_length_m));
 }
 
-// The polygon itself, or corners of it that lie far apart.
+// The polygon itself, or if it has too many corners, those farthest in kMostCorners directions.
 Polygon Thinned(const Polygon& polygon) {
   if (polygon.size() <= ContactFeature::kMostCorners) return polygon;
   Polygon thinned;
@@ -129,7 +131,8 @@ Polygon Thinned(const Polygon& polygon) {
   return thinned;
 }
 
-// A piece of a plate: the corners of a polygon at z = 0, counter-clockwise, then those below.
+// The foremost feature of a plate's piece. `vertices` are the corners of a polygon at z = 0,
+// counter-clockwise, followed by those at the bottom.
 ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d) {
   const std::size_t sides = vertices.size() / 2;
   const std::span<const Vector3> rim = vertices.subspan(d.z() > 0 ? 0 : sides, sides);
@@ -173,7 +176,7 @@ ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d)
   return is_upright ? Line(rim[foremost], other[foremost]) : Point(rim[foremost]);
 }
 
-// The face of a hull in the plane of a triangle, facing along its normal.
+// The face of a hull that lies in the plane through `on_face` with the given normal.
 ContactFeature HullFace(const TriangleMesh& hull, const Vector3& on_face, const Vector3& normal,
                         double tolerance_m) {
   const Matrix3 R = BasisFromZ(normal);
@@ -191,7 +194,8 @@ ContactFeature HullFace(const TriangleMesh& hull, const Vector3& on_face, const 
   return face;
 }
 
-// Of the faces and edges at the foremost corner, the face that leans least, else the edge.
+// The foremost feature of a hull: among the faces and edges at the foremost corner the face that
+// leans least, else the edge that leans least, else the corner.
 ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vector3& d) {
   std::uint32_t foremost = 0;
   for (std::uint32_t i = 1; i < hull.vertices.size(); ++i) {
@@ -199,7 +203,7 @@ ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vect
   }
   const Vector3& corner = hull.vertices[foremost];
   Vector3 face_normal = Vector3::Zero();
-  double steepest = -1;  // of the edges' rises, none of which is above 0
+  double steepest = -1;  // largest rise of an edge along d, per length; never above 0
   Vector3 end = corner;
   for (const auto& triangle : hull.triangles) {
     if (std::find(triangle.begin(), triangle.end(), foremost) == triangle.end()) continue;
@@ -243,7 +247,7 @@ std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, A
                                               const Vector3& d) {
   const auto& c = triangle.corners;
   const auto sure = SureNormal(c[0], c[1], c[2]);
-  if (!sure) return std::nullopt;  // a needle: those at its sides tell
+  if (!sure) return std::nullopt;  // a needle: its neighbours have the same features
   const double along = sure->dot(d);
   if (along < 0 && air == AirSide::kOfNormal) return std::nullopt;
   if (sure->cross(d).norm() <= kMostLean) {

@@ -15,20 +15,23 @@
 namespace cwm::collision {
 namespace {
 
-// Shares of how far the smaller feature reaches. Borders that rounding has put apart still meet:
+// Share of the smaller feature's extent within which borders still meet, although rounding has
+// moved them apart.
 constexpr double kBorderShare = 1e-9;
-// and what lies nearer than this to a contact, or to the line of two, adds nothing to them.
+// Share of the smaller feature's extent. A corner nearer than this to a contact, or to the line of
+// two contacts, is left out.
 constexpr double kSameShare = 1e-6;
-// Of two numbers that differ by less, rounding must not choose: the first is taken.
+// Relative difference below which two values count as equal and the first is taken, so that
+// rounding does not choose.
 constexpr double kTieShare = 1e-9;
-// Pairs of triangles that are looked at, some 0.2 us each, and places of theirs before those within
-// the others are dropped.
+// Largest number of triangle pairs that are tested, at some 0.2 us each, and number of spots at
+// which inner ones are dropped.
 constexpr int kMostFacetPairs = 65'536;
 constexpr std::size_t kMostSpots = 4'096;
-// A point of a plate's piece that is deeper in the plate is on a cut between pieces.
+// A point of a plate's piece that is deeper than this in the plate lies on a cut between pieces.
 constexpr double kOnSurface_m = 1e-7;
 
-// A place on the plane across the normal, and how high the two surfaces are over it.
+// A point of the plane across the normal, and the heights of both surfaces over it.
 struct Spot {
   Vector2 xy;
   double of_a_m = 0, of_b_m = 0;
@@ -39,10 +42,11 @@ using Corners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kM
 
 double Cross(const Vector2& u, const Vector2& v) { return u.x() * v.y() - u.y() * v.x(); }
 
-// A foremost feature in frame P: its origin is the deepest contact, its z the normal.
+// A foremost feature in frame P, whose origin is the deepest contact and whose z axis is the
+// normal.
 class Foreground {
  public:
-  // Of a half-space: the plane z = height_m.
+  // The surface of a half-space: the plane z = height_m.
   explicit Foreground(double height_m) : height_m_(height_m) {}
 
   Foreground(const ContactFeature& feature, const Pose& X_PS)
@@ -75,13 +79,13 @@ class Foreground {
  private:
   ContactFeature feature_;
   Vector3 normal_ = Vector3::UnitZ();
-  Corners shadow_;  // none: endless
+  Corners shadow_;  // projection onto the plane; empty for a half-space
   double height_m_ = 0;
   double reach_m_ = 0;
 };
 
-// What of a line or convex polygon lies on the left of one through two points (Sutherland and
-// Hodgman 1974).
+// The part of a segment or convex polygon on the left of the line through two points (Sutherland
+// and Hodgman 1974).
 Corners LeftOf(const Vector2& from, const Vector2& to, const Corners& subject, double border_m) {
   const Vector2 along = (to - from).normalized();
   Corners kept;
@@ -109,7 +113,7 @@ Corners Within(const Corners& polygon, Corners subject, double border_m) {
   return subject;
 }
 
-// What two lines have in common that lie on each other; of others, one place at most.
+// The intersection of two collinear segments; empty for others.
 Corners CommonLine(const Corners& a, const Corners& b, double border_m) {
   const Vector2 along = (a[1] - a[0]).normalized();
   const auto at = [&](const Vector2& p) { return along.dot(p - a[0]); };
@@ -120,7 +124,7 @@ Corners CommonLine(const Corners& a, const Corners& b, double border_m) {
   return {a[0] + begin * along, a[0] + end * along};
 }
 
-// A point that a face is opposite to.
+// The point if a face lies opposite to it, else empty.
 Corners OnFace(const Foreground& point, const Foreground& face) {
   if (face.IsEndless()) return point.shadow();
   if (face.IsPoint() || face.IsLine()) return {};
@@ -142,8 +146,8 @@ Corners Common(const Foreground& a, const Foreground& b) {
   return Within(larger.shadow(), smaller.shadow(), border_m);
 }
 
-// The index with the largest value, the first of those that a rounding could exchange; the count of
-// `spots` where none is above `least`.
+// The index of the spot with the largest value, the first if rounding could exchange several; the
+// number of spots if no value is above `least`.
 template <class Value>
 std::size_t FirstLargest(const Spots& spots, double least, const Value& value) {
   std::size_t best = spots.size();
@@ -157,7 +161,7 @@ std::size_t FirstLargest(const Spots& spots, double least, const Value& value) {
   return best;
 }
 
-// As the header says: the deepest, the farthest from it, and one to either side.
+// The spots that ExactContacts returns: the deepest, the farthest from it, and one to either side.
 absl::InlinedVector<Spot, kMostPatchPoints> Spanning(const Spots& spots, double same_m) {
   absl::InlinedVector<Spot, kMostPatchPoints> chosen;
   const double least =
@@ -211,7 +215,7 @@ class PatchSearch {
     }
     if (spots_.empty()) return;
     const double same_m = kSameShare * reach_m_;
-    if (HasMesh()) {  // of places one above the other, the deeper one comes first
+    if (HasMesh()) {  // so that the deeper of two spots one above the other comes first
       DropInner();
       std::stable_sort(spots_.begin(), spots_.end(),
                        [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
@@ -221,7 +225,7 @@ class PatchSearch {
                      [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
     for (const Spot& spot : chosen) {
       if (contacts.size() >= most) return;
-      if (spot.xy.norm() > same_m) contacts.push_back(ContactAt(spot));  // else the first one
+      if (spot.xy.norm() > same_m) contacts.push_back(ContactAt(spot));  // else the first contact
     }
   }
 
@@ -230,11 +234,11 @@ class PatchSearch {
   static std::size_t PieceCount(const ExactGeometry& g) {
     return IsEndless(g) ? 1 : g.pieces().size();
   }
-  // A solid and where it is.
+  // A solid and its pose in frame P.
   struct Side {
     const ExactGeometry& geometry;
     const Pose& X_PS;
-    double facing;  // along the normal
+    double facing;  // 1 if it faces along the normal (A), -1 against it (B)
   };
 
   static Foreground Foremost(const Side& side, std::size_t piece) {
@@ -246,20 +250,21 @@ class PatchSearch {
   static AirSide AirSideOf(const ExactGeometry& mesh) {
     return mesh.IsOpen() ? AirSide::kBoth : AirSide::kOfNormal;
   }
-  // Half the extent of a mesh: single corners have none of their own.
+  // Half the extent of a mesh, used instead of its features' extents, since single corners have
+  // none.
   static double ReachOf(const ExactGeometry& g) {
     return g.tree() != nullptr ? g.tree()->nodes().front().radius_m
                                : std::numeric_limits<double>::infinity();
   }
   bool HasMesh() const { return std::isfinite(mesh_reach_m_); }
 
-  // Calls visit(foreground, bounds) for the triangles of the side that are near to a box and face the
-  // other side; both boxes in the frame of the side. Ends with what the visit returns.
+  // Calls visit(foreground, bounds) for the triangles of the side that are near a box and face the
+  // other side. Both boxes are in the frame of the side. Ends as soon as visit returns false.
   template <class Visit>
   void ForEachFacet(const Side& side, const Aabb& near, const Visit& visit) {
     const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
     const AirSide air = AirSideOf(side.geometry);
-    // What overlaps lies behind the other surface.
+    // In an overlap, features lie behind the other surface by up to the depth.
     const double reach_m = std::max({max_distance_m_, -deepest_.distance_m, 0.0});
     side.geometry.tree()->ForEachNear(
         near, reach_m,
@@ -307,16 +312,17 @@ class PatchSearch {
     }
   }
 
-  // Once ended it asks no more.
+  // True once the work must end; `work_` is not asked again then.
   bool MustEndNow(std::size_t steps) { return has_ended_ = has_ended_ || MustEnd(work_, steps); }
 
-  // Keeps those that are outermost in some direction, and the deepest, which comes last where others
-  // are as deep.
+  // Keeps only the spots that are outermost in one of 32 directions, and the deepest, in their
+  // order. The deepest goes last if it is not one of the outermost.
   void DropInner() {
     constexpr int kDirections = 32;
     std::array<std::size_t, kDirections + 1> kept = {};
     for (std::size_t k = 0; k < kept.size(); ++k) {
-      // Not across borders that lie along the axes, of which any place would be outermost.
+      // The offset avoids directions across borders parallel to the axes, on which every spot would
+      // be outermost.
       const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + 0.37) / kDirections;
       const Vector2 out(std::cos(angle), std::sin(angle));
       const auto rank = [&](const Spot& s) { return k < kDirections ? out.dot(s.xy) : -s.gap_m(); };
@@ -333,7 +339,8 @@ class PatchSearch {
     spots_ = std::move(rest);
   }
 
-  // Features of hulls are dear, and a hull is one piece: the solid of fewer pieces is looked at once.
+  // Features of hulls are expensive, and a hull is one piece, so the outer loop runs over the solid
+  // with fewer pieces.
   void GatherAll() {
     const Side a{a_, X_PA_, 1}, b{b_, X_PB_, -1};
     const bool a_is_outer = PieceCount(a_) <= PieceCount(b_);
@@ -363,19 +370,20 @@ class PatchSearch {
     const double reach_m = HasMesh() ? mesh_reach_m_ : std::min(of_a.reach_m(), of_b.reach_m());
     for (const Vector2& xy : Common(of_a, of_b)) {
       Spot spot{xy, of_a.HeightAt(xy), of_b.HeightAt(xy)};
-      // Pieces that overlap more have another normal.
+      // A larger overlap than the deepest contact belongs to pieces with another normal.
       const double excess_m = spot.gap_m() - deepest_.distance_m;
       if (!(spot.gap_m() < max_distance_m_) || excess_m < -kSameShare * reach_m) continue;
       if (!IsOnSurface(a_, X_PA_, spot, spot.of_a_m)) continue;
       if (!IsOnSurface(b_, X_PB_, spot, spot.of_b_m)) continue;
-      // Equal but for rounding is equal.
+      // A distance that differs from the deepest by rounding only is made equal to it.
       if (excess_m < kBorderShare * reach_m) spot.of_b_m = spot.of_a_m + deepest_.distance_m;
       spots_.push_back(spot);
       reach_m_ = std::max(reach_m_, reach_m);
     }
   }
 
-  // Sides of a plate's pieces may be cuts through the plate; its top and bottom are not.
+  // False if the point lies on a cut between pieces of a plate. Only the sides of pieces may be
+  // cuts, not their top and bottom.
   static bool IsOnSurface(const ExactGeometry& g, const Pose& X_PS, const Spot& spot, double z_m) {
     if (g.pieces().size() <= 1) return true;
     if (X_PS.linear().row(2).head<2>().norm() <= kMostLean) return true;
@@ -399,7 +407,7 @@ class PatchSearch {
   const double max_distance_m_;
   WorkCounter* const work_;
   const PairDistance deepest_;
-  const double mesh_reach_m_;  // of the smaller mesh; infinite where there is none
+  const double mesh_reach_m_;  // half the extent of the smaller mesh; infinite without a mesh
   Spots spots_;
   double reach_m_ = 0;
   bool has_ended_ = false;
@@ -414,7 +422,7 @@ bool HasFeatures(const ExactGeometry& a, const ExactGeometry& b) {
 void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimits& limits,
                    std::vector<PairDistance>& contacts) {
   if (limits.max_count < 1) return;
-  // Of what overlaps the depth is known only where the search is not ended by it.
+  // A negative limit would end the search before the depth of an overlap is known.
   const PairDistance deepest =
       ExactDistance(a, b, std::max(0.0, limits.max_distance_m), limits.work);
   if (!(deepest.distance_m < limits.max_distance_m)) return;

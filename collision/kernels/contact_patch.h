@@ -1,4 +1,4 @@
-// Where two solids touch that touch in more than one point.
+// Contact patches: several contact points of two solids that touch along an edge or a face.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace cwm::collision {
 
-// Points of a patch beside the deepest one: what is plane between two faces hangs on its corners, and
-// four tell nearly all of its area.
+// chosen: points of a patch besides the deepest one. The contact of two faces is defined by its
+// corners, and four of them span nearly all of its area.
 inline constexpr int kMostPatchPoints = 4;
 
 struct ContactLimits {
@@ -17,18 +17,19 @@ struct ContactLimits {
   WorkCounter* work = nullptr;  // see ExactDistance
 };
 
-// Contacts of A and B in frame F with distance_m < max_distance_m, at most max_count, appended to
-// `contacts`. The first is ExactDistance's answer. Where faces or edges are foremost along its normal
-// (contact_feature.h) the further ones are corners of what their shadows on the plane across it have
-// in common: the deepest, the one farthest from that, and one to either side of their line; those
-// that lie where another contact does are left out. They have the first one's normal and trust, and
-// points on both surfaces that lie on a line along it; their distance is the signed one along that
-// line, never less than the first, which they follow deepest first.
+// Appends at most max_count contacts of A and B with distance_m < max_distance_m to `contacts`, in
+// frame F. The first is the answer of ExactDistance. If faces or edges are foremost along its
+// normal (contact_feature.h), the further contacts are corners of the intersection of their
+// projections onto the plane across the normal: the deepest corner, the one farthest from that, and
+// one to either side of the line between them. Corners at the position of another contact are left
+// out. Further contacts have the normal and the trust of the first one, and points on both surfaces
+// that lie on a line along the normal. Their distance is the signed one along that line, never less
+// than the first, and they are ordered deepest first.
 //
-// Of a mesh each triangle has a feature of its own, single corners among them: legs of a table stand on
-// these. The further ones span all of them whose distance along the normal is below max_distance_m and
-// no less than the first, of the first 65536 pairs that lie near each other. Of two half-spaces the first
-// alone is told.
+// In a mesh each triangle has its own feature, which may be a single corner (the legs of a table
+// stand on these). The further contacts span the features of the first 65536 pairs of near
+// triangles whose distance along the normal is below max_distance_m and not less than the first.
+// Two half-spaces have only the first contact.
 void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimits& limits,
                    std::vector<PairDistance>& contacts);
 

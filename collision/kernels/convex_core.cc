@@ -35,7 +35,7 @@ struct CoreOfShape {
 ConvexCore CoreOf(const Shape& shape) { return std::visit(CoreOfShape{}, shape); }
 
 ConvexCore CoreOf(std::span<const Vector3> vertices) {
-  // The mean of the corners lies inside.
+  // The mean of the corners lies inside the hull.
   Vector3 centre = Vector3::Zero();
   for (const Vector3& v : vertices) centre += v / static_cast<double>(vertices.size());
   double extent_squared = 0;

@@ -1,6 +1,5 @@
-// Every bounded convex shape is a core with a ball of some radius rolled around it. Distances of
-// the cores less the radii are distances of the shapes, separated or not, so that GJK and EPA only
-// ever see cores.
+// Every bounded convex shape is the Minkowski sum of a core and a ball. The distance of two shapes
+// is that of their cores minus the radii, separated or not, so GJK and EPA only handle cores.
 #pragma once
 
 #include <algorithm>
@@ -18,19 +17,20 @@ struct PointCore {};  // the origin
 struct SegmentCore {  // on z, centred
   double half_length_m = 0;
 };
-struct VertexCore {  // the hull of at least one vertex; owned by somebody who lives longer
+struct VertexCore {  // the hull of at least one vertex; the owner must outlive it
   std::span<const Vector3> vertices;
-  const VertexLanes* lanes = nullptr;  // of the same vertices, where they are many
+  const VertexLanes* lanes = nullptr;  // the same vertices, if they are many
 };
 
 struct ConvexCore {
   std::variant<PointCore, SegmentCore, VertexCore, Box, Cylinder, Cone> core;
   double radius_m = 0;
-  Vector3 centre = Vector3::Zero();  // some point inside of the core
+  Vector3 centre = Vector3::Zero();  // a point inside the core
   double extent_m = 0;               // no point of the core is farther from `centre`
 };
 
-// Precondition: IsConvex(kind) and not a half-space. Refers to the vertices of a hull.
+// The core of a shape. Precondition: IsConvex(kind) and not a half-space. Refers to the vertices of
+// a hull.
 ConvexCore CoreOf(const Shape& shape);
 ConvexCore CoreOf(std::span<const Vector3> vertices);
 
@@ -56,7 +56,8 @@ inline Vector3 SupportPoint(const ConvexCore& shape, const Vector3& d) {
   }
 }
 
-// The point of a core that is nearest to `p`, where a clamp tells it: else some point of it.
+// The point of a core nearest to `p`, if clamping coordinates finds it (box, segment, cylinder);
+// else the core's centre.
 inline Vector3 ClampedTo(const ConvexCore& shape, const Vector3& p) {
   if (const auto* box = std::get_if<Box>(&shape.core)) {
     const Vector3 half = 0.5 * box->size_m;
@@ -73,8 +74,8 @@ inline Vector3 ClampedTo(const ConvexCore& shape, const Vector3& p) {
   return shape.centre;
 }
 
-// Two cores in the frame of A, as their difference D = A - B sees them: D contains the origin
-// exactly when the cores meet, and its point nearest to the origin tells their distance.
+// The Minkowski difference D = A - B of two cores in the frame of A. D contains the origin exactly
+// if the cores meet; else its point nearest to the origin gives their distance.
 class CoreDifference {
  public:
   CoreDifference(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB)
@@ -92,18 +93,18 @@ class CoreDifference {
     return {a - b, a};
   }
 
-  // D after B has moved by `offset`, in the frame of A.
+  // D after moving B by `offset`, in the frame of A.
   CoreDifference Moved(const Vector3& offset) const {
     CoreDifference moved = *this;
     moved.p_AB_ += offset;
     return moved;
   }
 
-  // From inside of B to inside of A.
+  // The vector from a point inside B to a point inside A.
   Vector3 CentreOffset() const { return a_.centre - (R_AB_ * b_.centre + p_AB_); }
 
-  // From a point of B to one of A: of those that a clamp finds, the nearest. Nothing but where to
-  // begin, and zero where the one lies in the other.
+  // The vector from a point of B to a point of A that ClampedTo finds near each other. Only a start
+  // for searches; zero if that point of B lies in A.
   Vector3 NearOffset() const;
 
   // No point of D is farther from CentreOffset().

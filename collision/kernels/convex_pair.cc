@@ -24,7 +24,8 @@ PairDistance Penetrating(const CoreDifference& difference) {
   return answer;
 }
 
-// Of separated cores. Round ones of very different sizes can leave more open than kExact promises.
+// The answer for separated cores: kBounded if GJK left more open than kExact allows, as it may for
+// round cores of very different sizes.
 PairDistance Separated(const GjkAnswer& gjk) {
   PairDistance answer{gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
   if (gjk.bound_m > kExactTolerance_m) {
@@ -34,29 +35,29 @@ PairDistance Separated(const GjkAnswer& gjk) {
   return answer;
 }
 
-// Rounding grows with the larger shape, and the nearest point of a box lies in the part of it that
-// is next to the other shape: clamping the coordinates of a point gives its nearest in the box, so
-// a box of the clamped bounds of B is as far from B as all of A. Nothing for a box that is not much
-// larger than B.
+// The part of box A near B, which is as far from B as all of A but causes less rounding, since
+// rounding grows with the larger shape. Clamping the coordinates of a point gives its nearest point
+// in the box, so the part spanned by the clamped bounds of B is enough. Empty if A is not a box
+// much larger than B.
 struct BoxPart {
   ConvexCore core;
   Vector3 centre;  // in the frame of A
 };
 std::optional<BoxPart> PartNextTo(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
-  constexpr double kMuchLarger = 8;  // below, a part saves less than a digit
+  constexpr double kMuchLarger = 8;  // chosen: at smaller ratios a part saves less than a digit
   const auto* box = std::get_if<Box>(&a.core);
   if (box == nullptr || a.extent_m <= kMuchLarger * b.extent_m || b.extent_m == 0) {
     return std::nullopt;
   }
   const Vector3 half = 0.5 * box->size_m;
-  // Its ball is enough of a bound, and twice that keeps the part from being flat.
+  // The ball around B is a sufficient bound; twice its radius keeps the part from being flat.
   const Vector3 centre = X_AB * b.centre, reach = Vector3::Constant(2 * b.extent_m);
   const Vector3 low = (centre - reach).cwiseMax(-half).cwiseMin(half - reach.cwiseMin(half));
   const Vector3 high = (centre + reach).cwiseMin(half).cwiseMax(reach.cwiseMin(half) - half);
   return BoxPart{CoreOf(Shape(Box{high - low})), 0.5 * (low + high)};
 }
 
-// GJK on what matters of each core. Whether cores overlap is told by all of them.
+// GJK on the part of each core that matters. If the parts touch, GJK on the whole cores decides.
 GjkAnswer LocalGjkDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                            double max_distance_m) {
   const CoreDifference difference(a, b, X_AB);
@@ -86,7 +87,7 @@ SurfacePoint NearestOnCore(const ConvexCore& shape, const Vector3& p) {
   return NearestSurfacePoint(Capsule{0, segment != nullptr ? 2 * segment->half_length_m : 0}, p);
 }
 
-// A point as B: the nearest point of A's surface tells all.
+// The distance of core A and a point B, by the point of A's surface nearest to B.
 PairDistance CoreToPoint(const ConvexCore& a, const Vector3& p) {
   const SurfacePoint at = NearestOnCore(a, p);
   return {at.signed_distance_m, p - at.signed_distance_m * at.normal, p, at.normal};
@@ -95,7 +96,7 @@ PairDistance CoreToPoint(const ConvexCore& a, const Vector3& p) {
 bool IsPoint(const ConvexCore& shape) { return std::holds_alternative<PointCore>(shape.core); }
 bool HasVertices(const ConvexCore& s) { return std::holds_alternative<VertexCore>(s.core); }
 
-// A point or a segment with anything that has a formula, or axes that are parallel. Boxes apart.
+// True if ConvexDistance has a formula for the pair. Two boxes are handled separately.
 bool HasClosedForm(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
   const auto is_segment = [](const ConvexCore& s) {
     return std::holds_alternative<SegmentCore>(s.core);

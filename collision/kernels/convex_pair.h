@@ -8,27 +8,27 @@
 
 namespace cwm::collision {
 
-// In the frame of A. Separated: exact. Overlapping: the least translation; kBounded with its bound
-// where the search ran out of work before the bound fell to 1e-7 m. `max_distance_m` as in
-// ExactDistance.
+// The signed distance, in the frame of A; minus the length of the least translation if they
+// overlap. kExact, or kBounded if the search ended before its bound fell to 1e-7 m. See
+// ExactDistance for `max_distance_m`.
 PairDistance ConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                             double max_distance_m = std::numeric_limits<double>::infinity());
 
-// Whether the distance is negative, which is sooner told.
+// True if the distance is negative, which is faster to find than the distance.
 bool ConvexOverlap(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB);
 
-// As ConvexDistance, by GJK and EPA alone, whatever closed form the pair has.
+// The same as ConvexDistance, by GJK and EPA alone, even if the pair has a closed form.
 PairDistance IterativeConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                                      double max_distance_m);
 
 // Exchanges the roles of A and B; the frame stays.
 PairDistance Swapped(const PairDistance& answer);
 
-// Expresses an answer in frame F, given in frame A.
+// Transforms an answer from frame A to frame F.
 PairDistance InFrame(const Pose& X_FA, const PairDistance& answer);
 
-// The answer that stands for "farther than asked": no witness points.
+// The answer for a pair that is farther apart than the limit, without witness points.
 PairDistance BeyondLimit(double lower_bound_m);
-PairDistance JustBeyond(double max_distance_m);  // where no better bound is known than the limit
+PairDistance JustBeyond(double max_distance_m);  // if no better lower bound than the limit is known
 
 }  // namespace cwm::collision

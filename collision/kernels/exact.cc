@@ -12,7 +12,7 @@
 namespace cwm::collision {
 namespace {
 
-// Kinds of kernels, in the order in which they take the role of A.
+// The families of kernels, in the order in which a shape takes the role of A.
 enum class Family { kHalfSpace, kMesh, kPieces };
 
 Family FamilyOf(const ExactGeometry& geometry) {
@@ -20,12 +20,13 @@ Family FamilyOf(const ExactGeometry& geometry) {
   return geometry.kind() == ShapeKind::kMesh ? Family::kMesh : Family::kPieces;
 }
 
-// Half-spaces of which the normals are nearer to opposite face each other: some tens of roundings of
-// products of poses, and over kLargestCoordinate_m their planes depart by 1e-8 m from parallel ones.
+// Sine of the largest angle between opposite normals at which two half-spaces count as facing each
+// other. derived: some tens of roundings of products of poses; over kLargestCoordinate_m their
+// planes deviate by 1e-8 m from parallel ones.
 constexpr double kFacingSine = 1e-14;
 
-// Two half-spaces that face each other part along their normals. Others overlap without end: no
-// translation between the coordinates of a world parts them.
+// Two half-spaces that face each other are separated along their normals. Others always overlap: no
+// translation within the coordinates of a world separates them.
 PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   const Vector3 normal_b = X_AB.linear().col(2), p = X_AB.translation();
   PairDistance answer{.distance_m = -kLargestCoordinate_m, .trust = Trust::kDegraded};
@@ -38,8 +39,8 @@ PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   return answer;
 }
 
-// The nearest point of a plate is exact for a separated sphere and never more than the least
-// translation for another one; exact again where the plate is convex.
+// The distance of a plate and a sphere, by the point of the plate nearest to the centre. Exact for
+// a separated sphere and for a convex plate; otherwise at most the least translation.
 PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
   const Vector3 centre = X_AB.translation();
   const SurfacePoint at = NearestSurfacePoint(std::get<Plate>(a.shape()), centre);
@@ -50,8 +51,8 @@ PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const
   return is_bound ? WithDepthBound(answer, a, b, X_AB) : answer;
 }
 
-// B in the frame of A. The offset is taken before it is turned: far from the origin of F a product
-// of poses would round both places first.
+// The pose of B in the frame of A. Translations are subtracted before they are rotated, since a
+// product of poses would first round both positions if they are far from the origin of F.
 Pose RelativePose(const Pose& X_FA, const Pose& X_FB) {
   const auto R_AF = X_FA.linear().transpose();
   Pose X_AB = Pose::Identity();
@@ -60,7 +61,7 @@ Pose RelativePose(const Pose& X_FA, const Pose& X_FB) {
   return X_AB;
 }
 
-// FamilyOf(a) <= FamilyOf(b); in the frame of A.
+// The distance in the frame of A. Precondition: FamilyOf(a) <= FamilyOf(b).
 PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                              const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
@@ -84,13 +85,13 @@ PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, con
   return PiecesToPieces(a, b, X_AB, limits);
 }
 
-// How far a ray runs before it can meet a bounded solid. From there on the hit is measured: formulas
-// lose the square of how far the origin is away in their roundings.
+// The distance that a ray surely runs before it can hit a bounded solid. The hit is measured from
+// there, since the rounding error of the formulas grows with the square of the origin's distance.
 double WayTo_m(const ExactGeometry& shape, const Ray& ray_S) {
   Aabb bounds = shape.tree() != nullptr ? shape.tree()->bounds() : Aabb();
   for (const Aabb& piece : shape.piece_bounds()) bounds.extend(piece);
   if (bounds.isEmpty()) return 0;
-  const double reach_m = bounds.sizes().norm();  // half of it, and room for rounding
+  const double reach_m = bounds.sizes().norm();  // half would do; the rest is a margin for rounding
   const double way_m = ray_S.direction.dot(bounds.center() - ray_S.origin) - reach_m;
   return std::clamp(way_m, 0.0, ray_S.max_distance_m);
 }

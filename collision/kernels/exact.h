@@ -1,6 +1,7 @@
-// Exact signed distances between pairs of solid shapes: closed forms where one exists, else GJK for
+// Exact signed distances between pairs of solid shapes: closed forms if one exists, else GJK for
 // the distance and an exact or iterative search for the least translation. Double precision,
-// deterministic, no allocation; thread safe (pure functions).
+// deterministic and thread safe. No allocation, except for pairs of meshes (hulls are built by the
+// first query, and contacts of flush surfaces are collected).
 #pragma once
 
 #include <limits>
@@ -13,10 +14,10 @@
 
 namespace cwm::collision {
 
-// A shape with what is computed once and used by every pair: convex pieces of a plate, the triangle
-// tree of a mesh. Immutable.
+// A shape with the data that is computed once and used by every pair: convex pieces of a plate, the
+// triangle tree of a mesh. Immutable.
 class ExactGeometry;
-// nullptr where `work` ended it: large meshes take seconds.
+// Prepares a shape; nullptr if `work` ended it. Large meshes take seconds.
 std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape, WorkCounter* work = nullptr);
 
 struct PlacedExact {
@@ -24,43 +25,45 @@ struct PlacedExact {
   const Pose& X_FS;
 };
 
-// Signed distance of A and B in frame F. When the distance is known to exceed `max_distance_m` the
-// search may stop: the distance returned is then some lower bound > max_distance_m and the
-// witnesses are not meaningful.
+// Signed distance of A and B in frame F. The search may stop once the distance is known to exceed
+// `max_distance_m`: the distance returned is then a lower bound > max_distance_m, and the witness
+// points are not meaningful.
 //
-// Separated pairs are kExact; kBounded where the search between round shapes of very different sizes
-// leaves more than 1e-7 m open: they are then no farther apart than told. Overlapping ones:
-// * two convex shapes, or a half-space and anything: the least translation that parts them, kExact;
-//   kBounded where the search with a cylinder or cone runs out of work with more than 1e-7 m open;
+// Separated pairs are kExact; kBounded if the search between round shapes of very different sizes
+// leaves more than 1e-7 m open (the true distance is then at most distance_m). Overlapping pairs:
+// * two convex shapes, or a half-space and anything: the least translation that separates them,
+//   kExact; kBounded if the search with a cylinder or cone runs out of work with more than 1e-7 m
+//   open;
 // * a plate of several convex pieces: the depth of the deepest pair of pieces. The least
 //   translation is at least that and at most the depth of the convex hulls: kBounded by the
-//   difference, kExact where there is none;
-// * a watertight mesh: penetrating, depth not known but for bounds. The answer is the largest depth
-//   among the first 64 overlapping pairs of triangles (or of a triangle and the convex shape), or
-//   of a point that lies inside; the least translation is at least that and at most the depth of
-//   the mesh's box: kBounded by the difference. Containment counts as penetration, either way
-//   round;
-// * an open mesh: kSurfaceOnly, the same without an inside; where it overlaps, with the same bound;
-// * two half-spaces: kExact where their normals are opposite, the layer that both fill. Others overlap
-//   without end: -kLargestCoordinate_m, since no translation within a world parts them, kDegraded,
-//   without meaningful witnesses.
+//   difference, kExact if there is none;
+// * a watertight mesh: the largest depth among the first 64 overlapping pairs of triangles (or of a
+//   triangle and the convex shape), or of a point that lies inside. The least translation is at
+//   least that and at most the depth of the mesh's box: kBounded by the difference. Containment
+//   counts as penetration, whichever solid contains the other;
+// * an open mesh: kSurfaceOnly, the same without an inside, and with the same bound if it overlaps;
+// * two half-spaces: if their normals are opposite, the thickness of the layer that both fill,
+//   kExact. Otherwise no translation separates them: -kLargestCoordinate_m and kDegraded, without
+//   meaningful witness points.
 //
-// Searches of several pieces or triangles tell `work` what they do and end when it says so: the
-// answer is void then.
+// Searches over several pieces or triangles count their work with `work` and end if it says so; the
+// answer is then void.
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity(),
                            WorkCounter* work = nullptr);
 
-// A distance that the pair is no nearer than, by convex solids around the two: for meshes and plates
-// some microseconds however many triangles they have. Nothing where these solids meet, where no such
-// solid is around one of them, or where the distance itself is told as soon.
+// A lower bound of the distance, by convex solids around meshes and plates: some microseconds for
+// any number of triangles, once the hulls of the meshes are built. Empty if these solids meet, if
+// one of the shapes is a half-space, or if both are convex, so that the distance itself is as
+// cheap.
 std::optional<double> ExactLowerBound_m(const PlacedExact& a, const PlacedExact& b);
 
-// Whether the signed distance is negative, told without measuring it. Exact for two half-spaces too.
+// True if the signed distance is negative, found without measuring it. Exact for two half-spaces
+// too.
 bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work = nullptr);
 
-// First hit of a ray with the surface of the solid, from outside or inside. Of a closed mesh that is the
-// surface of the union of its shells.
+// First hit of a ray with the surface of the solid, from outside or inside. The surface of a closed
+// mesh is that of the union of its shells.
 struct RayHit {
   double distance_m = 0;              // along the unit direction, >= 0
   Vector3 normal = Vector3::UnitZ();  // outward, unit, frame F

@@ -22,13 +22,13 @@ Aabb BoundsOf(const std::vector<Vector3>& points) {
   return bounds;
 }
 
-// A hull as its own corners span it. One that was sent is convex up to the rounding of single
-// precision only, and the planes of its narrow triangles would cut into it.
+// The shape, with a hull rebuilt from its corners: a hull from a client is convex only up to the
+// rounding of single precision, and the planes of its narrow triangles would cut into it.
 Shape Normalised(const Shape& shape, WorkCounter* work) {
   const auto* convex = std::get_if<Convex>(&shape);
   if (convex == nullptr) return shape;
   TriangleMesh hull = ConvexHull3(convex->hull->vertices, work);
-  if (hull.triangles.empty()) return shape;  // too flat: its corners stay, its planes are rounded
+  if (hull.triangles.empty()) return shape;  // too flat: kept with its rounded planes
   return Convex{std::make_shared<const TriangleMesh>(std::move(hull))};
 }
 
@@ -69,8 +69,7 @@ ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
 void ExactGeometry::AddMesh(const Mesh& mesh, WorkCounter* work) {
   const std::vector<std::uint32_t> components = Components(*mesh.mesh, work);
   if (HasEnded(work)) return;
-  // A solid whose normals point inward is as solid as its mirror image: what is told of its surface
-  // points outward.
+  // A solid that is wound inward is turned, so that all reported normals point outward.
   std::vector<bool> is_turned;
   if (mesh.watertight) is_turned = TrianglesWoundInward(*mesh.mesh, components, work);
   tree_.emplace(*mesh.mesh, components, is_turned, work);

@@ -1,4 +1,4 @@
-// What the exact kernels keep of a shape: see PrepareExact.
+// A shape as the exact kernels use it: see PrepareExact.
 #pragma once
 
 #include <memory>
@@ -13,37 +13,38 @@
 
 namespace cwm::collision {
 
-// Immutable. Cores refer to vertices that live here or in the shape, hence neither copy nor move.
+// Immutable. Neither copied nor moved, because cores refer to vertices stored here or in the shape.
 class ExactGeometry {
  public:
-  // Incomplete, not to be asked, where `work` ended it.
+  // Incomplete and unusable if `work` ended it.
   explicit ExactGeometry(const Shape& shape, WorkCounter* work = nullptr);
   ExactGeometry(const ExactGeometry&) = delete;
   ExactGeometry& operator=(const ExactGeometry&) = delete;
 
   ShapeKind kind() const { return KindOf(shape_); }
-  const Shape& shape() const { return shape_; }  // a hull without degenerate triangles
+  const Shape& shape() const { return shape_; }  // hulls are rebuilt from their corners
 
   // The convex parts that cover the solid: one for a convex shape, prisms for a plate, none for a
   // half-space or mesh.
   const std::vector<ConvexCore>& pieces() const { return pieces_; }
   const std::vector<Aabb>& piece_bounds() const { return piece_bounds_; }
 
-  // A convex solid around the whole: the plate's hull, the mesh's box. Only for these two.
+  // A convex solid around a plate (its hull) or a mesh (its box). Valid for these two only.
   const ConvexCore& enclosure() const { return enclosure_; }
-  const Pose& X_SE() const { return X_SE_; }  // where the enclosure lies in the shape's frame
+  const Pose& X_SE() const { return X_SE_; }  // pose of the enclosure in the shape's frame
 
-  // Present for meshes only; of closed ones the normals point outward.
+  // The triangle tree of a mesh, nullptr for other shapes. Normals of a closed mesh point outward.
   const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
   bool IsOpen() const;
-  // Of a mesh, where it has them: built by the first who asks, since most meshes of a scan are
-  // never asked about, while others wait. nullptr too where `work` ended that.
+  // The hulls of a mesh; nullptr for other shapes and for meshes without hulls, or if `work` ended
+  // the building. The first caller builds them while others wait, since most meshes of a scan are
+  // never tested.
   const MeshHulls* hulls(WorkCounter* work = nullptr) const;
 
  private:
   void AddPlate(const Plate& plate);
   void AddMesh(const Mesh& mesh, WorkCounter* work);
-  // Of many corners, the farthest along a direction is found by lanes.
+  // The core with VertexLanes if it has many vertices, which find the farthest one by SIMD.
   ConvexCore WithLanes(ConvexCore core);
 
   const Shape shape_;

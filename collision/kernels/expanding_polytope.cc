@@ -50,13 +50,13 @@ int ExpandingPolytope::NearestFace() const {
   return best;
 }
 
-// A face without area has no side of its own and goes with its neighbours.
+// A face without area counts as visible, since it has no side of its own.
 bool ExpandingPolytope::IsVisible(const Face& face, const Vector3& eye) const {
   return face.normal.dot(eye - W(face.corners[0])) > tolerance_ || face.normal.isZero(0);
 }
 
-// Fills removed_ with the faces that see `eye` and horizon_ with their rim; marks without changing
-// any face. False when there is no room.
+// Fills removed_ with the faces that `eye` sees and horizon_ with their boundary. Marks faces only
+// in `visited`. False if the boundary has too many or fewer than three edges.
 bool ExpandingPolytope::FindHorizon(int seed, const Vector3& eye) {
   ++expansion_;
   removed_count_ = 0;
@@ -83,7 +83,7 @@ bool ExpandingPolytope::FindHorizon(int seed, const Vector3& eye) {
   return horizon_count_ >= 3;
 }
 
-// Brings the rim's edges into the order in which they follow each other; false when they are not
+// Sorts the horizon's edges so that each starts where the previous one ends; false if they are not
 // one simple loop.
 bool ExpandingPolytope::OrderHorizon() {
   for (int i = 0; i + 1 < horizon_count_; ++i) {

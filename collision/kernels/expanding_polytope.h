@@ -11,31 +11,31 @@ class ExpandingPolytope {
  public:
   using Vertex = CoreDifference::Vertex;
 
-  // Heights below `tolerance_m` over a face count as on it.
+  // Points at most `tolerance_m` above a face count as lying on it.
   explicit ExpandingPolytope(double tolerance_m) : tolerance_(tolerance_m) {}
 
-  // Four vertices that span a volume, in any order.
+  // Starts with four vertices that span a volume, in any order.
   void Start(const std::array<Vertex, 4>& corners);
 
-  // The open face with the smallest offset; -1 when all are closed.
+  // The open face with the smallest offset; -1 if all are closed.
   int NearestFace() const;
 
-  // Signed distance of the face's plane from the origin, positive when the origin is behind it.
+  // Signed distance of the face's plane from the origin, positive if the origin is behind it.
   double OffsetOf(int face) const { return faces_[Index(face)].offset; }
   const Vector3& NormalOf(int face) const { return faces_[Index(face)].normal; }
 
-  // Takes a face out of the search: nothing better lies beyond it.
+  // Takes a face out of the search, because nothing better lies beyond it.
   void Close(int face) { faces_[Index(face)].state = FaceState::kClosed; }
 
-  // Grows to hold a vertex beyond `face`. False, and unchanged, when the vertex is not beyond it or
-  // rounding would break the surface.
+  // Grows to include a vertex beyond `face`. False, and the polytope is unchanged, if the vertex is
+  // not beyond the face or rounding would break the surface.
   bool Expand(int face, const Vertex& vertex);
 
-  // No room for another vertex.
+  // True if there is no memory for another vertex.
   bool IsFull() const { return vertex_count_ == kMaxVertices; }
 
  private:
-  // A budget of about 100 kB on the stack; round cores can exhaust it (README.md).
+  // chosen: a budget of about 75 kB on the stack; round cores can exhaust it (README.md).
   static constexpr int kMaxVertices = 384;
   static constexpr int kMaxFaces = 2 * kMaxVertices;  // Euler: 2 V - 4
 
@@ -46,7 +46,7 @@ class ExpandingPolytope {
     Vector3 normal;                 // unit; zero for a face without area
     double offset;
     FaceState state;
-    int visited = 0;  // the last expansion that saw it removed
+    int visited = 0;  // number of the last expansion that marked it for removal
   };
   struct HorizonEdge {
     int from, to, beyond;

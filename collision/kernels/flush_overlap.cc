@@ -7,19 +7,21 @@
 namespace cwm::collision {
 namespace {
 
-// Of the meshes' size: what touches is no farther apart (kUnsure in triangle_overlap.cc), points that
-// are asked about lie so far beside a contact, and lines that are shorter have no middle.
+// Shares of the meshes' size: the largest gap of touching triangles (kUnsure in
+// triangle_overlap.cc), the distance of test points beside a contact, and the shortest line of
+// contact that is used.
 constexpr double kTouching = 2e-10, kBeside = 2e-6, kShortestLine = 1e-5;
-// Behind a face, as a share of how far beside: 3 degrees.
+// Depth of a test point behind the face, as a share of its distance beside the line: 3 degrees.
 constexpr double kBehind = 0.05;
-// Along a line of contact: in the middle corners of other triangles are more likely.
+// Position of the test points along a line of contact. Not the middle, where corners of other
+// triangles are more likely.
 constexpr double kPlaceOnLine = 0.47;
-constexpr std::size_t kMostPairs = 128;  // evenly among those that touch
+constexpr std::size_t kMostPairs = 128;  // tested pairs, spread evenly over those that touch
 constexpr int kMostDoublings = 24;       // from kBeside to beyond any mesh
 
 using Corners = std::vector<Vector3>;
 
-// What lies on the inner side of a plane, which the normal points away from.
+// The part of a polygon behind a plane, that is on the side opposite to the normal.
 Corners ClippedBehind(const Corners& polygon, const Vector3& on_plane, const Vector3& normal) {
   Corners kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -35,7 +37,7 @@ Corners ClippedBehind(const Corners& polygon, const Vector3& on_plane, const Vec
 
 Vector3 CrossOf(const TrianglePoints& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
 
-// Where they touch, thickened: what of `b` lies within `near_m` of `a`.
+// The contact of two triangles: the part of `b` that lies within `near_m` of `a`.
 Corners ContactOf(const TouchingTriangles& pair, double near_m) {
   const Vector3 normal = CrossOf(pair.a).stableNormalized();
   Corners polygon(pair.b.begin(), pair.b.end());
@@ -60,7 +62,7 @@ class Search {
   std::optional<Vector3> Beside(const TouchingTriangles& touching) const {
     const Vector3 normals[] = {CrossOf(touching.a).stableNormalized(),
                                CrossOf(touching.b).stableNormalized()};
-    // What is measured from the frame's origin is rounded by how far away it is.
+    // Coordinates are rounded in proportion to their distance from the frame's origin.
     const double near_m = kTouching * (size_m_ + touching.a[0].cwiseAbs().maxCoeff());
     const Corners contact = ContactOf(touching, near_m);
     for (std::size_t i = 0; i < contact.size(); ++i) {

@@ -9,21 +9,22 @@
 namespace cwm::collision {
 namespace {
 
-// A budget, not measured: round cores converge linearly, and what is left open then is answered by
-// the best point found so far.
+// chosen: a budget. Round cores converge linearly; if the budget is used up, the answer is the best
+// point found so far, with its bound.
 constexpr int kMaxIterations = 128;
 
-// Upper and lower bound of the distance agree to this share of it: a few roundings of double.
+// derived: the bounds of the distance count as equal if they differ by this share of distance plus
+// extent, a few roundings of double precision.
 constexpr double kRelativeGap = 1e-14;
 
-// Where a gap is below this share of the extent, a plane across it must part the cores by so much
-// of it, or its direction is not believed.
+// chosen: if the gap is below kNearShare of the extent, a plane across it must separate the cores
+// by kLeastCertified of the gap; otherwise its direction is not trusted.
 constexpr double kNearShare = 1e-6;
 constexpr double kLeastCertified = 0.9;
 
 class Solver {
  public:
-  // The search ends once the cores are known to be as near as `enough_m`.
+  // The search ends once the distance is known to be at most `enough_m`.
   Solver(const CoreDifference& difference, double max_distance_m, double enough_m)
       : difference_(difference),
         max_distance_m_(max_distance_m),
@@ -31,12 +32,12 @@ class Solver {
         size_(difference.extent_m()),
         touching_(kTouchingShare * size_) {}
 
-  // Begins across a line from B to A.
+  // Starts with the support of D across a line from B to A.
   GjkAnswer Run(const Vector3& offset) {
     Vector3 direction = -offset;
     if (!(direction.squaredNorm() > 0)) direction = Vector3::UnitX();
     const CoreDifference::Vertex first = difference_.Support(direction);
-    // The plane across this first line parts nine of ten pairs that are apart.
+    // The plane across this first line separates nine of ten pairs that are apart.
     const double first_bound = -first.w.dot(direction) / direction.norm();
     if (first_bound > max_distance_m_) {
       return {.outcome = GjkOutcome::kBeyond, .distance_m = first_bound};
@@ -58,9 +59,9 @@ class Solver {
       if (IsKnown(vertex.w) || count_ == 4) break;
       Add(vertex);
       const SimplexFeature feature = NearestToOrigin(corners_, count_);
-      // Rounding has the last word: no vertex of D leads nearer to the origin.
+      // No progress: because of rounding, the new vertex leads no nearer to the origin.
       if (!(feature.distance_squared < distance_ * distance_)) break;
-      // Nor nearer than a plane allows: of thin corners, rounding can put the nearest point there.
+      // Nearer than the separating plane allows: an artefact of rounding in a thin simplex.
       const double least = lower_bound_ - touching_;
       if (least > 0 && feature.distance_squared < least * least) break;
       Reduce(feature);
@@ -73,7 +74,8 @@ class Solver {
   }
 
  private:
-  // Of a small gap, rounding can leave a direction along which the cores are not apart.
+  // True if the direction of the gap can be trusted. In a small gap rounding can leave a direction
+  // along which the cores are not separated.
   bool IsDirectionTold() const {
     return distance_ > kNearShare * size_ || lower_bound_ >= kLeastCertified * distance_;
   }
@@ -88,7 +90,7 @@ class Solver {
     return std::find(corners_.begin(), corners_.begin() + count_, w) != corners_.begin() + count_;
   }
 
-  // Keeps the corners of the nearest feature only.
+  // Keeps only the corners of the nearest feature.
   void Reduce(const SimplexFeature& feature) {
     const auto corners = corners_;
     const auto on_a = on_a_;
@@ -106,12 +108,12 @@ class Solver {
     GjkAnswer answer{GjkOutcome::kSeparated, distance_,
                      Vector3::Zero(),        Vector3::Zero(),
                      -nearest_ / distance_,  std::max(0.0, distance_ - lower_bound_)};
-    // Round cores of very different sizes: the last points may tell a direction that parts them
-    // less than an earlier one did.
+    // For round cores of very different sizes the last direction may separate them less than an
+    // earlier one.
     if (lower_bound_ - last_lower_bound_ > kTouchingShare * size_) {
       answer.normal = -parting_.normalized();
     }
-    // A corner of a last step that failed has no weight.
+    // A corner that was added by a last step without progress has weight 0.
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
       answer.point_a += weight_[i] * on_a_[i];
     }
@@ -130,9 +132,9 @@ class Solver {
   int count_ = 0;
   Vector3 nearest_ = Vector3::Zero();
   double distance_ = 0;
-  double lower_bound_ = 0;              // no two points are nearer: a plane that parts them says so
+  double lower_bound_ = 0;              // of the distance, by the best separating plane so far
   double last_lower_bound_ = 0;         // by the plane across the last gap
-  Vector3 parting_ = Vector3::UnitZ();  // across the best plane, of any length
+  Vector3 parting_ = Vector3::UnitZ();  // normal of the best separating plane, of any length
 };
 
 }  // namespace
@@ -151,14 +153,14 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;
   if (answer.outcome == GjkOutcome::kTouching && distance_m > 0) return std::nullopt;
-  // From above; out of work, it may be too large.
+  // distance_m is an upper bound; it may be too large if the search ran out of iterations.
   if (distance_m >= near_m && distance_m - answer.bound_m <= far_m) return std::nullopt;
   return distance_m < near_m;
 }
 
 Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal) {
-  // The nearer the cores, the less their nearest points are pulled to the middle of round faces; a
-  // tenth of a percent keeps twelve digits of the direction.
+  // chosen: the smaller the gap, the less the nearest points shift towards the middle of round
+  // faces. A gap of a tenth of a percent still keeps twelve digits of the direction.
   const double gap_m = 1e-3 * difference.extent_m();
   return GjkDistance(difference.Moved((depth_m + gap_m) * normal)).point_a;
 }

@@ -7,10 +7,11 @@
 namespace cwm::collision {
 namespace {
 
-// Centres are looked for at the middles of so many cells of the box. Of a link, more find balls that are
-// larger by a few percent.
+// Cells of the box along each axis, whose middles are the candidate centres. measured: for a robot
+// link, more cells find balls that are larger by a few percent only.
 constexpr int kCells = 8;
-// A ball that sticks out of the others by less of the largest one's radius tells hardly more.
+// chosen: share of the largest ball's radius. A ball that sticks out of the others by less hardly
+// helps.
 constexpr double kLeastGain = 0.1;
 
 std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, WorkCounter* work) {
@@ -34,7 +35,7 @@ std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, W
 
 std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m, WorkCounter* work) {
   const std::vector<InnerBall> all = BallsAtCells(tree, spared_m, work);
-  // By how much each sticks out of those that were taken.
+  // The length by which each ball sticks out of those already taken.
   std::vector<double> gain_m;
   for (const InnerBall& ball : all) gain_m.push_back(ball.radius_m);
   std::vector<InnerBall> taken;

@@ -1,4 +1,5 @@
-// Balls in the solid of a closed mesh: whatever comes near enough to one of their centres overlaps it.
+// Balls in the solid of a closed mesh. A shape that is nearer to a centre than the radius overlaps
+// it.
 #pragma once
 
 #include <span>
@@ -13,14 +14,14 @@ struct InnerBall {
   double radius_m = 0;
 };
 
-// No more than kMostInnerBalls, the largest first, the others where most is left over. No triangle is
-// nearer to a centre than the radius and `spared_m`. Of a mesh whose solid is thin there may be none.
-// Some milliseconds.
+// At most kMostInnerBalls balls: the largest first, then those that stick out most of the balls
+// already taken. No triangle is nearer to a centre than the radius plus `spared_m`. Empty if the
+// solid is too thin. Takes some milliseconds.
 inline constexpr std::size_t kMostInnerBalls = 12;
 std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m,
                                     WorkCounter* work = nullptr);
 
-// Whether two sets of balls, in the frames of A and B, overlap anywhere.
+// True if a ball of A and a ball of B overlap; each set is in its own frame.
 bool BallsOverlap(std::span<const InnerBall> a, std::span<const InnerBall> b, const Pose& X_AB);
 
 }  // namespace cwm::collision

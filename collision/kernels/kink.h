@@ -1,13 +1,15 @@
-// Where a distance has no gradient: two places are equally near and pull different ways.
+// Kinks of a distance: points without a gradient, because two points of the surface are equally
+// near in different directions.
 #pragma once
 
 namespace cwm::collision {
 
-// Places count as equally near when their distances differ by no more than this: coarse enough for
-// central differences with steps of 1e-7 m to stay on one side, fine enough that random points hardly
-// ever meet it.
+// chosen: surface points whose distances differ by no more than this count as equally near. Coarse
+// enough that central differences with steps of 1e-7 m stay on one side of a kink, fine enough that
+// random points hardly ever lie on one.
 inline constexpr double kKinkReach_m = 1e-6;
-// Unit gradients that differ by no more than this are the same one: what is promised of gradients.
+// Unit gradients that differ by no more than this count as the same. This is the promised accuracy
+// of gradients.
 inline constexpr double kSameGradient = 1e-6;
 
 }  // namespace cwm::collision

@@ -9,22 +9,25 @@
 namespace cwm::collision {
 namespace {
 
-// So many take quickhull some tens of milliseconds where all lie on the hull, once for a mesh, else
-// some milliseconds.
+// Largest number of vertices of a mesh with hulls. measured: quickhull takes some tens of
+// milliseconds for so many if all lie on the hull, else some milliseconds; once per mesh.
 constexpr std::size_t kMostVertices = 2048;
-// With more corners, looking for the farthest costs what a walk through the triangles does.
+// Largest number of corners of a hull. With more, finding the farthest corner costs as much as a
+// walk through the triangles.
 constexpr std::size_t kMostCorners = 2048;
-// So much smaller than it must be is the inner hull, that nobody who looks at the triangles of two
-// meshes whose inner hulls overlap can see them apart.
+// chosen: additional shrinking of the inner hull, as a share of the extent. With it, meshes whose
+// inner hulls overlap also overlap by their triangles, whatever the rounding.
 constexpr double kFurtherShrinking = 1e-5;
-// Where less is left, a walk finds what overlaps as soon.
+// chosen: smallest scale of an inner hull. A smaller one decides no faster than a walk through the
+// tree.
 constexpr double kLeastScale = 0.5;
-// So many are looked at in a step of a WorkCounter.
+// Number of planes compared in one step of a WorkCounter.
 constexpr std::size_t kPlanesOfStep = 32;
 
-// The planes of a hull around its centre, as points n / h of the polar set: a point p is within the
-// plane, shrunk by a scale, when p.dot(n / h) is below that scale. No vertex is beyond a plane, the
-// normals of slivers included.
+// The planes of a hull around its centre, as points n / h of the polar set: a point p lies inside
+// the plane, shrunk by a scale, if p.dot(n / h) is below that scale. The height h is that of the
+// farthest vertex along n, so no vertex is outside a plane, even if n is the inaccurate normal of a
+// sliver.
 std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
   std::vector<Vector3> spokes = hull.vertices;
   for (Vector3& spoke : spokes) spoke -= centre;
@@ -40,8 +43,8 @@ std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
   return polar;
 }
 
-// How large the hull may be, shrunk about its centre, for each triangle to lie outside: beyond one
-// plane with all three corners.
+// The largest scale of the hull about its centre at which every triangle lies outside it, with all
+// three corners beyond one plane. Stops at the first scale below kLeastScale.
 double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree,
                    WorkCounter* work) {
   const std::vector<Vector3> polar = PolarOf(hull, centre);
@@ -58,7 +61,7 @@ double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const Triang
   return scale;
 }
 
-// Vertices that triangles have.
+// The vertices that triangles use.
 std::vector<Vector3> CornersOf(const TriangleMesh& mesh) {
   std::vector<bool> is_used(mesh.vertices.size());
   for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
@@ -101,7 +104,8 @@ std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleT
 
 namespace {
 
-// By the hulls within, as long as the gap between them is not that of their walls.
+// Decides by the inner hulls: true if they overlap, false if the gap between them exceeds the
+// thickness of the walls around them, else empty.
 std::optional<bool> Told(const ConvexCore* within_a, const ConvexCore* within_b, double walls_m,
                          const Pose& X_AB) {
   if (within_a == nullptr || within_b == nullptr) return std::nullopt;
@@ -150,7 +154,8 @@ std::optional<bool> CornerOrBallTells(const MeshMiddle& a, const ConvexCore& b, 
 
 namespace {
 
-// Along the axis of A's box on which the boxes are farthest apart.
+// True if B lies beyond a face of A's box. Tests the axis of that box along which the boxes are
+// farthest apart.
 bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, double rounding_m) {
   const Vector3 between = X_AB * b.bounds.center() - a.bounds.center();
   const Vector3 off = between.cwiseAbs() - 0.5 * a.bounds.sizes() -

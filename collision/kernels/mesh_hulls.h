@@ -1,5 +1,5 @@
-// Two convex solids for a mesh, one around it and one within, and balls within: most pairs are told by
-// them alone.
+// Convex solids for a mesh: a hull around it, a hull inside it and balls inside it. They decide
+// most overlap tests without looking at triangles.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace cwm::collision {
 
-// The hull of some points with what its core needs.
+// The convex core of some points, with the arrays that it refers to.
 class LaneHull {
  public:
   explicit LaneHull(std::vector<Vector3> vertices);
@@ -30,23 +30,24 @@ class LaneHull {
 // Immutable.
 class MeshHulls {
  public:
-  // Nothing of a mesh that is flat, or so large that its hull would cost more than it saves.
+  // nullptr for a mesh that is flat, or so large that its hull would cost more than it saves.
   static std::unique_ptr<const MeshHulls> Of(const Mesh& mesh, const TriangleTree& tree,
                                              WorkCounter* work = nullptr);
 
-  // Contains every triangle, but for a few roundings of its extent. Its corners are triangles'.
+  // The hull around the mesh. It contains every triangle up to a few roundings of its extent, and
+  // its corners are corners of triangles.
   const ConvexCore& around() const { return around_.core(); }
 
-  // Lies in the solid, no point of its inside on a triangle: the hull, shrunk about its centre as
-  // little as that takes. What overlaps it overlaps the mesh, by far more than a rounding. None of
-  // an open mesh, nor of one whose hull has a hollow in the middle.
+  // The hull, shrunk about its centre just enough that it lies in the solid without a triangle in
+  // its interior. A shape that overlaps it overlaps the mesh by far more than a rounding. nullptr
+  // for an open mesh, or if the hull would have to shrink too far (a hollow in the middle).
   const ConvexCore* within() const { return within_ ? &within_->core() : nullptr; }
 
-  // No point of the hull around is farther from the one within.
+  // Upper bound of the distance of any point of the outer hull from the inner one.
   double wall_m() const { return wall_m_; }
 
-  // In the solid, no triangle on or in one of them. What overlaps one overlaps the mesh, by far more
-  // than a rounding. None of an open mesh.
+  // Balls in the solid, without a triangle on or in them. A shape that overlaps one overlaps the
+  // mesh by far more than a rounding. Empty for an open mesh.
   const std::vector<InnerBall>& balls_within() const { return balls_within_; }
 
  private:
@@ -58,25 +59,27 @@ class MeshHulls {
   std::vector<InnerBall> balls_within_;
 };
 
-// Whether a mesh and a convex solid, or two meshes, overlap, where the hulls can tell; in the frame
-// of A. What they tell is what the triangles would, and what all of these functions do.
+// True or false if the hulls prove that a mesh and a convex solid, or two meshes, overlap or not;
+// empty if they cannot decide. In the frame of A. The result of this and the following functions is
+// always the one that the triangles would give.
 std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB);
 std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB);
 
-// A mesh, the middle of its box and where that lies in the frame of a convex solid.
+// A mesh, with the centre of its box in the frame of a convex solid B.
 struct MeshMiddle {
   const MeshHulls& hulls;
   Vector3 middle_B = Vector3::Zero();
 };
-// The same by one corner and by balls within, much sooner, for most pairs with a box, a cylinder or a
-// capsule.
+// The same by one corner and the inner balls, which is much faster and decides most pairs with a
+// box, a cylinder or a capsule.
 std::optional<bool> CornerOrBallTells(const MeshMiddle& a, const ConvexCore& b, const Pose& X_AB,
                                       const Pose& X_BA);
-// Whether a face of either's box, moved in to the mesh's foremost corner, shows two meshes to be apart.
+// A mesh with its box.
 struct BoxedMesh {
   const MeshHulls& hulls;
   const Aabb& bounds;
 };
+// True if a face of one mesh's box proves that the meshes are apart: the other mesh lies beyond it.
 bool FaceParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB);
 
 }  // namespace cwm::collision

@@ -1,6 +1,6 @@
-// Yes or no for meshes: by their hulls, and where these leave it open by trees of balls, then
-// single triangles. A ball around a node against the solid's own distance tells more than two
-// boxes do, above all of the walls and boards of a scene.
+// Overlap tests for meshes: by their hulls, and if these cannot decide, by trees of balls and
+// single triangles. A ball around a node against the exact distance of the other solid prunes more
+// than two boxes do, above all for the walls and boards of a scene.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -41,7 +41,7 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
     if (MustEnd(work, node.count > 0 ? kStepsOfConvexPair : 1)) return false;
     const double off_m = distance_m(X_BA * node.bounds.center());
     if (off_m > node.radius_m) continue;
-    if (off_m < -node.radius_m) return true;  // all of it lies inside
+    if (off_m < -node.radius_m) return true;  // the whole node lies inside
     if (node.count == 0) {
       stack[size++] = node.right;
       stack[size++] = index + 1;
@@ -54,7 +54,7 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
   return false;
 }
 
-// Whether the triangles of two meshes cross anywhere, and where they touch.
+// Searches for triangles of two meshes that cross, and collects those that touch.
 class CrossingSearch {
  public:
   CrossingSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, WorkCounter* work)
@@ -65,9 +65,10 @@ class CrossingSearch {
         touching_depth_m_(TouchingDepth_m(a, b, X_AB)),
         work_(work) {}
 
-  // Ends with the first that cross.
+  // True if triangles cross. Ends at the first pair that does.
   bool Run() { return Closeness(0, 0) && Visit(0, 0); }
-  // Until there are enough. Those that cross may touch as well, as far as rounding tells.
+  // The first pairs that touch, as many as Cross keeps. Visits all pairs: those that cross do not
+  // end the search, since rounding may have made a touching pair cross.
   const std::vector<TouchingTriangles>& CollectTouching() {
     ends_where_crossing_ = false;
     Run();
@@ -83,8 +84,8 @@ class CrossingSearch {
     return b_.nodes()[static_cast<std::size_t>(i)];
   }
 
-  // How far the balls of two nodes are from each other's middle, in their radii; nothing where
-  // balls or boxes show that the nodes are apart.
+  // The squared distance between the centres of two nodes, relative to the squared sum of their
+  // radii; empty if balls or boxes prove that the nodes are apart.
   std::optional<double> Closeness(std::int32_t i, std::int32_t j) const {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     const Vector3 between = X_AB_ * b.bounds.center() - a.bounds.center();
@@ -100,11 +101,10 @@ class CrossingSearch {
     return squared_m2 / (radii * radii);
   }
 
-  // Of two nodes that are not shown to be apart the larger is opened, and the half that lies deeper
-  // looked at first.
+  // Opens the larger of two nodes that may overlap and visits the child that is closer first.
   bool Visit(std::int32_t i, std::int32_t j) {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
-    if (MustEnd(work_, 2)) return true;  // two pairs of nodes, or some triangles
+    if (MustEnd(work_, 2)) return true;  // the cost of two pairs of nodes, or of some triangles
     if (a.count > 0 && b.count > 0) return LeavesCross(a, b);
     const bool open_a = b.count > 0 || (a.count == 0 && a.radius_m >= b.radius_m);
     const std::array<std::int32_t, 2> left = {open_a ? i + 1 : i, open_a ? j : j + 1};
@@ -129,13 +129,14 @@ class CrossingSearch {
     return false;
   }
 
-  // `b_in_A` are the corners of `b` in the frame of A.
+  // True if the triangles cross; touching pairs are collected. `b_in_A` are the corners of `b` in
+  // the frame of A.
   bool Cross(const TriangleCorners& a, const TriangleCorners& b, const TrianglePoints& b_in_A) {
     const Overlap told = TrianglesOverlap(a.corners, b_in_A);
     if (told != Overlap::kUnsure) return told == Overlap::kYes;
     constexpr std::size_t kEnough = 4096;
     if (touching_.size() < kEnough) touching_.push_back({a.corners, b_in_A});
-    // As MeshToMesh asks: both must tell the same.
+    // The same test as in MeshToMesh, so that both agree.
     return IterativeConvexDistance(CoreOf(std::span<const Vector3>(a.corners)),
                                    CoreOf(std::span<const Vector3>(b.corners)), X_AB_, 0)
                .distance_m < -touching_depth_m_;
@@ -151,7 +152,7 @@ class CrossingSearch {
   std::vector<TouchingTriangles> touching_;
 };
 
-// Points on the surface of A are in neither.
+// True if a component of B lies inside A. A point on the surface of A does not count as inside.
 bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work) {
   if (a.IsOpen()) return false;

@@ -16,8 +16,8 @@
 namespace cwm::collision {
 namespace {
 
-// Overlapping pairs of triangles whose depth is looked at. The depth is a bound in any case, and a
-// mesh deep in another one has as many such pairs as triangles.
+// chosen: overlapping pairs of triangles whose depth is measured. The depth is only a bound in any
+// case, and a mesh deep in another one has as many such pairs as triangles.
 constexpr int kMostDepths = 64;
 
 // The best answer so far of a search that first looks for the nearest triangle and, once one
@@ -31,7 +31,7 @@ class Best {
     if (answer.distance_m < 0) ++overlaps_;
   }
 
-  // The distance that still matters; negative when nothing but overlap does.
+  // The distance below which further pairs still matter; negative if only overlaps do.
   double limit_m() const { return std::min(answer_.distance_m, max_distance_m_); }
   bool IsDone() const { return overlaps_ >= kMostDepths; }
   const PairDistance& answer() const { return answer_; }
@@ -43,9 +43,8 @@ class Best {
   PairDistance answer_{.distance_m = std::numeric_limits<double>::infinity()};
 };
 
-// How far a search for the nearest triangles must look: to the limit, or to where hulls within the
-// meshes are, which are no nearer to each other than the meshes. Nothing where hulls around them
-// are farther apart than the limit.
+// The range of a search for the nearest triangles: the limit or the distance of the inner hulls,
+// which is at least that of the meshes. Empty if the outer hulls are farther apart than the limit.
 std::optional<double> Reach_m(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB,
                               double max_distance_m) {
   const double rounding_m = kTouchingShare * (a.around().extent_m + b.around().extent_m);
@@ -58,14 +57,14 @@ std::optional<double> Reach_m(const MeshHulls& a, const MeshHulls& b, const Pose
   return std::min(max_distance_m, within.distance_m + rounding_m);
 }
 
-// Both answers are in the frame of the mesh; the triangle is A.
+// The distance of a triangle (A) and a convex solid, in the frame of the mesh.
 PairDistance TriangleToConvex(const TriangleCorners& triangle, const ConvexCore& b,
                               const Pose& X_AB, double limit_m) {
   const ConvexCore core = CoreOf(std::span<const Vector3>(triangle.corners));
   return IterativeConvexDistance(core, b, X_AB, std::max(limit_m, 0.0));
 }
 
-// Of asking one triangle about it: some four times for its farthest corner along a direction.
+// The steps of testing one triangle against the piece, which takes some four support points of it.
 std::size_t StepsOf(const ConvexCore& piece) {
   const auto* hull = std::get_if<VertexCore>(&piece.core);
   return kStepsOfConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
@@ -80,13 +79,15 @@ double RadiusAbout(const Vector3& middle, const Corners& c) {
                              (c[2] - middle).squaredNorm()}));
 }
 
-// How far apart two triangles are along a direction: no nearer are they at all where it is a unit one.
+// The separation of two triangles along a direction; for a unit direction a lower bound of their
+// distance.
 double Separation(const Corners& a, const Corners& b, const Vector3& d) {
   return std::min({d.dot(b[0]), d.dot(b[1]), d.dot(b[2])}) -
          std::max({d.dot(a[0]), d.dot(a[1]), d.dot(a[2])});
 }
 
-// Whether the line between their middles shows two triangles to be farther apart than a limit.
+// True if the projections onto the line between their middles prove that two triangles are farther
+// apart than a limit.
 bool AreFartherThan(double limit_m, const Corners& a, const Corners& b) {
   const Vector3 between = MiddleOf(b) - MiddleOf(a);
   const double separation = Separation(a, b, between);
@@ -96,8 +97,8 @@ bool AreFartherThan(double limit_m, const Corners& a, const Corners& b) {
 
 Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transformed(X_AB); }
 
-// A sphere by the point of the mesh nearest to its centre. Inside or not, the centre must move at
-// least as far as the answer says.
+// The distance of a mesh and a sphere, by the point of the mesh nearest to the centre. If they
+// overlap, the centre must move at least as far as the depth says.
 PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Vector3& centre,
                           const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
@@ -114,8 +115,8 @@ PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Ve
           normal.normalized()};
 }
 
-// A piece that touches no triangle but lies inside: its centre must cross the surface, all of it
-// must.
+// The depth of a piece that lies inside the mesh without touching a triangle, by its centre, which
+// must cross the surface.
 PairDistance Enclosed(const ExactGeometry& a, const Vector3& centre, WorkCounter* work) {
   return MeshToSphere(a, Sphere{0}, centre, {.max_distance_m = 0, .work = work});
 }
@@ -140,7 +141,8 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
     const Vector3 centre = X_AB * piece.centre;
     const Aabb bounds_A = BoundsIn(b.piece_bounds()[j], X_AB);
     const PieceDistance distance_m(piece);
-    // By a ball as well as by a box, which is much wider than a piece that lies askew.
+    // Bounded by a ball as well as by a box, since the box around an oblique piece is much larger
+    // than the piece.
     const auto bound_m = [&](const TriangleTree::Node& node) {
       return std::max(BoxGap_m(node.bounds, bounds_A),
                       distance_m(X_BA * node.bounds.center()) - node.radius_m);
@@ -172,8 +174,8 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
 
 namespace {
 
-// Two trees at once: the larger node is opened. `offer` is shown a triangle of A, one of B as a
-// core and returns the distance that still matters, kEnd to end.
+// Traverses two trees at once and opens the larger node. `offer` gets a triangle of A and one of B,
+// as a core, and returns the maximum distance for the rest of the search, or kEnd to end it.
 template <class Offer>
 class DualSearch {
  public:
@@ -196,8 +198,8 @@ class DualSearch {
   const TriangleTree::Node& NodeB(std::int32_t i) const {
     return b_.nodes()[static_cast<std::size_t>(i)];
   }
-  // No triangles of the two nodes are nearer: by their boxes along the axes of either frame, and by
-  // the balls around them.
+  // A lower bound of the distance between triangles of the two nodes, by their boxes along the axes
+  // of both frames and by the balls around them.
   double Gap(std::int32_t i, std::int32_t j) const {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     const Vector3 between = X_AB_ * b.bounds.center() - a.bounds.center();
@@ -251,7 +253,8 @@ class DualSearch {
   Offer offer_;
 };
 
-// The parts of mesh B that lie inside of the closed mesh A, in the frame of A.
+// Offers the depths of the components of mesh B that lie inside the closed mesh A, in the frame of
+// A.
 void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         WorkCounter* work, Best& best) {
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
@@ -268,8 +271,8 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
 
 namespace {
 
-// A point that lies in both must leave either: B moves at least as far as the point is deep in A, and
-// as it is deep in B.
+// Offers the depths of a point that lies in both meshes. To separate them, B must move at least as
+// far as the point is deep in A, and as far as it is deep in B.
 void OfferCommon(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                  WorkCounter* work, Best& best) {
   const std::optional<Vector3> p = PointInTouching(a, b, X_AB, work);
@@ -292,7 +295,8 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
                return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
              })
       .Run();
-  // Where surfaces do not cross, a point of each part tells whether it lies inside of the other.
+  // If surfaces do not cross, one point of each component decides whether it lies inside the other
+  // mesh.
   if (!best.IsOverlapping() && !a.IsOpen()) OfferEnclosedParts(a, b, X_AB, limits.work, best);
   if (!best.IsOverlapping() && !b.IsOpen()) {
     Best swapped(max_distance_m);

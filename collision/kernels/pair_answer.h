@@ -1,4 +1,4 @@
-// What a pair of placed geometries is asked and what it answers; shared by the exact kernels and
+// The result of a distance query about a pair of placed geometries; shared by the exact kernels and
 // every engine.
 #pragma once
 
@@ -11,7 +11,7 @@ namespace cwm::collision {
 // Answers whose error is at most this are called exact.
 inline constexpr double kExactTolerance_m = 1e-7;
 
-// How far an answer may be believed. Ordered: later is weaker.
+// The accuracy of an answer, from the strongest to the weakest.
 enum class Trust : std::uint8_t {
   kExact,        // right to kExactTolerance_m or better
   kBounded,      // off by at most `bound_m`
@@ -19,11 +19,11 @@ enum class Trust : std::uint8_t {
   kDegraded,     // the engine's best effort, no bound known
 };
 
-// Whose computation an answer is: where an engine fails, or measures overlaps wrongly, the exact
-// kernels stand in for it.
+// The solver of an answer. The exact kernels stand in for an engine that fails or measures overlaps
+// wrongly.
 enum class Solver { kEngine, kKernels };
 
-// A before B. All vectors in the frame that the poses were given in.
+// The distance from A to B. All vectors are in the frame of the given poses.
 struct PairDistance {
   double distance_m = 0;              // signed; negative is penetration depth, 0 is touching
   Vector3 point_a = Vector3::Zero();  // witness on A
@@ -31,7 +31,8 @@ struct PairDistance {
   Vector3 normal =
       Vector3::UnitZ();  // unit, from A to B: moving B along it by the depth makes them touch
   Trust trust = Trust::kExact;
-  // |distance_m - true| <= bound_m, unless kDegraded; 0 of kExact, which is right to its tolerance.
+  // |distance_m - true| <= bound_m, unless kDegraded. 0 for kExact, which is right to
+  // kExactTolerance_m.
   double bound_m = 0;
   Solver solver = Solver::kKernels;
 };

@@ -12,10 +12,10 @@
 namespace cwm::collision {
 namespace {
 
-// Upper and lower bound closer than this share of the extent are called equal: 1e-8 m for 10 m.
+// chosen: share of the extent below which upper and lower bound count as equal: 1e-8 m for 10 m.
 constexpr double kGapShare = 1e-9;
 
-// D flatter than this share of its extent is a polygon or less, and its depth is 0.
+// Share of the extent. If D is flatter than this, it counts as a polygon or less, with depth 0.
 constexpr double kFlatShare = 1e-13;
 
 using Vertex = CoreDifference::Vertex;
@@ -40,7 +40,8 @@ class Search {
       if (height - lower_bound <= kGapShare * size_) {
         polytope_.Close(face);
       } else if (!polytope_.Expand(face, vertex)) {
-        // Rounding forbids to look further here: what this face left open stays in the bound.
+        // Rounding prevents progress here, so the gap that this face leaves open stays in the
+        // bound.
         abandoned_ = std::min(abandoned_, lower_bound);
         polytope_.Close(face);
       }
@@ -62,8 +63,8 @@ class Search {
     best_.normal = polytope_.NormalOf(face);
   }
 
-  // A first tetrahedron of vertices of D that lie far apart; false when D is flat, with the answer
-  // in best_.
+  // Builds the first tetrahedron from vertices of D that lie far apart. False, with the answer in
+  // best_, if D is flat.
   bool Start() {
     std::array<Vertex, 6> far;
     for (int i = 0; i < 3; ++i) {
@@ -104,7 +105,8 @@ class Search {
     return farthest;
   }
 
-  // D has no extent along `normal`, and parting along it is free.
+  // Sets the answer for a D without extent along `normal`, so that a separation along it costs
+  // nothing.
   bool Flat(const Vertex& vertex, const Vector3& normal) {
     best_.depth_m = vertex.w.dot(normal);
     best_.normal = normal;

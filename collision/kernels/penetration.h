@@ -1,4 +1,4 @@
-// The least translation that parts two convex cores.
+// The least translation that separates two convex cores.
 #pragma once
 
 #include "collision/kernels/convex_core.h"
@@ -6,8 +6,8 @@
 namespace cwm::collision {
 
 struct Penetration {
-  // Moving B by this along `normal` makes the cores touch; nothing shorter does. Slightly negative
-  // when the cores are apart by a rounding.
+  // Moving B by this along `normal` makes the cores touch; no shorter translation does (up to
+  // bound_m). Slightly negative if rounding separates the cores.
   double depth_m = 0;
   Vector3 point_a = Vector3::Zero();  // in the frame of A; point_a - point_b = depth_m * normal
   Vector3 point_b = Vector3::Zero();
@@ -15,13 +15,13 @@ struct Penetration {
   double bound_m = 0;                 // the least translation is at least depth_m - bound_m
 };
 
-// For cores that meet or nearly so (GjkOutcome::kTouching). The answer is always a translation that
-// parts the cores; how far from the least one it may be is told by `bound_m`: 1e-9 of the extent,
-// more where a round core exhausts the budget of work or rounding stops the growth.
+// The penetration of cores that meet or nearly meet (GjkOutcome::kTouching). The answer is always a
+// translation that separates the cores, and at most `bound_m` longer than the least one: 1e-9 of
+// the extent, more if a round core exhausts the budget of work or rounding stops the growth.
 //
-// The expanding polytope algorithm (van den Bergen 2001) as branch and bound: a polytope inside of
-// D = A - B gives lower bounds, the support of D along the normals of its faces gives upper ones.
-// Faces that rounding has spoiled can only cost time, never make the answer a wrong one.
+// The expanding polytope algorithm (van den Bergen 2001) as branch and bound: a polytope inside
+// D = A - B gives lower bounds, the support of D along the normals of its faces gives upper bounds.
+// Faces that rounding has spoiled can only cost time, never falsify the answer.
 Penetration FindPenetration(const CoreDifference& difference);
 
 }  // namespace cwm::collision

@@ -1,5 +1,5 @@
-// How far places are from a convex piece, by the shortest of formulas: what lies around a place is no
-// nearer than that less its radius.
+// The distance of a point from a convex piece by a short formula. A ball around the point is no
+// nearer than that minus its radius.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 
 namespace cwm::collision {
 
-// How far a point is from a convex piece: what is positive is a lower bound, what is negative
-// exact.
+// The signed distance of a point from a convex piece, in metres: a lower bound if positive, exact
+// if negative. Pieces without an exact depth (cones, hulls) never return a negative one.
 class PieceDistance {
  public:
   explicit PieceDistance(const ConvexCore& piece) : piece_(piece) {}
 
-  // Whether what is positive is the distance, and ClampedTo the nearest point of the core.
+  // True if positive values are exact too and ClampedTo is the nearest point of the core.
   bool IsExact() const {
     return std::holds_alternative<Box>(piece_.core) ||
            std::holds_alternative<Cylinder>(piece_.core) ||
@@ -37,13 +37,13 @@ class PieceDistance {
       const double along = std::clamp(p.z(), -segment->half_length_m, segment->half_length_m);
       return (p - Vector3(0, 0, along)).norm() - piece_.radius_m;
     }
-    if (const auto* cone = std::get_if<Cone>(&piece_.core)) {  // by a cylinder around it
+    if (const auto* cone = std::get_if<Cone>(&piece_.core)) {  // bounded by a cylinder around it
       const double beside =
           p.head<2>().norm() - std::max(cone->radius_bottom_m, cone->radius_top_m);
       const double above = std::abs(p.z()) - 0.5 * cone->length_m;
       return Vector2(beside, above).cwiseMax(0.0).norm();
     }
-    // Hulls by a ball around them, from which no depth follows.
+    // Points and hulls are bounded by a ball around them, which gives no depth.
     return std::max((p - piece_.centre).norm() - piece_.extent_m - piece_.radius_m, 0.0);
   }
 

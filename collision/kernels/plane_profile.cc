@@ -8,8 +8,8 @@
 namespace cwm::collision {
 namespace {
 
-// Nearer to a corner than this share of the size, the direction away from it is lost in the rounding
-// of poses (as in signed_distance.cc).
+// Share of the size. Nearer to a corner than this, the direction away from it is lost in the
+// rounding of poses (as in signed_distance.cc).
 constexpr double kRoundoff = 1e-11;
 
 Vector2 OutOf(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
@@ -85,8 +85,9 @@ Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Foot& foot, doub
   return OutOf(edge);
 }
 
-// On the border the faces that meet there count, elsewhere the places that are nearest of all beside
-// them.
+// True if the distance has a kink at p: an edge that is about as near as the nearest one has
+// another gradient. On the border all edges at p count; elsewhere only those on which the foot is
+// locally nearest.
 bool PlaneProfile::PullsTwoWays(const Vector2& p, const PlaneSample& nearest, double sign) const {
   const double distance_m = std::abs(nearest.distance_m);
   const bool on_border = distance_m <= kKinkReach_m;
@@ -103,7 +104,7 @@ PlaneSample PlaneProfile::Sample(const Vector2& p) const {
   Foot nearest;
   nearest.distance_m = NearestLanes::kNone;
   const ProfileEdge* at = nullptr;
-  int within_reach = 0;  // edges as near as the nearest when they were tried: one, or look again
+  int within_reach = 0;  // edges about as near as the nearest; above 1, PullsTwoWays decides
   bool inside = false;
   for (const ProfileEdge& edge : edges_) {
     const bool crosses = (edge.a_y > p.y()) != (edge.a_y + edge.along_y > p.y());

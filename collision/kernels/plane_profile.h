@@ -1,5 +1,5 @@
-// A figure in the plane that is a solid's outline or the profile that makes it by revolution: the
-// signed distance of points in the plane, with its gradient and where it has none.
+// A plane figure, which is the outline of a plate or the profile of a solid of revolution: signed
+// distances of points in the plane, their gradients and their kinks (kink.h).
 #pragma once
 
 #include <span>
@@ -18,10 +18,10 @@ struct PlaneSample {
 
 class PlaneProfile {
  public:
-  // Of points (radial, z) from the axis to the axis, the solid on the left; the axis is no border.
-  // Points may coincide.
+  // The profile through points (radial, z) that start and end on the axis, with the solid on the
+  // left. The axis is not part of the border. Points may coincide.
   static PlaneProfile Revolved(std::span<const Vector2> points);
-  // Outline and holes.
+  // The outline and the holes of a plate.
   static PlaneProfile Outline(const Plate& plate);
 
   const std::vector<ProfileEdge>& edges() const { return edges_; }
@@ -30,15 +30,15 @@ class PlaneProfile {
 
  private:
   struct Foot {
-    double way = 0;                    // 0 to 1 on the edge
-    Vector2 offset = Vector2::Zero();  // from the nearest point of the edge to the point that asks
+    double way = 0;                    // position along the edge's line, in 0..1 on the edge
+    Vector2 offset = Vector2::Zero();  // from the nearest point of the edge to the query point
     double distance_m = 0;
   };
   void AddChain(std::span<const Vector2> points, bool closed, bool solid_on_left);
   static double Way(const ProfileEdge& edge, const Vector2& p);
   static Foot FootOn(const ProfileEdge& edge, const Vector2& p);
-  // Whether no place of the figure beside the foot is nearer; of a corner, only at the edge that
-  // begins there.
+  // True if no neighbouring point of the border is nearer than the foot. A corner counts once, for
+  // the edge that begins there.
   bool IsLocallyNearest(const ProfileEdge& edge, const Foot& foot, const Vector2& p) const;
   bool PullsTwoWays(const Vector2& p, const PlaneSample& nearest, double sign) const;
   Vector2 GradientAt(const ProfileEdge& edge, const Foot& foot, double sign) const;

@@ -14,12 +14,12 @@ bool Differ(const Vector3& a, const Vector3& b) {
   return (a - b).squaredNorm() > kSameGradient * kSameGradient;
 }
 
-// Whether the other side of the axis is as near and pulls elsewhere.
+// True if the surface across the axis is about as near, with another gradient.
 bool PullsAcrossTheAxis(const PlaneSample& sample, double radial_m) {
   if (2 * std::abs(sample.gradient.x()) <= kSameGradient) return false;
   const double distance_m = std::abs(sample.distance_m);
   if (distance_m <= kKinkReach_m) return radial_m <= kKinkReach_m;
-  // A foot on the axis is the other side's too.
+  // A foot on the axis belongs to both sides.
   const double foot_m = radial_m - sample.distance_m * sample.gradient.x();
   if (foot_m <= kKinkReach_m) return false;
   const double other_m = std::sqrt(distance_m * distance_m + 4 * radial_m * foot_m);
@@ -31,8 +31,8 @@ struct FacePlane {
   Vector3 normal;
 };
 
-// Whether a face of another direction than the highest one is as high. Below the surface of a convex
-// solid the highest face is the nearest.
+// True if a face with another normal is about as high as the highest one. Inside a convex solid the
+// highest face is the nearest.
 bool FacesPullTwoWays(const TriangleMesh& hull, const Vector3& p) {
   FacePlane highest{-std::numeric_limits<double>::infinity(), Vector3::UnitZ()};
   const auto for_each_face = [&](const auto& visit) {
@@ -63,7 +63,7 @@ Vector3 NearestOn(const TriangleCorners& t, const Vector3& p) {
   return NearestOnTriangle(t.corners[0], t.corners[1], t.corners[2], p);
 }
 
-// Whether no triangle that runs through `q`, a place of the surface, comes nearer to `p` than it.
+// True if no triangle through the surface point `q` comes nearer to `p` than q itself.
 bool IsLocallyNearest(const TriangleTree& tree, const Vector3& p, const Vector3& q) {
   const double rounding_m = RoundingAt(p);
   const double distance_m = (p - q).norm() * (1 - 1e-14) - rounding_m;
@@ -77,8 +77,9 @@ bool IsLocallyNearest(const TriangleTree& tree, const Vector3& p, const Vector3&
   return nearest;
 }
 
-// On the surface the faces that meet there count, elsewhere the places that are nearest of all beside
-// them: a neighbouring triangle's rim is not.
+// True if the distance has a kink at p: a triangle about as near as the nearest has another
+// gradient. On the surface all triangles at p count; elsewhere only those whose nearest point is
+// locally nearest, which excludes the edge of a neighbouring triangle.
 bool MeshPullsTwoWays(const TriangleTree& tree, const Vector3& p,
                       const TriangleTree::Nearest& nearest, WorkCounter* work) {
   const double reach_m = nearest.distance_m + kKinkReach_m;
@@ -99,10 +100,11 @@ bool MeshPullsTwoWays(const TriangleTree& tree, const Vector3& p,
   return two_ways;
 }
 
-// Whether all triangles at `q`, the place of the surface nearest to a point `p` in a solid that winds
-// around it once, are left on the way from `p`: then what lies behind one of them is outside.
+// True if the way from `p` to `q` leaves the solid through every triangle at `q`, so that the
+// points behind q are outside. p is a point in a solid with winding number `turns` = +-1, q its
+// nearest surface point.
 bool AllAreLeft(const TriangleTree& tree, const Vector3& p, const Vector3& q, int turns) {
-  constexpr double kEdgeOn = 1e-9;  // sine: the side of a triangle that rounding could change
+  constexpr double kEdgeOn = 1e-9;  // sine below which rounding could change the side of a triangle
   const double rounding_m = RoundingAt(p);
   const Vector3 way = turns * (q - p).normalized();
   bool all = true;
@@ -115,10 +117,10 @@ bool AllAreLeft(const TriangleTree& tree, const Vector3& p, const Vector3& q, in
   return all;
 }
 
-// Of a point in the solid.
+// PointSample::buried for a point in the solid.
 bool IsBuried(const TriangleTree& tree, const Vector3& p, const TriangleTree::Nearest& nearest,
               WorkCounter* work) {
-  constexpr double kNoDirection_m = 1e-9;  // nearer, the way to the surface is made of rounding
+  constexpr double kNoDirection_m = 1e-9;  // at less, rounding determines the way to the surface
   if (nearest.distance_m <= kNoDirection_m) return tree.Buries(p, nearest.face_normal, work);
   const int turns = tree.Winding(p, work);
   if (std::abs(turns) == 1 && AllAreLeft(tree, p, nearest.point, turns)) return false;
@@ -146,7 +148,7 @@ PointSample SamplePlate(const PlaneProfile& outline, double thickness_m, const V
   const double higher_m = std::max(side.distance_m, face_m);
   const double lower_m = std::min(side.distance_m, face_m);
   const bool at_rim = higher_m <= kKinkReach_m && higher_m - lower_m <= kKinkReach_m;
-  if (lower_m > 0) {  // beside the rim, above the plate
+  if (lower_m > 0) {  // outside the outline and above or below the plate
     const double distance_m = std::hypot(side.distance_m, face_m);
     return {distance_m, (side.distance_m * to_side + face_m * to_face) / distance_m,
             at_rim || side.kink};
@@ -158,7 +160,8 @@ PointSample SamplePlate(const PlaneProfile& outline, double thickness_m, const V
 
 PointSample SampleConvex(const Convex& convex, const Vector3& p) {
   const SurfacePoint at = NearestSurfacePoint(convex, p);
-  // Farther than this no face is within reach, but at corners sharper than any that people make.
+  // chosen: farther outside than this no plane of a face is within reach, except at corners sharper
+  // than any in real objects.
   constexpr double kFarFromFaces_m = 1e3 * kKinkReach_m;
   const bool near = at.signed_distance_m <= kFarFromFaces_m;
   return {at.signed_distance_m, at.normal, near && FacesPullTwoWays(*convex.hull, p)};
@@ -166,15 +169,16 @@ PointSample SampleConvex(const Convex& convex, const Vector3& p) {
 
 PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p,
                        double distance_m, WorkCounter* work) {
-  // Who knows how far the surface is finds the place sooner.
+  // The known distance limits the search for the nearest point.
   const auto nearest = tree.NearestPoint(p, std::abs(distance_m) + kKinkReach_m, work);
   const double sign = distance_m < 0 ? -1 : 1;
-  // Below, the direction to the surface is made of rounding.
+  // At smaller distances rounding determines the direction to the surface.
   const bool on_surface = nearest.distance_m <= kKinkReach_m;
   const Vector3 gradient =
       on_surface ? nearest.face_normal : Vector3(sign * (p - nearest.point) / nearest.distance_m);
   const bool kink = (on_surface && !watertight) || MeshPullsTwoWays(tree, p, nearest, work);
-  // On a triangle within the solid the distance is none, but has a sign.
+  // A point on a triangle inside the solid has the distance -0, whose sign bit says that it is
+  // inside.
   const bool inside = watertight && std::signbit(distance_m);
   return {sign * nearest.distance_m, gradient, kink, inside && IsBuried(tree, p, nearest, work)};
 }

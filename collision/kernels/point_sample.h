@@ -1,4 +1,4 @@
-// One point against one solid of which the distance has no short formula: profiles, hulls, meshes.
+// The distance of one point to one solid without a short formula: profiles, hulls, meshes.
 #pragma once
 
 #include <limits>
@@ -11,24 +11,25 @@
 namespace cwm::collision {
 
 struct PointSample {
-  double distance_m = 0;                // as SignedDistance_m
-  Vector3 gradient = Vector3::UnitZ();  // unit: how the distance grows; at a kink one of the ways
+  double distance_m = 0;                // the same as SignedDistance_m
+  Vector3 gradient = Vector3::UnitZ();  // unit gradient of the distance; at a kink one of several
   bool kink = false;                    // see kink.h
-  // In a mesh that overlaps itself: the place to which the distance is lies in the solid too, so
-  // that the point is deeper.
+  // True in a mesh that overlaps itself if the nearest surface point lies inside the solid too, so
+  // that the point is deeper than distance_m says.
   bool buried = false;
 };
 
-// Of cones, vessels and plates by their profile: p in the shape's frame.
+// Samples cones and vessels by their profile, plates by their outline, and hulls; p in the shape's
+// frame.
 PointSample SampleRevolved(const PlaneProfile& profile, const Vector3& p);
 PointSample SamplePlate(const PlaneProfile& outline, double thickness_m, const Vector3& p);
 PointSample SampleConvex(const Convex& convex, const Vector3& p);
 
-// Of a mesh by its tree; an open one has no inside, and a kink all over its surface. `distance_m` is
-// what MeshDistance_m told of the point.
+// Samples a mesh by its tree. An open mesh has no inside, and a kink on all of its surface.
+// `distance_m` is the result of MeshDistance_m for the point.
 PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p,
                        double distance_m, WorkCounter* work = nullptr);
-// Some distance beyond `max_distance_m` for what lies farther outside than that.
+// The signed distance of p; infinity if p lies farther outside than `max_distance_m`.
 double MeshDistance_m(const TriangleTree& tree, bool watertight, const Vector3& p,
                       double max_distance_m, WorkCounter* work = nullptr);
 

@@ -9,8 +9,8 @@
 namespace cwm::collision {
 namespace {
 
-// Where two faces meet, rounding could put the point past the border of both and let a ray slip
-// through; each face is wider by this share of the size.
+// Share of the size by which each face is extended. Without it, rounding could put a hit past the
+// border of both faces at an edge and let the ray slip through.
 constexpr double kRimShare = 1e-12;
 
 // Collects candidate hits and keeps the first one along the ray.
@@ -31,7 +31,7 @@ class FirstHit {
   std::optional<RayHit> hit_;
 };
 
-// The roots of a t^2 + 2 b t + c without cancellation; none where the ray misses.
+// The real roots of a t^2 + 2 b t + c, computed without cancellation.
 struct Roots {
   std::array<double, 2> t;
   int count;
@@ -45,7 +45,8 @@ Roots Solve(double a, double b, double c) {
   return {{q / a, c / q}, 2};
 }
 
-// The horizontal face at height z, facing `up`, of the points that `contains` accepts.
+// Offers the hit with the horizontal face at height z, whose normal is (0, 0, up) and whose points
+// `contains` accepts.
 template <class Contains>
 void OfferHorizontal(double z, double up, const Contains& contains, FirstHit& first) {
   if (first.ray().direction.z() == 0) return;
@@ -55,7 +56,8 @@ void OfferHorizontal(double z, double up, const Contains& contains, FirstHit& fi
 
 void OfferBall(const Vector3& centre, double radius, double sign_z, FirstHit& first) {
   const Vector3 from = first.ray().origin - centre;
-  // Measured from the foot on the ray, so that a far origin costs no digits.
+  // Measured from the point of the ray nearest to the centre, so that a distant origin loses no
+  // digits.
   const double middle = -from.dot(first.ray().direction);
   const double off_squared = (from + middle * first.ray().direction).squaredNorm();
   const double half_squared = radius * radius - off_squared;
@@ -66,7 +68,7 @@ void OfferBall(const Vector3& centre, double radius, double sign_z, FirstHit& fi
   }
 }
 
-// The slanted side: radius = r0 + slope z for |z| <= half.
+// Offers the hits with the slanted side: radius = r0 + slope z for |z| <= half.
 void OfferSide(double r0, double slope, double half, FirstHit& first) {
   const Vector3 &o = first.ray().origin, &d = first.ray().direction;
   const double radius = r0 + slope * o.z(), growth = slope * d.z();
@@ -79,7 +81,7 @@ void OfferSide(double r0, double slope, double half, FirstHit& first) {
     const Vector3 p = first.At(t);
     if (std::abs(p.z()) > half * (1 + kRimShare) || r0 + slope * p.z() < 0) continue;
     const double radial = p.head<2>().norm();
-    if (!(radial > 0)) continue;  // the apex has no normal; a disc or nothing is there
+    if (!(radial > 0)) continue;  // the apex has no normal
     first.Offer(t, Vector3(p.x() / radial, p.y() / radial, -slope).normalized());
   }
 }
@@ -139,7 +141,8 @@ struct Caster {
     for (const Polygon& hole : s.holes) OfferWalls(hole, -1, s.thickness_m);
   }
   void operator()(const Convex& s) const {
-    // The ray inside of a polyhedron is what all of its planes leave.
+    // The interval of the ray inside a polyhedron is the intersection of the intervals behind its
+    // planes.
     double enter = -std::numeric_limits<double>::infinity(), leave = -enter;
     Vector3 normal_in = Vector3::UnitZ(), normal_out = Vector3::UnitZ();
     for (const TriangleMesh::Triangle& triangle : s.hull->triangles) {
@@ -163,7 +166,7 @@ struct Caster {
   void operator()(const Mesh&) const {}
 
  private:
-  // The vertical walls over a ring; `sign` is -1 for a hole.
+  // Offers the hits with the vertical walls over a ring; `sign` is -1 for a hole.
   void OfferWalls(const Polygon& ring, double sign, double thickness) const {
     const double turn = SignedArea_m2(ring) > 0 ? sign : -sign;
     const Vector2 o = first.ray().origin.head<2>(), d = first.ray().direction.head<2>();

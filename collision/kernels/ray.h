@@ -1,4 +1,4 @@
-// Rays against the shapes that have a formula, in the shape's frame.
+// Ray casts against the shapes that have a formula, in the shape's frame.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 namespace cwm::collision {
 
 // The first point of the surface at a distance in [0, ray.max_distance_m], from outside or inside.
-// Meshes are hit through their tree (TriangleTree::CastRay); here they are missed.
+// Empty for meshes, which are hit through their tree (TriangleTree::CastRay).
 std::optional<RayHit> CastRay(const Shape& shape, const Ray& ray);
 
 }  // namespace cwm::collision

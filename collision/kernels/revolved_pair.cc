@@ -8,8 +8,8 @@
 namespace cwm::collision {
 namespace {
 
-// Axes that part by less than this angle count as parallel: over a length of 10 m they part by a
-// hundredth of a nanometre.
+// Axes at a smaller sine count as parallel: over a length of 10 m they diverge by a hundredth of a
+// nanometre.
 constexpr double kParallelSine = 1e-12;
 
 // The slanted side of a core's profile, bottom to top, as (radial, z).
@@ -34,7 +34,7 @@ Side Mirrored(const Side& side) {
   return {{side.top.x(), -side.top.y()}, {side.bottom.x(), -side.bottom.y()}};
 }
 
-// Where the witness on A lies in its profile, given the nearest side of the sum's profile.
+// The witness point in A's profile, given the nearest side of the sum's profile.
 Vector2 ShareOfA(const Side& a, int side, double share, double radial_share, bool a_first) {
   if (side == 0) return {radial_share * a.bottom.x(), a.bottom.y()};
   if (side == 3) return {radial_share * a.top.x(), a.top.y()};
@@ -56,10 +56,10 @@ bool IsRevolved(const ConvexCore& core) {
 
 PairDistance CoaxialRevolved(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
   const Side side_a = SideOf(a);
-  // The difference A - B holds B mirrored at its centre; an axis that points down mirrors it back.
+  // A - B contains B mirrored at its centre; an axis of B that points down mirrors it back.
   const Side side_b = X_AB.linear()(2, 2) > 0 ? Mirrored(SideOf(b)) : SideOf(b);
   const Vector2 along_a = side_a.top - side_a.bottom, along_b = side_b.top - side_b.bottom;
-  // Both rise; the one that leans outward more comes first in a convex chain.
+  // Both sides rise; in a convex chain the one that leans outward more comes first.
   const bool a_first = along_a.x() * along_b.y() >= along_b.x() * along_a.y();
   const Vector2 bottom = side_a.bottom + side_b.bottom, top = side_a.top + side_b.top;
   const Vector2 knee = bottom + (a_first ? along_a : along_b);

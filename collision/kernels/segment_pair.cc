@@ -10,21 +10,23 @@
 namespace cwm::collision {
 namespace {
 
-// Points nearer than this share of the extent tell no direction (see kTouchingShare in gjk.h; here
-// the formulas keep more digits).
+// Share of the extent. Points nearer than this define no direction (see kTouchingShare in gjk.h;
+// here the formulas keep more digits).
 constexpr double kMeetingShare = 1e-13;
 
-// A plane across the gap must part the two by so much of it: else rounding has taken the direction.
+// chosen: share of the gap by which a plane across it must separate the two. If it does not,
+// rounding has destroyed the direction.
 constexpr double kLeastCertified = 0.9;
 
 struct NearestPair {
   Vector3 on_a, on_b;
-  bool is_crossing = false;  // both inside of their segments, on the common perpendicular
+  bool is_crossing = false;  // both lie inside their segments, on the common perpendicular
   double squared() const { return (on_b - on_a).squaredNorm(); }
 };
 
-// Where both feet of the common perpendicular lie inside, they are nearest; else an end point is.
-// All are tried, so that nearly parallel segments lose no digits.
+// The nearest points of two segments: the feet of the common perpendicular if both lie inside, else
+// an end point and its nearest point. All candidates are compared, so that nearly parallel segments
+// lose no digits.
 NearestPair NearestPoints(const Segment& a, const Segment& b) {
   std::array<NearestPair, 5> candidates = {NearestPair{a.a, NearestOnSegment(b.a, b.b, a.a)},
                                            NearestPair{a.b, NearestOnSegment(b.a, b.b, a.b)},
@@ -37,8 +39,8 @@ NearestPair NearestPoints(const Segment& a, const Segment& b) {
   if (nn > 0) {
     const double s = w.cross(v).dot(n) / nn, t = w.cross(u).dot(n) / nn;
     if (s > 0 && s < 1 && t > 0 && t < 1) {
-      // Nearly parallel, both feet are free along their segments by 1e-16 over the angle, each in
-      // its own way: taken from the other one, they fit together again.
+      // In nearly parallel segments, rounding moves each foot independently by 1e-16 divided by the
+      // angle. Each is therefore computed as the nearest point to the other.
       const Vector3 on_b = NearestOnSegment(b.a, b.b, Vector3(a.a + s * u));
       candidates[count++] = {NearestOnSegment(a.a, a.b, on_b), on_b, true};
     }
@@ -48,7 +50,8 @@ NearestPair NearestPoints(const Segment& a, const Segment& b) {
       [](const NearestPair& x, const NearestPair& y) { return x.squared() < y.squared(); });
 }
 
-// A direction in which two crossing segments part at no cost, turned towards the middle of B.
+// A unit direction that is perpendicular to two crossing segments, pointing towards the middle of
+// B.
 Vector3 ParticularNormal(const Segment& a, const Segment& b) {
   const Vector3 u = a.b - a.a, v = b.b - b.a;
   Vector3 n = u.cross(v);
@@ -60,26 +63,26 @@ Vector3 ParticularNormal(const Segment& a, const Segment& b) {
   return n.dot(b.a + b.b - a.a - a.b) < 0 ? Vector3(-n) : n;
 }
 
-// How far B lies beyond A along `n`.
+// The gap between A and B along `n`; negative if their projections overlap.
 double GapAlong(const Segment& a, const Segment& b, const Vector3& n) {
   return std::min(n.dot(b.a), n.dot(b.b)) - std::max(n.dot(a.a), n.dot(a.b));
 }
 
 Vector3 Clamp(const Vector3& p, const Vector3& half) { return p.cwiseMax(-half).cwiseMin(half); }
 
-// The same of a box and a segment.
+// The same for a box and a segment.
 double GapAlong(const Vector3& half, const Segment& segment, const Vector3& n) {
   return std::min(n.dot(segment.a), n.dot(segment.b)) - half.dot(n.cwiseAbs());
 }
 
-// Half of the derivative of the squared distance to the box along a segment; it never falls.
+// Half the derivative of the squared distance to the box along a segment. Never decreases with t.
 double Slope(const Vector3& half, const Segment& segment, double t) {
   const Vector3 along = segment.b - segment.a, p = segment.a + t * along;
   return (p - Clamp(p, half)).dot(along);
 }
 
-// The place on the segment that is nearest to the box: where the slope changes sign. Between the
-// places where the segment crosses the planes of the faces, the slope is linear.
+// The parameter t of the segment's point nearest to the box, where Slope changes sign. Slope is
+// linear between the parameters at which the segment crosses the planes of the faces.
 double NearestPlace(const Vector3& half, const Segment& segment) {
   const Vector3 along = segment.b - segment.a;
   double low = 0, high = 1;
@@ -98,8 +101,8 @@ double NearestPlace(const Vector3& half, const Segment& segment) {
   return std::clamp(low - at_low * (high - low) / (at_high - at_low), low, high);
 }
 
-// The least translation of a segment that enters a box: the faces of their sum are those of the box
-// and those that an edge and the segment span.
+// The least translation of a segment out of a box that it enters. The faces of their Minkowski
+// difference are those of the box and those spanned by a box edge and the segment.
 PairDistance SegmentInBox(const Vector3& half, const Segment& segment) {
   const Vector3 along = segment.b - segment.a, middle = 0.5 * (segment.a + segment.b);
   const double length = along.norm();
@@ -119,7 +122,7 @@ PairDistance SegmentInBox(const Vector3& half, const Segment& segment) {
     // A face is preferred to an edge of equal depth.
     consider(axis.normalized(), kMeetingShare * half.maxCoeff());
   }
-  // Parted by a little more than the depth, the nearest points are those that touch last.
+  // After moving the segment by more than the depth, the nearest points are those that touch last.
   const double gap = half.maxCoeff();
   const Vector3 shift = (gap - best.distance_m) * best.normal;
   const Segment parted{segment.a + shift, segment.b + shift};
@@ -140,7 +143,7 @@ PairDistance SegmentToSegment(const Segment& a, const Segment& b) {
     answer.distance_m = distance;
     answer.normal = (nearest.on_b - nearest.on_a) / distance;
     if (nearest.is_crossing) {
-      // The common perpendicular itself keeps its digits when the gap has lost them.
+      // The common perpendicular is accurate even if the gap is too small to define a direction.
       const Vector3 n = (a.b - a.a).cross(b.b - b.a).normalized();
       answer.normal = n.dot(answer.normal) < 0 ? Vector3(-n) : n;
     }

@@ -10,11 +10,12 @@ struct Segment {
   Vector3 a, b;
 };
 
-// Never negative. Where the segments meet, the normal is perpendicular to both: parting two
-// capsules along it takes least.
+// The distance of two segments, never negative. If they meet, the normal is perpendicular to both,
+// since two capsules are separated by the least translation along it.
 PairDistance SegmentToSegment(const Segment& a, const Segment& b);
 
-// The segment is given in the box's frame; A is the box. Negative where it enters the box.
+// The distance of a box (A) and a segment in the box's frame; negative if the segment enters the
+// box.
 PairDistance BoxToSegment(const Box& box, const Segment& segment);
 
 }  // namespace cwm::collision

@@ -6,8 +6,8 @@
 namespace cwm::collision {
 namespace {
 
-// Of a determinant of three vectors, as a share of the product of their lengths: a dozen rounding
-// errors of double.
+// derived: rounding error of a determinant of three vectors, as a share of the product of their
+// lengths: a dozen roundings of double precision.
 constexpr double kRounding = 4e-15;
 
 using Corners = std::array<Vector3, 4>;
@@ -45,7 +45,7 @@ SimplexFeature OnTriangle(const Corners& corners, int i, int j, int k) {
   const Vector3 &a = corners[i], &b = corners[j], &c = corners[k];
   const Vector3 n = (b - a).cross(c - a);
   const double nn = n.squaredNorm();
-  // Barycentric coordinates of the foot, times nn: areas of the triangles that the origin makes.
+  // Barycentric coordinates of the origin's projection, times nn.
   const double u = b.cross(c).dot(n), v = c.cross(a).dot(n), w = a.cross(b).dot(n);
   if (nn > 0 && u >= 0 && v >= 0 && w >= 0) {
     SimplexFeature feature;
@@ -73,8 +73,8 @@ SimplexFeature OnTetrahedron(const Corners& corners) {
     const Vector3 w = corners[opposite] - corners[i];
     const Vector3 n = u.cross(v);
     const double origin_side = -n.dot(corners[i]), inner_side = n.dot(w);
-    // Sides that are made of rounding prove nothing: the face stays a candidate, and all four of a
-    // flat tetrahedron do.
+    // A side that rounding determines proves nothing, so the face stays a candidate. In a flat
+    // tetrahedron all four faces do.
     const double area = u.norm() * v.norm();
     const bool is_sure = std::abs(origin_side) > kRounding * area * corners[i].norm() &&
                          std::abs(inner_side) > kRounding * area * w.norm();

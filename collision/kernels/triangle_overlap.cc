@@ -6,9 +6,10 @@
 namespace cwm::collision {
 namespace {
 
-// Of the size of both: far above the rounding of coordinates, below what anybody asks for.
+// chosen: share of the size of both within which a pair counts as nearly touching. Far above the
+// rounding of coordinates, below any gap that matters in practice.
 constexpr double kUnsure = 1e-10;
-// An axis shorter than this share of what it was made of has no direction.
+// A cross product shorter than this share of its factors' lengths has no direction.
 constexpr double kNoDirection = 1e-12;
 
 struct Interval {
@@ -20,12 +21,13 @@ Interval Along(const TrianglePoints& triangle, const Vector3& axis) {
   return {std::min({a, b, c}), std::max({a, b, c})};
 }
 
-// Gathers the verdict of one axis after the other: one that parts decides.
+// Combines the verdicts of the axes: one that separates decides.
 class Axes {
  public:
   explicit Axes(double size) : size_(size) {}
 
-  // `made_of` is the product of the lengths that the axis was made of. False once it is decided.
+  // False once an axis separates the two. `made_of` is the product of the lengths of the vectors
+  // whose cross product is the axis.
   bool Try(const Vector3& axis, double made_of, const Interval& a, const Interval& b) {
     const double squared = axis.squaredNorm();
     if (squared <= kNoDirection * kNoDirection * made_of * made_of) return true;
@@ -72,7 +74,8 @@ Overlap TrianglesOverlap(const TrianglePoints& a, const TrianglePoints& b) {
       if (parted(edges_a[i].cross(edges_b[j]), lengths_a[i] * lengths_b[j])) return Overlap::kNo;
     }
   }
-  // Within one plane, or nearly, the products of edges all run along the normal.
+  // In (nearly) coplanar triangles the cross products of edges are all parallel to the normal, so
+  // axes in the plane are tested too.
   for (std::size_t k = 0; k < 3; ++k) {
     if (parted(normal_a.cross(edges_a[k]), normal_a.norm() * lengths_a[k])) return Overlap::kNo;
     if (parted(normal_b.cross(edges_b[k]), normal_b.norm() * lengths_b[k])) return Overlap::kNo;

@@ -1,4 +1,4 @@
-// Yes or no for single triangles, by separating axes (Gottschalk, Lin and Manocha 1996).
+// Overlap tests for single triangles, by separating axes (Gottschalk, Lin and Manocha 1996).
 #pragma once
 
 #include <array>
@@ -9,11 +9,12 @@ namespace cwm::collision {
 
 using TrianglePoints = std::array<Vector3, 3>;
 
-// Nearer than kUnsure of its size to touching, rounding could decide: somebody else should.
+// kUnsure if the pair is so near to touching that rounding could decide; the caller then needs
+// another test.
 enum class Overlap { kNo, kYes, kUnsure };
 
 Overlap TrianglesOverlap(const TrianglePoints& a, const TrianglePoints& b);
-// The triangle in the frame of the solid box.
+// The triangle is given in the frame of the solid box.
 Overlap TriangleOverlapsBox(const TrianglePoints& triangle, const Box& box);
 
 }  // namespace cwm::collision

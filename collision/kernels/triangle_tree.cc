@@ -12,19 +12,21 @@
 namespace cwm::collision {
 namespace {
 
-// Triangles in a leaf: fewer make the tree larger than the mesh, more test triangles in vain.
+// chosen: triangles in a leaf. Fewer make the tree larger than the mesh, more test triangles in
+// vain.
 constexpr std::int32_t kLeafSize = 2;
 
-// The median of so many takes a few milliseconds; swaps between two looks.
+// Number of triangles whose median is found in one step (a few milliseconds), and number of swaps
+// between two calls of the WorkCounter.
 constexpr std::int64_t kSelectedAtOnce = std::int64_t{1} << 17;
 constexpr std::int64_t kSwappedAtOnce = std::int64_t{1} << 12;
-constexpr int kMaxRounds = 64;  // halving takes 8
+constexpr int kMaxRounds = 64;  // exact halving needs at most 14, from 2^31 to kSelectedAtOnce
 
 Vector3 Middle(const TriangleCorners& t) {
   return (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0;
 }
 
-// Entry of the ray into the box, or infinity when it misses it.
+// The distance at which the ray enters the box, or infinity if it misses the box.
 double EntryIntoBox(const Aabb& box, const Ray& ray) {
   double enter = 0, leave = ray.max_distance_m;
   for (int axis = 0; axis < 3; ++axis) {
@@ -40,15 +42,16 @@ double EntryIntoBox(const Aabb& box, const Ray& ray) {
     enter = std::max(enter, std::min(a, b));
     leave = std::min(leave, std::max(a, b));
   }
-  // Rounding of the divisions must not lose a ray in the plane of a flat box.
+  // The tolerance keeps rounding of the divisions from losing a ray in the plane of a flat box.
   return enter <= leave * (1 + 1e-15) + 1e-300 ? enter : std::numeric_limits<double>::infinity();
 }
 
-// Where a ray meets a triangle's plane inside of it. The volumes that the ray spans with the edges
-// are computed alike for both triangles at an edge, so that no ray slips between them.
+// The crossing of a ray's line with a triangle, at any distance. The volumes spanned by the ray and
+// an edge are computed in the same way for both triangles at the edge, so that no ray slips between
+// them.
 struct Crossing {
   double distance_m = 0;
-  double clearance = 0;  // smallest barycentric coordinate: how far from the nearest edge
+  double clearance = 0;  // smallest barycentric coordinate: distance from the nearest edge
   bool leaves = false;   // the ray runs with the triangle's normal, not against it
 };
 std::optional<Crossing> Cross(const TriangleCorners& t, const Ray& ray) {
@@ -60,7 +63,7 @@ std::optional<Crossing> Cross(const TriangleCorners& t, const Ray& ray) {
   const double u = edge_volume(b, c), v = edge_volume(c, a), w = edge_volume(a, b);
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return std::nullopt;
   const double sum = u + v + w;
-  if (sum == 0) return std::nullopt;  // along the plane
+  if (sum == 0) return std::nullopt;  // the ray lies in the plane
   const double distance = (u * a + v * b + w * c).dot(ray.direction) / sum;
   return Crossing{
       distance,
@@ -101,7 +104,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint
   Build(0, static_cast<std::int32_t>(triangles_.size()), work);
 }
 
-// Splits at the median, so that the depth is the logarithm of the count.
+// Splits at the median, so that the depth is logarithmic in the count.
 std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCounter* work) {
   const auto index = static_cast<std::int32_t>(nodes_.size());
   const std::int32_t all = count;
@@ -138,7 +141,7 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCou
   return index;
 }
 
-// Quickselect (Hoare 1961), in pieces as long as there are many.
+// Quickselect (Hoare 1961), in pieces that `work` can end while there are many triangles.
 void TriangleTree::SplitAtMedian(std::int32_t first, std::int32_t count, Eigen::Index axis,
                                  WorkCounter* work) {
   const auto key = [axis](const TriangleCorners& t) { return Middle(t)[axis]; };
@@ -150,9 +153,9 @@ void TriangleTree::SplitAtMedian(std::int32_t first, std::int32_t count, Eigen::
   };
   const std::int64_t middle = first + count / 2;
   std::int64_t low = first, end = first + count;
-  // Keys that make it slow are left to std::nth_element, which has a remedy.
+  // Keys that need too many rounds are left to std::nth_element, whose cost is bounded.
   for (int round = 0; end - low > kSelectedAtOnce && round < kMaxRounds; ++round) {
-    std::array<double, 9> keys;  // the middle one of some is near the middle of all
+    std::array<double, 9> keys;  // the median of this sample is near the median of all
     for (std::size_t k = 0; k < keys.size(); ++k) {
       keys[k] = key(at(low + static_cast<std::int64_t>(k) * (end - low - 1) / 8));
     }
@@ -177,11 +180,11 @@ void TriangleTree::SplitAtMedian(std::int32_t first, std::int32_t count, Eigen::
   MustEnd(work, 2 * static_cast<std::size_t>(end - low));
 }
 
-// The largest coordinate of a corner, or with the sign of -1 the smallest.
+// The largest coordinate of a corner along the axis, or the smallest if `sign` is -1.
 double TriangleTree::Farthest(const Pose& X_FS, Eigen::Index axis, double sign) const {
   const Vector3 row = sign * X_FS.linear().row(axis).transpose();
   const double origin = sign * X_FS.translation()[axis];
-  // What rounding may take from a bound is far less.
+  // Margin far above the rounding error of a bound.
   const double slack = 1e-14 * (std::abs(origin) + bounds().min().cwiseAbs().sum() +
                                 bounds().max().cwiseAbs().sum());
   const auto bound = [&](const Node& node) {
@@ -283,13 +286,14 @@ std::optional<RayHit> TriangleTree::CastRay(const Ray& ray, WorkCounter* work) c
 
 std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* work) const {
   if (!bounds().contains(ray.origin))
-    return CastRay(ray, work);  // who comes from outside enters first
+    return CastRay(ray, work);  // from outside, the first triangle is an entry
   const AllCrossed all = CrossAll(ray.origin, ray.direction, work);
   const int turns = all.turns ? *all.turns : Winding(ray.origin, work);
   const bool is_within = all.first.triangle && all.first.distance_m <= ray.max_distance_m;
   Crossed next = all.turns && is_within ? all.first : FirstCrossed(ray, kFromOrigin, work);
   if (next.triangle == nullptr) return std::nullopt;
-  // Whoever is in one part alone leaves that, unless the ray runs along an edge or into another part.
+  // A ray that starts outside enters at the next triangle. One that starts in a single component
+  // leaves it there, unless it passes near an edge or enters another component.
   const int after = turns + (next.leaves ? -1 : 1);
   if (turns == 0 || (after == 0 && next.clearance > kUnsure)) return next.Hit();
   while (next.triangle != nullptr && !HasEnded(work)) {
@@ -331,7 +335,7 @@ TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin, const Vec
 
 int TriangleTree::Winding(const Vector3& p, WorkCounter* work) const {
   if (!bounds().contains(p)) return 0;
-  // Any direction serves; this one is parallel to no face that people or scanners make.
+  // Any direction is correct. This one is unlikely to be parallel to a face of a real mesh.
   static const Vector3 kWay = Vector3(0.5257, 0.2874, 0.8006).normalized();
   const AllCrossed all = CrossAll(p, kWay, work);
   return all.turns ? *all.turns : WindingByAngles(p, work);
@@ -347,13 +351,13 @@ int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
     }
   };
   InPieces(triangles_.size(), work, add, kStepsOfAngle);
-  // Of whole turns of 4 pi; half of one is as far from none as from one.
+  // The exact angle is a multiple of 4 pi; lround takes the nearest.
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }
 
 bool TriangleTree::Buries(const Vector3& p, const Vector3& look, WorkCounter* work) const {
-  // Towards corners and faces of a cube, but in no plane that people make: wherever more than a
-  // quarter of a turn is open about an edge, one of them is in it.
+  // Directions near the corners and faces of a cube, but off the planes of typical meshes. If more
+  // than a quarter turn about an edge is outside the solid, one of them points into it.
   static const std::array<Vector3, 7> kWays = {
       Vector3(0.53, 0.62, 0.58),  Vector3(-0.61, 0.55, 0.57), Vector3(0.56, -0.52, 0.64),
       Vector3(0.59, 0.58, -0.56), Vector3(0.99, 0.07, -0.04), Vector3(0.05, 0.99, 0.08),

@@ -17,24 +17,24 @@ struct TriangleCorners {
   Vector3 Normal() const;
 };
 
-// Distance of two boxes, 0 when they overlap.
+// Distance of two boxes, 0 if they overlap.
 double BoxGap_m(const Aabb& a, const Aabb& b);
 
 // Immutable; the triangles are copied in the order of the tree.
 class TriangleTree {
  public:
-  // Boxes of the nodes: children of node i are i + 1 and `right`, or triangles [first, first +
-  // count) when count is not 0.
+  // The children of inner node i are i + 1 and `right`; a leaf (count > 0) holds the triangles
+  // [first, first + count).
   struct Node {
     Aabb bounds;
-    double radius_m = 0;  // no corner is farther from the box's centre
+    double radius_m = 0;  // largest distance of a corner from the box's centre
     std::int32_t right = 0;
     std::int32_t first = 0;
     std::int32_t count = 0;
   };
 
-  // At least one triangle. `is_turned` tells those whose winding is the other way round; empty: none.
-  // Incomplete, not to be asked, where `work` ended it.
+  // The mesh has at least one triangle. `is_turned` marks the triangles whose winding is to be
+  // reversed; none if it is empty. The tree is incomplete and unusable if `work` ended it.
   explicit TriangleTree(const TriangleMesh& mesh, WorkCounter* work = nullptr);
   TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
                const std::vector<bool>& is_turned, WorkCounter* work = nullptr);
@@ -44,17 +44,18 @@ class TriangleTree {
     return triangles_[static_cast<std::size_t>(index)];
   }
   const Aabb& bounds() const { return nodes_.front().bounds; }
-  // TightBounds of the mesh at a pose, by the few corners that may be the outermost.
+  // The same as TightBounds of the mesh at a pose, but visits only the corners that may be
+  // outermost.
   Aabb BoundsAt(const Pose& X_FS) const;
   const std::vector<TriangleCorners>& triangles() const { return triangles_; }
 
-  // A point of each part of the surface that hangs together. Where no surfaces cross, a part lies
-  // wholly inside or wholly outside of another solid, so that one point of it decides.
+  // One point of each connected component of the surface. If surfaces do not cross, a component
+  // lies entirely inside or outside another solid, so one point decides.
   const std::vector<Vector3>& component_points() const { return component_points_; }
 
-  // Visits triangles that may be within a distance of a box, near subtrees first: visit(triangle,
-  // index) returns the distance that still matters from then on; with a negative one only triangles
-  // whose bounds overlap the box do, and kEnd ends the search, as `work` may.
+  // Visits triangles that may be within a distance of a box, near subtrees first. visit(triangle,
+  // index) returns the maximum distance for the rest of the search; if that is negative, only
+  // triangles whose bounds overlap the box are visited. kEnd ends the search, and so may `work`.
   static constexpr double kEnd = -std::numeric_limits<double>::infinity();
   template <class Visit>
   void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit,
@@ -62,48 +63,48 @@ class TriangleTree {
     ForEachNearBy([&](const Node& node) { return BoxGap_m(node.bounds, box); }, max_distance_m,
                   visit, work);
   }
-  // The same of what else bounds the distance to a node's triangles from below: bound_m(node).
+  // The same with any lower bound of the distance to a node's triangles: bound_m(node).
   template <class Bound, class Visit>
   void ForEachNearBy(Bound&& bound_m, double max_distance_m, Visit&& visit,
                      WorkCounter* work = nullptr) const;
 
-  // The nearest point of the triangles; `signed_distance_m` is positive on the side of its normal.
+  // The nearest point of the triangles. The distance is infinite if none is nearer than the limit.
   struct Nearest {
     double distance_m = std::numeric_limits<double>::infinity();
     Vector3 point = Vector3::Zero();
     Vector3 face_normal = Vector3::UnitZ();
   };
-  // As far as it was searched where `work` ends it.
+  // If `work` ends the search, the nearest point found so far.
   Nearest NearestPoint(const Vector3& p, double max_distance_m, WorkCounter* work = nullptr) const;
 
-  // The first triangle hit by a ray, either side.
+  // The first triangle hit by a ray, from either side.
   std::optional<RayHit> CastRay(const Ray& ray, WorkCounter* work = nullptr) const;
-  // Of a watertight mesh, where a ray first enters or leaves its solid: triangles within the solid,
-  // where parts overlap, are none of its surface.
+  // The point at which a ray first enters or leaves the solid of a watertight mesh. Triangles
+  // inside the solid, where components overlap, are not part of its surface.
   std::optional<RayHit> CastRayAtSolid(const Ray& ray, WorkCounter* work = nullptr) const;
 
-  // How often the surface of a watertight mesh winds around a point: 0 outside, 1 in a solid whose
-  // normals point outward, -1 in one that is wound inward, more where parts overlap. By the
-  // crossings of a ray, or by solid angles where the ray passes too near to an edge to be sure.
+  // The winding number of a watertight mesh around a point: 0 outside, 1 in a solid whose normals
+  // point outward, -1 in one that is wound inward, more where components overlap. Computed from the
+  // crossings of a ray, or from solid angles if the ray passes too near to an edge to be certain.
   int Winding(const Vector3& p, WorkCounter* work = nullptr) const;
-  // Whether a point is in the solid of a watertight mesh: parts that overlap are a union, a part
-  // within another one that faces the other way is a cavity, and a mesh that is wound inward is as
-  // solid as its mirror image.
+  // True if a point is in the solid of a watertight mesh. Overlapping components form a union, a
+  // component inside another one with opposite winding is a cavity, and a mesh that is wound inward
+  // has the same solid as one wound outward.
   bool Encloses(const Vector3& p, WorkCounter* work = nullptr) const {
     return Winding(p, work) != 0;
   }
 
-  // Whether a point of the surface of a watertight mesh lies within its solid all the same. False
-  // means that some point outside is within kBuried_m. `look` is where one is likely.
-  static constexpr double kBuried_m = 1e-8;  // a tenth of what kExact promises
+  // True if a point on a triangle of a watertight mesh is surrounded by its solid. False means that
+  // some point outside the solid is within kBuried_m. `look` is the direction that is tried first.
+  static constexpr double kBuried_m = 1e-8;  // a tenth of kExactTolerance_m
   bool Buries(const Vector3& p, const Vector3& look, WorkCounter* work = nullptr) const;
 
  private:
-  // A triangle on a ray's way; nullptr: none.
+  // A triangle crossed by a ray; `triangle` is nullptr if there is none.
   struct Crossed {
     const TriangleCorners* triangle = nullptr;
     double distance_m = 0;
-    double clearance = 0;  // from the triangle's edges: the smallest barycentric coordinate
+    double clearance = 0;  // smallest barycentric coordinate: distance from the triangle's edges
     bool leaves = false;   // the ray runs with the triangle's normal
     RayHit Hit() const { return {distance_m, triangle->Normal()}; }
   };
@@ -111,10 +112,11 @@ class TriangleTree {
   void SplitAtMedian(std::int32_t first, std::int32_t count, Eigen::Index axis, WorkCounter* work);
   double Farthest(const Pose& X_FS, Eigen::Index axis, double sign) const;
   int WindingByAngles(const Vector3& p, WorkCounter* work) const;
-  // The nearest, farther than `after_m`.
+  // The nearest triangle that the ray crosses at a distance above `after_m`.
   Crossed FirstCrossed(const Ray& ray, double after_m, WorkCounter* work) const;
-  // Of a ray without end how often it leaves the mesh more than it enters, nothing where it passes
-  // too near to an edge to be sure, and the nearest triangle.
+  // The crossings of an endless ray: `turns` is how often it leaves the mesh minus how often it
+  // enters, `first` the nearest triangle. Both empty if the ray passes too near to an edge to be
+  // certain.
   struct AllCrossed {
     std::optional<int> turns;
     Crossed first;
@@ -126,8 +128,8 @@ class TriangleTree {
   std::vector<Vector3> component_points_;
 };
 
-// Splits at the median halve the count, so 32-bit counts make at most 32 levels; one entry waits
-// per level.
+// Capacity of a traversal stack. derived: splits at the median halve the count, so 32-bit counts
+// make at most 32 levels, and one entry per level waits.
 inline constexpr int kTreeStack = 128;
 
 template <class Bound, class Visit>
@@ -157,7 +159,7 @@ void TriangleTree::ForEachNearBy(Bound&& bound_m, double max_distance_m, Visit&&
     left.gap = bound_m(nodes_[static_cast<std::size_t>(left.node)]);
     right.gap = bound_m(nodes_[static_cast<std::size_t>(right.node)]);
     if (left.gap < right.gap) std::swap(left, right);
-    stack[size++] = left;  // the nearer one comes off first
+    stack[size++] = left;  // the nearer one is popped first
     stack[size++] = right;
   }
 }

@@ -25,13 +25,14 @@ struct Best {
   }
 };
 
-// Two halves of the corners at once, so that no comparison waits for the one before.
+// The index of the farthest corner. Compares the two halves of the corners independently, so that
+// no comparison waits for the previous one.
 std::size_t FarthestOf(const double* coordinates, std::size_t stride, double dx, double dy,
                        double dz) {
   const double *x = coordinates, *y = x + stride, *z = y + stride;
   const Lane of_x = hn::Set(kTag, dx), of_y = hn::Set(kTag, dy), of_z = hn::Set(kTag, dz);
   const auto along = [&](std::size_t i) HWY_ATTR {
-    // In the order in which Eigen sums a dot product of two vectors of three.
+    // Summed in the order of Eigen's dot product of two 3-vectors.
     const Lane xy =
         hn::Add(hn::Mul(hn::LoadU(kTag, x + i), of_x), hn::Mul(hn::LoadU(kTag, y + i), of_y));
     return hn::Add(xy, hn::Mul(hn::LoadU(kTag, z + i), of_z));
@@ -47,7 +48,7 @@ std::size_t FarthestOf(const double* coordinates, std::size_t stride, double dx,
     above.Offer(along(half + i), index_above);
   }
   best.Offer(above.along, above.index);
-  // Among equals, the first: what is not farthest counts as the last.
+  // The first of several equally far corners: indices of other lanes are replaced by `last`.
   const auto is_farthest = hn::Eq(best.along, hn::MaxOfLanes(kTag, best.along));
   const Lane last = hn::Set(kTag, static_cast<double>(stride));
   const Lane first = hn::MinOfLanes(kTag, hn::IfThenElse(is_farthest, best.index, last));
@@ -83,7 +84,7 @@ VertexLanes::VertexLanes(std::span<const Vector3> vertices)
 std::size_t VertexLanes::Farthest(const Vector3& d) const {
   const std::size_t found =
       HWY_DYNAMIC_DISPATCH(FarthestOf)(coordinates_.data(), stride_, d.x(), d.y(), d.z());
-  return found < stride_ ? found : 0;  // of what is no number none is farthest
+  return found < stride_ ? found : 0;  // a NaN direction has no farthest corner
 }
 
 }  // namespace cwm::collision

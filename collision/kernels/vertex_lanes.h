@@ -1,4 +1,4 @@
-// The corners of a hull in arrays, so that many are compared at once.
+// The corners of a hull in one array per coordinate, so that SIMD compares many at once.
 #pragma once
 
 #include <cstddef>
@@ -15,16 +15,17 @@ class VertexLanes {
   // At least one vertex.
   explicit VertexLanes(std::span<const Vector3> vertices);
 
-  // The first of those that lie farthest in a direction, to the bit what a plain loop finds: no
-  // product is fused with a sum, whatever the machine. Any direction will do, by length as well.
+  // The index of the vertex farthest in a direction, the first one if several are equally far. The
+  // same bits as a plain loop on every machine, since products and sums are not fused. `d` need not
+  // be a unit vector.
   std::size_t Farthest(const Vector3& d) const;
 
-  // Below, a plain loop is as fast (measured at 8 lanes).
+  // measured: with fewer vertices a plain loop is as fast (at 8 SIMD lanes).
   static constexpr std::size_t kFewest = 12;
 
  private:
-  std::size_t stride_;               // a multiple of the lanes of every machine
-  std::vector<double> coordinates_;  // x of all, y of all, z of all; the first vertex fills up
+  std::size_t stride_;               // a multiple of every machine's lane count
+  std::vector<double> coordinates_;  // all x, all y, all z, each padded with the first vertex
 };
 
 }  // namespace cwm::collision

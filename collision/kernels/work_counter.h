@@ -1,4 +1,4 @@
-// What steps of the kernels weigh for a WorkCounter.
+// The cost of the kernels' steps, as counted by a WorkCounter.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace cwm::collision {
 
-// Steps of asking two convex solids of few corners, be they triangles.
+// Steps of testing two convex solids of few corners, such as triangles.
 inline constexpr std::size_t kStepsOfConvexPair = 16;
 
-// Of telling whether a mesh encloses a point: a ray through its tree.
+// Steps of testing whether a mesh encloses a point: one ray through its tree.
 inline constexpr std::size_t kStepsOfEnclosing = 64;
 
 }  // namespace cwm::collision

@@ -19,12 +19,13 @@ namespace {
 
 using Affine = Eigen::Affine3d;
 
-// Far above any part of a robot, far below what a thread's stack holds.
+// chosen: far deeper than any part of a robot, far below what a thread's stack holds.
 constexpr int kDeepest = 100;
-// The elements of nodes, each as often as it is used, take time: one for each byte, and as many as
-// take some ten milliseconds of any file. An element takes four bytes at least.
+// chosen: after unfolding, with each node counted as often as it is used, a file may have this many
+// elements plus one for each of its bytes. This many take some ten milliseconds to process; an
+// element takes at least four bytes.
 constexpr std::size_t kMaxFreeElements = 100'000;
-constexpr std::size_t kMaxTransformBytes = 2048;  // 16 numbers of 25 characters are 400
+constexpr std::size_t kMaxTransformBytes = 2048;  // 16 numbers of 25 characters take 400 bytes
 
 class ColladaReader {
  public:
@@ -57,8 +58,8 @@ class ColladaReader {
     return 1.0;
   }
 
-  // What may be used by name: geometries, scenes, and nodes at any depth. Documents nest at most
-  // 100 deep (XmlDocument), and so does this.
+  // Indexes the elements that may be referred to by name: geometries, scenes, and nodes at any
+  // depth. The recursion is as deep as the document, at most 100 (XmlDocument).
   void Index(const XmlElement& element) {
     for (const XmlElement& child : element.Children()) {
       const std::string_view tag = child.tag();
@@ -73,7 +74,7 @@ class ColladaReader {
 
   absl::StatusOr<XmlElement> Find(const XmlElement& instance, const char* tag) const {
     const absl::StatusOr<std::string> url =
-        instance.Name("url");  // short, for it is looked up often
+        instance.Name("url");  // short, because it is looked up often
     if (!url.ok()) return url.status();
     const auto found = by_id_.find(*url);
     if (found != by_id_.end() && found->second.tag() == tag) return found->second;
@@ -121,7 +122,7 @@ class ColladaReader {
     return absl::OkStatus();
   }
 
-  // Identity for an element that is no transform.
+  // The identity for an element that is not a transform.
   static absl::StatusOr<Affine> ReadTransform(const XmlElement& element) {
     static const std::map<std::string_view, std::size_t> kNumbers = {
         {"matrix", 16}, {"translate", 3}, {"rotate", 4}, {"scale", 3}};
@@ -148,7 +149,7 @@ class ColladaReader {
       if (!(axis.norm() > 0.5)) return element.Fault("must have an axis of positive length");
       return Affine(Eigen::AngleAxisd(n[3] * kDegree_rad, axis));
     }
-    Affine X = Affine::Identity();  // by rows; the last is 0 0 0 1
+    Affine X = Affine::Identity();  // row-major; the last row is 0 0 0 1
     X.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(n.data());
     return X;
   }
@@ -182,8 +183,8 @@ class ColladaReader {
   std::size_t max_elements_;
   MeshBuilder mesh_;
   PolygonCutter cutter_;
-  std::size_t elements_ = 0;                 // of nodes met so far, each as often as it is used
-  std::map<std::string, XmlElement> by_id_;  // with "#" in front
+  std::size_t elements_ = 0;                 // of the nodes visited, each as often as it is used
+  std::map<std::string, XmlElement> by_id_;  // keys begin with "#"
   std::map<std::string, std::optional<ColladaGeometry>> geometries_;
 };
 

@@ -10,13 +10,13 @@
 
 namespace cwm::collision {
 
-// As ReadMeshFile: the geometries that the nodes of the scene use, as triangles, polylists and
-// polygons; lines are left out. Nodes may use nodes of the library, which are then there each time.
-// What would put surfaces elsewhere if it were passed over is refused: strips and fans, skins,
+// Same as ReadMeshFile, for the geometries that the nodes of the scene use: triangles, polylists
+// and polygons; lines are left out. Nodes may instantiate library nodes, which are repeated each
+// time. Elements that would move surfaces if they were ignored are refused: strips and fans, skins,
 // lookat and skew.
 absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const MeshFileLimits& limits);
 
-// What <up_axis> says, Y where it says nothing.
+// The axis in <up_axis>, Y if there is none.
 absl::StatusOr<UpAxis> ColladaUpAxis(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

@@ -14,7 +14,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr std::uint32_t kMostInputs = 64;  // of one primitive: the format knows some twenty kinds
+constexpr std::uint32_t kMostInputs = 64;  // chosen: the format defines some twenty kinds
 
 std::optional<std::uint32_t> ParseIndex(std::string_view word) {
   std::uint32_t index = 0;
@@ -51,7 +51,7 @@ absl::StatusOr<std::vector<std::uint32_t>> ReadIndices(const XmlElement& element
   return ReadList<std::uint32_t>(element, ParseIndex, "must hold indices");
 }
 
-// An attribute that counts; `otherwise` where it is absent.
+// The value of an attribute that is a count; `otherwise` if it is absent.
 absl::StatusOr<std::uint32_t> CountOf(const XmlElement& element, const char* attribute,
                                       std::uint32_t otherwise) {
   if (!element.Has(attribute)) return otherwise;
@@ -85,8 +85,8 @@ class GeometryReader {
 
  private:
   struct Inputs {
-    std::uint32_t stride = 0;         // indices a corner
-    std::uint32_t vertex_offset = 0;  // which of them is the vertex
+    std::uint32_t stride = 0;         // number of indices per corner
+    std::uint32_t vertex_offset = 0;  // position of the vertex index among them
     const std::vector<Vector3>* positions = nullptr;
   };
 
@@ -117,7 +117,7 @@ class GeometryReader {
       if (!input.Has("semantic") || *input.Text("semantic") != "POSITION") continue;
       const absl::StatusOr<XmlElement> source = Find(input, "source");
       if (!source.ok()) return source.status();
-      // Read once, however many primitives use it.
+      // A source is read once, however many primitives use it.
       std::optional<std::vector<Vector3>>& positions = positions_[*input.Text("source")];
       if (!positions.has_value()) {
         absl::StatusOr<std::vector<Vector3>> read = ReadPositions(*source);
@@ -217,8 +217,8 @@ class GeometryReader {
 
   std::size_t max_triangles_;
   PolygonCutter& cutter_;
-  std::map<std::string, std::optional<std::vector<Vector3>>> positions_;  // by the source's name
-  std::map<std::string, XmlElement> by_id_;                               // with "#" in front
+  std::map<std::string, std::optional<std::vector<Vector3>>> positions_;  // by URL of the source
+  std::map<std::string, XmlElement> by_id_;                               // keys begin with "#"
   ColladaGeometry read_;
 };
 

@@ -12,13 +12,15 @@
 
 namespace cwm::collision {
 
-// Triangles in the frame and unit of the file. Polygons are cut here, once for all nodes that use them.
+// Triangles in the frame and unit of the file. Polygons are triangulated here, once for all nodes
+// that use them.
 using ColladaGeometry = std::vector<std::array<Vector3, 3>>;
 
-// A list of finite numbers, as the text of an element.
+// Reads the text of an element as a list of finite numbers.
 absl::StatusOr<std::vector<double>> ReadNumbers(const XmlElement& element);
 
-// No more than `max_triangles`. The cutter counts the work of all geometries of the file.
+// Refuses a geometry of more than `max_triangles`. The cutter counts the work of all geometries of
+// the file.
 absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry,
                                                     std::size_t max_triangles,
                                                     PolygonCutter& cutter);

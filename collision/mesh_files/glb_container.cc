@@ -19,8 +19,8 @@ constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
-// A description of meshes takes some hundred bytes a mesh; parsed it takes thirty times its size.
-// Nothing can stop the parser: so much takes it some 20 ms.
+// measured: a mesh takes some hundred bytes of JSON, and a parsed document thirty times the size of
+// its text. chosen: the parser cannot be interrupted, and takes some 20 ms for this much.
 constexpr std::size_t kMaxJsonBytes = std::size_t{4} << 20;
 constexpr std::size_t kMaxJsonValues = 250'000;
 constexpr std::size_t kMaxJsonDepth = 64;  // glTF itself nests about ten deep
@@ -33,11 +33,11 @@ std::uint32_t WordAt(std::string_view bytes, std::size_t at) {
   return word;
 }
 
-// Looks at a text before it is kept. (The parser's own callback takes quadratic time: at the end of
-// each object it looks at all of the array around.)
+// Checks a text before it is parsed into a document. (The parser's own callback takes quadratic
+// time: at the end of each object it visits the whole enclosing array.)
 class JsonCheck final : public nlohmann::json_sax<Json> {
  public:
-  const char* fault() const { return fault_; }  // nullptr: none
+  const char* fault() const { return fault_; }  // nullptr if there is none
 
   bool null() override { return Count(); }
   bool boolean(bool) override { return Count(); }
@@ -75,7 +75,7 @@ class JsonCheck final : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  std::vector<std::set<std::string>> keys_;  // of the objects and arrays that are open
+  std::vector<std::set<std::string>> keys_;  // of the open objects; an open array has an empty set
   std::size_t values_ = 0;
   const char* fault_ = nullptr;
 };

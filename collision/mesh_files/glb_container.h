@@ -10,14 +10,14 @@ namespace cwm::collision {
 
 struct GlbChunks {
   std::string_view json;
-  std::string_view binary;  // empty where the file has none
+  std::string_view binary;  // empty if the file has none
 };
 
-// The chunks of a file, which must outlive them. Refuses lengths that leave the file.
+// Splits a file into its chunks, which refer to `bytes`. Refuses lengths that exceed the file.
 absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes);
 
-// Refuses what is no JSON object, more than 4 MiB or 250,000 values of it, nesting deeper than 64, and
-// an object that has a key twice, which another reader may understand differently.
+// Parses a JSON object. Refuses anything else, more than 4 MiB or 250,000 values, nesting deeper
+// than 64, and an object with a duplicate key, which another reader may resolve differently.
 absl::StatusOr<nlohmann::json> ParseGlbJson(std::string_view text);
 
 }  // namespace cwm::collision

@@ -29,16 +29,16 @@ constexpr std::size_t kNone = SIZE_MAX;
 constexpr std::size_t kTriangles = 4;  // modes of a primitive
 constexpr std::size_t kTriangleStrip = 5;
 constexpr std::size_t kTriangleFan = 6;
-// Extensions that change how surfaces look, not where they are.
+// Extensions that change the look of surfaces, not their positions.
 constexpr std::array<std::string_view, 5> kHarmlessExtensions = {
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_"};
 
-// The bytes of a primitive's positions or indices: element i begins at i * stride.
+// The bytes of a primitive's positions or indices. Element i begins at i * stride.
 struct Elements {
   const char* begin = nullptr;
   std::size_t count = 0;
   std::size_t stride = 0;
-  std::size_t bytes = 0;  // of one
+  std::size_t bytes = 0;  // of one element
 };
 
 struct Primitive {
@@ -48,7 +48,7 @@ struct Primitive {
   std::size_t triangles = 0;
 };
 
-// Reads the geometry of a document. The first fault is kept; what is read after it is empty.
+// Reads the geometry of a document. The first fault is kept; everything read after it is empty.
 class GlbReader {
  public:
   GlbReader(const Json& json, std::string_view binary, const MeshFileLimits& limits)
@@ -60,7 +60,7 @@ class GlbReader {
     const Json& nodes = ListOf(json_, "nodes");
     const std::vector<std::size_t> roots = ReadTree(nodes);
     if (!status_.ok()) return status_;
-    // Everything is counted before anything is taken.
+    // All triangles are counted before any is added.
     below_.assign(nodes.size(), std::nullopt);
     std::size_t triangles = 0;
     for (const std::size_t root : roots) triangles = Sum(triangles, TrianglesBelow(root));
@@ -74,7 +74,7 @@ class GlbReader {
  private:
   void Fail(const std::string& rule) { status_.Update(absl::InvalidArgumentError(rule)); }
 
-  // An absent list is an empty one.
+  // The list under `key`; empty if it is absent.
   const Json& ListOf(const Json& object, const char* key) {
     static const Json kEmpty = Json::array();
     if (!object.is_object()) Fail(absl::StrCat("what may hold ", key, " must be a JSON object"));
@@ -84,7 +84,8 @@ class GlbReader {
     return found->is_array() ? *found : kEmpty;
   }
 
-  // A count, offset or index; kNone where it is absent or wrong. Sums of three cannot overflow.
+  // A count, offset or index; kNone if it is wrong, `otherwise` if it is absent. At most 2^32 - 1,
+  // so that a sum of three cannot overflow.
   static std::size_t CountAt(const Json& object, const char* key, std::size_t otherwise = kNone) {
     const auto found = object.is_object() ? object.find(key) : object.end();
     if (!object.is_object() || found == object.end()) return otherwise;
@@ -92,7 +93,8 @@ class GlbReader {
     return found->get<std::size_t>();
   }
 
-  // So many finite numbers; empty where the key is absent or they are wrong.
+  // Exactly `count` finite numbers. Empty if the key is absent or, with a fault, if its value is
+  // wrong.
   std::vector<double> NumbersAt(const Json& object, const char* key, std::size_t count) {
     const Json& list = ListOf(object, key);
     std::vector<double> numbers;
@@ -140,7 +142,7 @@ class GlbReader {
     if (buffers.empty()) binary_ = {};
   }
 
-  // Returns the roots of the scene that is to be shown, after a look at all nodes.
+  // Checks all nodes and returns the roots of the scene to be shown.
   std::vector<std::size_t> ReadTree(const Json& nodes) {
     if (nodes.size() > kMaxSceneNodes) Fail("nodes must not unfold to more than 100000");
     std::vector<std::vector<int>> children;
@@ -170,13 +172,14 @@ class GlbReader {
     return indices;
   }
 
-  // No sum of counts below the limit overflows; above it any number will do.
+  // The sum, capped just above the limit of triangles so that it cannot overflow.
   std::size_t Sum(std::size_t a, std::size_t b) const {
     return std::min(a + b, limits_.max_triangles + 1);
   }
 
-  // The triangles of a node and all below it, as often as they are used. Recurses as deep as the
-  // nodes, which CheckSceneGraph bounds; each node is looked at once.
+  // The number of triangles of a node and all nodes below it, each counted as often as it is used.
+  // The recursion is as deep as the nodes, which CheckSceneGraph bounds; each node is computed
+  // once.
   std::size_t TrianglesBelow(std::size_t index) {
     if (below_[index].has_value()) return *below_[index];
     const Json& node = json_["nodes"][index];
@@ -191,7 +194,7 @@ class GlbReader {
     return triangles;
   }
 
-  // The primitives of the node's mesh, read when a node first uses it.
+  // The primitives of the node's mesh, read when a node first uses the mesh.
   const std::vector<Primitive>& PrimitivesOf(const Json& node) {
     static const std::vector<Primitive> kEmpty;
     if (!node.contains("mesh") || !status_.ok()) return kEmpty;
@@ -240,8 +243,8 @@ class GlbReader {
     return read;
   }
 
-  // The elements of an accessor; `sizes` has the types of component that it may have, and how many
-  // bytes an element of each takes.
+  // The elements of an accessor. `sizes` maps each allowed component type to the number of bytes of
+  // an element.
   Elements ReadElements(std::size_t index, std::string_view type,
                         const std::map<std::size_t, std::size_t>& sizes, const char* rule) {
     const Json& accessors = ListOf(json_, "accessors");
@@ -285,7 +288,7 @@ class GlbReader {
 
   Affine TransformOf(const Json& node) {
     Affine X_PN = Affine::Identity();
-    if (const std::vector<double> m = NumbersAt(node, "matrix", 16); !m.empty()) {  // by columns
+    if (const std::vector<double> m = NumbersAt(node, "matrix", 16); !m.empty()) {  // column-major
       X_PN.matrix() = Eigen::Map<const Eigen::Matrix4d>(m.data());
       if (!X_PN.matrix().row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1))) {
         Fail("the matrix of a node must have the last row 0 0 0 1");
@@ -328,13 +331,13 @@ class GlbReader {
 
   static std::size_t VertexAt(const Primitive& primitive, std::size_t corner) {
     if (!primitive.indices.has_value()) return corner;
-    std::uint32_t vertex = 0;  // both are little-endian
+    std::uint32_t vertex = 0;  // the machine and the file are both little-endian
     std::memcpy(&vertex, primitive.indices->begin + corner * primitive.indices->stride,
                 primitive.indices->bytes);
     return vertex;
   }
 
-  // Exporters write quaternions in single precision, some with few digits.
+  // chosen: exporters write quaternions in single precision, some with few digits.
   static constexpr double kUnitTolerance = 1e-2;
 
   const Json& json_;
@@ -342,8 +345,8 @@ class GlbReader {
   const MeshFileLimits& limits_;
   absl::Status status_;
   MeshBuilder mesh_;
-  std::map<std::size_t, std::vector<Primitive>> primitives_;  // by mesh
-  std::vector<std::optional<std::size_t>> below_;             // triangles, by node
+  std::map<std::size_t, std::vector<Primitive>> primitives_;  // by index of the mesh
+  std::vector<std::optional<std::size_t>> below_;             // number of triangles, by node
 };
 
 }  // namespace

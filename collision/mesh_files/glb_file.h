@@ -9,10 +9,11 @@
 
 namespace cwm::collision {
 
-// As ReadMeshFile: the triangles, strips and fans of the meshes that the nodes of the scene use, each
-// with the transforms of its nodes. Materials, textures, cameras, lights, animations and unused
-// meshes are never looked at. What would put surfaces elsewhere if it were passed over is refused:
-// points and lines, sparse accessors, morph targets, skins, and extensions that change geometry.
+// Same as ReadMeshFile, for the triangles, strips and fans of the meshes that the nodes of the
+// scene use, each with the transforms of its nodes. Materials, textures, cameras, lights,
+// animations and unused meshes are ignored. Features that would move surfaces if they were ignored
+// are refused: points and lines, sparse accessors, morph targets, skins, and extensions that change
+// geometry.
 absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

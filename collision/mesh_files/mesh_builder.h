@@ -1,4 +1,4 @@
-// Makes a mesh out of loose triangles, as files hold them.
+// Builds an indexed mesh from the loose triangles of a file.
 #pragma once
 
 #include <array>
@@ -16,15 +16,16 @@ namespace cwm::collision {
 // RESOURCE_EXHAUSTED `must have at most N triangles`.
 absl::Status TooManyTriangles(std::size_t max_triangles);
 
-// Cuts polygons into triangles. The work of a cut is the square of the corners; all of them together
-// are bounded, since a file of a few polygons with many corners would take minutes.
+// Triangulates polygons. The work for one polygon grows with the square of its corners. The work
+// for all polygons together is limited, because a file with a few polygons of many corners would
+// take minutes.
 class PolygonCutter {
  public:
-  using Triangle = std::array<int, 3>;  // corners by index
+  using Triangle = std::array<int, 3>;  // indices of corners
 
-  // One that is simple in its own plane is cut by ear clipping, another one into a fan. Refuses fewer
-  // than 3 corners and more than 4096, and with RESOURCE_EXHAUSTED more work than so many corners
-  // may take.
+  // Triangulates a polygon by ear clipping if it is simple in its own plane, else as a fan. Refuses
+  // fewer than 3 and more than 4096 corners, and with RESOURCE_EXHAUSTED more work in total than
+  // the corners so far allow.
   absl::StatusOr<std::vector<Triangle>> Cut(const std::vector<Vector3>& corners);
 
  private:
@@ -32,22 +33,22 @@ class PolygonCutter {
   std::size_t work_ = 0;
 };
 
-// Vertices at the same place become one, in the order in which triangles use them first.
+// Merges vertices at the same position, in the order in which triangles first use them.
 class MeshBuilder {
  public:
   explicit MeshBuilder(std::size_t max_triangles) : max_triangles_(max_triangles) {}
 
-  // Leaves out a triangle that uses a place twice, but counts it. Refuses corners that are not
-  // finite, and more triangles than allowed.
+  // Adds a triangle, unless two of its corners coincide; it counts towards the limit either way.
+  // Refuses corners that are not finite, and more triangles than allowed.
   absl::Status Add(const std::array<Vector3, 3>& corners);
 
-  // The same of a polygon, cut as by PolygonCutter.
+  // Adds a polygon, triangulated by PolygonCutter.
   absl::Status AddPolygon(const std::vector<Vector3>& corners);
 
-  // Refuses as many triangles at once, before anything is done for them.
+  // RESOURCE_EXHAUSTED if adding that many triangles would exceed the limit.
   absl::Status CheckRoom(std::size_t triangles) const;
 
-  // Refused without triangles.
+  // The mesh; refused if it has no triangles.
   absl::StatusOr<TriangleMesh> Finish() &&;
 
  private:

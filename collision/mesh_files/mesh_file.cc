@@ -21,7 +21,7 @@ struct Format {
 constexpr std::array<Format, 4> kFormats = {
     {{".stl", ReadStl}, {".obj", ReadObj}, {".dae", ReadCollada}, {".glb", ReadGlb}}};
 
-// No more triangles than so many bytes may become.
+// Reads a mesh with at most as many triangles as a file of that size may have.
 absl::StatusOr<TriangleMesh> ReadBounded(const Format& format, std::string_view bytes,
                                          const MeshFileLimits& limits) {
   MeshFileLimits bounded = limits;

@@ -10,31 +10,31 @@
 
 namespace cwm::collision {
 
-// The mesh of a file, of which the name's ending tells the format, in the file's own frame:
-// - All nodes of the scene together, each with its transform; one that mirrors turns its triangles
-//   round, so that outside stays outside. Polygons become triangles; points and
-//   lines are left out, but that a GLB with some is refused.
-// - Units are metres, but that the <unit> of a Collada file is applied. No axis is turned up: Z of
-//   the file is Z of the mesh, whatever <up_axis> says. For the links of robots RViz and MoveIt do
-//   the same; what either shows is what is checked here. Who wants up to be up asks UpAxisOf.
-// - Vertices at the same place become one (an STL names each corner anew). Triangles that then use a
-//   vertex twice are left out; those without an area but with three corners stay, since the surface
-//   would gape without them.
+// Reads the mesh of a file, in the file's own frame. The ending of `name` gives the format.
+// - All nodes of the scene are merged, each with its transform. A mirroring transform reverses the
+//   order of the corners, so that the outside stays outside. Polygons become triangles. Points and
+//   lines are left out, except that a GLB file with any is refused.
+// - Units are metres; the <unit> of a Collada file is applied. Axes are not changed: Z of the file
+//   is Z of the mesh, whatever <up_axis> says. RViz and MoveIt do the same for the links of robots,
+//   so the mesh checked here is the one that they show. UpAxisOf and WithZUp turn a mesh upright.
+// - Vertices at the same position are merged (an STL file repeats each corner). Triangles that then
+//   use a vertex twice are left out. Triangles with three distinct corners but no area are kept,
+//   because the surface would have gaps without them.
 //
 // Refuses empty and malformed files, other formats, vertices that are not finite, and with
-// RESOURCE_EXHAUSTED more than the limits say. Nothing but `bytes` is read: materials, textures and external buffers are never
-// looked for on a disk. The message of a refusal is the rule alone, to be put behind a place.
+// RESOURCE_EXHAUSTED files that exceed the limits. Only `bytes` is read: materials, textures and
+// external buffers are never looked up on a disk. The message of a refusal is the rule alone; the
+// caller puts a location in front of it.
 absl::StatusOr<TriangleMesh> ReadMeshFile(std::string_view bytes, std::string_view name,
                                           const MeshFileLimits& limits = {});
 
-// Which axis of the file is up: Y of every GLB, as its standard has it, what <up_axis> says of a
-// Collada file and Y where that says nothing, Z of other formats, which have no word for it.
-// Refuses what is not to be read as Collada.
+// The up axis of a file: Y for GLB, as its standard defines; the axis in <up_axis> for Collada, Y
+// if there is none; Z for other formats, which do not define one. Refuses a malformed Collada file.
 absl::StatusOr<UpAxis> UpAxisOf(std::string_view bytes, std::string_view name,
                                 const MeshFileLimits& limits = {});
 
-// The mesh of a file of which that axis is up, turned so that Z is: the turns that Collada's manual
-// has for its three kinds of files.
+// Rotates a mesh whose up axis is `up` so that Z is up, in the way that Collada's specification
+// defines for its three up axes.
 TriangleMesh WithZUp(UpAxis up, TriangleMesh mesh);
 
 }  // namespace cwm::collision

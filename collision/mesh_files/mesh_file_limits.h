@@ -1,5 +1,5 @@
-// How much of a mesh file is read before it is refused. The defaults bound the memory and the time
-// that a hostile file can take; a caller who knows its files may widen them.
+// Limits on a mesh file, beyond which it is refused. The defaults bound the memory and the time
+// that a hostile file can take; a caller that trusts its files may raise them.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +8,16 @@
 namespace cwm::collision {
 
 struct MeshFileLimits {
-  // A binary STL of five million triangles fits.
+  // chosen: a binary STL file of five million triangles fits.
   std::size_t max_bytes = std::size_t{256} << 20;
-  // One Collada file, which takes up to forty times its size while read.
+  // chosen: for a Collada file, which takes up to forty times its size while it is read.
   std::size_t max_collada_bytes = std::size_t{64} << 20;
   std::size_t max_triangles = 5'000'000;  // half a GB while read
-  // A file may use one geometry many times, or name a triangle in two bytes: it has so many
-  // triangles at most, and one more for each so many of its bytes. derived: a prepared triangle takes
-  // 340 bytes, so that 12,000 are 4 MiB and one for each 4 bytes is 85 times the file. Files that
-  // tools write have 12 bytes a triangle (GLB with short indices) to 250 (text).
+  // A file may use one geometry many times, or define a triangle in two bytes. It may therefore
+  // have max_free_triangles triangles plus one for each min_bytes_per_triangle of its bytes.
+  // derived: a prepared triangle takes 340 bytes, so 12,000 take 4 MiB, and one for each 4 bytes
+  // takes 85 times the file. Files written by tools have from 12 (GLB with short indices) to 250
+  // (text) bytes per triangle.
   std::size_t max_free_triangles = 12'000;
   std::size_t min_bytes_per_triangle = 4;
 

@@ -1,4 +1,4 @@
-// The lines of mesh files that are text.
+// Line by line reading of mesh files in text formats.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace cwm::collision {
 
-// Walks over the lines that have words. Lines end at "\n", whatever stands before it; a "\" at the
-// end of a line joins it with the next.
+// Iterates over the lines that have words. A line ends at "\n" or "\r\n"; a "\" at its end joins it
+// with the next line.
 class MeshText {
  public:
   explicit MeshText(std::string_view text) : rest_(text) {}
@@ -22,12 +22,13 @@ class MeshText {
 
   std::size_t words() const { return words_.size(); }
   std::string_view word(std::size_t i) const { return words_[i]; }
-  // Whether the first word is this one, in any case of letters.
+  // True if the first word is `keyword`, which is in lower case, ignoring the case of the word.
   bool Is(std::string_view keyword) const;
-  // The three words from there on as numbers; they may be infinite or none.
+  // Three words, beginning with word `first`, as numbers, which may be infinite or NaN. Empty if
+  // they are not numbers.
   std::optional<Vector3> VectorAt(std::size_t first) const;
 
-  // `line 7: RULE`.
+  // The error `line 7: RULE`.
   absl::Status Fault(std::string_view rule) const;
 
  private:

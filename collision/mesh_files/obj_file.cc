@@ -52,7 +52,8 @@ class ObjReader {
     return absl::IsInvalidArgument(status) ? line.Fault(std::string(status.message())) : status;
   }
 
-  // "7", "7/1", "7//3", "7/1/3": counted from 1, or from the end where negative.
+  // The index of a vertex from "7", "7/1", "7//3" or "7/1/3": counted from 1, or from the end if
+  // negative.
   std::optional<std::size_t> VertexOf(std::string_view word) const {
     const std::string_view index = word.substr(0, word.find('/'));
     std::int64_t given = 0;

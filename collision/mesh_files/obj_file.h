@@ -9,8 +9,8 @@
 
 namespace cwm::collision {
 
-// As ReadMeshFile: vertices and the faces over them, of all objects and groups as one mesh.
-// Everything else is passed over.
+// Same as ReadMeshFile, for the vertices and faces of all objects and groups as one mesh.
+// Everything else is ignored.
 absl::StatusOr<TriangleMesh> ReadObj(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

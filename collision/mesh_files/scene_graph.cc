@@ -7,7 +7,7 @@
 namespace cwm::collision {
 namespace {
 
-// Far above any part of a robot, far below what a thread's stack holds.
+// chosen: far deeper than any part of a robot, far below what a thread's stack holds.
 constexpr int kDeepest = 100;
 
 class Unfolding {
@@ -38,7 +38,7 @@ class Unfolding {
     int height = 1;
   };
 
-  // The size of the tree below a node; no deeper in recursion than kDeepest.
+  // Measures the tree below a node. The recursion is at most kDeepest deep.
   absl::Status Measure(int node, int depth) {
     if (size_[node].has_value() && depth + height_[node] - 1 <= kDeepest) return absl::OkStatus();
     if (depth > kDeepest || size_[node].has_value()) {

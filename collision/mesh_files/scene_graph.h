@@ -1,4 +1,4 @@
-// How large the tree becomes that a graph of nodes unfolds to.
+// The size of the tree that a scene graph unfolds to.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,12 @@
 
 namespace cwm::collision {
 
-// Far above any part of a robot, far below what a thread's memory holds.
+// chosen: far more nodes than any part of a robot has, far fewer than would exhaust memory.
 inline constexpr std::int64_t kMaxSceneNodes = 100'000;
 
-// children[i] are the nodes below node i, which may be shared. Refuses cycles, paths of more than
-// 100 nodes, and graphs that unfold to more than 100 000 nodes: the parts of a robot have a few.
+// Checks a graph of nodes, in which children[i] are the nodes below node i and may be shared.
+// Refuses cycles, paths of more than 100 nodes, and graphs that unfold to more than 100 000 nodes;
+// the parts of a robot have a few.
 absl::Status CheckSceneGraph(const std::vector<std::vector<int>>& children);
 
 }  // namespace cwm::collision

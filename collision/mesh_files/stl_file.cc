@@ -15,10 +15,10 @@
 namespace cwm::collision {
 namespace {
 
-constexpr std::size_t kHeader = 84;  // 80 bytes of anything, the number of triangles
+constexpr std::size_t kHeader = 84;  // 80 bytes of arbitrary content and the number of triangles
 constexpr std::size_t kTriangle =
-    50;                               // a normal and three corners as floats, two bytes of anything
-constexpr std::size_t kCorners = 12;  // where the corners begin
+    50;                               // a normal and three corners as floats, two arbitrary bytes
+constexpr std::size_t kCorners = 12;  // offset of the corners in a triangle
 
 absl::Status Fault(const std::string& rule) { return absl::InvalidArgumentError(rule); }
 
@@ -80,7 +80,7 @@ class TextReader {
   }
 
   MeshBuilder mesh_;
-  std::vector<Vector3> corners_;  // of the facet that is open
+  std::vector<Vector3> corners_;  // of the open facet
   bool is_open_ = false;
 };
 

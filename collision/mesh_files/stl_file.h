@@ -9,9 +9,10 @@
 
 namespace cwm::collision {
 
-// As ReadMeshFile. A file whose length is that of a binary one with as many triangles as it says is
-// binary, even where its header begins like text; another one is text. All solids of a text are
-// read as one mesh. Normals are not looked at: the order of the corners says what is outside.
+// Same as ReadMeshFile. A file is binary if its length is that of a binary file with the number of
+// triangles in its header, even if it begins like text. Otherwise it must begin with "solid" and is
+// read as text. All solids of a text file are read as one mesh. Normals are ignored: the order of
+// the corners tells the outside.
 absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-// Which axis of a file points away from the ground.
+// The axis of a file that points away from the ground.
 #pragma once
 
 namespace cwm::collision {

@@ -11,16 +11,16 @@
 namespace cwm::collision {
 namespace {
 
-// How far the farthest point of a box is from the origin.
+// The distance of the box's farthest point from the origin.
 double ReachOf_m(const Aabb& bounds) {
   return bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
 }
 
-// How far a turn takes what reaches so far from its axis. A half-space reaches to infinity, and yet
-// is not moved where it is not turned.
+// A bound on the travel of a point at up to `reach_m` from the axis. A half-space reaches to
+// infinity, and still does not move if it does not turn.
 double SweepOf_m(double turn_rad, double reach_m) { return turn_rad > 0 ? turn_rad * reach_m : 0; }
 
-// The short way around.
+// The signed angle of the short way around.
 double TurnBetween(double from_rad, double to_rad) {
   return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
 }
@@ -31,12 +31,13 @@ bool IsRotary(JointKind kind) {
 
 bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplier; }
 
-// Whether a whole turn of the variable leaves the robot as it was: the heading of a planar joint, and
-// the value of a continuous one without limits, of its own or of who follows it, that nothing follows
-// but what turns with it a whole number of times. Else the short way would end elsewhere than the row
-// says, or run through states that no limit allows.
+// True if a whole turn of the variable leaves the robot in the same configuration. This holds for
+// the heading of a planar joint, and for a continuous joint if neither it nor a joint that mimics
+// it has limits, and all joints that mimic it are rotary with integer multipliers. For other
+// variables the short way would end elsewhere than the row says, or pass through states outside the
+// limits.
 bool ComesAround(const RobotModel& model, std::size_t variable) {
-  constexpr int kHeading = 2;  // of a planar joint's variables; no joint follows them
+  constexpr int kHeading = 2;  // the third variable of a planar joint; no joint mimics it
   const Variable& asked = model.variables[variable];
   const JointKind kind = model.links[static_cast<std::size_t>(asked.link)].kind;
   if (kind == JointKind::kPlanar) return asked.component == kHeading;
@@ -49,9 +50,9 @@ bool ComesAround(const RobotModel& model, std::size_t variable) {
   });
 }
 
-constexpr std::size_t kQuaternionAt = 3;  // of a floating joint's variables
+constexpr std::size_t kQuaternionAt = 3;  // index among a floating joint's variables
 
-// One without a length turns nothing (robot/kinematics.h).
+// The rotation of a quaternion of any length; the identity for length 0 (robot/kinematics.h).
 Quaternion RotationAt(const double* q) {
   const Quaternion rotation(q[3], q[0], q[1], q[2]);
   return rotation.squaredNorm() > 0 ? rotation.normalized() : Quaternion::Identity();
@@ -68,7 +69,7 @@ RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pos
   }
 }
 
-// A point that turns about an axis moves perpendicularly to it: along the axis not at all.
+// A point that turns about an axis moves perpendicularly to the axis, not along it.
 double RigidMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const {
   const Vector3 axis_W = from_.linear() * turn_.axis();
   return nhat_W.dot(step_m_) +
@@ -104,7 +105,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
 JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<const double> to) {
   const auto first = static_cast<std::size_t>(link.variable);
   const double factor = link.follows ? link.multiplier : 1;
-  // From the joint's origin straight ahead: its link is farthest from there at either end.
+  // A straight motion from the joint's origin: the link is farthest from it at one of the ends.
   const auto straight = [](const Vector3& from_J, const Vector3& slide_J) {
     return JointTravel{.slide_W = slide_J,
                        .arm_m = std::max(from_J.norm(), (from_J + slide_J).norm())};
@@ -130,7 +131,7 @@ JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<
     case JointKind::kFloating: {
       JointTravel travel = straight(Vector3(&from_[first]), Vector3(&step_[first]));
       if (const Turn* const turn = AddTurn(first + kQuaternionAt, to)) {
-        travel.turn_rad = turn->whole.angle();  // >= 0, by a quaternion
+        travel.turn_rad = turn->whole.angle();  // >= 0, because it comes from a quaternion
         travel.axis_W = turn->from * turn->whole.axis();
       }
       return travel;
@@ -170,9 +171,9 @@ double JointMotion::Reach_m(std::int32_t part) const {
   return carried == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, carried->X_FO));
 }
 
-// From the part outward in: each joint turns all that hangs on it about its own origin, or, where it
-// slides as well, about that of its link. `of` is told the joint and how far the part reaches from
-// there.
+// Walks from the part's link towards the root. Each joint turns everything below it about its own
+// origin, or, if it also slides, about its link's origin. `of` is called with the joint and the
+// part's reach from that origin.
 template <class Of>
 double JointMotion::SumBelow_m(std::int32_t part, int above, Of&& of) const {
   double reach_m = Reach_m(part);
@@ -181,8 +182,8 @@ double JointMotion::SumBelow_m(std::int32_t part, int above, Of&& of) const {
     const auto k = static_cast<std::size_t>(link);
     const ModelLink& model_link = model_.links[k];
     travel_m += of(joints_[k], reach_m);
-    reach_m += joints_[k].arm_m;                      // about the joint's origin
-    reach_m += model_link.X_PJ.translation().norm();  // about the parent's origin
+    reach_m += joints_[k].arm_m;                      // measured from the joint's origin
+    reach_m += model_link.X_PJ.translation().norm();  // measured from the parent's origin
     if (link == model_link.parent) break;             // the root
     link = model_link.parent;
   }
@@ -195,8 +196,8 @@ double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
   });
 }
 
-// As of a rigid body, but for what moves with a joint that itself is turned: which way that goes
-// changes meanwhile.
+// Same as for a rigid body, except that the direction of a joint's motion changes if a joint above
+// it turns; for such a joint the direction is ignored.
 double JointMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const {
   return SumBelow_m(part, -1, [&](const JointTravel& joint, double reach_m) {
     if (!joint.is_steady) return SweepOf_m(joint.turn_rad, reach_m) + joint.slide_W.norm();
@@ -206,7 +207,7 @@ double JointMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) cons
 }
 
 int JointMotion::CommonAncestor(int link, int other) const {
-  while (link != other) {  // parents have lesser indices
+  while (link != other) {  // parents have lower indices
     int& later = link > other ? link : other;
     later = model_.links[static_cast<std::size_t>(later)].parent;
   }

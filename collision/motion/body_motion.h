@@ -1,4 +1,4 @@
-// A body on its way from one row to another, and how fast its parts can move meanwhile.
+// A body on its way from one row to the next, and bounds on the travel of its parts.
 #pragma once
 
 #include <memory>
@@ -11,23 +11,25 @@
 
 namespace cwm::collision {
 
-// One edge. Times are fractions of it, 0 to 1. Immutable.
+// The motion along one edge. Times are fractions of the edge, from 0 to 1. Immutable.
 class BodyMotion {
  public:
   virtual ~BodyMotion() = default;
-  // Sets X_WF, one pose for each frame of the body but those of what it carries.
+  // Sets X_WF, one pose for each frame of the body except those of attached objects.
   virtual void Place(double fraction, std::span<Pose> X_WF) const = 0;
-  // No point of the part travels farther, in the world, than this times the share of the edge.
+  // An upper bound in metres on the travel of any point of the part, in the world, over the whole
+  // edge. The travel over a share of the edge is at most that share of the bound.
   virtual double Travel_m(std::int32_t part) const = 0;
-  // The same along a unit vector of the world: as much, or less where the part is known to move past
-  // it, and below zero where it moves away. Backwards along the edge it is that of the opposite
-  // vector.
+  // The same along a unit vector in the world. It is at most Travel_m: less if the part is known to
+  // move sideways to the vector, negative if it moves away. Backwards along the edge, the bound is
+  // that of the opposite vector.
   virtual double TravelAlong_m(std::int32_t part, const Vector3&) const { return Travel_m(part); }
-  // The same of a self pair: of a point of one part as the other one sees it.
+  // The same for a self pair: the travel of any point of one part in the frame of the other.
   virtual double RelativeTravel_m(const PartPair& pair) const = 0;
 };
 
-// A rigid body: the origin moves linearly, the rotation is the short way at constant speed (slerp).
+// A rigid body whose origin moves linearly and whose rotation takes the short way at constant speed
+// (slerp).
 class RigidMotion : public BodyMotion {
  public:
   RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pose& X_WB_to);
@@ -43,17 +45,17 @@ class RigidMotion : public BodyMotion {
   const Pose from_;
   const Vector3 step_m_;
   const Eigen::AngleAxisd turn_;  // in the frame of `from_`
-  std::vector<double> sweep_m_;   // by part: how far the turn alone takes its points at most
+  std::vector<double> sweep_m_;   // by part: the most that the rotation alone moves a point of it
 };
 
-// A robot whose joints move linearly, continuous ones the short way, but for those that a joint
-// follows which a whole turn would leave elsewhere. Planar and floating joints move as a rigid body
-// does: straight ahead, while they turn the short way at constant speed; of half a turn either way is
-// as short.
+// A robot whose joints move linearly. A continuous joint takes the short way, unless it has limits,
+// or a joint mimics it that a whole turn would leave elsewhere. Planar and floating joints move
+// like a rigid body: their origin moves straight, their rotation takes the short way at constant
+// speed; for half a turn, either direction is possible.
 class JointMotion : public BodyMotion {
  public:
-  // A body of the robot (BodyFromRobot, BodyFromSpheres) and what it carries; all variables of the
-  // model, at the start and at the end. Refers to the model and to the body.
+  // `body` is a body of the robot (BodyFromRobot, BodyFromSpheres) with its attached objects;
+  // `from` and `to` have all variables of the model. Refers to the model and to the body.
   JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
               std::span<const double> from, std::span<const double> to);
 
@@ -63,30 +65,31 @@ class JointMotion : public BodyMotion {
   double RelativeTravel_m(const PartPair& pair) const override;
 
  private:
-  // What a joint does to its link over the whole edge.
+  // The motion of a link relative to its joint's parent over the whole edge.
   struct JointTravel {
     Vector3 slide_W = Vector3::Zero();  // of the link's origin
     double turn_rad = 0;
-    Vector3 axis_W = Vector3::UnitZ();  // of that turn
+    Vector3 axis_W = Vector3::UnitZ();  // of the rotation
     double arm_m = 0;                   // from the joint's origin to the link's, at most
-    bool is_steady = true;  // no joint above it turns: else the vectors are those of the start
+    bool is_steady = true;  // false if a joint above turns; the vectors then hold at the start only
   };
-  // Of a floating joint.
+  // The rotation of a floating joint.
   struct Turn {
-    std::size_t first;  // of the variables of its quaternion
+    std::size_t first;  // its quaternion begins at this variable
     Quaternion from;
     Eigen::AngleAxisd whole;  // in the frame of `from`
   };
 
-  // Of the joint above the link, with vectors in the joint's frame.
+  // The motion of the joint above the link, with vectors in the joint's frame.
   JointTravel TravelOf(const ModelLink& link, std::span<const double> to);
-  // Of the quaternion from variable `first` on; nullptr where it stays as it is.
+  // Adds the rotation of the quaternion that begins at variable `first`; nullptr if it does not
+  // change.
   const Turn* AddTurn(std::size_t first, std::span<const double> to);
-  // The link that the part hangs on: of what is carried the one that it is fixed to.
+  // The link of the part; for an attached object, the link that it is attached to.
   int LinkOf(std::int32_t part) const;
-  // How far any of its points is from the origin of that link.
+  // The largest distance of the part's points from the origin of that link.
   double Reach_m(std::int32_t part) const;
-  // Of a part, by the joints above its link down to, and without, that of the link `above`.
+  // A bound on the part's travel in the frame of link `above`, or in the world for -1.
   double TravelBelow_m(std::int32_t part, int above) const;
   template <class Of>
   double SumBelow_m(std::int32_t part, int above, Of&& of) const;
@@ -95,9 +98,9 @@ class JointMotion : public BodyMotion {
   const RobotModel& model_;
   const QueryBody& body_;
   const Pose X_WB_;
-  std::vector<double> from_, step_;  // of the variables; of quaternions see `turns_`
+  std::vector<double> from_, step_;  // of the variables; `turns_` has the quaternions
   std::vector<Turn> turns_;
-  std::vector<JointTravel> joints_;  // by link, of the joint above it
+  std::vector<JointTravel> joints_;  // by link: the motion of the joint above it
 };
 
 }  // namespace cwm::collision

@@ -12,56 +12,59 @@
 namespace cwm::collision {
 namespace {
 
-// Places of one edge that one pair is measured at. A pair that stays a millimetre apart takes as many
-// as its parts travel millimetres.
+// chosen: the most fractions of an edge at which one pair is measured. A pair that stays a
+// millimetre apart needs about one per millimetre that its parts travel.
 constexpr int kMostPlaces = 4000;
-// Pairs are measured that may come as near as this: no clearance beyond it is told.
+// chosen: pairs that may come as near as this are measured; no larger clearance is reported.
 constexpr double kLookout_m = 0.02;
-// Of the lesser gap at two places that is still told of what lies between them; more asks for more
-// places.
+// chosen: an interval is accepted if its proven clearance is at least this share of the smaller gap
+// at its ends. A larger share needs more measurements.
 constexpr double kTold = 0.25;
-// Narrower intervals of an edge are not halved again: that of a kilometre's travel is as long as
-// distances are right to.
+// derived: narrower intervals of an edge are not halved. For a kilometre of travel this is 1e-7 m,
+// the accuracy of distances.
 constexpr double kNarrowest = 1e-10;
-// A gap of this and less is not proven: what closes by a millimetre over the edge is then bracketed
-// as closely as kBracket.
+// derived: a gap up to this is not proven free. A pair that closes by a millimetre over the edge is
+// then still bracketed within kBracket.
 constexpr double kFinest_m = 5e-8;
-// Of how far a pair can travel: what is nearer takes tens of places to prove by halving, more than a
-// plane between the two costs.
+// chosen: as a share of a pair's travel. For a nearer pair halving needs tens of measurements,
+// which cost more than a separating plane.
 constexpr double kPlaneWithin = 1.0 / 64;
 
-// Of the edge: of shorter steps by hulls alone a search of the triangles takes no longer.
+// chosen: as a share of the edge. If hulls prove only shorter steps, a search of the triangles
+// takes no longer.
 constexpr double kShortestStep = 1.0 / 64;
-// Of work: to place a robot and ask for the distance of two hulls.
+// The work of placing a robot and measuring the distance of two hulls.
 constexpr std::size_t kStepsByHulls = 2 * kStepsOfConvexPair;
 
-// A pair that may come near on the edge. Its poses are those of the place looked at last.
+// A pair that may come near on the edge. Its poses are those of the fraction that was measured
+// last.
 struct Candidate {
   BodySearch::Pair pair;
-  double travel_m = 0;  // how fast it can close, over the whole edge
-  double gap_m = 0;     // at the start: distance less margin, or less where hulls tell it
+  double travel_m = 0;  // the most that it can close over the whole edge
+  double gap_m = 0;     // at the start: distance minus margin, or a lower bound by hulls
 };
 
-// From one fraction of the edge to another.
+// An interval of fractions of the edge.
 struct Span {
   double from = 0, to = 1;
   double width() const { return to - from; }
 };
 
-// A pair at one fraction of the edge.
+// The state of a pair at one fraction of the edge.
 struct Place {
   double fraction = 0;
   double gap_m = 0;
   bool contact = false;
   bool certain = true;
-  Trust trust = Trust::kExact;  // of what is told here: contact, no contact, or neither
-  // Of a pair that nearly touches: a gap along `normal`, from the body to the object, between planes
-  // that each have one of the two wholly behind them; none is known of others.
+  Trust trust = Trust::kExact;  // of the verdict here: contact, no contact, or neither
+  // For a pair that nearly touches: the gap along `normal`, which points from the body to the
+  // object, between two planes that each have one of the shapes wholly behind them. -infinity for
+  // other pairs.
   double plane_gap_m = -std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::Zero();
 };
 
-// One row: the body at a fraction of an edge.
+// A single row: the body at a fraction of an edge.
 class EdgeRow : public BodyRows {
  public:
   EdgeRow(const BodyMotion& motion, double fraction) : motion_(motion), fraction_(fraction) {}
@@ -80,8 +83,8 @@ struct EdgeResult {
   Trust trust = Trust::kExact;
 };
 
-// One pair after the other, those first that soon could meet; once one does, the others are followed
-// up to there alone.
+// Follows one pair after the other, first the pairs that could meet soonest. Once a contact is
+// found, the other pairs are followed only up to it.
 class EdgeSearch {
  public:
   EdgeSearch(BodySearch& search, const BodyMotion& motion) : search_(search), motion_(motion) {}
@@ -100,7 +103,7 @@ class EdgeSearch {
   }
 
  private:
-  // Pairs farther apart than this at the start stay so far apart that nothing is told of them.
+  // Pairs farther apart than this at the start stay more than kLookout_m away from their margin.
   static double Reach_m(double margin_m, double travel_m) {
     return std::max(0.0, margin_m) + travel_m + kLookout_m;
   }
@@ -147,7 +150,7 @@ class EdgeSearch {
   void Add(const BodySearch::Pair& pair, double travel_m) {
     if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfProof());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
-    if (IsSlow(pair)) {  // what is nearest by hulls comes first, before all what these do not part
+    if (IsSlow(pair)) {  // ordered by the hulls' distance; 0 if they overlap
       const double least_m = LowerBound_m(pair.body, pair.object).value_or(0);
       if (least_m <= reach_m) candidates_.push_back({pair, travel_m, least_m - pair.margin_m});
       return;
@@ -157,15 +160,15 @@ class EdgeSearch {
     candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
   }
 
-  // Whether the distance takes a search of triangles.
+  // True if the distance needs a search of triangles.
   static bool IsSlow(const BodySearch::Pair& pair) {
     const ShapeKind body = pair.body.kind, object = pair.object.kind;
     return (body == ShapeKind::kMesh && object != ShapeKind::kHalfSpace) ||
            (object == ShapeKind::kMesh && body != ShapeKind::kHalfSpace);
   }
 
-  // Whether the boxes of the two can meet on the way. Far from its surface an open mesh has no inside
-  // either: distances do not tell.
+  // True if the bounding boxes of the two can meet on the way. A distance would not do: an open
+  // mesh has no inside even far from its surface.
   bool MayBeAsked(const BodySearch::Pair& pair, double travel_m) const {
     const Aabb& theirs_W =
         pair.id.IsOfItself()
@@ -194,8 +197,8 @@ class EdgeSearch {
     CertifyAsFarAsWorkSuffices(candidate, start, LookAt(candidate, open->to, open->width()));
   }
 
-  // Steps from either end as far as hulls show the pair to stay too far apart for anything to be told of
-  // it. Nothing where that is everywhere.
+  // Shrinks the interval from both ends as far as hulls prove that the pair stays more than
+  // kLookout_m away from its margin. Empty if they prove it for the whole interval.
   std::optional<Span> WithoutWhatHullsProve(const Candidate& candidate, Span open) {
     while (true) {
       const double step = StepByHulls(candidate, open.from);
@@ -212,7 +215,8 @@ class EdgeSearch {
     return open;
   }
 
-  // How far from the fraction, either way, the pair stays farther apart than is told.
+  // The share of the edge, in either direction, over which hulls prove that the pair stays more
+  // than kLookout_m away from its margin.
   double StepByHulls(const Candidate& candidate, double fraction) {
     const BodySearch::Pair& pair = candidate.pair;
     if (MustEnd(pair.work, kStepsByHulls)) return 0;
@@ -223,7 +227,8 @@ class EdgeSearch {
     return room_m <= 0 ? 0 : room_m / candidate.travel_m;
   }
 
-  // What slides along nearly at no gap is proven to half a kGrazing_m where it cannot be more finely.
+  // A pair that slides along with almost no gap can exhaust the work. It is then certified again
+  // with the coarser resolution kGrazing_m.
   void CertifyAsFarAsWorkSuffices(const Candidate& candidate, const Place& a, const Place& b) {
     const EdgeResult before = result_;
     const double open_before = open_from_;
@@ -237,8 +242,8 @@ class EdgeSearch {
     Certify(candidate, a, b);
   }
 
-  // The pair is free up to `from` and in contact at `to`, and so are all others up to where they are
-  // proven: a contact that is known already is no earlier than `to`, but free up to its `lo` alone.
+  // Records a contact: the pair is free up to `from` and in contact at `to`. The other pairs are
+  // proven free only up to `open_from_` and up to the `lo` of a contact that was found before.
   void Meet(const Candidate& candidate, double from, const Place& to) {
     const double others = result_.verdict == MotionVerdict::kContact ? result_.lo : 1;
     result_ = Contact(std::min({from, others, open_from_}), to, candidate.pair.id);
@@ -253,8 +258,9 @@ class EdgeSearch {
             .trust = at.trust};
   }
 
-  // From left to right; true when there is no need to look further. Once work has run out, an
-  // interval is left open, as undecided, unless it ends in contact: such a one takes few places.
+  // Certifies the interval from a to b, from left to right. True if there is no need to search
+  // further. Once the work has run out, an interval is recorded as undecided, unless it ends in
+  // contact, which needs few more measurements.
   bool Certify(const Candidate& candidate, const Place& a, const Place& b) {
     const double width = b.fraction - a.fraction;
     const double travel_m = candidate.travel_m * width;
@@ -273,7 +279,8 @@ class EdgeSearch {
       Meet(candidate, a.fraction, b);
       return true;
     }
-    // What slides along a plane grazes as far as it stays at no gap, not where it comes near.
+    // A pair that slides along a plane grazes only if it has no gap at either end of the interval,
+    // not if it merely comes near.
     const bool slides = std::max(a.gap_m, b.gap_m) <= finest_m_ && plane_m >= -0.5 * finest_m_;
     const bool is_grazing = !b.contact && least_m <= finest_m_ && (travel_m <= finest_m_ || slides);
     if (is_grazing || is_narrowest || (!b.contact && places_ >= kMostPlaces)) {
@@ -284,7 +291,7 @@ class EdgeSearch {
              .lo = a.fraction,
              .hi = b.fraction,
              .trust = std::max(a.trust, b.trust)});
-      // Undecided it stays, but for a contact: no more work is worth it.
+      // The pair stays undecided unless a contact follows, so no more work is spent on it.
       if (!is_grazing) places_ = kMostPlaces;
       return false;
     }
@@ -292,10 +299,11 @@ class EdgeSearch {
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
   }
 
-  // The least gap from one place to another by the planes of either, against which the body moves
-  // no more than along their normal: what slides on a plane does not close. Of whole shapes, so
-  // that it is none where one of them reaches around the other; none either of what grazes near one
-  // place alone, before it is known near which.
+  // A lower bound on the gap between two places, from the separating planes at either of them. The
+  // gap closes only by the body's travel along the normal, so a body that slides along a plane does
+  // not close it. The planes separate whole shapes, so the bound is useless if one shape reaches
+  // around the other. -infinity for a pair that grazes near one end only, until the interval is
+  // narrow.
   double GapAlongPlanes_m(const Candidate& candidate, const Place& a, const Place& b) const {
     constexpr double kNone_m = -std::numeric_limits<double>::infinity();
     const double width = b.fraction - a.fraction;
@@ -309,7 +317,7 @@ class EdgeSearch {
     return plane_m > kGrazing_m || grazes_all_along || width <= kBracket ? plane_m : kNone_m;
   }
 
-  // Proven from one fraction to another: no contact, but maybe a graze.
+  // Records that no pair is in contact from one fraction to another, though one may graze.
   void StayClear(double clearance_m, double from, double to) {
     result_.clearance_m = std::min(result_.clearance_m, clearance_m);
     if (clearance_m <= kGrazing_m) {
@@ -317,7 +325,7 @@ class EdgeSearch {
     }
   }
 
-  // Of several the worst stays, and of those the first found; a contact overrides them.
+  // Keeps the worst doubt, and the first of equal ones. A contact overrides them.
   void Doubt(const EdgeResult& doubt) {
     if (result_.verdict == MotionVerdict::kContact) return;
     const bool worse =
@@ -326,16 +334,17 @@ class EdgeSearch {
     if (worse) result_ = doubt;
   }
 
-  // For what lies no farther from there than `width`: how much farther apart than that takes the pair is
-  // does not matter.
+  // Measures the pair at a fraction, for intervals up to `width` away. A distance larger than the
+  // pair can close in `width` need not be exact.
   Place LookAt(const Candidate& candidate, double fraction, double width) {
     ++places_;
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
     const BodySearch::Pair& pair = candidate.pair;
-    // A little farther, where a rounding decides.
+    // The reach is slightly larger, so that rounding does not decide.
     const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazing_m;
     Place place{.fraction = fraction};
-    // How deep triangles overlap takes long to tell, and matters to no margin of none or more.
+    // The depth of overlapping triangles is slow to compute, and does not matter unless the margin
+    // is negative.
     if (pair.margin_m >= 0 && IsSlow(pair) &&
         pair.engine.Collides(pair.body, pair.object, pair.work)) {
       search_.CountPair(pair);
@@ -352,14 +361,14 @@ class EdgeSearch {
     return place;
   }
 
-  // The kernels call an overlap what is one: of a margin of none or more it is a contact, whatever
-  // the depth.
+  // True if the pair overlaps and its margin is not negative. The kernels tell an overlap reliably,
+  // even if its depth is only bounded.
   static bool ProvesContact(const BodySearch::Pair& pair, const PairDistance& answer) {
     return answer.distance_m < 0 && pair.margin_m >= 0;
   }
 
-  // Else what is known counts: of a depth that is let pass, and of a gap between round shapes of very
-  // different sizes, that may be more than bounds.
+  // Sets the gap at a place. Without a proven contact the bounds of the answer decide, which
+  // matters for allowed depths and for gaps between round shapes of very different sizes.
   static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
                      Place& place) {
     const bool is_known = answer.trust != Trust::kDegraded;
@@ -371,12 +380,13 @@ class EdgeSearch {
     place.certain = is_known && (place.contact || place.gap_m >= 0);
   }
 
-  // Not of self pairs, of which both parts move, nor of meshes: their vertices are too many.
+  // Sets the separating plane at a place. Not for self pairs, both parts of which move, nor for
+  // meshes, which have too many vertices.
   void SetPlane(const BodySearch::Pair& pair, const Vector3& normal, Place& place) const {
     const bool has_mesh =
         pair.body.kind == ShapeKind::kMesh || pair.object.kind == ShapeKind::kMesh;
     if (pair.id.IsOfItself() || has_mesh) return;
-    const Pose X_NW(BasisFromZ(normal).transpose());  // z is the normal
+    const Pose X_NW(BasisFromZ(normal).transpose());  // its z axis is the normal
     const auto along = [&](const Shape& shape, const Pose& X_WS) {
       return TightBounds(shape, X_NW * X_WS);
     };
@@ -392,8 +402,8 @@ class EdgeSearch {
   std::vector<Candidate> candidates_;
   std::vector<std::size_t> order_;
   int places_ = 0;
-  double finest_m_ = kFinest_m;    // a gap of this and less is not proven
-  double open_from_ = 1;           // nothing is proven from here
+  double finest_m_ = kFinest_m;    // gaps up to this are not proven free
+  double open_from_ = 1;           // from here on nothing is proven
   Trust weakest_ = Trust::kExact;  // of the pairs that can come near
   EdgeResult result_;
 };
@@ -446,7 +456,7 @@ MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
   EdgeResult result = EdgeSearch(search_, edge).Run();
   if (with_unseen_ && result.verdict != MotionVerdict::kContact && !search_.ended()) {
     result = EdgeSearch(*with_unseen_, edge).Run();
-    // What it meets now is unseen space, or it would have been met before.
+    // A contact that the first search did not find is a contact with unseen space.
     if (result.verdict == MotionVerdict::kContact) result.verdict = MotionVerdict::kUndecided;
   }
   return {.verdict = result.verdict,

@@ -1,8 +1,9 @@
-// Whether a body meets the world, or itself, on its way: certified, never sampled. Between two
-// fractions of an edge at which the distances are known, no pair can have closed by more than its
-// parts can have travelled (conservative advancement: Mirtich 1996; with bounds on rotation as of
-// Zhang, Lee and Kim 2006), nor, where a plane parts the two, by more than they can have travelled
-// along its normal; where that is not enough, the edge is halved.
+// Continuous collision checking of a body against the world and itself, certified instead of
+// sampled. Between two fractions of an edge at which distances are known, no pair can have closed
+// by more than its parts can have travelled (conservative advancement, Mirtich 1996, with the
+// bounds on rotation of Zhang, Lee and Kim 2006). If a plane separates the pair, it cannot have
+// closed by more than the travel along the normal. If these bounds do not suffice, the interval is
+// halved.
 #pragma once
 
 #include <cstdint>
@@ -22,42 +23,44 @@ namespace cwm::collision {
 
 enum class MotionVerdict : std::uint8_t {
   kNotComputed,
-  kFree,         // every distance stays at or above its margin, all along: never wrong
-  kContact,      // some pair is below its margin at `hi`: never wrong
-  kGrazing,      // a pair comes within kGrazing_m of its margin, and none deeper below it than that
-  kUndecided,    // the work or the trust of the answers did not suffice
-  kOutOfLimits,  // of a path: it has a row that the body cannot be in
+  kFree,         // every distance stays at or above its margin, all along; never wrong
+  kContact,      // a pair is below its margin at `hi`; never wrong
+  kGrazing,      // a pair comes within kGrazing_m of its margin; none is deeper below it
+  kUndecided,    // the work or the accuracy of the answers did not suffice
+  kOutOfLimits,  // for a path: a row is outside the limits of the body
 };
 
-// A gap of this and less is not told from touching.
+// A gap up to this counts as touching.
 inline constexpr double kGrazing_m = 1e-6;
-// How narrowly the first contact is bracketed, as a share of the edge.
+// The width of the bracket around the first contact, as a share of the edge.
 inline constexpr double kBracket = 1e-4;
 
-// One entry a motion: an edge, or a path of several (check_paths.h).
+// Columns with one entry per motion: an edge, or a path of several edges (check_paths.h).
 struct MotionColumns {
   std::vector<MotionVerdict> verdict;
-  // Of what is not free the edge of the motion that the other columns are about, from 0; of a path
-  // out of limits its first row that is. -1 where the motion is free or not computed.
+  // The index of the edge that the other columns describe, from 0, if the motion is not free; for a
+  // path out of limits, the index of its first row out of limits. -1 if the motion is free or not
+  // computed.
   std::vector<std::int32_t> segment;
-  // Shares of the edge. Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket unless
-  // something grazes before it, or comes so near for so long that it is not proven free; an edge that
-  // begins in contact has 0 and 0. Of a grazing or undecided one where that is. Else 0 and 1.
+  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket
+  // unless a pair before it grazes, or stays so near for so long that it is not proven free; both
+  // are 0 if the edge begins in contact. For a grazing or undecided motion: the interval in
+  // question. Else 0 and 1.
   std::vector<double> lo, hi;
-  // Of a free motion: no pair comes nearer to its margin than that, which is 2 cm at most: what stays
-  // farther away is not measured. 0 for the others.
+  // For a free motion: no pair comes nearer to its margin than this. It is at most 2 cm, since
+  // larger distances are not measured. 0 for other motions.
   std::vector<double> clearance_m;
-  // The pair of the contact, or with UnseenSpace::kReport of the unseen space that the motion would
-  // pass through; as in CollisionColumns; -1 where none is named.
+  // The pair in contact, as in CollisionColumns; with UnseenSpace::kReport also the unseen space
+  // that an undecided motion would pass through. -1 if none is named.
   std::vector<std::int32_t> object, body_part, object_part;
-  // As of a state's verdict, CollisionColumns: of a contact, and of what is undecided, that of the pair
-  // that told; of a motion that is free or grazes, the weakest of the pairs that can come near on its
-  // way.
+  // The accuracy, as for the verdict of a state in CollisionColumns: of the deciding pair for a
+  // contact and an undecided motion; the weakest of all pairs that can come near on the way for a
+  // motion that is free or grazes.
   std::vector<Trust> trust;
-  // Of the robot that moves: of a path out of limits what its first row that is leaves them by, as in
-  // CollisionColumns; else -1. Empty where no path is, and of edges alone.
+  // For a path out of limits: the variable that its first such row violates, as in
+  // CollisionColumns; else -1. Empty if no path is out of limits, and for single edges.
   std::vector<std::int32_t> variable = {};
-  std::size_t completed = 0;  // motions answered
+  std::size_t completed = 0;  // number of motions answered
 };
 
 // One entry of the columns.
@@ -70,37 +73,38 @@ struct MotionAnswer {
 };
 void Append(MotionColumns& columns, const MotionAnswer& answer);
 
-// Edges one after the other, for who decides by the last which is next. Used by one thread.
+// Checks edges one after the other, for callers that choose the next edge by the last answer. Used
+// by one thread.
 class EdgeChecker {
  public:
   EdgeChecker(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
               const Interrupt& interrupt);
 
-  // Unimplemented when an engine is asked for by name that cannot certify.
+  // Unimplemented if the options name an engine that cannot certify motions.
   static absl::Status CheckEngine(const QueryOptions& options);
 
-  // As segment 0. Void once `ended`.
+  // The answer, with segment 0 if the edge is not free. Void once `ended`.
   MotionAnswer Check(const BodyMotion& edge);
-  // Whether the last answer is void: interrupted, or an engine had no answer.
+  // True if the last answer is void: the call was interrupted, or an engine had no answer.
   bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
-  // Of the body: no answer is labelled better.
+  // The best accuracy that the body allows: no answer is labelled better.
   Trust best_trust() const { return body_.best_trust; }
-  // To be asked before each motion.
+  // True if the call must end. To be called before each motion.
   bool MustEnd() { return search_.MustEnd(); }
-  // Of the whole call: OK when the motions so far are the answer.
+  // The status of the whole call: OK if the motions so far are the answer.
   absl::Status Finish() const;
 
  private:
   const QueryBody& body_;
   BodySearch search_;
-  // Where unseen space is to be told of: `search_` knows nothing of it, this one does.
+  // For UnseenSpace::kReport: `search_` ignores unseen space, this search includes it.
   std::optional<BodySearch> with_unseen_;
   ObjectRanks ranks_;
 };
 
-// By the exact kernels or AUTO: Unimplemented when another engine is asked for by name. Margins as in
-// CheckCollisions. Limits of joints are not looked at: between two states within them lie none
-// beyond. Cancelled when `stop` is.
+// Checks edges with the exact kernels or AUTO; Unimplemented if the options name another engine.
+// Margins are as in CheckCollisions. Joint limits are not checked: if both ends are within them, so
+// is every state between. Cancelled if `stop` is.
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,
                                            std::span<const std::unique_ptr<BodyMotion>> edges,
                                            const QueryOptions& options, std::stop_token stop = {});

@@ -19,7 +19,8 @@ std::optional<std::size_t> FirstOutOfLimits(const Waypoints& waypoints, const Pa
   return std::nullopt;
 }
 
-// Which of two answers of edges stays that of the path, short of a contact.
+// The rank of an edge's verdict: the first edge of the highest rank gives the path's answer, unless
+// an edge is in contact.
 int WeightOf(MotionVerdict verdict) {
   switch (verdict) {
     case MotionVerdict::kUndecided:
@@ -31,7 +32,7 @@ int WeightOf(MotionVerdict verdict) {
   }
 }
 
-// Void once the checker has ended.
+// The answer for one path. Void once the checker has ended.
 MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path& path) {
   if (const auto row = FirstOutOfLimits(waypoints, path)) {
     return {.verdict = MotionVerdict::kOutOfLimits,
@@ -64,10 +65,10 @@ void NameVariables(const Waypoints& waypoints, std::span<const Path> paths,
   }
 }
 
-// A path takes from a tenth of a millisecond to some.
+// chosen: a path takes from a tenth of a millisecond to several milliseconds.
 constexpr std::size_t kPathsOfChunk = 8;
 
-// The question, and where its answers go.
+// The arguments of a call, and its answers.
 struct Batch {
   const WorldSnapshot& world;
   const QueryBody& body;

@@ -1,4 +1,4 @@
-// Whole paths: edges one after the other, with one answer.
+// Checks whole paths: several edges with one answer.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,19 @@
 
 namespace cwm::collision {
 
-// Rows [first_row, first_row + row_count) of the waypoints: at least two.
+// Rows [first_row, first_row + row_count) of the waypoints; row_count is at least two.
 struct Path {
   std::size_t first_row = 0;
   std::size_t row_count = 2;
 };
 
-// One entry a path. A path with a row outside of its limits is kOutOfLimits, and nothing more is
-// looked at. Else its first edge in contact tells, and what lies behind it is not looked at; else
-// the first undecided one, else the first that grazes. A free path has the least clearance of its
-// edges; one that is free or grazes, the weakest trust of them.
+// Columns with one entry per path. A path with a row out of limits is kOutOfLimits and is not
+// checked further. Otherwise the answer is that of the first edge in contact, and the edges behind
+// it are not checked; else that of the first undecided edge; else that of the first edge that
+// grazes. A free path has the smallest clearance of its edges; a path that is free or grazes has
+// the weakest trust of its edges.
 //
-// Engines, margins and `stop` as in CheckMotions.
+// Engines, margins and `stop` are as in CheckMotions.
 absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const QueryBody& body,
                                          const Waypoints& waypoints, std::span<const Path> paths,
                                          const QueryOptions& options, std::stop_token stop = {});

@@ -1,4 +1,4 @@
-// The rows of a body as places that its ways lead through.
+// The rows of a body as waypoints of its paths.
 #pragma once
 
 #include <memory>
@@ -14,14 +14,14 @@ class Waypoints {
  public:
   virtual ~Waypoints() = default;
   virtual std::size_t size() const = 0;
-  // These two as of BodyRows.
+  // IsWithinLimits and VariableOutOfLimits are as in BodyRows.
   virtual bool IsWithinLimits(std::size_t) const { return true; }
   virtual std::optional<int> VariableOutOfLimits(std::size_t) const { return std::nullopt; }
-  // From the row to the next. Refers to what the waypoints refer to.
+  // The motion from a row to the next. Refers to everything that the waypoints refer to.
   virtual std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const = 0;
 };
 
-// Of a rigid body. Refers to the body and the poses.
+// Waypoints of a rigid body. Refers to the body and the poses.
 class PoseWaypoints : public Waypoints {
  public:
   PoseWaypoints(const QueryBody& body, std::span<const Pose> X_WB) : body_(body), X_WB_(X_WB) {}
@@ -36,7 +36,7 @@ class PoseWaypoints : public Waypoints {
   const std::span<const Pose> X_WB_;
 };
 
-// Of a robot, by JointMotion. Refers to the model, and to a body of it.
+// Waypoints of a robot, connected by JointMotion. Refers to the model, and to a body of it.
 class JointWaypoints : public Waypoints {
  public:
   JointWaypoints(const RobotModel& model, const QueryBody& body, const JointRows& rows)

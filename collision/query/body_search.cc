@@ -41,7 +41,7 @@ std::string_view NameOf(PartSource source) {
   return "shapes";
 }
 
-// Of any part of the body, the request's not counted.
+// The largest margin of a part of the body, without the request's margin.
 double WidestMargin_m(const QueryBody& body) {
   double widest_m = body.margin_m;
   for (const CarriedObject& carried : body.carried) {
@@ -72,13 +72,14 @@ bool IsOpenMesh(const Shape& shape) {
 }
 
 int WeightOf(const Shape& shape) {
-  // A search for the least translation asks some hundred times for the farthest corner along a
-  // direction, which takes a nanosecond for two or three of them.
+  // A search for the least translation takes some hundred support points of a hull, and a support
+  // point takes a nanosecond for two or three corners.
   constexpr std::size_t kCornersOfUnit = 32;
   const auto of_corners = [](std::size_t corners) {
     return static_cast<int>(corners / kCornersOfUnit);
   };
-  // Triangles count themselves in the kernels; FCL and Bullet take up to tens of microseconds.
+  // The exact kernels count their work on triangles themselves; FCL and Bullet take up to tens of
+  // microseconds.
   constexpr int kOfMesh = 64;
   if (std::holds_alternative<Mesh>(shape)) return kOfMesh;
   if (const auto* convex = std::get_if<Convex>(&shape)) {
@@ -301,7 +302,7 @@ double BodySearch::LeastGap_m2(const Obstacle& object) {
   return least_m2;
 }
 
-// Links have no margins of their own; what is carried may stand on what else is carried.
+// Links have no margins of their own. An attached object may stand on another attached object.
 double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
   const CarriedObject* const on_a = body_.CarriedIn(a.frame);
   const CarriedObject* const on_b = body_.CarriedIn(b.frame);
@@ -313,7 +314,7 @@ double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const
 }
 
 void BodySearch::RefusePair(const PairId& id, Question question) {
-  // Debian's absl knows std::string, not std::string_view.
+  // absl as packaged by Debian accepts std::string, but not std::string_view.
   const auto text = [](std::string_view name) { return std::string(name); };
   const auto part_of_body = [&](std::int32_t part) {
     return absl::StrCat(text(cwm::NameOf(parts_[static_cast<std::size_t>(part)].kind)),

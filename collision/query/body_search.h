@@ -1,6 +1,6 @@
-// The walk that collisions, distances and contacts share: one row's body against the parts of one
-// object, through broadphase bounds, filter, rules of pairs and the table of trust. What margin a
-// pair has is decided here; engines see placed geometries and distances only.
+// The search that collisions, distances and contacts share: the body of one row against the parts
+// of one object, through bounds, filter, pair rules and the table of supported pairs. The margin of
+// a pair is determined here; engines only get placed geometries and distances.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,10 @@
 
 namespace cwm::collision {
 
-// Where an answer comes from. Ordered as ties break: the body itself, then object name, then body
-// part, then object part.
+// Identifies the pair of an answer. Ordered as ties are broken: the body itself first, then by
+// object name, body part and object part.
 struct PairId {
-  const Obstacle* object = nullptr;  // of the snapshot that is asked; null: the body itself
+  const Obstacle* object = nullptr;  // of the queried snapshot; nullptr: the body itself
   std::int32_t body_part = -1;
   std::int32_t object_part = -1;
   bool IsOfItself() const { return object == nullptr && object_part >= 0; }
@@ -38,18 +38,18 @@ struct PairId {
   }
 };
 
-// The pairs of frames of which a body's self pairs are, in the order in which they come up.
+// The pairs of frames that occur in a body's self pairs, in the order of their first occurrence.
 struct FramePairs {
   std::vector<LinkPair> pairs;
   std::vector<std::int32_t> of_self_pair;  // into `pairs`
 };
 FramePairs FramePairsOf(const QueryBody& body);
 
-// Used by one thread; allocates at construction, and in a world with rules of pairs
-// when it first meets an object.
+// Used by one thread. Allocates at construction, and in a world with pair rules when it first meets
+// an object.
 class BodySearch {
  public:
-  // A pair that is about to be asked.
+  // A pair to be tested.
   struct Pair {
     PairId id;
     const Engine& engine;
@@ -57,50 +57,52 @@ class BodySearch {
     PlacedGeometry object;
     bool has_open_mesh;
     double margin_m;
-    int weight;         // of asking, in units of Interrupt, besides what is counted within
-    WorkCounter* work;  // the search's: what is asked of the engine is void once it has ended
+    int weight;         // cost in units of Interrupt, besides the work that the kernels count
+    WorkCounter* work;  // the search's counter; the engine's answer is void once it has ended
 
-    // What is proven needs no label of its own but where a surface has no inside.
+    // The trust of a proven verdict: exact unless a surface without an inside is involved.
     Trust TrustOfProof() const { return has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact; }
-    // Of what the engine says without a distance.
+    // The trust of the engine's yes or no without a distance.
     Trust TrustOfYesNo() const {
       return std::max(TrustOfProof(), engine.TrustOfCollides(body.kind, object.kind));
     }
   };
 
-  // Where the reach of a walk begins: at the surfaces, or at the margin of each pair.
+  // The origin of a search's reach: the surfaces, or the margin of each pair.
   enum class From { kSurface, kMargin };
 
   BodySearch(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
              Interrupt interrupt);
 
-  // Puts the body where the row has it. What is not open is not asked about: bits of `worlds` are
-  // frames, bits of `pairs` those of FramePairsOf, both modulo kTags.
+  // Places the body at the row. Only frames and pairs that are open are tested: bits of
+  // `open.worlds` are frames, bits of `open.pairs` are indices of FramePairsOf, both modulo kTags.
   void PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open = kAllOpen);
-  // The same where the row's frames, but for those of what it carries, are known already.
+  // The same if the row's frames, except those of attached objects, are already known.
   void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open);
   static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
-  // Calls visit(pair) for the pairs of parts of the body and the obstacle that may not collide and
-  // whose bounds are within `reach_m`; visit returns the reach that still matters, none when
-  // negative. `question` is asked of pairs without a margin, the distance of the others; it is an
-  // error when no engine answers it. Ends early when the batch must.
+  // Calls visit(pair) for the pairs of parts of the body and the obstacle that no rule allows to
+  // collide and whose bounds are within `reach_m`. visit returns the reach for the rest of the
+  // search; a negative one ends it. The engine must support `question` for pairs without a margin,
+  // distances for the others; otherwise the search ends with an error. Ends early if the batch must
+  // end.
   template <class Visit>
   void ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
                    Visit&& visit);
-  // The same for the pairs of the body's own parts.
+  // The same for the body's self pairs.
   template <class Visit>
   void ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit);
-  // Both from surfaces, without margins, asking for distances: the pair whose boxes are nearest first,
-  // so that most others are farther apart than still matters, and are not asked.
+  // The same two searches for distances, from the surfaces and without margins. The pair with the
+  // nearest boxes comes first, so that most other pairs are out of reach and are not tested.
   template <class Visit>
   void ForEachPairNearestFirst(const Obstacle& object, double reach_m, Visit&& visit);
   template <class Visit>
   void ForEachSelfPairNearestFirst(double reach_m, Visit&& visit);
-  // Of the boxes of parts, squared; no pair of the row's body and the obstacle is nearer.
+  // The least squared distance between boxes of parts, a lower bound for the row's body and the
+  // obstacle.
   double LeastGap_m2(const Obstacle& object);
-  // No pair of the body and the world has more.
+  // Upper bound of the margins of all pairs of the body and the world.
   double widest_margin_m() const { return widest_margin_m_; }
   bool asks_world() const { return body_.asks_world && has_parts_; }
   bool asks_itself() const { return !body_.self_pairs.empty(); }
@@ -116,14 +118,14 @@ class BodySearch {
   bool Skips(const Obstacle& object) const { return filter_.Skips(object); }
   const WorldSnapshot& world() const { return world_; }
 
-  // A pair that was asked once more; its geometries lie where PlaceBody has put the body since.
+  // Counts a pair that the caller tests again by itself, at the last placement of PlaceBody.
   void CountPair(const Pair& pair) { interrupt_.After(pair.weight); }
 
-  // Whether the row at hand is void: interrupted, or an engine had no answer.
+  // True if the current row is void, because the batch was interrupted or an engine lacks a pair.
   bool ended() const { return !status_.ok() || interrupt_.reason() != Interrupt::Reason::kNone; }
-  // To be asked before each row.
+  // True if the batch must end. Called before each row.
   bool MustEnd() { return !status_.ok() || interrupt_.After(1); }
-  // Of the whole call: OK when the rows so far are the answer.
+  // The status of the whole query; OK if the rows so far are valid.
   absl::Status Finish() const;
 
  private:
@@ -132,21 +134,21 @@ class BodySearch {
     ShapeKind kind;
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
-    bool at_frame;  // not moved from where the frame is
-    bool skipped;   // by the representation
+    bool at_frame;  // true if its pose in the frame is the identity
+    bool skipped;   // true if the representation excludes it
     int weight;     // see WeightOf
     int frame;
-    double margin_m;                  // of the object that it is a part of
-    const std::string* supported_by;  // of that object; nullptr: by nothing
+    double margin_m;                  // margin of its object
+    const std::string* supported_by;  // support of its object; nullptr if it has none
     double inflation_m;
     Pose X_WP;
     Aabb bounds_W;
   };
-  // A pair to be asked: parts of the body and of the object, or two of the body by their self pair.
+  // A pair to be tested: a part of the body and one of the object, or the two parts of a self pair.
   struct NearPair {
     double squared_m2;
     std::int32_t first, second;
-    // Of a heap: the nearest is its first, of equally near ones that of the lowest parts.
+    // Order for a heap that yields the nearest first, of equally near ones the lowest parts.
     friend bool operator<(const NearPair& a, const NearPair& b) {
       if (a.squared_m2 != b.squared_m2) return a.squared_m2 > b.squared_m2;
       return a.first != b.first ? a.first > b.first : a.second > b.second;
@@ -154,13 +156,13 @@ class BodySearch {
   };
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
-  // Those of X_WF_ that are not of what the body carries.
+  // The frames in X_WF_ of the body itself, without attached objects.
   std::span<Pose> OwnFrames() {
     return std::span(X_WF_).first(static_cast<std::size_t>(body_.frame_count));
   }
   void PlaceCarried();
   void PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open);
-  // Where no rule sets another.
+  // The margin of a pair if no rule sets another one.
   double UsualMargin_m(const BodyPart& mine, const std::string& theirs,
                        double their_margin_m) const {
     if (mine.supported_by != nullptr && *mine.supported_by == theirs) return -support_tolerance_m_;
@@ -168,16 +170,16 @@ class BodySearch {
   }
   double UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
   void RefusePair(const PairId& id, Question question);
-  // The pair as it is asked; nothing where no engine answers it, which is an error.
+  // The pair to be tested; empty, with an error in status_, if no engine supports it.
   std::optional<Pair> PairOf(const Obstacle& object, std::size_t b, std::size_t o, double margin_m,
                              Question question);
   std::optional<Pair> SelfPairOf(const PartPair& parts, double margin_m, Question question);
-  // Fill `near_`.
+  // Fill `near_` with the pairs within reach.
   void GatherPairs(const Obstacle& object, double reach_m);
   void GatherSelfPairs(double reach_m);
-  // Of `near_`; false when the batch must end.
+  // Makes `near_` a heap; false if the batch must end.
   bool MakeHeap();
-  // That the boxes of all parts are looked at; true when the batch must end.
+  // Counts the work of comparing the boxes of all parts; true if the batch must end.
   bool CountBoxes(const Obstacle& object) {
     constexpr std::size_t kBoxesOfStep = 8;
     return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesOfStep);
@@ -191,7 +193,8 @@ class BodySearch {
     return engines_[question == Question::kCollides ? 0 : 1][static_cast<int>(a)]
                    [static_cast<int>(b)];
   }
-  // What counts as near: `more_m` is what the parts' deviations can add to the margin.
+  // The distance at which the reach starts; `more_m` is the most that the deviations of the
+  // object's parts can add to the margin.
   static double Start_m(From from, double margin_m, double more_m) {
     return from == From::kMargin ? std::max(0.0, margin_m + more_m) : 0;
   }
@@ -202,26 +205,27 @@ class BodySearch {
   PairRuleLookup rules_;
   double request_margin_m_;
   double support_tolerance_m_;
-  double sigmas_;  // of QueryOptions::margin_sigma
+  double sigmas_;  // QueryOptions::margin_sigma
   double widest_margin_m_;
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
   std::vector<BodyPart> parts_;
-  bool has_parts_ = false;  // that are not skipped
+  bool has_parts_ = false;  // true if some part is not skipped
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
   LaneOpen open_ = kAllOpen;
-  std::vector<NearPair> near_;  // memory of NearestFirst
+  std::vector<NearPair> near_;  // buffer of the NearestFirst searches
   FramePairs frame_pairs_;
-  std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs, as bits of `worlds`
-  std::int64_t row_ = -1;                      // of PlaceBody
+  std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs: bits of their frames
+  std::int64_t row_ = -1;                      // the last row of PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
 
 bool IsOpenMesh(const Shape& shape);
 
-// What the shape adds to the work of a pair, in units of Interrupt: microseconds, by number of corners.
+// The cost that the shape adds to a pair, in units of Interrupt (about a microsecond), by its
+// number of corners.
 int WeightOf(const Shape& shape);
 
 template <class Visit>

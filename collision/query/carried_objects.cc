@@ -13,13 +13,13 @@ std::vector<CarriedObject> CarriedBy(const WorldRobot& robot, const WorldSnapsho
     if (object->attachment->robot != robot.name) continue;
     if (std::find(ignore.begin(), ignore.end(), object->name) != ignore.end()) continue;
     const std::optional<int> link = robot.model().FindLink(object->attachment->link);
-    if (!link.has_value()) continue;  // the world detaches what loses its link
+    if (!link.has_value()) continue;  // the world detaches objects whose link disappears
     carried.push_back({.object = object, .link = *link, .X_FO = object->attachment->X_LO});
   }
   return carried;
 }
 
-// Whether a part in the frame is asked of the carried object by itself.
+// True if parts in the frame are tested against the attached object.
 bool IsAsked(const QueryBody& body, const CarriedObject& carried, int frame) {
   if (const CarriedObject* other = body.CarriedIn(frame)) return other->link != carried.link;
   if (frame == carried.link) return false;

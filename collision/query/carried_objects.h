@@ -1,4 +1,4 @@
-// What is attached to a robot that asks, as part of its body.
+// Objects attached to a robot, as part of its query body.
 #pragma once
 
 #include <span>
@@ -9,16 +9,16 @@
 
 namespace cwm::collision {
 
-// How many parts that is, of a robot that asks: what WithCarriedObjects adds, to be told before.
+// The number of parts that WithCarriedObjects would add to the robot's body.
 std::size_t CountCarriedParts(const WorldSnapshot& world, const WorldRobot& robot,
                               std::span<const std::string> ignore = {});
 
-// The body of the robot with what the world has attached to it but for the names that are ignored;
-// ordered by name. Unless the scope is the world alone, each object is asked of the robot's links
-// but the one that it is attached to and those that it may touch, and of the others but those on
-// the same link: pairs of which the first part is the carried one.
+// Adds the objects that the world has attached to the robot, ordered by name and without the
+// ignored names. Unless the scope is kWorld, each object is tested against the robot's links,
+// except the one that it is attached to and its touch links, and against attached objects on other
+// links. The first part of these self pairs is that of the attached object.
 //
-// The body is as BodyFromRobot and BodyFromSpheres make it; where nothing is attached it stays so.
+// `body` is the result of BodyFromRobot or BodyFromSpheres; it is unchanged if nothing is attached.
 QueryBody WithCarriedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
                              RobotScope scope, std::span<const std::string> ignore = {});
 

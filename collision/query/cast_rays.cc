@@ -41,7 +41,7 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
   }
 }
 
-// A ray takes a microsecond or some.
+// chosen: a ray takes a few microseconds.
 constexpr std::size_t kRaysOfChunk = 1024;
 
 RayColumns MakeRoom(std::size_t rays) {
@@ -63,7 +63,7 @@ void Keep(std::size_t completed, RayColumns& columns) {
   columns.completed = completed;
 }
 
-// The question, and where its answers go.
+// The query and its result.
 struct Batch {
   const WorldSnapshot& world;
   std::span<const RayRow> rays;
@@ -94,7 +94,7 @@ class Caster : public ChunkWorker {
  private:
   bool has_ended() const { return interrupt_.reason() != Interrupt::Reason::kNone; }
 
-  // Void when interrupted.
+  // The nearest hit of a ray; void if interrupted.
   std::optional<NearestHit> Cast(const RayRow& ray) {
     std::optional<NearestHit> nearest;
     batch_.world.bounds().ForEachOnRay(

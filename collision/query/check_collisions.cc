@@ -15,8 +15,8 @@ namespace {
 
 struct RowVerdict {
   Verdict verdict = Verdict::kFree;
-  PairId pair;                  // that collides or, first of all, stays undecided
-  Trust trust = Trust::kExact;  // of that pair; of a free row, the weakest of all pairs asked
+  PairId pair;                  // the pair that collides, else the first undecided one
+  Trust trust = Trust::kExact;  // of that pair; for a free row the weakest of all tested pairs
 };
 
 struct PairVerdict {
@@ -24,19 +24,20 @@ struct PairVerdict {
   Trust trust;
 };
 
-// FCL and Bullet hold cones as circumscribed pieces: their yes or no is one about the pieces.
+// True if FCL or Bullet would test a cone, which they represent by circumscribed pieces: their yes
+// or no is about the pieces, not the cone.
 bool HasStandIn(const BodySearch::Pair& pair) {
   return pair.engine.kind() != EngineKind::kExact &&
          (pair.body.kind == ShapeKind::kCone || pair.object.kind == ShapeKind::kCone);
 }
 
-// Whether the true distance lies strictly below the margin, as far as the answer can tell.
+// The verdict on whether the true distance is strictly below the margin, given the answer's bound.
 Verdict Decide(const PairDistance& answer, double margin_m) {
-  // The kernels call an overlap what is one; their bound is about its depth.
+  // An overlap found by the kernels is certain; their bound only concerns its depth.
   const bool overlap_is_proven = answer.solver == Solver::kKernels && answer.distance_m < 0;
   if (overlap_is_proven && margin_m >= 0) return Verdict::kCollision;
   if (answer.distance_m + answer.bound_m < margin_m) return Verdict::kCollision;
-  // Witnesses bound a distance from above only.
+  // A kDegraded distance is that of two witness points and thus only an upper bound.
   const bool is_known = answer.trust != Trust::kDegraded;
   const bool is_clear = is_known && answer.distance_m - answer.bound_m >= margin_m;
   return is_clear ? Verdict::kFree : Verdict::kUndecided;
@@ -45,12 +46,12 @@ Verdict Decide(const PairDistance& answer, double margin_m) {
 PairVerdict Judge(const BodySearch::Pair& pair) {
   const double margin_m = pair.margin_m;
   const bool is_bullet =
-      pair.engine.kind() == EngineKind::kBullet;  // it decides by distance itself
+      pair.engine.kind() == EngineKind::kBullet;  // its Collides measures the distance anyway
   if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
     const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
     return {collides ? Verdict::kCollision : Verdict::kFree, pair.TrustOfYesNo()};
   }
-  // The kernels tell that solids overlap long before they know how deep, which no margin asks about.
+  // The kernels find an overlap much faster than its depth, which a positive margin does not need.
   if (margin_m > 0 && pair.engine.kind() == EngineKind::kExact &&
       pair.engine.Collides(pair.body, pair.object, pair.work)) {
     return {Verdict::kCollision, pair.TrustOfYesNo()};
@@ -62,7 +63,7 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
   return {verdict, is_clear ? pair.TrustOfProof() : answer.trust};
 }
 
-// Gathers the verdict of a row, pair by pair.
+// Combines the verdicts of pairs into that of a row.
 class RowJudge {
  public:
   explicit RowJudge(UnseenSpace unseen) : unseen_(unseen) {}
@@ -70,7 +71,8 @@ class RowJudge {
   const RowVerdict& row() const { return row_; }
   bool is_decided() const { return row_.verdict == Verdict::kCollision; }
 
-  // The reach beyond the margins that still matters: none once a pair collides, one is enough.
+  // Adds a pair and returns the reach beyond the margins for the rest of the row: negative once a
+  // pair collides, since one is enough.
   double Add(const BodySearch::Pair& pair) {
     PairVerdict told = Judge(pair);
     const bool is_doubt =
@@ -95,8 +97,8 @@ class RowJudge {
   RowVerdict row_;
 };
 
-// The pairs of a row that boxes do not show to be apart: add(pair) returns the reach beyond the margins
-// that still matters, none once the row is decided.
+// Calls add(pair) for the pairs of a row whose boxes do not prove them apart. It returns the reach
+// beyond the margins for the rest of the row, negative once the row is decided.
 template <class Add>
 void ForEachNearPair(BodySearch& search, Add&& add) {
   bool is_decided = false;
@@ -107,7 +109,7 @@ void ForEachNearPair(BodySearch& search, Add&& add) {
   };
   search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
   if (is_decided || search.ended() || !search.asks_world()) return;
-  if (search.body_bounds_W().isEmpty()) return;  // shown to be clear of the world
+  if (search.body_bounds_W().isEmpty()) return;  // no open frame is left to test against the world
   const auto visit = [&](const Obstacle& object) {
     if (search.Skips(object)) return true;
     search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
@@ -123,7 +125,8 @@ RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
   return judge.row();
 }
 
-// What JudgeRow says of a row that is free, by the exact kernels, without asking any pair.
+// The trust that JudgeRow would return for a free row with the exact kernels, found without testing
+// any pair.
 Trust TrustOfFreeRow(BodySearch& search) {
   Trust trust = Trust::kExact;
   ForEachNearPair(search, [&](const BodySearch::Pair& pair) {
@@ -133,11 +136,11 @@ Trust TrustOfFreeRow(BodySearch& search) {
   return trust;
 }
 
-// Rows of a chunk. States of spheres take 0.1 us each, in lanes, which are the faster the more there
-// are to be put in order; others up to some 10 us.
+// Rows of a chunk. measured: sphere states take 0.1 us each by SIMD, which gains from sorting many
+// states; others take up to some 10 us.
 constexpr std::size_t kRowsOfSpheres = 1024, kRowsOfOthers = 256;
 
-// The frames of rows in their order, several of them placed at a time.
+// Yields the frames of given rows in order and places several rows at a time.
 class PlacedRows {
  public:
   explicit PlacedRows(const BodyRows& rows, int frame_count)
@@ -147,7 +150,7 @@ class PlacedRows {
     order_ = std::move(order);
     next_ = placed_ = 0;
   }
-  // Of the next row.
+  // The frames of the next row, valid until the next call.
   std::span<const Pose> Next() {
     if (next_ == placed_) {
       const std::size_t count = std::min(kAtOnce, order_.size() - placed_);
@@ -160,7 +163,7 @@ class PlacedRows {
   }
 
  private:
-  static constexpr std::size_t kAtOnce = 8;  // as many states as lanes of double precision
+  static constexpr std::size_t kAtOnce = 8;  // the number of double-precision SIMD lanes
 
   const BodyRows& rows_;
   const std::size_t frames_;
@@ -169,7 +172,8 @@ class PlacedRows {
   std::size_t next_ = 0, first_ = 0, placed_ = 0;
 };
 
-// Every row has a verdict, those that time does not suffice for as well. Nothing is known of them.
+// Columns in which all rows are kNotComputed, as those stay that are not reached before the
+// deadline.
 CollisionColumns MakeRoom(std::size_t rows) {
   return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
           .object = std::vector<std::int32_t>(rows, -1),
@@ -178,7 +182,7 @@ CollisionColumns MakeRoom(std::size_t rows) {
           .trust = std::vector<Trust>(rows, Trust::kDegraded)};
 }
 
-// What other threads told of rows behind an end that time has set.
+// Resets the rows from `first` on, which other threads may have answered after an early end.
 void Forget(std::size_t first, CollisionColumns& columns) {
   const auto from = static_cast<std::ptrdiff_t>(first);
   std::fill(columns.verdict.begin() + from, columns.verdict.end(), Verdict::kNotComputed);
@@ -188,7 +192,7 @@ void Forget(std::size_t first, CollisionColumns& columns) {
   std::fill(columns.trust.begin() + from, columns.trust.end(), Trust::kDegraded);
 }
 
-// The question, and where its answers go.
+// The query and its result.
 struct Batch {
   const WorldSnapshot& world;
   const QueryBody& body;
@@ -196,7 +200,7 @@ struct Batch {
   const QueryOptions& options;
   std::stop_token stop;
   TimeLimit limit;
-  std::optional<SphereCheck> spheres;  // to be copied
+  std::optional<SphereCheck> spheres;  // each worker uses a copy
   CollisionColumns columns;
 };
 
@@ -210,7 +214,7 @@ class Checker : public ChunkWorker {
         placed_(batch.rows, batch.body.frame_count) {}
 
   ChunkEnd Answer(const RowChunk& chunk) override {
-    std::span<const Verdict> known;  // by spheres in lanes, all rows at once
+    std::span<const Verdict> known;  // verdicts of the sphere check, for all rows at once
     if (spheres_ && !search_.MustEnd()) known = spheres_->Judge(chunk.first, chunk.count);
     const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
     std::vector<std::size_t> asked;
@@ -239,7 +243,7 @@ class Checker : public ChunkWorker {
     return all ? BodySearch::kAllOpen : spheres_->open()[k];
   }
 
-  // Whether spheres know that it is so, but not how far that may be believed.
+  // True if the sphere check decided the verdict but not its trust.
   bool IsOfOpenTrust(Verdict verdict) const {
     return verdict == Verdict::kFree && spheres_ && spheres_->leaves_trust_open();
   }
@@ -250,7 +254,7 @@ class Checker : public ChunkWorker {
     return told;
   }
 
-  // Of the k-th row of a chunk.
+  // True if the k-th row of a chunk is within limits.
   bool IsWithinLimits(const RowChunk& chunk, std::size_t k) const {
     const bool is_known = spheres_ && spheres_->KnowsLimits(k);
     return is_known || batch_.rows.IsWithinLimits(chunk.first + k);
@@ -287,7 +291,7 @@ class Checker : public ChunkWorker {
   PlacedRows placed_;
 };
 
-// Few rows are out of limits, so that those are looked at once more.
+// Fills the column of variables. Rows out of limits are tested a second time, since they are few.
 void NameVariables(const BodyRows& rows, CollisionColumns& columns) {
   for (std::size_t row = 0; row < columns.completed; ++row) {
     if (columns.verdict[row] != Verdict::kOutOfLimits) continue;

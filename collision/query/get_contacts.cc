@@ -12,8 +12,9 @@
 namespace cwm::collision {
 namespace {
 
-// Gathers the contacts of a row, with a buffer for those of a pair. Further points of a pair get what
-// room the first ones of all pairs leave: no pair is pushed out by the corners of another.
+// Collects the contacts of a row. The deepest points of all pairs come first; further points of a
+// pair only fill the remaining places, so that the corners of one pair do not displace another
+// pair.
 class ContactFinder : public RowFinder {
  public:
   ContactFinder(BodySearch& search, int max_count)
@@ -46,7 +47,7 @@ class ContactFinder : public RowFinder {
                                            std::max(0.0, search_.widest_margin_m()), visit);
   }
 
-  // The reach beyond the margins that still matters.
+  // Adds the contacts of a pair and returns the reach beyond the margins, which is always 0.
   double Add(const BodySearch::Pair& pair) {
     scratch_.clear();
     pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_, scratch_, pair.work);
@@ -58,7 +59,7 @@ class ContactFinder : public RowFinder {
 
   BodySearch& search_;
   const int max_count_;
-  BestPairs first_, further_;  // each pair's deepest, and the others
+  BestPairs first_, further_;  // deepest point of each pair, and further points
   std::vector<FoundPair> found_;
   std::vector<PairDistance> scratch_;
 };

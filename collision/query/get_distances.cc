@@ -12,13 +12,14 @@
 namespace cwm::collision {
 namespace {
 
-// The least translation along an axis of the world that parts two overlapping boxes: no depth
-// within them is greater.
+// The least translation along an axis of the world that separates two overlapping boxes, an upper
+// bound of the depth of their contents.
 double LeastSeparation_m(const Aabb& a, const Aabb& b) {
   return (a.max() - b.min()).cwiseMin(b.max() - a.min()).minCoeff();
 }
 
-// Of several parts the deepest tells; the depth of the whole is at least that.
+// Labels the depth of the deepest of several parts, which is a lower bound of the depth of the
+// whole.
 void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer) {
   const double most_m = LeastSeparation_m(body_W, object_W);
   if (!std::isfinite(most_m)) {  // a tilted half-space has no bounds
@@ -29,7 +30,7 @@ void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer
   answer.bound_m += std::max(0.0, most_m + answer.distance_m);
 }
 
-// The nearest pair of those that a walk visits, if within `limit_m`.
+// Keeps the nearest of the pairs that a search visits, if it is within `limit_m`.
 class NearestPair {
  public:
   explicit NearestPair(double limit_m) : limit_m_(limit_m) {}
@@ -69,7 +70,7 @@ void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit
   best.Add(found);
 }
 
-// Of parts that move apart by themselves: the depth of each pair is its own.
+// Adds the nearest self pair. Its depth needs no bound, since the two parts can move independently.
 void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
   NearestPair nearest(limit_m);
   search.ForEachSelfPairNearestFirst(
@@ -77,8 +78,8 @@ void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
   if (nearest.is_found()) best.Add(nearest.found());
 }
 
-// The objects of a row by the boxes of their parts, which tell more than those around the whole: a
-// robot's is as wide as it reaches, and most of what stands about it is in there.
+// Visits the objects of a row ordered by the boxes of parts. The box around a whole robot would be
+// of little use, since it is as wide as the robot's reach and contains most objects around it.
 class NearestObjects {
  public:
   NearestObjects(BodySearch& search, double max_distance_m, BestPairs& best)
@@ -98,9 +99,9 @@ class NearestObjects {
 
  private:
   struct Waiting {
-    double squared_m2;  // of the gap
+    double squared_m2;  // squared gap
     const Obstacle* object;
-    // Of a heap: the nearest is its first, of equally near ones that of the first name.
+    // Order for a heap that yields the nearest first, of equally near ones the first name.
     friend bool operator<(const Waiting& a, const Waiting& b) {
       return a.squared_m2 != b.squared_m2 ? a.squared_m2 > b.squared_m2
                                           : a.object->name > b.object->name;
@@ -108,7 +109,7 @@ class NearestObjects {
   };
 
   double limit_m() const { return best_.Limit_m(max_distance_m_); }
-  // Boxes that overlap are at distance 0 whatever the depth of what is in them.
+  // At least 0, since overlapping boxes have the gap 0 whatever the depth of their contents.
   double reach_m() const { return std::max(0.0, limit_m()); }
 
   void Await(const Obstacle& object) {
@@ -116,7 +117,8 @@ class NearestObjects {
     std::push_heap(waiting_.begin(), waiting_.end());
   }
 
-  // What comes later is no nearer than that.
+  // Tests the waiting objects whose gap is at most `least_m`, a lower bound for all objects to
+  // come.
   void AskThoseWithin(double least_m) {
     while (!waiting_.empty() && waiting_.front().squared_m2 <= least_m * least_m &&
            !search_.ended()) {
@@ -144,7 +146,7 @@ class NearestFinder : public RowFinder {
 
   const std::vector<FoundPair>& Find() override {
     best_.Clear();
-    // Nothing of the world that is farther away than that matters then.
+    // Self pairs first: they can reduce the range of the search in the world.
     if (search_.asks_itself()) AddNearestOfItself(search_, best_.Limit_m(max_distance_m_), best_);
     if (search_.asks_world() && !search_.ended()) objects_.Find();
     return best_.pairs();

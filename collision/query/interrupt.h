@@ -1,4 +1,4 @@
-// When a batch must end early: because the caller went away, or because its time is up.
+// Early end of a batch, because its caller has gone or its deadline is reached.
 #pragma once
 
 #include <algorithm>
@@ -16,20 +16,20 @@ class Interrupt final : public WorkCounter {
  public:
   enum class Reason { kNone, kStopped, kTimeUp };
 
-  Interrupt() = default;  // never
-  // `limit` is that of the batch, which outlives this.
+  Interrupt() = default;  // never interrupts
+  // `limit` belongs to the batch and must outlive this object.
   Interrupt(std::stop_token stop, const TimeLimit& limit)
       : stop_(std::move(stop)), limit_(&limit) {}
 
-  // Counts work and looks around now and then; true when the batch must end. A unit is about a
-  // microsecond or less; a heavy step states its weight.
+  // Counts work and checks now and then; true if the batch must end. A unit is about a microsecond
+  // or less; an expensive step passes its weight.
   bool After(int units) {
     work_ += units;
     if (work_ < kUnitsBetweenLooks) return reason_ != Reason::kNone;
     return Look();
   }
 
-  // What a kernel does within a pair, in steps of some tens of nanoseconds.
+  // Counts the work of a kernel within a pair, in steps of some tens of nanoseconds.
   bool MustEndAfter(std::size_t steps) override {
     steps_ += steps;
     if (steps_ < kStepsOfUnit) return reason_ != Reason::kNone;
@@ -51,14 +51,15 @@ class Interrupt final : public WorkCounter {
   Reason reason() const { return reason_; }
 
  private:
-  // A look costs 30 ns; 64 units keep it below a hundredth and the reaction far below 10 ms.
+  // measured: a check takes 30 ns. Every 64 units it costs less than 1 % of the time, and the
+  // reaction stays far below 10 ms.
   static constexpr int kUnitsBetweenLooks = 64;
   static constexpr std::size_t kStepsOfUnit = 32;
 
   std::stop_token stop_;
   const TimeLimit* limit_ = nullptr;
-  int work_ = kUnitsBetweenLooks;  // the first step looks
-  std::size_t steps_ = 0;          // less than a unit
+  int work_ = kUnitsBetweenLooks;  // so that the first step checks
+  std::size_t steps_ = 0;          // steps that do not make a unit yet
   Reason reason_ = Reason::kNone;
 };
 

@@ -1,4 +1,4 @@
-// The number that an obstacle has in its snapshot: what columns name it by.
+// The index of an obstacle in its snapshot, which identifies it in columns.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace cwm::collision {
 
-// Used by one thread: asks the snapshot once per obstacle.
+// A cache for one thread, which looks up each obstacle once.
 class ObjectRanks {
  public:
   explicit ObjectRanks(const WorldSnapshot& world) : world_(world) {}
 
-  // See WorldSnapshot::ObstacleAt; -1 for nullptr. The obstacle is one of the snapshot.
+  // The index for WorldSnapshot::ObstacleAt, -1 for nullptr. The obstacle belongs to the snapshot.
   std::int32_t Of(const Obstacle* object) {
     if (object == nullptr) return -1;
     if (object == last_) return last_rank_;

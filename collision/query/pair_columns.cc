@@ -34,7 +34,8 @@ void Append(PairColumns& columns, const PairColumns& more) {
 }  // namespace
 
 void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row) {
-  // Contacts are rarely as many as allowed: room for one pair a row, then growth by doubling.
+  // Rows rarely have as many contacts as allowed, so at most two pairs per row are reserved; the
+  // columns then grow by doubling.
   const std::size_t pairs = rows * std::min<std::size_t>(pairs_per_row, 2);
   columns.row_begin.reserve(rows + 1);
   columns.row_begin.push_back(0);

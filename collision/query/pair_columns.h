@@ -1,4 +1,4 @@
-// How rows of pairs are gathered and written into columns.
+// Collects the pairs of a row and writes them into columns.
 #pragma once
 
 #include <algorithm>
@@ -23,14 +23,14 @@ struct FoundPair {
   }
 };
 
-// Keeps the first `capacity` pairs of a row in order.
+// Keeps the best `capacity` pairs of a row, sorted.
 class BestPairs {
  public:
   explicit BestPairs(int capacity) : capacity_(static_cast<std::size_t>(std::max(0, capacity))) {}
 
   void Clear() { pairs_.clear(); }
   bool is_full() const { return pairs_.size() >= capacity_; }
-  // The distance that a further pair must not exceed to get in.
+  // The largest distance at which a further pair can still be added.
   double Limit_m(double otherwise_m) const {
     if (!is_full()) return otherwise_m;
     return pairs_.empty() ? -std::numeric_limits<double>::infinity()
@@ -52,14 +52,14 @@ class BestPairs {
 
 void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row);
 
-// No answer stays labelled better than `best`.
+// Weakens every label that is better than `best`.
 void LimitTrust(PairColumns& columns, Trust best);
 
 // Appends the pairs of a finished row.
 void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks);
 
-// The first `completed` rows of pieces of a batch, in their order: whole pieces but for the last,
-// and what lies behind it is dropped.
+// Concatenates pieces of a batch in order until `completed` rows are reached. All pieces used are
+// whole, except possibly the last; the pieces after it are dropped.
 PairColumns Joined(std::vector<PairColumns> pieces, std::size_t completed);
 
 }  // namespace cwm::collision

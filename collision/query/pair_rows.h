@@ -1,4 +1,4 @@
-// Questions of which each row has several pairs: the rows one by one, on several threads.
+// Queries with several pairs per row (distances, contacts), computed row by row on several threads.
 #pragma once
 
 #include <functional>
@@ -13,11 +13,11 @@
 
 namespace cwm::collision {
 
-// Finds the pairs of the row at which a search has the body. Used by one thread.
+// Finds the pairs of the row at which the search has placed the body. Used by one thread.
 class RowFinder {
  public:
   virtual ~RowFinder() = default;
-  // Void when the search has ended. Holds until the next call.
+  // The result is void if the search has ended, and valid until the next call.
   virtual const std::vector<FoundPair>& Find() = 0;
 };
 
@@ -29,8 +29,8 @@ struct PairQuestion {
   std::stop_token stop;
 };
 
-// The pairs of all rows, at most `per_row` each; on as many threads as the options say, each with a
-// finder of its own for a search of its own.
+// The pairs of all rows, at most `per_row` each. Runs on the number of threads in the options, each
+// with its own search and finder.
 absl::StatusOr<PairColumns> FindPairs(
     const PairQuestion& question, int per_row,
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder);

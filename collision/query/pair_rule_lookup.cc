@@ -12,10 +12,10 @@ namespace {
 constexpr int kAllFrames = -1;
 constexpr int kOwnFrames = -2;
 
-// What several rules say together of the same two parts.
+// The combination of several rules about the same two parts.
 struct Together {
   bool allowed = false;
-  const PairRule* margin = nullptr;  // the rule whose margin holds
+  const PairRule* margin = nullptr;  // the rule whose margin applies
 
   void Add(const PairRule& rule) {
     allowed |= rule.allowed;
@@ -66,20 +66,22 @@ void PairRuleLookup::Add(const PairRule& rule, const NamedThing& mine, const Nam
   const std::optional<int> frames = FramesOf(mine);
   if (!frames.has_value()) return;
   const bool of_everything = theirs.name == kEverything;
-  // Scenes of planners bring rules of all that they ever knew, and of each two links.
+  // Planning scenes contain rules about objects that are no longer there, and about every two
+  // links.
   if (!of_everything && !IsThere(theirs.name)) return;
   auto& applied = of_everything ? of_everything_ : of_named_;
   applied.push_back({*frames, &rule, &theirs});
   widest_margin_m_ = std::max(widest_margin_m_, rule.margin_m.value_or(0));
 }
 
-// Whether the world has it as an obstacle to the body: not the body itself.
+// True if the world has an object or robot of that name other than the body itself.
 bool PairRuleLookup::IsThere(const std::string& name) const {
   if (name == body_.self) return false;
   return world_.Find(name) != nullptr || world_.FindRobot(name) != nullptr;
 }
 
-// That of the body which the thing includes, or several, or nothing.
+// The frame of the body to which the name refers, or kOwnFrames or kAllFrames; empty if it refers
+// to none.
 std::optional<int> PairRuleLookup::FramesOf(const NamedThing& thing) const {
   if (thing.name == kEverything) return kAllFrames;
   if (!body_.self.empty() && thing.name == body_.self) {
@@ -88,7 +90,7 @@ std::optional<int> PairRuleLookup::FramesOf(const NamedThing& thing) const {
   }
   for (std::size_t k = 0; k < body_.carried.size(); ++k) {
     if (thing.name != body_.carried[k].object->name) continue;
-    if (!thing.link.empty()) return std::nullopt;  // objects have none
+    if (!thing.link.empty()) return std::nullopt;  // objects have no links
     return body_.frame_count + static_cast<int>(k);
   }
   return std::nullopt;
@@ -99,7 +101,8 @@ bool PairRuleLookup::Covers(int frames, int frame) const {
          (frames == kOwnFrames && frame < body_.frame_count);
 }
 
-// An object that asks by itself stays as it is with what holds it, and with what is held there too.
+// Ignores pairs of a querying object with the robot link that holds it, its touch links and the
+// objects attached to the same link.
 void PairRuleLookup::AllowAttachment() {
   const Attachment& by = *body_.attachment;
   const auto allow = [&](const NamedThing& other) {
@@ -136,7 +139,7 @@ ObstacleTerms PairRuleLookup::Met(const Obstacle& obstacle) {
       if (each.theirs->name == obstacle.name) applied.push_back(each);
       i = each.next;
     }
-    if (!applied.empty()) {  // rules of everything are about it as well
+    if (!applied.empty()) {  // rules for everything apply to it as well
       applied.insert(applied.end(), of_everything_.begin(), of_everything_.end());
       at->second = TermsOf(applied, obstacle.robot.get());
     }
@@ -145,7 +148,7 @@ ObstacleTerms PairRuleLookup::Met(const Obstacle& obstacle) {
   return known.terms.empty() ? ObstacleTerms() : ObstacleTerms(known.terms.data(), known.by_link);
 }
 
-// By link of the robot only where a rule names one.
+// The combined terms for an obstacle; by link of the robot only if a rule names a link.
 PairRuleLookup::Terms PairRuleLookup::TermsOf(std::span<const Applied> applied,
                                               const RobotGeometry* robot) const {
   Terms result;
@@ -175,7 +178,8 @@ PairRuleLookup::Terms PairRuleLookup::TermsOf(std::span<const Applied> applied,
   return result;
 }
 
-// Each side of a rule is a frame, all of the body's own, or all; so each frame is on three of them.
+// Each side of a rule is one frame, all own frames or all frames, so up to three sides cover each
+// frame.
 void PairRuleLookup::ResolveSelfPairs() {
   std::map<std::pair<int, int>, Together> said;
   for (const PairRule* rule : of_itself_) {

@@ -1,5 +1,5 @@
-// The rules of pairs as one call needs them: names are compared once a call, and once for each
-// object that it meets.
+// The pair rules in the form that one query needs: names are compared once per query, and once for
+// each object that it meets.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,17 @@
 
 namespace cwm::collision {
 
-// What rules say of two parts.
+// The combined rules for two parts.
 struct PairTerms {
-  bool allowed = false;  // to collide: no question sees them
+  bool allowed = false;  // allowed to collide: queries ignore the pair
   bool has_margin = false;
-  double margin_m = 0;  // in place of the usual one
+  double margin_m = 0;  // replaces the usual margin if has_margin
 
   double Margin_m(double usual_m) const { return has_margin ? margin_m : usual_m; }
 };
 
-// What rules say of the parts of a body and those of an obstacle. Valid while the lookup is.
+// The combined rules for the parts of a body and the parts of an obstacle. Valid as long as the
+// lookup.
 class ObstacleTerms {
  public:
   ObstacleTerms() = default;  // no rule applies
@@ -31,7 +32,7 @@ class ObstacleTerms {
       : terms_(terms), by_link_(by_link) {}
 
   bool empty() const { return terms_ == nullptr; }
-  // Whether the parts of the obstacle, a robot, differ; else what is said of one is said of all.
+  // True if the rules differ between parts of the obstacle, which is then a robot.
   bool by_part() const { return by_link_ != nullptr; }
   const PairTerms& Of(int frame, std::size_t part) const {
     const auto row = static_cast<std::size_t>(frame);
@@ -41,12 +42,12 @@ class ObstacleTerms {
   }
 
  private:
-  const PairTerms* terms_ = nullptr;  // by frame of the body, and in it by link if by_link_ is set
+  const PairTerms* terms_ = nullptr;  // by frame of the body, then by link if by_link_ is set
   const RobotGeometry* by_link_ = nullptr;
 };
 
-// Used by one thread. Refers to the world and the body. Making it costs some tens of
-// nanoseconds a rule; what rules say of an object is put together when it is first met.
+// Used by one thread. Refers to the world and the body. Construction takes some tens of nanoseconds
+// per rule; the rules for an object are combined when it is first met.
 class PairRuleLookup {
  public:
   PairRuleLookup(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options);
@@ -54,23 +55,24 @@ class PairRuleLookup {
   ObstacleTerms Of(const Obstacle& obstacle) {
     return of_everything_.empty() && of_named_.empty() ? ObstacleTerms() : Met(obstacle);
   }
-  // Whether some rule is about the body and what there is in the world.
+  // True if some rule applies to the body and an obstacle of the world.
   bool MayChangeWorldPairs() const { return !of_everything_.empty() || !of_named_.empty(); }
-  // By self pair of the body; empty where no rule applies to any.
+  // The rules for the self pairs of the body, by pair; empty if no rule applies to any.
   std::span<const PairTerms> OfSelfPairs() const { return of_self_pairs_; }
-  // The widest margin that a rule sets of the body and the world; 0 when none does.
+  // The largest margin that a rule sets for the body and the world; 0 if none does.
   double widest_margin_m() const { return widest_margin_m_; }
 
  private:
-  // A rule of which one side is the body, and that side: one frame of it, all that are its own
-  // (kOwnFrames: what it carries has other names), or all.
+  // A rule with the body on one side. `frames` is that side: one frame of the body, all its own
+  // frames (kOwnFrames, without attached objects, which have other names), or all frames
+  // (kAllFrames).
   struct Applied {
     int frames;
     const PairRule* rule;
     const NamedThing* theirs;  // the other side
-    std::int32_t next = -1;    // in of_named_: of the same bucket
+    std::int32_t next = -1;    // next entry of the same bucket in of_named_
   };
-  // What is known of an obstacle that was met.
+  // The combined rules for an obstacle that was met.
   struct Terms {
     std::vector<PairTerms> terms;  // empty: no rule names it
     const RobotGeometry* by_link = nullptr;
@@ -90,11 +92,11 @@ class PairRuleLookup {
 
   const WorldSnapshot& world_;
   const QueryBody& body_;
-  std::vector<PairRule> ignored_;  // of the request, and what the body is attached to
+  std::vector<PairRule> ignored_;  // from the request and from the body's attachment
   std::vector<Applied> of_everything_;
   Terms terms_of_everything_;
   std::vector<Applied> of_named_;
-  std::vector<std::int32_t> buckets_;  // by hash of the name: the first of of_named_, or -1
+  std::vector<std::int32_t> buckets_;  // by hash of the name: first entry in of_named_, or -1
   std::unordered_map<const Obstacle*, Terms> met_;
   std::vector<const PairRule*> of_itself_;
   std::vector<PairTerms> of_self_pairs_;

@@ -8,7 +8,7 @@
 namespace cwm::collision {
 namespace {
 
-// Every third bit: 0b1011 to 0b001000001001.
+// Spreads the bits of a 4-bit number to every third bit: 0b1011 becomes 0b001000001001.
 constexpr std::array<std::uint16_t, 16> SpreadBits() {
   std::array<std::uint16_t, 16> spread{};
   for (unsigned i = 0; i < spread.size(); ++i) {
@@ -26,7 +26,7 @@ std::span<const std::uint32_t> PointOrder::Of(std::span<const Vector3> points) {
   Aabb bounds;
   for (const Vector3& p : points) bounds.extend(p);
   const double extent_m = bounds.isEmpty() ? 0 : bounds.sizes().maxCoeff();
-  // The farthest point falls just into the last cell.
+  // Scaled so that the farthest point still falls into the last cell.
   const double cells_per_m = extent_m > 0 ? (1 << kBitsPerAxis) * (1 - 1e-12) / extent_m : 0;
   cells_.resize(points.size());
   begins_.assign(kCells + 1, 0);

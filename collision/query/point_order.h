@@ -1,5 +1,5 @@
-// An order of points in which neighbours follow each other: what makes a block of points small
-// however a batch lists them.
+// An order in which neighbouring points follow each other, so that blocks of consecutive points are
+// small whatever the order of the batch.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace cwm::collision {
 
-// Along a Z-shaped curve (Morton 1966) through 16 x 16 x 16 cells over the points; within a cell as
-// listed. Keeps its memory from one call to the next.
+// Z-order (Morton 1966) over 16 x 16 x 16 cells around the points; within a cell in the given
+// order. Reuses its memory from call to call.
 class PointOrder {
  public:
   // Indices into `points`, valid until the next call.
@@ -21,8 +21,8 @@ class PointOrder {
   static constexpr int kBitsPerAxis = 4;
   static constexpr std::size_t kCells = std::size_t{1} << (3 * kBitsPerAxis);
 
-  std::vector<std::uint16_t> cells_;   // of each point
-  std::vector<std::uint32_t> begins_;  // of each cell
+  std::vector<std::uint16_t> cells_;   // cell of each point
+  std::vector<std::uint32_t> begins_;  // first index of each cell
   std::vector<std::uint32_t> indices_;
 };
 

@@ -9,14 +9,14 @@
 namespace cwm::collision {
 namespace {
 
-// Solids that only touch close the way between them.
+// A gap of this width or less between two solids does not count as a way out.
 constexpr double kTouching_m = 1e-9;
 
 bool Differ(const Vector3& a, const Vector3& b) {
   return (a - b).squaredNorm() > kSameGradient * kSameGradient;
 }
 
-// From any point of the one box: a part is no farther than the farthest corner of its box.
+// Upper bound of the distance of a part from any point of a block, by their boxes.
 double FarthestCorner_m(const Aabb& block, const Aabb& part) {
   return (part.max() - block.min()).cwiseMax(block.max() - part.min()).norm();
 }
@@ -38,7 +38,7 @@ bool PointSampler::Answer(std::span<const Vector3> points, std::size_t first, st
   for (std::size_t begin = 0; begin < count; begin += kBlockLanes) {
     const std::size_t size = std::min<std::size_t>(kBlockLanes, count - begin);
     for (std::size_t i = 0; i < kBlockLanes; ++i) {
-      // The last point fills what is left of the last block.
+      // The last point pads the last block.
       const std::uint32_t index = order[begin + std::min(i, size - 1)];
       points_.x[i] = chunk[index].x();
       points_.y[i] = chunk[index].y();
@@ -55,7 +55,8 @@ bool PointSampler::Answer(std::span<const Vector3> points, std::size_t first, st
 }
 
 void PointSampler::ListParts(std::span<const Vector3> chunk) {
-  // The least of a few dozen numbers is found in less time than a queue takes for one of them.
+  // chosen: the minimum of a few dozen numbers is found faster than a priority queue yields one
+  // element.
   constexpr std::size_t kMostListed = 96;
   Aabb bounds;
   for (const Vector3& p : chunk) bounds.extend(p);
@@ -75,7 +76,8 @@ void PointSampler::ListParts(std::span<const Vector3> chunk) {
   listed_gaps_m2_.resize(listed_.size());
 }
 
-// False when interrupted, or when the list does not reach far enough.
+// Tests the listed parts, nearest first. False if interrupted or if the list does not reach far
+// enough.
 bool PointSampler::MeetListed(const Aabb& block) {
   if (listed_reach_m_ < 0) return false;
   for (std::size_t k = 0; k < listed_.size(); ++k) {
@@ -86,11 +88,11 @@ bool PointSampler::MeetListed(const Aabb& block) {
     const auto next = std::min_element(listed_gaps_m2_.begin(), listed_gaps_m2_.end());
     const double reach_m = reach_m_ + kKinkReach_m;
     if (next == listed_gaps_m2_.end() || !(*next <= reach_m * reach_m)) break;
-    if (std::isinf(*next)) break;  // all are met
+    if (std::isinf(*next)) break;  // all listed parts are tested
     *next = std::numeric_limits<double>::infinity();
     if (!Meet(*listed_[static_cast<std::size_t>(next - listed_gaps_m2_.begin())])) return false;
   }
-  return reach_m_ <= listed_reach_m_;  // inside, a depth may be greater
+  return reach_m_ <= listed_reach_m_;  // the depth of a point inside a solid may be greater
 }
 
 void PointSampler::Begin() {
@@ -99,8 +101,8 @@ void PointSampler::Begin() {
   reach_m_ = limit_m_;
 }
 
-// Objects whose boxes are nearest to that of the points come first; those that are farther than all
-// points reach never come.
+// Tests the objects of the world, those with the nearest boxes first, up to the reach of the
+// points. False if interrupted.
 bool PointSampler::MeetWorld(const Aabb& block) {
   if (interrupt_.reason() != Interrupt::Reason::kNone) return false;
   Begin();
@@ -123,11 +125,11 @@ bool PointSampler::Meet(const SampledPart& part) {
   candidate.part = &part;
   part.Measure(points_, nearest_.reach_m, candidate.distances_m, &interrupt_);
   reach_m_ = KeepNearest(candidate.distances_m, {part.order(), index}, limit_m_, nearest_);
-  // Meshes take up to milliseconds for a block, everything else a microsecond or less.
+  // measured: a mesh takes up to milliseconds for a block, other shapes a microsecond or less.
   return !interrupt_.After(part.lanes() != nullptr ? 1 : 64);
 }
 
-// Points that are nearest to the same part are sampled together.
+// Samples together the points that have the same nearest part.
 void PointSampler::AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns) {
   std::uint64_t left =
       rows.size() == kBlockLanes ? ~std::uint64_t{0} : (std::uint64_t{1} << rows.size()) - 1;
@@ -148,7 +150,7 @@ void PointSampler::AnswerBlock(std::span<const std::uint32_t> rows, PointColumns
 void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
                                PointColumns& columns) {
   const std::int64_t index = nearest_.candidate[lanes[0]];
-  if (index < 0) {  // met nothing: columns hold zeros
+  if (index < 0) {  // no part within reach: the other columns keep their zeros
     for (int i = 0; i < count; ++i) columns.state[rows[lanes[i]]] = SampleState::kBeyond;
     return;
   }
@@ -221,7 +223,8 @@ bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) {
   return false;
 }
 
-// The way out of the deepest part is free where no solid that is as near as its end covers that end.
+// True if another solid covers the end of the way out of the deepest part. Only solids within the
+// length of that way are tested.
 bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
   const double depth_m = -nearest_.best_m[lane];
   const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
@@ -234,13 +237,14 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
   return false;
 }
 
-// Whoever leaves all solids somewhere was no deeper than the way there is long.
+// The trust of a depth and its bound: the length of any way out of all solids is an upper bound of
+// the depth.
 PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
   const Vector3 way_out_W = PointOf(lane) + depth_m * sample.gradient;
   if (!sample.buried && !IsCovered(lane, way_out_W)) return {Trust::kExact, 0};
   std::optional<double> way_m = WayOut_m(lane, sample, sample.gradient);
-  if (sample.buried) {  // what is nearest lies as often farther in as farther out
+  if (sample.buried) {  // the way out may lie in either direction
     const std::optional<double> back_m = WayOut_m(lane, sample, -sample.gradient);
     if (!way_m || (back_m && *back_m < *way_m)) way_m = back_m;
   }
@@ -248,11 +252,12 @@ PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   return {Trust::kBounded, *way_m - depth_m};
 }
 
-// Along a direction, from the surface of the deepest part on; none where it is not found.
+// The length of the way out of all solids along a direction, searched from the surface of the
+// deepest part on; empty if none is found.
 std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample,
                                              const Vector3& direction_W) {
-  // Steps grow, so that they reach a hundred times as far as the depth. Some microseconds each: who
-  // finds no way out by then is under the ground.
+  // chosen: the growing steps reach more than a hundred times as far as the depth, at some
+  // microseconds each. A point without a way out by then is considered underground.
   constexpr int kMostSteps = 16;
   constexpr double kGrowth = 1.6;
   const Vector3 p_W = PointOf(lane);
@@ -272,7 +277,7 @@ std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample
   return std::nullopt;
 }
 
-// Of the union of all solids; some positive distance outside.
+// The signed distance of the union of all solids if p lies inside; some positive number if outside.
 double PointSampler::SolidDistance_m(const Vector3& p_W) {
   double least_m = std::numeric_limits<double>::infinity();
   world_.bounds().ForEachNearest(Aabb(p_W, p_W), 2 * kTouching_m,

@@ -1,5 +1,4 @@
-// The walk of SamplePoints: a block of points that lie near each other against the world, and each
-// point's answer.
+// The search of SamplePoints: blocks of neighbouring points are tested against the world together.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +13,20 @@
 
 namespace cwm::collision {
 
-// Used by one thread. Allocates when it meets an object for the first time, never per point.
+// Used by one thread. Allocates when it first meets an object, and for entries of bounds(), but not
+// per point.
 class PointSampler {
  public:
-  // `limit_m`: of QueryOptions.
+  // `limit_m` is QueryOptions::max_distance_m.
   PointSampler(const WorldSnapshot& world, const WorldFilter& filter, double limit_m,
                Interrupt interrupt)
       : world_(world), limit_m_(limit_m), parts_(world, filter), interrupt_(std::move(interrupt)) {}
 
-  // Answers points [first, first + count) into columns that have room for all of `points`; false
-  // when interrupted, which leaves them undefined.
+  // Writes the answers for points [first, first + count) into columns sized for all of `points`.
+  // False if interrupted, which leaves them undefined.
   bool Answer(std::span<const Vector3> points, std::size_t first, std::size_t count,
               PointColumns& columns);
-  // Of rows of `columns` that are kBounded, in no order.
+  // The bounds of all rows answered so far that are kBounded, in no particular order.
   const std::vector<PointColumns::Bound>& bounds() const { return bounds_; }
 
  private:
@@ -66,12 +66,12 @@ class PointSampler {
   NearestLanes nearest_;
   std::vector<Candidate> candidates_;
   std::vector<PointColumns::Bound> bounds_;
-  double reach_m_ = 0;  // of all lanes
+  double reach_m_ = 0;  // largest reach of a point in the block
 
-  // The parts near a chunk, where they are few: cheaper to try one by one than to search.
+  // The parts near a chunk, if they are few: testing each is then cheaper than a tree search.
   std::vector<const SampledPart*> listed_;
-  std::vector<double> listed_gaps_m2_;  // of a block's box to theirs
-  double listed_reach_m_ = -1;          // what is nearer is listed; negative: nothing is
+  std::vector<double> listed_gaps_m2_;  // squared distance of a block's box from theirs
+  double listed_reach_m_ = -1;          // all parts nearer than this are listed; negative: no list
 };
 
 }  // namespace cwm::collision

@@ -8,7 +8,7 @@
 namespace cwm::collision {
 namespace {
 
-// Robots of one or two arms have no more; longer states are allocated.
+// The variables of a state. Robots with one or two arms need no allocation.
 using Variables = absl::InlinedVector<double, 32>;
 
 void SetGroup(const JointGroup& group, std::span<const double> row, std::span<double> variables) {
@@ -24,7 +24,7 @@ Variables With(const std::vector<double>& base, const JointGroup& group,
   return variables;
 }
 
-// One frame per link; `body` has its parts.
+// Sets the frames, one per link, and the self pairs of a body that already has its parts.
 void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
   const RobotModel& model = *robot.model;
   body.robot = robot.model;
@@ -89,7 +89,7 @@ std::span<const double> JointRows::Row(std::size_t row) const {
 void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const { PlaceSome({&row, 1}, X_WL); }
 
 void JointRows::PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const {
-  absl::InlinedVector<double, 64> states;  // eight of a robot of one arm
+  absl::InlinedVector<double, 64> states;  // enough for eight states of a robot with one arm
   for (std::size_t row : rows) {
     states.insert(states.end(), states_.base.begin(), states_.base.end());
     SetGroup(group_, Row(row), std::span(states.data(), states.size()).last(states_.base.size()));

@@ -1,4 +1,4 @@
-// A robot as what asks: its links are the frames of a body, its states the rows.
+// A robot as a query body: its links are the frames of the body, its states the rows.
 #pragma once
 
 #include <optional>
@@ -13,19 +13,20 @@
 
 namespace cwm::collision {
 
-// Against what a robot is asked.
+// The obstacles that a robot is tested against.
 enum class RobotScope { kWorld, kSelf, kBoth };
 
-// One frame per link. Parts of two links are asked of each other where RobotModel::self_pairs has
-// the links. Shares the robot's geometry.
+// The body of a robot, with one frame per link. Parts of two links are tested against each other if
+// RobotModel::self_pairs contains the links. Shares the robot's geometry.
 QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope);
-// The same of a robot of the world, which rules of pairs know by its name.
+// The same for a robot of the world, to which pair rules refer by its name.
 QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope);
 
-// The same robot made of spheres, one part a sphere: by link, within a link as listed. The model
-// has as many links as the robot. Spheres of two links are asked of each other where their links would
-// be. Nothing is known of how far they are from the links' shapes: every answer is DEGRADED.
-// Shares the prepared geometry; of a bare model it is prepared each time.
+// The body of a robot made of spheres, one part per sphere, ordered by link and within a link as
+// listed. The sphere model has as many links as the robot. Spheres of two links are tested against
+// each other if the links would be. Every answer is DEGRADED, since the distance of the spheres
+// from the links' shapes is unknown. PreparedSpheres are shared; a SphereModel is prepared on each
+// call.
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
                           RobotScope scope);
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres, RobotScope scope);
@@ -34,23 +35,22 @@ QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres
 class JointRows : public BodyRows {
  public:
   struct States {
-    Pose X_WB = Pose::Identity();       // of the root link
-    std::vector<double> base = {};      // a value for each variable of the model
+    Pose X_WB = Pose::Identity();       // pose of the root link
+    std::vector<double> base = {};      // one value per variable of the model
     std::span<const double> rows = {};  // the group's variables, row by row
   };
-  // Refers to the model, to its group and to the rows. A group without variables has one row, the
-  // base.
+  // Refers to the model, the group and the rows. A group without variables has one row, the base.
   JointRows(const RobotModel& model, const JointGroup& group, States states);
 
   std::size_t size() const override { return count_; }
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
   void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const override;
-  // Within those of its joints, and with all links where worlds have room.
+  // True if the row is within the joint limits and all links are within the coordinates of a world.
   bool IsWithinLimits(std::size_t row) const override;
   std::optional<int> VariableOutOfLimits(std::size_t row) const override;
-  // Where links may get to at all.
+  // The positions that links can reach.
   const StateRange& range() const { return range_; }
-  // What range() finds wrong with the row.
+  // The error of range() for the row, if it has one.
   std::optional<std::string> RangeFault(std::size_t row) const { return range_.FaultOf(Row(row)); }
 
   const RobotModel& model() const { return model_; }

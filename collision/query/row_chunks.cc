@@ -10,14 +10,14 @@
 namespace cwm::collision {
 namespace {
 
-// What the threads of one call share.
+// The state shared by the threads of one call.
 class SharedChunks {
  public:
   SharedChunks(const std::vector<RowChunk>& chunks,
                const std::function<std::unique_ptr<ChunkWorker>()>& make_worker)
       : chunks_(chunks), make_worker_(make_worker), ends_(chunks.size()) {}
 
-  // Takes chunks until none is left or one is not whole: then nobody takes more.
+  // Answers chunks until none is left. After an incomplete chunk no thread takes another one.
   void Work() {
     try {
       TakeChunks();
@@ -27,7 +27,7 @@ class SharedChunks {
     }
   }
 
-  // Once all have ended.
+  // The result, valid once all threads have ended.
   absl::StatusOr<std::size_t> Result() const {
     if (failure_ != nullptr) std::rethrow_exception(failure_);
     std::size_t completed = 0;
@@ -57,10 +57,10 @@ class SharedChunks {
 
   const std::vector<RowChunk>& chunks_;
   const std::function<std::unique_ptr<ChunkWorker>()>& make_worker_;
-  std::vector<ChunkEnd> ends_;  // by chunk: each is written by the thread that took it
+  std::vector<ChunkEnd> ends_;  // by chunk; each is written by the thread that took the chunk
   std::atomic<std::size_t> next_ = 0;
   std::atomic<bool> has_failed_ = false;
-  std::exception_ptr failure_;  // of the first that failed, for who has joined it
+  std::exception_ptr failure_;  // exception of the first thread that failed, rethrown by Result
 };
 
 }  // namespace

@@ -73,7 +73,8 @@ void SampledPart::Prepare(const Plate& plate) {
 
 void SampledPart::Prepare(const Convex&) {
   in_lanes_ = false;
-  // The planes of a hull that was sent are not all its corners': see ExactGeometry.
+  // The kernels' hull, since the triangles of a client's hull may not fit its corners
+  // (ExactGeometry).
   shape_ = &ShapeOf(*part_->engines[static_cast<int>(EngineKind::kExact)]);
 }
 
@@ -86,7 +87,7 @@ void SampledPart::Prepare(const Mesh& mesh) {
 void SampledPart::PrepareProfile(PlaneProfile profile, LaneSolid::Form form) {
   profile_ = std::move(profile);
   solid_.form = form;
-  // On the heap: they stay where they are when this part moves.
+  // The edges are on the heap and keep their address if this part is moved.
   solid_.edges = profile_->edges().data();
   solid_.edge_count = static_cast<int>(profile_->edges().size());
 }
@@ -94,8 +95,8 @@ void SampledPart::PrepareProfile(PlaneProfile profile, LaneSolid::Form form) {
 void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
                           BlockDistances& distances_m, WorkCounter* work) const {
   if (in_lanes_) return MeasureLanes(solid_, points_W, distances_m);
-  // From a place to another one a distance changes by no more than their distance: one point tells
-  // of most others that they are too far away.
+  // The distance changes by at most the distance between two points, so the first point proves most
+  // others too far away.
   const Vector3 first(points_W.x[0], points_W.y[0], points_W.z[0]);
   const double first_m = Distance_m(first, work);
   for (int i = 0; i < kBlockLanes; ++i) {

@@ -1,4 +1,5 @@
-// A part of the world as points ask about it, and the parts of a world that a batch has met.
+// A part of the world in the form that SamplePoints uses, and the parts that a batch has met so
+// far.
 #pragma once
 
 #include <cstdint>
@@ -16,37 +17,37 @@
 
 namespace cwm::collision {
 
-// Refers to an object of the snapshot that is asked.
+// Refers to an object of the queried snapshot.
 class SampledPart {
  public:
   struct Id {
     std::int32_t object = 0;  // WorldSnapshot::IndexOf
     std::int32_t part = 0;
-    std::int32_t by_name = 0;  // its place among all objects and robots, ordered by name
+    std::int32_t by_name = 0;  // rank among all objects and robots, ordered by name
   };
   SampledPart(const Obstacle& object, const Id& id);
   SampledPart(const SampledPart&) =
-      delete;  // it refers to itself, by memory that a move takes along
+      delete;  // it refers to its own heap memory, which a move takes along
   SampledPart(SampledPart&&) = default;
 
   const Id& id() const { return id_; }
-  // How equally near parts are ordered: by object name, then part.
+  // The order of equally near parts: by object name, then part.
   std::int64_t order() const { return (std::int64_t{id_.by_name} << 32) | id_.part; }
   const Aabb& bounds_W() const { return *bounds_W_; }
   bool is_open() const { return tree_ != nullptr && !watertight_; }
 
-  // Signed distances of the points to the solid; of points that are farther from it than `reach_m`
-  // and the reach of kinks, anything that is as well.
+  // Signed distances of the points from the solid, in metres. For a point farther than `reach_m`
+  // plus kKinkReach_m, any value above that.
   void Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
                BlockDistances& distances_m, WorkCounter* work = nullptr) const;
   double Distance_m(const Vector3& p_W, WorkCounter* work = nullptr) const;
 
-  // Whether SampleLanes answers for it; else Sample does, one by one.
+  // The solid for SampleLanes; nullptr if points must be sampled one by one with Sample.
   const LaneSolid* lanes() const { return short_formula_ ? &solid_ : nullptr; }
-  // `distance_m` is what Measure or Distance_m told of the point.
+  // Samples one point. `distance_m` is the result of Measure or Distance_m for it.
   PointSample Sample(const Vector3& p_W, double distance_m, WorkCounter* work = nullptr) const;
-  // From a point in the solid of a closed mesh along a unit direction to where that leaves it; none
-  // where rounding hides the place.
+  // The distance from a point in the solid of a closed mesh, along a unit direction, to the point
+  // where the ray leaves the solid; empty if rounding hides that point.
   std::optional<double> WayOut_m(const Vector3& p_W, const Vector3& direction_W,
                                  WorkCounter* work = nullptr) const;
 
@@ -69,24 +70,24 @@ class SampledPart {
 
   Id id_;
   const PreparedPart* part_;
-  const Shape* shape_;  // as the kernels take it
+  const Shape* shape_;  // the shape as the kernels use it
   const Aabb* bounds_W_;
   Pose X_WP_;
   LaneSolid solid_;
-  bool in_lanes_ = true;        // Measure works on all points at once
-  bool short_formula_ = false;  // so does Sample
+  bool in_lanes_ = true;        // true if Measure handles all points at once by SIMD
+  bool short_formula_ = false;  // true if SampleLanes can sample the part
   std::optional<PlaneProfile> profile_;
   const TriangleTree* tree_ = nullptr;
   bool watertight_ = false;
 };
 
-// Makes parts when they are first asked for. Used by one thread.
+// Creates the parts of an object on first use. Used by one thread.
 class SampledParts {
  public:
   SampledParts(const WorldSnapshot& world, const WorldFilter& filter)
       : world_(world), filter_(filter), ranks_(world) {}
 
-  // Of an object of the world: those that count.
+  // The parts of an object of the world that pass the filter.
   std::span<const SampledPart> Of(const Obstacle& object);
 
  private:

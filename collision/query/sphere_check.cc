@@ -14,13 +14,13 @@
 namespace cwm::collision {
 namespace {
 
-// Spheres around the parts of an arm take a tenth of a millisecond to set up when they are asked for
-// the first time: fewer rows gain nothing then.
+// measured: compiling the spheres around the parts of an arm for its first query takes a tenth of a
+// millisecond, which pays off only with at least this many rows.
 constexpr std::size_t kFewestRows = 256;
 
 using Spheres = std::vector<PlacedSphere>;
 
-// Of the body without what it carries, where that is made of spheres.
+// The spheres of the body without attached objects; empty if it is not made of spheres.
 std::optional<Spheres> OwnSpheres(const QueryBody& body) {
   Spheres spheres;
   const std::vector<PreparedPart>& parts = body.geometry->parts;
@@ -48,7 +48,7 @@ Spheres SpheresAround(const SphereModel& around) {
   return spheres;
 }
 
-// One around each part of what is carried, with its margin: nothing of the object is asked for more.
+// Adds one sphere around each part of the attached objects, enlarged by the object's margin.
 void AddCarried(const QueryBody& body, Spheres& spheres) {
   for (std::size_t k = 0; k < body.carried.size(); ++k) {
     const WorldObject& object = *body.carried[k].object;
@@ -69,7 +69,8 @@ std::vector<HungFrame> HungFramesOf(const QueryBody& body) {
   return hung;
 }
 
-// Whether pairs that are apart by the usual margin are so by those of rules.
+// True if no rule sets a larger margin than `margin_m`, so that pairs proven apart by that margin
+// stay free.
 bool KeepWhatIsFree(const PairRuleLookup& rules, double margin_m) {
   const auto keeps = [&](const PairTerms& terms) {
     return !terms.has_margin || terms.margin_m <= margin_m;
@@ -84,11 +85,11 @@ bool IsForLanes(const RobotModel& model, const QueryBody& body, const QueryOptio
   const EngineChoice engine = options.engine;
   if (engine != EngineChoice::kAuto && engine != EngineChoice::kExact) return false;
   if (options.margin_sigma > 0) return false;
-  if (options.unseen == UnseenSpace::kReport) return false;  // who is met matters then
+  if (options.unseen == UnseenSpace::kReport) return false;  // the obstacle's identity matters then
   return options.margin_m >= 0 && body.margin_m + options.margin_m >= 0;
 }
 
-// Nothing where lanes cannot move the joints.
+// The compiled program of the spheres; nullptr if the SIMD kinematics do not support a joint.
 std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const JointRows& joints,
                                                const SphereSet& set, double margin_m) {
   const std::vector<double>& base = joints.states().base;
@@ -100,7 +101,7 @@ std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const Join
   return std::make_shared<const SphereProgram>(*std::move(program));
 }
 
-// Pairs with an open mesh of the body.
+// The frames and pairs of frames with an open mesh of the body.
 LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
                            const FramePairs& frame_pairs) {
   const auto is_open = [&](std::int32_t k) {
@@ -140,7 +141,7 @@ SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProg
   std::vector<double> base = rows.states().base;
   for (const int variable : rows.group().variables) {
     const Variable& of_row = model.variables[static_cast<std::size_t>(variable)];
-    // Inside, so that those of the base alone are asked about.
+    // Set within limits, so that only the base's other variables are tested.
     base[static_cast<std::size_t>(variable)] =
         std::isfinite(of_row.lower) ? of_row.lower : std::min(0.0, of_row.upper);
   }
@@ -151,7 +152,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
   if (joints == nullptr || !IsForLanes(joints->model(), body, options)) return std::nullopt;
-  // What slides farther is asked plainly in any case.
+  // Prismatic joints beyond kFarthestShift_m make a row UNDECIDED in any case.
   if (joints->range().Reach_m(kFarthestShift_m) > kLargestCoordinate_m) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);

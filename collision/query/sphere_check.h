@@ -1,6 +1,7 @@
-// States of a robot, many at once in single precision: of one that is spheres alone all but what is
-// too near to contact; of another, of one that carries objects, and where rules of pairs apply, by
-// the spheres around its parts what these show to be free. What stays open is asked plainly.
+// Collision checks of many robot states at once by SIMD in single precision. For a robot made of
+// spheres this decides all states that are not too near to contact. For other robots, with attached
+// objects, or if pair rules apply, it proves states free by the spheres around the parts. Undecided
+// states are left to the search pair by pair (BodySearch).
 #pragma once
 
 #include <memory>
@@ -17,28 +18,30 @@
 
 namespace cwm::collision {
 
-// Refers to the rows. Used by one thread; a copy, which is cheap beside Make, is another's.
+// Refers to the rows. Used by one thread; other threads use copies, which are cheap compared to
+// Make.
 class SphereCheck {
  public:
-  // Nothing where the question is another one: other shapes without spheres around them, too few
-  // rows, rows that are no states of joints, FCL or Bullet asked for by name, joints that lanes do
-  // not move, links that may get where worlds have no room, margins below zero, unseen space to be
-  // reported, deviations, rules of pairs that set more than the request's margin.
+  // Empty if the query is not suited: shapes without spheres around them, too few rows, rows that
+  // are not joint states, FCL or Bullet chosen by name, joints that the SIMD kinematics do not
+  // support, links that can leave the coordinates of a world, negative margins, unseen space to be
+  // reported, margin_sigma > 0, pair rules with a larger margin than the request.
   static std::optional<SphereCheck> Make(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options);
 
-  // Of the rows [first, first + count): FREE, COLLISION and OUT_OF_LIMITS equal the plain verdicts;
-  // UNDECIDED is to be asked plainly. The span holds until the next call.
+  // The verdicts of rows [first, first + count): FREE, COLLISION and OUT_OF_LIMITS equal those of
+  // the search pair by pair; UNDECIDED rows need that search. The span is valid until the next
+  // call.
   std::span<const Verdict> Judge(std::size_t first, std::size_t count);
-  // By the same rows, what is to be asked about those that are UNDECIDED; empty: everything.
+  // The frames and pairs that remain to be tested in UNDECIDED rows, by row; everything if empty.
   std::span<const LaneOpen> open() const { return open_; }
-  // Of the same rows, whether one that is UNDECIDED is known to be within limits.
+  // True if the k-th of these rows is known to be within limits, even if it is UNDECIDED.
   bool KnowsLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
-  // Of a row that is FREE, what is to be asked plainly about its trust: of what spheres show to be apart
-  // they do not tell whether boxes about it meet those of an open mesh.
+  // The frames and pairs that determine the trust of a FREE row. Spheres prove parts apart, but do
+  // not tell if the boxes of parts meet those of an open mesh.
   const LaneOpen& open_of_trust() const { return open_of_trust_; }
   bool leaves_trust_open() const { return open_of_trust_.worlds != 0 || open_of_trust_.pairs != 0; }
-  // Whether COLLISION is told at all: the spheres are the robot.
+  // True if COLLISION can be returned, that is if the spheres are the robot.
   bool tells_collisions() const { return meaning_ == Meaning::kTheBody; }
 
  private:

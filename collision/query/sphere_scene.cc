@@ -8,11 +8,11 @@
 namespace cwm::collision {
 namespace {
 
-// Axes this near to those of the coordinates are taken for them: 1e-9 of a coordinate is far below
-// what its rounding may be (Rounding_m).
+// derived: axes this near to the coordinate axes are replaced by them, since 1e-9 of a coordinate
+// is far below its rounding in single precision (Rounding_m).
 constexpr double kSnap = 1e-9;
 
-// A shape for lanes, centred at X_BS; its form and size alone are set.
+// An obstacle before its conversion to single precision: a form of given size, centred at X_BS.
 struct Solid {
   Pose X_BS = Pose::Identity();
   LaneObstacle::Form form = LaneObstacle::Form::kBox;
@@ -59,8 +59,8 @@ Solid SolidOf(const PreparedPart& part, const Pose& X_BS) {
   return solid;
 }
 
-// Numbers stay as small as the robot's reach: along an axis a box, a cylinder or a capsule is
-// looked at only as far as the nearest point of it to a centre may lie.
+// Cuts a box, cylinder or capsule along its axes to the part that can contain the nearest point to
+// a sphere's centre, so that no number is much larger than the robot's reach.
 void Clip(double reach_m, Solid& solid) {
   const Vector3 root_S = solid.X_BS.linear().transpose() * -solid.X_BS.translation();
   const auto clip = [&](int axis, double& half_m) {
@@ -83,7 +83,7 @@ void Clip(double reach_m, Solid& solid) {
   }
 }
 
-// Of a point; 0 inside.
+// The distance of a point from the solid; 0 inside.
 double Distance_m(const Solid& solid, const Vector3& p_B) {
   const Vector3 p = solid.X_BS.linear().transpose() * (p_B - solid.X_BS.translation());
   const double across_m = p.head<2>().norm(),
@@ -101,13 +101,13 @@ double Distance_m(const Solid& solid, const Vector3& p_B) {
   return std::max(p.z(), 0.0);
 }
 
-// Whether an axis is one of the coordinates', either way, but for kSnap.
+// True if an axis is parallel to a coordinate axis, up to kSnap and in either direction.
 bool IsAlong(const Matrix3& axes, int axis) {
   return (axes.col(axis).cwiseAbs().array() > kSnap).count() == 1;
 }
 
-// Takes axes that differ by right angles alone, or by what its form does not show, for those of the
-// coordinates.
+// Replaces the solid's axes by the coordinate axes if they differ only by right angles or by a
+// symmetry of the form. False if they do not.
 bool Align(Solid& solid) {
   const Matrix3 axes = solid.X_BS.linear();
   const bool is_upright = IsAlong(axes, 2) && std::abs(axes(2, 2)) > 0.5;
@@ -124,7 +124,8 @@ bool Align(Solid& solid) {
       break;
     case LaneObstacle::Form::kHalfSpace:
       if (!is_upright || axes(2, 2) < 0) return false;
-      // It has no middle: what is far along the plane must not come in.
+      // A half-space has no centre; only the coordinate across the plane is kept, so that large
+      // ones along the plane cause no rounding.
       solid.X_BS.translation() = Vector3::UnitZ() * axes.col(2).dot(solid.X_BS.translation());
       break;
   }
@@ -143,8 +144,9 @@ LaneObstacle InLanes(Solid solid, double margin_m) {
   return lanes;
 }
 
-// Axes that boxes share but for right angles, as those of shelves, tables and rooms do: the majority's
-// if there is one (Boyer and Moore 1981), or else whichever more have, theirs or the coordinates' own.
+// The axes that most boxes share up to right angles, as those of shelves, tables and rooms do. The
+// candidate is found by majority vote (Boyer and Moore 1981) and used if more boxes share it than
+// share the coordinate axes.
 class SharedAxes {
  public:
   void Add(const Solid& solid) {
@@ -191,8 +193,8 @@ class SceneCompiler {
     bool is_near = false;
     for (std::size_t g = 0; g < near_.size(); ++g) {
       const SphereProgram::Ball& ball = program_.reach_of_group[g];
-      // A float's rounding of radii and margins is far below the slack of a hundredth of a
-      // millimetre.
+      // chosen: a hundredth of a millimetre, far above the single-precision rounding of radii and
+      // margins.
       constexpr double kRadiusSlack_m = 1e-5;
       if (Distance_m(solid, ball.centre) > ball.radius_m + margin_m + kRadiusSlack_m) continue;
       near_[g].push_back(index);
@@ -205,7 +207,8 @@ class SceneCompiler {
                              ? solid.X_BS.translation().norm() + solid.size_m.cwiseAbs().sum()
                              : reach_m_;
     farthest_m_ = std::max(farthest_m_, out_m);
-    // Of what is round, lanes compare the distance from the middle.
+    // For round obstacles the SIMD check compares the distance from the centre line, which includes
+    // the radius.
     const bool is_round = solid.form == LaneObstacle::Form::kRound;
     widest_obstacle_m_ =
         std::max(widest_obstacle_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
@@ -249,11 +252,11 @@ class SceneCompiler {
   const Pose X_BW_;
   double widest_bound_m_ = 0;
   double reach_m_ = 0;            // of spheres with their margins, from the root
-  double widest_obstacle_m_ = 0;  // margin and, of what is round, radius
-  double farthest_m_ = 0;         // coordinates of obstacles
+  double widest_obstacle_m_ = 0;  // largest margin, plus the radius for round obstacles
+  double farthest_m_ = 0;         // largest coordinate of an obstacle
   std::vector<Solid> solids_;
-  std::vector<double> margins_m_;                // of the same
-  std::vector<std::vector<std::int32_t>> near_;  // by group
+  std::vector<double> margins_m_;                // by solid
+  std::vector<std::vector<std::int32_t>> near_;  // indices of near solids, by group
   LaneScene scene_;
 };
 
@@ -279,8 +282,8 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
 bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
                      const SphereProgram& program, const Pose& X_WB, double margin_m) {
   const double widest_margin_m = world.objects().widest_margin_m() + margin_m;
-  // A part is within its spheres; the box about it that is turned, and then boxed once more, is no
-  // farther out than twice as far.
+  // derived: a part lies within its spheres. The bounds of its rotated box exceed them along each
+  // axis by a factor of at most sqrt(3).
   constexpr double kBoxOfBox = 2;
   const SceneCompiler compiler(program, X_WB, widest_margin_m);
   const Vector3 reach = Vector3::Constant(kBoxOfBox * compiler.reach_m());

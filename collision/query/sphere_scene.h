@@ -1,4 +1,4 @@
-// The world as lanes know it.
+// The obstacles of a world in the form that the SIMD sphere checks use.
 #pragma once
 
 #include "collision/query/query.h"
@@ -7,17 +7,17 @@
 
 namespace cwm::collision {
 
-// What of the world a robot whose root stands at X_WB can reach. `margin_m` is that of the
-// question: it and those of all objects together are not negative.
+// The obstacles that a robot with its root at X_WB can reach. `margin_m` is the margin of the
+// query; its sum with the margin of any object is not negative.
 LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
                        const SphereProgram& program, const Pose& X_WB, double margin_m);
 
-// Whether there are open meshes in the world where boxes around the robot's parts may get: CompileScene
-// takes them for the boxes around them, and tells them from nothing else.
+// True if the boxes of the robot's parts can reach an object with an open mesh. CompileScene
+// replaces an open mesh by its box, so that its scene does not say which obstacles are open.
 bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
                      const SphereProgram& program, const Pose& X_WB, double margin_m);
 
-// For a robot that is asked about itself alone.
+// The scene without obstacles, for self-collision checks.
 LaneScene EmptyScene(const SphereProgram& program);
 
 }  // namespace cwm::collision

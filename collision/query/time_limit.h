@@ -1,4 +1,4 @@
-// When the threads of a batch must end for its answer to be there in time.
+// The deadline at which the threads of a batch must stop so that its result is delivered in time.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,7 @@
 
 namespace cwm::collision {
 
-// A moment, less what handing over takes of all that is answered by then. Thread safe.
+// The deadline minus the time that handing over the answers counted so far will take. Thread safe.
 class TimeLimit {
  public:
   using Clock = std::chrono::steady_clock;

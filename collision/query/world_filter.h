@@ -1,6 +1,6 @@
-// What of the world a question counts: objects and robots but the ignored ones and the one that
-// asks with what it carries, parts of the chosen representation. Of what asks, parts of objects are
-// chosen likewise. Of a robot all parts count, and all shapes that were sent.
+// The obstacles that a query tests: all objects and robots except the ignored ones, the querying
+// one and its attached objects. Only parts of the chosen representation count, also those of a
+// querying or attached object. All parts of robots and all shapes sent with the query count.
 #pragma once
 
 #include <algorithm>
@@ -14,9 +14,9 @@ namespace cwm::collision {
 
 class WorldFilter {
  public:
-  // Of a body that asks. Names of nothing have no effect.
+  // The filter of a query about a body. Unknown names have no effect.
   WorldFilter(const WorldSnapshot& world, const QueryOptions& options, const QueryBody& body);
-  // Of rays and points.
+  // The filter of rays and points.
   WorldFilter(const WorldSnapshot& world, const QueryOptions& options);
 
   bool Skips(const Obstacle& obstacle) const {
@@ -29,7 +29,7 @@ class WorldFilter {
   bool SkipsPart(const Obstacle& obstacle, PartSource source) const {
     return obstacle.robot == nullptr && Skips(source);
   }
-  // Likewise of a part of the body in the frame.
+  // The same for a part of the body in the given frame.
   bool SkipsPart(const QueryBody& body, int frame, PartSource source) const {
     return body.IsOfObject(frame) && Skips(source);
   }
@@ -48,8 +48,8 @@ class WorldFilter {
     return false;
   }
 
-  static constexpr std::size_t kFew = 16;  // of which a linear search costs least
-  std::vector<const Obstacle*> skipped_;   // by address
+  static constexpr std::size_t kFew = 16;  // up to this size a linear search is fastest
+  std::vector<const Obstacle*> skipped_;   // sorted by address
   Representation representation_;
   bool skips_unseen_;
 };

@@ -31,7 +31,7 @@ absl::StatusOr<Shape> ReadRound(const XmlElement& element) {
   return S{*radius_m, *length_m};
 }
 
-// The attribute that a field of a shape was read from.
+// The attribute from which a field of a shape was read.
 const char* AttributeOf(const std::string& field) {
   if (field.starts_with("radius")) return "radius";
   if (field.starts_with("length")) return "length";
@@ -60,8 +60,8 @@ Mesh Scaled(const std::shared_ptr<const TriangleMesh>& file, const Vector3& scal
 
 std::string Message(const absl::Status& status) { return std::string(status.message()); }
 
-// What is wrong with the file of a mesh, at the place that names it: too large stays too large, and
-// cancelled cancelled.
+// The error of a mesh file, at the element that names the file. Codes such as RESOURCE_EXHAUSTED
+// and CANCELLED are kept.
 absl::Status FileFault(const XmlElement& mesh, const absl::Status& status) {
   const absl::Status fault = mesh.FaultOf("filename", Message(status));
   return status.code() == absl::StatusCode::kNotFound
@@ -75,7 +75,7 @@ absl::StatusOr<Pose> ReadOrigin(const XmlElement& element) {
   const absl::StatusOr<std::optional<XmlElement>> origin = element.AtMostOne("origin");
   if (!origin.ok()) return origin.status();
   if (!origin->has_value()) return Pose::Identity();
-  if ((*origin)->Has("quat_xyzw")) {  // passed over, it would put the robot's parts elsewhere
+  if ((*origin)->Has("quat_xyzw")) {  // ignoring it would misplace links
     return (*origin)->FaultOf("quat_xyzw", "is not understood, must be written as rpy");
   }
   const absl::StatusOr<Vector3> xyz_m = (*origin)->VectorOr("xyz", Vector3::Zero());

@@ -1,4 +1,4 @@
-// The collision geometry of a URDF.
+// Reads the collision geometry of a URDF.
 #pragma once
 
 #include <array>
@@ -17,21 +17,21 @@
 
 namespace cwm::collision {
 
-// The pose of an element by its <origin>; identity without one.
+// The pose in an element's <origin>; the identity without one.
 absl::StatusOr<Pose> ReadOrigin(const XmlElement& element);
 
-// Refuses a name that is left for xacro to make, and would be taken for one.
+// Reads a name. Refuses an unexpanded xacro expression, which would otherwise be taken for a name.
 absl::StatusOr<std::string> ExpandedName(const XmlElement& element, const char* attribute);
 
-// Reads <collision> elements. Meshes of the same name and scale are shared; what they all hold
-// together is counted, and taken from the budget before it is made. The source, the limits and the
-// budget must outlive it.
+// Reads <collision> elements. Meshes with the same name and scale are shared. The triangles of all
+// meshes are counted, and the memory is taken from the budget before it is allocated. The source,
+// the limits and the budget must outlive the reader.
 class CollisionReader {
  public:
   CollisionReader(const MeshSource& source, const RobotLimits& limits, PreparedBudget& budget)
       : source_(source), limits_(limits), budget_(budget) {}
 
-  // The next one of a link, which has so many.
+  // Reads the next <collision> of a link, which already has `before` of them.
   absl::StatusOr<CollisionGeometry> Read(const XmlElement& collision, std::size_t before);
 
  private:

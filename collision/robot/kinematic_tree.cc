@@ -110,7 +110,8 @@ class TreeMaker {
     return absl::OkStatus();
   }
 
-  // Of a link that no path joins to a root: going up as often as there are links ends on a cycle.
+  // The error for a link that is not connected to a root: after as many steps up as there are
+  // links, the walk is on a cycle.
   absl::Status CycleAbove(int link) const {
     for (std::size_t i = 0; i < robot_.links.size(); ++i) link = *tree_.parent_of[link];
     return FaultAt(absl::StrCat("urdf: joint ", Quoted(robot_.joints[*tree_.joint_of[link]].name)),

@@ -1,4 +1,4 @@
-// How the links of a description hang together.
+// The tree of links and joints of a description.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@ namespace cwm::collision {
 
 // Links and joints are indices into a description.
 struct KinematicTree {
-  // Every link after its parent; among those that may come next, the earlier in the description.
-  // A description that lists parents first keeps its order.
+  // Links such that each comes after its parent. Of several candidates, the one that is earlier in
+  // the description comes first, so that a description with parents first keeps its order.
   std::vector<int> order;
-  std::vector<std::optional<int>> joint_of;   // by link: the joint it hangs on; none for the root
-  std::vector<std::optional<int>> parent_of;  // by link: the link above
+  std::vector<std::optional<int>> joint_of;   // by link: the joint above it; none for the root
+  std::vector<std::optional<int>> parent_of;  // by link: the link above it
 };
 
-// Refuses what is no tree: no links, duplicate or unknown names, a link on two joints, several
-// roots, cycles.
+// Builds the tree. Refuses descriptions without links, duplicate or unknown names, links below two
+// joints, several roots, and cycles.
 absl::StatusOr<KinematicTree> MakeKinematicTree(const RobotDescription& robot);
 
 }  // namespace cwm::collision

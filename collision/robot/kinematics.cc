@@ -6,10 +6,10 @@
 namespace cwm::collision {
 namespace {
 
-// As many decimals as states are written with; more is a mistake.
+// chosen: the precision with which states are commonly written; a larger deviation is a mistake.
 constexpr double kQuaternionTolerance = 0.01;
 
-constexpr int kQuaternionAt = 3;  // of a floating joint's variables
+constexpr int kQuaternionAt = 3;  // index among a floating joint's variables
 
 double QuaternionNorm(const double* q) {
   return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -31,8 +31,8 @@ Pose PlanarMotion(const Vector3& axis_J, const double* v) {
   return motion;
 }
 
-// A frame after it has turned about an axis of its own. Of most joints that is z, about which two
-// of its axes turn in their plane.
+// A frame after a rotation about an axis fixed in it. For the z axis, which most joints have, only
+// the other two columns change.
 Matrix3 Turned(const Matrix3& R_WJ, const Vector3& axis_J, double angle_rad) {
   if (axis_J != Vector3::UnitZ()) {
     return R_WJ * Eigen::AngleAxisd(angle_rad, axis_J).toRotationMatrix();
@@ -45,7 +45,7 @@ Matrix3 Turned(const Matrix3& R_WJ, const Vector3& axis_J, double angle_rad) {
   return R_WC;
 }
 
-// X_PC, for a parent pose in front of it.
+// X_WP * X_PC for the link below P.
 Pose Moved(const Pose& X_WP, const ModelLink& link, std::span<const double> variables) {
   const Pose X_WJ = X_WP * link.X_PJ;
   if (link.kind == JointKind::kFixed) return X_WJ;

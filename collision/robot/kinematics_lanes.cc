@@ -20,12 +20,12 @@ constexpr std::size_t kMostLanes = 8;
 using Tag = hn::CappedTag<double, kMostLanes>;
 using Lane = hn::Vec<Tag>;
 constexpr Tag kTag;
-constexpr std::size_t kNumbers = 12;  // of a frame: row by row, the fourth of a row is the origin
+constexpr std::size_t kNumbers = 12;  // per frame: row-major 3 x 4, the fourth column is the origin
 
 Lane All(double value) { return hn::Set(kTag, value); }
 
 struct Turn {
-  Lane of[9];  // row by row
+  Lane of[9];  // row-major
 };
 
 // Rodrigues' formula.
@@ -121,7 +121,8 @@ Frame Hung(const Frame& parent, const ModelLink& link, Lane variable) {
   return frame;
 }
 
-// `count` of at most as many states as there are lanes; the others repeat the last one.
+// Places `count` states, as many at a time as there are SIMD lanes. Unused lanes repeat the last
+// state.
 void PlaceAll(const RobotModel& model, const Pose& X_WB, const double* states, std::size_t count,
               Pose* X_WL) {
   const std::size_t lanes = hn::Lanes(kTag), links = model.links.size();
@@ -168,7 +169,8 @@ HWY_AFTER_NAMESPACE();
 namespace cwm::collision {
 namespace {
 
-// Of angles, beyond which Highway's sines are not what they claim to be (it names 39 000).
+// cited: Highway's documentation limits the error of its sine and cosine for angles up to 39 000.
+// chosen: somewhat less.
 constexpr double kMostAngle_rad = 3e4;
 
 bool AnyIsWhole(const RobotModel& model) {
@@ -177,7 +179,7 @@ bool AnyIsWhole(const RobotModel& model) {
   });
 }
 
-// A state that lanes do not take.
+// True if the state has an angle that the SIMD code cannot take.
 bool TurnsTooFar(const RobotModel& model, std::span<const double> state) {
   return std::ranges::any_of(model.links, [&](const ModelLink& link) {
     if (link.kind != JointKind::kRevolute && link.kind != JointKind::kContinuous) return false;

@@ -103,7 +103,7 @@ std::optional<VariableRange> Narrowed(const VariableRange& source, const Followi
   const VariableRange both = {.lower = std::max(source.lower, std::min(at_lower, at_upper)),
                               .upper = std::min(source.upper, std::max(at_lower, at_upper))};
   const bool is_whole = both.lower == source.lower && both.upper == source.upper;
-  const double play = 2.01 * kFollowerTolerance / std::abs(following.multiplier);  // and rounding
+  const double play = 2.01 * kFollowerTolerance / std::abs(following.multiplier);  // plus rounding
   return is_whole || both.upper - both.lower > play ? std::optional(both) : std::nullopt;
 }
 

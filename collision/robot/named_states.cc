@@ -21,7 +21,7 @@ class StateMaker {
     for (const JointPosition& position : semantic_.positions) {
       if (!LinkOf(position).follows) Take(position);
     }
-    // What is said of a joint itself comes before what its followers suggest.
+    // The values of joints themselves take precedence over those derived from their mimic joints.
     for (const JointPosition& position : semantic_.positions) {
       if (LinkOf(position).follows) TakeFollower(position);
     }
@@ -61,7 +61,7 @@ class StateMaker {
   void TakeFollower(const JointPosition& position) {
     const ModelLink& link = LinkOf(position);
     const std::string& leader =
-        model_.variables[static_cast<std::size_t>(link.variable)].name;  // it has one alone
+        model_.variables[static_cast<std::size_t>(link.variable)].name;  // its only variable
     if (!IsOfGroup(link)) {
       return LeaveOut(position, absl::StrCat("follows ", Quoted(leader),
                                              ", which is not one of group ", Quoted(group_.name)));

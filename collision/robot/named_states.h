@@ -1,4 +1,4 @@
-// The states that an SRDF names, compiled for a robot.
+// Compiles the named states of an SRDF for a robot.
 #pragma once
 
 #include "collision/robot/robot_model.h"
@@ -6,10 +6,10 @@
 
 namespace cwm::collision {
 
-// What a state says of the variables of its group. The value of a joint that follows another counts
-// where nothing is said of that one: it is then where the follower has that value. What cannot be
-// taken, of joints outside of the group or of followers that what they follow puts elsewhere, goes to
-// `left_out`. Every joint of the state must be one of the robot.
+// The values that a state gives to the variables of its group. The value of a mimic joint
+// determines that of its source if the state gives none for the source. Joints outside the group,
+// and mimic joints whose value contradicts that of their source, are reported to `left_out` and
+// ignored. Every joint of the state must be a joint of the robot.
 NamedState MakeNamedState(const SemanticState& semantic, const RobotModel& model,
                           const JointGroup& group, LeftOut& left_out);
 

@@ -8,15 +8,15 @@
 namespace cwm::collision {
 namespace {
 
-// measured: what a robot of many takes when it is prepared, divided by their number.
+// measured: the memory of a prepared robot with many of each, divided by their number.
 constexpr std::size_t kLinkBytes = 600;
 constexpr std::size_t kShapeBytes = 4'200;   // with a sphere around it
-constexpr std::size_t kTriangleBytes = 340;  // with its vertices and the tree of the kernels
-constexpr std::size_t kSphereBytes = 1'750;  // one of those around a link
+constexpr std::size_t kTriangleBytes = 340;  // with its vertices and the kernels' tree
+constexpr std::size_t kSphereBytes = 1'750;  // one of the spheres around a link
 constexpr std::size_t kMaxLinkSpheres = 32;  // kMostSpheres of spheres/containing_spheres.h
 constexpr std::size_t kLinkPairBytes = 8;    // LinkPair
-// The spheres around a link look at each triangle of each mesh that it names, up to so many: work
-// that takes no memory, counted as if it took this.
+// Fitting spheres to a link visits the triangles of its meshes, up to this many. The work takes no
+// memory, but is counted as if it took this much per triangle.
 constexpr std::size_t kMaxSeenTriangles = 20'000;
 constexpr std::size_t kSeenTriangleBytes = 16;
 

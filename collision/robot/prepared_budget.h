@@ -1,4 +1,4 @@
-// What a robot will take once it is prepared, counted while its files are read.
+// Estimates the memory of a prepared robot while its files are read.
 #pragma once
 
 #include <cstddef>
@@ -9,23 +9,23 @@
 
 namespace cwm::collision {
 
-// Each file that is read allows some bytes; each link, shape and triangle takes some. Refused is what
-// makes a small file large: scaled copies of a mesh, thousands of links, a mesh that many links name.
-// The estimates are upper bounds of what is kept, to the nearest factor of two. The limits must
-// outlive it.
+// Every byte of the files allows a number of bytes of memory; links, shapes and triangles take some
+// each. This refuses small files that become large: scaled copies of a mesh, thousands of links, a
+// mesh used by many links. The estimates are upper bounds, within a factor of two of what is kept.
+// The limits must outlive the budget.
 class PreparedBudget {
  public:
   explicit PreparedBudget(const RobotLimits& limits) : limits_(limits) {}
 
   void AddFile(std::size_t bytes) { file_bytes_ += bytes; }
 
-  // Each takes before anything is made, and refuses with RESOURCE_EXHAUSTED what is more than the
-  // files that were read so far allow.
+  // Each function takes memory before it is allocated. RESOURCE_EXHAUSTED if the files read so far
+  // do not allow that much.
   absl::Status TakeLinks(std::size_t links);
-  // The next shape of a link that has so many; the first one pairs the link with all others that
-  // have shapes.
+  // Takes the next shape of a link that already has `shapes_before`. The first one pairs the link
+  // with all other links with shapes.
   absl::Status TakeShape(const Shape& shape, std::size_t shapes_before);
-  // A mesh of which there is no copy at the same scale yet.
+  // Takes a mesh at a scale of which there is no copy yet.
   absl::Status TakeTriangles(std::size_t triangles);
 
  private:

@@ -1,5 +1,5 @@
-// A robot as its URDF says: plain values in the order of the file. Lengths in metres, angles in
-// radians; nothing is resolved here, see robot_model.h.
+// The content of a URDF: plain values in the order of the file. Lengths in metres, angles in
+// radians. References are not resolved here, see robot_model.h.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,14 @@
 
 namespace cwm::collision {
 
-// One <collision> of a link. Equal meshes of a robot are shared.
+// One <collision> of a link. Equal meshes of a robot share their triangles.
 struct CollisionGeometry {
-  std::string name;              // as the element says; often empty
+  std::string name;              // as in the file; often empty
   Pose X_LG = Pose::Identity();  // the shape in the link's frame
   Shape shape;                   // sphere, box, cylinder, capsule or mesh
 };
 
-// Visuals and inertias are not kept.
+// A link. Visuals and inertias are not kept.
 struct Link {
   std::string name;
   std::vector<CollisionGeometry> collisions;
@@ -29,12 +29,13 @@ enum class JointKind { kFixed, kRevolute, kContinuous, kPrismatic, kPlanar, kFlo
 
 std::string_view NameOf(JointKind kind);  // as in a URDF: "fixed", "revolute" ...
 
-// Fixed 0; revolute, continuous, prismatic 1; planar 3 (x, y, theta); floating 7 (tx ty tz qx qy qz
-// qw).
+// 0 for fixed; 1 for revolute, continuous and prismatic; 3 (x, y, theta) for planar; 7 (tx ty tz qx
+// qy qz qw) for floating joints.
 int VariableCount(JointKind kind);
 
-// Of position in rad or m; of speed and effort per second, and in Nm or N. Soft limits of a
-// <safety_controller> are not kept: they are a controller's, not the joint's.
+// Limits of position in rad or m, of speed in rad/s or m/s, and of effort in Nm or N. The soft
+// limits of a <safety_controller> are not kept, because they belong to a controller, not to the
+// joint.
 struct JointLimits {
   std::optional<double> lower;  // both or neither; revolute and prismatic joints have both
   std::optional<double> upper;
@@ -42,24 +43,24 @@ struct JointLimits {
   std::optional<double> max_effort;
 };
 
-// The value is multiplier * (value of the other joint) + offset.
+// The value of the joint is multiplier * (value of the other joint) + offset.
 struct Mimic {
   std::string joint;
   double multiplier = 1;
   double offset = 0;
 };
 
-// Joins the frames of two links: X_PC = X_PJ * motion(value), where the motion is about or along
-// the axis, which is fixed in J (kinematics.h tells the motion of each kind).
+// Connects the frames of two links: X_PC = X_PJ * motion(value), where the motion is about or along
+// the axis, which is fixed in J (kinematics.h defines the motion of each kind).
 struct Joint {
   std::string name;
   JointKind kind = JointKind::kFixed;
   std::string parent;
   std::string child;
   Pose X_PJ = Pose::Identity();
-  Vector3 axis_J = Vector3::UnitX();  // unit; of no meaning for fixed and floating joints
+  Vector3 axis_J = Vector3::UnitX();  // unit; unused by fixed and floating joints
   JointLimits limits;
-  std::optional<Mimic> mimic;  // of revolute, continuous and prismatic joints alone
+  std::optional<Mimic> mimic;  // for revolute, continuous and prismatic joints
 };
 
 struct RobotDescription {

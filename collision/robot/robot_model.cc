@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-// The names of the variables of one joint, after its own.
+// The suffixes of a joint's variable names.
 std::vector<std::string> Suffixes(JointKind kind) {
   if (kind == JointKind::kPlanar) return {"/x", "/y", "/theta"};
   if (kind == JointKind::kFloating) {
@@ -55,7 +55,7 @@ class ModelMaker {
 
  private:
   void AddLinks(const KinematicTree& tree) {
-    std::vector<int> index_of(robot_.links.size());  // by place in the description
+    std::vector<int> index_of(robot_.links.size());  // by index in the description
     for (const int urdf_index : tree.order) {
       const int index = static_cast<int>(model_->links.size());
       index_of[urdf_index] = index;
@@ -102,8 +102,9 @@ class ModelMaker {
     }
   }
 
-  // After all variables are known: a joint may follow one that comes later. MoveIt looks at the limits
-  // of followers at no time; where a finger cannot be is no state, though.
+  // Runs after all variables are known, because a mimic joint may come before its source. MoveIt
+  // ignores the limits of mimic joints; here a state that puts a finger outside its limits is not
+  // valid.
   void Follow(const KinematicTree& tree, const std::vector<std::optional<Following>>& followings) {
     for (ModelLink& link : model_->links) {
       if (!link.follows) continue;
@@ -159,7 +160,7 @@ class ModelMaker {
     for (int i = 0; i < VariableCount(link.kind); ++i) variables.push_back(link.variable + i);
   }
 
-  // What follows from the variables of a group.
+  // Sets the members of a group that follow from its variables.
   void FinishGroup(JointGroup& group) const {
     std::vector<bool> is_varied(model_->variables.size(), false);
     for (const int i : group.variables) {

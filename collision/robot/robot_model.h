@@ -1,4 +1,4 @@
-// A robot compiled for questions: links, variables, groups and self pairs as indices into arrays.
+// A robot compiled for queries: links, variables, groups and self pairs as indices into arrays.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,20 @@
 
 namespace cwm::collision {
 
-// A link with the joint that it hangs on. Indices are into RobotModel::links.
+// A link and the joint above it. Indices are into RobotModel::links.
 struct ModelLink {
   std::string name;
-  int urdf_index = 0;  // the earlier link in the URDF has the lesser one
-  int parent = 0;      // less than the link's own index; of the root: 0, itself
-  // Links of one body never move against each other: only fixed joints are between them. The body
-  // is named by its first link.
+  int urdf_index = 0;  // position in the URDF
+  int parent = 0;      // less than the link's own index; 0 for the root
+  // The first link of its rigid body. Links of one body never move relative to each other, because
+  // only fixed joints connect them.
   int body = 0;
   std::string joint;  // empty for the root
   JointKind kind = JointKind::kFixed;
   Pose X_PJ = Pose::Identity();
   Vector3 axis_J = Vector3::UnitX();
-  // Of a joint that is not fixed: its first variable, or that of the joint that it follows. The
-  // value of a joint that follows is multiplier * variable + offset.
+  // For a joint that is not fixed: its first variable, or that of the joint that it mimics. The
+  // value of a mimic joint is multiplier * variable + offset.
   int variable = 0;
   bool follows = false;
   double multiplier = 1;
@@ -38,32 +38,34 @@ struct ModelLink {
 
 // One number of a state of the robot.
 struct Variable {
-  // The joint's name; of a joint with several: "JOINT/x", "/y", "/theta", or "/trans_x", "_y",
-  // "_z", "/rot_x", "_y", "_z", "_w", as MoveIt calls them.
+  // The joint's name. For a joint with several variables, MoveIt's names: "JOINT/x", "/y",
+  // "/theta", or "/trans_x", "_y", "_z", "/rot_x", "_y", "_z", "_w".
   std::string name;
-  int link = 0;  // the one that the joint carries
+  int link = 0;  // the link below the joint
   int component = 0;
-  // Infinite where nothing sets any. Of the joint's own limits the part in which all that follows it
-  // keeps its limits, too (Narrowed in mimic.h). The quaternion of a floating joint has limits of its
-  // own, see OutOfLimits.
+  // The joint's own limits, narrowed so that all joints that mimic it keep their limits (Narrowed
+  // in mimic.h); infinite if there are none. The length of a floating joint's quaternion is limited
+  // by OutOfLimits.
   double lower = 0;
   double upper = 0;
 };
 
-// Values for some of the variables, ascending; for none where all that the SRDF says was left out.
+// Values for some of the variables, in ascending order of index. Empty if everything in the SRDF's
+// state was left out.
 struct NamedState {
   std::string name;
   std::vector<int> variables;
   std::vector<double> values;
 };
 
-// Part of the variables, in the order of the model. A row of a question holds its variables alone.
+// A subset of the variables, in the order of the model. A row of a query has values for these
+// variables only.
 struct JointGroup {
   std::string name;
   std::vector<int> variables;
-  std::vector<std::string> joints;  // those with variables, in the same order
-  // The links that the variables move, ascending: all that hang on a joint of the group or on one
-  // that follows such a joint, whether or not the group has it.
+  std::vector<std::string> joints;  // the joints of these variables, in the same order
+  // The links that the variables move, ascending: all links below a joint of the group, or below a
+  // joint that mimics one of the group, whether or not it is in the group itself.
   std::vector<int> moved_links;
   std::vector<NamedState> states;
 };
@@ -75,40 +77,41 @@ struct LinkPair {
   friend bool operator==(const LinkPair&, const LinkPair&) = default;
 };
 
-// Immutable once made. Every link comes after its parent, links[0] is the root; a URDF that lists
-// parents first keeps its order. Variables are in the order of the links whose joints have them:
-// fixed joints have none, nor those that follow another.
+// Immutable once made. Every link comes after its parent, and links[0] is the root; a URDF with
+// parents first keeps its order. Variables are in the order of the links below their joints. Fixed
+// joints and mimic joints have none.
 struct RobotModel {
   std::string name;
   std::vector<ModelLink> links;
   std::vector<Variable> variables;
   std::vector<JointGroup> groups;  // in the order of the SRDF
-  JointGroup all;                  // every variable; without a name
-  // The pairs of links that a question about the robot itself looks at, ordered by their place in
-  // the URDF. Both have collision geometry, and they are not of one body. With an SRDF, those that
-  // it disables are left out, and no others; without one, a link and the next above it that has
-  // geometry are: such neighbours touch at their joint.
+  JointGroup all;                  // all variables; has no name
+  // The pairs of links that self collision checks use, in the order of the URDF. Both links have
+  // collision geometry and belong to different bodies. With an SRDF, only the pairs that it
+  // disables are left out. Without one, each link and the next link above it with geometry are left
+  // out, because such neighbours touch at their joint.
   std::vector<LinkPair> self_pairs;
-  // Of the SRDF, as SemanticDescription has it, and of its states what MakeNamedState leaves out.
+  // The lines of SemanticDescription::left_out, and those for its states that MakeNamedState leaves
+  // out.
   std::vector<std::string> left_out;
-  // Joints that follow others: whose limits narrow those of the variable, and whose limits contradict
-  // them, which are not kept. A user should know of both.
+  // Mimic joints whose limits narrow those of their source's variable, and mimic joints whose
+  // limits contradict those and are ignored. Users should know of both.
   std::vector<std::string> narrowing, contradicting;
 
-  // By name; nothing where there is none.
+  // These functions find an element by name; empty or nullptr if there is none.
   std::optional<int> FindLink(std::string_view name) const;
-  // The link that the joint carries.
+  // The link below the joint.
   std::optional<int> FindJoint(std::string_view name) const;
   const JointGroup* FindGroup(std::string_view name) const;
 
-  // By name, for the three above.
+  // Indices by name, for the three functions above.
   std::map<std::string, int, std::less<>> link_index;
   std::map<std::string, int, std::less<>> joint_index;
   std::map<std::string, int, std::less<>> group_index;
 };
 
-// `semantic` may be null. Refuses what ReadUrdf and ReadSrdf refuse of trees, reaches, mimics and names,
-// for descriptions that come from elsewhere.
+// Compiles a robot. `semantic` may be null. Checks the tree, the reach, the mimics and the names as
+// ReadUrdf and ReadSrdf do, for descriptions from other sources.
 absl::StatusOr<std::shared_ptr<const RobotModel>> MakeRobotModel(
     RobotDescription description, const SemanticDescription* semantic);
 

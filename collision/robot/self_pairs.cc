@@ -8,7 +8,7 @@
 namespace cwm::collision {
 namespace {
 
-// A matrix of links: whether the two of a pair are left out.
+// A symmetric matrix over links: true for pairs that are left out.
 class LeftOut {
  public:
   explicit LeftOut(const RobotModel& model)
@@ -41,7 +41,7 @@ class LeftOut {
   std::vector<bool> is_left_out_;
 };
 
-// In MoveIt's order: defaults of links, pairs enabled, pairs disabled.
+// Applies MoveIt's order: defaults of links, enabled pairs, disabled pairs.
 void LeaveOutDisabled(const SemanticDescription& semantic, LeftOut& left_out) {
   for (const std::string& link : semantic.disabled_links) left_out.SetAllOf(link);
   left_out.Set(semantic.enabled_pairs, false);

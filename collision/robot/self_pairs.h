@@ -1,4 +1,4 @@
-// Which links of a robot are checked against each other.
+// The pairs of links of a robot that are checked against each other.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace cwm::collision {
 
-// As RobotModel::self_pairs says. Names that the links do not have are passed over.
+// Returns RobotModel::self_pairs. Names that are not links of the model are ignored.
 std::vector<LinkPair> SelfPairs(const RobotModel& model, const SemanticDescription* semantic);
 
 }  // namespace cwm::collision

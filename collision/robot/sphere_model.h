@@ -1,4 +1,4 @@
-// A robot as spheres: what some planners check instead of the links' shapes.
+// A robot as spheres, which some planners check instead of the links' shapes.
 #pragma once
 
 #include <vector>
@@ -14,15 +14,15 @@ struct LinkSphere {
   double radius_m = 0;
 };
 
-// By index of the model's links, in the order given; a link may have none.
+// Spheres by index of the model's links, in the given order; a link may have none.
 struct SphereModel {
   std::vector<std::vector<LinkSphere>> links;
 };
 
-// The spheres of a "spherized" URDF: a description of the same links whose collision geometry is
-// spheres alone. Links are matched by name, and their frames taken to be the same; its joints are
-// not looked at. Nothing is said about whether the spheres contain the links' shapes. Refuses other
-// shapes and links that the model does not have.
+// The spheres of a "spherized" URDF: a description of the same links whose collision geometry
+// consists of spheres. Links are matched by name, and their frames are assumed to be the same;
+// joints are ignored. The spheres need not contain the links' shapes. Refuses other shapes, and
+// links that the model does not have.
 absl::StatusOr<SphereModel> SpheresAsGiven(const RobotDescription& spherized,
                                            const RobotModel& model);
 

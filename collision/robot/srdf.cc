@@ -24,7 +24,7 @@ class SrdfReader {
     const absl::StatusOr<KinematicTree> tree = MakeKinematicTree(robot_);
     if (!tree.ok()) return tree.status();
     NameRobot();
-    // What refers to names comes after what gives them.
+    // Elements that define names are read before those that refer to them.
     absl::Status status = ForEach(root, "virtual_joint", &SrdfReader::AddVirtualJoint);
     if (status.ok()) status = AddGroups(root.Children("group"), *tree);
     if (status.ok()) status = ForEach(root, "group_state", &SrdfReader::AddState);
@@ -44,7 +44,7 @@ class SrdfReader {
  private:
   using Adder = absl::Status (SrdfReader::*)(const XmlElement&);
 
-  // What suggests that it is another file than the user meant.
+  // Reports signs that the file is not the one that the user meant.
   void Doubt(const XmlElement& root) {
     std::vector<std::string>& lines = semantic_.left_out;
     if (lines.empty() && semantic_.groups.empty() && semantic_.disabled_pairs.empty() &&

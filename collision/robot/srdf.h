@@ -1,4 +1,4 @@
-// Reading an SRDF (MoveIt's, the ROS wiki's `srdf`): what a URDF does not say about a robot.
+// Reads an SRDF (MoveIt's, the ROS wiki's `srdf`), which complements a URDF.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@
 
 namespace cwm::collision {
 
-// Named joints of the robot, from the root outward: ordered by the links they carry, those in the
-// order of MakeKinematicTree. Fixed joints and joints that follow others are among them.
+// Named joints of the robot, from the root outward: in the order of the links below them, as in
+// MakeKinematicTree. Includes fixed joints and mimic joints.
 struct SemanticGroup {
   std::string name;
   std::vector<std::string> joints;
@@ -35,7 +35,7 @@ struct SemanticState {
 struct NamedLinkPair {
   std::string link1;
   std::string link2;
-  std::string reason;  // as the file says; often empty
+  std::string reason;  // as in the file; often empty
 };
 
 struct EndEffector {
@@ -45,8 +45,8 @@ struct EndEffector {
   std::string parent_group;  // may be empty
 };
 
-// How the robot stands in its surroundings. Kept as the file says: the pose of the base is an
-// argument of every question, so that these joints have no variables.
+// The connection of the robot to its surroundings, as in the file. These joints have no variables,
+// because the pose of the base is an argument of every query.
 struct VirtualJoint {
   std::string name;
   std::string type;  // "fixed", "planar" or "floating"
@@ -58,34 +58,35 @@ struct SemanticDescription {
   std::vector<SemanticGroup> groups;
   std::vector<SemanticState> states;
   std::vector<NamedLinkPair> disabled_pairs;  // <disable_collisions>
-  // Links of which no pair is checked (<disable_default_collisions>) but those that follow
-  // (<enable_collisions>); `disabled_pairs` has the last word, as in MoveIt.
+  // `disabled_links` are links with no pair checked (<disable_default_collisions>) except those in
+  // `enabled_pairs` (<enable_collisions>). `disabled_pairs` takes precedence over both, as in
+  // MoveIt.
   std::vector<std::string> disabled_links;
   std::vector<NamedLinkPair> enabled_pairs;
   std::vector<EndEffector> end_effectors;
   std::vector<VirtualJoint> virtual_joints;
   std::vector<std::string> passive_joints;
-  std::vector<std::string> left_out;  // a line for each element that names what there is not
+  std::vector<std::string> left_out;  // one line for each element with an unknown name
 };
 
-// More lines than this are one that says how many.
+// chosen: further lines are replaced by one that gives their number.
 inline constexpr std::size_t kMostLeftOut = 20;
 
-// A group is the union of what its elements name: <joint> that joint, <link> the joint that the
-// link hangs on, <chain> the joints on the way between its two links (through the link that both
-// hang on, where neither hangs on the other), <group> all of another group, wherever in the file
-// that is. Virtual joints are left out of groups and states; other elements are passed over, sphere
-// approximations among them.
+// Reads an SRDF. A group is the union of its elements: <joint> is that joint; <link> is the joint
+// above the link; <chain> is the joints on the path between its two links (through their common
+// ancestor, if neither is above the other); <group> is all joints of another group, wherever in the
+// file. Virtual joints are left out of groups and states. Other elements, such as sphere
+// approximations, are ignored.
 //
-// Elements that name a link, a joint or a group that neither file has are left out with a line in
-// `left_out`, as MoveIt does: an SRDF often outlives links of its URDF. Of groups and states that is
-// the one member. A line likewise where the robot has another name than the URDF's, or nothing is
-// said of groups and pairs.
+// Elements that refer to an unknown link, joint or group are left out with a line in `left_out`, as
+// in MoveIt, because an SRDF often outlives links of its URDF. In groups and states this applies to
+// the one member. There is also a line if the robot's name differs from the URDF's, or if the file
+// has neither groups nor pairs.
 //
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
-// groups that hold themselves, group or state names that appear twice, positions with another number
-// of values than the joint has (those of fixed joints are left out, as in MoveIt, with a line).
-// RESOURCE_EXHAUSTED likewise for what RobotLimits excludes. CANCELLED soon after `stop` was requested.
+// groups that contain themselves, duplicate names of groups or states, and positions with a wrong
+// number of values (those of fixed joints are left out with a line, as in MoveIt).
+// RESOURCE_EXHAUSTED for files that exceed RobotLimits. CANCELLED soon after `stop` was requested.
 absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDescription& robot,
                                              const RobotLimits& limits = {},
                                              const std::stop_token& stop = {});

@@ -1,4 +1,4 @@
-// Which joints the groups of an SRDF hold.
+// The joints of the groups of an SRDF.
 #pragma once
 
 #include <map>
@@ -17,20 +17,20 @@
 
 namespace cwm::collision {
 
-// The names of a robot, for what refers to them.
+// The names of a robot, to resolve references.
 struct RobotNames {
   std::map<std::string, int> links;
   std::map<std::string, int> joints;
   std::set<std::string> virtual_joints;
 };
 
-// Elements that name what there is not, and others that cannot be taken.
+// Collects messages about elements with unknown names, and others that cannot be used.
 class LeftOut {
  public:
   void Add(std::string what);
-  // Notes it where the status is of such an element: NotFound.
+  // True, with the message added, if the status is NotFound, the error of Unknown.
   bool Takes(const absl::Status& status);
-  // At most kMostLeftOut, and how many more there are.
+  // At most kMostLeftOut messages, and a line with the number of further ones.
   std::vector<std::string> Lines() const;
 
  private:
@@ -38,17 +38,17 @@ class LeftOut {
   std::size_t more_ = 0;
 };
 
-// NotFound, of an element that names what there is not, in the words of XmlElement::FaultOf.
+// A NotFound error for an element with an unknown name, worded like XmlElement::FaultOf.
 absl::Status Unknown(const XmlElement& element, const char* attribute, std::string_view rule);
 
-// The name in an attribute, which must be a link of the robot, or it is Unknown; its index.
+// The index of the link that an attribute names; Unknown if the robot does not have it.
 absl::StatusOr<int> LinkAt(const XmlElement& element, const char* attribute,
                            const RobotNames& names);
-// The same of a joint; nothing for a virtual one.
+// The index of the joint that an attribute names; empty for a virtual joint.
 absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char* attribute,
                                            const RobotNames& names);
 
-// Reads <group> elements, in their order, but for members that are unknown. CANCELLED after `stop` was
+// Reads <group> elements in order, leaving out unknown members. CANCELLED after `stop` was
 // requested.
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,

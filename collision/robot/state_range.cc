@@ -19,9 +19,9 @@ bool IsInRange(const Vector3& p_WL) {
   return IsInRange(p_WL.x()) && IsInRange(p_WL.y()) && IsInRange(p_WL.z());
 }
 
-// By link: how far it may be from the root at most while nothing slides.
+// By link: its largest distance from the root while nothing slides.
 std::vector<double> FixedReaches_m(const RobotModel& model) {
-  // Of the nearest link above that moves, and from there.
+  // The path to a link: the reach of the nearest moving link above it, and the pose from there.
   struct Way {
     double reach_m = 0;
     Pose X_ML = Pose::Identity();
@@ -47,7 +47,7 @@ bool IsOneOfSeveral(JointKind kind) {
   return kind == JointKind::kPlanar || kind == JointKind::kFloating;
 }
 
-// By variable.
+// The effect of a variable on the reach.
 struct Effect {
   double slide = 0;
   int axes = 0;
@@ -101,7 +101,7 @@ StateRange::StateRange(const RobotModel& model, const JointGroup& group, const P
     const bool matters = effect.slide > 0 || std::isfinite(effect.farthest);
     if (matters) columns_.push_back({k, effect.slide, effect.farthest});
     slides_ += effect.axes;
-    effect = {};  // nothing of the base
+    effect = {};  // the base does not count for the group's variables
   }
   for (std::size_t v = 0; v < effects.size(); ++v) {
     if (effects[v].slide > 0) rest_m_ += effects[v].slide * std::abs(base_[v]);

@@ -107,7 +107,7 @@ absl::Status ReadEnds(const XmlElement& element, Joint& joint) {
   return absl::OkStatus();
 }
 
-// What of a joint depends on its kind.
+// Reads the parts of a joint that depend on its kind.
 absl::Status ReadMotion(const XmlElement& element, Joint& joint) {
   if (HasAxis(joint.kind)) {
     const absl::StatusOr<Vector3> axis_J = ReadAxis(element);
@@ -159,7 +159,7 @@ class UrdfReader {
     absl::StatusOr<std::string> name = root.Name("name");
     if (!name.ok()) return name.status();
     robot_.name = *std::move(name);
-    // Meshes are read last: a robot that is refused for less should cost less.
+    // Meshes are read last, so that a robot that is refused for another reason costs less.
     const std::vector<XmlElement> children = root.Children();
     if (absl::Status status = ReadTree(children); !status.ok()) return status;
     if (absl::Status status = budget_.TakeLinks(robot_.links.size()); !status.ok()) {

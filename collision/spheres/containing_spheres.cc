@@ -13,19 +13,19 @@
 namespace cwm::collision {
 namespace {
 
-// Meshes of more enter by the boxes of their tree, which bounds the time: 20 000 triangles take
-// some 30 ms.
+// chosen: larger meshes are represented by boxes of their tree, which bounds the time. measured: 20
+// 000 triangles take some 30 ms.
 constexpr std::size_t kMostTriangles = 20000;
-// Lengths in a cell are rounded some dozen times.
+// derived: lengths in a cell are rounded some dozen times.
 constexpr double kRoundingShare = 1e-12;
 
 using Corners = std::array<Vector3, 3>;
 
-// A solid, in the frame of its link, as its surface and what is inside.
+// A piece in the frame of its link, with a test for its inside.
 struct Solid {
   LinkPiece piece;
   Pose X_PL = Pose::Identity();
-  std::vector<Aabb> boxes_P = {};  // instead of the triangles in them
+  std::vector<Aabb> boxes_P = {};  // used instead of the triangles inside them, if not empty
   double deviation_m = 0;
   WorkCounter* work = nullptr;
 
@@ -45,7 +45,7 @@ struct Cell {
   LinkSphere sphere = {};
 };
 
-// Both halves keep the triangles of what lies on their side of the plane.
+// Clips a triangle at a plane; each side receives the triangles of its part.
 void Clip(const Corners& corners, int axis, double at, std::vector<Corners>& below,
           std::vector<Corners>& above) {
   std::array<Vector3, 4> low, high;
@@ -64,7 +64,8 @@ void Clip(const Corners& corners, int axis, double at, std::vector<Corners>& bel
   for (std::size_t k = 2; k < highs; ++k) above.push_back({high[0], high[k - 1], high[k]});
 }
 
-// Towards the farthest point, by ever smaller steps (Badoiu and Clarkson 2003).
+// A small sphere around the points: its centre moves towards the farthest point in ever smaller
+// steps (Badoiu and Clarkson 2003).
 LinkSphere Around(const std::vector<Vector3>& points) {
   constexpr int kSteps = 48;
   Aabb box;
@@ -90,7 +91,8 @@ LinkSphere Around(const std::vector<Vector3>& points) {
   return best;
 }
 
-// Shrinks the box to what is in it. False where nothing is.
+// Shrinks the cell's box to its contents, and sets its sphere. False if the cell is empty, or
+// `work` has ended.
 bool Fit(const Solid& solid, Cell& cell) {
   std::vector<Vector3> points;
   for (const Corners& corners : cell.surface)
@@ -102,7 +104,7 @@ bool Fit(const Solid& solid, Cell& cell) {
   if (points.empty()) return false;
   cell.box.setEmpty();
   for (const Vector3& p : points) cell.box.extend(p);
-  // Forty-eight looks at each of them.
+  // Around visits each point 48 times.
   if (MustEnd(solid.work, 4 * points.size())) return false;
   cell.sphere = Around(points);
   cell.sphere.radius_m += solid.deviation_m;
@@ -129,11 +131,11 @@ std::vector<Cell> Halves(const Solid& solid, const Cell& cell) {
   return fitted;
 }
 
-// The nodes of a tree that are small enough to be few.
+// The bounds of tree nodes at a level at which there are not too many.
 std::vector<Aabb> CoarseBoxes(const TriangleTree& tree) {
   const std::vector<TriangleTree::Node>& nodes = tree.nodes();
   std::vector<std::int32_t> level = {0};
-  while (level.size() < kMostTriangles / 24) {  // of a box, twelve triangles each
+  while (level.size() < kMostTriangles / 24) {  // each box has twelve triangles
     std::vector<std::int32_t> next;
     for (std::int32_t index : level) {
       const TriangleTree::Node& node = nodes[static_cast<std::size_t>(index)];
@@ -148,7 +150,7 @@ std::vector<Aabb> CoarseBoxes(const TriangleTree& tree) {
   return boxes;
 }
 
-// Around the box of a piece.
+// A sphere around the bounding box of a piece.
 LinkSphere AroundBox(const LinkPiece& piece) {
   const Aabb box = piece.tree != nullptr ? BoundsOfBox(piece.tree->bounds(), piece.X_LP)
                                          : TightBounds(*piece.shape, piece.X_LP);
@@ -158,8 +160,9 @@ LinkSphere AroundBox(const LinkPiece& piece) {
           .radius_m = radius_m + kRoundingShare * (radius_m + center_L.norm())};
 }
 
-// Half a millimetre of what is smaller than half a metre; the triangles of a shape stay some thousand
-// then, however large it is.
+// The deviation of facets from a round shape: half a millimetre for shapes smaller than half a
+// metre. For larger shapes it grows with the size, so that the number of triangles stays at some
+// thousand.
 double DeviationOf(const Shape& shape) {
   constexpr double kRelativeDeviation = 1e-3;
   return std::max(kDefaultDeviation_m,
@@ -206,8 +209,8 @@ std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> 
                                                      WorkCounter* work) {
   std::vector<Solid> solids;
   std::vector<Cell> cells;
-  // No cell may be halved then: a sphere around each box serves, and surfaces, which are large, are
-  // not made.
+  // With this many pieces no cell may be halved, so a sphere around each box suffices, and the
+  // surfaces, which are large, are not built.
   const bool is_crowded = pieces.size() >= kMostSpheres;
   for (const LinkPiece& piece : pieces) {
     if (HasEnded(work) || std::holds_alternative<HalfSpace>(*piece.shape)) return std::nullopt;

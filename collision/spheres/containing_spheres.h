@@ -1,4 +1,4 @@
-// Spheres that together contain what a link is made of.
+// Spheres that together contain the collision geometry of a link.
 #pragma once
 
 #include <optional>
@@ -14,17 +14,19 @@ namespace cwm::collision {
 struct LinkPiece {
   Pose X_LP = Pose::Identity();
   const Shape* shape = nullptr;
-  const TriangleTree* tree = nullptr;  // of a mesh
+  const TriangleTree* tree = nullptr;  // null unless the piece is a mesh
 };
 
-// No more than kMostSpheres, but of that many pieces or more one each, around its box. Every point of every piece lies in one of them: the surface, and of
-// solids and closed meshes the inside, of open ones the whole box around them, so that what is
-// clear of the spheres is not wrapped in an open surface either. By construction: the link's box is
-// halved again and again where its spheres are largest; what of a solid lies in a cell is contained
-// in the hull of its surface there and of those corners of the cell that are inside; a sphere
-// around these points contains the hull. Round shapes enter by facets, and their spheres grow by
-// what those deviate. The same pieces give the same spheres. Nothing for a half-space, or where `work`
-// ended it.
+// Returns spheres that together contain every point of every piece: its surface, the inside of a
+// solid and of a closed mesh, and the whole bounding box of an open mesh, so that no open surface
+// can wrap around a state that is clear of the spheres. There are at most kMostSpheres; with that
+// many pieces or more, there is one per piece, around its bounding box. The same pieces give the
+// same spheres. Empty for a half-space, and if `work` stopped the construction.
+//
+// Starting from the boxes of the pieces, the cell with the largest sphere is halved again and
+// again. The part of a solid inside a cell lies in the hull of its surface there and of the cell's
+// corners that are inside the solid; the cell's sphere contains this hull. Round shapes are
+// approximated by facets, and their spheres grow by the deviation of the facets.
 inline constexpr std::size_t kMostSpheres = 32;
 std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces,
                                                      WorkCounter* work = nullptr);

@@ -1,6 +1,6 @@
-// A robot of spheres and what it may meet, as flat arrays of numbers: what many states are checked
-// with at once. Everything lies in the frame of the robot's root, where coordinates are no greater
-// than its reach. Plain numbers without Eigen, since the source that reads them is compiled for
+// A robot of spheres and its obstacles as flat arrays of numbers, against which many states are
+// checked at once. Everything is in the frame of the robot's root, in which coordinates are bounded
+// by its reach. Plain numbers without Eigen, because the source that reads them is compiled for
 // several instruction sets.
 #pragma once
 
@@ -10,30 +10,32 @@
 
 namespace cwm::collision {
 
-inline constexpr int kTags = 64;  // bits of LaneOpen
+inline constexpr int kTags = 64;  // number of bits in each member of LaneOpen
 
-// The joint that moves a frame: X_PF = (rotation, shift) * motion. The motion is the turn by the
-// value about z or the shift by the value along z. Frame 0 is the root and has none.
+// The joint that moves a frame: X_PF = (rotation, shift) * motion, where the motion is the rotation
+// by the value about z or the translation by the value along z. Frame 0 is the root and has no
+// joint.
 struct LaneJoint {
-  std::int32_t parent = 0;  // frame, less than the joint's own
+  std::int32_t parent = 0;  // frame, less than the joint's own index
   bool turns = true;
-  float rotation[9] = {};  // row by row
+  float rotation[9] = {};  // row-major
   float shift_m[3] = {};
 };
 
-// What moves the frame of a joint: multiplier * row[column] + offset, angles taken to [-pi, pi].
+// Computes the value of a joint from a row: multiplier * row[column] + offset, with angles reduced
+// to [-pi, pi].
 struct LaneInput {
   std::size_t column = 0;
   double lower_limit = 0, upper_limit = 0;  // of row[column]; finite
   double multiplier = 1;
   double offset = 0;
   bool turns = true;
-  // Within the limits nothing is beyond `farthest`, and no angle beyond [-pi, pi].
+  // True if no value within the limits is beyond `farthest`, and no angle beyond [-pi, pi].
   bool stays_near = false;
-  double lower = 0, upper = 0;  // of what moves the frame
-  double lever_m = 0;           // the farthest that a sphere reaches from the joint
+  double lower = 0, upper = 0;  // of the joint's value
+  double lever_m = 0;           // the largest distance of a sphere from the joint
   double farthest =
-      0;  // a greater value, either way, is beyond what the errors of centres are about
+      0;  // larger magnitudes exceed the range for which the errors of centres hold
 };
 
 struct LaneSphere {
@@ -41,15 +43,14 @@ struct LaneSphere {
   float radius_m = 0;
 };
 
-// A few spheres of one frame that lie near each other, with a sphere around them.
+// A few spheres of one frame that are near each other, with a sphere around them.
 struct LaneCluster {
   std::int32_t frame = 0;
   std::int32_t first = 0, count = 0;  // into LaneProgram::spheres
   LaneSphere bound = {};
-  float widest_m = 0;    // the greatest of the radii
+  float widest_m = 0;    // the largest radius
   std::int32_t tag = 0;  // of LaneOpen::worlds
-  // No centre, those of the bounds neither, is farther than this from where exact arithmetic has
-  // it.
+  // A bound on the deviation of all centres, including those of bounds, from the exact positions.
   float centre_error_m = 0;
 };
 
@@ -60,37 +61,38 @@ struct LaneGroup {
   LaneSphere bound = {};
 };
 
-// How far from contact, as a squared distance minus a squared reach, single precision is sure.
+// The margin around contact, as a squared distance minus a squared reach, within which single
+// precision cannot decide.
 struct LaneBand {
   float spheres_m2 = 0;
   float bounds_m2 = 0;
 };
 
-// Spheres `first` and `second` touch where the square of their centres' distance is `reach_m2`.
+// Spheres `first` and `second` touch if the squared distance of their centres is `reach_m2`.
 struct LaneSpherePair {
   std::int32_t first = 0, second = 0;
   float reach_m2 = 0;
 };
 
-// Two clusters, with the square of a reach that no pair of their spheres exceeds.
+// Two clusters, with a squared reach that no pair of their spheres exceeds.
 struct LaneClusterPair {
   std::int32_t first = 0, second = 0;  // clusters
   float reach_m2 = 0;
-  std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs; none: each with each
+  std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs; empty: all pairs of spheres
   std::int32_t tag = 0;             // of LaneOpen::pairs
   LaneBand band = {};
 };
 
-// Two groups, with the square of a reach that no pair of their spheres exceeds.
+// Two groups, with a squared reach that no pair of their spheres exceeds.
 struct LaneGroupPair {
   std::int32_t first = 0, second = 0;  // groups
   float reach_m2 = 0;
   std::int32_t begin = 0, end = 0;  // into LaneProgram::cluster_pairs
-  float bounds_m2 = 0;              // as LaneBand's
+  float bounds_m2 = 0;              // as in LaneBand
 };
 
 struct LaneProgram {
-  std::vector<LaneJoint> joints;  // by frame; [0] is not read
+  std::vector<LaneJoint> joints;  // by frame; [0] is not used
   std::vector<LaneSphere> spheres;
   std::vector<LaneCluster> clusters;
   std::vector<LaneGroup> groups;
@@ -98,11 +100,11 @@ struct LaneProgram {
   std::vector<LaneClusterPair> cluster_pairs;
   std::vector<LaneSpherePair> sphere_pairs;
   float reach_m = 0;        // no centre is farther from the origin
-  float pair_margin_m = 0;  // of clusters without a list of pairs
+  float pair_margin_m = 0;  // for clusters without a list of pairs
 };
 
-// A solid: `axis` are its axes as rows, a point is at axis * p - offset in its frame. Lanes spare
-// themselves the product where the axes are those of the coordinates.
+// A solid. The rows of `axis` are its axes: a point p is at axis * p - offset in its frame. The
+// product is skipped if the axes are those of the coordinates.
 struct LaneObstacle {
   enum class Form : std::uint8_t {
     kRound,      // size: radius, half length along z
@@ -111,7 +113,8 @@ struct LaneObstacle {
     kHalfSpace,  // solid for z <= 0
   };
   Form form = Form::kBox;
-  // Only surrounds what is there: what it does not touch is free, what it touches is open.
+  // True if the solid only contains the object: spheres clear of it are free, spheres that touch it
+  // are open.
   bool is_hull = false;
   bool is_aligned = false;  // axis is the identity
   float axis[9] = {};
@@ -120,11 +123,11 @@ struct LaneObstacle {
   float margin_m = 0;
 };
 
-// Obstacles in axes of their own: p_S = rotation * p_B of what is at p_B from the root.
+// Obstacles in a rotated root frame S: p_S = rotation * p_B for a point p_B in the root's frame.
 struct LaneScene {
-  float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // row by row
+  float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major
   std::vector<LaneObstacle> obstacles;
-  // By group: the obstacles that it may reach, [begin, end) of `near`.
+  // By group: the obstacles that the group can reach, as a range [begin, end) of `near`.
   struct Range {
     std::int32_t begin = 0, end = 0;
     LaneBand band;

@@ -1,5 +1,5 @@
-// Programs that were compiled for a robot, kept for the next question: planners ask the same robot, from
-// the same base, thousands of times.
+// Keeps programs that were compiled for a robot for later queries: planners query the same robot,
+// from the same base, thousands of times.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,8 @@ class ProgramMemo {
  public:
   explicit ProgramMemo(const RobotModel& model) : model_(model) {}
 
-  // As CompileSpheres of the model, by everything that it is told; nullptr where that has nothing.
+  // The program that CompileSpheres returns for the model and these arguments, compiled only if it
+  // is not kept; nullptr if CompileSpheres returns none.
   std::shared_ptr<const SphereProgram> Find(const JointGroup& group, std::span<const double> base,
                                             const SphereSet& set, double pair_margin_m);
 
@@ -26,7 +27,7 @@ class ProgramMemo {
  private:
   struct Entry {
     std::vector<int> variables;  // of the group
-    std::vector<double> base;    // 0 for those
+    std::vector<double> base;    // with 0 for the group's variables
     std::vector<PlacedSphere> spheres;
     std::vector<HungFrame> hung;
     std::vector<SpherePair> sphere_pairs;
@@ -34,8 +35,8 @@ class ProgramMemo {
     double pair_margin_m = 0;
     std::shared_ptr<const SphereProgram> program;
   };
-  // A robot's groups, with empty hands and with something in them. 50 kB each of an arm; of a robot
-  // of spheres twice the list of its pairs.
+  // chosen: enough for the groups of a robot, with and without attached objects. A program takes 50
+  // kB for an arm, and for a robot of spheres twice the size of its list of pairs.
   static constexpr std::size_t kMostKept = 8;
 
   std::shared_ptr<const SphereProgram> Kept(const JointGroup& group,
@@ -44,7 +45,7 @@ class ProgramMemo {
 
   const RobotModel& model_;
   std::mutex mutex_;
-  std::vector<Entry> kept_;  // the one that was asked for last first
+  std::vector<Entry> kept_;  // the most recently used first
 };
 
 }  // namespace cwm::collision

@@ -25,7 +25,7 @@ struct Point {
   Lane x, y, z;
 };
 
-// Row by row; the fourth of a row is the origin.
+// Row-major 3 x 4; the fourth column is the origin.
 struct Frame {
   Lane of[12];
 
@@ -42,8 +42,8 @@ struct Turn {
   Lane sine, cosine;
 };
 
-// Cody and Waite's reduction to [-pi/4, pi/4] with the constants of Cephes (Moshier), sinf and
-// cosf.
+// Sine and cosine: Cody and Waite's reduction to [-pi/4, pi/4] with the constants of Cephes
+// (Moshier), sinf and cosf.
 Turn TurnBy(Lane angle) {
   const auto quadrant = hn::NearestInt(hn::Mul(angle, All(0.636619772F)));
   const Lane turns = hn::ConvertTo(kTag, quadrant);
@@ -94,7 +94,7 @@ Frame Hung(const Frame& parent, const LaneJoint& joint, Lane value) {
   return now;
 }
 
-// The squared distance of points from a solid, 0 inside, beyond a squared reach.
+// Computes the squared distance of points from a solid, 0 inside, minus a squared reach.
 class Solid {
  public:
   explicit Solid(const LaneObstacle& from) : from_(from) {}
@@ -140,7 +140,7 @@ class Solid {
   const LaneObstacle& from_;
 };
 
-// One vector of states after another.
+// Processes states, one vector at a time.
 class Judge {
  public:
   Judge(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
@@ -177,7 +177,7 @@ class Judge {
       StoreFrame(k,
                  Hung(LoadFrame(joint.parent), joint, hn::LoadU(kTag, values + (k - 1) * stride)));
     }
-    // What does not move stays placed.
+    // Groups of the root frame do not move and stay placed.
     for (std::size_t g = 0; g < program_.groups.size(); ++g) {
       const LaneGroup& group = program_.groups[g];
       if (group.frame == 0) continue;
@@ -206,7 +206,7 @@ class Judge {
     for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(told[i]);
   }
 
-  // A constant of most instruction sets: what is asked for at each place folds into its address.
+  // Constant on most instruction sets, so that offsets computed from it fold into addresses.
   static std::size_t width() { return hn::Lanes(kTag); }
 
  private:
@@ -254,7 +254,7 @@ class Judge {
   }
 
   bool IsDone() const { return hn::AllTrue(kTag, hit_); }
-  // Whether some lane that is not hit yet is not clear.
+  // True if some lane that is not in `done` may be in contact.
   bool Matters(Lane beyond, float band_m2) const { return Matters(beyond, band_m2, hit_); }
   static bool Matters(Lane beyond, float band_m2, LaneMask done) {
     return !hn::AllFalse(kTag, hn::AndNot(done, hn::Lt(beyond, All(band_m2))));
@@ -263,7 +263,7 @@ class Judge {
     open_ = hn::Or(open_, hn::Lt(beyond, All(band_m2)));
     if (!is_hull) hit_ = hn::Or(hit_, hn::Lt(beyond, All(-band_m2)));
   }
-  // Which lanes are open is told of each tag once: `known` are those that were told.
+  // Records the open lanes for a tag, each of them once; `known` has the lanes recorded before.
   void Note(Lane beyond, float band_m2, std::uint64_t LaneOpen::*what, std::int32_t tag,
             LaneMask& known) {
     const LaneMask open = hn::AndNot(known, hn::Lt(beyond, All(band_m2)));
@@ -287,7 +287,7 @@ class Judge {
     if (!Matters(apart, pair.bounds_m2)) return;
     PlaceBounds(a);
     PlaceBounds(b);
-    if (found_ != nullptr) {  // what is found of one pair saves the next of these links
+    if (found_ != nullptr) {  // lanes open for one pair are skipped for the next
       for (std::int32_t k = pair.begin; k < pair.end; ++k) {
         const LaneClusterPair& two = program_.cluster_pairs[static_cast<std::size_t>(k)];
         if (IsNear(two, pairs_[two.tag])) MeetSpheres(two);
@@ -397,7 +397,7 @@ class Judge {
     });
   }
 
-  // What `find` makes of the obstacle's form.
+  // Calls `find`, instantiated for the obstacle's form and alignment.
   template <typename Find>
   static Lane Of(const LaneObstacle& obstacle, const Find& find) {
     return obstacle.is_aligned ? Of<true>(obstacle.form, find) : Of<false>(obstacle.form, find);
@@ -420,15 +420,15 @@ class Judge {
 
   const LaneProgram& program_;
   const LaneScene& scene_;
-  float* frames_ = nullptr;         // twelve vectors a frame
-  float* centres_ = nullptr;        // three vectors a sphere, of clusters that are placed
-  float* bounds_ = nullptr;         // three vectors a cluster
-  float* groups_ = nullptr;         // three vectors a group
-  std::int32_t* placed_ = nullptr;  // by cluster: its spheres
-  std::int32_t* near_ = nullptr;    // what a walk has found, without a branch that is hard to guess
-  std::int32_t* group_placed_ = nullptr;  // by group: the bounds of its clusters
+  float* frames_ = nullptr;         // twelve vectors per frame
+  float* centres_ = nullptr;        // three vectors per sphere, for placed clusters
+  float* bounds_ = nullptr;         // three vectors per cluster
+  float* groups_ = nullptr;         // three vectors per group
+  std::int32_t* placed_ = nullptr;  // by cluster: true if its spheres are placed
+  std::int32_t* near_ = nullptr;    // candidates of a walk, collected without branches
+  std::int32_t* group_placed_ = nullptr;  // by group: true if its clusters' bounds are placed
   LaneMask hit_, open_;
-  LaneOpen* found_ = nullptr;              // by lane; null: a verdict is all that is wanted
+  LaneOpen* found_ = nullptr;              // by lane; null in Run, which computes verdicts only
   LaneMask worlds_[kTags], pairs_[kTags];  // lanes that were found open, by tag
 };
 

@@ -16,35 +16,35 @@
 namespace cwm::collision {
 namespace {
 
-// Angles that lose digits on the way to [-pi, pi].
+// chosen: larger angles lose digits in the reduction to [-pi, pi].
 constexpr double kFarthestTurn_rad = 1e4;
 
 constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
 
-// As lanes would find it.
+// The squared reach as SIMD code computes it.
 float Squared(double reach_m) {
   const auto reach = static_cast<float>(reach_m);
   return reach * reach;
 }
 
-// A frame that a joint of the group moves, and what is known of it at every state.
+// A frame that a joint of the group moves, with bounds that hold in every state.
 struct Frame {
   std::int32_t index = 0;
   std::size_t parent = 0;
-  std::optional<TurningJoint> turning;  // what moves it, if that turns
+  std::optional<TurningJoint> turning;  // its joint, if that is rotary
   SphereProgram::Ball reach;            // of its origin
   double rotation_error = 0;            // Frobenius norm
   double origin_error_m = 0;
 };
 
-// A sphere, fixed in a frame.
+// A sphere that is fixed in a frame.
 struct FixedSphere {
   std::size_t frame = 0;
   Vector3 centre_F = Vector3::Zero();
   double radius_m = 0;
 };
 
-// Where a link is, fixed in a frame.
+// The pose of a link that is fixed in a frame.
 struct Fixed {
   std::size_t frame = 0;  // into Compiler::frames_
   Pose X_FL = Pose::Identity();
@@ -62,7 +62,7 @@ class Compiler {
 
   bool AddLinks() {
     program_.lanes.joints.emplace_back();
-    // Scenes turn the root (LaneScene::rotation) by nine rounded numbers.
+    // Scenes rotate the root (LaneScene::rotation) by a matrix of nine rounded numbers.
     frames_.emplace_back().rotation_error = 2 * kFloatRounding;
     links_.push_back({.frame = 0, .X_FL = Pose::Identity()});
     for (std::size_t i = 1; i < model_.links.size(); ++i) {
@@ -115,7 +115,7 @@ class Compiler {
     const std::vector<SpherePair> meeting = ThatMayMeet(spheres, pairs, margin_m);
     std::vector<std::int32_t> count(clusters * clusters, 0);
     for (const SpherePair& pair : meeting) ++count[slot_of(pair)];
-    // Groups by groups; the clusters of a group follow each other.
+    // In the order of pairs of groups; the clusters of a group are consecutive.
     std::vector<std::int32_t> next(count.size(), 0);
     std::int32_t begin = 0;
     for (const LaneGroup& one : lanes.groups) {
@@ -141,7 +141,7 @@ class Compiler {
     }
   }
 
-  // Each cluster of one link with each of the other, by pairs of groups.
+  // Adds all pairs of clusters of two links, ordered by pairs of groups.
   void AddPairs(std::span<const LinkPair> pairs, double margin_m) {
     program_.lanes.pair_margin_m = static_cast<float>(margin_m);
     struct Tagged {
@@ -224,7 +224,7 @@ class Compiler {
     frames_.back().parent = parent.frame;
     if (turns) {
       const auto [lower, upper] = std::minmax(at_lower, at_upper);
-      const bool has_limits = upper - lower < 2 * std::numbers::pi;  // not so where it is no number
+      const bool has_limits = upper - lower < 2 * std::numbers::pi;  // false if not a number
       frames_.back().turning = TurningJoint{.X_PF = X_PF,
                                             .lower_rad = has_limits ? lower : -std::numbers::pi,
                                             .upper_rad = has_limits ? upper : std::numbers::pi};
@@ -235,8 +235,9 @@ class Compiler {
     links_.push_back({.frame = frames_.size() - 1, .X_FL = X_FL});
   }
 
-  // Rounding errors to first order, each count a little more than what the products and sums of
-  // Hung and Place (sphere_lanes.cc) make: u is kFloatRounding, norms are Frobenius'.
+  // The frame below a joint with bounds on its rounding errors, to first order. Each bound is
+  // slightly larger than what the products and sums of Hung and Place (sphere_lanes.cc) cause. u is
+  // kFloatRounding, norms are Frobenius norms.
   Frame Below(const Frame& parent, const Vector3& shift, double travel_m) const {
     constexpr double u = kFloatRounding;
     Frame frame;
@@ -248,8 +249,8 @@ class Compiler {
       frame.reach = {parent.reach.centre, parent.reach.radius_m + shift_m + travel_m};
     }
     const double out_m = frame.reach.centre.norm() + frame.reach.radius_m;
-    // The fixed rotation: its own rounding, and a product of 3 x 3. The turn: two columns, each of
-    // two products by numbers that are off by kSineError.
+    // The fixed rotation contributes its own rounding and a 3 x 3 product. The joint's rotation
+    // contributes two columns, each with two products by numbers with an error of kSineError.
     const double product = parent.rotation_error + 12 * u;
     frame.rotation_error = product + 3 * kSineError + 6 * u;
     frame.origin_error_m = parent.origin_error_m + product * (shift_m + travel_m) +
@@ -257,7 +258,7 @@ class Compiler {
     return frame;
   }
 
-  // The spheres of one frame.
+  // Adds the spheres of one frame as a group.
   void AddGroup(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
     LaneProgram& lanes = program_.lanes;
     const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
@@ -292,9 +293,9 @@ class Compiler {
     }
   }
 
-  // Halves of the spheres of one link across the longest side, until few are left.
+  // Splits the spheres of one link in halves across the longest side, down to clusters of a few.
   void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
-    constexpr std::size_t kMostTogether = 4;  // 3 and 6 are as fast
+    constexpr std::size_t kMostTogether = 4;  // tuned: 3 and 6 are as fast
     if (some.size() <= kMostTogether) return AddCluster(spheres, some);
     Eigen::AlignedBox3d box;
     for (std::size_t k : some) box.extend(spheres[k].centre_L);
@@ -330,8 +331,8 @@ class Compiler {
     lanes.clusters.push_back(cluster);
   }
 
-  // In the frame that they share: from the middle of their box towards the farthest, by ever
-  // smaller steps (Badoiu and Clarkson 2003).
+  // A small ball around the spheres, in the frame that they share: its centre moves from the middle
+  // of their box towards the farthest sphere in ever smaller steps (Badoiu and Clarkson 2003).
   SphereProgram::Ball Around(std::span<const PlacedSphere> spheres,
                              std::span<const std::size_t> some) const {
     std::vector<Vector3> centres_F;
@@ -372,9 +373,10 @@ class Compiler {
     return {link.frame, link.X_FL * sphere.centre_L, sphere.radius_m};
   }
 
-  // Whether no state brings the two together: told where one or two joints that turn lie between.
+  // True if the two are proven apart in every state, which is tried if one or two rotary joints
+  // connect their frames.
   bool StayApart(const FixedSphere& a, const FixedSphere& b, double margin_m) const {
-    if (a.frame > b.frame) return StayApart(b, a, margin_m);  // what hangs from a frame follows it
+    if (a.frame > b.frame) return StayApart(b, a, margin_m);  // a frame comes after its parent
     const Frame& outer = frames_[b.frame];
     if (!outer.turning) return false;
     const double reach_m = a.radius_m + b.radius_m + margin_m + Rounding_m(program_.lanes.reach_m);
@@ -453,11 +455,11 @@ class Compiler {
   }
 
   const RobotModel& model_;
-  std::vector<int> column_of_;  // by variable; -1: not of the group
-  std::vector<Pose> X_BL_;      // at the base state
+  std::vector<int> column_of_;  // by variable; -1: not in the group
+  std::vector<Pose> X_BL_;      // in the base state
   std::vector<Frame> frames_;
-  std::vector<Fixed> links_;                        // the hung frames after those of the model
-  std::vector<std::int32_t> lane_of_, cluster_of_;  // by sphere as given
+  std::vector<Fixed> links_;                        // the hung frames follow the links of the model
+  std::vector<std::int32_t> lane_of_, cluster_of_;  // by index of the given sphere
   std::vector<std::int32_t> group_of_cluster_, link_of_cluster_;
   SphereProgram program_;
 };

@@ -14,11 +14,12 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// So many that a column of them is in place long before lanes read it, and few enough that the rows
-// are near when the next column is read. A gather would take four times as long.
+// chosen: enough rows that a column is stored long before it is loaded as vectors, and few enough
+// that the rows are still in the cache for the next column. measured: a gather takes four times as
+// long.
 constexpr std::size_t kRowsAtOnce = 64;
 
-// One column of no more rows than these.
+// Loads one column of up to kRowsAtOnce rows.
 class ColumnLoad {
  public:
   ColumnLoad(const LaneInput& input, std::size_t width) : input_(input), width_(width) {}
@@ -45,7 +46,7 @@ class ColumnLoad {
     auto value = hn::MulAdd(given, set(input_.multiplier), set(input_.offset));
     auto good = inside;
     if (!input_.stays_near) {
-      // What is too far is no number that a float could not hold.
+      // Values within `farthest` fit a float; others are replaced by 0.
       good = hn::And(good, hn::Le(hn::Abs(value), set(input_.farthest)));
       if (input_.turns) {
         constexpr double kTurn = 6.283185307179586;
@@ -93,7 +94,7 @@ void AddKeysOfAll(const CellKeys& cells, const float* values, std::size_t count,
   const std::size_t lanes = hn::Lanes(real);
   const auto lower = hn::Set(real, cells.lower), scale = hn::Set(real, cells.cells_per_unit);
   const auto last = hn::Set(real, static_cast<float>(cells.key_of_cell.size() - 1));
-  // A table that fits a vector is read several times as fast as by a gather.
+  // A table that fits a vector is read several times as fast as with a gather.
   const bool fits = cells.key_of_cell.size() <= lanes;
   alignas(64) std::uint32_t few[kMostLanes] = {};
   if (fits) std::copy(cells.key_of_cell.begin(), cells.key_of_cell.end(), few);

@@ -10,7 +10,7 @@ StateOrder::StateOrder(const SphereProgram& program) {
   for (const LaneInput& input : program.inputs) {
     sweep_m.push_back((input.turns ? input.lever_m : 1.0) * (input.upper - input.lower));
   }
-  std::vector<std::vector<int>> bits(inputs);  // of the key, from the first halving on
+  std::vector<std::vector<int>> bits(inputs);  // bits of the key, from the first halving on
   for (int bit = kHalvings - 1; bit >= 0 && inputs > 0; --bit) {
     const auto widest = std::max_element(sweep_m.begin(), sweep_m.end());
     *widest /= 2;

@@ -1,5 +1,5 @@
-// States that lie near each other put side by side: lanes that answer together then have the same
-// to look at.
+// Orders states so that similar states are next to each other: the lanes of one vector then need
+// the same tests.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 
 namespace cwm::collision {
 
-// Cells of the joints' ranges, halved again and again across the joint that sweeps its spheres
-// through the longest arc. Used by one thread.
+// Divides the ranges of the joints into cells, by repeatedly halving the joint that moves its
+// spheres along the longest arc. Used by one thread.
 class StateOrder {
  public:
   explicit StateOrder(const SphereProgram& program);
 
-  // The places of `count` states, sorted by cell and within it by place; `values` as ToLanes leaves
-  // them. The span holds until the next call.
+  // The indices of `count` states, sorted by cell, and within a cell by index; `values` as from
+  // LoadStates. The span is valid until the next call.
   std::span<const std::uint32_t> Of(const float* values, std::size_t stride, std::size_t count);
 
  private:
-  static constexpr int kHalvings = 10;  // of a thousand states, each has a cell of its own
+  static constexpr int kHalvings = 10;  // chosen: a thousand states then have a cell each
 
   struct Axis {
     std::size_t input = 0;

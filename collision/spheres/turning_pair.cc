@@ -10,11 +10,11 @@ TurningPair::TurningPair(const TurningJoint& near, const TurningJoint& far)
       X_NA_(near.X_PF.inverse()),
       X_FN_(far.X_PF.inverse()) {}
 
-// The far joint takes p_B around a circle. Seen from there, the near one takes p_A around another,
-// no faster than its radius; so far as p_A is from the circle of p_B beyond the distance, so far it
-// may travel before it has to be looked at again.
+// The far joint moves p_B on a circle. In its frame, the near joint moves p_A on another circle, at
+// most by its radius per radian. The near joint may therefore turn until p_A has travelled its
+// distance from the first circle, less `distance_m`, before the next check.
 bool TurningPair::KeepsApart(const Vector3& p_A, const Vector3& p_B, double distance_m) const {
-  constexpr double kLeastStep_m = 1e-3;  // of a few hundred at most
+  constexpr double kLeastStep_m = 1e-3;  // chosen: gives a few hundred steps at most
   const Vector3 p_N = X_NA_ * p_A;
   const double radius_A_m = std::hypot(p_N.x(), p_N.y());
   const double radius_B_m = std::hypot(p_B.x(), p_B.y());

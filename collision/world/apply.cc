@@ -1,4 +1,4 @@
-// Apply: a list of changes, whole or not at all.
+// Apply: applies a list of changes completely, or not at all.
 #include <cmath>
 #include <map>
 #include <utility>
@@ -15,9 +15,9 @@
 
 namespace cwm::collision {
 
-// The wire layer refuses the rest with the name of the field; this is the last door.
+// A last check; the wire layer already refuses such poses with the name of the field.
 bool IsPlaceable(const Pose& X_WO) {
-  constexpr double kOrthonormality = 1e-6;  // far above rounding, far below a visible shear
+  constexpr double kOrthonormality = 1e-6;  // chosen: far above rounding, far below a visible shear
   const Matrix3 R = X_WO.linear();
   return X_WO.matrix().allFinite() &&
          X_WO.translation().cwiseAbs().maxCoeff() <= kLargestCoordinate_m &&
@@ -27,7 +27,7 @@ bool IsPlaceable(const Pose& X_WO) {
 
 namespace {
 
-// An object that no one can tell from `b`, its revisions aside.
+// True if the objects are equal except for their geometry and pose revisions.
 bool SameContent(const WorldObject& a, const WorldObject& b) {
   return a.name == b.name && a.create_revision == b.create_revision && a.kind == b.kind &&
          a.owner == b.owner && a.state == b.state && SamePose(a.X_WO, b.X_WO) &&
@@ -35,24 +35,26 @@ bool SameContent(const WorldObject& a, const WorldObject& b) {
          SameAttachment(a.attachment.get(), b.attachment.get());
 }
 
-// Answers name objects and robots in one list.
+// The error for a name that is taken. Objects and robots share one set of names, because answers
+// list both.
 absl::Status NameTaken(const std::string& name, std::string_view by) {
   return BadField("name", absl::StrCat("'", name, "' is the name of ", std::string(by),
                                        " of this world, must be another one"));
 }
 
-// A copy whose parts Place has yet to put where they are: a list may touch one object often.
+// A copy without placed parts. Place adds them at the end, because a list may change one object
+// often.
 WorldObject Unplaced(const WorldObject& object) {
   WorldObject copy = object;
   copy.parts_W = {};
   return copy;
 }
 
-// About a microsecond or two: names are looked up, an object is copied.
+// The work of one change, which takes a microsecond or two: looking up names, copying an object.
 constexpr std::size_t kStepsOfChange = 64;
 
-// The objects that a list of changes touches, over an untouched base. Nothing is placed (the costly
-// part of an object) before the whole list has been accepted.
+// The objects that a list of changes touches, over an unchanged base. Objects are placed, which is
+// costly, only after the whole list has been accepted.
 class Transaction {
  public:
   Transaction(const WorldSnapshot& base, WorkCounter* work)
@@ -131,7 +133,7 @@ class Transaction {
     return status.ok() ? FollowAll(set.name) : status;
   }
 
-  // A rule of what is gone can be ended.
+  // A rule can be withdrawn even if its links no longer exist.
   absl::Status operator()(const AllowCollision& allow) {
     const absl::Status status = allow.withdraw ? absl::OkStatus() : CheckLinksOf(allow.pair);
     return status.ok() ? rules_.Allow(allow) : status;
@@ -163,7 +165,7 @@ class Transaction {
         absl::StrCat(who, " is at revision ", latest->value, ", expected ", expected.value));
   }
 
-  // The next snapshot; nullptr when it would equal the base, or when the work was ended.
+  // The next snapshot; nullptr if it would equal the base, or if the work was ended.
   std::shared_ptr<const WorldSnapshot> Finish() {
     std::vector<ObjectDelta> deltas;
     for (auto& [name, object] : touched_) {
@@ -187,8 +189,8 @@ class Transaction {
     return absl::NotFoundError(absl::StrCat("object '", name, "' does not exist"));
   }
 
-  // The object as the list has left it so far; nullptr when there is none. Valid until the next
-  // change of that object.
+  // The object after the changes so far; nullptr if there is none. Valid until the next change of
+  // that object.
   const WorldObject* Current(const std::string& name) const {
     const auto at = touched_.find(name);
     if (at != touched_.end()) return at->second.has_value() ? &*at->second : nullptr;
@@ -212,14 +214,14 @@ class Transaction {
     object.pose_revision = revision_;
   }
 
-  // Free, at the pose.
+  // Detaches the object and sets its pose.
   void StandAt(const Pose& X_WO, WorldObject& object) const {
     if (object.attachment != nullptr) object.pose_revision = revision_;
     object.attachment = nullptr;
     SetPose(object, X_WO);
   }
 
-  // Puts an object that is attached to the robot where its link is now.
+  // Moves an object that is attached to the robot along with its link.
   absl::Status Follow(const WorldRobot& robot, WorldObject& object) const {
     const Attachment& attachment = *object.attachment;
     const std::optional<int> link = robot.model().FindLink(attachment.link);
@@ -237,8 +239,7 @@ class Transaction {
     return absl::OkStatus();
   }
 
-  // All that is attached to the robot, as the list has left it so far: the robot was moved, loaded
-  // anew or removed.
+  // Updates all objects attached to the robot, which was moved, replaced or removed.
   absl::Status FollowAll(const std::string& name) {
     const WorldRobot* robot = robots_.Current(name);
     for (const std::string& each : AttachedTo(name)) {

@@ -9,8 +9,8 @@
 namespace cwm::collision {
 namespace {
 
-// Where a status keeps its FieldRule, and later its ApplyFault: Debian's absl knows std::string,
-// not std::string_view.
+// The keys of the payloads for FieldRule and ApplyFault. Debian's absl takes std::string, not
+// std::string_view.
 constexpr char kFieldUrl[] = "cwm.collision.FieldRule";
 constexpr char kFaultUrl[] = "cwm.collision.ApplyFault";
 
@@ -41,7 +41,7 @@ absl::Status AtChange(std::size_t index, const absl::Status& status) {
   absl::Status placed(status.code(), absl::StrCat("changes[", index, "]: ", status.message()));
   const FieldRule fault =
       FieldRuleOf(status).value_or(FieldRule{"", std::string(status.message())});
-  // Index, field and rule, a line each.
+  // One line each for index, field and rule.
   placed.SetPayload(kFaultUrl,
                     absl::Cord(absl::StrCat(index, "\n", fault.field, "\n", fault.rule)));
   return placed;

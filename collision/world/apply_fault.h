@@ -1,5 +1,5 @@
-// Refusals of changes that know which field they are about, as payloads of their status; what
-// readers of them need is in world_snapshot.h (FaultOf).
+// Errors of changes that name the faulty field, as payloads of their status. Readers use FaultOf in
+// world_snapshot.h.
 #pragma once
 
 #include <cstddef>
@@ -13,20 +13,20 @@ namespace cwm::collision {
 
 struct FieldRule {
   std::string field;
-  std::string rule;  // what the field breaks
+  std::string rule;  // the rule that the field violates
 };
 
-// INVALID_ARGUMENT "FIELD RULE". Neither holds a line break.
+// INVALID_ARGUMENT "FIELD RULE". Neither may contain a line break.
 absl::Status BadField(std::string_view field, std::string_view rule);
-// Another refusal that knows its field.
+// Adds the field to another error.
 absl::Status InField(std::string_view field, absl::Status status);
-// Of the two; nothing for other statuses.
+// The payload of BadField and InField; empty for other statuses.
 std::optional<FieldRule> FieldRuleOf(const absl::Status& status);
 
-// The refusal of one change as the refusal of its list.
+// Turns the error of one change into the error of its list.
 absl::Status AtChange(std::size_t index, const absl::Status& status);
 
-// The refusals that changes of objects and robots share.
+// Errors that changes of objects and robots share.
 absl::Status MissingRobot(const std::string& name);
 absl::Status BadName(std::string_view name);
 absl::Status BadPose(std::string_view field);

@@ -1,4 +1,4 @@
-// What a change asks to attach, as the world may hold it.
+// Checks and completes a request to attach an object.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -6,14 +6,14 @@
 
 namespace cwm::collision {
 
-// Of the object, as it is, to the robot, as it is. One that stays on its link and says no pose
-// keeps the one that it has there, to the last bit. Refuses (FieldRuleOf: "name", "link",
-// "x_link_object", "touch_links[2]") links that the robot does not have, a pose that no world may
-// hold, and objects without end.
+// The attachment of the object to the robot, both as they are now. Without a pose in the request,
+// an object that stays on its link keeps its pose in the link exactly. Refuses (FieldRuleOf:
+// "name", "link", "x_link_object", "touch_links[2]") links that the robot does not have, poses that
+// are not placeable, and unbounded objects.
 absl::StatusOr<Attachment> AttachmentOf(const AttachObject& attach, const WorldRobot& robot,
                                         const WorldObject& object);
 
-// Either may be nullptr. Bitwise equal poses.
+// True if both are nullptr or both are equal, with bitwise equal poses.
 bool SameAttachment(const Attachment* a, const Attachment* b);
 
 }  // namespace cwm::collision

@@ -6,19 +6,21 @@
 namespace cwm::collision {
 namespace {
 
-// Four times the deviation is half the segments: a quarter of the triangles of a ball.
+// derived: four times the deviation halves the number of segments, and leaves a quarter of a
+// sphere's triangles.
 constexpr double kCoarser = 4;
-// Every round part of up to 100 m has kMinSegments by then: a sagitta is less than its radius.
+// derived: at this deviation every round part of up to 100 m has kMinSegments, because a sagitta is
+// smaller than its radius.
 constexpr double kCoarsestDeviation_m = 100;
 
-// Meshes that are taken as they are, not to be copied.
+// The mesh of a shape that is used as it is, not copied; nullptr for other shapes.
 const TriangleMesh* MeshIn(const Shape& shape) {
   if (const auto* convex = std::get_if<Convex>(&shape)) return convex->hull.get();
   if (const auto* mesh = std::get_if<Mesh>(&shape)) return mesh->mesh.get();
   return nullptr;
 }
 
-// Those that no coarser deviation spares.
+// The number of triangles in given meshes, which a coarser deviation does not reduce.
 std::size_t GivenTriangles(const PreparedModel& model) {
   std::size_t count = 0;
   for (const PreparedPart& part : model.parts) {
@@ -40,7 +42,7 @@ void Append(const TriangleMesh& mesh_P, const Pose& X_OP, TriangleMesh& all_O, W
   });
 }
 
-// Nothing when the parts have more triangles.
+// The parts as one mesh; empty if they have more triangles than allowed.
 std::optional<FullSurface> Joined(const PreparedModel& model, double deviation_m,
                                   std::size_t max_triangles, WorkCounter* work) {
   FullSurface surface;

@@ -1,5 +1,4 @@
-// Everything that an object is made of as one mesh: for pictures, exports and whoever plans with
-// meshes alone.
+// All parts of an object as one mesh, for pictures, exports and planners that take only meshes.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +14,14 @@ struct FullSurface {
   double max_deviation_m = 0;  // no point of the mesh is farther from the surface of its part
 };
 
-// A half-space among the parts has a surface without an end.
+// False if a part is a half-space, whose surface is infinite.
 bool IsBounded(const PreparedModel& model);
 
-// The parts of the model in their order, what collision checking sees: each tessellated, with
-// vertices of its own, also where parts touch or overlap. Round parts deviate by at most
-// kDefaultDeviation_m as far as Tessellate can (more for a large radius), and by more where that
-// would make over `max_triangles`; nothing when the coarsest mesh is over it as well. Empty for a
-// model without parts. `model` is bounded. Void where `work` ended it.
+// Joins the parts of a bounded model in order, as collision checking uses them. Each part is
+// tessellated with vertices of its own, even where parts touch or overlap. Round parts deviate by
+// at most kDefaultDeviation_m if Tessellate can achieve that (by more for a large radius), and by
+// more if there would otherwise be more than `max_triangles`. Empty if even the coarsest mesh has
+// more. The mesh is empty for a model without parts, and void if `work` stopped the function.
 std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t max_triangles,
                                          WorkCounter* work = nullptr);
 

@@ -1,4 +1,4 @@
-// When two models say the same, so that a put of what the world already holds has no effect.
+// Equality of models, so that putting a model that the world already has has no effect.
 #pragma once
 
 #include "collision/geometry/hybrid_model.h"
@@ -6,14 +6,14 @@
 
 namespace cwm::collision {
 
-// Equal to the last bit in all that a reader can see. Meshes are compared by content.
+// True if all that readers can see is bitwise equal. Meshes are compared by content.
 bool SameModel(const HybridModel& a, const HybridModel& b);
 
-// Two robots that no question can tell apart: links, joints, variables, groups, self pairs,
-// collision geometry and spheres are equal to the last bit.
+// True if no query can distinguish the robots: links, joints, variables, groups, self pairs,
+// collision geometry, spheres and `left_out` are bitwise equal.
 bool SameRobot(const RobotGeometry& a, const RobotGeometry& b);
 
-// Bitwise equal poses.
+// True if the poses are bitwise equal.
 bool SamePose(const Pose& X_A, const Pose& X_B);
 
 }  // namespace cwm::collision

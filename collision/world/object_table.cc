@@ -9,14 +9,14 @@
 namespace cwm::collision {
 namespace {
 
-// No less, as no bound may be.
+// Rounds up to single precision, as an upper bound must.
 float RoundedUp(double value) {
   const auto rounded = static_cast<float>(value);
   return rounded < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
                          : rounded;
 }
 
-// The largest of some objects' values, none less than 0.
+// The largest values of several objects, at least 0.
 struct Widest {
   float margin_m = 0;
   float sigma_m = 0;
@@ -29,24 +29,24 @@ struct Widest {
 
 }  // namespace
 
-// An object, which the copies of its node in all versions share.
+// An object, shared by the copies of its node in all versions.
 struct ObjectTable::Entry : boost::intrusive_ref_counter<ObjectTable::Entry> {
   explicit Entry(WorldObjectPtr o) : object(std::move(o)) {}
   WorldObjectPtr object;
 };
 
-// Small on purpose: a kept revision owns the path that its change copied, some dozen nodes. 40 bytes
-// fill what the allocator hands out; it has no block between that and 56.
+// Nodes are small because every kept revision owns the path that its change copied, some dozen
+// nodes. 40 bytes fill a block of the allocator; the next larger block has 56.
 struct ObjectTable::Node : boost::intrusive_ref_counter<ObjectTable::Node> {
   std::uint32_t size = 0;
-  Widest widest;  // of the objects of this tree
+  Widest widest;  // of the objects of this subtree
   EntryPtr entry;
   NodePtr left, right;
 
   const WorldObjectPtr& object() const { return entry->object; }
   std::string_view name() const { return entry->object->name; }
   static std::uint32_t SizeOf(const NodePtr& node) { return node == nullptr ? 0 : node->size; }
-  // Which of two names is the root of a tree that holds both.
+  // True if `a` is above `b` in a tree that has both.
   static bool IsAbove(std::string_view a, std::string_view b) {
     const std::uint64_t hash_a = HashOf(a), hash_b = HashOf(b);
     return hash_a != hash_b ? hash_a > hash_b : a < b;
@@ -67,7 +67,7 @@ void intrusive_ptr_release(const ObjectTable::Node* node) {
   boost::sp_adl_block::intrusive_ptr_release<ObjectTable::Node>(node);
 }
 
-// What lies before a name and what lies behind it.
+// The parts of a tree before and behind a name.
 struct ObjectTable::Halves {
   NodePtr before, behind;
 };
@@ -179,7 +179,7 @@ ObjectTable::NodePtr ObjectTable::Make(EntryPtr entry, NodePtr left, NodePtr rig
 
 ObjectTable::NodePtr ObjectTable::Build(std::span<const WorldObjectPtr> objects) {
   if (objects.empty()) return nullptr;
-  // Of equal hashes the first name, as in IsAbove.
+  // For equal hashes the first name is the root, as in IsAbove.
   const auto root = std::max_element(objects.begin(), objects.end(),
                                      [](const WorldObjectPtr& a, const WorldObjectPtr& b) {
                                        return Node::IsAbove(b->name, a->name);
@@ -230,8 +230,8 @@ ObjectTable::NodePtr ObjectTable::Remove(const NodePtr& node, std::string_view n
                    : Make(node->entry, node->left, Remove(node->right, name));
 }
 
-// Walks both trees at once and skips what they share. A name that only one holds is cut out of the
-// other tree's order by a split, which copies a path.
+// Walks both trees at once and skips shared subtrees. If only one tree has a name, the other is
+// split at that name, which copies a path.
 struct ObjectTable::DifferenceOf {
   std::vector<ObjectDelta> deltas;
 

@@ -1,5 +1,5 @@
-// The objects of a snapshot by name: a persistent sequence of which two versions share all but the
-// path to what differs.
+// The objects of a snapshot by name, as a persistent sequence: two versions share everything except
+// the paths to their differences.
 #pragma once
 
 #include <algorithm>
@@ -20,18 +20,18 @@ namespace cwm::collision {
 
 using WorldObjectPtr = std::shared_ptr<const WorldObject>;
 
-// What differs between two versions: for watches and for tests.
+// One difference between two versions, for watches and tests.
 struct ObjectDelta {
   WorldObjectPtr before;  // nullptr: added
   WorldObjectPtr after;   // nullptr: removed
 };
 
-// A hash of a name that is the same in every process.
+// A hash of a name, the same in every process.
 std::uint64_t HashOf(std::string_view name);
 
-// Immutable; ordered by name. A treap (Seidel and Aragon 1996) of which the priorities are hashes
-// of the names, so that its shape follows from the names in it alone. Find, With, Without and
-// access by rank cost the logarithm of the size; names chosen by an adversary can make them linear.
+// Immutable and ordered by name. A treap (Seidel and Aragon 1996) whose priorities are hashes of
+// the names, so that its shape depends on the names alone. Find, With, Without and access by rank
+// take logarithmic time; adversarial names can make them linear.
 class ObjectTable {
   struct Entry;
   struct Node;
@@ -43,7 +43,7 @@ class ObjectTable {
   friend void intrusive_ptr_release(const Node* node);
 
  public:
-  // In order of names. Stepping costs a constant on average.
+  // Iterates in order of names. A step takes constant time on average.
   class Iterator {
    public:
     using iterator_category = std::forward_iterator_tag;
@@ -64,11 +64,11 @@ class ObjectTable {
    private:
     friend class ObjectTable;
     void Descend(const Node* node);
-    absl::InlinedVector<const Node*, 24> path_;  // the current node, above it those still to come
+    absl::InlinedVector<const Node*, 24> path_;  // the nodes still to visit, the current one last
   };
 
   ObjectTable() = default;
-  // Ordered by name, no name twice.
+  // `objects` are ordered by name, each name once.
   explicit ObjectTable(std::span<const WorldObjectPtr> objects);
 
   std::size_t size() const;
@@ -78,15 +78,15 @@ class ObjectTable {
 
   // The object of a rank, 0 <= rank < size().
   const WorldObjectPtr& operator[](std::size_t rank) const;
-  // nullptr when there is none.
+  // nullptr if there is none.
   const WorldObjectPtr* Find(std::string_view name) const;
   std::optional<std::size_t> RankOf(std::string_view name) const;
-  // No object has a larger margin: the largest, rounded up to single precision; 0 without objects.
+  // The largest margin of any object, rounded up to single precision; 0 without objects.
   double widest_margin_m() const;
-  // Likewise of the deviation of any part's surface.
+  // The same for the standard deviation of any part's surface.
   double widest_sigma_m() const;
 
-  // The very same objects, not equal ones.
+  // Equal if both have the same objects by address.
   friend bool operator==(const ObjectTable& a, const ObjectTable& b) {
     return a.root_ == b.root_ ||
            (a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin()));
@@ -95,14 +95,14 @@ class ObjectTable {
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin());
   }
 
-  // With the object in place of the one of its name, if there is one.
+  // The table with `object` added, or replacing the object of its name.
   ObjectTable With(WorldObjectPtr object) const;
-  // Without the object of that name, if there is one.
+  // The table without the object of that name, if there is one.
   ObjectTable Without(std::string_view name) const;
 
-  // Ordered by name; an object that was removed and put again is two deltas, removed first. Costs
-  // as much as there is to tell, times the logarithm of the size, where one was made from the
-  // other.
+  // The differences, ordered by name. An object that was removed and put again gives two deltas,
+  // the removal first. If one table was derived from the other, the cost is the number of
+  // differences times the logarithm of the size.
   static std::vector<ObjectDelta> Difference(const ObjectTable& before, const ObjectTable& after);
 
  private:

@@ -11,7 +11,7 @@
 namespace cwm::collision {
 namespace {
 
-// The refusal of the pair as that of the change.
+// Reports the fault of a pair with the field names of the change.
 absl::Status CheckPairOf(const NamedPair& pair) {
   const absl::Status status = CheckPair(pair);
   const std::optional<FieldRule> fault = FieldRuleOf(status);
@@ -56,7 +56,7 @@ void PairRuleTransaction::Expire(const ExpireRules& expire) {
   for (PairRule& rule : over) {
     rule.allowed = false;
     rule.expires = std::nullopt;
-    static_cast<void>(Touch(std::move(rule)));  // refuses new rules alone
+    static_cast<void>(Touch(std::move(rule)));  // only new rules are refused
   }
 }
 

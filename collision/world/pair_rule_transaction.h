@@ -1,4 +1,4 @@
-// The rules of pairs while a list of changes is applied.
+// The pair rules while a list of changes is applied.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace cwm::collision {
 
-// The rules that a list touches, over an untouched base, which outlives it.
+// The rules that a list touches, over an unchanged base, which must outlive this object.
 class PairRuleTransaction {
  public:
   explicit PairRuleTransaction(const WorldSnapshot& base)
@@ -20,15 +20,15 @@ class PairRuleTransaction {
   absl::Status SetMargin(const SetPairMargin& set);
   void Expire(const ExpireRules& expire);
 
-  // All rules of the next revision; nullptr when they are those of the base.
+  // All rules of the next revision; nullptr if they are those of the base.
   std::shared_ptr<const PairRules> Finish();
 
  private:
-  PairRule Current(const NamedPair& pair) const;  // one that says nothing where there is none
+  PairRule Current(const NamedPair& pair) const;  // an empty rule if there is none
   absl::Status Touch(PairRule rule);
 
   const PairRules& base_;
-  std::size_t count_;  // of rules that say something
+  std::size_t count_;  // number of rules that are not empty
   std::map<NamedPair, PairRule> touched_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 bool IsEverything(const NamedThing& thing) { return thing.name == kEverything; }
 
-// As robots' files may name links.
+// True if `name` may be the name of a link in a robot's files.
 bool IsLinkName(const std::string& name) {
   constexpr std::size_t kLongestLink = 256;
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };

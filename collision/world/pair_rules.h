@@ -1,5 +1,5 @@
-// Rules of pairs: what holds between two things of a world beside their shapes. Values, ordered by
-// the names of the pair.
+// Rules for pairs of objects or robots beyond their shapes: allowed collisions and margins. Plain
+// values, ordered by the names of the pair.
 #pragma once
 
 #include <chrono>
@@ -19,44 +19,46 @@ struct RobotModel;  // robot/robot_model.h
 using WallTime = std::chrono::system_clock::time_point;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-// The end of an allowance on two clocks, both read when it is accepted. The steady clock alone decides
-// when it is over: a wall clock that is set later neither lengthens nor shortens it.
+// The end of an allowance on two clocks, both read when it is accepted. Only the steady clock
+// decides when it ends, so that setting the wall clock has no effect on it.
 struct Expiry {
   SteadyTime due;
-  WallTime wall_time;  // as clients are told
+  WallTime wall_time;  // for clients
   friend bool operator==(const Expiry&, const Expiry&) = default;
 };
-// The end of what is allowed for `duration` from now.
+// The end of an allowance for `duration` from now.
 Expiry ExpiryAfter(std::chrono::nanoseconds duration,
                    SteadyTime steady_now = std::chrono::steady_clock::now(),
                    WallTime wall_now = std::chrono::system_clock::now());
 
-// The name of everything, bodies without a name included.
+// The name that matches everything, including bodies without a name.
 inline constexpr char kEverything[] = "*";
 
-// Something of a world, there or not: an object, a robot with all its links, or one link.
+// An item of the world, whether or not it exists: an object, a robot with all its links, or one
+// link.
 struct NamedThing {
   std::string name;       // of an object or a robot, or kEverything
-  std::string link = {};  // of the robot; empty: all of it
+  std::string link = {};  // of the robot; empty for all its links
   friend auto operator<=>(const NamedThing&, const NamedThing&) = default;
 };
 
-// In either order: a rule and all that compares them have it as Ordered makes it.
+// Two items in either order. Rules, and functions that compare pairs, have them in the order of
+// Ordered.
 struct NamedPair {
   NamedThing a, b;
   friend auto operator<=>(const NamedPair&, const NamedPair&) = default;
 };
 NamedPair Ordered(NamedPair pair);
 
-// How many names, kEverything not counted, and links a pair has: 0 to 4. Of the margins of several
-// rules that of the highest number holds, among equals that of the first in order.
+// The number of names, except kEverything, and of links in a pair: 0 to 4. If several rules have a
+// margin, the one with the highest number applies, and among equals the first in order.
 int Precision(const NamedPair& pair);
 
 // InvalidArgument ("a.name", "b.link" and the like, see FieldRuleOf) for a name that no object or
-// robot can have, for one of a link that no robot can have, and for a link of everything.
+// robot can have, for the name of a link that no robot can have, and for a link of kEverything.
 absl::Status CheckPair(const NamedPair& pair);
-// The same for a link that what has the name now does not have. Of a name that nothing has nothing
-// is known.
+// InvalidArgument for a link that the present owner of the name does not have. Names without an
+// owner are accepted.
 struct NameOwner {
   const RobotModel* robot = nullptr;
   bool is_object = false;
@@ -65,29 +67,29 @@ absl::Status CheckLinks(const NamedPair& pair,
                         const std::function<NameOwner(const std::string& name)>& owner_of);
 
 struct PairRule {
-  NamedPair pair;                       // Ordered
-  bool allowed = false;                 // to collide: no question sees the pair
-  std::optional<Expiry> expires = {};   // of `allowed`, which then ends; absent: never
-  std::optional<double> margin_m = {};  // in place of the margins of the two and of the request
+  NamedPair pair;                       // as Ordered returns it
+  bool allowed = false;                 // the pair may collide: queries ignore it
+  std::optional<Expiry> expires = {};   // the end of `allowed`; absent: never
+  std::optional<double> margin_m = {};  // replaces the margins of both items and of the request
   bool SaysNothing() const { return !allowed && !margin_m.has_value(); }
   friend bool operator==(const PairRule&, const PairRule&) = default;
 };
 
-// By pair, none twice, none that says nothing.
+// Ordered by pair, each pair once, without empty rules.
 using PairRules = std::vector<PairRule>;
 
-// When the first allowance ends; nothing when none does.
+// The time when the first allowance ends; empty if none does.
 std::optional<SteadyTime> NextExpiry(const PairRules& rules);
 
-// What differs: `before` or `after` says nothing where there is no such rule.
+// One difference; `before` or `after` is empty (SaysNothing) if there is no such rule.
 struct PairRuleDelta {
   PairRule before, after;
 };
 std::vector<PairRuleDelta> RuleDifference(const PairRules& before, const PairRules& after);
 
-// nullptr when there is none of the very pair, which is Ordered.
+// The rule of exactly this pair, which is Ordered; nullptr if there is none.
 const PairRule* FindRule(const PairRules& rules, const NamedPair& pair);
-// `rules` with the rule in place of the one of its pair; without it when the rule says nothing.
+// Replaces or adds the rule of its pair; removes it if the rule is empty.
 void SetRule(PairRules& rules, PairRule rule);
 
 }  // namespace cwm::collision

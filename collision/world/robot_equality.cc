@@ -1,4 +1,4 @@
-// When two robots say the same; declared in model_equality.h.
+// Equality of robots, declared in model_equality.h.
 #include <algorithm>
 
 #include "collision/world/model_equality.h"

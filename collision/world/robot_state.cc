@@ -15,12 +15,12 @@
 namespace cwm::collision {
 namespace {
 
-constexpr double kQuaternionTolerance = 0.01;  // as OutOfLimits has it
+constexpr double kQuaternionTolerance = 0.01;  // as in OutOfLimits
 constexpr int kQuaternionAt = 3, kQuaternionEnd = 7;
 
 bool IsInRange(double value) { return std::abs(value) <= kLargestCoordinate_m; }  // not NaN
 
-// The values of single variables, one after the other.
+// Sets the values of single variables, one after the other.
 class Setter {
  public:
   Setter(const RobotModel& model, std::vector<double> state)
@@ -71,7 +71,7 @@ class Setter {
     return absl::OkStatus();
   }
 
-  // Of joints without a variable of their own, once all others are set.
+  // Checks the values of mimic joints, after all variables are set.
   absl::Status CheckFollowers() const {
     for (const auto& [link, value, place] : followers_) {
       const ModelLink& follower = model_.links[link];

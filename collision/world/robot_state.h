@@ -1,4 +1,4 @@
-// States of a robot by the names of its joints.
+// States of a robot, by the names of its joints.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,13 @@
 
 namespace cwm::collision {
 
-// The value of a variable, rad or m.
+// The value of a variable, in rad or m.
 struct VariableValue {
   std::string variable;
   double value = 0;
 };
 
-// Where joints are to be: first a state that the SRDF names, then single variables.
+// The values of joints: first a state named in the SRDF, then single variables, which override it.
 struct JointValues {
   struct Named {
     std::string group;
@@ -26,17 +26,18 @@ struct JointValues {
   std::vector<VariableValue> values;
 };
 
-// `state`, one value for each variable of the model, with `joints` set; what they do not name stays.
-// Fixed joints may be named with 0, joints that follow others with the value that they then have
-// (within kFollowerTolerance, mimic.h): reports of a whole robot name them. Limits are not looked at.
+// Returns `state`, which has one value for each variable of the model, changed by `joints`.
+// Variables that are not named keep their value. Fixed joints may be named with 0, and mimic joints
+// with the value that they then have (within kFollowerTolerance, mimic.h), because reports of a
+// whole robot name them. Limits are not checked.
 //
 // Refuses (FieldRuleOf: "group", "named_state", "values", "values[2].variable", "values[2].value")
 // unknown groups, states and variables, variables named twice, values that are not finite or beyond
-// kLargestCoordinate_m, and quaternions of floating joints of a length not within 1 % of 1.
+// kLargestCoordinate_m, and quaternions of floating joints whose length is not within 1 % of 1.
 absl::StatusOr<std::vector<double>> StateWith(const RobotModel& model, std::vector<double> state,
                                               const JointValues& joints);
 
-// One finite value for each variable.
+// True if there is one value for each variable, at most kLargestCoordinate_m in magnitude.
 bool IsState(const RobotModel& model, const std::vector<double>& state);
 
 }  // namespace cwm::collision

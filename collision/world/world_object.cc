@@ -11,8 +11,8 @@
 namespace cwm::collision {
 namespace {
 
-// Beside what the engines' forms take: a microsecond or two, and where there are many vertices for
-// bounds up to a millisecond.
+// The work for a part besides preparing it for the engines: a microsecond or two, or up to a
+// millisecond for the bounds of many vertices.
 constexpr std::size_t kStepsOfPart = 64;
 constexpr std::size_t kStepsOfBounds = std::size_t{1} << 14;
 std::size_t StepsOf(const Shape& shape) {
@@ -24,7 +24,7 @@ class Preparation {
  public:
   Preparation(PreparedModel& prepared, WorkCounter* work) : prepared_(prepared), work_(work) {}
 
-  // False where it was ended.
+  // False if `work` stopped it.
   bool Add(PartSource source, int index, const Pose& X_OP, const Shape& shape) {
     PreparedPart part{.source = source,
                       .index = index,
@@ -81,7 +81,7 @@ std::string_view NameOf(ObjectState state) {
 }
 
 bool IsValidName(std::string_view name) {
-  constexpr std::size_t kLongestName = 128;  // fits a file name with room for a suffix
+  constexpr std::size_t kLongestName = 128;  // chosen: fits a file name with room for a suffix
   if (name.empty() || name.size() > kLongestName) return false;
   return std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -105,7 +105,7 @@ std::int64_t WeightOfAsking(const Shape& shape) {
 }
 
 Aabb BoundsAt(const PreparedPart& part, const Pose& X_FP) {
-  constexpr std::size_t kFewTriangles = 64;  // looked at as soon as a tree is searched
+  constexpr std::size_t kFewTriangles = 64;  // chosen: as fast as a search of a tree
   const auto* mesh = std::get_if<Mesh>(&part.shape);
   if (mesh == nullptr || mesh->mesh->triangles.size() <= kFewTriangles) {
     return TightBounds(part.shape, X_FP);

@@ -11,7 +11,7 @@
 namespace cwm::collision {
 namespace {
 
-// Ends work once a stop is requested.
+// Stops work once a stop is requested.
 class StopCounter final : public WorkCounter {
  public:
   explicit StopCounter(const std::stop_token& stop) : stop_(stop) {}
@@ -103,7 +103,7 @@ WorldRobotPtr Place(WorldRobot robot) {
     const PreparedPart& part = geometry.parts[k];
     const Pose& X_WL = robot.X_WL[static_cast<std::size_t>(robot.robot->link_of_part[k])];
     const Pose X_WP = X_WL * part.X_OP;
-    // A robot moves often: what has many vertices gets a box around its box.
+    // Robots move often, so a part with many vertices gets the bounds of its rotated bounding box.
     const Aabb bounds_W = HasManyVertices(part.shape) ? BoundsOfBox(part.bounds_O, X_WL)
                                                       : TightBounds(part.shape, X_WP);
     robot.body.parts_W.push_back({.X_WP = X_WP, .bounds_W = bounds_W});

@@ -145,7 +145,7 @@ std::size_t WorldSnapshot::RankByName(const Obstacle& obstacle) const {
   const auto robots_before =
       static_cast<std::size_t>(LowerBound(*robots_, obstacle.name) - robots_->begin());
   if (obstacle.robot == nullptr) return *objects_.RankOf(obstacle.name) + robots_before;
-  std::size_t first = 0, last = objects_.size();  // of the objects with a lesser name
+  std::size_t first = 0, last = objects_.size();  // the number of objects with a lesser name
   while (first < last) {
     const std::size_t middle = first + (last - first) / 2;
     if (objects_[middle]->name < obstacle.name) {

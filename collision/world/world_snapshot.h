@@ -1,5 +1,5 @@
-// The world at one revision: immutable, shared by as many readers as like, answering for ever as it
-// did.
+// The world at one revision. Immutable, and shared by any number of readers, to which it always
+// gives the same answers.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@
 
 namespace cwm::collision {
 
-// What the tree over the bounds knows of an obstacle.
+// The functions that BoundsTree needs for its items.
 inline const Aabb& BoundsOf(const Obstacle& obstacle) { return obstacle.bounds_W; }
 inline bool Precedes(const Obstacle& a, const Obstacle& b) { return a.name < b.name; }
 inline std::uint64_t SaltOf(const Obstacle& obstacle) { return HashOf(obstacle.name); }
@@ -29,15 +29,15 @@ class WorldSnapshot {
  public:
   // The empty world at revision 0.
   WorldSnapshot() = default;
-  // Objects made by Place, ordered by name; robots likewise.
+  // Objects and robots are made by Place and ordered by name.
   WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name,
                 std::vector<WorldRobotPtr> robots_by_name = {}, PairRules pair_rules = {});
 
-  // The snapshot that differs from this one by the deltas, each of another name: `before` is what
-  // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
-  // some dozens of small nodes, whatever the number of objects; deltas of robots besides a pointer
-  // for each robot, of which there are few. `pair_rules`: all; nullptr where none differs. Void where
-  // `work` ended it.
+  // The snapshot that differs from this one by the deltas. Each delta has another name; its
+  // `before` is in this snapshot, its `after` is made by Place. The new snapshot shares everything
+  // that the deltas do not touch: a delta costs some dozens of small nodes, however many objects
+  // there are, and deltas of robots also a pointer for each robot, of which there are few.
+  // `pair_rules` has all rules, or is nullptr if none changed. Void if `work` stopped the function.
   WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas,
                       std::span<const RobotDelta> robot_deltas = {},
                       std::shared_ptr<const PairRules> pair_rules = nullptr,
@@ -46,29 +46,28 @@ class WorldSnapshot {
   Revision revision() const { return revision_; }
   // Ordered by name.
   const ObjectTable& objects() const { return objects_; }
-  // Of all parts of objects and robots (WeightOfAsking).
+  // The sum of WeightOfAsking over all parts of objects and robots.
   std::int64_t weight() const { return weight_; }
-  // nullptr when there is none.
+  // nullptr if there is none.
   WorldObjectPtr Find(std::string_view name) const;
-  // Over the bounds of all objects and robots in the world frame.
+  // A tree over the bounds of all objects and robots in the world frame.
   const BoundsTree<Obstacle>& bounds() const { return bounds_; }
-  // Objects that are attached, ordered by name. Few; shared by all snapshots between which none
-  // differs.
+  // Attached objects, ordered by name. There are few; shared by all snapshots with the same ones.
   const std::vector<WorldObjectPtr>& attached() const { return *attached_; }
-  // Objects by rank, then robots: how answers number what they name.
+  // The obstacle with this index in answers: objects by rank, then robots.
   const Obstacle& ObstacleAt(std::size_t index) const;
-  // Of one that this snapshot holds.
+  // The index of an obstacle of this snapshot.
   std::size_t IndexOf(const Obstacle& obstacle) const;
-  // Its place among all objects and robots, ordered by name.
+  // The rank of an obstacle among all objects and robots, ordered by name.
   std::size_t RankByName(const Obstacle& obstacle) const;
 
-  // Ordered by name; no robot has the name of an object. Shared by all snapshots between which no
-  // robot differs.
+  // Ordered by name; no robot has the name of an object. Shared by all snapshots with the same
+  // robots.
   const std::vector<WorldRobotPtr>& robots() const { return *robots_; }
-  // nullptr when there is none.
+  // nullptr if there is none.
   WorldRobotPtr FindRobot(std::string_view name) const;
 
-  // Shared by all snapshots between which none differs. They may be of things that are not there.
+  // Shared by all snapshots with the same rules. Rules may name items that do not exist.
   const PairRules& pair_rules() const { return *pair_rules_; }
 
  private:
@@ -77,16 +76,16 @@ class WorldSnapshot {
   Revision revision_;
   std::int64_t weight_ = 0;
   ObjectTable objects_;
-  BoundsTree<Obstacle> bounds_;  // refers to what objects_ and robots_ keep alive
+  BoundsTree<Obstacle> bounds_;  // refers to items that objects_ and robots_ keep alive
   std::shared_ptr<const std::vector<WorldObjectPtr>> attached_ =
       std::make_shared<const std::vector<WorldObjectPtr>>();
   std::shared_ptr<const Robots> robots_ = std::make_shared<const Robots>();
   std::shared_ptr<const PairRules> pair_rules_ = std::make_shared<const PairRules>();
 };
 
-// Adds or replaces the object of that name. A put over an object that is equal in all fields has no
-// effect; an equal model keeps the geometry revision even when it was prepared again. It says where
-// the object stands: one that was attached stands free then, and so does one that is moved.
+// Adds or replaces the object of that name. Putting an object with equal fields has no effect; an
+// equal model keeps the geometry revision even if it was prepared again. The pose is the given one,
+// so a put detaches an attached object, and so does a move.
 struct PutObject {
   std::string name;
   ObjectKind kind = ObjectKind::kUser;
@@ -105,23 +104,23 @@ struct RemoveObject {
   std::string name;
 };
 
-// Fixes the object to a link of the robot as it stands by then; one that is attached already is
-// attached anew. It moves with the link until it is put, moved or detached, or the link is no more:
-// then it stands where it is.
+// Attaches the object to a link of the robot in its state at that time, or attaches it anew. The
+// object moves with the link until it is put, moved or detached, or the link no longer exists; then
+// it stays at its pose.
 struct AttachObject {
   std::string name;
   std::string robot;
   std::string link;
-  std::optional<Pose> X_LO = {};              // absent: where it is
+  std::optional<Pose> X_LO = {};              // absent: keeps its place
   std::vector<std::string> touch_links = {};  // in any order
 };
-// Of one that is not attached: no effect.
+// No effect if the object is not attached.
 struct DetachObject {
   std::string name;
 };
 
-// Adds the robot. One of that name whose robot is equal (SameRobot) only gets base and state;
-// another one is replaced, and what then has the name is a new robot.
+// Adds the robot. If the robot of that name is equal (SameRobot), only its base and state are set;
+// otherwise it is replaced by a new robot.
 struct PutRobot {
   std::string name;
   std::shared_ptr<const RobotGeometry> robot;
@@ -131,77 +130,79 @@ struct PutRobot {
 struct RemoveRobot {
   std::string name;
 };
-// Sets what is given, and leaves the rest as it is.
+// Sets the given members and keeps the others.
 struct SetRobotState {
   std::string name;
   std::optional<Pose> X_WB;
   JointValues joints;
 };
 
-// Lets the pair collide: no question sees it. Allowed once more it gets the new time of expiry, or
-// none. What is named may not be there, yet or any more: a rule outlives what it is about.
+// Lets the pair collide: queries ignore it. Allowing it again sets the new expiry, or none. The
+// items need not exist: a rule stays when they are removed.
 struct AllowCollision {
   NamedPair pair;                      // in either order
-  bool withdraw = false;               // ends what was allowed of the very pair
-  std::optional<Expiry> expires = {};  // when the server publishes its end; absent: never
+  bool withdraw = false;               // ends the allowance of exactly this pair
+  std::optional<Expiry> expires = {};  // absent: never
 };
 struct SetPairMargin {
   NamedPair pair;
-  std::optional<double> margin_m;  // >= 0; absent: ends what was set of the very pair
+  std::optional<double> margin_m;  // >= 0; absent: removes the margin of exactly this pair
 };
-// Ends what is allowed until `now` or before.
+// Ends allowances that are due at `now` or before.
 struct ExpireRules {
   SteadyTime now;
 };
 
-// Rules of pairs in one world: more are refused. Some hundreds are expected; a change of one copies
-// them all, in about a millisecond then.
+// chosen: the most pair rules in one world. Some hundreds are expected; changing one copies all of
+// them, which takes about a millisecond at the limit.
 inline constexpr std::size_t kMostPairRules = 4096;
 
 struct Change {
   std::variant<PutObject, MoveObject, RemoveObject, AttachObject, DetachObject, PutRobot,
                RemoveRobot, SetRobotState, AllowCollision, SetPairMargin, ExpireRules>
       what;
-  // latest_revision() of the object or robot before this list, as its writer knew it; another one,
-  // or no such object, aborts the whole list. Not for rules of pairs, which have none.
+  // latest_revision() of the object or robot before this list, as its writer knows it. If it
+  // differs, or there is no such object, the whole list is aborted. Not for rules of pairs, which
+  // have no revision.
   std::optional<Revision> expected_object_revision;
 };
 
-// Of the object or robot that the change is about; empty for rules of pairs.
+// The name of the object or robot of the change; empty for rules of pairs.
 const std::string& NameOf(const Change& change);
 bool IsOfRobot(const Change& change);
 bool IsOfPairs(const Change& change);
-// What `expected_object_revision` is compared with; nothing when there is no such object or robot.
+// The revision that is compared with `expected_object_revision`; empty if the object or robot does
+// not exist.
 std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change);
 
-// Applies all changes in order or none. Returns the new snapshot at base.revision() + 1; the base
-// itself when nothing has an effect. NotFound names a missing object or robot, Aborted a revision
-// that does not match, InvalidArgument a name, pose, margin, geometry or state that no world may
-// hold, or the name of a robot for an object or the other way round, ResourceExhausted more than
-// kMostPairRules; all name the index of the change. Cancelled, with none, where `work` ended it. Cost:
-// the changes, each with the paths to it; geometry is shared, never touched.
+// Applies all changes in order, or none. Returns the new snapshot at base.revision() + 1, or the
+// base itself if nothing has an effect. Errors name the index of the change: NotFound for a missing
+// object or robot; Aborted for a revision that does not match; InvalidArgument for a name, pose,
+// margin, geometry or state that is not valid, or if an object has the name of a robot or the other
+// way round; ResourceExhausted for more than kMostPairRules. Cancelled, without any change, if
+// `work` stopped it. The cost is that of the changes and the paths to them; geometry is shared.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes,
     WorkCounter* work = nullptr);
 
-// Which change Apply refused, as a payload of its status; nothing for a status of another source.
+// The change that Apply refused, as a payload of its status. FaultOf is empty for other statuses.
 struct ApplyFault {
   std::size_t change = 0;  // index in the list
-  // "name", "pose", "geometry", "margin_m"; of what is attached "robot", "link", "x_link_object",
-  // "touch_links[2]"; of a robot "name", "x_world_base", "robot", "state",
-  // "joints.values[2].variable" and the like; of a pair "pair.a.name", "margin_m" and the like;
-  // "expected_object_revision"; empty: the change as a whole.
+  // "name", "pose", "geometry", "margin_m"; for attachments "robot", "link", "x_link_object",
+  // "touch_links[2]"; for robots "name", "x_world_base", "robot", "state",
+  // "joints.values[2].variable" and the like; for pairs "pair.a.name", "margin_m" and the like;
+  // "expected_object_revision"; empty for the change as a whole.
   std::string field;
-  std::string rule;  // what the field breaks, or what is wrong with the change
+  std::string rule;  // the rule that the field or the change violates
 };
 std::optional<ApplyFault> FaultOf(const absl::Status& status);
-// Whether what Apply has not found is a robot.
+// True if the item that Apply did not find is a robot.
 bool IsOfUnknownRobot(const Change& change, const ApplyFault& fault);
 
-// What differs between two snapshots of one world, ordered by name. An object that was removed and
-// put again is two deltas, removed first.
+// The differences between two snapshots of one world, ordered by name. An object that was removed
+// and put again gives two deltas, the removal first.
 std::vector<ObjectDelta> Difference(const WorldSnapshot& before, const WorldSnapshot& after);
-// Of the robots, likewise.
+// The same for robots.
 std::vector<RobotDelta> RobotDifference(const WorldSnapshot& before, const WorldSnapshot& after);
 
 }  // namespace cwm::collision

@@ -6,7 +6,7 @@ namespace cwm::collision {
 
 std::optional<double> ParseNumber(std::string_view word) {
   double value = 0;
-  // Hexadecimal is a number to Abseil, and to no other reader of these files.
+  // Abseil accepts hexadecimal numbers, which other readers of these files do not.
   if (word.find_first_of("xX") != std::string_view::npos) return std::nullopt;
   if (!absl::SimpleAtod({word.data(), word.size()}, &value)) return std::nullopt;
   return value;

@@ -1,4 +1,4 @@
-// Numbers as the text files of robots write them.
+// Numbers in the text files that describe robots.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 
 namespace cwm::collision {
 
-// A whole word as a decimal number; "nan" and "inf" are such, and what overflows is infinite.
+// Parses a whole word as a decimal number. "nan" and "inf" are numbers; an overflow is infinite.
 std::optional<double> ParseNumber(std::string_view word);
 
 }  // namespace cwm::collision

@@ -15,17 +15,17 @@
 namespace cwm::collision {
 namespace {
 
-// Names that robots have are a few words; longer ones flood tables.
+// chosen: the names of robots have a few words; longer ones flood tables.
 constexpr std::size_t kLongestName = 256;
-// The formats that are read have some ten for an element.
+// chosen: the formats in use have some ten per element.
 constexpr std::size_t kMaxAttributes = 32;
-constexpr std::size_t kMaxTagsAndAttributes = 250'000;  // read in some 20 ms
+constexpr std::size_t kMaxTagsAndAttributes = 250'000;  // measured: parsing takes some 20 ms
 
 std::string Owned(std::string_view text) { return std::string(text); }  // for Debian's absl
 
 bool IsControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
 
-// The length of a UTF-8 sequence by its first byte; 0 for a byte that begins none.
+// The length of a UTF-8 sequence, from its first byte; 0 if the byte begins none.
 std::size_t SequenceLength(unsigned char first) {
   if (first < 0x80) return 1;
   if (first >= 0xc2 && first < 0xe0) return 2;
@@ -59,7 +59,7 @@ bool SkipPast(std::string_view end, std::string_view& rest) {
   return true;
 }
 
-// XML allows a DOCTYPE before the root element alone.
+// True if the document has a DOCTYPE, which XML allows only before the root element.
 bool HasDoctype(std::string_view rest) {
   if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
   while (true) {
@@ -71,7 +71,7 @@ bool HasDoctype(std::string_view rest) {
   }
 }
 
-// The attributes of the tag that begins after "<" and its name; `rest` loses it.
+// Removes a tag from `rest`, which begins behind its "<", and returns its number of attributes.
 std::size_t SkipTag(std::string_view& rest) {
   std::size_t attributes = 0;
   while (true) {
@@ -85,7 +85,8 @@ std::size_t SkipTag(std::string_view& rest) {
   }
 }
 
-// tinyxml2 looks at all attributes of an element for each one that it reads, and so do its users.
+// Limits the attributes per element: tinyxml2 scans all attributes of an element for each one that
+// it reads, and so do its callers.
 absl::Status CheckTags(std::string_view rest, std::string_view format) {
   for (std::size_t count = 0; count <= kMaxTagsAndAttributes; ++count) {
     rest.remove_prefix(std::min(rest.find('<'), rest.size()));
@@ -105,7 +106,7 @@ absl::Status CheckTags(std::string_view rest, std::string_view format) {
       format, absl::StrCat("must have at most ", kMaxTagsAndAttributes, " tags and attributes"));
 }
 
-// The number of a character that XML allows: "945", "x3b1".
+// True if `digits` is the number of a character that XML allows: "945", "x3b1".
 bool IsCharacterNumber(std::string_view digits) {
   const bool is_hex = digits.starts_with('x');
   if (is_hex) digits.remove_prefix(1);
@@ -117,8 +118,8 @@ bool IsCharacterNumber(std::string_view digits) {
   return code < 0xd800 || (code >= 0xe000 && code <= 0x10ffff && code != 0xfffe && code != 0xffff);
 }
 
-// The first reference that stands for nothing, such as "&arm;"; empty where there is none. Other
-// ampersands stand for themselves, as they do to those who write file names without escaping them.
+// The first reference that is not defined, such as "&arm;"; empty if there is none. Other
+// ampersands stand for themselves, because some tools write file names without escaping them.
 std::string_view FindUndefined(std::string_view rest) {
   constexpr auto kNameEnds = "; \t\r\n<>&\"'=/?";
   while (true) {
@@ -139,8 +140,8 @@ std::string_view FindUndefined(std::string_view rest) {
   }
 }
 
-// The siblings of the same tag on one side; nothing where there are more siblings than are looked at,
-// since a file with many faults asks for many places.
+// The number of siblings with the same tag on one side. Empty if more siblings than the limit would
+// have to be scanned, because a file with many faults needs many places.
 template <class Step>
 std::optional<int> CountTwins(const tinyxml2::XMLElement& element, Step step) {
   constexpr int kMaxSiblings = 1000;
@@ -152,8 +153,8 @@ std::optional<int> CountTwins(const tinyxml2::XMLElement& element, Step step) {
   return twins;
 }
 
-// `: TAG "NAME"`, or `: TAG[INDEX]` of an element that is one of several of its tag, `: TAG[line 7]`
-// where it has very many siblings.
+// `: TAG "NAME"`; or `: TAG[INDEX]` if siblings have the same tag; or `: TAG[line 7]` if the
+// element has very many siblings.
 std::string StepTo(const tinyxml2::XMLElement& element) {
   constexpr std::size_t kMaxTagBytes = 60;
   std::string step = absl::StrCat(": ", std::string(element.Name()).substr(0, kMaxTagBytes));
@@ -188,7 +189,7 @@ std::string ParseRule(const tinyxml2::XMLDocument& document) {
 }  // namespace
 
 std::string Quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 60;  // a line of a terminal, with room for the rest
+  constexpr std::size_t kLongest = 60;  // a line of a terminal, less the rest of the message
   std::string shown(text.substr(0, kLongest));
   std::replace_if(
       shown.begin(), shown.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
@@ -335,7 +336,7 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
     return ExcessAt(format,
                     absl::StrCat("is ", xml.size(), " bytes long, must be at most ", max_bytes));
   }
-  if (xml.find('\0') != std::string_view::npos) {  // tinyxml2 would end there without a word
+  if (xml.find('\0') != std::string_view::npos) {  // tinyxml2 would silently stop there
     return FaultAt(format, "must not hold the byte 0");
   }
   if (HasDoctype(xml)) return FaultAt(format, "must not have a DOCTYPE");
@@ -344,7 +345,7 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
   if (document->Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) {
     return FaultAt(format, ParseRule(*document));
   }
-  // tinyxml2 would take it as it stands, as part of a name or a file.
+  // tinyxml2 would keep an undefined reference unchanged, as part of a name or a path.
   if (const std::string_view reference = FindUndefined(xml); !reference.empty()) {
     const auto line = 1 + std::count(xml.data(), reference.data(), '\n');
     return FaultAt(format, absl::StrCat("line ", line, ": ", Quoted(reference),
@@ -353,7 +354,7 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
   }
   const tinyxml2::XMLElement* const root = document->RootElement();
   if (root == nullptr) return FaultAt(format, "must have a root element");
-  if (const auto* second = root->NextSiblingElement()) {  // tinyxml2 takes as many as there are
+  if (const auto* second = root->NextSiblingElement()) {  // tinyxml2 accepts any number of roots
     return FaultAt(format,
                    absl::StrCat("line ", second->GetLineNum(), ": has the root element <",
                                 second->Name(), "> beside <", root->Name(), ">, must have one"));

@@ -6,8 +6,9 @@
 
 namespace cwm::perception {
 
-// Per cell, in the order of the grid: centroid, mean normal (zero where they cancel), mean noise,
-// and the cloud index of its first point. `grid` was built over `points`.
+// Returns one point per cell, in the order of the grid: the centroid, the mean normal (zero if the
+// normals cancel), the mean noise, and the cloud index of the cell's first point. `grid` was built
+// over `points`.
 OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid,
                           const Work& work = {});
 

@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-// derived: rays of a camera, up to 120 degrees wide, average to more; those of a scan all around to
-// nothing.
+// derived: the mean ray of a camera of up to 120 degrees is longer than this; that of a scan all
+// around vanishes.
 constexpr float kMinMeanRay = 0.5f;
 
 Vector3 NearestAxis(const Vector3f& direction) {
@@ -33,7 +33,7 @@ ImageAxes AxesOf(const MeasuredPoints& image) {
   const std::size_t stride = SampleStride(image.image.size());
   Vector3f sum = Vector3f::Zero(), towards_top = Vector3f::Zero();
   float count = 0, rows = 0;
-  std::vector<std::pair<float, Vector3f>> rays;  // with their rows
+  std::vector<std::pair<float, Vector3f>> rays;  // each ray with its row
   for (std::size_t i = 0; i < image.image.size(); i += stride) {
     if (image.image[i] < 0) continue;
     const Vector3f& point = image.oriented.points[static_cast<std::size_t>(image.image[i])];

@@ -12,18 +12,18 @@
 
 namespace cwm::perception {
 
-// Pixels that the radius of a normal's neighbourhood spans.
-// chosen: 5 x 5 pixels, for the neighbours of an image with little noise lie farther apart than
-// noise asks for.
+// The least radius of a normal's neighbourhood, in pixels.
+// chosen: 5 x 5 pixels, because in an image with little noise neighbours are farther apart than the
+// noise requires.
 inline constexpr float kMinWindow_px = 2;
-// chosen: a larger one only occurs with the sensor on the surface.
+// chosen: the largest radius; a larger one only occurs with the sensor on the surface.
 inline constexpr float kMaxWindow_px = 64;
 
-// Row-major with a margin on both sides of each row; NaN in the margins and where no point is, so
-// that whoever compares the values needs no test for either.
+// One value per pixel, row-major, with a margin on both sides of each row. Margins and pixels
+// without a point are NaN, so that comparisons need no test for either.
 class ImagePlane {
  public:
-  // derived: a window, and a block of lanes on either side of it.
+  // derived: a window, and a block of SIMD lanes on either side of it.
   static constexpr int kMargin = static_cast<int>(kMaxWindow_px) + kLanes * 2;
 
   ImagePlane() = default;

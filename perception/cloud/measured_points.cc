@@ -19,10 +19,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: rays of neighbouring pixels that are farther apart are no image (a 64-line laser has
-// 0.01).
+// chosen: a cloud whose neighbouring rays are farther apart is no image (a 64-line laser has 0.01).
 constexpr float kMaxPixelAngle_rad = 0.05f;
-constexpr std::size_t kPointsPerRange = ItemsPerPiece(50ns);  // derived: a range is a piece
+constexpr std::size_t kPointsPerRange = ItemsPerPiece(50ns);  // derived: one piece of work
 
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {
@@ -56,7 +55,7 @@ float AngleBetweenRays(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// Median over an even sample of horizontally adjacent pixels; 0 when there are none.
+// The median angle over an even sample of horizontally adjacent pixels; 0 if there are none.
 float MedianPixelAngle(const MeasuredPoints& measured) {
   const std::size_t stride = SampleStride(measured.image.size());
   std::vector<float> angles;
@@ -78,7 +77,7 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
 // A range of kPointsPerRange points of a cloud.
 struct Range {
   std::size_t finite = 0;
-  std::size_t first = 0;              // finite ones in the ranges before
+  std::size_t first = 0;              // number of finite points in the ranges before
   std::optional<std::size_t> beyond;  // the first point farther than kLargestCoordinate_m
 };
 
@@ -119,8 +118,8 @@ void Resize(std::size_t count, OrientedPoints& points) {
 }
 
 struct Batch {
-  std::size_t begin, end;  // of the cloud
-  std::size_t first;       // where its finite points begin
+  std::size_t begin, end;  // indices into the cloud
+  std::size_t first;       // index of its first finite point
 };
 
 void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measured) {
@@ -141,7 +140,8 @@ void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measur
   }
 }
 
-// By depth along the optical axis, whatever axis of its frame that is; by range of what is no camera's.
+// Sets the noise by depth along the optical axis, whichever axis of the frame that is; by range if
+// the cloud is not a camera's image.
 void SetSigmas(const SensorNoise& noise, const Work& work, MeasuredPoints& measured) {
   Eigen::Vector3f forward = Eigen::Vector3f::Zero();
   if (measured.organised()) {

@@ -16,23 +16,23 @@ namespace cwm::perception {
 
 struct MeasuredPoints {
   OrientedPoints oriented;  // the finite points in the cloud's order; frame C at first
-  // Of an organised cloud, else empty: the image of indices into `oriented`, row-major, kNoIndex
-  // where there is no finite point.
+  // For an organised cloud, the image of indices into `oriented`, row-major, kNoIndex where there
+  // is no finite point; else empty.
   std::vector<std::int32_t> image;
   int width = 0;
   int height = 0;
-  float pixel_angle_rad = 0;  // between the rays of neighbouring pixels, the median over the image
+  float pixel_angle_rad = 0;  // median angle between rays of neighbouring pixels
 
   bool organised() const { return !image.empty(); }
 
-  // Between the rays of pixels that err each by itself.
+  // The angle between the rays of pixels with independent errors.
   float sample_angle_rad() const { return pixel_angle_rad * std::sqrt(oriented.points_per_sample); }
 };
 
-// Checks the cloud and collects its finite points with their noise; normals are those of the cloud
+// Checks the cloud and collects its finite points with their noise. Normals are those of the cloud
 // where it has valid ones (made unit, not turned), else zero. A cloud that claims to be organised
 // but whose rays do not run as in an image (shuffled points) is treated as not organised.
-// InvalidArgument when the cloud's layout contradicts itself, no point is finite, or a finite
+// InvalidArgument if the cloud's layout contradicts itself, no point is finite, or a finite
 // coordinate lies beyond kLargestCoordinate_m. Throws Stopped when `work` is stopped.
 absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise,
                                                const Work& work = {});

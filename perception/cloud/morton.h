@@ -29,8 +29,8 @@ inline std::uint32_t GatherBits(std::uint64_t v) {
   return static_cast<std::uint32_t>((v | v >> 32) & 0x1fffff);
 }
 
-// Of cell coordinates below 2^kMortonBitsPerAxis: their bits interleaved, x lowest. Coordinates of
-// n bits make a key of 3 n bits.
+// The key of cell coordinates below 2^kMortonBitsPerAxis: their bits interleaved, x lowest.
+// Coordinates of n bits make a key of 3 n bits.
 inline std::uint64_t MortonKey(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   return SpreadBits(x) | SpreadBits(y) << 1 | SpreadBits(z) << 2;
 }

@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 using namespace std::chrono_literals;
 
-// adj(C) = det(C) C^-1 for a symmetric matrix; defined also where C is singular.
+// adj(C) = det(C) C^-1 of a symmetric matrix; defined also if C is singular.
 Matrix3f Adjugate(const Matrix3f& c) {
   Matrix3f a;
   a.col(0) = c.col(1).cross(c.col(2));
@@ -26,13 +26,13 @@ Matrix3f Adjugate(const Matrix3f& c) {
 }
 
 // The unit normal n that minimises n^T C n for fixed n . ray (noise along the ray): n ~ C^-1 ray.
-// Each further application of C^-1 moves it to the eigenvector of the smallest eigenvalue, where
-// the ray says nothing about the noise. Zero where the points lie on a line.
+// Each further application of C^-1 moves it toward the eigenvector of the smallest eigenvalue, for
+// clouds in which the ray is not the direction of the noise. Zero if the points lie on a line.
 Vector3f NormalOf(const Matrix3f& covariance, const Vector3f& ray, int iterations) {
   const float scale = covariance.trace();
   if (!(scale > 0)) return Vector3f::Zero();
   const Matrix3f inverse = Adjugate(covariance / scale);
-  // The two smaller eigenvalues of a line are noise of the arithmetic.
+  // The two smaller eigenvalues of a line are rounding errors.
   if (inverse.trace() < 1e-5f) return Vector3f::Zero();
   Vector3f n = ray;
   for (int i = 0; i < iterations; ++i) {
@@ -67,7 +67,7 @@ PointPlanes PlanesOf(const MeasuredPoints& measured, const Work& work) {
   return planes;
 }
 
-// A row's normals become those of its points, but for given ones.
+// Assigns the normals of a row to its points, except to those with given normals.
 void TakeOver(const RowNormals& normals, std::span<const std::int32_t> line,
               OrientedPoints& points) {
   for (std::size_t column = 0; column < line.size(); ++column) {
@@ -107,8 +107,8 @@ void EstimateImageNormals(MeasuredPoints& measured, const Work& work) {
 
 void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float radius_m,
                          const Work& work) {
-  // chosen: views from elsewhere may be merged in, so that the ray is only a start, which each
-  // iteration forgets by the ratio of the eigenvalues.
+  // chosen: views from elsewhere may be merged in, so the ray is only a start value, whose
+  // influence each iteration reduces by the ratio of the eigenvalues.
   constexpr int kPowerIterations = 4;
   const int reach = static_cast<int>(std::ceil(radius_m / grid.edge_m()));
   auto estimate_cell = [&](std::size_t c) {

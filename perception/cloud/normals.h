@@ -1,4 +1,5 @@
-// Surface normals (paper, section III step 1) whose neighbourhood follows the noise of the sensor.
+// Surface normals (paper, section III step 1) whose neighbourhood depends on the noise of the
+// sensor.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +12,15 @@
 
 namespace cwm::perception {
 
-// A neighbourhood of radius r errs by noise, 2 sigma s / (sqrt(pi) r^2) of points s apart that err each
-// by itself, and by what bends within it, r / R: least for r^3 = 4 R sigma s / sqrt(pi).
+// A neighbourhood of radius r has an error from noise, 2 sigma s / (sqrt(pi) r^2) for points s
+// apart with independent errors, and an error from curvature, r / R. Their sum is least for r^3 = 4
+// R sigma s / sqrt(pi).
 // chosen: R is about that of the largest objects for a table; with it the radius of a Kinect at up
 // to 1.2 m follows from the limit below.
 inline constexpr float kNormalBend_m = 0.11f;
-// measured: at most so many standard deviations of the range. Below 6 the normals of a Kinect
-// scatter by more than 10 degrees, above 8 creases wash out. Of an image no less than two pixels.
+// measured: the largest radius in standard deviations of the range. Below 6 the normals of a Kinect
+// scatter by more than 10 degrees, above 8 creases blur. On an image the radius is at least two
+// pixels.
 inline constexpr float kNormalRadius_sigma = 7;
 
 CWM_LANES_INLINE Lanes NormalRadii_m(const Lanes& sigma_m, const Lanes& spacing_m) {
@@ -28,23 +31,23 @@ inline float NormalRadius_m(float sigma_m, float spacing_m) {
   return NormalRadii_m(Lanes{} + sigma_m, Lanes{} + spacing_m)[0];
 }
 
-// derived: of a normal that nothing tells, a right angle.
+// derived: the standard deviation of an unknown normal, a right angle.
 inline constexpr float kUnknownSigma_rad = std::numbers::pi_v<float> / 2;
 
-// One standard deviation of a normal's angle from n points spread over radius r that err each by
-// itself.
+// One standard deviation of a normal's angle from n points with independent errors spread over
+// radius r.
 float NormalSigma_rad(float sigma_m, float radius_m, float sample_count);
 
-// Both fill in `normals` where they are zero, and normal_sigma_rad everywhere: the plane that is
-// nearest to the neighbours along the sensor's ray, where the noise is. Points farther away than
-// the radius do not count, so that no neighbourhood reaches across a depth jump of 3 sigma + 1 cm.
-// All normals, given ones too, are turned to the sensor at the origin. A normal stays zero where
-// fewer than three neighbours or neighbours on a line leave it undefined.
+// Both functions set `normals` where they are zero, and normal_sigma_rad everywhere. They fit the
+// plane nearest to the neighbours along the sensor's ray, which is the direction of the noise.
+// Points farther away than the radius do not count, so no neighbourhood reaches across a depth jump
+// of 3 sigma + 1 cm. All normals, given ones included, are turned toward the sensor at the origin.
+// A normal stays zero if fewer than three neighbours, or neighbours on a line, leave it undefined.
 
 // For organised clouds: windows on the image.
 void EstimateImageNormals(MeasuredPoints& measured, const Work& work);
 
-// For any cloud: from the sums of the cells around each cell; points share the normal of their
+// For any cloud: from the sums of the cells around each cell. Points share the normal of their
 // cell.
 void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float radius_m,
                          const Work& work);

@@ -1,4 +1,4 @@
-// Finite points with normals, in one frame: what the interpreter hands to the modeler.
+// Finite points with normals, in one frame: the interpreter's input to the modeler.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,11 +12,11 @@
 
 namespace cwm::perception {
 
-// chosen: of tables and boards; the noise of precise sensors is less.
+// chosen: the unevenness of tables and boards; the noise of precise sensors is less.
 inline constexpr float kUnevenness_m = 0.001f;
 
-// Structure of arrays, all of one length. The level frame L (z up,
-// the sensor at the origin or wherever `viewpoint` says) unless said otherwise.
+// Structure of arrays, all of one length. The frame is the level frame L (z up, the sensor at the
+// origin or at `viewpoint`) unless said otherwise.
 struct OrientedPoints {
   std::vector<Eigen::Vector3f> points;     // metres
   std::vector<Eigen::Vector3f> normals;    // unit, towards the sensor; zero where unknown
@@ -24,12 +24,13 @@ struct OrientedPoints {
   std::vector<float> normal_sigma_rad;     // one standard deviation of the normal's angle
   std::vector<std::uint32_t> cloud_index;  // index of the point in the PointCloud
   Vector3 viewpoint = Vector3::Zero();     // position of the sensor
-  PlaneSpread spread = {};                 // of the sensor
-  float points_per_sample = static_cast<float>(kPointsPerIndependentSample);  // of the sensor
+  PlaneSpread spread = {};                 // of the sensor's points about planes
+  // SensorNoise::PointsPerSample of the sensor.
+  float points_per_sample = static_cast<float>(kPointsPerIndependentSample);
 
   std::size_t size() const { return points.size(); }
 
-  // How far from the plane of a flat support a point of it can show, and how far most do.
+  // The largest and the usual distance of a support's point from the support's plane, in metres.
   float MostOffPlane_m(std::size_t i) const { return OffPlane_m(spread.most, sigma_m[i]); }
   float UsuallyOffPlane_m(std::size_t i) const { return OffPlane_m(spread.usual, sigma_m[i]); }
   static float OffPlane_m(float spread_sigma, float sigma_m) {

@@ -18,7 +18,7 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
         count, range_size, [&] { return work.Threads(); }, polled)
         .Do();
   } else if (count > 0) {
-    polled(0, count);  // no loop: those within have the threads that it had
+    polled(0, count);  // no loop here, so nested loops get its threads
   } else {
     work.Poll();
   }

@@ -17,7 +17,7 @@ struct PointCloud {
   std::vector<Eigen::Vector3f> points;
   std::vector<Eigen::Vector3f>
       normals;     // empty, or one per point; non-finite or zero where unknown
-  int width = 0;   // of an organised cloud; else points.size()
+  int width = 0;   // width of an organised cloud; else points.size()
   int height = 1;  // 1: not organised
 
   std::size_t size() const { return points.size(); }

@@ -1,4 +1,4 @@
-// Medians and other quantiles of unordered values, and samples that tell them.
+// Medians and other quantiles of unordered values, and sample sizes for them.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace cwm::perception {
 
-// The value below which about the share `share` (0 to 1) of the values lies: that of rank
-// share * (count - 1), rounded down. Zero when there are none.
+// The value below which about the share `share` (0 to 1) of the values lies: that of rank share *
+// (count - 1), rounded down. Zero if there are none.
 template <class T>
 T Quantile(std::vector<T> values, double share) {
   if (values.empty()) return T(0);
@@ -17,7 +17,8 @@ T Quantile(std::vector<T> values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-// The upper one of the two in the middle where their number is even. Zero when there are none.
+// The median; the upper one of the two middle values if their number is even. Zero if there are
+// none.
 template <class T>
 T Median(std::vector<T> values) {
   if (values.empty()) return T(0);
@@ -26,10 +27,10 @@ T Median(std::vector<T> values) {
   return *middle;
 }
 
-// chosen: so many values fix a median to 2 percent of its spread; more tell little more.
+// chosen: this many values determine a median to 2 percent of its spread; more add little.
 inline constexpr std::size_t kSampled = 4096;
-// Every how manieth of `count` values makes an even sample of kSampled or a few more. Odd: of the
-// pixels of an image all columns take their turns.
+// The stride that takes an even sample of kSampled of `count` values, or a few more. It is odd, so
+// that the sample of an image's pixels visits all columns.
 inline std::size_t SampleStride(std::size_t count) { return count / kSampled | 1; }
 
 }  // namespace cwm::perception

@@ -15,13 +15,14 @@ namespace {
 
 // derived: a disc as wide as a cell, which is about as wide as the thinnest handles.
 constexpr double kAround_m = kFootprintCell_m / 2;
-// measured: a disc is full with this share of the points that its density asks for. Drop-outs and
+// measured: a disc is full with this share of the points that its density predicts. Drop-outs and
 // ragged edges make holes; at a straight border half a disc holds 0.5.
 constexpr double kFullDisc = 0.85;
-// chosen: evenly spread over the points; time grows with the discs, widths by less than a pixel.
+// chosen: discs evenly spread over the points. More discs take more time and change widths by less
+// than a pixel.
 constexpr std::size_t kMaxDiscs = 200;
 
-// Places on the plane through the middle of the points, across the ray to it, in metres there.
+// Positions on the plane through the middle of the points across the ray to it, in metres.
 std::vector<Vector2> PlacesAcross(std::span<const Eigen::Vector3f> points,
                                   const Vector3& viewpoint) {
   Vector3 middle = Vector3::Zero();
@@ -38,7 +39,7 @@ std::vector<Vector2> PlacesAcross(std::span<const Eigen::Vector3f> points,
 
 std::size_t Stride(const std::vector<Vector2>& places) { return 1 + places.size() / kMaxDiscs; }
 
-// Distances of all from one of the places.
+// The distances of all places from one of them.
 void AwayFrom(const std::vector<Vector2>& places, std::size_t k, std::vector<double>& away_m) {
   away_m.resize(places.size());
   std::transform(places.begin(), places.end(), away_m.begin(),
@@ -84,7 +85,8 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
   std::vector<double> away_m;
   for (std::size_t k = 0; k < places.size(); k += Stride(places)) {
     AwayFrom(places, k, away_m);
-    // Only discs count that are wider than the widest and that all places together could fill.
+    // Only discs matter that are wider than the widest so far and that all places together could
+    // fill.
     const auto most = std::partition(away_m.begin(), away_m.end(), [&](double away) {
       return IsFull(static_cast<double>(places.size()), away, per_m2);
     });

@@ -10,10 +10,10 @@
 namespace cwm::perception {
 namespace {
 
-// cited: of the Kinect's depth image of 640 x 480 pixels.
+// cited: the focal length of the Kinect's depth image of 640 x 480 pixels.
 constexpr double kKinectFocal_px = 525;
-// derived: coordinates that are floats resolve little finer a metre away. No camera is as precise
-// where it sees at all.
+// derived: float coordinates are hardly finer than this at one metre, and no camera is as precise
+// within its range.
 constexpr double kMinNoise_m = 1e-5;
 constexpr double kHalfPi = std::numbers::pi / 2;
 // chosen: no sensor returns a point beyond this angle. Nguyen's terms diverge at grazing incidence.
@@ -39,7 +39,7 @@ double KinectLateralSigma_m(double z, double incidence_rad) {
   return (0.8 + 0.035 * theta / (kHalfPi - theta)) * z / kKinectFocal_px;
 }
 
-// 90 degrees wide: f = (W / 2) / tan 45 degrees.
+// A view 90 degrees wide: f = (W / 2) / tan 45 degrees.
 double RealSenseFocal_px(int image_width_px) { return std::max(1.0, image_width_px / 2.0); }
 
 }  // namespace
@@ -69,7 +69,7 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kKinect:
       return KinectLateralSigma_m(z, incidence_rad);
     case SensorModel::kRealSense:
-      // Half a pixel: what block matching resolves.
+      // Half a pixel, the resolution of block matching.
       return 0.5 * z / RealSenseFocal_px(image_width_px);
     case SensorModel::kTimeOfFlight:
       return 0.5 * z / kKinectFocal_px;  // half a pixel of a sensor of similar resolution

@@ -1,5 +1,5 @@
-// Noise of range sensors: every threshold of perception follows from it, and the virtual scanner
-// draws from it.
+// Noise models of range sensors. All thresholds of perception follow from them, and the virtual
+// scanner draws its noise from them.
 #pragma once
 
 #include <algorithm>
@@ -20,22 +20,22 @@ enum class SensorModel {
   kConstant
 };
 
-// Depth cameras that find range by triangulation, whose errors warp slowly besides.
+// True for depth cameras that measure range by triangulation; their errors also have a slow warp.
 bool Triangulates(SensorModel model);
 
-// How far from its plane a sensor shows places of a flat surface, in standard deviations of the
-// range: three by noise, the rest by what is slow across an image, warp, distortion of the lens,
-// calibration of depth.
+// The distance from its plane at which a sensor shows points of a flat surface, in standard
+// deviations of the range. Three of them are noise; the rest varies slowly across an image: warp,
+// distortion of the lens, calibration of depth.
 struct PlaneSpread {
-  float most = 12;  // the corners of a Kinect's view: 15 mm at 0.6 m, on 45 scans of tables
-  float usual = 6;  // half of the largest by noise and warp: what rises more is a thing of its own
+  float most = 12;  // corners of a Kinect's image: 15 mm at 0.6 m, on 45 scans of tables
+  float usual = 6;  // half of the largest by noise and warp; higher points are objects
 };
 
 struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
-  double constant_sigma_m = 0.002;  // used by kConstant alone; less than 1e-5 counts as that
-  int image_width_px = 640;         // used by kRealSense alone: see NoiseIn
-  double registration_sigma_m = 0;  // of views that are joined in one cloud: see kRegistration_m
+  double constant_sigma_m = 0.002;  // used by kConstant only; at least 1e-5
+  int image_width_px = 640;         // used by kRealSense only; see NoiseIn
+  double registration_sigma_m = 0;  // for views merged in one cloud; see kRegistration_m
 
   // One standard deviation along the ray, metres, at depth z (distance along the optical axis) and
   // incidence angle theta (between ray and surface normal).
@@ -51,50 +51,53 @@ struct SensorNoise {
   // pixels, f = 525).
   double LateralSigma_m(double depth_m, double incidence_rad = 0) const;
 
-  // One standard deviation along the ray of what errs alike over a hand's breadth, metres: kSlowWarp_m
-  // for depth cameras that triangulate, kMultipath_m for time of flight, 0 for all others; and the
-  // registration's besides.
+  // One standard deviation along the ray of the error that points within a hand's breadth share,
+  // metres: kSlowWarp_m for depth cameras that triangulate, kMultipath_m for time of flight, 0 for
+  // all others; plus the error of the registration.
   double WarpSigma_m() const;
 
-  // So many neighbouring points carry the information of one that errs by itself:
-  // kPointsPerIndependentSample, but of lasers, whose beams err one by one, 1. Normals ask alone.
+  // The number of neighbouring points that carry the information of one with an independent error:
+  // kPointsPerIndependentSample, but 1 for lasers, whose beams err independently. Only the normals
+  // use it.
   double PointsPerSample() const;
 
-  // Of a RealSense, whose noise is some three times a Kinect's, as many millimetres besides noise; of
-  // sensors that do not triangulate half of their noise's reach for what their bias does; of lasers,
-  // whose beams err one by one, noise alone.
+  // The spread of this sensor. A RealSense, with some three times the noise of a Kinect, adds as
+  // many millimetres to the noise; sensors that do not triangulate add half of their noise's reach
+  // for their bias; lasers, whose beams err independently, add nothing.
   PlaneSpread SpreadAboutPlanes() const;
 };
 
-// The noise with the width of the image that an organised cloud is; as it was for any other. Images
-// are taken for whole ones: of a part that was cut out nobody says how wide the whole was.
+// The noise model with the image width of an organised cloud; unchanged for other clouds. An
+// organised cloud is assumed to be a whole image, because the width that it may have been cropped
+// from is unknown.
 SensorNoise NoiseIn(const PointCloud& cloud, SensorNoise noise);
 
-// measured: how much depth cameras that triangulate warp slowly besides, rms, on the tables of real
-// Kinect scans, where points nearer than a quarter of 0.2 m err together.
+// measured: the rms of the slow warp of depth cameras that triangulate, on the tables of real
+// Kinect scans; errors of points nearer than a quarter of 0.2 m are correlated.
 inline constexpr double kSlowWarp_m = 0.0013;
-// measured: time of flight is long where surfaces light each other, by 3.5 mm in the mean and 4 to
-// 8 mm rms for objects on a table in simulated scenes (albedo 0.5), the smaller the more.
+// measured: time of flight measures too long where surfaces light each other: by 3.5 mm in the mean
+// and 4 to 8 mm rms for objects on a table in simulated scenes (albedo 0.5), more for smaller
+// objects.
 inline constexpr double kMultipath_m = 0.005;
-// cited: views that are registered with each other in one cloud do not quite fit, by 2 to 5 mm and
-// 0.2 to 0.5 degrees, as much as ICP leaves between scans of a room; nobody tells by how much.
+// cited: views merged in one cloud disagree by 2 to 5 mm and 0.2 to 0.5 degrees, as much as ICP
+// leaves between scans of a room; no cloud states by how much.
 inline constexpr double kRegistration_m = 0.003;
 // derived: the warps of two points d apart correlate like exp(-d^2 / (2 l^2)) with this l, which
 // has the curvature at d = 0 of waves of 0.2 to 0.6 m, all equally likely.
 inline constexpr double kWarpCorrelation_m = 0.078;
 
-// chosen: so many standard deviations hold what errs by noise alone, but for 0.3 % of it.
+// chosen: this many standard deviations hold all but 0.3 % of independent errors.
 inline constexpr double kGate_sigma = 3;
 
-// chosen: a surface explains a point, and collision checking with it is safe, within
-// max(10 mm, 3 sigma): the one measure of coverage, whatever surface it is.
+// chosen: a surface explains a point, and collision checking with it is safe, within max(10 mm, 3
+// sigma). This is the only measure of coverage, for all kinds of surfaces.
 inline constexpr double kExplainedWithin_m = 0.010;
 inline constexpr double ExplainedWithin_m(double sigma_m) {
   return std::max(kExplainedWithin_m, kGate_sigma * sigma_m);
 }
 
-// cited: of incidence; beyond 60 degrees noise grows by its own term (Nguyen, Izadi and Lovell
-// 2012).
+// cited: the cosine of the incidence of 60 degrees, beyond which an extra term raises the noise
+// (Nguyen, Izadi and Lovell 2012).
 inline constexpr double kSteepIncidence_cos = 0.5;
 
 // measured: neighbouring residuals are correlated (mOSD tables: 0.72 / 0.59 / 0.39 / 0.11 at 1 / 2

@@ -22,7 +22,7 @@ struct Farthest {
   double away_m = 0;
 };
 
-// Dijkstra's shortest ways over cells that touch, from one of them; marks those it comes to.
+// Dijkstra's shortest paths over touching cells from `start`; marks the cells that they reach.
 Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start, std::vector<char>& reached) {
   using Step = std::pair<double, std::size_t>;
   std::vector<double> away_m(grid.size(), std::numeric_limits<double>::infinity());
@@ -47,8 +47,9 @@ Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start, std::vector<char
   return farthest;
 }
 
-// The farthest from the farthest of any: the ends, exactly so on a tree. Cells that touch none of
-// the others are a stray point's: the longest way is that of the cluster.
+// The cell farthest from any cell, and the cell farthest from that one, are the ends of the longest
+// path, exactly so on a tree. Cells that touch no others hold stray points, so the longest path
+// over all components is used.
 struct Way {
   std::size_t from = 0, to = 0;
   double length_m = 0;
@@ -65,8 +66,8 @@ Way LongestWay(const VoxelGrid& grid) {
   return longest;
 }
 
-// Of cells across the ray to the middle of the cluster; those at its border count for as much as
-// they hold.
+// The area of the cells that hold points, across the ray to the middle of the cluster. Border cells
+// count in proportion to their points.
 double SeenArea_m2(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                    double cell_m) {
   Vector3 middle = Vector3::Zero();

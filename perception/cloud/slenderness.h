@@ -1,5 +1,5 @@
-// How long and how wide a cluster is, however it is bent: the ear of a mug is as slender as the bar
-// that it was made of.
+// Measures the length and the width of a cluster along its bends: the ear of a mug is as slender as
+// the bar that it was made of.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,14 +11,14 @@
 namespace cwm::perception {
 
 struct Slenderness {
-  double length_m = 0;  // of the longest of the shortest ways through the cluster
-  double width_m = 0;   // area that the sensor sees, over the length
-  // Of the longest of those ways; the origin without points.
+  double length_m = 0;  // length of the longest shortest path through the cluster
+  double width_m = 0;   // area seen by the sensor, divided by the length
+  // The ends of that path; the origin if there are no points.
   std::array<Vector3, 2> ends{Vector3::Zero(), Vector3::Zero()};
 };
 
-// Points of one connected cluster, about `spacing_m` apart, seen from `viewpoint`. True to a cell
-// of max(4 mm, 2 spacings). All are zero without points.
+// Measures one connected cluster of points, about `spacing_m` apart, seen from `viewpoint`; exact
+// to a cell of max(4 mm, 2 spacings). All values are zero without points.
 Slenderness MeasureSlenderness(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                                double spacing_m);
 

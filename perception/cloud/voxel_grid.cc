@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// derived: keys tell as many apart; one less at either end is left for rounding.
+// derived: the number of cells that keys distinguish; one at either end is left for rounding.
 constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
 
 std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
@@ -24,13 +24,14 @@ std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
                    static_cast<std::uint32_t>(cell.z()));
 }
 
-// Negative ones and those beyond what keys can tell apart are nobody's.
+// True if a key can represent the coordinates: they are not negative and not too large.
 bool HasKey(const VoxelGrid::Cell& cell) {
   const auto all = static_cast<std::uint32_t>(cell.x() | cell.y() | cell.z());
   return all >> kMortonBitsPerAxis == 0;
 }
 
-// [axis][low][high]: the cells of a block whose coordinate on that axis is low to high.
+// [axis][low][high]: the bits of the cells of a block whose coordinate on that axis is from low to
+// high.
 using AxisRanges = std::array<std::array<std::array<std::uint64_t, 4>, 4>, 3>;
 
 constexpr AxisRanges MakeAxisRanges() {
@@ -55,7 +56,7 @@ struct KeyedBlock {
   std::uint32_t block;
 };
 
-// Stable radix sort by key, a byte a pass, only as many passes as the largest key needs.
+// Stable radix sort by key, one byte per pass, with only as many passes as the largest key needs.
 void SortByKey(std::vector<KeyedBlock>& items, const Work& work) {
   using Digit = std::uint8_t;
   constexpr std::size_t kLastDigit = std::numeric_limits<Digit>::max();
@@ -125,18 +126,18 @@ VoxelGrid VoxelGrid::BuildCells(std::span<const Eigen::Vector3f> points, float e
   return grid;
 }
 
-// Until blocks are in their order, a point's cell is known by its block and its bit.
+// Until the blocks are sorted, a point's cell is stored as its block and its bit.
 void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& work) {
   const float per_edge = 1 / edge_m_;
   cell_of_point_.resize(points.size());
   IndexBlocks();
   PollEvery poll(work, ItemsPerPiece(50ns));
   std::uint64_t latest =
-      ~std::uint64_t{0};  // points that follow each other are mostly in one block
+      ~std::uint64_t{0};  // successive points are mostly in one block
   std::uint32_t index = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     poll();
-    // Never negative: truncated is the floor.
+    // Never negative, so truncation is the floor.
     const Cell cell = ((points[i] - origin_) * per_edge).cast<int>();
     const std::uint64_t key = KeyOf(cell);
     if (key >> kBitsOfBlock != latest) {
@@ -227,7 +228,7 @@ std::vector<std::uint32_t> VoxelGrid::Renumber() {
 
 void VoxelGrid::SumUp(std::span<const Eigen::Vector3f> points, const Work& work) {
   moments_.resize(cells_.size());
-  // Some ten points a cell.
+  // About ten points per cell.
   ParallelFor(cells_.size(), ItemsPerPiece(800ns), work, [&](std::size_t begin, std::size_t end) {
     PollEvery poll(work, ItemsPerPiece(50ns));
     for (std::size_t c = begin; c < end; ++c) {

@@ -1,5 +1,5 @@
-// One fixed spatial decomposition of a cloud (paper, section IV): cells on sorted Morton keys with
-// the sums of their points, which serve downsampling, centroids, covariances and neighbour lookup.
+// A fixed spatial decomposition of a cloud (paper, section IV): cells on sorted Morton keys with
+// the sums of their points, for downsampling, centroids, covariances and neighbour lookup.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@
 
 namespace cwm::perception {
 
-// First and second moments of points about an origin that the owner states.
+// First and second moments of points about an origin that the owner defines.
 struct Moments {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   std::array<float, 6> products{};  // sums of xx xy xz yy yz zz
@@ -31,31 +31,31 @@ struct Moments {
     products[5] += p.z() * p.z();
     ++count;
   }
-  // Adds moments that were taken about an origin that lies at `offset` from this one's.
+  // Adds moments about an origin that lies at `offset` from this one's.
   void Add(const Moments& other, const Eigen::Vector3f& offset);
   Eigen::Vector3f Mean() const { return sum / static_cast<float>(count); }
   Eigen::Matrix3f Covariance() const;  // about the mean; count must be positive
 };
 
-// Cells are ordered by Morton key, so that neighbours in space are mostly neighbours in memory, and
-// points within a cell keep their order. The 64 cells of an aligned block of 4 x 4 x 4 follow each
-// other in that order: what is looked up is the block, and a bit for each of its cells tells the rest.
+// Cells are ordered by Morton key, so that neighbours in space are mostly neighbours in memory;
+// points within a cell keep their order. The 64 cells of an aligned block of 4 x 4 x 4 are
+// consecutive in that order, so a lookup finds the block and then a bit for the cell.
 class VoxelGrid {
  public:
   using Cell = Eigen::Vector3i;
 
-  // derived: of a block, whose cells are the bits of one word: 64, and 4 along each axis.
+  // derived: a block's cells are the bits of one word: 64 cells, 4 along each axis.
   static constexpr std::uint32_t kCellsOfBlock = std::numeric_limits<std::uint64_t>::digits;
   static constexpr int kBitsOfBlock = std::countr_zero(kCellsOfBlock);
   static constexpr int kBlockShift = kBitsOfBlock / 3;
   static constexpr int kBlockEdge = kCellsOfBlock >> (kBlockShift * 2);
-  // derived: block and cell of a point are one number of 32 bits.
+  // derived: the block and the cell of a point fit in one number of 32 bits.
   static constexpr std::size_t kMaxPoints =
       std::size_t{1} << (std::numeric_limits<std::uint32_t>::digits - kBitsOfBlock);
 
-  // All points must be finite, and kMaxPoints at most (std::length_error). The edge is doubled
-  // until the extent fits 2^21 cells per axis (4 mm cells: 8 km). Linear time in the points,
-  // however many share one place.
+  // Builds a grid of at most kMaxPoints finite points (else std::length_error). The edge is doubled
+  // until the extent fits 2^21 cells per axis (4 mm cells: 8 km). The time is linear in the number
+  // of points, however many are in one place.
   static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m,
                          const Work& work = {});
   // The same without moments, for an owner who renumbers the points first.
@@ -71,17 +71,19 @@ class VoxelGrid {
   std::span<const std::uint32_t> PointsOf(std::size_t i) const;
   std::uint32_t CellOfPoint(std::size_t point) const { return cell_of_point_[point]; }
 
-  // Numbers the points anew, in the order of the cells: for the owner who brings them into it, so
-  // that loops over cells run through memory in order. Returns the number that each one had.
+  // Renumbers the points in the order of the cells. The owner then sorts its points the same way,
+  // so that loops over cells run through memory in order. Returns the previous number of each
+  // point.
   std::vector<std::uint32_t> Renumber();
-  // Makes the moments. `points` are those of the grid, numbered as it numbers them now.
+  // Computes the moments. `points` are the points of the grid in its present numbering.
   void SumUp(std::span<const Eigen::Vector3f> points, const Work& work = {});
 
-  // f(index) for the occupied cells whose coordinates differ from these by at most `reach` on every
-  // axis, the middle one among them, block by block. Ends early, and is true, once f returns true.
+  // Calls f(index) for the occupied cells whose coordinates differ from these by at most `reach` on
+  // every axis, including the cell itself, block by block. Stops, and returns true, once f returns
+  // true.
   template <class F>
   bool AnyWithin(int reach, const Cell& cell, F&& f) const;
-  // The same for all of them; f returns nothing.
+  // Calls f(index) for all of these cells; f returns nothing.
   template <class F>
   void ForEachWithin(int reach, const Cell& cell, F&& f) const;
 
@@ -91,7 +93,7 @@ class VoxelGrid {
  private:
   struct Block {
     std::uint64_t key = 0;
-    std::uint64_t occupied = 0;  // a bit for each cell, in the order of Morton keys
+    std::uint64_t occupied = 0;  // one bit per cell, in Morton order
     std::uint32_t first = 0;     // index of its first cell
 
     std::size_t IndexOf(int bit) const {
@@ -104,15 +106,16 @@ class VoxelGrid {
   float edge_m_ = 1;
   std::vector<Cell> cells_;
   std::vector<Moments> moments_;
-  std::vector<std::uint32_t> first_;          // per cell and one more: where its points begin
+  std::vector<std::uint32_t> first_;          // per cell and one more: its begin in order_
   std::vector<std::uint32_t> order_;          // points sorted by cell
   std::vector<std::uint32_t> cell_of_point_;  // per point
-  std::vector<Block> blocks_;                 // by key
-  std::vector<std::int32_t> slots_;           // of blocks: open addressing, a power of two
+  std::vector<Block> blocks_;                 // sorted by key
+  std::vector<std::int32_t> slots_;           // hash table of blocks, open addressing
 
-  // The cells of a block whose coordinates in it are low to high, all within 0 to 3.
+  // The bits of the cells whose coordinates in the block are from low to high, all within 0 to 3.
   static std::uint64_t BitsBetween(const Cell& low, const Cell& high);
-  // Of the block at these coordinates, those of its cells over 4; null where no cell is occupied.
+  // The block at these coordinates, which are those of its cells over 4; null if no cell of it is
+  // occupied.
   const Block* FindBlock(const Cell& block) const;
 
   // The steps of building, in their order.

@@ -1,4 +1,5 @@
-// What a long piece of work may use, and when it must end: handed through all stages of perception.
+// The limits of a long computation, its threads and its stop request, handed through all stages of
+// perception.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +11,9 @@
 
 namespace cwm::perception {
 
-// Ends work that was asked to stop, from wherever it is. Thrown by Work::Poll alone and caught
-// where the work began (InterpretScene, SegmentScene), which return CANCELLED: nothing half-made
-// can be taken for a result.
+// Ends work that was asked to stop, from any depth. Only Work::Poll throws it, and the functions
+// where the work began (InterpretScene, SegmentScene) catch it and return CANCELLED, so no partial
+// result can be mistaken for a complete one.
 class Stopped : public std::exception {
  public:
   const char* what() const noexcept override { return "stopped"; }
@@ -20,41 +21,41 @@ class Stopped : public std::exception {
 
 struct Work {
   int max_threads = 1;
-  // How many of them may run just now, asked before each piece of work: a loop that is under way on
-  // more gives threads back, and the next one starts with as many. May be empty: all. Cheap, and
-  // safe on all threads at once.
+  // The number of threads that may run now, read before each piece of work: a running loop with
+  // more threads gives threads back, and the next loop starts with as many. If empty, all threads
+  // may run. Must be cheap and thread-safe.
   std::function<int()> threads_now = {};
   std::stop_token stop = {};
-  // Called before each piece of work, by whatever thread does it, at most about a millisecond apart
-  // on each thread: the place to count pieces. Cheap, and safe on all threads at once. May be
-  // empty.
+  // Called before each piece of work by the thread that does it, at most about a millisecond apart
+  // on each thread; it may count pieces. Must be cheap and thread-safe. May be empty.
   std::function<void()> on_piece = {};
 
-  // At least one, at most max_threads.
+  // The number of threads to use, at least one and at most max_threads.
   int Threads() const {
     const int allowed = threads_now ? std::min(threads_now(), max_threads) : max_threads;
     return std::max(allowed, 1);
   }
 
-  // Between two pieces. Throws Stopped once the stop was requested.
+  // Called between two pieces of work. Throws Stopped once the stop was requested.
   void Poll() const {
     if (stop.stop_requested()) throw Stopped();
     if (on_piece) on_piece();
   }
 };
 
-// Work on one thread that nobody stops.
+// Work on one thread that is never stopped.
 inline const Work kUnbounded;
 
-// How many items make a piece of work, by what one takes: measured on two cores of 2.5 GHz.
+// The number of items in one piece of work, from the time of one item, measured on two cores of 2.5
+// GHz.
 constexpr std::size_t ItemsPerPiece(std::chrono::nanoseconds of_one) {
   // chosen: a loop answers a stop within a millisecond.
   constexpr std::chrono::microseconds kPiece(400);
   return static_cast<std::size_t>(std::max<std::chrono::nanoseconds::rep>(1, kPiece / of_one));
 }
 
-// Polls on every `steps`-th call: for loops whose single step is much shorter than a piece. One per
-// loop and thread.
+// Polls on every `steps`-th call, for loops whose single step is much shorter than a piece. Each
+// loop and thread needs its own.
 class PollEvery {
  public:
   PollEvery(const Work& work, std::size_t steps) : work_(work), steps_(steps) {}

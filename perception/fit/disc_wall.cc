@@ -10,11 +10,13 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the most points on a wall of any slope; the rest is chance.
+// chosen: the least share of the largest number of points on a wall of any slope that counts as
+// nearly as many; smaller differences are chance.
 constexpr double kNearlyBest = 0.95;
-// chosen: of the slopes that are tried: at 5 cm below the rim, a third of the distance gate.
+// chosen: the step between the slopes that are tried; 5 cm below the rim it is a third of the
+// distance gate.
 constexpr double kSlopeStep = 0.02;
-// chosen: of the rim's radius, how far from the axis a wall behind the disc may reach.
+// chosen: in rim radii, how far from the axis a wall behind the disc may reach.
 constexpr double kReach = 1.4;
 
 std::vector<char> BehindDisc(const PlaneModel& face, const Rim& rim, const FitContext& c,
@@ -47,7 +49,7 @@ ShapeFit WithSlope(const ConeModel& straight, double slope, const FitContext& c,
   if (slope == 0) {
     fit.model = CylinderModel{.point = cone.point, .axis = cone.axis, .radius_m = cone.radius_m};
   }
-  // Near the rim and at grazing incidence normals tell nothing.
+  // Near the rim and at grazing incidence normals are unreliable, so only the distance counts.
   for (std::uint32_t i = 0; i < behind.size(); ++i) {
     if (behind[i] && std::abs(cone.Distance_m(c.points.p[i])) <= c.points.gate_m[i]) {
       fit.inliers.push_back(i);
@@ -57,8 +59,8 @@ ShapeFit WithSlope(const ConeModel& straight, double slope, const FitContext& c,
   return fit;
 }
 
-// The middle of the slopes that nearly as many points agree with as with the best; a straight wall
-// where it has nearly as many. Nothing of a kind that is not searched for.
+// Returns the wall with the mean of the slopes that nearly as many points agree with as with the
+// best; a straight wall if it has nearly as many. Empty for a kind that is not searched for.
 std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c,
                                   const std::vector<char>& behind) {
   ShapeFit upright = WithSlope(straight, 0, c, behind);
@@ -66,7 +68,7 @@ std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c
     return c.options.search_cylinders ? std::optional(std::move(upright)) : std::nullopt;
   }
   constexpr int kSteps = static_cast<int>(kMaxCupSlope / kSlopeStep);
-  std::vector<double> counts;  // of inliers, from the slope -kSteps steps to kSteps steps
+  std::vector<double> counts;  // inliers of the slopes from -kSteps to kSteps steps
   for (int k = -kSteps; k <= kSteps; ++k) {
     counts.push_back(
         static_cast<double>(WithSlope(straight, k * kSlopeStep, c, behind).inliers.size()));
@@ -88,8 +90,8 @@ std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c
   return WithSlope(straight, sum / good, c, behind);
 }
 
-// What a handful of points of the wall know besides the rim, which is asked for later: centre and
-// radius as well as a height is known.
+// A rough covariance of a wall known from a handful of points. The rim, which is measured again
+// later, is not counted; centre and radius are known as well as a height.
 Eigen::MatrixXd RoughCovariance(const ShapeFit& fit, const FitContext& c) {
   const int size = ParameterCount(fit.model);
   Eigen::MatrixXd covariance =

@@ -1,5 +1,6 @@
-// The wall below a disc that was found first: of a cup seen from above little else than its lid
-// shows, but where the lid ends tells what the few points of the wall alone could not.
+// Finds the wall below a disc that was found first. Little more than its lid is visible of a cup
+// seen from above, but the lid's edge constrains the wall better than the few points of the wall
+// could.
 #pragma once
 
 #include <optional>
@@ -9,9 +10,9 @@
 
 namespace cwm::perception {
 
-// The cylinder or cone whose rim is the edge of `disc`, a plane, and that most of the available
-// points behind it lie on. Nothing when the edge is no circle (a square's is not), or when fewer
-// than two independent samples show a wall.
+// Returns the cylinder or cone whose rim is the edge of `disc`, a plane, and that most of the
+// available points behind the disc lie on. Empty if the edge is no circle (a square's is not), or
+// if fewer than two independent samples show a wall.
 std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& context,
                                        const std::vector<char>& available);
 

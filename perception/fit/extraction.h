@@ -1,4 +1,4 @@
-// One shape after the other out of an object's points (paper, section V).
+// Extracts one shape after the other from an object's points (paper, section V).
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 namespace cwm::perception {
 
 struct Extraction {
-  std::vector<ShapeFit> fits;      // in the order in which they were taken, the best first
-  std::vector<std::string> notes;  // caps that fired
+  std::vector<ShapeFit> fits;      // in the order of extraction, the best first
+  std::vector<std::string> notes;  // limits that were reached
 };
 
-// Searches, selects and takes away until no shape of min_inliers points is likely to be left. A
-// shape takes with it what lies on it and beside its inliers whatever the normals say: edges are
-// no shapes of their own.
+// Searches for a shape, selects its model and removes its points, until no shape of min_inliers
+// points is likely to be left. A shape also takes the points that lie on it beside its inliers
+// whatever their normals are, since edges are no shapes of their own.
 Extraction ExtractShapes(const FitContext& context);
 
 }  // namespace cwm::perception

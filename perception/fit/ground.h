@@ -1,4 +1,4 @@
-// What an object stands on, as the modeler sees it.
+// The support plane of an object, as the modeler sees it.
 #pragma once
 
 #include "collision/geometry/pose.h"
@@ -9,7 +9,7 @@ namespace cwm::perception {
 struct Ground {
   bool known = false;
   Vector3 up = Vector3::UnitZ();    // unit
-  Vector3 point = Vector3::Zero();  // on it
+  Vector3 point = Vector3::Zero();  // a point of the plane
 
   double Height_m(const Vector3& p) const { return up.dot(p - point); }
 };

@@ -17,7 +17,7 @@ constexpr double kContact_m = kGroundNoise_m / kDistanceGate_sigma;
 // Heights of the lowest points of both end circles of the seen length, or of a sphere.
 using Heights = Eigen::VectorXd;
 
-// The ends of a wall's seen length, from its reference point.
+// The ends of a wall's seen length, relative to its reference point.
 Interval EndsOf(const ConeModel& wall, const ShapeFit& fit, const ModelPoints& points) {
   Interval ends = ExtentAlong(wall.axis, points, fit.inliers);
   const double origin_m = wall.axis.dot(wall.point);
@@ -70,7 +70,7 @@ Eigen::MatrixXd Derivatives(const M& model, const Interval& ends, const Ground& 
   return rows;
 }
 
-// Which ends touch: below the ground, or near it within their uncertainty.
+// Returns the ends that touch: those below the ground, or near it within their uncertainty.
 std::vector<Eigen::Index> Touching(const Heights& heights, const Eigen::MatrixXd& rows,
                                    const Eigen::MatrixXd& covariance) {
   std::vector<Eigen::Index> touching;
@@ -82,8 +82,8 @@ std::vector<Eigen::Index> Touching(const Heights& heights, const Eigen::MatrixXd
   return touching;
 }
 
-// A Kalman update by "these ends are at height 0", linearised again a few times: tilts are a tenth
-// of a radian at most.
+// A Kalman update with the measurement "these ends are at height 0", linearised again a few times;
+// tilts are at most a tenth of a radian.
 template <ShapeModel M>
 M Rested(M model, const Interval& ends, const Ground& ground, Eigen::MatrixXd& covariance) {
   const std::vector<Eigen::Index> touching =

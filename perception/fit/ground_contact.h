@@ -1,5 +1,5 @@
-// Things that lie on their support touch it and do not sink into it: what the noise leaves open
-// about a lying cup, that tells.
+// Makes lying shapes touch their support without sinking into it, which constrains what the noise
+// leaves open about a lying cup.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,14 @@
 
 namespace cwm::perception {
 
-// Whether this is a sphere, or a cylinder or cone that does not stand upright (upright ones end at
-// the ground whatever their length), over a known ground.
+// True if the fit is a sphere, or a cylinder or cone that is not upright, seen from outside, over a
+// known ground. Upright ones end at the ground whatever their length.
 bool MayLie(const ShapeFit& fit, const FitContext& context);
 
-// The shape nearest to a finished fit that may lie, in standard deviations of its parameters, that
-// touches the ground with those ends of its seen length that sink into it or are near it within
-// their uncertainty; with its own inliers and covariance. Nothing when it still sinks, or fewer
-// than min_inliers points agree with it.
+// Returns the shape nearest to a finished fit that may lie, in standard deviations of its
+// parameters, that touches the ground with those ends of its seen length that sink into it or are
+// near it within their uncertainty; with its own inliers and covariance. Empty if it still sinks,
+// or if fewer than min_inliers points agree with it.
 std::optional<ShapeFit> RestOnGround(const ShapeFit& fit, const FitContext& context,
                                      const std::vector<char>& available);
 

@@ -16,15 +16,15 @@ namespace {
 // chosen: points whose normals give the first guesses of an axis.
 constexpr std::size_t kFanPoints = 120;
 
-// chosen: of the rms of a simpler shape; one more parameter must lower it to less.
+// chosen: one more parameter must lower the rms to less than this share of the simpler shape's.
 constexpr double kMaxRms = 0.95;
 // derived: 2 sqrt(180), see IsSignificant.
 constexpr double kFlatCurvature = 26.8;
-// chosen: of a candidate's points, to be a rival on this region.
+// chosen: a candidate is an alternative for a region if this share of its points lies in it.
 constexpr double kOverlap = 0.3;
 // derived: a view shows one of the two faces across each axis of a box.
 constexpr int kFacesSeen = Vector3::RowsAtCompileTime;
-// chosen: starting points for the faces of a region, so that each of three has some.
+// chosen: starting points for the faces of a region, so that each of three faces has some.
 constexpr std::size_t kFaceSeeds = 40;
 
 CurvedEvidence EvidenceOf(double radius_m, double arc_rad) {
@@ -35,8 +35,8 @@ CurvedEvidence EvidenceOf(double radius_m, double arc_rad) {
           .sagitta_m = radius_m * (1 - std::cos(half))};
 }
 
-// Directions in which normals vary least: the axis of a cylinder (about zero) or of a cone (about
-// their mean).
+// Returns the direction in which the normals vary least: the axis of a cylinder (about zero) or of
+// a cone (about their mean).
 enum class FanCenter { kZero, kMean };
 Vector3 AxisOfFan(const std::vector<SamplePoint>& fan, FanCenter center) {
   Vector3 mean = Vector3::Zero();
@@ -95,7 +95,8 @@ struct Proposal {
   AxisFreedom axis = AxisFreedom::kFree;
 };
 
-// Upright ones have two degrees of freedom less: from one side, a cup looks like a can that leans.
+// Proposes a cylinder and a cone around the axis. Upright ones have two degrees of freedom less: a
+// cup seen from one side looks like a leaning can.
 void ProposeAround(const std::vector<SamplePoint>& fan, const Vector3& axis, AxisFreedom freedom,
                    const ModelerOptions& options, std::vector<Proposal>& proposals) {
   if (options.search_cylinders) {
@@ -124,7 +125,8 @@ std::vector<Proposal> Proposals(const Candidate& leader, const CandidateList& li
   return proposals;
 }
 
-// One fit per kind and freedom of the axis, the one with the most inliers, by degrees of freedom.
+// Returns one fit per kind and freedom of the axis, the one with the most inliers, sorted by
+// degrees of freedom.
 std::vector<ShapeFit> FitRivals(const Candidate& leader, const CandidateList& list,
                                 const FitContext& c) {
   std::vector<ShapeFit> rivals;
@@ -140,7 +142,7 @@ std::vector<ShapeFit> FitRivals(const Candidate& leader, const CandidateList& li
   for (const Proposal& proposal : Proposals(leader, list, c)) {
     keep(FitShape(proposal.model, proposal.axis, c, list.available()));
   }
-  if (c.options.search_cones) {  // a cone may grow out of a cylinder
+  if (c.options.search_cones) {  // a cone may start from a cylinder
     for (std::size_t k = 0, count = rivals.size(); k < count; ++k) {
       const auto* cylinder = std::get_if<CylinderModel>(&rivals[k].model);
       if (cylinder == nullptr) continue;
@@ -165,7 +167,7 @@ std::vector<std::uint32_t> UnionOfInliers(const std::vector<ShapeFit>& rivals) {
   return all;
 }
 
-// The plane through one of the listed points that most of them lie on, refined on those.
+// Returns the plane through one of the listed points that most of them lie on, refined on those.
 std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
                                       const FitContext& c) {
   std::vector<std::uint32_t> best;
@@ -196,7 +198,7 @@ std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const 
   return faces;
 }
 
-// Of cones; all others have none.
+// True unless the fit is a cone whose slope is not significant.
 bool SlopeIsSignificant(const ShapeFit& fit) {
   const auto* cone = std::get_if<ConeModel>(&fit.model);
   if (cone == nullptr) return true;
@@ -205,7 +207,7 @@ bool SlopeIsSignificant(const ShapeFit& fit) {
                                  std::sqrt(fit.covariance(ConeModel::kSlope, ConeModel::kSlope)));
 }
 
-// The index of the best rival; rivals are in the order of their degrees of freedom.
+// The index of the best alternative; `rivals` are sorted by their degrees of freedom.
 std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::uint32_t>& region,
                    const FitContext& c) {
   std::size_t best = 0;
@@ -222,7 +224,8 @@ std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::u
   return best;
 }
 
-// Of cones, by their slope or by what it gains over the best cylinder.
+// True unless the fit is a cone whose slope is neither significant nor decisively better than the
+// best cylinder.
 bool IsWorthItsSlope(const ShapeFit& fit, double value, double straight_value) {
   const auto* cone = std::get_if<ConeModel>(&fit.model);
   if (cone == nullptr || SlopeIsSignificant(fit)) return true;
@@ -243,7 +246,7 @@ double BestCylinder(const std::vector<ShapeFit>& rivals, const std::vector<std::
   return best;
 }
 
-// The best of those that lie.
+// The best of the fits that rest on the ground.
 struct Lying {
   std::optional<ShapeFit> fit;
   double value = 0;
@@ -257,11 +260,12 @@ struct Lying {
   }
 };
 
-// Whether two or three planes explain the region better than the curved shape.
+// True if two or three planes explain the region better than the curved shape.
 bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
                         const FitContext& context) {
   const double rival = EvaluateCriterion(curved.model, curved.axis, context, region).value;
-  // Things stand upright; a round edge that leans is more likely the rounded normals of a crease.
+  // An upright curved shape is likely, so faces must be decisively better. A leaning round edge is
+  // more likely the rounded normals of a crease.
   const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
   std::vector<PlaneModel> faces = FacesOf(region, context);
   for (; faces.size() >= 2; faces.pop_back()) {
@@ -270,7 +274,8 @@ bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>
   return false;
 }
 
-// The last refinement of a rival that no faces explain better and that holds its limits.
+// Returns the last refinement of a fit; empty if faces explain its inliers better or it breaks its
+// limits.
 std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& candidates,
                                  const FitContext& c) {
   const bool curved = !IsPlane(rival.model);
@@ -318,8 +323,8 @@ CurvedEvidence MeasureEvidence(const ConeModel& cone, const ShapeFit& fit,
 
 bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples,
                    double least_sigma) {
-  // The curvature that noise makes of a flat patch has a standard deviation of 26.8 sigma /
-  // (sqrt(n) L^2): of a parabola fitted to n points spread evenly over the chord L, 2 sqrt(180).
+  // Noise gives the curvature of a flat patch a standard deviation of 26.8 sigma / (sqrt(n) L^2): 2
+  // sqrt(180) for a parabola fitted to n points spread evenly over the chord L.
   const double flat_curvature =
       least_sigma * kFlatCurvature * sigma_m /
       (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);

@@ -9,20 +9,23 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: a cap of work, for those about the object.
+// chosen: bounds the work for rays about the object.
 constexpr std::size_t kMaxRaysAbout = 320;
-// chosen: hardly any thing hangs so high above what it stands on that this says more.
+// chosen: bounds the work for all rays; few objects hang so high above their support that this
+// thins more than the limit above.
 constexpr std::size_t kMaxRaysInAll = kMaxRaysAbout * 3;
 // chosen: six places span 4 cm, and fits move by less.
 constexpr double kFreeSpacing_m = 0.008;
-// chosen: of the way in which the nearest place is, so that it is known to 0.2 mm.
+// chosen: length of the interval that holds the nearest place, so that it is known to 0.2 mm.
 constexpr double kNearestWithin_m = 0.0004;
-// derived: the golden section's share.
+// derived: the ratio of the golden section.
 constexpr double kGolden = std::numbers::phi - 1;
-// chosen: before what a ray met, besides its noise: a mixed pixel's share of the way.
+// chosen: the free part of a ray ends this far before the surface that it hit, besides the noise;
+// mixed pixels lie in between.
 constexpr double kBefore_m = 0.005;
 
-// About the points and their feet on the ground: a solid that stands or lies there fits in it.
+// A sphere about the points and their projections on the ground: a solid that stands or lies there
+// fits in it.
 struct Reach {
   Vector3 middle = Vector3::Zero();
   double radius_m = 0;
@@ -88,7 +91,7 @@ NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, cons
   }
   Vector3 low = ray.p[nearest - (nearest > 0)];
   Vector3 high = ray.p[std::min(nearest + 1, ray.p.size() - 1)];
-  // The distance changes by no more than the way, and along a line it has one minimum.
+  // The distance changes by no more than the step, and it has one minimum along a line.
   if (best.clearance_m > (high - low).norm()) return best;
   double left_m = 0, right_m = 0;
   Vector3 left, right;

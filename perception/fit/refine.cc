@@ -10,12 +10,13 @@ namespace {
 
 // derived: 95 % efficient for Gaussian residuals.
 constexpr double kCauchy_sigma = 2.4;
-// chosen: 70 degrees of incidence; points that are seen flatter are left out.
+// chosen: 70 degrees of incidence; points seen at a flatter angle are left out.
 const double kGrazing_cos = std::cos(70 * std::numbers::pi / 180);
-// chosen: relative decrease of the loss; less ends the refinement, and so does damping that leaves
-// less than this of a step.
+// chosen: the refinement ends when a step lowers the loss by a smaller share than this, or when the
+// damping leaves a smaller share of a step.
 constexpr double kMinDecrease = 1e-6;
-// chosen: of the information matrix, scaled to unit diagonal; less is rounding.
+// chosen: the least pivot of the information matrix scaled to unit diagonal; smaller ones are
+// rounding errors.
 constexpr double kMinPivot = 1e-9;
 
 // A point, the ray that measured it, and one standard deviation of its residual.
@@ -26,13 +27,14 @@ struct Observation {
 };
 
 struct Meeting {
-  double ahead_m = 0;  // from the measured point to the surface along the ray
+  double ahead_m = 0;  // from the measured point along the ray to the surface
   Vector3 at = Vector3::Zero();
   double incline = 0;  // surface normal . ray
   bool found = false;
 };
 
-// Newton's method on the distance function, from the measured point.
+// Intersects the ray with the surface by Newton's method on the distance function, from the
+// measured point.
 template <ShapeModel M>
 Meeting MeetSurface(const M& model, const Observation& o) {
   Meeting meeting{.at = o.p};
@@ -66,7 +68,7 @@ Linearised<M> Linearise(const M& model, const Observation& o, Residual kind) {
       return {meeting.ahead_m / o.sigma_m, scale * model.Gradient(meeting.at)};
     }
   }
-  // The ray passes the surface by: what is left is to bring the surface to the point.
+  // The ray misses the surface, so the orthogonal distance of the point is used.
   return {model.Distance_m(o.p) / o.sigma_m, model.Gradient(o.p) / o.sigma_m};
 }
 
@@ -96,7 +98,7 @@ std::vector<Observation> Observe(const M& model, const ModelPoints& points,
 
 constexpr double kC2 = kCauchy_sigma * kCauchy_sigma;
 
-// Of a residual in standard deviations, in the Cauchy loss.
+// Weight of a residual, in standard deviations, under the Cauchy loss.
 double WeightOf(double residual) { return 1 / (1 + residual * residual / kC2); }
 
 template <ShapeModel M>
@@ -126,7 +128,7 @@ Normal<M> Accumulate(const M& model, const std::vector<Observation>& observation
     sum.squares += weight * r2;
   }
   if constexpr (DirectedModel<M>) {
-    // Parameters that do not move: any positive pivot leaves them where they are.
+    // The held parameters do not move: any positive pivot keeps them in place.
     if (options.axis == AxisFreedom::kHeld) {
       sum.information.diagonal().template segment<2>(M::kFirstTilt).setOnes();
     }
@@ -134,7 +136,8 @@ Normal<M> Accumulate(const M& model, const std::vector<Observation>& observation
   return sum;
 }
 
-// Whether the parameters are determined: no pivot vanishes once the diagonal is scaled to one.
+// True if the points determine the parameters: no pivot vanishes once the diagonal is scaled to
+// one.
 template <class Matrix>
 bool IsDetermined(const Matrix& information) {
   const auto diagonal = information.diagonal().array();

@@ -12,28 +12,29 @@
 namespace cwm::perception {
 namespace {
 
-// derived: edges are looked for this far to both sides of where the wall says they are: three times
-// what a wall's radius errs by, and twice the noise across the ray (1.2 mm at 0.8 m).
+// derived: edges are sought this far to both sides of where the wall suggests them: three times the
+// error of a wall's radius, and twice the noise across the ray (1.2 mm at 0.8 m).
 constexpr double kRimReach_m = 0.008;
-// chosen: of the radius; the rest tells the density.
+// chosen: as a share of the radius; the inner rest gives the density.
 constexpr double kMaxReachShare = 0.4;
 // derived: sectors are as long as that reach, four to five pixels at 0.8 m.
 constexpr double kSectorArc_m = kRimReach_m;
-// derived: edges, twice the unknowns of a circle.
+// derived: the least number of edges, twice the unknowns of a circle.
 constexpr int kMinEdges = Vector3::RowsAtCompileTime * 2;
-// derived: half of their edges may be hidden.
+// derived: twice as many, since half of the edges may be occluded.
 constexpr int kMinRimSectors = kMinEdges * 2;
-// chosen: a cap of work; sectors of discs of more than 6 cm are longer.
+// chosen: bounds the work; sectors of discs of more than 6 cm are longer.
 constexpr int kMaxRimSectors = 48;
-// chosen: points that tell a sector's density.
+// chosen: the least number of points that give a sector's density.
 constexpr double kMinInWedge = 5;
-// chosen: the wall returns nothing, or next to it, from 80 degrees of incidence on.
+// chosen: from 80 degrees of incidence on, a wall returns next to no points.
 const double kHidden_cos = std::cos(80 * std::numbers::pi / 180);
-// derived: half of the reach; edges all over it scatter by more, and are of no circle.
+// derived: half of the reach. Edges that scatter by more are spread all over it and form no circle.
 constexpr double kMaxScatter_m = kRimReach_m / 2;
-// chosen: a third of a pixel at 0.8 m; what is common to all of an edge, a fifth of one.
+// chosen: the least scatter of an edge, a third of a pixel at 0.8 m, and the error common to a
+// whole edge, a fifth of a pixel.
 constexpr double kMinScatter_m = 0.0005, kCommon_m = 0.0003;
-// derived: squared Mahalanobis distance of three values, which 0.1 % exceed.
+// derived: the squared Mahalanobis distance of three values that 0.1 % exceed.
 constexpr double kContradiction = 16;
 
 struct Edge {
@@ -42,14 +43,15 @@ struct Edge {
 };
 
 struct Circle {
-  Vector2 center = Vector2::Zero();  // relative to where the edges were measured from
+  Vector2 center = Vector2::Zero();  // relative to the centre that edges were measured from
   double radius_m = 0;
   Matrix3 covariance = Matrix3::Zero();
   double scatter_m = 0;
-  std::size_t edges = 0;  // that agree with it
+  std::size_t edges = 0;  // the edges that agree with it
 };
 
-// Weighted counts of a sector, inside the band where its edge is looked for and in it.
+// Weighted counts of a sector's points: inside the band in which its edge is sought, and in the
+// band.
 struct Sector {
   double inside = 0, band = 0;
 };
@@ -70,8 +72,9 @@ class FaceEdge {
 
   const Matrix3& basis() const { return basis_; }
 
-  // Where the disc of this face is by itself: of even density, the mean square of the distance from
-  // the middle is half the radius'. A few millimetres off where part of it is hidden.
+  // A first guess of the disc from its points alone: at even density, the mean squared distance
+  // from the middle is half the squared radius. It is a few millimetres off if part of the disc is
+  // occluded.
   Circle Guess() const {
     Vector2 middle = Vector2::Zero();
     double weights = 0, squares = 0;
@@ -85,7 +88,7 @@ class FaceEdge {
     return {.center = middle, .radius_m = std::sqrt(2 * squares / weights)};
   }
 
-  // Edges of all sectors beyond which nothing but a jump can be, about `center`, near `radius_m`.
+  // Edges of all sectors that must end in a depth jump, about `center` and near `radius_m`.
   std::vector<Edge> EdgesAround(const Vector3& center, double radius_m) const {
     const double reach_m = std::min(kRimReach_m, kMaxReachShare * radius_m);
     const double inner_m = radius_m - reach_m, outer_m = radius_m + reach_m;
@@ -112,12 +115,13 @@ class FaceEdge {
   }
 
  private:
-  // On the face, from its reference point.
+  // Position on the face, relative to its reference point.
   Vector2 Local(std::uint32_t i) const {
     return (basis_.transpose() * (c_.points.p[i] - face_.point)).head<2>();
   }
 
-  // Pixels lie on a plane with a density of one over the range cubed.
+  // The weight that makes the density even: the density of pixels on a plane falls with the range
+  // cubed.
   double Weight(std::uint32_t i) const {
     const double range_m = (c_.points.p[i] - c_.points.viewpoint).norm();
     const double mean_m = (face_.point - c_.points.viewpoint).norm();
@@ -139,8 +143,8 @@ class FaceEdge {
   std::vector<std::uint32_t> on_face_;
 };
 
-// radius(angle) = r + x cos(angle) + y sin(angle), for small x and y. Edges beyond the noise of
-// most are of sectors that something hides in part.
+// Fits radius(angle) = r + x cos(angle) + y sin(angle), for small x and y. Edges beyond the noise
+// of most belong to sectors that are partly occluded, and are dropped.
 std::optional<Circle> FitCircle(std::vector<Edge> edges) {
   Circle circle;
   for (int round = 0; round < kFitRounds; ++round) {
@@ -174,7 +178,8 @@ std::optional<Circle> FitCircle(std::vector<Edge> edges) {
   return circle;
 }
 
-// Of the parameters of a wall: centre of its cross section at a height, and radius there.
+// The derivatives of a wall's cross section at a height, its centre and radius, by the wall's
+// parameters.
 Eigen::Matrix<double, 3, CylinderModel::kParameterCount> SectionAt(const CylinderModel&,
                                                                    double height_m) {
   Eigen::Matrix<double, 3, CylinderModel::kParameterCount> rows;
@@ -196,7 +201,7 @@ Eigen::Matrix<double, 3, ConeModel::kParameterCount> SectionAt(const ConeModel&,
 std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, double wall_sigma_m,
                               const FitContext& context) {
   const double along = face.normal.dot(wall.axis);
-  if (std::abs(along) < 0.5) return std::nullopt;  // no face across this axis
+  if (std::abs(along) < 0.5) return std::nullopt;  // the face is not across this axis
   const double height_m = face.normal.dot(face.point - wall.point) / along;
   const FaceEdge edge(face, wall, context);
   Rim rim{.center = wall.point + height_m * wall.axis,
@@ -237,7 +242,8 @@ M FuseRim(const M& wall, const Rim& rim, Eigen::MatrixXd& covariance) {
   const Vector3 off = rim.center - (cone.point + height_m * cone.axis);
   const Vector3 innovation(across.col(0).dot(off), across.col(1).dot(off),
                            rim.radius_m - cone.RadiusAt_m(height_m));
-  // The face is nearly normal to the axis: its centre's covariance turns with the basis alone.
+  // The face is nearly normal to the axis, so its centre's covariance is rotated by the change of
+  // basis alone.
   Matrix3 turn = Matrix3::Identity();
   turn.topLeftCorner<2, 2>() = across.leftCols<2>().transpose() * rim.basis.leftCols<2>();
   const Matrix3 noise = turn * rim.covariance * turn.transpose();

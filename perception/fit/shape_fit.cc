@@ -10,17 +10,19 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: points of a fit; correlated neighbours add little, so thinning costs next to nothing.
+// chosen: points of a rough and of a final fit. Neighbours are correlated, so thinning loses almost
+// nothing.
 constexpr std::size_t kRoughPoints = 250;
 constexpr std::size_t kFinalPoints = 600;
-// chosen: rough fits alternate with the selection of inliers, so that none needs to converge.
+// chosen: rough fits alternate with the selection of inliers, so none needs to converge.
 constexpr int kRoughIterations = 8;
-// chosen: of the first inlier selection of cones, for which the paper asks for a stricter threshold
-// and does not print it: 1.8 sigma, which keeps 93 % of the inliers.
+// chosen: the gate's scale at the first inlier selection of cones. The paper asks for a stricter
+// threshold and does not print it; 1.8 sigma keeps 93 % of the inliers.
 constexpr double kStrictGate = 0.6;
-// chosen: half angles beyond 45 degrees are not told from bumps.
+// chosen: cones with half angles beyond 45 degrees cannot be distinguished from bumps.
 constexpr double kSteepestCone = 1;
-// chosen: of the points, so that the others' silence is no loss.
+// chosen: the least share of points whose rays meet the surface well. With fewer, the residual is
+// orthogonal.
 constexpr double kMinAlongRays = 0.3;
 
 bool WithinLimits(const PlaneModel&, const ModelerOptions&) { return true; }
@@ -60,7 +62,7 @@ template <ShapeModel M>
 double FirstGate(const M&) {
   return 1;
 }
-// One that grows out of a cylinder is refined already.
+// A cone that starts from a cylinder is refined already.
 double FirstGate(const ConeModel& cone) { return cone.slope == 0 ? 1 : kStrictGate; }
 
 template <ShapeModel M>
@@ -114,19 +116,20 @@ CylinderModel Canonical(CylinderModel m, const Vector3& up) {
 }
 ConeModel Canonical(ConeModel m, const Vector3& up) {
   const Vector3 axis = CanonicalAxis(m.axis, up);
-  if (axis.dot(m.axis) < 0) m.slope = -m.slope;  // the same surface, seen from its other end
+  if (axis.dot(m.axis) < 0) m.slope = -m.slope;  // the same surface from its other end
   m.axis = axis;
   return m;
 }
 
-// A last refinement and what it was made with.
+// A last refinement, with the options it was made with.
 template <ShapeModel M>
 struct FinalFit {
   Refined<M> refined;
   RefineOptions options;
 };
 
-// Along the rays; orthogonal where the surface is seen so flat that few rays meet it well.
+// Refines the residual along the rays, or the orthogonal one if the surface is seen so flat that
+// few rays meet it well.
 template <ShapeModel M>
 std::optional<FinalFit<M>> RefineFinally(const M& start, const FitContext& c,
                                          const std::vector<std::uint32_t>& inliers,
@@ -142,7 +145,8 @@ std::optional<FinalFit<M>> RefineFinally(const M& start, const FitContext& c,
   return FinalFit<M>{*refined, options};
 }
 
-// The refinement with the direction held to up, where it is near and the criterion prefers it.
+// Returns the refinement with the direction held to up, if it is near up and the criterion prefers
+// that.
 template <ShapeModel M>
 std::optional<FinalFit<M>> SnapToUp(const M& free, const FitContext& c,
                                     const std::vector<std::uint32_t>& inliers) {
@@ -157,7 +161,8 @@ std::optional<FinalFit<M>> SnapToUp(const M& free, const FitContext& c,
   return loss < 0 ? held : std::nullopt;
 }
 
-// Independent noise falls with the number of samples; the slow warp, alike at neighbours, does not.
+// The covariance of the parameters. Independent noise falls with the number of samples; the slow
+// warp, which neighbours share, does not.
 template <ShapeModel M>
 Eigen::MatrixXd CovarianceOf(const FinalFit<M>& fit, const FitContext& c,
                              const std::vector<std::uint32_t>& inliers) {
@@ -165,7 +170,7 @@ Eigen::MatrixXd CovarianceOf(const FinalFit<M>& fit, const FitContext& c,
   const std::vector<std::uint32_t> used = Thinned(inliers, kFinalPoints);
   const Square inverse = fit.refined.information.inverse();
   const Square warp = WarpOfGradient(fit.refined.model, c.points, used, fit.options);
-  // The information is of the points used, as if they were independent.
+  // The information counts the points used as if they were independent.
   const double each_counts =
       static_cast<double>(used.size()) / std::max(c.IndependentSamples(inliers.size()), 1.0);
   Square covariance =

@@ -13,14 +13,14 @@ namespace {
 
 // derived: about two standard deviations of the noise.
 constexpr double kExtentBin_m = 0.004;
-// chosen: half a metre in bins of that width, wider ones beyond.
+// chosen: half a metre in bins of that width; longer extents get wider bins.
 constexpr int kMaxBins = 128;
-// derived: what is no longer than edges lose is all ends.
+// derived: an extent no longer than the edge loss consists of ends only.
 constexpr int kMinBins = static_cast<int>(kEdgeLoss_m / kExtentBin_m);
 
-// Of the bins behind one, in those next to it: a face that leads away from the sensor has ever
-// fewer points in as much length. No more than in all, where another face adds to its own, and no
-// less than half of that, where stray points follow each other.
+// The typical count of the bins next behind one: a face that leads away from the sensor has fewer
+// and fewer points per length. It is at most the typical count of all bins (another face may add
+// points), and at least half of that (stray points may follow each other).
 double TypicalBehind(const std::vector<double>& counts, std::size_t bin, double typical) {
   constexpr std::ptrdiff_t kBinsBehind = 8;  // chosen: 32 mm
   const auto begin = counts.begin() + static_cast<std::ptrdiff_t>(bin) + 1;
@@ -28,8 +28,8 @@ double TypicalBehind(const std::vector<double>& counts, std::size_t bin, double 
   return behind.empty() ? typical : std::clamp(Quantile(behind, 0.5), 0.5 * typical, typical);
 }
 
-// From the first bin on, where an edge of full density would lie that holds as many points as the
-// ragged one: points scatter beyond an edge as much as they are missing before it.
+// The distance from the first bin at which an edge of full density would hold as many points as the
+// ragged one: as many points scatter beyond an edge as are missing before it.
 double RaggedEnd_m(const std::vector<double>& counts, double width_m, Density density) {
   const double of_all = std::max(1.0, Quantile(counts, 0.5));
   for (std::size_t k = 0; k < counts.size(); ++k) {

@@ -23,13 +23,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: from a solid's surface. A handle begins nearer to it and reaches farther out, as no rough
-// wall does.
+// chosen: distance from a solid's surface. A handle begins nearer to it and reaches farther out,
+// which the roughness of a wall does not.
 constexpr double kRoot_m = 0.015;
 
-// Whether nearly all of the points are within their noise of the ground, as what an object's foot
-// took of its support is: in the band above a support that is given to it, and a little of what
-// noise leaves. `ground` is in the points' frame.
+// True if nearly all points are within their noise of the ground: an object's foot may take points
+// of its support, which belong to the band above the support or are a little above it by noise.
+// `ground` is in the points' frame.
 bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& members,
             const Ground& ground) {
   if (!ground.known || members.empty()) return false;
@@ -42,8 +42,8 @@ bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& memb
   return Quantile(std::move(heights_m), kNearlyAll) <= kNoiseReach_sigma * sigma_m;
 }
 
-// Whether most of its points lie on the host's surface, prolonged beyond its ends: they are more of
-// it rather than a handle.
+// True if most points of the cluster lie on the host's surface extended beyond its ends. They are
+// then more of the host rather than a handle.
 bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                   const ShapePart& host) {
   const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
@@ -85,7 +85,7 @@ Host NearestHost(const OrientedPoints& points, const std::vector<std::uint32_t>&
   return best;
 }
 
-// Axes of largest, middle and least extent, and the box along them.
+// The box along the axes of largest, middle and least extent.
 Placed<Box> PrincipalBox(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster) {
   Vector3 mean = Vector3::Zero();
   for (std::uint32_t i : cluster) mean += points.points[i].cast<double>();
@@ -143,8 +143,8 @@ std::vector<std::vector<std::uint32_t>> MembersOfSolids(
   return members;
 }
 
-// Whether the small solid sits on the axis of a round host, within half of its radius and 20
-// degrees: a bottle's neck, a knob on a lid.
+// True if the small solid lies on the axis of a round host, within half of its radius and 20
+// degrees, like a bottle's neck or a knob on a lid.
 bool IsCoaxial(const ShapePart& small, const ShapePart& host) {
   const auto* cylinder = std::get_if<Cylinder>(&host.shape);
   const auto* cone = std::get_if<Cone>(&host.shape);
@@ -171,9 +171,9 @@ void Drop(const std::vector<char>& drop, std::vector<ShapePart>& solids,
   }
 }
 
-// Whether most of the cluster belongs to one solid that has twice as many points as these beside
-// the vessel, or to a ball, as no ear is. What lies on the vessel's wall does not speak for the solid:
-// it is a mixture of both.
+// True if most of the cluster belongs to a solid that has twice as many points beside the vessel's
+// wall, or to a ball, which no ear resembles. Points of the solid on the wall do not count, because
+// there the solid mixes both.
 bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const std::vector<ShapePart>& solids,
                    const std::vector<std::size_t>& beside_wall,
                    const std::vector<std::int32_t>& part_of_point) {
@@ -189,7 +189,7 @@ bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const std::vector<
   return false;
 }
 
-// Per solid its points that stand out from the vessel's walls.
+// The number of points of each solid that stand out from the vessel's walls.
 std::vector<std::size_t> CountBesideWall(const Vessel& vessel, const OrientedPoints& points,
                                          const std::vector<std::int32_t>& part_of_point,
                                          std::size_t solid_count) {
@@ -216,7 +216,7 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const G
   std::vector<char> drop(solids.size(), 0);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     work.Poll();
-    // An ear is as well a bit of a cylinder, but not of a ball.
+    // An ear also fits a bit of a cylinder, but not a ball.
     const bool may_be = members[k].size() >= kFiveSamples && !IsCoaxial(solids[k], host[0]) &&
                         !std::holds_alternative<Sphere>(solids[k].shape) &&
                         2 * members[k].size() < main->size();
@@ -224,7 +224,7 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const G
               IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
                        NearestHost(points, members[k], host, work));
     if (!drop[k]) continue;
-    // The dropped solid held points of the host's wall beside the handle.
+    // The dropped solid also held points of the host's wall beside the handle.
     for (const std::uint32_t i : members[k]) {
       const double off_m = SignedDistance_m(host[0], X_SL * points.points[i].cast<double>());
       if (std::abs(off_m) <= BelongsWithin_m(points.sigma_m[i])) part_of_point[i] = host_part;
@@ -293,7 +293,7 @@ void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& g
     if (cluster.size() < kFiveSamples) break;  // largest first
     for (std::uint32_t& k : cluster) k = rest[k];
     if (ExtentOf(points, cluster).maxCoeff() > kMaxHandleLength_m)
-      continue;  // along it, it is longer
+      continue;  // its length is at least that
     if (LiesOn(points, cluster, ground)) continue;
     const Host host = NearestHost(points, cluster, model.shapes, work);
     const std::size_t of_host = of_solids[host.solid].size();

@@ -1,6 +1,6 @@
-// Handles: clusters that grow from a shape's surface (paper, section V). No geometric model is
-// fitted: "handle geometry can vary greatly". What lies on the ground, given in the points' frame, is
-// none.
+// Finds handles: clusters that grow from a shape's surface (paper, section V). No geometric model
+// is fitted, because "handle geometry can vary greatly". Points on the ground, given in the points'
+// frame, are no handle.
 #pragma once
 
 #include <vector>
@@ -15,28 +15,31 @@ namespace cwm::perception {
 
 using Clusters = std::vector<std::vector<std::uint32_t>>;  // indices of points, ascending
 
-// Small solids that look like handles of the largest one are dropped, and their points are nobody's
-// again: an ear of a mug is as well a bit of a cylinder. `part_of_point` follows.
+// Drops small solids that look like handles of the largest solid, since the ear of a mug also fits
+// a bit of a cylinder. Their points become unexplained, except those on the surface of the largest
+// solid, which become its points.
 void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const Ground& ground,
                          std::vector<ShapePart>& solids, std::vector<std::int32_t>& part_of_point,
                          const Work& work);
 
-// Handles of the vessel that are no part of a larger solid (an edge of a box is none), among all
-// points and, where a solid explains what touches a handle, among the points that none explains.
+// Returns handles of the vessel that are not part of a larger solid, such as an edge of a box. They
+// are sought among all points and then among the unexplained ones, because a solid may explain what
+// touches a handle.
 Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, const Ground& ground,
                          const std::vector<ShapePart>& solids,
                          const std::vector<std::int32_t>& part_of_point, const Work& work);
 
-// The points of the clusters are nobody's again, and solids that have little else are dropped.
+// Makes the points of the clusters unexplained, and drops solids that lose more than half of their
+// points.
 void TakeFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
                     std::vector<std::int32_t>& part_of_point);
 
 // Appends clusters of unexplained points that begin at a solid's surface and leave it, are fairly
-// large, elongated and slim, and labels their points.
+// large, elongated and slim; labels their points.
 void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& ground,
                  ObjectModel& model, const Work& work);
 
-// Appends the clusters as handles of the shape whose surface they begin at, or of none, and labels
+// Appends the clusters as handles of the shape at whose surface they begin, or of none; labels
 // their points.
 void AddHandles(const OrientedPoints& points, const Clusters& clusters, ObjectModel& model,
                 const Work& work);

@@ -20,25 +20,27 @@ namespace {
 
 using Eigen::Vector3f;
 
-// chosen: from the wall. An end within is an end at the wall, without its root; what reaches no
-// farther leaves no room for a finger and the handle's own thickness.
+// chosen: distance from the wall. A handle's end that is nearer counts as an end at the wall
+// without its root; a handle that reaches no farther leaves no room for a finger and its own
+// thickness.
 constexpr double kWallRoot_m = 0.02;
-// chosen: across a straight bar, by BendOf_m.
+// chosen: the largest BendOf_m of a straight bar.
 constexpr double kMaxBend_m = 0.0235;
-// chosen: of a bar, to the seen width: for a hand, 110 mm to 18 mm.
+// chosen: the least ratio of a bar's length to its seen width: for a hand, 110 mm to 18 mm.
 constexpr double kMinBarElongation = 4.7;
-// chosen: beside what is wide: corners of a box, and the noise at its edges.
+// chosen: points this near to a wide part are removed with it: corners of a box, and the noise at
+// its edges.
 constexpr double kBesideWide_m = 0.01;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// chosen: by SeenWidth_m, of spouts 36 mm wide at the root.
+// chosen: the largest SeenWidth_m of a spout, for spouts 36 mm wide at the root.
 constexpr double kMaxSpoutWidth_m = 0.045;
-// chosen: of a spout's points, the highest.
+// chosen: the share of a spout's points, the highest ones, that form its tip.
 constexpr double kTip = 0.05;
-// chosen: of a whole handle's points; the rest are its roots.
+// chosen: the share of a whole handle's points that stand out; the rest are its roots.
 constexpr double kMinStandOut = 0.6;
 
-// Extent of the points along the axis of their second largest extent, but for the noise on either
-// side: the width of a straight bar, or how far what is bent leaves its chord.
+// The extent of the points along the axis of their second largest extent, without the noise on
+// either side: the width of a straight bar, or how far a bent one leaves its chord.
 double BendOf_m(const std::vector<Eigen::Vector3f>& points) {
   Vector3 mean = Vector3::Zero();
   for (const Eigen::Vector3f& p : points) mean += p.cast<double>();
@@ -61,7 +63,8 @@ std::vector<Vector3f> PlacesOf(const OrientedPoints& points,
   return places;
 }
 
-// Between the nearest two of both, to a spacing or two: of many points every other one or fewer.
+// The distance between the nearest points of both sets, exact to a spacing or two because large
+// sets are thinned.
 double GapBetween_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>& b) {
   float nearest_m2 = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMaxLookedAt) {
@@ -114,7 +117,7 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
     bounds.extend(p);
   }
   if (gap_m > kTouching_m || farthest_m < kWallRoot_m ||
-      bounds.sizes().maxCoeff() > kMaxHandleLength_m) {  // along it, it is no shorter
+      bounds.sizes().maxCoeff() > kMaxHandleLength_m) {  // its length is at least that
     return false;
   }
   const Slenderness bar = MeasureSlenderness(members, points.viewpoint, pitch_m_);
@@ -133,9 +136,9 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
   return width_m <= (returns ? kMaxSeenHandleWidth_m : kMaxHandleWidth_m);
 }
 
-// Whether it rises to where it is nearly as high as the vessel, to which that is filled, for it
-// would run over a lower spout, and ends there, free, at half of its reach or beyond: bows end at
-// the wall. It rises by half of what it reaches out, 27 degrees, or more; bars rise by less.
+// True if the cluster rises nearly as high as the vessel and ends there freely, at half of its
+// reach or beyond. A vessel would overflow through a lower spout; bows end at the wall. A spout
+// also rises by at least half of its reach, 27 degrees; bars rise by less.
 bool Vessel::EndsAsSpout(const std::vector<Vector3f>& members) const {
   const auto nearest_m = [&](const RevolvedWall& wall) {
     double out_m = kInfinity;
@@ -174,12 +177,13 @@ double Vessel::Gap_m(const OrientedPoints& points, const Cluster& cluster) const
   return std::max(gap_m, 0.0);
 }
 
-// Of what is left when something wide was taken away: the tip of a spout does not.
+// True if the cluster begins at the wall. After a wide part was removed, the tip of a spout does
+// not.
 bool Vessel::BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const {
   return Gap_m(points, cluster) <= kWallRoot_m;
 }
 
-// Slim as the handle is, near it, and straight with it or within its bow.
+// True if the part is slim, near the handle, and in line with it or within its bow.
 bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Vector3f>& part,
                        const Vector3& viewpoint) const {
   if (GapBetween_m(handle, part) > kTouching_m) return false;
@@ -221,7 +225,7 @@ Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<
       found.spouts.push_back(std::move(members));
       continue;
     }
-    // What is wider may be a box that touches a handle.
+    // A wider cluster may be a box that touches a handle.
     const std::vector<char> wide =
         SeenAsWide(PlacesOf(object, in_object(cluster)), object.viewpoint, kMaxSeenHandleWidth_m,
                    kBesideWide_m);
@@ -233,7 +237,7 @@ Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<
     for (std::uint32_t k : connectivity.Beside(removed)) beside[k] = 1;
     for (const Cluster& rest : connectivity.Components(slim)) {
       if (rest.size() < kOneSample) break;
-      // A handle touches a box at one end, the edge of a box does all along.
+      // A handle touches a box at one end, but the edge of a box touches it along its whole length.
       const auto touching =
           std::count_if(rest.begin(), rest.end(), [&](std::uint32_t k) { return beside[k] != 0; });
       const bool is_edge =
@@ -243,7 +247,7 @@ Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<
       (whole ? handles : parts).push_back(std::move(members));
     }
   }
-  // Where they leave the wall, spouts hide themselves in part.
+  // Spouts partly occlude their own root, which then looks like a handle beside them.
   std::erase_if(handles, [&](const Cluster& handle) {
     return std::ranges::any_of(found.spouts, [&](const Cluster& spout) {
       return GapBetween_m(PlacesOf(object, spout), PlacesOf(object, handle)) <= kTouching_m;
@@ -257,7 +261,7 @@ void Vessel::Join(const OrientedPoints& object, std::vector<Cluster>& handles) c
   JoinParts(object, {}, handles);
 }
 
-// Handles that were measured in parts become one.
+// Merges handles that were measured in parts.
 void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
                        std::vector<Cluster>& handles) const {
   const auto continues = [&](const Cluster& handle, const Cluster& part) {

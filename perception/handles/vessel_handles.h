@@ -1,5 +1,5 @@
-// Handles of vessels: what stands out from a wall of revolution, slim all along. A wall is
-// known where no solid stands for it that a handle could grow from (handles.h).
+// Finds handles of vessels: clusters that stand out from a wall of revolution and are slim all
+// along. A wall may be known where there is no solid that a handle could grow from (handles.h).
 #pragma once
 
 #include <cstdint>
@@ -13,71 +13,74 @@
 
 namespace cwm::perception {
 
-// derived: fewer points show no handle: two thirds of those of a shape (the paper's "fairly
-// large"), since its roots lie within the noise of the wall.
+// derived: the least number of points of a handle: two thirds of those of a shape (the paper's
+// "fairly large"), since the roots lie within the noise of the wall.
 inline constexpr std::size_t kMinHandlePoints = kFiveSamples * 2 / 3;
 
-// What handles are like, of walls and of solids. The paper states no numbers ("fairly large,
-// elongated"). Assumed, not measured on a data set: the outer sizes of the handles of cups, mugs,
-// pans and jugs for the table, 5 to 15 mm thick, bars of pans up to 25, with some room.
+// Sizes of handles, for walls and solids alike. The paper states no numbers ("fairly large,
+// elongated"). They are assumed, not measured on a data set: the outer sizes of handles of cups,
+// mugs, pans and jugs for the table, 5 to 15 mm thick, bars of pans up to 25 mm, with some margin.
 
-// chosen: along what is seen of a handle.
+// chosen: the length of the visible part of a handle.
 inline constexpr double kMinHandleLength_m = 0.02, kMaxHandleLength_m = 0.25;
-// chosen: length to mean width.
+// chosen: the least ratio of length to mean width.
 inline constexpr double kMinElongation = 2;
-// chosen: the mean width, and what SeenWidth_m has of strips 18 mm wide with ragged edges.
+// chosen: the largest mean width, and the SeenWidth_m of strips 18 mm wide with ragged edges.
 inline constexpr double kMaxHandleWidth_m = 0.03;
-// chosen: a hand within a bow, and the bow: what reaches out farther is a bar, which is straight.
+// chosen: the reach of a bow with room for a hand. A handle that reaches out farther is a bar,
+// which is straight.
 inline constexpr double kMaxReachOfBow_m = 0.065;
-// chosen: across, where it is widest, as SeenWidth_m has it: a fat pan's, with noise at its edges.
-// A bow that returns to its wall is no spout, and neither is a long bar: both may be wider at one
-// place.
+// chosen: the largest width at the widest place, as SeenWidth_m measures it: that of a thick pan's
+// handle, with noise at its edges. Bows that return to the wall, and long bars, are no spouts and
+// may be this wide at one place.
 inline constexpr double kMaxSeenHandleWidth_m = 0.034;
 
-// An object's walls of revolution, and what its handles must be like.
+// The walls of revolution of an object, and the criteria for its handles.
 class Vessel {
  public:
   // Indices of points, ascending.
   using Cluster = std::vector<std::uint32_t>;
 
-  // Nothing where the object has no such wall (FitRevolvedWalls).
+  // Returns the vessel of the object; empty if it has no wall of revolution (FitRevolvedWalls).
   static std::optional<Vessel> Find(const OrientedPoints& object, const Work& work);
 
-  // Of a wall that is known to be one of the object's.
+  // A vessel with known walls of the object.
   Vessel(const OrientedPoints& object, std::vector<RevolvedWall> walls);
 
   const std::vector<RevolvedWall>& walls() const { return walls_; }
 
-  // Clusters that stand out from the walls. Spouts end free, as high as the vessel is.
+  // Clusters that stand out from the walls. Spouts have a free end as high as the vessel.
   struct Fixed {
     std::vector<Cluster> handles, spouts;
   };
-  // Of those of the object's points for which `among` holds.
+  // Finds handles and spouts among those points of the object whose flag in `among` is set.
   Fixed FindFixed(const OrientedPoints& object, const std::vector<char>& among,
                   const Work& work) const;
 
-  // Which points lie outside the walls, by more than noise explains and no farther than handles reach.
+  // Returns the points outside the walls, by more than noise explains and no farther than handles
+  // reach.
   Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
 
-  // Clusters of other points than the object's, seen by the same sensor, that are handles of it and
-  // begin at its wall: what it touches took them.
+  // Returns clusters of another object's points, seen by the same sensor, that are handles of this
+  // vessel and begin at its wall. The segmentation gave them to an object that touches the vessel.
   std::vector<Cluster> FindHandlesIn(const OrientedPoints& other, const Work& work) const;
 
-  // From the wall to the nearest of some points, 0 where they reach it.
+  // The distance from the walls to the nearest point of the cluster, 0 if it reaches them.
   double Gap_m(const OrientedPoints& points, const Cluster& cluster) const;
 
-  // Share of such points that lie on one of the walls or within its thickness; 1 of none.
+  // The share of the points in `among` that lie on one of the walls or within its thickness; 1 if
+  // there are no points.
   double ShareOnWalls(const OrientedPoints& other, const std::vector<char>& among) const;
 
-  // Makes one of those that continue each other.
+  // Merges handles that continue each other.
   void Join(const OrientedPoints& object, std::vector<Cluster>& handles) const;
 
-  // Whether other points than the object's, seen by the same sensor, are a handle of it as a whole,
-  // or a part of one of which the `known` points are known.
+  // True if another object's points, seen by the same sensor, are as a whole a handle of this
+  // vessel, or the rest of one whose `known` points are given.
   bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
 
  private:
-  double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
+  double StandsOut_m(const Eigen::Vector3f& p) const;  // from the nearest wall
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool IsSpout(const OrientedPoints& points, const Cluster& cluster) const;
   bool EndsAsSpout(const std::vector<Eigen::Vector3f>& members) const;

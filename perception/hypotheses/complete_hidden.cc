@@ -19,16 +19,16 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: two or three pixels, between places on the supplied wall. Where it turns away from the
-// sensor, they are moved inwards by as much, less than half of the narrowest solid.
+// chosen: the distance between tested places on the added wall, two or three pixels. Places that
+// face away from the sensor are moved inwards by as much, less than half of the narrowest solid.
 constexpr double kBetweenPlaces_m = 0.01;
-// chosen: of the places, mixed pixels and the width of the map's cells at the edge of what hides
-// the wall.
+// chosen: the largest share of seen-through places: mixed pixels and the width of the map's cells
+// at the occluder's edge.
 constexpr double kMaxSeenThrough = 0.03;
-// chosen: of the wall itself, or nothing would hide it.
+// chosen: the largest share of places where the wall itself was seen; otherwise nothing hides it.
 constexpr double kMaxSeen = 0.15;
 
-// An upright solid in its own frame: the axis that is up, and half its extent along that.
+// An upright solid in its own frame: its vertical axis, and half its extent along it.
 struct Upright {
   Eigen::Index axis = 2;
   double sign = 1;  // +1: the axis points up
@@ -46,7 +46,7 @@ std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
   return upright;
 }
 
-// The solid lengthened by `gap_m` at its lower end; nothing where it would end in an apex before.
+// The solid lengthened by `gap_m` at its lower end; empty if it would end in an apex before.
 std::optional<ShapePart> LongerBelow(const ShapePart& part, const Upright& upright, double gap_m) {
   const SolidEnd lower{upright.axis, -upright.sign};
   if (!(gap_m < MostLonger_m(part.shape, lower))) return std::nullopt;
@@ -61,7 +61,7 @@ std::optional<ShapePart> LongerBelow(const ShapePart& part, const Upright& uprig
   return longer;
 }
 
-// Half the width across the axis in a direction normal to it, at a height along the axis.
+// Half the width in a direction normal to the axis, at a height along the axis.
 struct Width {
   Eigen::Index axis = 2;
   double along_m = 0;
@@ -84,7 +84,7 @@ struct Width {
   }
 };
 
-// Outward, across the axis, of the place that a direction leads to.
+// The outward normal, across the axis, at the place in a direction.
 struct Outward {
   Eigen::Index axis = 2;
   Vector3 direction_S = Vector3::UnitX();
@@ -106,11 +106,10 @@ struct Outward {
   }
 };
 
-// What the sensor saw of the wall that would be supplied, or, of what a wall seen from above hides
-// itself, of its inside.
+// The visibility of the added wall. Of a wall that faces away, the places just inside it count.
 struct Seen {
   int facing = 0, on_surface = 0;
-  int places = 0, passed = 0;  // facing or not
+  int places = 0, passed = 0;  // facing the sensor or not
 };
 
 Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_m,
@@ -131,7 +130,8 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
       Vector3 place = std::visit(Width{upright.axis, along_m, direction}, longer.shape) * direction;
       place[upright.axis] = along_m;
       const Vector3 normal = std::visit(Outward{upright.axis, direction}, longer.shape);
-      // Other places are too near to the wall's outline to be told from what lies beside it.
+      // Places that face away are too near to the wall's outline to be distinguished from its
+      // surroundings.
       const bool faces = normal.dot((viewpoint_S - place).normalized()) >= kGrazing_sin;
       if (!faces) place -= kBetweenPlaces_m * normal;
       const Visibility visibility =
@@ -150,7 +150,7 @@ bool IsHidden(const Seen& seen) {
   return seen.passed <= kMaxSeenThrough * seen.places && seen.on_surface <= kMaxSeen * seen.facing;
 }
 
-// How much of the lower end of an upright solid that stands shows no point of it.
+// The height, in metres, of the lower end of an upright solid that no point lies on.
 double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
   const Pose X_SupportL = thing.X_LSupport.inverse(Eigen::Isometry);
@@ -164,8 +164,8 @@ double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
   return heights_m.empty() ? 0 : Quantile(heights_m, kMixedPixels);
 }
 
-// Points of the object below the solid that are not on the wall which would be supplied: something
-// else of it is there.
+// True if the object has points below the solid that are not on the added wall: another part of it
+// is there.
 bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const ShapePart& longer,
                       const Upright& upright, double gap_m) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
@@ -180,7 +180,7 @@ bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const S
     Aabb wide = below;
     wide.min().array() -= gate_m;
     wide.max().array() += gate_m;
-    // Above: only what is clear of the noise at the solid's own lower end.
+    // Points count from a distance below the solid's lower end that is clear of the noise.
     (upright.sign > 0 ? wide.max() : wide.min())[upright.axis] = bottom_m - upright.sign * gate_m;
     const Vector3 p = thing.points.points[i].cast<double>();
     count +=
@@ -221,7 +221,7 @@ void CompleteHidden(const StandingThing& thing, const SightMap& sight,
     const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
     if (gap_m < -kGroundNoise_m) continue;
     if (gap_m < kGroundNoise_m) {
-      // A fit that stands already: whether it had to guess its foot.
+      // The fit reaches the ground already; it is completed if its foot is hidden.
       const double unseen_m = UnseenFoot_m(thing, part);
       if (unseen_m < kStandingGap_m) continue;
       Upright seen_part = *upright;

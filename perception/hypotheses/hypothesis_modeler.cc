@@ -19,15 +19,16 @@ double UnexplainedShare(const ObjectModel& found) {
          static_cast<double>(found.part_of_point.size());
 }
 
-// Shapes and the ground on which they stand.
+// The fitted shapes and the ground they stand on.
 struct Standing {
-  std::optional<Pose> X_LGround;  // null: on nothing known
+  std::optional<Pose> X_LGround;  // empty: no known ground
   ObjectModel found;
   bool reaches_support = false;
 };
 
-// What hides a foot may seem to carry it: a hypothesis that seems to rest on another is modelled on
-// the support as well, and that is kept where it is simpler.
+// Models the hypothesis on its ground. An object that hides the foot of another may seem to carry
+// it, so a hypothesis that seems to rest on another is modelled on the support too, and the simpler
+// model is kept.
 Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hypothesis,
                        const SegmentedScene& measured, const SceneRays& rays,
                        const ModelingOptions& options, const Work& work) {
@@ -40,8 +41,8 @@ Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hyp
   Standing best{X_LFoot, model(X_LFoot)};
   if (!X_LFoot || !(foot_height_m > 0) || options.modeler.in_haste) return best;
   const double left = UnexplainedShare(best.found);
-  // One solid is right already. measured: of 31 objects in simulated scenes that seem to rest on
-  // others, 26 are.
+  // A model of one solid is right already. measured: so it is for 26 of the 31 objects in simulated
+  // scenes that seem to rest on others.
   if (best.found.shapes.size() == 1 && left <= 1 - kNearlyAll) return best;
   Standing lower{X_LFoot, {}, true};
   lower.X_LGround->translate(Vector3(0, 0, -foot_height_m));
@@ -51,14 +52,14 @@ Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hyp
   return is_simpler ? lower : best;
 }
 
-// From a sample's model to that of all points.
+// Makes the sample's model one of all points.
 std::shared_ptr<HypothesisModel> Finish(Standing standing, const PointSample& sample,
                                         const OrientedPoints& points, const Work& work) {
   auto model = std::make_shared<HypothesisModel>();
   model->object = std::move(standing.found);
   model->object.part_of_point = sample.OfAll(model->object.part_of_point, work);
   model->reaches_support = standing.reaches_support;
-  // As DetectedObject::points_L promises.
+  // Thinned as DetectedObject::points_L requires.
   const float spacing_m = std::max(static_cast<float>(kThinnedTo_m), Median(points.sigma_m));
   const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) {

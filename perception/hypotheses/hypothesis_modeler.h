@@ -18,23 +18,23 @@ struct ModelingOptions {
   ModelerOptions modeler;
 };
 
-// Steps 6 and 7 (paper, section III) for the hypotheses of one scan; surfaces are made later
-// (mesh_hypothesis.h). Models are completed behind occluders (complete_hidden.h), since passes ask
-// where a solid's foot is. All methods may run at once on several threads, and throw Stopped when
-// `work` is stopped.
+// Runs steps 6 and 7 (paper, section III) for the hypotheses of one scan; surfaces are
+// reconstructed later (mesh_hypothesis.h). Models are completed behind occluders
+// (complete_hidden.h), because passes need the height of a solid's foot. All methods may run
+// concurrently, and throw Stopped when `work` is stopped.
 class HypothesisModeler {
  public:
-  // `measured` and `work` outlive it.
+  // `measured` and `work` must outlive the modeler.
   HypothesisModeler(const SegmentedScene& measured, const Work& work);
 
   ModelPtr Model(const ObjectHypothesis& hypothesis, const ModelingOptions& options) const;
 
-  // Null where `admits` is false of the shapes, before they are completed.
+  // Null if `admits` returns false for the shapes, before they are completed.
   using Admission = std::function<bool(const ObjectModel&)>;
   ModelPtr ModelIf(const Admission& admits, const ObjectHypothesis& hypothesis,
                    const ModelingOptions& options) const;
 
-  // The model of a hypothesis whose shapes are known, in the level frame.
+  // The model of a hypothesis with known shapes, in the level frame.
   ModelPtr ModelGiven(const ObjectHypothesis& hypothesis, std::vector<ShapePart> shapes) const;
 
  private:

@@ -1,4 +1,4 @@
-// Rules that every SceneState keeps, whatever passes did to it.
+// Invariants that every SceneState keeps after any pass.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace cwm::perception {
 
-// One sentence for each rule that is broken, none of a sound state:
-//   - every point is of exactly one hypothesis or support, or rejected;
-//   - what a hypothesis rests on lives, stands on the same support, and carries it in no circle;
-//   - a model has a label for each point, of a shape or handle that it has;
+// Returns one sentence per broken invariant; empty for a sound state:
+//   - every point belongs to exactly one hypothesis or support, or is rejected;
+//   - the hypothesis below another exists, stands on the same support, and there are no cycles;
+//   - a model has a label for each point, of an existing shape or handle;
 //   - hypotheses are in the order of output.
 std::vector<std::string> BrokenInvariants(const SceneState& state);
 

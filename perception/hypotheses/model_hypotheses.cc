@@ -12,15 +12,17 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: a look for objects that touch may cost as much as all else that is asked of one. 25
-// objects fill an image of a Kinect; a room of many images has a quarter as many in each.
+// chosen: the number of objects for which touching objects are searched, which may cost as much as
+// all other work on an object. 25 objects fill an image of a Kinect; a room of many images has a
+// quarter as many per image.
 constexpr std::size_t kMinSplitCount = 25, kPointsPerSplit = 640UL * 480 / 6;
-// chosen: a scene is full of so many; what is smaller than so many others is modelled in haste.
+// chosen: a scene has at most this many times as many objects; smaller ones are modelled with
+// reduced effort.
 constexpr std::size_t kFullEffortPerSplit = 4;
 
-// How many hypotheses, of the largest, get which effort.
+// How many of the largest hypotheses get which effort.
 struct Efforts {
-  std::size_t split = 0;  // are looked at for objects that touch
+  std::size_t split = 0;  // are searched for touching objects
   std::size_t full = 0;   // are modelled with full effort
 
   explicit Efforts(std::size_t points)
@@ -96,7 +98,7 @@ ModelledScene ModelHypotheses(const SceneState& state, const HypothesisModeler& 
   };
   const std::size_t largest = std::min(efforts.split, order.size());
   model_ranks(0, largest);
-  // Of noise and of heaps of balls 0.98 and more of the points have no shape.
+  // In noise and in heaps of balls, 0.98 and more of the points have no shape.
   is_shapeless = order.size() > largest && SearchesAny(options.modeler) &&
                  UnexplainedShare(models) > kNearlyAll;
   model_ranks(largest, order.size());

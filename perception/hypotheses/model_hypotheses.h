@@ -11,15 +11,15 @@ namespace cwm::perception {
 
 struct ModelledScene {
   SceneState state;  // all hypotheses have models
-  // Hardly anything of the largest objects is a shape: the others have none, and refinement would find
-  // none either.
+  // Hardly any points of the largest objects are on shapes: the others have no shapes, and
+  // refinement would find none.
   bool is_shapeless = false;
-  std::vector<std::string> warnings;  // of work that was left undone
+  std::vector<std::string> warnings;  // about work that was not done
 };
 
-// In parallel, the largest first. Work is bounded by what an image can show: only the largest are looked
-// at for objects that touch, and what is smaller than so many others is modelled with reduced effort.
-// Throws Stopped when `work` is stopped.
+// Models all hypotheses in parallel, the largest first. Work is bounded by what an image can show:
+// only the largest are searched for touching objects, and beyond another number the smaller ones
+// are modelled with reduced effort. Throws Stopped when `work` is stopped.
 ModelledScene ModelHypotheses(const SceneState& state, const HypothesisModeler& modeler,
                               const ModelingOptions& options, const Work& work);
 

@@ -1,5 +1,5 @@
-// One object as perception believes in it: its points, what it rests on, and the shapes that explain
-// it. One type from segmentation to output.
+// One object as perception assumes it: its points, what it rests on, and the shapes that explain
+// it. The same type is used from segmentation to output.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,11 +14,11 @@
 
 namespace cwm::perception {
 
-// Indices into SegmentedScene::points, ascending. Points that follow each other lie near each other:
-// they are in an image's order, or cell by cell.
+// Indices into SegmentedScene::points, ascending. Consecutive points lie near each other, in the
+// order of an image, or cell by cell.
 using PointSet = std::vector<std::uint32_t>;
 
-// A hypothesis keeps its id while it lives; no id is given twice in a scene.
+// A hypothesis keeps its id as long as it exists; an id is never used twice in a scene.
 struct HypothesisId {
   std::uint32_t value = 0;
   friend auto operator<=>(const HypothesisId&, const HypothesisId&) = default;
@@ -34,11 +34,12 @@ struct Resting {
 // The shapes that explain a hypothesis, in the level frame.
 struct HypothesisModel {
   ObjectModel object;  // part_of_point has an entry for each point of the hypothesis
-  // The shapes stand on the support itself: what seemed to carry them only hides their foot.
+  // The shapes stand on the support itself: the object that seemed to carry them only hides their
+  // foot.
   bool reaches_support = false;
-  // A pass supplied the shapes, as those of a tray. Passes leave such models as they are.
+  // A pass supplied the shapes, like those of a tray. Other passes leave such models as they are.
   bool is_given = false;
-  // Modelled with reduced effort, among more objects than a scene holds: its mesh is coarser.
+  // Modelled with reduced effort, in a scene with too many objects: its mesh is coarser.
   bool is_in_haste = false;
   std::vector<Eigen::Vector3f> thinned_L;  // points, as DetectedObject::points_L
   Eigen::AlignedBox3f bounds_L;            // of thinned_L
@@ -52,9 +53,9 @@ struct HypothesisModel {
 struct ObjectHypothesis {
   HypothesisId id;
   PointSet points;
-  std::size_t node_count = 0;  // pixels or cells that hold the points: the size of what was seen
+  std::size_t node_count = 0;  // pixels or cells with these points: the visible size
   Resting resting;
-  // Bounds of a wall or front, with holes where rays pass, in the level frame; largest part first.
+  // The plates of a wall or front, with holes where rays pass, in the level frame; largest first.
   std::vector<Placed<Plate>> plates;
   std::shared_ptr<const HypothesisModel> model;  // null before modelling
 

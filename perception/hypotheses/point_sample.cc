@@ -10,15 +10,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// measured: points that a thing keeps whatever its size; the modeler searches a quarter of them. On
-// kitchens of 5 and 15 million points: with them the things on the counter get the shapes that all
-// of their 20 000 to 430 000 points give, with 16 000 or 32 000 some get others or none.
+// measured: the least number of points in an object's sample, of which the modeler searches a
+// quarter. In kitchens of 5 and 15 million points, objects on the counter get the same shapes from
+// a sample of this size as from all of their 20 000 to 430 000 points; from 16 000 or 32 000 points
+// some get others or none.
 constexpr std::size_t kMinSampled = 64'000;
-// derived: points per node of a larger thing. The noise spreads a surface over two to three layers
-// of cells of 2.7 sigma, so that this is some ten points per 7 sigma^2 of it: more than the pixels
-// of a Kinect at 0.8 m, whose noise is correlated besides.
+// derived: points per node in the sample of a larger object. Noise spreads a surface over two to
+// three layers of cells of 2.7 sigma, so this makes about ten points per 7 sigma^2: more than the
+// pixels of a Kinect at 0.8 m, whose noise is correlated too.
 constexpr std::size_t kPointsPerNode = 4;
-// derived: sampled points on each side that are asked for the nearest one: about those of a cell.
+// derived: sampled points on each side that are searched for the nearest one: about those of a
+// cell.
 constexpr std::size_t kLookAround = kPointsPerNode;
 
 }  // namespace
@@ -41,7 +43,7 @@ std::vector<std::int32_t> PointSample::OfAll(const std::vector<std::int32_t>& pa
   if (stride_ == 1) return part_of_sampled;
   std::vector<std::int32_t> part_of_point(members_.size());
   for (std::size_t s = 0; s < part_of_sampled.size(); ++s) {
-    // Up to some 100 points, of 30 ns or less each.
+    // Up to 100 points of at most 30 ns each.
     if (s % ItemsPerPiece(3us) == 0) work.Poll();
     const std::size_t end = std::min((s + 1) * stride_, members_.size());
     const Around around = AroundSampled(s, part_of_sampled.size());

@@ -13,27 +13,27 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: around what the thing's points and their feet fill of the view: as much as a solid may
-// reach beyond what is seen of it, and twelve pixels of a Kinect.
+// chosen: the margin around the object's points and their feet in the view: as much as a solid may
+// extend beyond its visible part, and twelve pixels of a Kinect.
 constexpr float kBesideShare = 0.15f;
 constexpr float kBeside_rad = 0.02f;
 
-// Where rays cross the plane at distance 1 that is normal to the middle one of a thing's.
+// The view of an object: where rays cross the plane at distance 1 that is normal to its middle ray.
 struct View {
   Eigen::Matrix3f across = Eigen::Matrix3f::Identity();
   Eigen::AlignedBox2f about;     // of the points
   Eigen::AlignedBox2f standing;  // of the points and their feet
 
   Eigen::Vector3f middle() const { return across.col(2); }
-  // To the middle, of all that `standing` holds: tells most rays apart by one product.
+  // The cosine to the middle ray that all rays in `standing` reach: one product rejects most rays.
   float LeastCosine() const {
     if (standing.isEmpty()) return 2;
     const Eigen::Vector2f farthest = standing.min().cwiseAbs().cwiseMax(standing.max().cwiseAbs());
-    // derived: some more than what rounding takes from the product of two unit vectors.
+    // derived: somewhat more than the rounding error of the product of two unit vectors.
     constexpr float kRounding = std::numeric_limits<float>::epsilon() * 64;
     return 1 / std::sqrt(1 + farthest.squaredNorm()) - kRounding;
   }
-  // Nothing of what lies behind the viewer.
+  // Empty for rays that point behind the viewer.
   std::optional<Eigen::Vector2f> At(const Eigen::Vector3f& ray) const {
     const Eigen::Vector3f x = across.transpose() * ray;
     if (!(x.z() > 0)) return std::nullopt;
@@ -49,7 +49,7 @@ void Widen(Eigen::AlignedBox2f& box) {
   box.max() += beside;
 }
 
-// Takes a point to where it would stand.
+// Projects a point to the ground.
 class Feet {
  public:
   explicit Feet(const Pose& X_LSupport)
@@ -94,8 +94,8 @@ SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(sce
   if (!scene.sight) return;
   PollEvery poll(work, ItemsPerPiece(20ns));
   const std::size_t count = scene.points.size();
-  // A thing of 2 000 of a camera's 300 000 pixels has some 300 of these rays about it, and to look
-  // at all of them for each thing takes 0.1 ms.
+  // derived: an object of 2 000 of a camera's 300 000 pixels has about 300 of these rays around it,
+  // and the search through all of them takes 0.1 ms per object.
   stride_ = std::max<std::size_t>(1, count / kMaxOfScene);
   const Eigen::Vector3f viewpoint = scene.points.viewpoint.cast<float>();
   for (std::size_t i = 0; i < count; i += stride_) {

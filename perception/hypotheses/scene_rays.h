@@ -1,4 +1,4 @@
-// The rays of a scan that passed an object by, to what lies beside and behind it.
+// The rays of a scan that passed an object and ended beside or behind it.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,21 @@
 
 namespace cwm::perception {
 
-// An even part of all rays, made once per scene; none of a scene without SegmentedScene::sight, which
-// may have been seen from several places. The scene outlives it. Throws Stopped when `work` is stopped.
+// An even sample of all rays, made once per scene. Empty for a scene without SegmentedScene::sight,
+// which may have been seen from several places. The scene must outlive it. Throws Stopped when
+// `work` is stopped.
 class SceneRays {
  public:
   SceneRays(const SegmentedScene& scene, const Work& work);
 
-  // Those that run near the points of an object, or between them and what it stands on where that is
-  // known (z = 0 of `X_LGround`, z up), and end on something else.
+  // Returns the rays near the points of an object, or between them and its ground if that is known
+  // (z = 0 of `X_LGround`, z up), that end on something else.
   PassingRays Past(const PointSet& points, const std::optional<Pose>& X_LGround,
                    const Work& work) const;
 
  private:
   struct Ray {
-    std::uint32_t point = 0;  // that it ends at, into SegmentedScene::points
+    std::uint32_t point = 0;  // where the ray ends, index into SegmentedScene::points
     Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // unit, from the viewpoint
   };
 

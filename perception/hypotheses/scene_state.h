@@ -1,4 +1,4 @@
-// The hypotheses of one scan at one moment of its interpretation.
+// The hypotheses of one scan at one step of its interpretation.
 #pragma once
 
 #include <cstddef>
@@ -13,49 +13,49 @@
 
 namespace cwm::perception {
 
-// The top of the support, or of what lies between, in the level frame: z = 0 is the plane on which
-// the hypothesis stands, z points up. Null for residual geometry.
+// The plane that the hypothesis stands on, in the level frame: the top of the support, or of the
+// object between, with z = 0 on the plane and z up. Empty for residual geometry.
 std::optional<Pose> X_LGround(const SegmentedScene& measured, const Resting& resting);
 
-// An immutable value; a changed state shares all hypotheses that the change leaves alone.
+// An immutable value; a changed state shares all hypotheses that did not change.
 class SceneState {
  public:
-  // The hypotheses have the ids 0, 1, ... in the order of SegmentedScene::things. The things and the
-  // points of the supports move into the state.
+  // Ids are 0, 1, ... in the order of SegmentedScene::things. The objects and the points of the
+  // supports are moved into the state.
   explicit SceneState(SegmentedScene scene);
 
-  // Points, planes of supports, sight and rejected points, without things: they never change.
+  // Points, planes of supports, sight map and rejected points, without objects: they never change.
   const SegmentedScene& measured() const { return *measured_; }
   const OrientedPoints& points() const { return measured_->points; }
   const std::optional<SightMap>& sight() const { return measured_->sight; }
   const SegmentedSupport& support(std::size_t index) const { return *supports_[index]; }
   std::size_t support_count() const { return supports_.size(); }
 
-  // The order of output: objects, largest first, then residual geometry; by id where that ties.
+  // In the order of output: objects, largest first, then residual geometry; ties by id.
   std::span<const HypothesisPtr> hypotheses() const { return hypotheses_; }
   std::span<const HypothesisPtr> objects() const { return hypotheses().first(object_count_); }
 
-  // Null where no such hypothesis lives.
+  // Null if there is no such hypothesis.
   const ObjectHypothesis* Find(HypothesisId id) const;
-  // Precondition: it lives.
+  // Precondition: the hypothesis exists.
   const ObjectHypothesis& Get(HypothesisId id) const { return *Find(id); }
-  // Place in hypotheses(). Precondition: it lives.
+  // Index into hypotheses(). Precondition: the hypothesis exists.
   std::size_t IndexOf(HypothesisId id) const;
 
-  // The id that Change::added[k] of the next change gets.
+  // The id that Change::added[k] of the next change will get.
   HypothesisId NextId(std::size_t k) const { return {next_id_ + static_cast<std::uint32_t>(k)}; }
 
   struct Change {
     std::vector<HypothesisId> removed;
-    std::vector<ObjectHypothesis> added;  // their ids are assigned
+    std::vector<ObjectHypothesis> added;  // With() assigns their ids
     std::vector<std::pair<HypothesisId, Resting>> reseated;
     std::vector<std::pair<std::size_t, PointSet>> support_points;  // of changed supports
   };
-  // Precondition: `removed` and `reseated` live and share no id.
+  // Precondition: `removed` and `reseated` exist and have no id in common.
   SceneState With(Change change) const;
 
-  // models[k] becomes the model of hypotheses()[k]; null keeps what it had. A hypothesis whose model
-  // reaches the support rests on nothing else from then on.
+  // models[k] becomes the model of hypotheses()[k]; if null, the previous model stays. A hypothesis
+  // whose model reaches the support then rests on that only.
   SceneState WithModels(std::span<const ModelPtr> models) const;
 
  private:

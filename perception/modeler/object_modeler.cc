@@ -24,7 +24,8 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of a whole scene without clusters, every shape must keep enough points too.
+// chosen: one point in this many is searched, within limits. In a scene without clusters every
+// shape must keep enough points.
 constexpr std::size_t kPointsPerSearchPoint = 4;
 
 std::size_t SearchPoints(std::size_t count) {
@@ -56,8 +57,9 @@ std::vector<ShapePart> InLevelFrame(std::vector<Solid> solids, const FitContext&
   return parts;
 }
 
-// What one closed solid accounts for but for mixed pixels on either side has no handle: what stands
-// out from a wall in it, the end of a lying cup or the wall beside its rim, is its own surface.
+// True if all points but mixed pixels on either side are explained. An object explained by one
+// closed solid has no handle: a part that stands out from a wall in it, such as the end of a lying
+// cup or the wall beside its rim, is its own surface.
 bool ExplainsNearlyAll(const ObjectModel& model) {
   const auto unexplained = std::ranges::count(model.part_of_point, kUnexplained);
   return static_cast<double>(unexplained) <=
@@ -67,12 +69,14 @@ bool IsOneSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
-// Nobody looked into it: it leaves no piece that an inside would be.
+// True if a single closed solid leaves no connected piece of points, which the inside of a vessel
+// would be.
 bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
   return assembly.solids.size() == 1 && LeaveNoPiece(assembly.solids, context);
 }
 
-// With its shells, where they leave nothing for parts beside it, or for walls that lie.
+// Returns the assembly with its shells, if they leave no points for objects beside it or for lying
+// walls.
 std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& context,
                                         Assembly assembly) {
   ReachOwnPoints(context, assembly.solids);
@@ -87,7 +91,7 @@ bool IsEnough(const ModelPoints& thinned, const ModelerOptions& options) {
   return static_cast<double>(thinned.size()) * thinned.weight >= options.min_inliers;
 }
 
-// What is searched of an object, and what stays beside it while it is.
+// The points of an object that are searched, with the indices that are built once for them.
 struct Searched {
   Searched(ModelPoints thinned, const std::optional<Pose>& X_LSupport)
       : points(std::move(thinned)),
@@ -107,8 +111,8 @@ struct Searched {
   const Ground ground;
 };
 
-// A handle pulls at the wall that it stands out from: of a lone closed solid that has handles, the
-// one that accounts for the other points.
+// Fits a single closed solid with handles again, to all points but those of the handles, which pull
+// at the wall that they stand out from.
 void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                        const SensorNoise& noise, const ModelerOptions& options, const Work& work,
                        const PassingRays& passing, ObjectModel& model) {
@@ -158,14 +162,15 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
       });
   Assembly assembly = AssembleSolids(extraction, context, searched.ground);
   PreferOneSolid(context, assembly);
-  // Before it is asked what the solids leave: one that rays run into is not all that is there.
+  // Solids are narrowed before the checks of what they leave over: one that rays enter explains too
+  // much.
   YieldToRays(context, assembly.solids);
   std::optional<Assembly> with_shells;
   if (vessel) with_shells = AsUprightVessel(*vessel, context, assembly);
   if (with_shells) {
     assembly = *std::move(with_shells);
   } else {
-    // Hardly any object is parted: walls that lie are sought meanwhile.
+    // Few objects are split, so lying walls are sought at the same time.
     bool is_parted = false;
     std::optional<RevolvedWall> lying;
     const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
@@ -196,10 +201,11 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   DropSolidsOfHandles(points, spacing_m, ground_L, model.shapes, model.part_of_point, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
   AddHandles(points, of_vessel, model, work);
-  // What stands out from a wall and is no handle of it is none of a solid in its place.
+  // With a vessel, a cluster that is no handle of its wall is no handle of a solid in its place
+  // either.
   if (!vessel) FindHandles(points, spacing_m, ground_L, model, work);
   FitWithoutHandles(points, X_LSupport, noise, options, work, passing, model);
-  // The wall was that of a handle.
+  // The wall that was seen from both sides belonged to a handle.
   if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
   return model;
 }

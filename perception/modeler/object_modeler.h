@@ -1,5 +1,5 @@
-// OBJECT MODELER (paper, section V): the shapes that explain an object's points, its handles, and
-// the points that remain for triangulation.
+// The object modeler (paper, section V): finds the shapes that explain an object's points, its
+// handles, and the points that remain for triangulation.
 #pragma once
 
 #include <cstddef>
@@ -15,38 +15,39 @@
 
 namespace cwm::perception {
 
-// chosen: of a whole scene so many points, or the rays to them, are looked at: a shape of 300 of a
-// camera's 300 000 keeps 40.
+// chosen: points, or rays to points, of a whole scene that are processed; a shape of 300 of a
+// camera's 300 000 points keeps 40.
 inline constexpr std::size_t kMaxOfScene = 40'000;
 
-// Everything in the level frame L: z up, any origin. The z = 0 of `X_LSupport` is the top plane of
-// what the object stands on, its z the plane's normal (up), where known: solids are completed down
-// to it and never extend below it. `passing`: what was seen beside and behind it tells where no
-// solid is. Throws Stopped when `work` is stopped.
+// Models one object in the level frame L: z up, any origin. The plane z = 0 of `X_LSupport`, if
+// known, is the top of the object's support, and its z axis is the plane's normal (up): solids are
+// extended down to it and never below it. `passing` holds rays to what is beside and behind the
+// object; no solid may fill the space they crossed. Throws Stopped when `work` is stopped.
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                         const SensorNoise& noise, const ModelerOptions& options,
                         const Work& work = {}, const PassingRays& passing = {});
 
-// The one closed solid on the support that accounts for nearly all points, where one does: what they
-// are likely to be, for less than a model.
+// Returns the closed solid on the support that explains nearly all points; empty if there is none.
+// It is a likely shape at less cost than a full model.
 std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose& X_LSupport,
                                        const SensorNoise& noise, const ModelerOptions& options,
                                        const Work& work = {});
 
-// The shell of a vessel that lies or leans (FindLyingWall) about one of the axes, which may be none's,
-// or one that the normals suggest.
+// Returns the shell of a lying or leaning vessel (FindLyingWall) about one of `axes`, which may be
+// empty, or about an axis that the normals suggest; empty if there is none.
 std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
                                          const std::optional<Pose>& X_LSupport,
                                          const std::vector<Vector3>& axes, const SensorNoise& noise,
                                          const ModelerOptions& options, const Work& work = {});
 
-// What is known to consist of these shapes, which are in the level frame: which points they explain, how
-// well, and what stands out from them as handles do.
+// Models an object whose shapes are known, in the level frame: which points they explain, how well,
+// and which parts stand out from them as handles.
 ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                        std::vector<ShapePart> shapes, const Work& work = {});
 
-// A wall or front of which the plates are known, in the level frame: they are its shapes, COMPLETED
-// since their bodies were supplied, and what stands out from them may be handles.
+// Models a wall or a furniture front whose plates are known, in the level frame. The plates are its
+// shapes, with the role COMPLETED because their bodies were supplied; parts that stand out from
+// them may be handles.
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
                            const Work& work = {});
 

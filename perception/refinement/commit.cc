@@ -13,7 +13,7 @@ const Consumed* FindConsumed(const Proposal& proposal, std::optional<HypothesisI
   return found == proposal.consumes.end() ? nullptr : &*found;
 }
 
-// What the k-th product rests on in the state that is made.
+// The hypothesis that the k-th product rests on in the new state.
 std::optional<HypothesisId> Below(const SceneState& state, const Proposal& proposal,
                                   std::size_t k) {
   const Product& product = proposal.products[k];

@@ -1,4 +1,4 @@
-// Proposals become states.
+// Applies proposals to states.
 #pragma once
 
 #include <span>
@@ -7,12 +7,12 @@
 
 namespace cwm::perception {
 
-// The product as a hypothesis of a state; what rests on another product or on what is consumed rests
-// on nothing yet.
+// The product as a hypothesis. If it rests on another product or a consumed hypothesis, that is not
+// resolved yet.
 ObjectHypothesis HypothesisOf(const Product& product);
 
-// The state in which the products, with their models, replace what is consumed. What rested on the
-// consumed rests on their heirs, unless it is reseated.
+// Returns the state in which the products, with their models, replace the consumed hypotheses.
+// Hypotheses that rested on a consumed one rest on its heir, unless they are reseated.
 SceneState Commit(const SceneState& state, const Proposal& proposal,
                   std::span<const ModelPtr> models);
 

@@ -10,8 +10,8 @@
 namespace cwm::perception {
 namespace {
 
-// derived: the pose and the sizes of a solid, less what the ground tells; an object's place on its
-// support.
+// derived: the pose and the sizes of a solid, less those that the ground determines; an object's
+// place on its support.
 constexpr double kParametersOfSolid = 6, kParametersOfObject = 3;
 
 }  // namespace
@@ -19,7 +19,7 @@ constexpr double kParametersOfSolid = 6, kParametersOfObject = 3;
 double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise) {
   const double warp_m = noise.WarpSigma_m();
-  // The judged points stand for all.
+  // The sampled points represent all points.
   const PointSet some = Thinned(points, kMaxLookedAt);
   double squares = 0;
   for (const std::uint32_t i : some) {

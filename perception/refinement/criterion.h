@@ -1,4 +1,5 @@
-// How well hypotheses explain the points of a scene: what passes compare before and after.
+// Measures how well hypotheses explain the points of a scene, to compare them before and after a
+// pass.
 #pragma once
 
 #include <vector>
@@ -13,15 +14,15 @@ namespace cwm::perception {
 //
 //   cost = 1/2 (sum_i min(r_i^2 / (sigma_i^2 + omega^2), 9) / m + k ln(N / m))
 //
-// r_i is a point's distance to the nearest surface, sigma_i its noise along the ray, omega the slow
-// warp of the sensor, m the points that carry the information of one, N the points of the scene, and k
-// the parameters: six of a solid (its pose and sizes, less what the ground tells), and three of an
-// object, which could lie anywhere on its support. Shapes and points are in the level frame, in metres.
-// Precondition: there are points.
+// r_i is a point's distance from the nearest surface, sigma_i its noise along the ray, omega the
+// slow warp of the sensor, m the number of points that carry the information of one, N the number
+// of points of the scene, and k the number of parameters: six per solid (its pose and sizes, less
+// those that the ground determines), and three per object, which may be anywhere on its support.
+// Shapes and points are in the level frame, in metres. Precondition: there are points.
 double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise);
 
-// By how much the products cost less than what they replace.
+// The cost of the replaced hypotheses minus the cost of the products.
 double CriterionGain(const ModelledProposal& modelled);
 
 }  // namespace cwm::perception

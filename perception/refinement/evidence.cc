@@ -12,7 +12,8 @@
 namespace cwm::perception {
 namespace {
 
-// measured: of the mean square in variances, true parts of one object lost 0.1 by warp.
+// measured: the largest increase of the mean square, in variances; true parts of one object
+// increased it by 0.1 because of warp.
 constexpr double kMaxLoss = 0.5;
 
 void SortPoints(PointSet& points) { std::ranges::sort(points); }

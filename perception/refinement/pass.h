@@ -1,5 +1,5 @@
-// Passes that change what the hypotheses of a scene are: two become one, one becomes several, or
-// points change their owner. A pass proposes; the driver (refine.h) models, asks, and commits.
+// Passes change the hypotheses of a scene: two become one, one becomes several, or points change
+// their owner. A pass proposes; the driver (refine.h) models the products, evaluates and commits.
 #pragma once
 
 #include <cstddef>
@@ -20,26 +20,27 @@ struct RefinementContext {
   const Work& work;
 };
 
-// What a product is to be: one object alone is modelled without a look for objects that touch.
+// The expected product: one object is modelled without a search for touching objects.
 enum class Expectation { kAny, kOneObject };
 
 struct Product {
   PointSet points = {};
   std::size_t node_count = 0;
-  // What it rests on: a hypothesis, or, if `on_product` is set, that product of the same proposal.
+  // The product's ground: a hypothesis or, if `on_product` is set, that product of the same
+  // proposal.
   Resting resting = {};
   std::optional<std::size_t> on_product = {};
   std::vector<Placed<Plate>> plates = {};
   Expectation expects = Expectation::kAny;
-  std::optional<std::vector<ShapePart>> given_shapes = {};  // level frame; nothing is searched then
+  std::optional<std::vector<ShapePart>> given_shapes = {};  // level frame; no search then
 };
 
 struct Consumed {
   HypothesisId id;
-  std::size_t heir = 0;  // product on which rests what rested on it
+  std::size_t heir = 0;  // product that the objects on it rest on afterwards
 };
 
-// A hypothesis that is left alone otherwise, and rests on a product from now on.
+// A hypothesis that only changes in that it rests on a product.
 struct Reseat {
   HypothesisId id;
   std::size_t on_product = 0;
@@ -51,9 +52,9 @@ struct FromSupport {
   PointSet points = {};  // ascending
 };
 
-// Data: what a pass wants to replace, and by what. The points of the products are those of what is
-// consumed and `from_support`, each once. Products are modelled in their order, and none after one
-// that is not admitted: the likeliest to fail comes first.
+// The hypotheses that a pass wants to replace, and their replacement. The products' points are
+// those of the consumed hypotheses and `from_support`, each once. Products are modelled in their
+// order until one is not admitted, so the likeliest to fail comes first.
 struct Proposal {
   std::vector<Consumed> consumes = {};
   std::vector<Product> products = {};
@@ -69,52 +70,51 @@ struct ModelledProposal {
   const RefinementContext& context;
 };
 
-// chosen: for passes that may ask at most objects: more than one image holds.
+// chosen: for passes that may examine most objects: more than one image contains.
 inline constexpr int kMaxTrials = 32;
 
-// The work that a pass may cause in one scene.
+// The largest work of a pass in one scene.
 struct Allowance {
-  // Proposals that are modelled. measured: of 317 scenes none asked for more than three joins of
-  // parts that something hides, of 45 real scans one, of clutter, for more than six of vessels'
-  // walls.
+  // Number of proposals that are modelled. measured: no more than three merges of occluded parts in
+  // 317 scenes, and more than six merges of vessel walls in one of 45 real scans, of clutter.
   int max_trials = 8;
-  // Of all points, one in so many may be modelled anew. chosen: bounds the work in clutter, where
-  // much is proposed and little gained.
+  // One in this many of all points may be modelled again. chosen: bounds the work in clutter, where
+  // there are many proposals and few gains.
   std::size_t points_divisor = 4;
-  std::string_view note;  // of the object whose trial was not allowed
+  std::string_view note;  // added to the object whose trial was not allowed
 };
 
 class RefinementPass {
  public:
   virtual ~RefinementPass() = default;
 
-  // As users name it in InterpretOptions::disabled_passes: "merge.occluded_parts".
+  // The name in InterpretOptions::disabled_passes, such as "merge.occluded_parts".
   virtual std::string_view Name() const = 0;
-  // Passes that must have run before.
+  // Passes that must run before this one.
   virtual std::span<const std::string_view> After() const { return {}; }
   virtual Allowance MaxWork() const = 0;
 
-  // Proposals that look worth their price, likeliest first. All hypotheses have models.
+  // Promising proposals, the likeliest first. All hypotheses have models.
   virtual std::vector<Proposal> Propose(const SceneState& state,
                                         const RefinementContext& context) const = 0;
 
-  // A second, dearer look at one of them, which counts as a trial: the proposal in its final form, or
-  // null. Asked once while the hypotheses live.
+  // A second, more expensive examination of a proposal, which counts as a trial: returns its final
+  // form, or empty. Done once per proposal while its hypotheses exist.
   virtual std::optional<Proposal> Examine(const SceneState& state, Proposal proposal,
                                           const RefinementContext& context) const {
     (void)state, (void)context;
     return proposal;
   }
 
-  // Whether the shapes of a product are what was hoped for.
+  // True if the shapes of a product are the expected ones.
   virtual bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
                       const ObjectModel& found) const {
     (void)state, (void)proposal, (void)product, (void)found;
     return true;
   }
 
-  // What the products are better by than what they replace: the proposal is committed where that is
-  // more than 0. Where proposals compete for a hypothesis, the greater gain wins.
+  // The improvement by the products over what they replace: the proposal is committed if it is more
+  // than 0. If proposals compete for a hypothesis, the greater gain wins.
   virtual double Gain(const ModelledProposal& modelled) const = 0;
 };
 

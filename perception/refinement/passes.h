@@ -9,10 +9,10 @@
 
 namespace cwm::perception {
 
-// A new pass gets a file pair in one of the rooms and a line here.
+// All passes. To add one, add a pair of files in one of the subfolders and a line here.
 const Passes& RefinementPasses();
 
-// Names that InterpretOptions::disabled_passes may have: of attachments, refinement and completion.
+// The names that InterpretOptions::disabled_passes may contain: attachments, passes, completion.
 std::vector<std::string> PassNames();
 
 inline constexpr std::string_view kCompleteBelow = "complete.below";

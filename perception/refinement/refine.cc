@@ -17,10 +17,10 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: bounds the work, since a change may make room for a pass that ran before.
+// chosen: bounds the work; a change may give an earlier pass new proposals.
 constexpr int kMaxRounds = 3;
 
-// Proposals are the same where they consume the same hypotheses and cut them alike.
+// Proposals are equal if they consume the same hypotheses and divide them equally.
 using ProposalKey = std::tuple<std::vector<HypothesisId>, std::uint64_t>;
 
 ProposalKey KeyOf(const Proposal& proposal) {
@@ -42,7 +42,7 @@ std::vector<HypothesisId> IdsOf(const Proposal& proposal) {
   return ids;
 }
 
-// One proposal under way.
+// One proposal in progress.
 struct Attempt {
   Proposal proposal;
   ProposalKey key;
@@ -59,7 +59,7 @@ class PassRunner {
         trials_left_(pass.MaxWork().max_trials),
         points_left_(points / pass.MaxWork().points_divisor) {}
 
-  // True where something was committed.
+  // True if a proposal was committed.
   bool Run(RefinedScene& refined) {
     bool any = false;
     while (RunOnce(refined)) any = true;
@@ -78,7 +78,7 @@ class PassRunner {
     return any;
   }
 
-  // In parallel, of those that are still open.
+  // Calls body for the attempts that are still open, in parallel.
   template <class Body>
   void ForEach(std::vector<Attempt>& attempts, const Body& body) const {
     ParallelFor(attempts.size(), 1, context_.work, [&](std::size_t begin, std::size_t end) {
@@ -93,7 +93,7 @@ class PassRunner {
     refined.notes.emplace_back(proposal.consumes.front().id, pass_.MaxWork().note);
   }
 
-  // Of proposals that were not tried before.
+  // Attempts for the proposals that were not tried before.
   std::vector<Attempt> NewAttempts(RefinedScene& refined) {
     std::vector<Attempt> attempts;
     for (Proposal& proposal : pass_.Propose(refined.state, context_)) {
@@ -161,7 +161,8 @@ class PassRunner {
     return context_.modeler.ModelIf(admits, hypothesis, options);
   }
 
-  // The greatest gains first; what competes with one of them has to be proposed again.
+  // Commits the greatest gains first; proposals that compete with one of them must be proposed
+  // again.
   bool CommitBest(std::vector<Attempt>& attempts, RefinedScene& refined) {
     std::vector<Attempt*> gaining;
     for (Attempt& attempt : attempts) {

@@ -1,5 +1,5 @@
-// The one driver of all passes: it models what they propose, asks them, commits what gains, and
-// remembers what did not.
+// The driver of all passes: it models their proposals, evaluates them, commits those that gain, and
+// remembers the others.
 #pragma once
 
 #include <memory>
@@ -15,13 +15,13 @@ namespace cwm::perception {
 
 using Passes = std::vector<std::unique_ptr<const RefinementPass>>;
 
-// What became of one proposal.
+// The outcome of one proposal.
 struct Trial {
   enum class Outcome {
-    kOpen,         // under way
-    kTooDear,      // the pass's work was spent
-    kNotExamined,  // the pass's second look found nothing in it
-    kNotAdmitted,  // a product was not what was hoped for
+    kOpen,         // in progress
+    kTooDear,      // the pass's allowance of work was spent
+    kNotExamined,  // the pass's second examination rejected it
+    kNotAdmitted,  // a product was not as expected
     kNoGain,
     kOutbid,  // another proposal for the same hypothesis gains more
     kCommitted,
@@ -30,7 +30,7 @@ struct Trial {
   Outcome outcome = Outcome::kOpen;
   double gain = 0;
   std::vector<HypothesisId> consumed = {};
-  std::vector<HypothesisId> produced = {};  // of kCommitted
+  std::vector<HypothesisId> produced = {};  // for kCommitted
 };
 
 struct RefinedScene {
@@ -39,13 +39,13 @@ struct RefinedScene {
   std::vector<std::pair<HypothesisId, std::string>> notes = {};  // limits of work that were reached
 };
 
-// Runs the passes in their order, each until it gains no more, and all again until none does.
-// `disabled` names passes that are left out. Precondition: all hypotheses have models. Throws Stopped
-// when the work is stopped. The result is the same on any number of threads.
+// Runs the passes in their order, each until it gains no more, in up to three rounds, until none
+// gains. `disabled` names passes that are left out. Precondition: all hypotheses have models.
+// Throws Stopped when the work is stopped. The result is the same on any number of threads.
 RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std::string> disabled,
                     const RefinementContext& context);
 
-// Names of passes that run before one that they must follow; empty of a sound order.
+// Names of passes that run before one that they must follow; empty if the order is valid.
 std::vector<std::string> OutOfOrder(const Passes& passes);
 
 }  // namespace cwm::perception

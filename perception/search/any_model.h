@@ -1,4 +1,4 @@
-// The models that are searched for. A new one joins here, in the options and in the selection.
+// The models that are searched for. A new one is added here, to the options and to the selection.
 #pragma once
 
 #include <variant>

@@ -13,13 +13,13 @@ namespace {
 // chosen: upper bounds within a tenth do not change the leader.
 constexpr double kLeaderSlack = 1.1;
 
-// chosen: so many points tell 5 % of inliers from 20 %.
+// chosen: enough points to distinguish 5 % of inliers from 20 %.
 constexpr std::size_t kFirstSubset = 128;
-// chosen: of the bound of a score; 99 % on one side.
+// chosen: standard deviations of the bound of a score; 99 % on one side.
 constexpr double kConfidence_sigma = 2.5;
-// chosen: of a candidate's inliers: what has more of them in common is nearly the same.
+// chosen: a candidate that shares more of its inliers with a refused one is nearly the same.
 constexpr double kRefusedShare = 0.7;
-// chosen: what a look at the leader goes through.
+// chosen: bounds the candidates that each choice of a leader goes through.
 constexpr std::size_t kMaxCandidates = 400;
 
 unsigned char KindBit(const AnyModel& model) {
@@ -115,7 +115,7 @@ double CandidateList::UpperBound(const Candidate& candidate) const {
   if (candidate.subsets_done == subset_end_.size()) return candidate.score;
   const auto seen = static_cast<double>(subset_alive_[candidate.subsets_done - 1]);
   if (seen < 1) return static_cast<double>(available_count_);
-  // Binomial share of inliers in the points seen, one more for the sampling of none.
+  // The binomial share of inliers in the points seen, with one added for a sample without inliers.
   const double share = std::min(1.0, candidate.score / seen);
   const double sd = std::sqrt((share * (1 - share) + 1 / seen) / seen);
   return static_cast<double>(available_count_) * std::min(1.0, share + kConfidence_sigma * sd);

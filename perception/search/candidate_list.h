@@ -17,37 +17,37 @@ namespace cwm::perception {
 
 struct Candidate {
   AnyModel model;
-  std::vector<std::uint32_t> inliers;  // available ones, of the subsets evaluated so far
+  std::vector<std::uint32_t> inliers;  // available points of the subsets evaluated so far
   std::size_t subsets_done = 0;
   double score = 0;        // MSAC over `inliers`: sum of 1 - (distance / gate)^2
-  bool connected = false;  // all subsets done, and `inliers` are one component
-  double bound = 0;        // of the score over all available points, from above, with confidence
+  bool connected = false;  // true if all subsets are done and `inliers` are one component
+  double bound = 0;        // upper confidence bound of the score over all available points
 };
 
 // Points are split into disjoint random subsets of doubling size. A candidate is scored on the
-// first one; its score on all points is bounded from that with confidence, and further subsets are
-// evaluated only where the bounds leave the leader open.
+// first subset, which bounds its score on all points with confidence. Further subsets are evaluated
+// only if the bounds leave the leader open.
 class CandidateList {
  public:
-  // All but the seed must outlive the list. The order of the subsets follows `seed`.
+  // All arguments but the seed must outlive the list. `seed` determines the order of the subsets.
   CandidateList(const ModelPoints& points, const Connectivity& connectivity, std::uint64_t seed,
                 const Work& work = kUnbounded);
 
   void Add(const AnyModel& model);
 
-  // The candidate with the best score over its largest connected component, exactly; null when
-  // the list is empty. Rivals whose upper bound exceeds it by less than a tenth stay unevaluated:
-  // the refinement makes up for that. Valid until the list changes.
+  // Returns the candidate with the best exact score over its largest connected component; null if
+  // the list is empty. Candidates whose upper bound exceeds it by less than a tenth stay
+  // unevaluated, since the refinement makes up for that. Valid until the list changes.
   const Candidate* Leader();
 
-  // Takes points away and rescores all candidates by subtraction.
+  // Removes points and rescores all candidates by subtraction.
   void Remove(std::span<const std::uint32_t> taken);
 
-  // Drops the candidates of the leader's kind that mostly consist of its points: the leader was
-  // looked at closer and refused.
+  // Drops the candidates of the leader's kind that mostly consist of its points. Called when the
+  // model selection refused the leader.
   void Refuse(const Candidate& leader);
 
-  const std::vector<char>& available() const { return available_; }  // per point
+  const std::vector<char>& available() const { return available_; }  // one flag per point
   std::size_t available_count() const { return available_count_; }
   const std::vector<Candidate>& candidates() const { return candidates_; }
 
@@ -55,7 +55,7 @@ class CandidateList {
   void EvaluateNextSubset(Candidate& candidate) const;
   void KeepLargestComponent(Candidate& candidate) const;
   void Rescore(Candidate& candidate) const;
-  double UpperBound(const Candidate& candidate) const;  // what Candidate::bound holds
+  double UpperBound(const Candidate& candidate) const;  // the value of Candidate::bound
   bool IsRefused(const Candidate& candidate) const;
   void GatherAvailable();
   void Prune();
@@ -64,10 +64,10 @@ class CandidateList {
   const Connectivity& connectivity_;
   const Work& work_;
   std::vector<std::uint32_t> shuffled_;    // all points, in random order
-  std::vector<std::size_t> subset_end_;    // into shuffled_
+  std::vector<std::size_t> subset_end_;    // end of each subset in shuffled_
   std::vector<std::size_t> subset_alive_;  // available points in the subsets up to each one
   std::vector<std::uint32_t> alive_;       // the available points of shuffled_, in that order
-  PointLanes alive_lanes_;                 // the same
+  PointLanes alive_lanes_;                 // the same points
   std::vector<char> available_;
   std::vector<unsigned char> refused_kinds_;  // per point: bit k for the k-th kind of AnyModel
   std::size_t available_count_ = 0;

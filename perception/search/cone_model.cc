@@ -32,7 +32,7 @@ std::optional<AxisFoot> MeetOnAxis(std::span<const SamplePoint> sample, const Ve
     result.radius_m += share * away.norm();
     outside += away.dot(n) > 0 ? 1 : -1;
   }
-  // Nine of ten, all of a few, must be on one side.
+  // Nine of ten normals, or all of a few, must be on one side.
   if (std::abs(outside) < 0.8 * static_cast<double>(sample.size())) return std::nullopt;
   result.side = outside > 0 ? SeenFrom::kOutside : SeenFrom::kInside;
   return result;

@@ -1,5 +1,5 @@
-// A cone's lateral surface, as the radius at a mid plane and the slope along the axis, so that
-// slope 0 is the cylinder and cups stay well conditioned (their apex is far away).
+// A cone's lateral surface, given by the radius at a mid plane and the slope along the axis, so
+// that slope 0 is the cylinder and cups are well conditioned (their apex is far away).
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace cwm::perception {
 
-// Position relative to an axis: height along it, and direction and distance away from it.
+// A position relative to an axis: the height along it, and the direction and distance away from it.
 struct AxialPosition {
   double height_m = 0;
   double radius_m = 0;
@@ -60,12 +60,12 @@ struct ConeModel {
   ConeModel Moved(const Parameters& step) const;
   bool MayReach(const CellBounds& box, double gate_m) const;
   ConeModel Centred(const Vector3& p) const;
-  // As CylinderModel has it, for what holds of both.
+  // As CylinderModel::AsCone, for code that serves both.
   const ConeModel& AsCone() const { return *this; }
 };
 
 // The point in which the lines p - t n of a sample meet in the plane normal to `axis`, by least
-// squares; nothing where they are parallel. The sign of the mean t tells the side.
+// squares; empty if they are parallel. The sign of the mean t determines the side.
 struct AxisFoot {
   Vector3 point = Vector3::Zero();
   double radius_m = 0;  // mean distance of the sample from the axis

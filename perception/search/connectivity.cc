@@ -7,8 +7,8 @@
 namespace cwm::perception {
 namespace {
 
-// Inliers of one surface meet across the distance gate. Surfaces are uneven by some part of a cell,
-// even where all points are in one place.
+// Inliers of one surface connect across the distance gate. Surfaces are uneven by part of a cell,
+// even if all points are in one place.
 double CellEdge_m(const ModelPoints& points) {
   return std::max({kSpacingsPerCell * points.spacing_m,
                    kDistanceGate_sigma * Median(points.sigma_m), double{kUnevenness_m}});

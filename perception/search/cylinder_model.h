@@ -11,7 +11,7 @@ namespace cwm::perception {
 
 struct CylinderModel {
   using Sample = std::array<SamplePoint, 2>;
-  // As of the cone, without the slope.
+  // The cone's parameters without the slope.
   using Parameters = Eigen::Matrix<double, ConeModel::kSlope, 1>;
   static constexpr int kParameterCount = Parameters::RowsAtCompileTime;
   static constexpr int kFirstTilt = ConeModel::kFirstTilt;

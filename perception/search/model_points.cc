@@ -14,11 +14,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// derived: halfway between the faces of a right-angled edge; beyond it a gate would tell nothing.
+// derived: halfway between the faces of a right-angled edge; a wider gate would not discriminate.
 constexpr double kMaxNormalGate_rad = 45 * kDegree;
-// derived: as of distances.
+// derived: as for distances.
 constexpr double kNormalGate_sigma = kDistanceGate_sigma;
-// chosen: a point without a stated noise still needs a gate; no range sensor's is less.
+// chosen: a point without a stated noise still needs a gate; no range sensor has less.
 constexpr double kMinSigma_m = 1e-4;
 
 struct KeyedPoint {
@@ -91,7 +91,7 @@ ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
   out.weight = static_cast<double>(stride);
   for (std::size_t k = 0; k < keyed.size(); k += stride) {
     const std::uint32_t i = keyed[k].index;
-    // Points that are sent many times lie side by side here, and tell no more than one.
+    // Copies of a point are neighbours in this order and count once.
     if (!out.index.empty() && points.points[out.index.back()] == points.points[i]) continue;
     const double sigma_m = std::max<double>(points.sigma_m[i], kMinSigma_m);
     out.p.push_back(points.points[i].cast<double>() - out.origin_L);

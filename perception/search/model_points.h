@@ -18,13 +18,13 @@ namespace cwm::perception {
 struct ModelPoints {
   std::vector<Vector3> p;            // metres, relative to origin_L
   std::vector<Vector3> n;            // unit, towards the sensor
-  std::vector<double> sigma_m;       // of the range
+  std::vector<double> sigma_m;       // standard deviation of the range
   std::vector<double> gate_m;        // inliers are at most this far from the surface
-  std::vector<double> min_cos;       // of the angle between an inlier's normal and the surface's
+  std::vector<double> min_cos;       // least cosine between an inlier's normal and the surface's
   std::vector<std::uint32_t> key;    // Morton key, ascending
   std::vector<std::uint32_t> index;  // into the object's points
   Vector3 origin_L = Vector3::Zero();
-  Vector3 viewpoint = Vector3::Zero();  // of the sensor, relative to origin_L
+  Vector3 viewpoint = Vector3::Zero();  // position of the sensor, relative to origin_L
   double widest_gate_m = 0;             // the largest of gate_m
   double weight = 1;                    // measured points per point
   double spacing_m = 0;                 // median distance between neighbours in Morton order
@@ -32,26 +32,26 @@ struct ModelPoints {
   std::size_t size() const { return p.size(); }
 };
 
-// chosen: standard deviations of the range, and of all else that noise makes of one surface: of
-// Gaussian errors 0.3 % are larger.
+// chosen: standard deviations of the range, and of other noise of a surface; 0.3 % of Gaussian
+// errors are larger.
 inline constexpr double kDistanceGate_sigma = 3;
 
-// derived: of keys, three bits to each: cells of 1/1024 of the extent.
+// derived: levels of the keys, three bits each: cells of 1/1024 of the extent.
 inline constexpr int kMortonLevels = std::numeric_limits<std::uint32_t>::digits / 3;
 
-// The normal gate: kSameNormal_rad, or 3 standard deviations of the normal where that is more, at
-// most 45 degrees, beyond which a gate would tell nothing.
+// The cosine of the normal gate: kSameNormal_rad, or 3 standard deviations of the normal if that is
+// more, at most 45 degrees, beyond which a gate would not discriminate.
 double NormalGate_cos(double normal_sigma_rad);
 
-// Every k-th point in Morton order, so that at most `most_points` remain, evenly spread. Points
-// that are not finite or have no normal are left out.
+// Returns every k-th point in Morton order, so that at most `most_points` remain, evenly spread.
+// Points that are not finite or have no normal are left out.
 ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
                           const Work& work = {});
 
-// The listed points, in the order of the list, about the same origin.
+// Returns the listed points, in the order of the list, about the same origin.
 ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed);
 
-// Inside the distance gate (times `gate_scale`) and the normal gate.
+// True if the point is inside the distance gate (times `gate_scale`) and the normal gate.
 template <ShapeModel M>
 bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double gate_scale = 1) {
   const double distance_m = model.Distance_m(points.p[i]);
@@ -61,7 +61,7 @@ bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double
   return model.FacingSign() * model.Normal(points.p[i]).dot(points.n[i]) >= points.min_cos[i];
 }
 
-// At most `most` of the indices, evenly spread over the list.
+// Returns at most `most` of the indices, evenly spread over the list.
 std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most);
 
 }  // namespace cwm::perception

@@ -6,7 +6,7 @@
 namespace cwm::perception {
 namespace {
 
-// derived: brings the three bits of the first level to the end of a key.
+// derived: shifts the three bits of the first level to the end of a key.
 constexpr int kTopShift = (kMortonLevels - 1) * 3;
 
 CellBounds TightBounds(const ModelPoints& points, std::uint32_t begin, std::uint32_t end) {

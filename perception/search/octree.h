@@ -1,5 +1,5 @@
 // An octree over points in Morton order (paper, section V): cells for localised sampling, and
-// hierarchical pruning of those that cannot hold inliers.
+// hierarchical pruning of cells that cannot hold inliers.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace cwm::perception {
 
-// Immutable. Every node is a contiguous range of points; nodes are stored in preorder, so that a
-// subtree is contiguous too.
+// Immutable. Every node is a contiguous range of points; nodes are stored in preorder, so a subtree
+// is contiguous too.
 class Octree {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -29,12 +29,12 @@ class Octree {
   explicit Octree(const ModelPoints& points);
 
   std::span<const Node> nodes() const { return nodes_; }
-  // The smallest cell around a point; the others are its parents.
+  // The smallest cell around a point; its parents are the larger ones.
   std::uint32_t LeafOf(std::uint32_t point) const { return leaf_of_[point]; }
-  const PointLanes& lanes() const { return lanes_; }  // all points, in their order
+  const PointLanes& lanes() const { return lanes_; }  // all points, in order
 
-  // The points, ascending, of the cells that the model may reach within `gate_m`: of cells that are
-  // not split further for that.
+  // Returns ascending ranges of points: those of the cells that the model may reach within
+  // `gate_m`. Small cells are not split further.
   template <ShapeModel M>
   std::vector<PointLanes::Range> Reached(const M& model, double gate_m) const {
     std::vector<PointLanes::Range> ranges;
@@ -53,9 +53,10 @@ class Octree {
   }
 
  private:
-  // chosen: leaves of fewer points make more box tests than they save point tests.
+  // chosen: smaller leaves need more box tests than the point tests they save.
   static constexpr std::uint32_t kLeafPoints = 8;
-  // derived: as many groups of lanes: four points are tested in a third of the time of a box.
+  // derived: that many groups of SIMD lanes: four points are tested in a third of the time of a
+  // box.
   static constexpr std::uint32_t kTestedAtOnce = kLeafPoints * PointLanes::kLanes;
 
   std::uint32_t Build(const ModelPoints& points, std::uint32_t begin, std::uint32_t end, int shift,
@@ -66,7 +67,7 @@ class Octree {
   PointLanes lanes_;
 };
 
-// The points of `available` (one flag per point) within the gates of the model, ascending.
+// Returns the available points (one flag per point) within the gates of the model, ascending.
 template <ShapeModel M>
 std::vector<std::uint32_t> FindInliers(const M& model, const ModelPoints& points,
                                        const Octree& octree, const std::vector<char>& available,

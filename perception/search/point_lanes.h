@@ -1,5 +1,5 @@
-// The points of a search side by side, so that four of them are tested at once: where the search
-// spends most of its time.
+// The points of a search as a structure of arrays, so that four of them are tested at once: the
+// search spends most of its time there.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ namespace cwm::perception {
 
 // A point within both gates of a model.
 struct Hit {
-  std::uint32_t at = 0;  // its place in the PointLanes
+  std::uint32_t at = 0;  // index in the PointLanes
   double distance_m = 0;
 };
 
-// Structure of arrays; holds copies of what the gates need.
+// Structure of arrays with copies of all that the gates need.
 class PointLanes {
  public:
   static constexpr std::size_t kLanes = kDoubleLanes;
@@ -30,16 +30,16 @@ class PointLanes {
   };
 
   PointLanes() = default;
-  // The points in their order.
+  // All points, in their order.
   explicit PointLanes(const ModelPoints& points);
-  // The listed ones, in the order of the list.
+  // The listed points, in the order of the list.
   PointLanes(const ModelPoints& points, std::span<const std::uint32_t> listed);
 
   std::size_t size() const { return size_; }
 
-  // The points in the ranges for which IsInlier (model_points.h) holds, in the order of the ranges,
-  // with the very bits of the model's Distance_m: whichever way a point is tested, and on whichever
-  // processor, the answer is the same.
+  // Returns the points in the ranges for which IsInlier (model_points.h) holds, in the order of the
+  // ranges, with the exact bits of the model's Distance_m: the result is the same for every way of
+  // testing a point and on every processor.
   std::vector<Hit> HitsIn(const AnyModel& model, std::span<const Range> ranges,
                           double gate_scale = 1) const;
 
@@ -49,7 +49,7 @@ class PointLanes {
   void Pad();
 
   std::size_t size_ = 0;
-  // As of ModelPoints, with kLanes more entries at the end, so that the last group can be read.
+  // As in ModelPoints, with kLanes more entries at the end, so that the last group can be read.
   std::vector<double> x_, y_, z_, nx_, ny_, nz_, gate_m_, min_cos_;
 };
 

@@ -1,5 +1,5 @@
-// Random indices whose bytes depend on the seed alone (distributions of the standard library are
-// left to its implementation).
+// Random indices that depend on the seed alone; the standard library's distributions differ between
+// implementations.
 #pragma once
 
 #include <cstddef>

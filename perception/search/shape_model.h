@@ -1,6 +1,6 @@
-// What a shape must offer to be searched for and refined (paper, section V: "a common interface, so
-// they can be easily enabled and disabled and new models can easily be added"). A model is an
-// unbounded surface; what enters the world is the bounded solid that is made of it.
+// The interface that a shape needs to be searched for and refined (paper, section V: "a common
+// interface, so they can be easily enabled and disabled and new models can easily be added"). A
+// model is an unbounded surface; the solid that is made of it is bounded.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,19 +13,20 @@
 
 namespace cwm::perception {
 
-// A measured point and its unit normal, turned to the sensor.
+// A measured point and its unit normal, turned toward the sensor.
 struct SamplePoint {
   Vector3 p = Vector3::Zero();
   Vector3 n = Vector3::Zero();
 };
 
-// chosen: 10 degrees between two normals; of less, noise alone makes the axis or the centre to
-// which they lead.
+// chosen: the least angle between two normals, 10 degrees; with a smaller one noise alone
+// determines the axis or the centre.
 inline constexpr double kParallel_sin = 0.17;
-// derived: of the mean of the projectors across two lines with that angle between them, sin^2 / 4.
+// derived: the determinant of the mean of the projectors across two lines with that angle between
+// them, sin^2 / 4.
 inline constexpr double kParallel_determinant = 0.0075;
 
-// An axis-aligned box as the cells of the octree have it.
+// An axis-aligned box, as the cells of the octree store it.
 struct CellBounds {
   Vector3 center = Vector3::Zero();
   Vector3 half_m = Vector3::Zero();
@@ -43,11 +44,11 @@ inline double SignOf(SeenFrom side) { return side == SeenFrom::kOutside ? 1.0 : 
 //   kParameterCount  degrees of freedom, k of the selection criterion
 //   kFirstTilt       index of the two parameters that tilt the axis or normal; none without a
 //                    direction
-//   FromSample       the surface through a minimal sample; nothing when it defines none
+//   FromSample       the surface through a minimal sample; empty if it defines none
 //   Distance_m       signed orthogonal distance to the unbounded surface, positive outside
 //   Normal           unit gradient of Distance_m at p; where there is none, a valid one of the
 //                    surface
-//   FacingSign       +1 where the normals that the sensor sees are Normal(), -1 where its opposites
+//   FacingSign       +1 if the normals that the sensor sees are Normal(), -1 if its opposites
 //   Gradient         of Distance_m by the local parameters, at the current ones
 //   Moved            the surface after a small step of the local parameters
 //   MayReach         false only if no point of the box is within `gate_m` of the surface:
@@ -68,7 +69,7 @@ concept ShapeModel = requires(const M m, const Vector3 p, const CellBounds box, 
   { m.Centred(p) } -> std::same_as<M>;
 };
 
-// Of those, the ones that have an axis or a normal.
+// Shape models with an axis or a normal.
 template <class M>
 concept DirectedModel = ShapeModel<M> && requires {
   { M::kFirstTilt } -> std::convertible_to<int>;

@@ -12,19 +12,20 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: between two looks at the leader, each of which goes through all candidates.
+// chosen: draws between two looks at the leader, each of which goes through all candidates.
 constexpr int kDrawsPerLook = 32;
-// chosen: three times what a cluster of 300 000 points without any shape of 60 asks for.
+// chosen: three times the draws that a cluster of 300 000 points without any shape of 60 points
+// needs.
 constexpr std::int64_t kMaxDraws = 60000;
-// chosen: a draw that starts on a shape finds it when the cell has a good size for it (one level of
+// chosen: a draw that starts on a shape finds it if the cell has a good size for it (one level of
 // three) and the sample's noise lets it pass its tests (assumed: half of them).
 constexpr double kDrawSucceeds = 1.0 / 6;
 // derived: a cell holds all points of a drawn sample.
 constexpr std::uint32_t kMinCellPoints = std::tuple_size_v<decltype(DrawnSample::points)>;
-// chosen: to hit an available point of a cell; where half are available, 15 of 16 are hit.
+// chosen: attempts to hit an available point of a cell; if half are available, 15 of 16 are hit.
 constexpr int kMaxRedraws = 4;
 
-// Of any size that holds a sample, each equally likely.
+// Returns a random cell around the point that holds a sample, each level equally likely.
 std::uint32_t CellAround(const Octree& octree, std::uint32_t point, std::mt19937_64& random) {
   const std::span<const Octree::Node> nodes = octree.nodes();
   std::uint32_t cell = octree.LeafOf(point);
@@ -77,7 +78,7 @@ ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, Candid
 std::optional<Candidate> ShapeSearch::Next() {
   const double enough = -std::log(options_.missed_shape_probability);
   const double least = options_.min_inliers / points_.weight;
-  double expected_hits_per_point = 0;  // of the draws so far
+  double expected_hits_per_point = 0;  // by the draws so far
   while (static_cast<double>(candidates_.available_count()) >= least) {
     work_.Poll();
     const Candidate* leader = candidates_.Leader();

@@ -14,33 +14,35 @@
 
 namespace cwm::perception {
 
-// The largest minimal sample, a cone's, and a point to test what it spans; all different.
+// The points of the largest minimal sample, a cone's, and a point to test the model; all are
+// different.
 struct DrawnSample {
   std::array<std::uint32_t, 4> points = {};
-  std::uint32_t cell = 0;  // of the octree, that holds them all
+  std::uint32_t cell = 0;  // cell of the octree that holds them all
 };
 
-// Inside one cell around a random available point: of those that hold enough points one of a random
-// level, each level equally likely. Nothing when the cell's available points are too few to be hit.
-// One point at least is available, and `available` has one flag per point.
+// Draws a sample inside one cell around a random available point; the cell is that of a random
+// level among those that hold enough points, each level equally likely. Empty if too few of the
+// cell's points are available to be hit. At least one point is available, and `available` has one
+// flag per point.
 std::optional<DrawnSample> DrawSample(const Octree& octree, const std::vector<char>& available,
                                       std::mt19937_64& random);
 
-// Minimal samples are drawn inside one cell of a random level of the octree around a random point
+// Draws minimal samples inside one cell of a random level of the octree around a random point
 // (DrawSample). A model must agree with its own sample and with one more point of the cell (the
 // T(1,1) test) before it becomes a candidate.
 class ShapeSearch {
  public:
-  // `points`, `octree` and `candidates` must outlive the search, and so must the rest.
+  // All arguments must outlive the search.
   ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
               const ModelerOptions& options, const Work& work);
 
-  // Draws until a shape better than the best candidate is missed with less than the probability
-  // options.missed_shape_probability, or the same holds for any shape of min_inliers points and
-  // there is none. Draws are counted afresh on every call.
+  // Draws until a shape better than the best candidate would be missed with less than the
+  // probability options.missed_shape_probability; or, without a candidate, until the same holds for
+  // any shape of min_inliers points. Draws are counted afresh on every call.
   std::optional<Candidate> Next();
 
-  bool capped() const { return capped_; }  // the work ran out before the probability was reached
+  bool capped() const { return capped_; }  // true if the draws ran out before that
 
  private:
   void Draw();

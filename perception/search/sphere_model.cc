@@ -6,7 +6,7 @@
 namespace cwm::perception {
 namespace {
 
-// The side that nine of ten normals agree on, all of a few.
+// The side on which nine of ten normals agree, or all of a few; empty if they disagree.
 std::optional<SeenFrom> SideOf(std::span<const SamplePoint> sample, const Vector3& center) {
   int outside = 0;
   for (const auto& [p, n] : sample) outside += (p - center).dot(n) > 0 ? 1 : -1;

@@ -1,4 +1,4 @@
-// Cells of a coarse cloud that hang together.
+// Connected clusters of the cells of a coarse cloud.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,14 @@
 
 namespace cwm::perception {
 
-// A coarse cloud, or one whose cells' normals are turned.
+// A coarse cloud, or a copy of its cells with flipped normals.
 struct CellView {
   const VoxelGrid& grid;
   const OrientedPoints& cells;
 };
 
-// Connected sets of eligible cells; `joined(a, b)` decides for neighbours. Largest first, each
-// ascending.
+// Returns the connected sets of eligible cells, largest first, the cells of each in ascending
+// order. `joined(a, b)` decides whether two neighbouring cells belong to one set.
 template <class Eligible, class Joined>
 std::vector<std::vector<std::uint32_t>> ClusterCells(const CellView& coarse, Eligible&& eligible,
                                                      Joined&& joined) {

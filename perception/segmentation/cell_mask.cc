@@ -6,7 +6,8 @@
 namespace cwm::perception {
 namespace {
 
-// Whether any cell within `reach` along a line of cells, `stride` apart, is on.
+// Turns a cell of a line on if any cell within `reach` of it is on. Cells of the line are `stride`
+// apart.
 void SpreadLine(const char* from, char* to, int count, std::size_t stride, int reach) {
   int last_on = -reach - 1;  // the latest cell that is on, up to k + reach
   const auto at = [stride](int k) { return static_cast<std::size_t>(k) * stride; };
@@ -37,7 +38,8 @@ CellMask Complement(CellMask mask) {
   return mask;
 }
 
-// In a raster wider by `reach` on all sides, so that what lies beyond the border is free.
+// The mask in a raster that is wider by `reach` on all sides, so that cells beyond the border are
+// free.
 CellMask Padded(const CellMask& mask, int reach) {
   CellMask out = CellMask::Empty(mask.width + 2 * reach, mask.height + 2 * reach);
   for (int y = 0; y < mask.height; ++y) {

@@ -1,4 +1,4 @@
-// Sets of the cells of a raster, and what becomes of them when they are closed, opened or divided.
+// Sets of raster cells, with morphological closing and opening and connected components.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace cwm::perception {
 
-// Row-major, cell (x, y) in column x of row y. Nothing outside of the raster is in the set.
+// Row-major: cell (x, y) is in column x of row y. No cell outside the raster is in the set.
 struct CellMask {
   int width = 0;
   int height = 0;
@@ -28,15 +28,15 @@ struct CellMask {
   }
 };
 
-// Without what no square of 2 reach + 1 cells fits into.
+// The mask without the places that no square of 2 reach + 1 cells fits into.
 CellMask Opened(const CellMask& mask, int reach);
 
-// With all that no square of 2 reach + 1 cells fits into beside the set: gaps of up to 2 reach
-// cells close. The raster's border counts as free space.
+// The mask with the free places that no square of 2 reach + 1 cells fits into: gaps of up to 2
+// reach cells close. The raster's border counts as free space.
 CellMask Closed(const CellMask& mask, int reach);
 
-// Sets of cells that hang together by their edges, numbered from 0 in the order of their first
-// cells; kNoIndex where the mask is off.
+// Sets of cells that are connected by their edges, numbered from 0 in the order of their first
+// cells; kNoIndex for cells that are off.
 struct Components {
   std::vector<std::int32_t> of_cell;
   std::int32_t count = 0;

@@ -1,10 +1,10 @@
-// What a caller decides about how a scene is divided.
+// The caller's choice of how a scene is divided into objects.
 #pragma once
 
 namespace cwm::perception {
 
-// What becomes of the pieces that stand on one support: objects of their own, or one region of many
-// shapes (paper, figure 9: clutter without prior clustering).
+// The pieces that stand on one support become objects of their own (kObjects), or one region of
+// many shapes (kNone; paper, figure 9: clutter without prior clustering).
 enum class Clustering { kObjects, kNone };
 
 }  // namespace cwm::perception

@@ -16,15 +16,15 @@ constexpr std::size_t kNodesPerRange = ItemsPerPiece(20ns);
 
 using Link = std::pair<std::uint32_t, std::uint32_t>;
 
-// Union-find in which the smallest node of a set is its root, so that the order of joining, and
-// with it the number of threads, does not matter.
+// Union-find with the smallest node of a set as its root, so that the result does not depend on the
+// order of joining and thus on the number of threads.
 class Forest {
  public:
   explicit Forest(std::size_t count) : parent_(count) {
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
   void Join(std::uint32_t a, std::uint32_t b) {
-    if (parent_[a] == parent_[b]) return;  // as of most links
+    if (parent_[a] == parent_[b]) return;  // most links join a set that is already one
     a = Root(a);
     b = Root(b);
     parent_[std::max(a, b)] = std::min(a, b);
@@ -40,8 +40,8 @@ class Forest {
   std::vector<std::uint32_t> parent_;
 };
 
-// Joins what is linked within consecutive ranges of nodes, in parallel: each touches its own part
-// of the forest. Returns the links between ranges.
+// Joins linked nodes within consecutive ranges of nodes, in parallel: each range touches its own
+// part of the forest only. Returns the links between ranges.
 std::vector<std::vector<Link>> JoinWithinRanges(const SurfaceGraph& graph,
                                                 const std::vector<std::int32_t>& classes,
                                                 Forest& forest, const Work& work) {
@@ -81,7 +81,7 @@ ConnectedSets FindConnectedSets(const SurfaceGraph& graph, const std::vector<std
       sets.of_node[i] = static_cast<std::int32_t>(sets.count());
       sets.first_nodes.push_back(i);
     } else {
-      sets.of_node[i] = sets.of_node[parent];  // it comes before i, and is numbered
+      sets.of_node[i] = sets.of_node[parent];  // the parent has its number already
     }
   }
   return sets;

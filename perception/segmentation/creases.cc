@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Angle by which the surface turns towards the viewer from a to b: positive is concave.
+// Angle by which the surface turns towards the viewer from a to b, in radians; positive if concave.
 float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
   const Eigen::Vector3f d = (nodes.points[b] - nodes.points[a]).normalized();
   return std::asin(std::clamp(nodes.normals[a].dot(d), -1.0f, 1.0f)) -

@@ -1,4 +1,5 @@
-// Where a surface turns towards the viewer: the borders between things that touch.
+// Concave creases, where a surface turns towards the viewer: the borders between objects that
+// touch.
 #pragma once
 
 #include <vector>
@@ -7,12 +8,12 @@
 
 namespace cwm::perception {
 
-// Per node: 1 where the surface turns towards the viewer by more than `angle_rad` (positive, less
-// than a right angle) between the two of one of its opposite pairs.
+// Per node: 1 if the surface turns towards the viewer by more than `angle_rad` (positive, less than
+// a right angle) between the two nodes of one of its opposite pairs.
 std::vector<char> ConcaveCreases(const SurfaceGraph& graph, float angle_rad, const Work& work);
 
-// The same, pair by pair: what is done for graphs of cells, and what the loop over pixels is
-// compared with.
+// The same, computed pair by pair: for graphs of cells, and as the reference for the vectorised
+// loop over pixels.
 std::vector<char> ConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_rad,
                                         const Work& work);
 

@@ -1,5 +1,5 @@
-// Sets of numbers that belong together (union-find); a set is named by its smallest number, so that
-// the order of joining does not matter.
+// Union-find. A set is named by its smallest number, so that the result does not depend on the
+// order of joining.
 #pragma once
 
 #include <algorithm>

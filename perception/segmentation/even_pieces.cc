@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 using Links = std::map<std::pair<std::int32_t, std::int32_t>, int>;
 
-// Between pieces, creases left out; both ways.
+// The number of links between pieces outside creases, in both directions.
 Links EvenLinks(const SurfaceGraph& graph, const std::vector<char>& crease, const Pieces& pieces,
                 const Work& work) {
   Links links;
@@ -31,8 +31,8 @@ Links EvenLinks(const SurfaceGraph& graph, const std::vector<char>& crease, cons
   return links;
 }
 
-// A long plane ends where warp does: of the links between its pieces and those of another class,
-// only those remain whose other piece lies on it as far as warp lets it.
+// Drops the links between the pieces of a long plane and a piece of another class that does not lie
+// on that plane to within the sensor's warp: the plane ends there.
 void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const Seeds& seeds,
                         const std::vector<Plane>& long_planes, Links& links) {
   if (long_planes.empty()) return;
@@ -43,7 +43,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const S
     const std::int32_t seed = piece - pieces.support_count;
     return seed < 0 ? 0 : seeds.classes[static_cast<std::size_t>(seed)];
   };
-  // Per piece, by class.
+  // Per piece, by the class of the neighbour's long plane.
   std::vector<std::map<std::int32_t, Share>> on_planes(
       static_cast<std::size_t>(pieces.piece_count));
   const auto ask = [&](std::int32_t piece, std::int32_t of_plane) {
@@ -74,7 +74,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const S
 }
 
 struct PieceSize {
-  std::size_t nodes = 0, grazing = 0;  // of them seen at a grazing angle
+  std::size_t nodes = 0, grazing = 0;  // `grazing`: nodes seen at a grazing angle
 };
 
 std::vector<PieceSize> SizesOf(const SurfaceGraph& graph, const Pieces& pieces) {
@@ -82,7 +82,7 @@ std::vector<PieceSize> SizesOf(const SurfaceGraph& graph, const Pieces& pieces) 
   const OrientedPoints& nodes = graph.nodes();
   const Vector3f viewpoint = nodes.viewpoint.cast<float>();
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (pieces.of_node[i] < pieces.support_count) continue;  // kNoIndex among them
+    if (pieces.of_node[i] < pieces.support_count) continue;  // kNoIndex included
     PieceSize& size = sizes[static_cast<std::size_t>(pieces.of_node[i])];
     ++size.nodes;
     const float along = std::abs(nodes.normals[i].dot(nodes.points[i] - viewpoint));
@@ -112,7 +112,7 @@ void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, 
   if (even_links.empty()) return;
   const std::vector<PieceSize> nodes = SizesOf(graph, pieces);
   DisjointSets sets(nodes.size());
-  std::map<std::size_t, std::pair<int, std::size_t>> best;  // of those at a grazing angle
+  std::map<std::size_t, std::pair<int, std::size_t>> best;  // grazing piece: best neighbour
   for (const auto& [pair, links] : even_links) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     if (IsContact(links, std::min(nodes[a].nodes, nodes[b].nodes))) sets.Join(a, b);

@@ -1,4 +1,4 @@
-// Pieces that noise alone parted.
+// Joins pieces that only noise separates.
 #pragma once
 
 #include <vector>
@@ -11,10 +11,11 @@
 
 namespace cwm::perception {
 
-// Pieces that share a good part of their outline without a crease or a step become one; what is
-// seen at a grazing angle alone goes to the one that it shares most of it with, as the narrow side
-// of a box does. `pieces` have grown from `seeds`, in their order; the classes of seeds are of
-// `long_planes`, as ClassLongPlanes gives them. The numbers of the others close up.
+// Joins pieces that share a good part of their outline without a crease or a step. A piece of which
+// at least half is seen at a grazing angle, like the narrow side of a box, joins the piece that it
+// shares most of its outline with. `pieces` have grown from `seeds`, in the same order; the classes
+// of the seeds refer to `long_planes`, as ClassLongPlanes returns them. Remaining pieces are
+// renumbered without gaps.
 void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, const Seeds& seeds,
                     const std::vector<Plane>& long_planes, Pieces& pieces, const Work& work);
 

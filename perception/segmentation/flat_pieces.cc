@@ -14,10 +14,11 @@
 namespace cwm::perception {
 namespace {
 
-// What lies on a plane beside the cells of a support: of its own surface nothing lies farther from
-// the rest than two cells or, where noise scatters its points, than they are scattered. Distances
-// differ from here to the end of a hall by a factor of a hundred: squares of twice the size are
-// made of those of half the size, once somebody asks.
+// The places on a support's plane that its cells occupy, as sets of squares. A point belongs to the
+// support's surface if it is within two cells of it or, where noise scatters the points, within
+// that scatter. The scatter grows by a factor of a hundred from here to the end of a hall, so there
+// is one set for each size of square, from two cells on, each twice as large as the one before and
+// made of that one when it is first needed.
 class Surroundings {
  public:
   Surroundings(const CoarseCloud& coarse, const SupportPlane& support)
@@ -27,8 +28,8 @@ class Surroundings {
     for (std::uint32_t c : support.cells) finest.insert(SquareOf(coarse.cells.points[c]));
   }
 
-  // Whether the support has a cell nearer than `gap_m`, or somewhat farther: at most four times as
-  // far.
+  // True if the support has a place within `gap_m`. Squares are coarse: a place up to four times as
+  // far along an axis, or within two of the finest squares, counts too.
   bool Has(const Eigen::Vector3f& point, double gap_m) {
     std::size_t size = 0;
     Square square = SquareOf(point);
@@ -72,10 +73,10 @@ class Surroundings {
 
   Eigen::Matrix<float, 2, 3> across_;
   double edge_m_;
-  std::vector<Squares> sizes_;  // each of twice the edge of the one before
+  std::vector<Squares> sizes_;  // each with twice the edge of the one before
 };
 
-// Of each piece the support that it is linked to.
+// Per piece, the support that it is linked to, or kNoIndex.
 std::vector<std::int32_t> LinkedSupports(const SurfaceGraph& graph, const Pieces& pieces,
                                          const Work& work) {
   std::vector<std::int32_t> support(static_cast<std::size_t>(pieces.piece_count), kNoIndex);
@@ -89,7 +90,8 @@ std::vector<std::int32_t> LinkedSupports(const SurfaceGraph& graph, const Pieces
   return support;
 }
 
-// Nothing stands below a support: there, all that warp can do is believed to be warp.
+// True if the node is within the warp of the support. Nothing stands below a support, so below it
+// the tolerance is the largest warp, above it the usual one.
 bool IsFlat(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
   const double height_m = plane.Height_m(nodes.points[i]);
   return height_m <= nodes.UsuallyOffPlane_m(i) && height_m >= -nodes.MostOffPlane_m(i);
@@ -99,7 +101,7 @@ bool IsWithinNoise(const Plane& plane, const OrientedPoints& nodes, std::size_t 
   return std::abs(plane.Height_m(nodes.points[i])) <= kGate_sigma * nodes.sigma_m[i];
 }
 
-// Who goes to which support: pieces, and nodes in none.
+// Decides which pieces and unassigned nodes a support absorbs.
 class Absorption {
  public:
   Absorption(const SurfaceGraph& graph, const CoarseCloud& coarse,
@@ -125,7 +127,8 @@ class Absorption {
       const float range_m = graph.range_m(members[p].front());
       parts_.push_back({std::move(members[p]), range_m, linked[p]});
     }
-    // What is farther off lies beside what is nearer.
+    // Nearest first: a support grows away from the sensor, and farther parts lie beside nearer
+    // ones.
     std::ranges::stable_sort(parts_, {}, &Part::range_m);
   }
 
@@ -153,7 +156,7 @@ class Absorption {
     std::int32_t linked = kNoIndex;  // a support
   };
 
-  // Or kNoIndex.
+  // The support that absorbs the part, or kNoIndex.
   std::int32_t SupportOf(const Part& part) {
     if (part.linked != kNoIndex) {
       const Plane& plane = supports_[static_cast<std::size_t>(part.linked)].plane;
@@ -183,7 +186,7 @@ class Absorption {
     return around->Has(nodes_.points[node], nodes_.UsuallyOffPlane_m(node));
   }
 
-  // Of a piece, whether things before it hide what is between it and the support.
+  // True if the part is a piece and nearer objects hide the gap between it and the support.
   bool IsBehindHidden(std::size_t support, const Part& part) const {
     if (sight_ == nullptr || part.members.size() < kTwoSamples) return false;
     std::vector<std::uint32_t> cells;
@@ -196,11 +199,11 @@ class Absorption {
   const CoarseCloud& coarse_;
   const std::vector<SupportPlane>& supports_;
   const SightMap* sight_;                                  // or null
-  std::vector<Part> parts_;                                // that went to no support yet
-  std::vector<std::optional<Surroundings>> surroundings_;  // made when asked
+  std::vector<Part> parts_;                                // parts that no support has absorbed yet
+  std::vector<std::optional<Surroundings>> surroundings_;  // made on first use
 };
 
-// The numbers of the pieces that are left, in their order.
+// Renumbers the remaining pieces without gaps, in their order.
 void CloseUp(Pieces& pieces) {
   std::vector<std::int32_t> renamed(static_cast<std::size_t>(pieces.piece_count), kNoIndex);
   for (std::int32_t p : pieces.of_node) {

@@ -1,4 +1,4 @@
-// What is part of a support although nothing ties it to the support's surface.
+// Parts of a support that are not connected to the support's main surface.
 #pragma once
 
 #include <vector>
@@ -11,11 +11,12 @@
 
 namespace cwm::perception {
 
-// Pieces that are linked to a support and nowhere rise above (or sink below) what noise and warp of
-// the sensor can make of it become part of it; so do pieces, and nodes in no piece, that are not
-// linked but lie on its plane beside it, as the last pixels of a far floor do, and pieces that lie
-// there with nothing but hidden places between, as what is seen of a table between two things does.
-// Without `sight` where not all was seen from one place. The numbers of the other pieces close up.
+// Makes pieces part of a support if they are linked to it and nowhere rise above it (or sink below
+// it) by more than the sensor's noise and warp explain. Pieces and unassigned nodes that are not
+// linked become part of it too if they lie on its plane beside it, like the last pixels of a far
+// floor. So do pieces on its plane with only hidden places between, like the part of a table that
+// is visible between two objects. `sight` is null if not all points were seen from one place. The
+// other pieces are renumbered without gaps.
 void AbsorbFlatPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
                       const std::vector<SupportPlane>& supports, const SightMap* sight,
                       Pieces& pieces, const Work& work);

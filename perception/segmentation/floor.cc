@@ -13,20 +13,21 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Things may jut out, the outline is true to one cell of 7.5 mm or more, and what lies beyond it by
-// more than half would tip: what touches the support (kTouching_m) with the larger part of its
-// nodes is over it. Of a region that reaches out of the view or whose shadow cuts the support off,
-// fewer nodes are over what is seen of the support, but more than mixed pixels (kMaxPassing);
-// those that are below its top are of something beside it, but for as few.
+// A region is over the support if the larger part of its nodes lies within kTouching_m of the
+// outline: objects may jut out, the outline is accurate to one cell of 7.5 mm or more, and an
+// object that juts out by more than half would tip. A region that leaves the view, or whose shadow
+// cuts the support off, has fewer nodes over the visible part of the support, but more than mixed
+// pixels are (kMaxPassing). Nodes below the support's top, beyond that share, belong to something
+// beside it.
 
 // derived: a ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3
 // of its radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen
 // reaches to 0.8, which is about this share of the width that is seen.
 constexpr double kHiddenUndersideShare = 0.45;
-// chosen: beyond this width nothing that rolls is manipulated.
+// chosen: no object wider than this that rolls is manipulated.
 constexpr double kWidestRound_m = 0.12;
-// chosen: a cell of a support is at most so many cells of a footprint wide. Where noise makes them
-// wider, far away or in a scene of another scale, footprints are as coarse.
+// chosen: the largest width of a cell of the support in cells of a footprint. Where noise makes
+// cells wider, far away or in a scene of another scale, footprints are coarser too.
 constexpr double kMaxReach_cells = 6;
 
 }  // namespace
@@ -71,8 +72,8 @@ bool Floor::Carries(const NodeList& region) const {
 
 Floor::NodeList Floor::NodesOver(const NodeList& region) const {
   NodeList over;
-  std::map<FootprintCell, bool> inside;  // per cell: the outline is asked once
-  auto latest = inside.end();            // nodes that follow each other are mostly in one cell
+  std::map<FootprintCell, bool> inside;  // per cell, so that the outline is tested once
+  auto latest = inside.end();            // consecutive nodes are mostly in one cell
   for (std::uint32_t i : region) {
     const Vector3 local = Local(graph_.nodes().points[i]);
     if (local.z() < -kGate_sigma * graph_.nodes().sigma_m[i]) continue;
@@ -89,8 +90,8 @@ Floor::NodeList Floor::NodesOver(const NodeList& region) const {
   return over;
 }
 
-// Whether what of the support is below is out of the view or hidden, and nothing of the region is
-// lower.
+// True if the support below the region is mostly hidden or out of the view, a part of it out of the
+// view, and hardly any of the region is lower than the support.
 bool Floor::HidesItsPlace(const NodeList& region) const {
   std::size_t below = 0, hidden = 0, in_view = 0, asked = 0;
   for (std::size_t k = 0; k < region.size(); k += region.size() / kMaxSamples + 1, ++asked) {
@@ -108,13 +109,13 @@ bool Floor::HidesItsPlace(const NodeList& region) const {
          static_cast<double>(hidden + asked - in_view) >= kLargerPart * all;
 }
 
-// Whether the support, of which the rest was seen beside the region, may well go on below it, as a
-// low table behind a counter does: nothing of the region is lower, something hides what is before
-// its foot, farther than it touches and thus no shadow of its own, and all that is between its foot
-// and what was seen of the support is hidden too.
+// True if the support may continue below the region although only a part beside it was seen, like a
+// low table behind a counter: hardly any of the region is lower, something hides the places before
+// its foot (farther away than contact, so it is not its own shadow), and all places between its
+// foot and the visible part of the support are hidden too.
 bool Floor::IsOverHiddenPart(const NodeList& region) const {
   const Vector2 sensor = Local(sight_.viewpoint()).head<2>();
-  std::vector<std::pair<Vector2, float>> feet;  // and how far off the sensor may show what is there
+  std::vector<std::pair<Vector2, float>> feet;  // with the tolerance in range of each foot
   std::size_t below = 0, before = 0;
   for (std::size_t k = 0; k < region.size(); k += region.size() / kLinesOfSight + 1) {
     const float sigma = graph_.nodes().sigma_m[region[k]], jump_m = LargestJump_m(sigma);
@@ -134,9 +135,9 @@ bool Floor::IsOverHiddenPart(const NodeList& region) const {
   return static_cast<double>(closed) >= kMainShare * all;
 }
 
-// Whether all that of the support is not seen is hidden by the region, as at an edge that its own
-// shadow cuts off: nothing of it is lower, and no ray passes right below its foot, as below what
-// hangs beside.
+// True if the region hides the unseen part of the support, as at an edge that its own shadow cuts
+// off: hardly any of the region is lower, and no ray passes right below its foot, as it does below
+// something that hangs beside the support.
 bool Floor::HidesItsSupport(const NodeList& region) const {
   NodeList feet;
   std::size_t below = 0;
@@ -175,7 +176,7 @@ bool Floor::IsHiddenToSupport(const Vector2& from, float jump_m) const {
     if (away_m < nearest_m) nearest_m = away_m, to = MiddleOf(cell);
   }
   if (nearest_m >= kWidestHidden_m) return false;
-  int through = 0;  // in a row: one may be a mixed pixel
+  int through = 0;  // consecutive places: a single one may be a mixed pixel
   for (double at_m = 0; at_m < nearest_m && through < 2; at_m += cell_m_) {
     const Vector2 place = from + at_m / nearest_m * (to - from);
     through = LookAt(place, jump_m) == Visibility::kSeenThrough ? through + 1 : 0;
@@ -183,8 +184,9 @@ bool Floor::IsHiddenToSupport(const Vector2& from, float jump_m) const {
   return through < 2;
 }
 
-// Seen steeply a ball shows no foot at all, but where that is: all of its nodes but creases and
-// mixed pixels lie on one sphere. Through them, the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).
+// True if nearly all nodes lie on one sphere that touches the support. From steeply above a ball
+// shows no foot. The sphere is the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976); the other nodes
+// are creases and mixed pixels.
 bool Floor::IsBallOnIt(const NodeList& over) const {
   const std::size_t stride = over.size() / kMaxSamples + 1;
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
@@ -209,9 +211,9 @@ bool Floor::IsBallOnIt(const NodeList& over) const {
          std::abs(x[2] - radius_m) <= LargestJump_m(sigma);
 }
 
-// The lowest points touch the support, or nobody can see whether what they belong to does: of those
-// that nearly all others are above, a part that chance does not make. What hangs shows empty space
-// below all of them.
+// True if enough of the lowest nodes touch the support, or if the space between them and the
+// support is hidden. The lowest nodes are those with nearly all others above; enough are more than
+// chance makes. A hanging object shows empty space below all of them.
 bool Floor::StandsOrIsHidden(const NodeList& over) const {
   std::vector<std::pair<double, std::uint32_t>> heights;
   Eigen::AlignedBox2d extent;
@@ -245,9 +247,9 @@ bool Floor::StandsOrIsHidden(std::uint32_t node, double height, double foot_m) c
   return true;
 }
 
-// Area of the region's projection that lies on cells of the support, right beside them (the
-// support below an object is hidden by it), or where nobody sees whether there is a support: what
-// stands behind a larger thing is surrounded by that one's shadow.
+// Area of the region's projection in square metres, as far as it lies on cells of the support,
+// right beside them (an object hides the support below itself) or in hidden places: an object
+// behind a larger one is surrounded by that one's shadow.
 double Floor::Footprint_m2(const NodeList& over) const {
   std::set<FootprintCell> cells;
   auto latest = cells.end();

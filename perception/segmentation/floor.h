@@ -1,4 +1,4 @@
-// One support as the regions above it see it: what it carries (paper, section IV, figure 5).
+// Decides which regions one support carries (paper, section IV, figure 5).
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@
 
 namespace cwm::perception {
 
-// All that it is made of outlives it.
+// A support's surface and what was seen around it. The constructor's arguments must outlive it.
 class Floor {
  public:
   using NodeList = std::vector<std::uint32_t>;
@@ -22,7 +22,7 @@ class Floor {
   Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
         const Placed<Plate>& plate, const SightMap& sight);
 
-  // See FormRegions.
+  // True if the support carries the region, by the rules of FormRegions.
   bool Carries(const NodeList& region) const;
 
  private:
@@ -50,7 +50,7 @@ class Floor {
   Pose X_SL_;
   double cell_m_;
   std::set<FootprintCell> occupied_;
-  Eigen::AlignedBox2d extent_;  // of those
+  Eigen::AlignedBox2d extent_;  // of the occupied cells
   int reach_ = 1;
 };
 

@@ -1,4 +1,4 @@
-// What lies over or under a patch of a plane, and not beside it.
+// The footprint of a patch of a plane, to tell places over or under it from places beside it.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace cwm::perception {
 
-// The pixels that points on a plane fill, seen along its normal: two cells wide, so that none stays
-// empty for a cell that is found where its points' mean is.
+// The pixels that points on a plane fill, seen along its normal. A pixel is two cells wide, so that
+// none stays empty only because a cell counts at the mean of its points.
 class Footprint {
  public:
   // `cell_m` is the size of the points' cells. `members` must not be empty.
   Footprint(const Plane& plane, const OrientedPoints& points,
             std::span<const std::uint32_t> members, double cell_m);
 
-  // Whether the foot of the perpendicular lies within the pixels of its row and of its column, and
-  // in neither on the first or last: in holes too, not in notches.
+  // True if the foot of the perpendicular lies strictly between the first and the last filled pixel
+  // of its row, and of its column. That includes holes but not notches.
   bool Surrounds(const Vector3& place) const;
 
-  // Whether its pixel and all eight beside it are filled.
+  // True if the place's pixel and its eight neighbours are filled.
   bool Covers(const Vector3& place) const;
 
-  // Whether its pixel or one beside it is.
+  // True if the place's pixel or one of its eight neighbours is filled.
   bool Touches(const Vector3& place) const;
 
   using Pixel = std::pair<int, int>;  // column, row

@@ -13,19 +13,19 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the places between two parts, mixed pixels at edges; and what is hidden, the rest lies on
-// the parts themselves.
+// chosen: the largest share of places between two parts that are seen through (mixed pixels at
+// edges), and the least share that is hidden; the other places lie on the parts themselves.
 constexpr double kMaxThroughBetween = 0.06, kMinHiddenBetween = 0.25;
-// chosen: of the members of two parts, on one cylinder.
+// chosen: the least share of the members of each part that lie on one cylinder.
 constexpr double kMinOnCylinder = 0.85;
 
 using Eigen::Vector3f;
 using Members = std::vector<std::uint32_t>;
 
-// chosen: of a box, three faces show.
+// chosen: a box shows three faces.
 constexpr std::size_t kMaxFacets = 3;
-// derived: a face of 3 x 3 cm under Kinect noise adds two standard deviations of 1.5 degrees, as
-// much as flat surfaces may turn.
+// derived: under Kinect noise the normal of a face of 3 x 3 cm adds two standard deviations of 1.5
+// degrees, as much as flat surfaces may turn.
 constexpr double kSamePlane_rad = kFlat_rad * 2;
 
 struct Facet {
@@ -62,7 +62,7 @@ std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceView& piece)
   return facets;
 }
 
-// Mean height of members over a plane, in their sigma: of one plane, less than one.
+// Mean height of the members over a plane in units of their sigma; less than one if they lie on it.
 double MeanOffset_sigma(const OrientedPoints& nodes, const Plane& plane, const Members& members) {
   double sum = 0;
   for (std::uint32_t i : members) sum += plane.Height_m(nodes.points[i]) / nodes.sigma_m[i];
@@ -83,8 +83,8 @@ bool SharePlane(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
          MeanOffset_sigma(nodes, *common, b.members) < 1;
 }
 
-// Whether one cylinder explains both: the axis is where no normal points, the rest a circle whose
-// centre is where the normals meet.
+// A cylinder fitted to both parts. Its axis is the direction that no normal points along; its
+// section is a circle whose centre is where the normals meet.
 class CommonCylinder {
  public:
   CommonCylinder(const OrientedPoints& nodes, const Members& a, const Members& b) : nodes_(nodes) {
@@ -96,8 +96,8 @@ class CommonCylinder {
       }
     }
     Eigen::SelfAdjointEigenSolver<Matrix3> solver(sum / 2);
-    // The normals of a visible arc of +-35 degrees have these second moments; noise of 5 degrees
-    // along the axis has 0.008.
+    // derived: the normals of a visible arc of +-35 degrees have these second moments; noise of 5
+    // degrees along the axis has 0.008.
     curved_ = solver.eigenvalues()(0) < 0.03 && solver.eigenvalues()(1) > 0.08;
     basis_ << solver.eigenvectors().col(1), solver.eigenvectors().col(2),
         solver.eigenvectors().col(0);
@@ -119,8 +119,8 @@ class CommonCylinder {
     return (basis_.transpose() * v.cast<double>()).head<2>();
   }
 
-  // Algebraic least squares of (p - c)^2 = r^2 over both parts (Kasa 1976): linear, and unbiased
-  // enough for arcs as wide as curved_ asks.
+  // Algebraic least squares of (p - c)^2 = r^2 over both parts (Kasa 1976): linear, with a bias
+  // that is small for arcs as wide as curved_ requires.
   void FitCircle(const Members& a, const Members& b) {
     Matrix3 sum = Matrix3::Zero();
     Vector3 right = Vector3::Zero();
@@ -152,9 +152,9 @@ Members EvenlySpread(const Members& members, std::size_t count) {
   return some;
 }
 
-// Whether two faces reach too far to be one thing's. Boxes of the same height have tops that share
-// a plane, boxes in a row fronts that do. What is longer is a structure's, whose pieces are found
-// by its plane.
+// True if two coplanar faces reach too far to belong to one object. Boxes of the same height have
+// coplanar tops, and boxes in a row coplanar fronts. Longer faces belong to structures, whose
+// pieces are found by their plane.
 bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const Members some_a = EvenlySpread(a.members, kLinesOfSight);
   const Members some_b = EvenlySpread(b.members, kLinesOfSight);
@@ -165,8 +165,9 @@ bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   });
 }
 
-// Looks at places on straight lines between members of two parts: nothing but mixed pixels at edges
-// is seen through, and a part is hidden that chance does not make. The rest lies on the parts.
+// Looks at places on straight lines between members of two parts. The gap is hidden if no more
+// places are seen through than mixed pixels at edges make, and more are hidden than chance makes.
+// The other places lie on the parts.
 class BetweenParts {
  public:
   BetweenParts(const OrientedPoints& nodes, const SightMap& sight) : nodes_(nodes), sight_(sight) {}
@@ -174,7 +175,7 @@ class BetweenParts {
   bool IsHidden(const Members& a, const Members& b) const {
     int through = 0, hidden = 0, seen = 0;
     for (std::size_t line = 0; line < kLinesOfSight; ++line) {
-      // Evenly spread over both parts.
+      // evenly spread over both parts
       const std::uint32_t i = a[line * a.size() / kLinesOfSight];
       const std::uint32_t j = b[line * kLineStride % kLinesOfSight * b.size() / kLinesOfSight];
       for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
@@ -214,22 +215,21 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
     for (const Facet& fa : facets[a]) {
       for (const Facet& fb : facets[b]) {
         if (!SharePlane(nodes, fa, fb)) continue;
-        // A few links are what noise leaves across a step, as from one top to another of about
-        // the same height.
+        // Noise leaves a few links across a step, as between two tops of about the same height.
         if (AreInContact(views, a, b)) return true;
         if (!AreOfTwo(nodes, fa, fb) && between.IsHidden(fa.members, fb.members)) return true;
       }
     }
     const Members& sa = views.pieces[a].sample;
     const Members& sb = views.pieces[b].sample;
-    if (touch(a, b)) return false;  // a concave crease on a cylinder is the end of it
+    if (touch(a, b)) return false;  // a concave crease is the end of a cylinder
     const CommonCylinder cylinder(nodes, sa, sb);
     return cylinder.Explains(sa) && cylinder.Explains(sb) && between.IsHidden(sa, sb);
   };
-  std::vector<char> is_whole(views.pieces.size(), 0);  // by the root of the set
+  std::vector<char> is_whole(views.pieces.size(), 0);  // per root: the set has several pieces
   for (std::size_t p = 0; p < is_whole.size(); ++p)
     is_whole[objects.Root(p)] |= objects.Root(p) != p;
-  // Sorted by their left end, so that only parts near each other meet.
+  // Sorted by their left ends, so that only parts near each other are compared.
   std::sort(parts.begin(), parts.end(), [&](std::size_t a, std::size_t b) {
     return views.pieces[a].bounds.min().x() < views.pieces[b].bounds.min().x();
   });

@@ -1,4 +1,4 @@
-// Parts of one solid that an occluder separates in the view are one object.
+// Joins parts of one solid that an occluder separates in the view.
 #pragma once
 
 #include "perception/segmentation/disjoint_sets.h"
@@ -7,12 +7,12 @@
 
 namespace cwm::perception {
 
-// Joins two pieces when one plane (6 degrees, 3 sigma) or one cylinder explains a good part of
-// both, and nothing that was seen contradicts that their surface continues from one to the other:
-// every place between them lies behind something nearer, or on one of them. What is joined before,
-// as vessels are, is whole: two of those stay two, for all floors of bowls on a table share a plane
-// that the bowls' own walls hide. So do these floors and patches of the table: patches are joined
-// to nothing here.
+// Joins two pieces if one plane (6 degrees, 3 sigma) or one cylinder explains a good part of both,
+// and the measurements do not contradict that their surface continues between them: every place
+// between them lies behind something nearer, or on one of them. Sets that were joined before, such
+// as vessels, are complete, and two of them are never joined: the floors of all bowls on a table
+// share a plane that the bowls' walls hide. The same holds for these floors and patches of the
+// table, so patches are not joined here.
 void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
                          const SightMap& sight, DisjointSets& objects);
 

@@ -13,12 +13,13 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: the visible area of a handle or a knob of things for a table, checked on labelled Kinect
+// chosen: the visible area of a handle or a knob of a tabletop object; checked on labelled Kinect
 // scans.
 constexpr double kAttachedPart_m2 = 25e-4;
-// chosen: a handle's area, of that of what it is attached to; checked on the same.
+// chosen: the largest area of a handle, as a share of the object's area; checked on the same scans.
 constexpr double kAttachedShare = 0.2;
-// chosen: a part's area that is small enough to be one even at the foot; checked on the same.
+// chosen: the largest area of a knob, which may be at the foot, as a share of the object's area;
+// checked on the same scans.
 constexpr double kKnobShare = 0.08;
 
 struct Neighbour {
@@ -33,10 +34,11 @@ std::vector<std::size_t> SizesOfSets(DisjointSets& objects, std::size_t count) {
   return members;
 }
 
-// A scrap goes to its longest border; a small part on the side of something, with nearly all of its
-// border off any support, is a handle of it, while one on top of something rests there. What is
-// already part of an object goes nowhere: it would make one of two. A patch that no vessel claimed
-// is its support.
+// Joins scraps and handles to their objects. A scrap joins the piece that it shares its longest
+// border with. A small part on the side of an object, with nearly all of its border away from
+// supports, is a handle; a part on top of an object rests there. A part of an object that was
+// joined before stays as it is: it would join two objects. A patch that no vessel claimed counts as
+// its support.
 void JoinSmallParts(const PieceViews& views, std::int32_t support_count, DisjointSets& objects) {
   std::vector<char> is_part(views.pieces.size());
   const std::vector<std::size_t> members = SizesOfSets(objects, views.pieces.size());
@@ -71,8 +73,7 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
   }
 }
 
-// Patches that nothing claimed return to their support, also those that were joined to others of it
-// alone.
+// Returns patches that nothing claimed to their support, also sets of patches of one support.
 void ReturnPatches(const Pieces& pieces, DisjointSets& objects) {
   const std::vector<std::size_t> members =
       SizesOfSets(objects, static_cast<std::size_t>(pieces.piece_count));

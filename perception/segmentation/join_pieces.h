@@ -1,6 +1,5 @@
-// The second stage of segmentation: pieces that are parts of one object are joined by what a solid
-// explains, because cutting at every concave crease shatters vessels and handles, and occluders cut
-// objects in two.
+// The second stage of segmentation: joins pieces that are parts of one solid, because cuts at every
+// concave crease shatter vessels and handles, and occluders divide objects.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@
 
 namespace cwm::perception {
 
-// The same nodes with pieces that are whole objects.
+// Returns the same nodes with one piece per object.
 Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight,
                   const Work& work = {});
 

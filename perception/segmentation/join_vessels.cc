@@ -8,24 +8,26 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the members, on a wall: below, the piece is a floor.
+// chosen: the least share of a wall's members with steep normals; a piece with fewer is a floor.
 constexpr double kMinWallShare = 0.25;
-// chosen: of a piece that starts a wall: an espresso cup's outside.
+// chosen: the least area of a piece that starts a wall: an espresso cup's outside.
 constexpr double kMinWall_m2 = 4e-4;
 
-// chosen: of normals with a common axis, for vessels for a table, and checked on labelled Kinect
-// scans. Noise passes 0.99.
+// chosen: the least share of steep normals that pass a common axis, for tabletop vessels; checked
+// on labelled Kinect scans. Noise lets 0.99 pass.
 constexpr double kMinAgreement = 0.7;
-// chosen: scraps inside that no test can speak for, checked on the same.
+// chosen: the area of scraps inside a vessel that are too small for a test; checked on the same
+// scans.
 constexpr double kInnerCap_m2 = 12e-4;
 
-// Outward or inward. A piece that runs over a thin rim shows both sides of a wall.
+// True if nearly all of the wall faces outwards, or inwards. A piece that runs over a thin rim
+// shows both sides of a wall.
 bool IsOneSided(const Revolution& r) {
   return r.outward >= kMainShare || r.outward <= 1 - kMainShare;
 }
 
-// Of both sides in one piece nearly all must agree: two things rarely share an axis. What is hardly
-// steep anywhere is a floor.
+// True if the piece is a wall about the axis. If it shows both sides of a wall, nearly all normals
+// must agree, as two objects rarely share an axis. A piece with few steep normals is a floor.
 bool IsWall(const Revolution& r) {
   return r.agreement >= (IsOneSided(r) ? kMinAgreement : kNearlyAll) && r.steep >= kMinWallShare &&
          r.radius_m <= kWidestVessel_m;
@@ -39,7 +41,7 @@ bool AreBothSides(const Revolution& a, const Revolution& b) {
   return IsOneSided(a) && IsOneSided(b) && IsInner(a) != IsInner(b);
 }
 
-// Share of the sample within the radius of the axis.
+// Share of the sample within `radius_m` of the axis.
 double ShareWithin(const OrientedPoints& nodes, const PieceView& piece, const Vector2& axis,
                    double radius_m) {
   double within = 0;
@@ -60,7 +62,7 @@ class VesselJoiner {
   VesselJoiner(const OrientedPoints& nodes, const PieceViews& views, DisjointSets& objects)
       : nodes_(nodes), views_(views), objects_(objects) {}
 
-  // `seed` is a wall with this axis: joins all that belongs to the same vessel.
+  // Joins the pieces of the vessel of which `seed` is a wall with this axis.
   void JoinAround(std::size_t seed, const Revolution& wall) {
     std::vector<std::size_t> walls{seed};
     bool open = ShowsInside(wall);
@@ -69,7 +71,8 @@ class VesselJoiner {
       if (p == seed || !MayBelong(p, seed, wall)) continue;
       const Revolution r = JudgeRevolution(nodes_, views_.pieces[p].sample, wall.axis);
       if (!IsWall(r) || r.radius_m > wall.radius_m + kVesselWall_m) continue;
-      // Two outsides on one axis are stacked things unless they touch; an inside needs a rim.
+      // Two outsides on one axis are stacked objects unless they touch; an inside needs the rim's
+      // height.
       const bool belongs =
           AreBothSides(r, wall)
               ? std::abs(views_.pieces[p].high_z_m - views_.pieces[seed].high_z_m) <= kVesselRim_m
@@ -92,7 +95,8 @@ class VesselJoiner {
            ShareWithin(nodes_, piece, wall.axis, wall.radius_m + kVesselWall_m) >= kNearlyAll;
   }
 
-  // The floor, and scraps of the walls: within the rim, below it, and level, inward or small.
+  // Joins the floor and scraps of the walls: within the rim's radius, below its height, and level,
+  // facing inwards, or small.
   void JoinInside(std::size_t seed, const Vector2& axis, double radius_m, double rim_m) {
     for (std::size_t p = 0; p < views_.pieces.size(); ++p) {
       const PieceView& piece = views_.pieces[p];

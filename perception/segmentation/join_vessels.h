@@ -1,4 +1,4 @@
-// Inner wall, outer wall and floor of a vessel are one object.
+// Joins the inner wall, outer wall and floor of a vessel.
 #pragma once
 
 #include "perception/segmentation/disjoint_sets.h"
@@ -6,8 +6,8 @@
 
 namespace cwm::perception {
 
-// Joins pieces that share a vertical axis of revolution with a wall seen from inside, and what lies
-// level within that wall.
+// Joins walls that share a vertical axis of revolution and touch or are the two sides of one wall.
+// If one of them shows the inside, also joins the floor and the scraps within it.
 void JoinVessels(const OrientedPoints& nodes, const PieceViews& views, DisjointSets& objects);
 
 }  // namespace cwm::perception

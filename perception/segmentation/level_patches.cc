@@ -19,24 +19,25 @@ using Eigen::Vector3f;
 
 using namespace std::chrono_literals;
 
-// derived: deviations along up: what stands fills the cell, 1 / sqrt(12) of its edge. Half of that
-// is more than a slope of kMaxTilt_rad makes, and noise that is foreshortened.
+// derived: the largest deviation along up of a level cell, in edges. Points of an upright surface
+// fill the cell, a deviation of 1 / sqrt(12). Half of that is more than a slope of kMaxTilt_rad and
+// foreshortened noise make.
 constexpr float kMaxHeight_cells = std::numbers::inv_sqrt3_v<float> / 4;
-// derived: along a plane points spread by more than noise does (kGate_sigma), across it by no
-// more than this. The points of a wall of one cell's height spread by one sigma of noise along it,
-// and by more than two along up, as a cell is 8 sigma high; those of a board along the board by
-// six, over three cells. Noise across the ray lifts them by about one, and warp.
+// derived: the largest deviation across a level plane; along it points spread by more than noise
+// (kGate_sigma). The points of a wall of one cell's height spread by one sigma of noise along the
+// wall's normal, and by more than two along up, as a cell is 8 sigma high. Those of a board spread
+// along the board by six, over three cells; noise across the ray and warp lift them by about one.
 constexpr float kMaxThickness_sigma = 1.5f;
 
 float Square(float x) { return x * x; }
 
-// The deviation along up.
+// The deviation along up, in metres.
 float Height_m(const Moments& moments, const Vector3f& up) {
   return std::sqrt(std::max(0.0f, up.dot(moments.Covariance() * up)));
 }
 
-// Of the lowest of a wall a cell may hold no more than its foot. What is above is more than mixed
-// pixels where it has the larger part of as many points.
+// True if the surface continues above the cell: a cell may hold no more than the foot of a wall.
+// Half as many points above as in the cell are more than mixed pixels.
 bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
   const float edge_m = coarse.grid.edge_m();
   Moments column;
@@ -56,7 +57,7 @@ bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
 bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
   static const float most_tilt_cos = static_cast<float>(std::cos(kMaxTilt_rad));
   const OrientedPoints& cells = coarse.cells;
-  if (cells.normals[c].dot(up) >= most_tilt_cos) return false;  // known to be level
+  if (cells.normals[c].dot(up) >= most_tilt_cos) return false;  // the normal shows that it is level
   const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
   const float down_m = -ray.dot(up);
   if (down_m <= 0 || down_m >= kGrazing_sin * ray.norm()) return false;
@@ -64,7 +65,8 @@ bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
          !GoesOnAbove(coarse, c, up);
 }
 
-// Zero where it and those around at its height are no level plane.
+// The normal of the level plane through the cell and its neighbours at its height; zero if there is
+// none.
 Vector3f NormalOfPatch(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
   const float sigma_m = coarse.cells.sigma_m[c];
   const Vector3f& middle = coarse.cells.points[c];

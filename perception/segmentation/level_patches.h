@@ -1,4 +1,4 @@
-// Level surfaces that are seen at a grazing angle, told by the room that their points fill.
+// Finds level surfaces seen at a grazing angle by the height of the space that their points fill.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,16 +13,17 @@ namespace cwm::perception {
 
 using TurnedCells = std::vector<std::uint32_t>;  // ascending
 
-// Where one looks along a board, few rows of an image show it, and noise along the ray is noise
-// along the board: the window of a point's normal holds hardly more than one row, and its normal
-// faces the sensor. But noise lifts no point off the board. A cell whose points fill less of its
-// height than those of what stands do, and make with those around a level plane wider than noise
-// each way, gets the normal of that plane. For clouds that were seen from one place. Returns the
-// cells that it turned.
+// Turns the normals of such cells to up. Seen along a board, few rows of an image show it, and
+// noise along the ray is noise along the board: the window of a point's normal holds hardly more
+// than one row, and the normal faces the sensor. But noise lifts no point off the board. A cell
+// gets the normal of the level plane through it and its neighbours if its points fill less of its
+// height than those of an upright surface would, and that plane is wider than noise in each
+// direction. For clouds that were seen from one place. Returns the turned cells.
 TurnedCells TurnLevelPatches(const Eigen::Vector3f& up, CoarseCloud& coarse, const Work& work);
 
-// Of the cells that were turned, those of supports: their points within noise of the support get
-// its normal too. Of what is small, as the tops of things are, points keep what they have.
+// Gives points of turned cells the support's normal, if their cell is a support's and they are
+// within noise of its plane. Points of turned cells that are no support's, such as small object
+// tops, keep their normals.
 void TurnPointsOn(const std::vector<SupportPlane>& supports, const CoarseCloud& coarse,
                   const TurnedCells& turned, OrientedPoints& points);
 

@@ -12,20 +12,21 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: patches in a cloud: the median of their scatter errs by a fifth of its spread.
+// chosen: patches per cloud: the median of their scatter errs by a fifth of its spread.
 constexpr std::size_t kPatches = 48;
-// chosen: points that neighbours are looked for among: one for each 2 cm^2 of a table.
+// chosen: the number of points among which neighbours are searched: one per 2 cm^2 of a table.
 constexpr std::size_t kAmong = 8192;
-// chosen: of a patch. Of a cloud of no more points than kAmong, neighbours err alike.
+// chosen: neighbours per patch. In a cloud of no more than kAmong points, neighbours have
+// correlated errors.
 constexpr std::size_t kNeighbours = kTwoSamples;
-// chosen: of a patch: wider ones hold several surfaces.
+// chosen: the largest radius of a patch; wider ones hold several surfaces.
 constexpr double kWidest_m = 0.1;
-// chosen: thickness to width, rms.
+// chosen: the largest ratio of thickness to width of a flat patch, rms.
 constexpr double kFlat = 0.3;
 
 using Neighbour = std::pair<float, std::uint32_t>;  // squared distance, index
 
-// The nearest of `among` to a point, itself left out.
+// The nearest of `among` to a point, without the point itself.
 std::vector<Neighbour> NearestOf(const OrientedPoints& points,
                                  const std::vector<std::uint32_t>& among, std::uint32_t middle) {
   std::vector<Neighbour> heap(kNeighbours, {std::numeric_limits<float>::infinity(), 0});

@@ -14,11 +14,12 @@ namespace {
 
 using Nodes = std::vector<std::uint32_t>;
 
-// The largest of the extents along the plane, without its ragged ends.
+// The largest extent of the members along the plane, in metres, without the outermost members.
 double Reach_m(const Plane& plane, const OrientedPoints& points, const Nodes& members) {
   const Matrix3 basis = BasisFromZ(plane.normal);
   double reach_m = 0;
-  // chosen: over half a turn: one is nearer than 11 degrees to the diagonal, and 2 percent shorter.
+  // chosen: directions over half a turn: one of them is within 11 degrees of the diagonal and shows
+  // it 2 percent shorter.
   constexpr int kReachDirections = 8;
   for (int k = 0; k < kReachDirections; ++k) {
     const double angle_rad = k * std::numbers::pi / kReachDirections;

@@ -11,8 +11,8 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: how far the tolerance may shrink where simplifying made borders cross, and grow where too
-// many corners remain.
+// chosen: factors of the tolerance, tried in this order: smaller where simplified borders cross,
+// larger where too many corners remain.
 constexpr double kToleranceSteps[] = {1, 0.5, 0.25, 1.5, 2.25, 3.4, 5};
 
 // The sides of a block of four cells. Corners, counter-clockwise from the lower left, are the bits
@@ -23,19 +23,19 @@ struct Passage {
   Side from = kNoSide, to = kNoSide;
 };
 
-// What passes through a block, with the set on its left.
+// The borders that pass through a block, with the set on their left.
 constexpr std::array<std::array<Passage, 2>, 16> kPassages = {{
     {},                                    // none
     {{{kBottom, kLeft}, {}}},              // lower left
     {{{kRight, kBottom}, {}}},             // lower right
     {{{kRight, kLeft}, {}}},               // lower row
     {{{kTop, kRight}, {}}},                // upper right
-    {{{kBottom, kLeft}, {kTop, kRight}}},  // a diagonal, parted
+    {{{kBottom, kLeft}, {kTop, kRight}}},  // a diagonal, separated
     {{{kTop, kBottom}, {}}},               // right column
     {{{kTop, kLeft}, {}}},                 // all but the upper left
     {{{kLeft, kTop}, {}}},                 // upper left
     {{{kBottom, kTop}, {}}},               // left column
-    {{{kRight, kBottom}, {kLeft, kTop}}},  // the other diagonal, parted
+    {{{kRight, kBottom}, {kLeft, kTop}}},  // the other diagonal, separated
     {{{kRight, kTop}, {}}},                // all but the upper right
     {{{kLeft, kRight}, {}}},               // upper row
     {{{kBottom, kRight}, {}}},             // all but the lower right
@@ -69,10 +69,10 @@ class Tracer {
   }
 
  private:
-  // Here cells count from 1, so that a ring of cells outside of the mask surrounds it.
+  // Cells count from 1 here, so that a ring of cells outside the mask surrounds it.
   bool Has(int x, int y) const { return mask_.Has(x - 1, y - 1); }
 
-  // A place midway between two neighbouring cells: right of (x, y), or above it.
+  // The place midway between two neighbouring cells: to the right of (x, y), or above it.
   std::int32_t Midway(int x, int y, bool above) const {
     return 2 * (y * width_ + x) + (above ? 1 : 0);
   }
@@ -94,7 +94,7 @@ class Tracer {
     }
   }
 
-  // Drops the corner before where the border runs straight on.
+  // Appends p, and drops the corner before it if the border runs straight on there.
   static void Append(Polygon& loop, const Vector2& p) {
     const std::size_t n = loop.size();
     if (n >= 2) {
@@ -109,7 +109,7 @@ class Tracer {
   std::vector<std::int32_t> next_;  // per midway place: the next one along the border
 };
 
-// Appends what Douglas and Peucker keep of ring[first .. last), the first always.
+// Appends the corners of ring[first .. last) that Douglas and Peucker keep; always the first.
 void AppendKept(const Polygon& ring, std::size_t first, std::size_t last, double tolerance,
                 Polygon& kept) {
   const Vector2 &a = ring[first], &b = ring[last % ring.size()];
@@ -127,7 +127,7 @@ void AppendKept(const Polygon& ring, std::size_t first, std::size_t last, double
   AppendKept(ring, farthest, last, tolerance, kept);
 }
 
-// A ring has no ends: it is divided at its lowest corner in x and the one farthest from it.
+// A ring has no ends, so it is divided at its corner of lowest x and the one farthest from that.
 Polygon SimplifiedRing(Polygon ring, double tolerance) {
   std::rotate(ring.begin(),
               std::min_element(ring.begin(), ring.end(),
@@ -149,7 +149,7 @@ Outline SimplifiedTo(const Outline& outline, double tolerance) {
   Outline out{SimplifiedRing(outline.border, tolerance), {}};
   for (const Polygon& hole : outline.holes) {
     Polygon simpler = SimplifiedRing(hole, tolerance);
-    // A hole thinner than the tolerance is none.
+    // A hole thinner than the tolerance is dropped.
     if (simpler.size() >= 3 && SignedArea_m2(simpler) < 0) out.holes.push_back(std::move(simpler));
   }
   return out;
@@ -192,7 +192,7 @@ Outline Simplified(Outline outline, const SimplifyLimits& limits) {
   }
   Polygon hull = ConvexHull(outline.border);
   for (double tolerance = limits.tolerance; hull.size() > limits.most_corners; tolerance *= 1.5) {
-    hull = SimplifiedRing(hull, tolerance);  // corners of a hull: convex whatever is dropped
+    hull = SimplifiedRing(hull, tolerance);  // simplified hulls stay convex
   }
   return {std::move(hull), {}};
 }

@@ -1,5 +1,5 @@
-// What the tests for joining look at: few, evenly spread points of each piece, and who touches
-// whom.
+// The input of the tests for joining: a few evenly spread points of each piece, and the contacts of
+// pieces.
 #pragma once
 
 #include <cstdint>
@@ -19,32 +19,32 @@ struct PieceView {
   double area_m2 = 0;
   double low_z_m = 0, high_z_m = 0;  // 2nd and 98th percentile of height
   Eigen::AlignedBox3d bounds;
-  bool is_patch = false;  // of a support (Pieces::patch_of)
+  bool is_patch = false;  // lies on a support's plane (Pieces::patch_of)
 };
 
 // The contact of two pieces, seen from the first.
 struct Border {
   int links = 0;
-  float level_links = 0;  // sum over links of how level the second piece is there (n . up, if > 0)
+  float level_links = 0;  // sum over links of n . up of the second piece, where positive
 };
 
 struct PieceViews {
   std::vector<PieceView> pieces;                                    // per piece; empty for supports
-  std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered pairs, both ways
+  std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered, both directions
 };
 
-// Whether two pieces share a good part of their outline: less is a touch in passing.
+// True if two pieces share a good part of their outline; less is an incidental touch.
 bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b);
 
-// chosen: smaller pieces fix no plane.
+// chosen: smaller pieces do not determine a plane.
 inline constexpr double kMinFace_m2 = 3e-4;
 
-// chosen: mean n . up along the border of a face that things rest on, its rounded edge among it.
+// chosen: mean n . up along the border of a face that objects rest on, including its rounded edge.
 inline constexpr float kLevelBorder_cos = 0.6f;
 // chosen: n . up of a vessel's floor.
 inline constexpr float kFloor_cos = 0.8f;
 
-// Up is the z of the graph's frame.
+// Up is z of the graph's frame.
 PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work);
 
 }  // namespace cwm::perception

@@ -27,11 +27,12 @@ using namespace std::chrono_literals;
 // chosen: the floor of a pan of 30 cm.
 constexpr double kMaxPatch_m2 = 0.07;
 constexpr std::size_t kNodesPerPiece = ItemsPerPiece(20ns);
-// derived: links per square root of nodes: a tenth of the outline of a compact piece, each of whose
-// border nodes has three links across.
+// derived: the least number of links of a contact per square root of nodes: a tenth of the outline
+// of a compact piece, whose border nodes have three links across each.
 constexpr double kMinContact = 1.2;
 
-// A support's nodes: max(kSameNormal_rad, 3 standard deviations of the normal).
+// True if the normal is within max(kSameNormal_rad, 3 standard deviations of the normal) of up, as
+// of a support's nodes.
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
   static const auto least_gate_cos = static_cast<float>(std::cos(kSameNormal_rad));
   const float cosine = std::abs(nodes.normals[i].dot(up));
@@ -47,7 +48,7 @@ struct SupportRelation {
   std::vector<std::int32_t> support;  // for kBand and kOn
 };
 
-// The cells of a support, and those that may hold points of its plane within two cells of them.
+// The cells of a support, and cells within two cells of them that may hold points of its plane.
 std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportPlane& support) {
   std::vector<char> on_support(coarse.grid.size(), 0);
   for (std::uint32_t c : support.cells) on_support[c] = 1;
@@ -57,7 +58,8 @@ std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportP
   };
   std::vector<std::uint32_t> around;
   for (std::uint32_t c = 0; c < coarse.grid.size(); ++c) {
-    // A cell's points lie within half its diagonal of its middle; noise hardly differs in it.
+    // A cell's points lie within half its diagonal of its middle; noise hardly differs within a
+    // cell.
     const double reach_m = 0.9 * coarse.grid.edge_m() + 1.5 * kGate_sigma * coarse.cells.sigma_m[c];
     if (std::abs(support.plane.Height_m(coarse.grid.Center(c))) > reach_m) continue;
     if (on_support[c] || beside(c)) around.push_back(c);
@@ -65,7 +67,7 @@ std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportP
   return around;
 }
 
-// Which support's plane each node lies on, looked up by its coarse cell.
+// The support's plane that each node lies on, looked up by its coarse cell.
 SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& coarse,
                                  const std::vector<SupportPlane>& supports, const Work& work) {
   SupportRelation out{std::vector<Relation>(graph.size(), Relation::kFree),
@@ -99,7 +101,7 @@ void ForEachNode(std::size_t count, const Work& work, const F& f) {
   });
 }
 
-// Nodes of a range for which `wanted` is true, in their order; asked in parallel.
+// Nodes of a range for which `wanted` is true, in their order; evaluated in parallel.
 template <class Wanted>
 std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const Wanted& wanted) {
   std::vector<std::vector<std::uint32_t>> found(count / kNodesPerPiece + 1);
@@ -113,8 +115,8 @@ std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const
   return all;
 }
 
-// A support seen by a real sensor is warped: level nodes that continue it evenly belong to it as
-// far as MostOffPlane_m, beyond its 3 sigma. Steps and slopes end it.
+// Extends supports over the warp of a real sensor: level nodes that continue a support evenly
+// belong to it up to MostOffPlane_m, beyond its 3 sigma. Steps and slopes end it.
 void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
                 const std::vector<char>& crease, SupportRelation& to_support, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
@@ -147,7 +149,7 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
   }
 }
 
-// Each seed becomes a piece, in their order after the supports.
+// Makes each seed a piece, in the order of the seeds, after the supports.
 void StartPieces(const Seeds& seeds, Pieces& pieces, const Work& work) {
   ForEachNode(seeds.of_node.size(), work, [&](std::size_t i) {
     if (seeds.of_node[i] >= 0) pieces.of_node[i] = pieces.support_count + seeds.of_node[i];
@@ -155,9 +157,9 @@ void StartPieces(const Seeds& seeds, Pieces& pieces, const Work& work) {
   pieces.piece_count = pieces.support_count + static_cast<std::int32_t>(seeds.count());
 }
 
-// Of a node of a support its support, where all that is right beside it is the support too; else
-// kNoIndex. The rim of a pan is a line of pixels: across it, the floor and the counter are linked
-// at its corners and where noise breaks it.
+// Per node its support if all of its neighbours belong to the same support, else kNoIndex. The rim
+// of a pan is a line of pixels: across it, the pan's floor and the counter are linked at its
+// corners and where noise breaks it.
 std::vector<std::int32_t> InsidesOfSupports(const SurfaceGraph& graph, const Pieces& pieces,
                                             const Work& work) {
   std::vector<std::int32_t> inside(graph.size(), kNoIndex);
@@ -171,12 +173,13 @@ std::vector<std::int32_t> InsidesOfSupports(const SurfaceGraph& graph, const Pie
   return inside;
 }
 
-// Patches of a support that hang together with none of its larger part: seen through a handle, or
-// really the floor of a vessel that stands on it. They become pieces that remember their support.
+// Makes small patches of a support that are not connected to its larger part pieces that remember
+// their support. They are seen through a handle, or are really the floor of a vessel that stands on
+// it.
 void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work) {
   const std::vector<std::int32_t> inside = InsidesOfSupports(graph, pieces, work);
   const ConnectedSets sets = FindConnectedSets(graph, inside, work);
-  std::vector<double> area_m2(sets.count(), 0);  // not counted beyond what is asked
+  std::vector<double> area_m2(sets.count(), 0);  // summed up to kMaxPatch_m2 only
   std::vector<std::uint32_t> nodes(sets.count(), 0);
   for (std::size_t i = 0; i < graph.size(); ++i) {
     if (inside[i] < 0) continue;
@@ -190,7 +193,7 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
     piece[s] = pieces.piece_count++;
     pieces.patch_of.emplace(piece[s], inside[sets.first_nodes[s]]);
   }
-  // What is beside something else goes with what of its support is inside.
+  // Nodes beside something else join the patch of a neighbour inside the support.
   const auto patch_at = [&](std::size_t i) {
     return inside[i] < 0 ? kNoIndex : piece[static_cast<std::size_t>(sets.of_node[i])];
   };
@@ -207,8 +210,8 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
   });
 }
 
-// Labelled nodes claim their unlabelled neighbours; the node goes to the piece whose surface,
-// prolonged from where the claim started, passes nearest to it.
+// Grows pieces: labelled nodes claim their unlabelled neighbours. A node goes to the piece whose
+// surface, extended from where the claim started, passes nearest to it.
 class PieceGrower {
  public:
   PieceGrower(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports, Pieces& pieces,
@@ -245,9 +248,9 @@ class PieceGrower {
   }
 
  private:
-  // In the order of their costs, whose bits are those of a number that is not negative, and then of
-  // the nodes that are claimed. By whom is told by the node: when a worse claim comes to its turn,
-  // it is taken.
+  // Ordered by cost, whose bits compare like the number as it is not negative, and then by the
+  // claimed node. The claim itself is stored at the node: an outdated key in the queue finds the
+  // node taken.
   using Key = std::uint64_t;
   using Queue = std::priority_queue<Key, std::vector<Key>, std::greater<>>;
 
@@ -256,7 +259,7 @@ class PieceGrower {
     std::int32_t piece = 0;
   };
 
-  // What is asked of a node that is claimed, in one place: they are asked for in no order.
+  // The data of a claimed node in one place, because nodes are accessed in random order.
   struct Target {
     Vector3f p = Vector3f::Zero();
     float sigma_m = 0;
@@ -264,7 +267,7 @@ class PieceGrower {
     float least_cost = std::numeric_limits<float>::infinity();
     Anchor anchor;
   };
-  // The least cost of what has its piece.
+  // The cost of a node that has its piece.
   static constexpr float kTaken = -std::numeric_limits<float>::infinity();
 
   bool IsTaken(std::size_t node) const { return targets_[node].least_cost == kTaken; }
@@ -273,7 +276,7 @@ class PieceGrower {
     return Key{std::bit_cast<std::uint32_t>(targets_[node].least_cost)} << 32 | node;
   }
 
-  // True where this claim on it is the best so far.
+  // True if this claim on the target is the best so far.
   bool Improve(Target& target, const Anchor& anchor) const {
     float distance;
     if (anchor.piece < pieces_.support_count) {
@@ -320,7 +323,7 @@ std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& 
                                        const Work& work) {
   return NodesWhere(graph.size(), work, [&](std::size_t i) {
     const std::int32_t a = pieces.of_node[i];
-    if (a < pieces.support_count) return false;  // kNoIndex among them
+    if (a < pieces.support_count) return false;  // kNoIndex included
     bool at_border = false;
     graph.ForEachLinked(i, [&](std::size_t j) {
       at_border |= pieces.of_node[j] != a && pieces.of_node[j] != kNoIndex;

@@ -9,8 +9,8 @@
 namespace cwm::perception {
 namespace {
 
-// derived: with kMinInlierShare, 0.4^3 = 0.064 of the triples are of inliers alone: so many miss
-// all of them with a probability below 1 %.
+// derived: with kMinInlierShare, 0.4^3 = 0.064 of the triples consist of inliers only; this many
+// triples miss all of them with a probability below 1 %.
 constexpr int kTriples = 72;
 
 std::optional<Plane> PlaneOfTriple(const OrientedPoints& points, const std::uint32_t (&triple)[3]) {

@@ -15,14 +15,15 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the points: what belongs to nothing is noise as long as it is no more.
+// chosen: the largest share of all points that is rejected as noise; points beyond it become
+// residuals.
 constexpr double kMaxRejectedShare = 0.005;
-// chosen: more residuals share the last one.
+// chosen: the largest number of residuals; the last one takes the rest.
 constexpr std::size_t kMaxResiduals = 256;
 
 using NodeList = Floor::NodeList;
 
-// Of the pieces that are neither supports nor structures.
+// The nodes of each region of linked pieces that are neither supports nor structures.
 std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces,
                                      const Structures& structures, const Work& work) {
   const auto piece_count = static_cast<std::size_t>(pieces.piece_count);
@@ -63,8 +64,8 @@ std::vector<Segment> NodesOfStructures(const Pieces& pieces, const Structures& s
   return segments;
 }
 
-// Of an edge of a board that something juts over, to which it is linked: below what the board
-// carries, with the larger part of its nodes.
+// True if the larger part of the nodes is below the top of the support. Such a piece is linked to
+// the edge of a board that something on the board juts over.
 bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const OrientedPoints& nodes) {
   const Pose X_SL = plate.X_FS.inverse(Eigen::Isometry);
   const auto below = std::ranges::count_if(members, [&](std::uint32_t i) {
@@ -73,7 +74,7 @@ bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const Orient
   return static_cast<double>(below) > kLargerPart * static_cast<double>(members.size());
 }
 
-// What of the region may stand on the support: without the pieces that lie below it.
+// The nodes of the region that may stand on the support: those of pieces that do not lie below it.
 NodeList WithoutBelow(const NodeList& region, const Pieces& pieces, const Placed<Plate>& plate,
                       const OrientedPoints& nodes) {
   std::map<std::int32_t, NodeList> of_piece;
@@ -103,7 +104,7 @@ std::int32_t SupportOf(const NodeList& region, const Pieces& pieces, const Orien
   return best;
 }
 
-// One object for each piece of the region, but for those below its support, which are residuals.
+// Appends one object per piece of the region. Pieces below its support become residuals.
 void AppendObjects(const Segment& region, const Pieces& pieces, const OrientedPoints& nodes,
                    const std::vector<Placed<Plate>>& plates, std::vector<Segment>& objects,
                    std::vector<Segment>& residuals) {

@@ -16,13 +16,13 @@
 namespace cwm::perception {
 namespace {
 
-// derived: across, what touches is a crease's rounded edge apart.
+// derived: the largest horizontal distance of contact, in cells: the rounded edge of a crease.
 constexpr int kContact_cells = static_cast<int>(kEdgeLoss_m / kFootprintCell_m);
-// chosen: of the nodes that may touch: the rest may overhang or turn away.
+// chosen: the least share of the lowest nodes that touch; the others may overhang or face away.
 constexpr double kMinTouching = 0.3;
-// chosen: cells of a footprint that make a top.
+// chosen: the least number of footprint cells that make a top.
 constexpr std::size_t kMinTop_cells = 4;
-// chosen: cells of a footprint, of which one sees that what is over them is hidden.
+// chosen: the least number of footprint cells that show that the space over them is hidden.
 constexpr std::size_t kMinHidden_cells = 3;
 
 using Cell = std::pair<int, int>;
@@ -35,8 +35,8 @@ Vector2 CenterOf(const Cell& cell) {
   return {(cell.first + 0.5) * kFootprintCell_m, (cell.second + 0.5) * kFootprintCell_m};
 }
 
-// How deep a place lies in a convex polygon; negative outside, and beside one without area (of an
-// object that shows one upright face).
+// How deep a place lies in a convex polygon, in metres; negative outside. A polygon without area,
+// of an object that shows one upright face, has only an outside.
 double DepthIn_m(const Polygon& hull, const Vector2& p) {
   if (hull.size() < 3) return -(NearestOnBorder(hull, p) - p).norm();
   double depth = std::numeric_limits<double>::infinity();
@@ -47,21 +47,21 @@ double DepthIn_m(const Polygon& hull, const Vector2& p) {
   return depth;
 }
 
-// An object over the support that it stands on, in the plate's frame.
+// An object over its support, in the plate's frame.
 struct Standing {
   std::size_t segment = 0;
-  std::map<Cell, double> top_m;  // footprint, and the height of the object over each cell of it
+  std::map<Cell, double> top_m;  // per cell of the footprint, the largest height of the object
   std::vector<Vector3> low;      // the lowest tenth of the nodes
   Polygon hull;                  // of the footprint
   double foot_m = 0;
-  double band_m = 0;   // heights within this are the same
-  bool hangs = false;  // it rests on another one, whatever share of it lies over that one
+  double band_m = 0;   // heights within this are equal
+  bool hangs = false;  // rests on another object, whatever share of it lies over that one
 
   Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
       : segment(index), hangs(s.hangs) {
     std::vector<Vector3> places;
     std::vector<float> sigma;
-    auto column = top_m.end();  // nodes that follow each other are mostly in one cell
+    auto column = top_m.end();  // consecutive nodes are mostly in one cell
     const std::size_t stride = s.nodes.size() / kMaxNodesAsked + 1;
     for (std::size_t k = 0; k < s.nodes.size(); k += stride) {
       const std::uint32_t i = s.nodes[k];
@@ -88,7 +88,7 @@ struct Standing {
   }
 };
 
-// The other's top lies beside the foot.
+// True if enough of the upper one's lowest nodes are beside the lower one's top.
 bool Touches(const Standing& upper, const Standing& lower) {
   std::size_t touching = 0;
   for (const Vector3& p : upper.low) {
@@ -105,8 +105,8 @@ bool Touches(const Standing& upper, const Standing& lower) {
   return static_cast<double>(touching) >= kMinTouching * static_cast<double>(upper.low.size());
 }
 
-// What lies below the upper one's footprint, which blurs by a cell, ends where its foot is: nearly
-// all of it, above is a handle or noise.
+// True if the lower one's top within the upper one's footprint (grown by a cell, the blur) is at
+// the height of the upper one's foot. Higher parts than nearly all of it are a handle or noise.
 bool EndsBelow(const Standing& upper, const Standing& lower) {
   std::vector<double> tops;
   for (const auto& [cell, top] : lower.top_m) {
@@ -116,9 +116,9 @@ bool EndsBelow(const Standing& upper, const Standing& lower) {
   return std::abs(Quantile(std::move(tops), kNearlyAll) - upper.foot_m) <= upper.band_m;
 }
 
-// Share of the lower one's footprint that lies below what hangs, where that hides all between its
-// foot and the seen end of the lower one, but for mixed pixels and what its edge leaves of the
-// lower one's own face; 0 where it does not.
+// Share of the lower one's footprint under the hanging upper one if that hides the space between
+// its foot and the visible end of the lower one; else 0. Mixed pixels, and the lower one's face as
+// far as the upper one's edge leaves it visible, are allowed for.
 double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose& X_LP,
                         const SightMap& sight) {
   std::size_t columns = 0, places = 0, hidden = 0, through = 0;
@@ -144,7 +144,7 @@ double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose
   return static_cast<double>(columns) / static_cast<double>(lower.top_m.size());
 }
 
-// Share of the upper one's footprint that lies over the lower one.
+// Share of the upper one's footprint over the lower one.
 double ShareOfFootprint(const Standing& upper, const Standing& lower) {
   double inside = 0;
   for (const auto& [cell, top] : upper.top_m) {
@@ -153,7 +153,7 @@ double ShareOfFootprint(const Standing& upper, const Standing& lower) {
   return inside / static_cast<double>(upper.top_m.size());
 }
 
-// Of that and of the lower one's top that lies under the upper one, whichever is larger.
+// The larger of that share and the share of the lower one's top under the upper one.
 double ShareOver(const Standing& upper, const Standing& lower) {
   double under = 0, tops = 0;
   for (const auto& [cell, top] : lower.top_m) {
@@ -165,8 +165,8 @@ double ShareOver(const Standing& upper, const Standing& lower) {
   return std::max(ShareOfFootprint(upper, lower), under_share);
 }
 
-// What the upper one rests on, of those that stand on the same support: the one that it covers
-// most, with the larger part of its footprint, or it would tip; null if none.
+// The object on the same support that the upper one rests on; null if there is none. It covers that
+// one more than any other, with the larger part of its footprint, or it would tip.
 const Standing* Under(const Standing& upper, const std::vector<Standing>& standing,
                       const Pose& X_LP, const SightMap* sight) {
   if (upper.foot_m <= upper.band_m) return nullptr;
@@ -187,13 +187,13 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
   return best;
 }
 
-// How high the face is that the upper one rests on: the middle of the lower one's level nodes
-// beside the foot, as near as what touches. The foot itself is known as too high: the lower one has
-// most of the nodes of the crease between them. It is taken where there is no such face, as on rims
-// and round things.
+// The height in metres of the face that the upper one rests on: the median height of the lower
+// one's level nodes beside the foot, within the distance of contact. The foot itself would be too
+// high, as the lower one has most nodes of the crease between them. It is used where there is no
+// such face, as on rims and round objects.
 double ContactHeight_m(const Standing& upper, const Standing& lower, const OrientedPoints& nodes,
                        const std::vector<Segment>& segments, const Pose& X_PL) {
-  // Of what leans there or stands behind, foot and face are no contact.
+  // An object that leans on the other or stands behind it touches it neither with foot nor face.
   if (ShareOfFootprint(upper, lower) < kLargerPart) return upper.foot_m;
   const std::vector<std::uint32_t>& below = segments[lower.segment].nodes;
   const Eigen::Vector3f up = X_PL.linear().row(2).transpose().cast<float>();
@@ -211,7 +211,7 @@ double ContactHeight_m(const Standing& upper, const Standing& lower, const Orien
   return Quantile(std::move(heights), 0.5);
 }
 
-// Of each support, what stands on it.
+// Per support, the objects on it.
 std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
                                               const std::vector<Placed<Plate>>& plates,
                                               const std::vector<Segment>& segments,
@@ -240,7 +240,7 @@ void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Plac
                              std::vector<Segment>& hanging, const Work& work) {
   std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects, work);
   for (Segment& region : hanging) region.hangs = true;
-  // Of each support, the hanging regions over it, from when they are first asked for.
+  // Per support, the hanging regions in its frame, computed when first needed.
   std::vector<std::vector<std::optional<Standing>>> over(plates.size());
   for (bool grown = true; grown;) {
     grown = false;

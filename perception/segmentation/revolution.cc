@@ -12,13 +12,13 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: steep normals of which an axis is known, nearly two independent ones.
+// chosen: the least number of steep normals that determine an axis, nearly two independent ones.
 constexpr std::size_t kMinSteepNormals = 20;
 
-// measured: the error of an axis that is known from half of a cup's outside.
+// measured: the error of an axis that is determined by half of a cup's outside.
 constexpr double kAxisMiss_m = 0.012;
-// derived: (a - sin a cos a) / (a + sin a cos a) for an arc of +-a: 30 degrees. Faces of boxes that
-// fan out by chance fail the agreement.
+// derived: (a - sin a cos a) / (a + sin a cos a) for an arc of +-a, with a = 30 degrees. Faces of
+// boxes that fan out by chance fail the test of agreement.
 constexpr double kMinFan = 0.1;
 
 struct Ray {
@@ -36,7 +36,7 @@ std::vector<Ray> SteepRays(const OrientedPoints& points, std::span<const std::ui
   return rays;
 }
 
-// Whether the line of the normal passes the axis as near as noise allows.
+// True if the line of the normal passes the axis within the noise.
 bool Agrees(const Ray& ray, const Vector2& axis) {
   const Vector2 to = ray.from - axis;
   const double miss = std::abs(to.x() * ray.direction.y() - to.y() * ray.direction.x());
@@ -70,7 +70,7 @@ std::optional<Revolution> FitRevolution(const OrientedPoints& points,
   const std::vector<Ray> rays = SteepRays(points, members);
   if (rays.size() < kMinSteepNormals) return std::nullopt;
   Vector2 axis = Vector2::Zero();
-  // The first round by all normals, the rest by those that agree.
+  // The first round uses all normals, later rounds those that agree.
   for (int round = 0; round <= kRefinements; ++round) {
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
     Vector2 right = Vector2::Zero();

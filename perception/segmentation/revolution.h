@@ -9,21 +9,21 @@
 
 namespace cwm::perception {
 
-// The axis is where the horizontal parts of the normals meet.
+// A vertical axis that the horizontal parts of the normals pass.
 struct Revolution {
-  Vector2 axis = Vector2::Zero();  // of the level frame, metres
+  Vector2 axis = Vector2::Zero();  // in the level frame, metres
   double radius_m = 0;             // 90th percentile of the distance to the axis
   double agreement = 0;  // share of the steep members whose normals pass through the axis, 0..1
   double outward = 0;    // share of those that point away from the axis: 1 outside, 0 inside
-  double steep = 0;      // share of all members that are steep enough to tell
+  double steep = 0;      // share of all members with steep normals
 };
 
-// Nothing when the normals do not fan out enough to fix an axis, or fewer than kTwoSamples members
-// are steep.
+// Fits an axis to the normals. Empty if they do not fan out enough to determine it, or if too few
+// of them (20) are steep.
 std::optional<Revolution> FitRevolution(const OrientedPoints& points,
                                         std::span<const std::uint32_t> members);
 
-// How members agree with a given axis; `axis` and nothing else of the result is taken over.
+// Returns how well the members agree with the given axis, which is not refitted.
 Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
                            const Vector2& axis);
 

@@ -16,13 +16,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: along a step of few sigma there are five times as many steps as links, where noise parted
-// a surface at most a third as many.
+// chosen: a step of few sigma has five times as many steps as links along it; where noise separated
+// a surface there are at most a third as many steps as links.
 constexpr int kMinLinksPerStep = 3;
-// chosen: times less than a contact: a handle is a few pixels wide.
+// chosen: the factor by which a narrow contact is shorter than others: a handle is a few pixels
+// wide.
 constexpr int kNarrowContact = 3;
 
-// Of each set, whether it has points enough to be a seed.
+// Per set, whether it has enough points to be a seed.
 std::vector<char> AreSeeds(const SurfaceGraph& graph, const ConnectedSets& sets) {
   std::vector<std::uint64_t> points(sets.count(), 0);
   for (std::size_t i = 0; i < graph.size(); ++i) {
@@ -33,7 +34,8 @@ std::vector<char> AreSeeds(const SurfaceGraph& graph, const ConnectedSets& sets)
   return are_seeds;
 }
 
-// None of a grid, whose nodes know no steps.
+// The connected sets of nodes that have no node at a step beside them. No sets for a grid, whose
+// nodes have no steps.
 ConnectedSets SetsBesideNoStep(const SurfaceGraph& graph, const std::vector<std::int32_t>& classes,
                                const Work& work) {
   if (graph.image() == nullptr) {
@@ -51,13 +53,13 @@ ConnectedSets SetsBesideNoStep(const SurfaceGraph& graph, const std::vector<std:
   return FindConnectedSets(graph, beside_none, work);
 }
 
-// Two sets of one whole that hang together by what was left out.
+// The border of two parts of one connected set, across the nodes that were left out.
 struct Border {
   int links = 0;
   int steps = 0;  // pairs of pixels with a step between them
 };
 
-// Sets of nodes beside no step, and the wholes that they were a part of.
+// The sets of nodes beside no step, as parts of the connected sets ("wholes") of all nodes.
 class Parts {
  public:
   Parts(const SurfaceGraph& graph, const std::vector<char>& crease, const ConnectedSets& wholes,
@@ -74,8 +76,8 @@ class Parts {
     if (std::any_of(seeds_of_whole_.begin(), seeds_of_whole_.end(), is_parted)) Rejoin();
   }
 
-  // Of a whole that falls apart: of a part that is a seed of it the first part of those that it is
-  // one seed with, else kNoIndex.
+  // For a part that is a seed of a whole that falls apart: the first of the parts that it forms one
+  // seed with. Else kNoIndex.
   std::int32_t GroupOf(std::size_t part) {
     if (!is_seed_[part] || seeds_of_whole_[WholeOf(part)] < 2) return kNoIndex;
     return static_cast<std::int32_t>(groups_.Root(part));
@@ -87,7 +89,7 @@ class Parts {
     return static_cast<std::size_t>(wholes_.of_node[parts_.first_nodes[part]]);
   }
 
-  // Each part takes what is nearest to it by links, steps included.
+  // Grows each part over the nodes that are nearest to it by links, including nodes at steps.
   void Grow() {
     grown_.assign(graph_.size(), kNoIndex);
     nodes_.assign(parts_.count(), 0);
@@ -111,8 +113,8 @@ class Parts {
     }
   }
 
-  // Parts that share a good part of their outlines are one seed, those of narrow things as well
-  // where hardly a step runs along what they share: noise steps too.
+  // Joins parts that share a good part of their outlines. Parts of narrow objects are also joined
+  // if hardly any steps run along their common border, as noise makes steps too.
   void Rejoin() {
     Grow();
     std::map<std::pair<std::size_t, std::size_t>, Border> borders;
@@ -150,8 +152,8 @@ class Parts {
   std::vector<char> is_seed_;
   std::vector<int> seeds_of_whole_;
   DisjointSets groups_;              // of parts
-  std::vector<std::int32_t> grown_;  // per node the part that takes it
-  std::vector<std::size_t> nodes_;   // per part, of those
+  std::vector<std::int32_t> grown_;  // per node the part that it was given to
+  std::vector<std::size_t> nodes_;   // per part, the number of its nodes
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Where pieces of the measured surface start.
+// Finds the seeds that pieces of the measured surface grow from.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,22 @@
 
 namespace cwm::perception {
 
-// measured: nodes that start a piece; with four fewer, noise at the edges of books starts some.
+// measured: the least number of points that start a piece; with four fewer, noise at the edges of
+// books starts some.
 inline constexpr std::uint32_t kMinSeed_nodes = 40;
 
-// Nodes that hang together, enough of them to start a piece with (kMinSeed_nodes).
+// Connected sets of nodes with enough points to start a piece (kMinSeed_nodes).
 struct Seeds {
   std::vector<std::int32_t> of_node;  // per node its seed, or kNoIndex
   std::vector<std::int32_t> classes;  // per seed the class of its nodes
   std::size_t count() const { return classes.size(); }
 };
 
-// Of each class of nodes (per node; negative: of no seed) what hangs together. A step of few sigma
-// has gaps of one to three pixels, by which what lies before it and behind it hang together: where
-// leaving out the neighbours of nodes at a step makes several of one, these are seeds of their own,
-// unless they share a good part of their outlines, or a third as much with hardly a step along it.
-// `crease` as of CutIntoPieces.
+// Returns the connected sets of nodes of each class (per node; negative: in no seed). A step of few
+// sigma has gaps of one to three pixels that connect the surfaces before and behind it. If a set
+// falls apart without the neighbours of nodes at steps, its parts become separate seeds, unless
+// they share a good part of their outlines, or a third as much with hardly any steps along it.
+// `crease` is that of CutIntoPieces.
 Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
                 const std::vector<std::int32_t>& classes, const Work& work);
 

@@ -30,23 +30,22 @@ using Eigen::Vector3f;
 
 using namespace std::chrono_literals;
 
-// chosen: cells of an unorganised cloud: two of them span half a normal neighbourhood's radius and
-// more; 4 mm under Kinect noise at 0.8 m.
+// chosen: the cell of an unorganised cloud in standard deviations: two cells span more than half
+// the radius of a normal's neighbourhood; 4 mm under Kinect noise at 0.8 m.
 constexpr float kCell_sigma = 2.7f;
-// chosen: a pixel at 1 m: finer cells hold single points.
+// chosen: a pixel at 1 m; finer cells hold single points.
 constexpr float kMinCell_m = 0.002f;
-// derived: cells grow until a cell has half of the neighbours that it has on a surface without
-// gaps.
+// derived: cells grow until they have half of the neighbours that a cell on a surface without gaps
+// has.
 constexpr double kMinNeighbours = std::size(kBeside) / 2;
-// chosen: cells on surfaces that are seen at a slant are a quarter of all: their points lie farther
-// apart.
+// chosen: the share of cells on slanted surfaces, whose points lie farther apart.
 constexpr double kSlantedShare = 0.25;
-// chosen: times 1.5 each: 25.
+// chosen: steps by a factor of 1.5 each, 25 in total.
 constexpr int kMaxGrowth = 8;
-// derived: of normals, as of an image's.
+// derived: the radius of normals in cells, the same as on an image.
 constexpr float kRadius_cells = kNormalRadius_sigma / kCell_sigma;
 
-// Of the cells on surfaces that are seen at a slant.
+// The number of neighbours of cells on slanted surfaces (a low quantile of all cells).
 double Neighbours(const VoxelGrid& grid) {
   const std::size_t stride = std::max<std::size_t>(1, grid.size() / kMaxScanned);
   std::vector<double> neighbours;
@@ -58,7 +57,8 @@ double Neighbours(const VoxelGrid& grid) {
   return Quantile(std::move(neighbours), kSlantedShare);
 }
 
-// As fine as the noise allows, as coarse as the spacing of the points asks. Without moments.
+// Cells as fine as the noise allows and as coarse as the spacing of the points requires, without
+// moments.
 VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
   float edge = std::max(kMinCell_m, kCell_sigma * Median(points.sigma_m));
   VoxelGrid grid = VoxelGrid::BuildCells(points.points, edge, work);
@@ -69,7 +69,7 @@ VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
   return grid;
 }
 
-// sorted[i] = values[before[i]]; they may be written where `before` is read from.
+// Sets sorted[i] = values[before[i]]. `sorted` may be the same vector as `before`.
 template <class T>
 void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& before,
             const Work& work, std::vector<T>& sorted) {
@@ -86,8 +86,8 @@ void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
   values = std::move(sorted);
 }
 
-// Points in the order of their cells: all that follows runs through memory in order, however the
-// cloud was sorted.
+// Sorts points in the order of their cells, so that later stages access memory in order for a cloud
+// in any order.
 void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
   std::vector<std::uint32_t> before = grid.Renumber();
   BringIntoOrder(before, work, points.points);
@@ -96,14 +96,15 @@ void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
                                        [](const Vector3f& n) { return !n.isZero(); });
   if (has_normals) BringIntoOrder(before, work, points.normals);
   const bool differ = std::ranges::adjacent_find(points.sigma_m, std::ranges::not_equal_to()) !=
-                      points.sigma_m.end();  // not of a laser
+                      points.sigma_m.end();  // a laser's sigma is the same for all points
   if (differ) BringIntoOrder(before, work, points.sigma_m);
-  Gather(points.cloud_index, before, work, before);  // new pages cost more than the copy
+  Gather(points.cloud_index, before, work, before);  // new pages would cost more than the copy
   points.cloud_index = std::move(before);
-  // normal_sigma_rad is not known yet: all zero.
+  // normal_sigma_rad is still zero for all points.
 }
 
-// Level frame from up alone: z up, x along the sensor's view, projected to the horizontal.
+// Orientation of the level frame from up alone: z up, x along the sensor's view, projected to the
+// horizontal.
 Matrix3 LevelOrientation(const Vector3& up_C, const Vector3& view_C) {
   const Vector3 z = up_C.normalized();
   Vector3 x = view_C - view_C.dot(z) * z;
@@ -130,11 +131,11 @@ Vector3 MeanPoint(const OrientedPoints& points) {
   return sum / static_cast<double>(points.size());
 }
 
-// Measured points per node, so that nodes' results become points' results.
+// Maps lists of nodes to lists of the measured points in them.
 class NodePoints {
  public:
   NodePoints(const VoxelGrid* grid) : grid_(grid) {}
-  // In the order of the nodes.
+  // the points, in the order of the nodes
   std::vector<std::uint32_t> Of(const std::vector<std::uint32_t>& nodes) const {
     if (!grid_) return nodes;
     std::size_t count = 0;
@@ -152,7 +153,7 @@ class NodePoints {
   const VoxelGrid* grid_;
 };
 
-// Step 1: normals. Returns the cells of a cloud that is no image, whose points it sorts.
+// Step 1: normals. Sorts the points of an unorganised cloud into cells and returns these.
 std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& work) {
   if (measured.organised()) {
     EstimateImageNormals(measured, work);
@@ -170,7 +171,8 @@ struct LevelFrame {
   UpVerdict up_verdict = UpVerdict::kPlausible;
 };
 
-// Given, or told by the largest plane. The points are in frame C, or in L where `turned_to_level`.
+// The level frame as given by the caller, or estimated from the largest plane. The points are in
+// frame C, or in L if `turned_to_level`.
 LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& options,
                           bool turned_to_level, const Work& work) {
   const CoarseCloud cells = CellsForUp(measured, work);
@@ -196,14 +198,15 @@ LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& 
   return level;
 }
 
-// The nodes of the surface: the points of an image, the cells of any other cloud.
+// The nodes of an unorganised cloud's surface: cells. The nodes of an image are its points.
 struct Cells {
   VoxelGrid grid;
   OrientedPoints nodes;
 };
 
-// Step 1. Turns the points into the level frame: before their cells are made where it is known, so
-// that they are made once. Cells of a cloud that is no image.
+// Step 1. Estimates normals and turns the points into the level frame. If the frame is known, it
+// turns them before it makes the cells of an unorganised cloud, so that cells are made once. Sets
+// `cells` for such a cloud.
 LevelFrame MeasureSurface(MeasuredPoints& measured, const SegmentOptions& options, const Work& work,
                           std::optional<Cells>& cells) {
   const bool turn_first = options.R_LC && !measured.organised();
@@ -220,7 +223,7 @@ LevelFrame MeasureSurface(MeasuredPoints& measured, const SegmentOptions& option
   return level;
 }
 
-// Which nodes lie beside which, and where the surface bends.
+// The graph of neighbouring nodes and its concave creases.
 struct Surface {
   SurfaceGraph graph;
   std::vector<char> crease;  // per node
@@ -234,7 +237,7 @@ Surface LinkNodes(const MeasuredPoints& measured, const Cells* cells, const Work
   return surface;
 }
 
-// Cells of about two pixels.
+// A sight map with cells of about two pixels.
 SightMap MakeSightMap(const MeasuredPoints& measured, const Cells* cells) {
   if (!cells) return SightMap(measured.oriented, 2 * measured.pixel_angle_rad);
   std::vector<float> ranges_m;
@@ -248,8 +251,8 @@ struct Supports {
   std::vector<Placed<Plate>> plates;  // one per plane
 };
 
-// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Without `sight`
-// where not all was seen from one place.
+// Steps 2 to 4: planes and their plates; planes without area are dropped. `sight` is null if not
+// all points were seen from one place.
 Supports FindSupports(const OrientedPoints& nodes, const CoarseCloud& coarse, const SightMap* sight,
                       const Work& work) {
   Supports found;
@@ -272,7 +275,7 @@ void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const
   });
 }
 
-// Nodes' results become points' results.
+// Converts results per node to results per point.
 void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& regions,
              Supports supports, const VoxelGrid* grid, SegmentedScene& scene) {
   const NodePoints node_points(grid);
@@ -297,7 +300,8 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
   scene.rejected = node_points.Of(regions.rejected);
 }
 
-// An estimate of up, once it is known what stands on supports that are level by it.
+// The source of up, revised: an estimated up is confirmed if objects stand on supports that are
+// level by it.
 UpSource BorneOut(const SegmentedScene& scene) {
   const bool from_plane =
       scene.up_source == UpSource::kSupport || scene.up_source == UpSource::kBarePlane;
@@ -309,7 +313,7 @@ UpSource BorneOut(const SegmentedScene& scene) {
   return anything_stands ? UpSource::kSupport : scene.up_source;
 }
 
-// By images alone, which tell tables from walls.
+// An alternative estimate of up. Only for images, which distinguish tables from walls.
 std::optional<Vector3> RivalUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
   if (!measured.organised()) return std::nullopt;
   const std::optional<UpEstimate> estimate = EstimateUp(coarse, AxesOf(measured));
@@ -328,11 +332,11 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
   OrientedPoints& nodes = cells_of_cloud ? cells_of_cloud->nodes : measured.oriented;
 
-  // The supports need no links, and the links no supports.
+  // Supports do not depend on links, nor links on supports, so both are computed at the same time.
   std::optional<Surface> surface;
   std::optional<CoarseCloud> coarse_cloud;
   std::optional<SightMap> sight_map;
-  const SightMap* from_one_place = nullptr;  // the map, where all was seen from its viewpoint
+  const SightMap* from_one_place = nullptr;  // the map, if all points were seen from its viewpoint
   TurnedCells turned;
   Supports supports;
   const auto find_supports = [&] {
@@ -353,7 +357,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   options.stage_done("supports");
   work.Poll();
 
-  // Step 5: what stands on them.
+  // Step 5: the objects on the supports.
   Pieces pieces =
       CutIntoPieces(graph, surface->crease, coarse, supports.planes, from_one_place, work);
   options.stage_done("clusters");
@@ -366,7 +370,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
 
   Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
   scene.up_source = BorneOut(scene);
-  // Of a cloud that is no image nobody knew before that it was seen from one place.
+  // Only now it is known whether an unorganised cloud was seen from one place.
   const bool in_doubt = cells && from_one_place != nullptr && scene.up_source == UpSource::kGiven &&
                         scene.up_verdict == UpVerdict::kPlausible;
   if (in_doubt && IsSeenFromBelowAlone(coarse, Vector3::UnitZ())) {

@@ -11,14 +11,15 @@ namespace cwm::perception {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
-// chosen: of a map, 16 MiB.
+// chosen: a map of this size takes 16 MiB.
 constexpr int kMaxCellsPerSide = 2048;
 
-// measured: of those that are looked at, how many may lie behind others. Of tables full of things
-// seen from one place 1.3 % do in the median and 2.6 % at nine tenths, at their edges; of three
-// views of the same tables, 10 % in the median, and 2 % where nothing hides much.
+// measured: the largest share of sampled points that may lie behind others. On full tables seen
+// from one place it is 1.3 % in the median and 2.6 % at the ninth decile, at edges; in three merged
+// views of the same tables 10 % in the median, and 2 % where objects hide little.
 constexpr double kMaxBehind = 0.03;
-// chosen: than a map's cells: bands along edges are as wide as a cell.
+// chosen: the size of a cell in this test, in cells of a map: bands along edges are as wide as a
+// cell.
 constexpr float kFiner = 1.0f / 3;
 
 float SignOf(float v) { return v < 0 ? -1.0f : 1.0f; }
@@ -42,7 +43,7 @@ std::size_t SightMap::CellOf(const Eigen::Vector3f& direction) const {
   const float sum = direction.cwiseAbs().sum();
   if (!(sum > 0)) return 0;
   float u = direction.x() / sum, v = direction.y() / sum;
-  if (direction.z() < 0) {  // the lower half folds out
+  if (direction.z() < 0) {  // the lower half of the octahedron folds out
     const float folded = (1 - std::abs(v)) * SignOf(u);
     v = (1 - std::abs(u)) * SignOf(v);
     u = folded;
@@ -69,7 +70,7 @@ bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad) {
   std::size_t hidden = 0, asked = 0;
   for (std::size_t i = 0; i < points.size(); i += stride, ++asked) {
     const Eigen::Vector3f& p = points.points[i];
-    // Across a cell a slanted surface grows deeper by itself.
+    // A slanted surface grows deeper across a cell.
     const float across_m = sight.pitch_rad() * (p - sight.viewpoint()).norm() / float{kGrazing_sin};
     const float tolerance_m = LargestJump_m(points.sigma_m[i]) + across_m;
     hidden += sight.Look(p, tolerance_m) == Visibility::kHidden;

@@ -14,7 +14,7 @@ namespace {
 
 using NodeList = std::vector<std::uint32_t>;
 
-// chosen: of one structure, a cabinet whose doors and drawers stand out from it.
+// chosen: the faces of one structure: a cabinet with doors and drawers that stand out from it.
 constexpr std::size_t kMaxPlates = 4;
 
 SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseCloud& coarse) {
@@ -24,12 +24,12 @@ SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseClo
   face.cells.erase(std::unique(face.cells.begin(), face.cells.end()), face.cells.end());
   const double edge_m = coarse.grid.edge_m();
   face.area_m2 = static_cast<double>(face.cells.size()) * edge_m * edge_m;
-  // The plane is that of a sample.
+  // The given plane was fitted to a sample.
   face.plane = RefinePlane(plane, coarse.cells, face.cells).value_or(plane);
   return face;
 }
 
-// The plane of the larger part of them, if they are enough for a face.
+// The plane of the larger part of the members; empty if they are too few for a face.
 std::optional<Plane> PlaneOfMost(const NodeList& members, const CoarseCloud& coarse,
                                  const OrientedPoints& nodes) {
   NodeList sample;

@@ -1,4 +1,4 @@
-// What walls and fronts fill: plates, as supports have, on each of their faces.
+// The plates of walls and fronts, bounded like those of supports, on each of their faces.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace cwm::perception {
 
-// Bounded as supports are: by what was seen on the structure's plane, less the doorways and windows
-// that rays pass through. Then the same of other faces among what lies off that plane, as a
-// cabinet's own beside the doors that stand out from it, while each has the larger part of what is
-// left. `segment` has a plane. Without `sight` where not all was seen from one place.
+// Returns plates bounded by what was seen on the structure's plane, without doorways and windows
+// that rays pass through. Then adds those of other faces off that plane, such as the cabinet behind
+// doors that stand out from it, as long as each holds the larger part of what is left. `segment`
+// has a plane. `sight` is null if not all points were seen from one place.
 std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const CoarseCloud& coarse,
                                              const OrientedPoints& nodes, const SightMap* sight);
 

@@ -39,7 +39,7 @@ std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sa
 Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const SightMap& sight) {
   const std::vector<Nodes> samples = SamplesOfPieces(pieces);
   Structures out{.of_piece = std::vector<std::int32_t>(samples.size(), kNoIndex), .planes = {}};
-  std::vector<std::size_t> first;  // of each structure, the piece that it was found by
+  std::vector<std::size_t> first;  // per structure, the piece that it was found by
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const std::optional<Plane> plane = StructurePlane(graph.nodes(), samples[p]);
     if (!plane) continue;

@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: below, a ray runs in the plane and tells nothing.
+// chosen: below this cosine a ray runs along the plane and shows nothing.
 constexpr double kAlongPlane_cos = 0.02;
 
 double MedianSigma_m(const OrientedPoints& points, std::span<const std::uint32_t> members) {
@@ -26,7 +26,7 @@ struct Line {
   Vector3 from, to;
 };
 
-// From one place of the smaller set to the nearest of the larger.
+// The line from one place of the smaller set to the nearest place of the larger.
 Line LineFrom(const Vector3& from, const OrientedPoints& points,
               std::span<const std::uint32_t> larger) {
   const std::size_t stride = (larger.size() + kMaxScanned - 1) / kMaxScanned;
@@ -40,7 +40,8 @@ Line LineFrom(const Vector3& from, const OrientedPoints& points,
   return best;
 }
 
-// At two places in each cell of a footprint, so that nothing of a cell's width is missed.
+// True if rays pass at two consecutive places of the line, since a single one may be a mixed pixel.
+// There are two places per cell of a footprint, so that no passage of a cell's width is missed.
 bool AnyPassage(const Line& line, const PassageTest& passes) {
   const double length = (line.to - line.from).norm();
   const int count =
@@ -50,7 +51,7 @@ bool AnyPassage(const Line& line, const PassageTest& passes) {
     const double t = static_cast<double>(k) / count;
     passed = passes(Vector3((1 - t) * line.from + t * line.to)) ? passed + 1 : 0;
   }
-  return passed >= 2;  // two places in a row: one may be a mixed pixel
+  return passed >= 2;  // two consecutive places
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What lies between places that were seen on one plane: more of the support, or nothing.
+// Decides whether a gap between places seen on one plane is free, or more of the support.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace cwm::perception {
 
-// chosen: the width of an object. Where nobody knows where the sensor was, gaps of up to twice this
-// are taken for closed: an object of 15 cm and the shadow that it throws at 45 degrees.
+// chosen: the width of an object. If the sensor's place is unknown, gaps of up to twice this width
+// count as closed: an object of 15 cm and its shadow at 45 degrees.
 inline constexpr double kClosing_m = 0.15;
 
-// Whether the ray to a place on a plane goes on through it: for farther below than a plate is thick
-// and than warp of the sensor reaches. Of what is hidden or returned nothing, it does not.
+// True if the ray to a place on a plane continues through it, farther below it than the thickness
+// of a plate and the sensor's warp. False if the place is hidden or gave no return.
 class PassageTest {
  public:
-  // `members` are points on the plane; they tell the noise.
+  // `members` are points on the plane that the noise is taken from
   PassageTest(const SightMap& sight, const Plane& plane, const OrientedPoints& points,
               std::span<const std::uint32_t> members);
 
@@ -30,11 +30,11 @@ class PassageTest {
   double depth_m_ = 0;          // below the plane
 };
 
-// Whether two sets of points on one plane are one support: their gap is hidden, or returned
-// nothing, along most of the lines that cross it (kMainShare). Two tables side by side are two although
-// things that stand on them hide some of the gap; of a table with a large object across its middle
-// all of the gap is hidden but mixed pixels. Without `sight`, whether the gap is at most
-// 2 kClosing_m wide.
+// True if two sets of points on one plane belong to one support: their gap is hidden, or gave no
+// return, along most of the lines that cross it (kMainShare). Two tables side by side stay two
+// although objects on them hide a part of the gap; a large object across the middle of a table
+// hides all of the gap but mixed pixels. If `sight` is null: true if the gap is at most 2
+// kClosing_m wide.
 bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
                  std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
                  const SightMap* sight);

@@ -18,30 +18,33 @@
 namespace cwm::perception {
 namespace {
 
-// measured: of the cells of an island in noise, on the plane of the support that it belongs to.
+// measured: the share of the cells of a noisy island on the plane of the support that it belongs
+// to.
 constexpr double kIslandShare = 0.95;
 
 using Eigen::Vector3f;
 
-// chosen: cells of 8 sigma average the noise of a cell's plane to below the gate; not below 15 mm,
-// where a table of a square metre has 4 000 cells.
+// chosen: cells of 8 sigma average the noise of a cell's plane to below the gate, with at least 15
+// mm, at which a table of one square metre has 4 000 cells.
 constexpr float kCoarseCell_sigma = 8;
 constexpr float kMinCoarseCell_m = 0.015f;
-// chosen: a sketch has this many points a cell: their mean normal scatters by a quarter of a
-// point's.
+// chosen: points per cell of a sketch; their mean normal scatters a quarter as much as a point's.
 constexpr float kSketchedPerCell = 16;
-// chosen: of the points of an image: far cells keep more, and a sketch costs little.
+// chosen: the largest stride in an image's points: far cells keep more points, and a sketch is
+// cheap.
 constexpr float kMaxSketchStride = 16;
-// chosen: of what is seen at a grazing angle: as far as its normal is known (kGate_sigma), and
-// no more than an eighth of what faces any way.
+// chosen: the largest tilt of cells seen at a grazing angle, within the error of their normals
+// (kGate_sigma): at most an eighth of all directions.
 constexpr double kMaxGrazingTilt_rad = 30 * kDegree;
-// chosen: what rises less than this above a support twice its size is an object's top, not a shelf.
+// chosen: a patch less than this above a support of twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
-// chosen: unless one sees under it, as under the boards of low tables, benches and shelves: over
-// more of its area than mixed pixels and a lid that stands out make (kMaxPassing). Not below the
-// size of a stool's seat: things that stand on a foot are objects.
+// chosen: the least area of a board, a patch that is a support although it is an object's top by
+// the rule above because the sensor sees under it, like low tables, benches and shelves; the area
+// seen under it is more than mixed pixels and an overhanging lid make (kMaxPassing). At least the
+// size of a stool's seat: goods on a foot are objects.
 constexpr double kMinBoard_m2 = 0.05;
-// chosen: below a board: more than it and what hangs on its edge are thick.
+// chosen: the least distance below a board of what is seen under it: more than the thickness of the
+// board and of what hangs on its edge.
 constexpr double kBoardClearance_m = 0.1;
 
 template <class T>
@@ -56,7 +59,7 @@ float CoarseCell_m(std::vector<float> sigma_m) {
   return std::max(kMinCoarseCell_m, kCoarseCell_sigma * Median(std::move(sigma_m)));
 }
 
-// A cell of a plane covers about its face; seen at a slant it is the same.
+// The area that cells of a plane cover, one face each; about the same if seen at a slant.
 double Area_m2(const CellView& coarse, std::size_t cells) {
   return static_cast<double>(cells) * coarse.grid.edge_m() * coarse.grid.edge_m();
 }
@@ -85,10 +88,10 @@ Vector3 MeanPoint(const CellView& coarse, std::span<const std::uint32_t> cells) 
   return sum / static_cast<double>(cells.size());
 }
 
-// The larger plane judges: it is known better. Normals within 3 degrees, and the middle of the
-// smaller within 1 cm of the larger one's plane, as what that explains; or nearly all that the
-// smaller has is noise about that, and its middle no farther than the sigma of its cells: of a far
-// floor, islands of noisy cells tilt and rise as they like.
+// True if two planes are coplanar, by the larger one, which is known better: their normals agree
+// within 3 degrees, and the middle of the smaller one is explained by the larger one's plane (1
+// cm). Also if nearly all of the smaller one is noise about the larger one's plane and its middle
+// is within the sigma of its cells: noisy islands of a far floor tilt and rise at random.
 bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const SupportPlane& smaller) {
   const double gap_m = std::abs(larger.plane.Height_m(MeanPoint(coarse, smaller.cells)));
   if (gap_m <= kExplainedWithin_m &&
@@ -106,8 +109,8 @@ bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const Suppo
          static_cast<double>(within) >= kIslandShare * static_cast<double>(smaller.cells.size());
 }
 
-// Whether it has the area that a support needs. Where noise is more than a cell is high, cells lie
-// one over the other: of each column one counts.
+// True if the plane has the area of a support. Where the noise exceeds a cell's height, cells lie
+// above each other, so one per column counts.
 bool IsLarge(const CellView& coarse, const SupportPlane& plane) {
   if (plane.area_m2 < kMinSupport_m2) return false;
   std::vector<std::pair<int, int>> columns;
@@ -121,7 +124,7 @@ bool IsLarge(const CellView& coarse, const SupportPlane& plane) {
   return Area_m2(coarse, static_cast<std::size_t>(distinct)) >= kMinSupport_m2;
 }
 
-// One round over the planes, largest first.
+// One round of merging over the planes, largest first.
 std::vector<SupportPlane> MergeOnce(const CellView& coarse, const SightMap* sight,
                                     std::vector<SupportPlane> planes) {
   std::vector<SupportPlane> merged;
@@ -144,7 +147,8 @@ std::vector<SupportPlane> MergeOnce(const CellView& coarse, const SightMap* sigh
   return merged;
 }
 
-// Until nothing changes: a piece may reach the largest only by way of one that joined it later.
+// Repeats until nothing changes: a piece may only be adjacent to the largest plane by way of one
+// that was merged later.
 std::vector<SupportPlane> MergeCoplanar(const CellView& coarse, const SightMap* sight,
                                         std::vector<SupportPlane> planes) {
   for (std::size_t before = planes.size() + 1; planes.size() < before;) {
@@ -156,8 +160,9 @@ std::vector<SupportPlane> MergeCoplanar(const CellView& coarse, const SightMap* 
   return planes;
 }
 
-// Whether of the cells on the plane, among and beside its own, the larger part is its own. In what
-// fills space, as foliage and noise do, planes go through cells that face any way.
+// True if the plane's own cells are the larger part of the cells on it, among and beside them.
+// Planes through cells that fill space, such as foliage and noise, cut cells that face in all
+// directions.
 bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   std::vector<std::uint32_t> others;
   for (std::uint32_t own : plane.cells) {
@@ -175,8 +180,8 @@ bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   return static_cast<double>(own.size()) >= kLargerPart * static_cast<double>(others.size());
 }
 
-// Whether something was measured between the patch and the support, where a body that stands on it
-// and has the patch for its top would be. What is seen under the support itself tells nothing.
+// True if something was measured below the patch, above or on the support, where a solid that
+// stands on the support with the patch as its top would be. Points below the support show nothing.
 bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
   if (patch.area_m2 < kMinBoard_m2) return false;
   const Footprint footprint(patch.plane, coarse.cells, patch.cells, coarse.grid.edge_m());
@@ -190,17 +195,17 @@ bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const Suppor
   return Area_m2(coarse, under) >= kMaxPassing * patch.area_m2;
 }
 
-// Whether upright faces run from the patch's edge down to the support, facing away from it: the
-// sides of a solid that stands there, however large its top looks beside what it hides of the
-// support. A side is seen where most of its slices between the creases are, two at least; they are
-// an edge of a cell high. Of the top's side, as its area has it, the larger part must be: one in a
-// view, a part of it hidden.
+// True if upright faces that face away from the patch run from its edge down to the support: the
+// sides of a solid on the support, even if its top looks large beside what the top leaves visible
+// of the support. A side is visible in a pixel of the footprint if most of its slices between the
+// creases (one cell high, at least two) hold cells. The visible sides must be as long as the larger
+// part of the side of a square of the patch's area: one side in view, a part of it hidden.
 bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
                     const SupportPlane& support) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
   const double edge_m = coarse.grid.edge_m();
   const double height_m = support.plane.Height_m(middle);
-  const int slices = static_cast<int>(height_m / edge_m) - 2;  // but the creases above and below
+  const int slices = static_cast<int>(height_m / edge_m) - 2;  // without the creases at the ends
   if (slices < 2) return false;
   const Footprint footprint(patch.plane, coarse.cells, patch.cells, edge_m);
   std::map<Footprint::Pixel, std::set<int>> sides;
@@ -219,8 +224,8 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
   return static_cast<double>(whole) * footprint.pixel_m() >= kLargerPart * std::sqrt(patch.area_m2);
 }
 
-// A board at the height of the eyes is seen at a grazing angle, where normals scatter and lean to
-// the sensor: told where all was seen from one place.
+// True if the cell may be level. A board at eye height is seen at a grazing angle, where normals
+// scatter and lean towards the sensor. That is only known if all points were seen from one place.
 bool MayBeLevel(const OrientedPoints& cells, std::uint32_t c, const Vector3f& up,
                 bool is_from_one_place) {
   const float cosine = cells.normals[c].dot(up);
@@ -232,9 +237,10 @@ bool MayBeLevel(const OrientedPoints& cells, std::uint32_t c, const Vector3f& up
   return cosine >= std::cos(gate_rad);
 }
 
-enum class Size { kMuchLess, kAny };  // of a patch beside the support
+enum class Size { kMuchLess, kAny };  // the size of a patch compared to the support
 
-// Whether the patch lies over the support, within its extent, low enough to be part of an object.
+// True if the patch lies over the support, within its extent and low enough to be part of an
+// object, and the sensor sees nothing under it.
 bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support,
                  Size size) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
@@ -247,7 +253,8 @@ bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const Suppor
   return bounds.squaredExteriorDistance(below) < 0.1 * 0.1 && !IsSeenUnder(coarse, patch, support);
 }
 
-// Without those that are the tops of solids on others, which what they hide may leave the smaller.
+// The supports without the tops of solids on other supports, which may be larger than what they
+// leave visible of the support.
 std::vector<SupportPlane> WithoutTopsOfSolids(const CellView& coarse,
                                               const std::vector<SupportPlane>& supports) {
   std::vector<SupportPlane> kept;
@@ -295,7 +302,7 @@ CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
 
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
                                             const SightMap* sight, const Work& work) {
-  OrientedPoints flipped = coarse.cells;  // up first: given normals may point anywhere
+  OrientedPoints flipped = coarse.cells;  // normals up: given ones may point either way
   const Vector3f up_f = up.cast<float>();
   for (Vector3f& n : flipped.normals) {
     if (n.dot(up_f) < 0) n = -n;
@@ -327,7 +334,7 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
       supports.push_back(std::move(plane));
     }
   }
-  // Which way a side faces its own normal tells alone.
+  // Only the original normals show the direction in which a side faces.
   return WithoutTopsOfSolids({coarse.grid, coarse.cells}, supports);
 }
 

@@ -1,4 +1,4 @@
-// The horizontal planes that things stand on (paper, section III steps 2 to 4).
+// The level planes that objects stand on (paper, section III steps 2 to 4).
 #pragma once
 
 #include <numbers>
@@ -21,38 +21,38 @@ struct CoarseCloud {
 };
 CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {});
 
-// The same cells of an image, of as many of its points as they need: enough to find planes by.
+// The same cells of an image, from a subset of its points that suffices to find planes.
 CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work = {});
 
-// chosen: of a level cell's normal to up: the normals of cells scatter by a few degrees, and so do
-// floors and ups that are given.
+// chosen: the largest angle between a level cell's normal and up: normals of cells scatter by a few
+// degrees, and floors and given ups are inclined by as much.
 inline constexpr double kMaxTilt_rad = 12 * std::numbers::pi / 180;
 
-// derived: a place that cannot hold an object of 15 x 15 cm is not worth being a support of its
-// own.
+// derived: a support must have room for an object of 15 x 15 cm.
 inline constexpr double kMinSupport_m2 = kClosing_m * kClosing_m;
 
-// chosen: of what is something of its own, and of its footprint: a spray can's rim seen from the
+// chosen: the least area of an object, and of its footprint: the rim of a spray can seen from the
 // front.
 inline constexpr double kMinThing_m2 = 2e-4;
 
-// chosen: besides 3 sigma, how high above what it stands on the lowest points of a thing are seen:
-// a crease takes the others.
+// chosen: how high above its support, besides 3 sigma, the lowest points of an object are seen; the
+// crease takes lower ones.
 inline constexpr double kFootHeight_m = 0.02;
 
 // A plane with `up . normal` > 0 and the cells that lie on it.
 struct SupportPlane {
   Plane plane;
-  std::vector<std::uint32_t> cells;  // of the coarse grid, ascending
-  double area_m2 = 0;                // of those cells
+  std::vector<std::uint32_t> cells;  // indices into the coarse grid, ascending
+  double area_m2 = 0;                // of the cells
 };
 
-// Candidates whose normals are up within kMaxTilt_rad, or as far as they are known where one looks
-// along the plane, clustered by connectivity and height, with a robust plane in each, in parallel.
-// Coplanar pieces (3 degrees, 1 cm) whose gap is closed (GapIsClosed) are one support; gaps
-// narrower than a coarse cell divide no piece. Small level patches over a larger support are tops
-// of objects, not supports, unless one sees under them; neither are planes through what fills
-// space. Largest first. `sight` is null when nobody knows where the sensor was.
+// Finds support planes. Cells whose normals are up within kMaxTilt_rad, or within their error if
+// seen at a grazing angle, are clustered by connectivity and height, and a robust plane is fitted
+// in each cluster, in parallel. Coplanar pieces (3 degrees, 1 cm) whose gap is closed (GapIsClosed)
+// are one support; gaps narrower than a coarse cell do not divide a piece. Small level patches over
+// a larger support are tops of objects, not supports, unless the sensor sees under them. Planes
+// through cells that fill space are not supports either. Largest first. `sight` is null if the
+// sensor's place is unknown.
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
                                             const SightMap* sight, const Work& work);
 

@@ -12,12 +12,14 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: cells hold several nodes of an evenly seen surface, so that few stay empty by chance.
+// chosen: cells hold several nodes of an evenly sampled surface, so that few stay empty by chance.
 constexpr double kCell_spacings = 3;
-// chosen: of a raster: a room's floor of 10 m in cells of 26 mm, 150 000 cells in all.
+// chosen: the largest side of a raster: the floor of a room of 10 m in cells of 26 mm, 150 000
+// cells in all.
 constexpr int kMaxRasterSide = 384;
 
-// z along the normal, x the projection of the parent's x (of its y, where x is the normal itself).
+// An orthonormal basis with z along the normal and x along the projection of the parent's x (of its
+// y if the normal is nearly x).
 Matrix3 LevelBasis(const Vector3& normal) {
   Vector3 x = Vector3::UnitX() - normal.x() * normal;
   if (x.norm() < 0.1) x = Vector3::UnitY() - normal.y() * normal;
@@ -27,10 +29,10 @@ Matrix3 LevelBasis(const Vector3& normal) {
   return basis;
 }
 
-// The plane as a raster, with the nodes that were seen on it.
+// A raster of the plane with the nodes that were seen on it.
 class PlaneRaster {
  public:
-  // The places of nodes in the plane.
+  // `places` are those of the nodes in the plane.
   PlaneRaster(const std::vector<Vector2>& places, double cell_m) {
     Eigen::AlignedBox2d bounds;
     for (const Vector2& p : places) bounds.extend(p);
@@ -51,14 +53,14 @@ class PlaneRaster {
   double cell_m() const { return cell_m_; }
   const CellMask& seen() const { return seen_; }
   Vector2 Center(int x, int y) const { return PlaceOf(Vector2(x, y)); }
-  // Of coordinates in cells, as of TraceOutline.
+  // The place of a point whose coordinates are in cells, as TraceOutline returns them.
   Vector2 PlaceOf(const Vector2& p) const { return low_ + cell_m_ * (p + Vector2(0.5, 0.5)); }
   Eigen::Vector2i CellOf(const Vector2& place) const {
     return ((place - low_) / cell_m_).array().floor().cast<int>().matrix();
   }
 
-  // The hull of the nodes; only those at the ends of a row or a column of cells can be its corners
-  // by more than a cell.
+  // The convex hull of the nodes, to one cell: only the nodes at the ends of rows and columns of
+  // cells are tested as corners.
   Polygon Hull() const {
     std::vector<Vector2> ends;
     for (const auto* some : {&left_, &right_, &lowest_, &highest_}) {
@@ -69,7 +71,7 @@ class PlaneRaster {
     return ConvexHull(std::move(ends));
   }
 
-  // Cells whose middle lies in the convex polygon, and all that were seen.
+  // Cells whose middle lies in the convex polygon, and all cells that were seen.
   CellMask Filled(const Polygon& hull) const {
     CellMask mask = seen_;
     for (int y = 0; y < mask.height; ++y) {
@@ -104,7 +106,7 @@ class PlaneRaster {
   double cell_m_ = 1;
   Vector2 low_ = Vector2::Zero();
   CellMask seen_;
-  // The nodes at the ends of each row and each column of cells; infinite where it is empty.
+  // The nodes at the ends of each row and each column of cells; infinite for an empty one.
   std::vector<Vector2> left_, right_, lowest_, highest_;
 };
 
@@ -125,7 +127,7 @@ class SupportBounder {
     const double least = raster_.cell_m() * raster_.cell_m();
     if (hull.size() < 3 || SignedArea_m2(hull) < least) return bounded;
     const CellMask within = raster_.Filled(hull);
-    // No square of three cells fits into what is taken for noise.
+    // Free places into which no square of three cells fits count as noise.
     const CellMask free = Opened(Free(within), 1);
     if (std::find(free.on.begin(), free.on.end(), 1) == free.on.end()) {
       const SimplifyLimits limits{.tolerance = 0.5 * raster_.cell_m()};
@@ -188,7 +190,7 @@ class SupportBounder {
     return basis_ * Vector3(place.x(), place.y(), support_.plane.offset_m);
   }
 
-  // The parts of the mask that hang together and were seen enough of.
+  // Appends the connected parts of the mask of which enough was seen.
   void AppendParts(const CellMask& solid, std::vector<BoundedSupport>& bounded) const {
     const Components parts = ComponentsOf(solid);
     std::vector<SupportPlane> supports(static_cast<std::size_t>(parts.count),
@@ -218,7 +220,8 @@ class SupportBounder {
     });
   }
 
-  // A coarse cell's centroid may lie in a cell of the raster that holds no node itself.
+  // The part at the place or within two cells of it: a coarse cell's centroid may lie in a raster
+  // cell without nodes.
   std::int32_t PartNear(const Components& parts, const Vector2& place) const {
     const CellMask& seen = raster_.seen();
     const Eigen::Vector2i cell = raster_.CellOf(place);

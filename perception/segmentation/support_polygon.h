@@ -1,4 +1,4 @@
-// The bounds of a support (paper, section III step 4): convex or not, with holes.
+// The bounds of a support (paper, section III step 4): convex or not, possibly with holes.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace cwm::perception {
 
-// chosen: a plate's thickness where only its top was seen.
+// chosen: a plate's thickness if only its top was seen.
 inline constexpr double kPlateThickness_m = 0.02;
 
 struct BoundedSupport {
@@ -18,29 +18,29 @@ struct BoundedSupport {
   Placed<Plate> plate;
 };
 
-// The plates below a plane: within the hull of the nodes that were seen on it, all that is not
+// Returns the plates of a plane: all places within the hull of the nodes seen on it that are not
 // known to be free.
 //
-// With `sight`, free is where rays pass through: they go on for more than the plate's thickness
-// below its top. What is hidden behind something nearer and what returned nothing is support, so
-// that things on the table and their shadows leave no hole.
-// Without (`sight` null: nobody knows where the sensor was), free is what lies farther than
-// kClosing_m from all that was seen; narrower gaps are closed.
+// With `sight`, a place is free if rays pass through it and continue for more than the plate's
+// thickness below its top. Places that are hidden or gave no return are support, so that objects on
+// a table and their shadows leave no holes.
+// If `sight` is null (the sensor's place is unknown), places farther than kClosing_m from
+// everything seen are free; narrower gaps are closed.
 //
-// Free places narrower than three cells are taken for noise. A cell is half of a coarse cell (four
-// standard deviations of the noise, at least 7.5 mm), more where the nodes are sparse. Where
-// nothing is free the outline is the hull to half a cell, else it is true to one cell.
-// At most kMaxOutlineCorners corners.
+// Free places narrower than three cells count as noise. A cell is half of a coarse cell (four
+// standard deviations of the noise, at least 7.5 mm), more where nodes are sparse. Without free
+// places the outline is the hull to half a cell, else it is accurate to one cell. It has at most
+// kMaxOutlineCorners corners.
 //
-// Where free places part what was seen, each part large enough for a support of its own gets its
-// plate, largest first; cells of smaller ones are in none. Empty when the nodes span no area. A
-// plate's origin is in the middle of its outline, z along the plane's normal, x as near to the x of
-// the nodes' frame as can be.
+// If free places divide what was seen, each part large enough for a support gets its own plate,
+// largest first; cells of smaller parts are in none. Empty if the nodes span no area. A plate's
+// origin is the middle of its outline, z is along the plane's normal and x as near as possible to x
+// of the nodes' frame.
 std::vector<BoundedSupport> BoundSupport(const SupportPlane& support, const CoarseCloud& coarse,
                                          const OrientedPoints& nodes, const SightMap* sight);
 
-// Distance of a point's projection to the plate's border, metres: 0 or less on the plate, positive
-// beyond its outline and in its holes.
+// Distance of a point's projection from the plate's border, in metres: zero or negative on the
+// plate, positive outside its outline and in its holes.
 double OutsideOutline_m(const Placed<Plate>& plate, const Vector3& point);
 
 }  // namespace cwm::perception

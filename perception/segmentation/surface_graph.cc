@@ -57,7 +57,7 @@ std::int32_t SurfaceGraph::AtPixel(int row, int column) const {
 
 double SurfaceGraph::area_m2(std::size_t node) const {
   if (grid_) return double{grid_->edge_m()} * grid_->edge_m();
-  // A pixel's cone widens with the range and is cut at the angle of incidence, 80 degrees at most.
+  // A pixel's cone widens with the range and is cut at the angle of incidence, at most 80 degrees.
   const Eigen::Vector3f ray = nodes_->points[node] - nodes_->viewpoint.cast<float>();
   const double side = double{range_m_[node]} * measured_->pixel_angle_rad;
   const double cosine = std::abs(nodes_->normals[node].dot(ray)) / std::max(range_m_[node], 1e-6f);
@@ -93,7 +93,7 @@ void SurfaceGraph::LinkPixels(const Work& work) {
               });
 }
 
-// Cells that touch are linked.
+// Links cells that touch.
 void SurfaceGraph::LinkCells(const Work& work) {
   constexpr std::size_t kCellsPerPiece = ItemsPerPiece(500ns);
   std::vector<std::vector<std::uint32_t>> found(size() / kCellsPerPiece + 1);
@@ -104,7 +104,7 @@ void SurfaceGraph::LinkCells(const Work& work) {
       grid_->ForEachWithin(1, grid_->cell(c), [&](std::size_t other) {
         if (other != c) links.push_back(static_cast<std::uint32_t>(other));
       });
-      first_link_[c + 1] = static_cast<std::uint32_t>(links.size());  // in its piece
+      first_link_[c + 1] = static_cast<std::uint32_t>(links.size());  // within its range of cells
     }
   });
   for (std::size_t k = 0; k < found.size(); ++k) {
@@ -115,9 +115,9 @@ void SurfaceGraph::LinkCells(const Work& work) {
   }
 }
 
-// Two to three cells away: two cells are one normal neighbourhood's radius when the cells are built
-// for it (kRadius_cells of segment_scene.cc). Of each, the best opposite: nearest to straight
-// across, at least 150 degrees apart.
+// Pairs of cells on opposite sides, two to three cells away; two cells are the radius of a normal's
+// neighbourhood (kRadius_cells of segment_scene.cc). Each cell is paired with the one nearest to
+// straight across, at least 150 degrees apart.
 SurfaceGraph::CellPairs SurfaceGraph::PairsOfCell(std::size_t cell) const {
   constexpr float kAcross_cos = -std::numbers::sqrt3_v<float> / 2;
   const float nearest_m2 = Square(1.9f * grid_->edge_m());

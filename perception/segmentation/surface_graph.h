@@ -20,63 +20,64 @@
 
 namespace cwm::perception {
 
-// Surfaces of an image never link across a jump in range larger than this (perception noise plus
-// the roughness of what is worth holding together); of a grid, cells that touch are linked.
+// The largest difference in range, in metres, of linked pixels of one surface: perception noise and
+// the roughness of surfaces. (Cells of a grid are linked if they touch.)
 inline float LargestJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
 
 class SurfaceGraph {
  public:
-  // Of an organised cloud: nodes are its points. `measured` must outlive the graph, and may be
-  // turned meanwhile: who is linked does not depend on the frame.
+  // The graph of an organised cloud, with its points as nodes. `measured` must outlive the graph;
+  // it may be rotated meanwhile, as links do not depend on the frame.
   static SurfaceGraph OfImage(const MeasuredPoints& measured, const Work& work);
-  // Of any cloud: nodes are the cells of the grid, as Downsample makes them. Both must outlive the
-  // graph.
+  // The graph of any cloud, with the cells of the grid as nodes, as Downsample makes them. Both
+  // must outlive the graph.
   static SurfaceGraph OfGrid(const OrientedPoints& nodes, const VoxelGrid& grid, const Work& work);
 
   const OrientedPoints& nodes() const { return *nodes_; }
   std::size_t size() const { return nodes_->size(); }
   float range_m(std::size_t node) const { return range_m_[node]; }
-  // Measured points behind a node (1 for pixels).
+  // The number of measured points in a node (1 for pixels).
   std::uint32_t weight(std::size_t node) const { return grid_ ? grid_->moments(node).count : 1; }
 
-  // Of the surface that a node stands for, metres^2.
+  // Area of the surface that a node stands for, in square metres.
   double area_m2(std::size_t node) const;
 
-  // Of an image: the same surface for loops over its pixels, and their nodes. Null for a grid.
+  // The same surface for loops over the pixels of an image, and the image. Null for a grid.
   const SurfacePlanes* planes() const { return planes_.get(); }
   const MeasuredPoints* image() const { return measured_; }
 
-  // f(other) for the nodes right beside this one on the same surface. On an image: within
-  // LargestJump_m in range and not off the other's tangent plane by more than 4 sigma or 1.5
-  // pixels, neither of the two (where one is seen at a grazing angle, beyond kSteepIncidence_cos:
-  // not both); or within three times that, as slanted surfaces are, and each on the other's tangent
-  // plane.
+  // Calls f(other) for the neighbours of this node on the same surface. Pixels are linked if they
+  // differ by at most LargestJump_m in range and each is within 4 sigma or 1.5 pixels of the
+  // other's tangent plane (if one is seen at a grazing angle, beyond kSteepIncidence_cos, one of
+  // the two suffices). On slanted surfaces they may differ by three times as much in range if each
+  // lies on the other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
 
-  // Whether one right beside this node is not linked, though within LargestJump_m in range: what
-  // lies across a step may be linked elsewhere by noise. False for a grid.
+  // True if a neighbour within LargestJump_m in range is not linked: the surface across the step
+  // may be linked elsewhere by noise. False for a grid.
   bool IsAtStep(std::size_t node) const { return !at_step_.empty() && at_step_[node]; }
 
-  // f(other) for them. For none of a grid.
+  // Calls f(other) for these neighbours. None for a grid.
   template <class F>
   void ForEachAcrossStep(std::size_t node, F&& f) const;
 
-  // Whether one of the eight pixels right beside this one is not linked. False for a grid.
+  // True if one of the eight neighbouring pixels is not linked. False for a grid.
   bool IsAtEdge(std::size_t node) const { return !beside_.empty() && beside_[node] != 0xff; }
 
-  // f(other) for those of them that come before this one in the order of nodes: each link once.
+  // Calls f(other) for the linked nodes that come before this one, so that each link occurs once.
   template <class F>
   void ForEachLinkedBefore(std::size_t node, F&& f) const;
 
-  // f(a, b) for pairs of nodes about one normal neighbourhood away on opposite sides of this one,
-  // no depth jump between: their neighbourhoods touch, but do not overlap. Found anew in a grid.
+  // Calls f(a, b) for pairs of nodes about the radius of a normal's neighbourhood away, on opposite
+  // sides of this node, without a depth jump between them: their neighbourhoods touch but do not
+  // overlap. In a grid they are searched at each call.
   template <class F>
   void ForEachOppositePair(std::size_t node, F&& f) const;
 
  private:
-  // derived: a surface has 19 cells between two and three cells away from one of its own, the
-  // corner of a room three times as many. What has more fills space: nothing bends there.
+  // derived: a surface has 19 cells between two and three cells away from one of its cells, the
+  // corner of a room three times as many. Cells with more fill space and have no creases.
   static constexpr std::size_t kMaxAround = 60;
   struct CellPairs {
     std::array<std::array<std::uint32_t, 2>, kMaxAround> pairs;
@@ -89,15 +90,15 @@ class SurfaceGraph {
   void LinkCells(const Work& work);
   CellPairs PairsOfCell(std::size_t cell) const;
 
-  const MeasuredPoints* measured_ = nullptr;     // of an image
-  std::shared_ptr<const SurfacePlanes> planes_;  // of an image
-  const VoxelGrid* grid_ = nullptr;              // of a grid
+  const MeasuredPoints* measured_ = nullptr;     // null for a grid
+  std::shared_ptr<const SurfacePlanes> planes_;  // null for a grid
+  const VoxelGrid* grid_ = nullptr;              // null for an image
   const OrientedPoints* nodes_ = nullptr;
   std::vector<float> range_m_;
-  std::vector<std::uint8_t> beside_;         // of an image: bit k per node, linked to kBeside[k]
-  std::vector<char> at_step_;                // of an image, per node
-  std::array<std::ptrdiff_t, 8> step_to_{};  // of an image: pixels from a pixel to kBeside[k]
-  // Of a grid: the linked cells, per node from first to the next first.
+  std::vector<std::uint8_t> beside_;         // image: bit k per node, linked to kBeside[k]
+  std::vector<char> at_step_;                // image: per node
+  std::array<std::ptrdiff_t, 8> step_to_{};  // image: index offset of neighbour kBeside[k]
+  // Grid: the linked cells; those of a node are from its first_link_ to the next.
   std::vector<std::uint32_t> first_link_, links_;
 };
 
@@ -121,7 +122,7 @@ void SurfaceGraph::ForEachLinkedBefore(std::size_t node, F&& f) const {
     });
     return;
   }
-  // The first half of kBeside: the row above, and the pixel to the left.
+  // The first half of kBeside is the row above and the pixel to the left.
   constexpr unsigned kBefore = (1u << std::size(kBeside) / 2) - 1;
   const std::int32_t* const pixel = measured_->image.data() + nodes_->cloud_index[node];
   for (unsigned bits = beside_[node] & kBefore; bits != 0; bits &= bits - 1) {
@@ -162,7 +163,7 @@ void SurfaceGraph::ForEachOppositePair(std::size_t node, F&& f) const {
     if (a < 0 || b < 0) continue;
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     const float slack = LargestJump_m(nodes_->sigma_m[node]);
-    // A slanted surface changes in range over the reach, evenly on both sides; a jump does not.
+    // On a slanted surface the range changes evenly on both sides; at a jump it does not.
     const float bend = range_m_[i] + range_m_[j] - 2 * range_m_[node];
     if (std::abs(bend) > slack) continue;
     if (std::abs(range_m_[i] - range_m_[j]) > 4 * slack) continue;

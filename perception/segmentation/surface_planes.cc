@@ -12,10 +12,10 @@
 namespace cwm::perception {
 namespace {
 
-// Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs
-// of 1000 are farther away than kNoiseReach_sigma, by the noise of the points and of the normal.
-// derived: across the edge of a box it is as far as the pixels are apart, seen at 45 degrees,
-// whatever the noise: lower steps between two surfaces are not told from edges of one.
+// derived: the tolerance of a pixel's distance from its neighbour's tangent plane, in pixels. On
+// one surface 4 pairs of 1000 exceed kNoiseReach_sigma, by the noise of the points and of the
+// normal. Across the edge of a box, seen at 45 degrees, the distance is that of the pixels,
+// whatever the noise: lower steps between two surfaces cannot be distinguished from edges of one.
 constexpr float kStep_px = 1.5f;
 
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
@@ -46,10 +46,10 @@ CWM_LANES_INLINE LaneMask IsFrontal(const Vectors& normal, const Vectors& point,
   return Absolute(Dot(normal, point)) >= float{kSteepIncidence_cos} * range_m;
 }
 
-// Linked where the ranges differ as on one surface, and where each of the two lies on the other's
-// tangent plane, as far as it is known; one of them is enough where one is seen at a grazing angle,
-// as behind the edge of a box. Slanted surfaces may differ by three times as much in range when
-// each lies on the other's tangent plane.
+// Links pixels whose ranges differ as on one surface and that lie on each other's tangent planes,
+// where these are known; one of the two suffices if one is seen at a grazing angle, as behind the
+// edge of a box. On slanted surfaces the ranges may differ by three times as much if each lies on
+// the other's tangent plane.
 CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
   const auto point = [&](int v, int u) { return Load(planes.x, planes.y, planes.z, v, u); };
   const auto normal = [&](int v, int u) {
@@ -76,7 +76,7 @@ CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column
     const Lanes off_here_m = Absolute(Dot(normal_here, d));
     const Lanes off_there_m = Absolute(Dot(normal_there, d));
     const LaneMask frontal = frontal_here & IsFrontal(normal_there, there, range_there_m);
-    // Comparisons with an unknown normal, NaN, are false.
+    // Comparisons with an unknown normal (NaN) are false.
     const LaneMask on = (off_here_m <= step_m) & (off_there_m <= step_m);
     const LaneMask off_one = (off_here_m > step_m) | (off_there_m > step_m);
     const LaneMask off_both = (off_here_m > step_m) & (off_there_m > step_m);
@@ -93,9 +93,9 @@ struct Place {
   int row, column;
 };
 
-// Whether the surface turns towards the viewer from a to b by more than the angle. With the angles
-// A and B of the normals to the plane across the line from a to b, A - B > t means sin(A - B) > 0
-// and cos(A - B) < cos t.
+// True if the surface turns towards the viewer from a to b by more than the angle t. With the
+// angles A and B of the normals to the plane across the line from a to b, A - B > t means sin(A -
+// B) > 0 and cos(A - B) < cos t.
 CWM_LANES_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, const Place& b,
                                        float cos_angle) {
   const Vectors from = Load(planes.x, planes.y, planes.z, a.row, a.column);
@@ -116,7 +116,7 @@ CWM_LANES_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place&
          (cos_a * cos_b + sin_a * sin_b < length2 * cos_angle);
 }
 
-// Of one reach, the same for all lanes, around the pixels from `at` on.
+// Creases at the pixels from `at` on, for one reach, the same for all SIMD lanes.
 CWM_LANES_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place& at, int reach_px,
                                         float cos_angle) {
   constexpr int kDirections[4][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};
@@ -130,7 +130,7 @@ CWM_LANES_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place
     if (a.row < 0 || b.row >= planes.height) continue;
     const Lanes range_a = LoadLanes(planes.range_m.Row(a.row) + a.column);
     const Lanes range_b = LoadLanes(planes.range_m.Row(b.row) + b.column);
-    // A slanted surface changes in range over the reach, evenly on both sides; a jump does not.
+    // On a slanted surface the range changes evenly on both sides; at a jump it does not.
     const LaneMask even = (Absolute(range_a + range_b - 2.0f * range_m) <= slack_m) &
                           (Absolute(range_a - range_b) <= 4.0f * slack_m);
     crease |= even & TurnsInwards(planes, a, b, cos_angle);
@@ -145,7 +145,7 @@ CWM_LANES_INLINE LaneMask ReachesOf(const SurfacePlanes& planes, const Place& at
                                        planes.sample_angle_rad * range_m);
   for (int k = 0; k < kLanes; ++k) {
     const float px = radius_m[k] / std::max(range_m[k] * planes.pixel_angle_rad, 1e-6f);
-    // Without a point px is NaN, which std::max drops.
+    // Without a point px is NaN, which this order of std::max drops.
     reach_px[k] = static_cast<int>(std::min(std::max(kMinWindow_px, px), kMaxWindow_px));
   }
   return reach_px;
@@ -155,8 +155,9 @@ CWM_LANES_INLINE void CreaseBlock(const SurfacePlanes& planes, const Place& at, 
                                   std::uint8_t* crease) {
   const Lanes range_m = LoadLanes(planes.range_m.Row(at.row) + at.column);
   const LaneMask reach_px = ReachesOf(planes, at);
-  // Neighbours mostly have the same reach: each is looked at once, for all who have it.
-  LaneMask waiting = range_m >= Lanes{}, creases{};  // not where there is no point
+  // Neighbours mostly have the same reach: each reach is evaluated once, for all lanes that have
+  // it.
+  LaneMask waiting = range_m >= Lanes{}, creases{};  // false without a point
   for (int k = 0; k < kLanes; ++k) {
     if (!waiting[k]) continue;
     const LaneMask same = waiting & (reach_px == reach_px[k]);

@@ -14,33 +14,34 @@ namespace {
 
 using Eigen::Vector3f;
 
-// chosen: between neighbouring cells of one surface.
+// chosen: the largest angle between the normals of neighbouring cells of one surface.
 constexpr double kSmoothTurn_rad = 10 * kDegree;
-// chosen: 10 degrees above the optical axis's plane, as a sine.
+// chosen: the sine of 10 degrees above the horizontal plane of the optical axis.
 constexpr double kMinUpComponent = 0.17;
-// chosen: of all cells: smaller planes do not tell up.
+// chosen: the least share of all cells of a plane that determines up.
 constexpr double kMinPlaneShare = 0.02;
-// chosen: of a plane's area, where its normal does not show along the image's up. It shows across
-// it of walls, and of tables seen from straight above or by a camera on its side: these are larger
-// than the side of any box on them, and walls seldom more than three times as large as what stands
+// chosen: the weight of a plane's area if its normal is across the image's up, like the normals of
+// walls, and of tables seen from straight above or by a camera on its side. Such tables are larger
+// than the side of any box on them, and walls seldom more than three times as large as the objects
 // before them.
 constexpr double kAcrossWeight = 1.0 / 3;
-// chosen: against it, of the walls that a camera sees which looks down, and of the tables of one
-// that hangs upside down, which are fewer.
+// chosen: the weight if the normal points against the image's up: walls seen by a camera that looks
+// down, and tables seen by one that hangs upside down, which are fewer.
 constexpr double kAgainstWeight = 0.1;
 
-// chosen: of a cloud that is no image: three images of a Kinect, in a tenth of a second.
+// chosen: the number of points of an unorganised cloud to use: three images of a Kinect, a tenth of
+// a second.
 constexpr std::size_t kMaxPointsForUp = std::size_t{1} << 20;
 
-// chosen: of the sine of a ray's elevation: flatter, a surface passes through the sensor's place,
-// and is seen from neither side.
+// chosen: the least sine of a ray's elevation; a flatter surface passes through the sensor and is
+// seen from neither side.
 constexpr double kMinDrop = 0.1;
-// chosen: of the level cells that are seen from below and from above: of a room both are seen, of a
-// table with up upside down one alone, but for what else is level by chance.
+// chosen: the least ratio of level cells seen from below to those seen from above. In a room both
+// are seen; of a table with up upside down only one side, besides cells that are level by chance.
 constexpr double kMostlyBelow = 3;
-// chosen: what stands on a support is as high as a bottle.
+// chosen: an object on a support is at most as high as a bottle.
 constexpr double kHighestStanding_m = 0.3;
-// chosen: of the area of a support, what stands on it. Lamps cover less of a ceiling.
+// chosen: the least share of a support's area that objects cover. Lamps cover less of a ceiling.
 constexpr double kMinStandingShare = 0.05;
 
 double WeightOf(double image_up) {
@@ -50,7 +51,7 @@ double WeightOf(double image_up) {
 
 struct LevelCells {
   std::vector<std::uint32_t> from_below;  // ascending
-  std::size_t others = 0;                 // from above, or neither
+  std::size_t others = 0;                 // seen from above, or from neither side
 };
 
 LevelCells FindLevelCells(const OrientedPoints& cells, const Vector3& up) {
@@ -76,7 +77,7 @@ bool AreFromBelowAlone(const LevelCells& level, const CoarseCloud& coarse) {
          count >= kMostlyBelow * static_cast<double>(level.others);
 }
 
-// Cells near a plane, over its footprint.
+// The numbers of cells near a plane over its footprint.
 struct BesidePlane {
   std::size_t before = 0;  // on the sensor's side
   std::size_t behind = 0;
@@ -134,7 +135,7 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
     const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
     if (!plane) continue;
     const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
-    // Given normals may point anywhere; what an image shows, it shows from the sensor's side.
+    // Given normals may point either way; an image shows surfaces from the sensor's side.
     const bool turned = image && plane->Height_m(coarse.cells.viewpoint) < 0;
     const Vector3 up = turned ? Vector3(-plane->normal) : plane->normal;
     const double image_up = image ? image->up.dot(up) : 0;
@@ -152,7 +153,7 @@ UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
   const LevelCells level = FindLevelCells(coarse.cells, unit_up);
   if (!AreFromBelowAlone(level, coarse)) return UpVerdict::kPlausible;
   // A camera upside down that looks up at a ceiling is one that stands upright and looks down, and
-  // the other way round.
+  // vice versa.
   const double image_up = image ? image->up.dot(unit_up) : 0;
   if (image_up <= -kMinUpComponent) return UpVerdict::kReversed;
   if (image_up >= kMinUpComponent) return UpVerdict::kSeenFromBelow;

@@ -1,4 +1,4 @@
-// Where up is: estimated from a cloud, or given and doubted.
+// Estimates up from a cloud, or judges a given up.
 #pragma once
 
 #include <optional>
@@ -10,15 +10,15 @@
 
 namespace cwm::perception {
 
-// The cells that up is estimated or doubted by: of some of the points.
+// The cells for estimating or judging up, made of a subset of the points.
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work = {});
 
-// What up was taken from.
+// The source of up.
 enum class UpSource {
   kGiven,
-  kSupport,    // estimated: a plane that lies in the image as supports do, or that things stand on
-  kBarePlane,  // estimated: a plane that may as well be a wall
-  kNoPlane     // the sensor's own axes, for no plane tells
+  kSupport,    // estimated: a plane that lies in the image as supports do, or that objects stand on
+  kBarePlane,  // estimated: a plane that may be a wall
+  kNoPlane     // the sensor's own axes, as there is no plane
 };
 
 struct UpEstimate {
@@ -26,28 +26,29 @@ struct UpEstimate {
   bool shows_in_image = false;    // along the image's up, as the normals of supports do
 };
 
-// The normal of the largest plane in the view. Of an image, planes whose normal does not show along
-// its up count for a third of their area, and against it for a tenth: walls are no supports, but of
-// cameras that look straight down, or lie on their side, tables show as walls do. Nothing when the
-// cloud shows no plane.
+// Returns the normal of the largest plane in the view. In an image, planes with normals across the
+// image's up count for a third of their area, and those with normals against it for a tenth: walls
+// are not supports, but cameras that look straight down or lie on their side show tables as they
+// show walls. Empty if the cloud shows no plane.
 std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
                                      const std::optional<ImageAxes>& image);
 
-// What the level surfaces of a cloud say to an up that was given. Tables and floors lie below the
-// sensor, unless it looks at a ceiling alone.
+// The verdict of a cloud's level surfaces on a given up. Tables and floors lie below the sensor,
+// unless it sees only a ceiling.
 enum class UpVerdict {
   kPlausible,
-  kSeenFromBelow,  // level surfaces are seen from below, and nothing tells why
-  kReversed,       // and the image or what stands on them tells that up is upside down
+  kSeenFromBelow,  // level surfaces are seen from below for an unknown reason
+  kReversed,       // and the image, or objects on them, show that up is upside down
 };
 
-// `image` is that of an organised cloud. Any other may have been seen from several places: it is
-// never kReversed, and kSeenFromBelow only when things stand on the lower sides of its surfaces.
+// `image` is that of an organised cloud. Without one the cloud may have been seen from several
+// places: it is never kReversed, and kSeenFromBelow only if objects stand on the lower sides of its
+// surfaces.
 UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
                   const std::optional<ImageAxes>& image);
 
-// Whether all but little of what is level is seen from below, and it is no small part of the cloud:
-// of one that was seen from its viewpoint, that speaks against up or of a ceiling.
+// True if nearly all level cells are seen from below, and they are not a small part of the cloud.
+// If the cloud was seen from its viewpoint, up is wrong or it shows a ceiling.
 bool IsSeenFromBelowAlone(const CoarseCloud& coarse, const Vector3& up);
 
 }  // namespace cwm::perception

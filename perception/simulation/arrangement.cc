@@ -10,8 +10,8 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kCoarsening = 4;  // one pixel of a coarse image stands for 4 x 4
-// In coarse pixels: 160 points of the full image, enough to tell that something is there.
+constexpr int kCoarsening = 4;  // one pixel of a coarse image represents 4 x 4
+// In coarse pixels: 160 points of the full image, enough to show that something is there.
 constexpr int kLeastSeen = 10;
 constexpr float kNothing_m = std::numeric_limits<float>::infinity();
 
@@ -63,7 +63,7 @@ bool InImage(const Vector3& p_W, const PinholeCamera& camera) {
   return u >= 0 && u < camera.width && v >= 0 && v < camera.height;
 }
 
-// Supports are level: what lies wholly above one may rest on it.
+// True if the object is entirely above the support, which is level.
 bool MayRestOn(const SimulatedObject& support, const SimulatedObject& object) {
   constexpr double kRounding_m = 1e-9;
   return support.is_support &&

@@ -1,5 +1,5 @@
-// Objects that are put into a view one after the other, so that they keep apart, stay in sight and
-// hide no more of each other than is wanted.
+// Adds objects to a view one after the other, so that they keep apart, stay visible and do not hide
+// more of each other than allowed.
 #pragma once
 
 #include <optional>
@@ -10,16 +10,16 @@
 namespace cwm::perception {
 
 struct ArrangementRules {
-  double least_gap_m = 0.02;  // between the hulls of two objects, but where they shall touch
-  double most_hidden = 0.2;   // share of what would be seen of an object alone
+  double least_gap_m = 0.02;  // between the hulls of two objects, unless they shall touch
+  double most_hidden = 0.2;   // share of an object's own silhouette
 };
 
-// Which object of the scene a new one may touch, if any.
+// Index of the object of the scene that a new one may touch, if any.
 using Touching = std::optional<std::size_t>;
 
 class Arrangement {
  public:
-  // The furniture stays first in the scene; how much of it is hidden does not matter.
+  // The furniture stays first in the scene; it may be hidden to any extent.
   Arrangement(SimulatedScene furniture, const PinholeCamera& camera, const ArrangementRules& rules);
 
   const SimulatedScene& scene() const { return scene_; }
@@ -27,18 +27,18 @@ class Arrangement {
   std::size_t furniture_count() const { return furniture_count_; }
   const SimulatedObject& object(std::size_t index) const { return scene_.objects[index]; }
 
-  // The hidden shares of all the objects after the furniture, with the new one at the end; nothing
-  // when the rules forbid to add it, or when the image does not hold the middle of its bounds.
+  // Returns the hidden shares of all objects after the furniture, the new one last. Empty if the
+  // rules do not allow to add it, or if the middle of its bounds is outside the image.
   std::optional<std::vector<double>> HiddenSharesWith(const SimulatedObject& candidate,
                                                       Touching touching) const;
 
   void Add(SimulatedObject object);
 
-  // True when the image shows as much of each object after the furniture as the rules ask for.
+  // True if each object after the furniture is visible to the extent that the rules require.
   bool ShowsAll() const;
 
  private:
-  // Depth per pixel of a coarse image; infinite where the object is not seen.
+  // Depth per pixel of a coarse image; infinite where the object is not visible.
   using Silhouette = std::vector<float>;
 
   bool KeepsApart(const SimulatedObject& candidate, Touching touching) const;
@@ -49,8 +49,8 @@ class Arrangement {
   PinholeCamera coarse_camera_;
   ArrangementRules rules_;
   std::size_t furniture_count_ = 0;
-  std::vector<Silhouette> silhouettes_;  // of the objects after the furniture
-  Silhouette front_;                     // the nearest of all, furniture too
+  std::vector<Silhouette> silhouettes_;  // per object after the furniture
+  Silhouette front_;                     // the nearest depths of all objects, with the furniture
 };
 
 }  // namespace cwm::perception

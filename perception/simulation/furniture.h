@@ -7,7 +7,7 @@
 
 namespace cwm::perception {
 
-// A support: a level plate over an area of the world, its top at that height.
+// A support: a level plate over an area of the world with its top at the given height.
 struct LevelTop {
   Eigen::AlignedBox2d area_W;
   double top_m = 0;
@@ -15,7 +15,7 @@ struct LevelTop {
 };
 SimulatedObject MakeTop(std::string name, const LevelTop& top);
 
-// A box along the axes of the world that supports nothing.
+// A box along the world's axes that is not a support.
 SimulatedObject MakeBlock(std::string name, const Aabb& bounds_W);
 
 }  // namespace cwm::perception

@@ -18,19 +18,19 @@ Pose TurnedAt(const Vector3& place, double yaw_rad) {
   return MakePose(place, Quaternion(Eigen::AngleAxisd(yaw_rad, Vector3::UnitZ())));
 }
 
-// A solid whose frame is at its centre, its foot in z = 0 of the object's frame.
+// A solid with its frame at its centre, placed with its foot at z = 0 of the object's frame.
 SimulatedObject Standing(std::string name, Shape shape, double height_m) {
   return {.name = std::move(name),
           .parts = {{.X_FS = MakeTranslation(0, 0, 0.5 * height_m), .shape = std::move(shape)}}};
 }
 
-// One of a stack: a solid of revolution, how wide it is below and above.
+// One member of a stack: a solid of revolution with its widths at the foot and the top.
 struct Storey {
   SimulatedObject object;
   double foot_m = 0, head_m = 0, height_m = 0;
 };
 
-// A tin, whose ends are drawn in: where two meet, a groove runs around them.
+// A tin with narrower ends: a groove runs around where two of them meet.
 Storey DrawCan(double radius_m, double height_m, RandomDraws& draws) {
   const double rim_m = draws.Uniform(0.002, 0.0035);
   const double low_m = 0.5 * rim_m, high_m = height_m - low_m;
@@ -49,7 +49,7 @@ Storey DrawCan(double radius_m, double height_m, RandomDraws& draws) {
   return {std::move(can), radius_m - rim_m, radius_m - rim_m, height_m};
 }
 
-// A cup or a bowl, closed.
+// A closed cup or bowl.
 Storey DrawTapered(const char* name, double narrow_m, double wide_m, double height_m,
                    bool is_over) {
   const double foot_m = is_over ? wide_m : narrow_m, head_m = is_over ? narrow_m : wide_m;
@@ -78,7 +78,7 @@ Storey DrawStorey(RandomDraws& draws) {
                      draws.Uniform(0.035, 0.07), is_over);
 }
 
-// People stack a thing on another one when its foot is not much wider than the top below it.
+// True if the upper one's foot is not much wider than the lower one's top, as in real stacks.
 bool Stands(const Storey& upper, const Storey& lower) {
   constexpr double kMaxWider = 1.25;
   return upper.foot_m <= kMaxWider * lower.head_m;
@@ -100,8 +100,8 @@ Group StackOf(std::vector<Storey> storeys, RandomDraws& draws) {
   return group;
 }
 
-// Each is lifted until its wall rests in the one below: by the wall's thickness over the sine of the
-// half angle.
+// Each cup is lifted slightly above where its wall touches the one below: by more than the wall's
+// thickness over the sine of the half angle.
 Group DrawNested(RandomDraws& draws) {
   const double half_angle_rad = Radians(draws.Uniform(6, 14));
   const double foot_m = draws.Uniform(0.022, 0.032);
@@ -122,7 +122,7 @@ Group DrawNested(RandomDraws& draws) {
   return group;
 }
 
-// Books, and packets that are flat.
+// Books and flat packets.
 Vector3 DrawFlat_m(RandomDraws& draws) {
   if (draws.Uniform() < 0.5) {
     return {draws.Uniform(0.15, 0.24), draws.Uniform(0.10, 0.17), draws.Uniform(0.010, 0.040)};
@@ -140,7 +140,7 @@ const Vector3& SizeOf(const SimulatedObject& flat) {
 
 bool IsLevel(const SimulatedObject& flat) { return flat.X_WO.linear()(2, 2) > 1 - 1e-12; }
 
-// Clear of all others but those that it rests on.
+// True if the object is clear of all others except those that it rests on.
 bool KeepsClear(const Group& heap, const SimulatedObject& flat,
                 const std::vector<std::size_t>& resting_on) {
   constexpr double kMinGap_m = 0.001;
@@ -151,9 +151,9 @@ bool KeepsClear(const Group& heap, const SimulatedObject& flat,
   return true;
 }
 
-// Its middle over the middle part of what is below.
+// Places its middle over the middle part of the lower one.
 std::optional<SimulatedObject> LayOn(const Group& heap, std::size_t lower, RandomDraws& draws) {
-  constexpr double kSquare = 0.4;  // of those on one another; the others lie at any angle
+  constexpr double kSquare = 0.4;  // share of square ones; the others lie at any angle
   const SimulatedObject& below = heap.members[lower];
   if (!IsLevel(below)) return std::nullopt;
   SimulatedObject flat = Flat(DrawFlat_m(draws));
@@ -167,7 +167,7 @@ std::optional<SimulatedObject> LayOn(const Group& heap, std::size_t lower, Rando
   return flat;
 }
 
-// A long edge on the table, its lower face on an upper edge of what holds it.
+// Places a long edge on the table and the lower face on an upper edge of the holder.
 std::optional<SimulatedObject> LeanOn(const Group& heap, std::size_t lower, RandomDraws& draws) {
   const SimulatedObject& below = heap.members[lower];
   const Vector3& held_by_m = SizeOf(below);
@@ -180,7 +180,7 @@ std::optional<SimulatedObject> LeanOn(const Group& heap, std::size_t lower, Rand
   const int side = draws.Below(4);
   const double half_m = 0.5 * (side % 2 == 0 ? held_by_m.x() : held_by_m.y());
   const double half_width_m = 0.5 * (side % 2 == 0 ? held_by_m.y() : held_by_m.x());
-  // In a frame whose x points out of that side: up along the slab is -x and up.
+  // The frame's x axis points out of that side: up along the slab is -x and z.
   const Vector3 up_along(-std::cos(rise_rad), 0, std::sin(rise_rad));
   const Vector3 normal(std::sin(rise_rad), 0, std::cos(rise_rad));
   Pose X_SideFlat = Pose::Identity();
@@ -194,13 +194,13 @@ std::optional<SimulatedObject> LeanOn(const Group& heap, std::size_t lower, Rand
   return flat;
 }
 
-// On the table, beside one that stands there.
+// Places it on the table, beside one that stands there.
 std::optional<SimulatedObject> LayBeside(const Group& heap, std::size_t other, RandomDraws& draws) {
   SimulatedObject flat = Flat(DrawFlat_m(draws));
   const Vector3 middle = heap.members[other].X_WO.translation();
   const double angle_rad = draws.Uniform(0, 2 * std::numbers::pi);
   const Vector3 away(std::cos(angle_rad), std::sin(angle_rad), 0);
-  constexpr double kStart_m = 0.4;  // clear of the largest two
+  constexpr double kStart_m = 0.4;  // clear of the two largest
   flat.X_WO = TurnedAt(Vector3(middle.x(), middle.y(), 0) + kStart_m * away,
                        draws.Uniform(0, 2 * std::numbers::pi));
   if (!SlideUntilTouching(-away, heap.members[other], flat)) return std::nullopt;
@@ -208,7 +208,7 @@ std::optional<SimulatedObject> LayBeside(const Group& heap, std::size_t other, R
   return flat;
 }
 
-// The radius of a lid that is nearly as wide.
+// The radius of a lid, nearly that of the body.
 double NearlyAsWide_m(double radius_m, RandomDraws& draws) {
   return radius_m + draws.Uniform(-0.003, 0.003);
 }
@@ -240,7 +240,7 @@ Group DrawStack(RandomDraws& draws) {
   const int count = 2 + draws.Below(3);
   std::vector<Storey> storeys;
   const auto is_whole = [&] { return static_cast<int>(storeys.size()) == count; };
-  if (share < kNested + kAlike) {  // cans or tins of one kind, as shops sell them
+  if (share < kNested + kAlike) {  // cans or tins of one kind, as in shops
     const double radius_m = draws.Uniform(0.03, 0.055), height_m = draws.Uniform(0.03, 0.11);
     while (!is_whole()) storeys.push_back(DrawCan(radius_m, height_m, draws));
     return StackOf(std::move(storeys), draws);
@@ -283,7 +283,7 @@ Group DrawRow(RandomDraws& draws) {
     const double gap_m = draws.Uniform() < 0.5 ? 1e-4 : draws.Uniform(0, kMaxGap_m);
     SimulatedObject object;
     double width_m = 2 * radius_m;
-    if (kind < 0.7) {  // flat packets side by side, or books and packets that stand
+    if (kind < 0.7) {  // flat packets side by side, or standing books and packets
       width_m = kind < 0.3 ? draws.Uniform(0.05, 0.12) : draws.Uniform(0.02, 0.07);
       object = Standing("packet",
                         Box{.size_m = {width_m, depth_m * draws.Uniform(0.9, 1), own_height_m}},

@@ -1,5 +1,5 @@
-// Things that touch each other, as stacks and heaps do: one object while a place for them is sought,
-// several in the scene.
+// Groups of objects that touch each other, such as stacks and heaps. They are placed as one object
+// and are several objects in the scene.
 #pragma once
 
 #include <string>
@@ -10,33 +10,33 @@
 
 namespace cwm::perception {
 
-// Members that touch; X_WO of each is its pose in the group's frame, which is z up with z = 0 the
-// support. At least one stands on that.
+// Members that touch. X_WO of each is its pose in the group's frame, with z up and z = 0 on the
+// support. At least one member stands on the support.
 struct Group {
   std::vector<SimulatedObject> members;
 };
 
-// The members' parts as the parts of one object, in the group's frame.
+// Merges the members' parts into one object, in the group's frame.
 SimulatedObject AsOneObject(const Group& group);
 
-// The members, placed as the one object is.
+// Returns the members, placed like the one object.
 std::vector<SimulatedObject> MembersOf(const Group& group, const SimulatedObject& placed);
 
-// Two to four things about one axis, each on the one below: cans and tins of one width or of
-// several, cups and bowls, the wide side up or down; or cups nested in each other, of which the rims
-// show. Axes are at most 2 mm apart.
+// Two to four objects about one axis, each on the one below: cans and tins of one width or several,
+// cups and bowls with the wide side up or down, or nested cups whose rims are visible. Axes are at
+// most 2 mm apart.
 Group DrawStack(RandomDraws& draws);
 
-// Three to `most` books and flat boxes, each on the table, on others (turned by any angle, or square
-// to what is below), or leaning over the edge of one.
+// Three to `most` books and flat boxes, each on the table, on another one (at any angle, or square
+// to it), or leaning over the edge of one.
 Group DrawHeap(int most, RandomDraws& draws);
 
-// Three to six packets, books or cans of one height, to 1 mm, side by side: touching or up to 4 mm
-// apart, faces flush to 20 mm.
+// Three to six packets, books or cans of equal height (to 1 mm) side by side: touching or up to 4
+// mm apart, with faces flush to 20 mm.
 Group DrawRow(RandomDraws& draws);
 
-// A can, jar or box with a lid that is at most 3 mm wider or narrower and 2 to 15 mm high: one
-// object of two parts.
+// A can, jar or box with a lid, at most 3 mm wider or narrower and 2 to 15 mm high: one object of
+// two parts.
 SimulatedObject DrawLidded(RandomDraws& draws);
 
 }  // namespace cwm::perception

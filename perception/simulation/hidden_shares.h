@@ -1,4 +1,4 @@
-// How much of each object of a scene the others hide from a camera.
+// Computes how much of each object the others hide from a camera.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace cwm::perception {
 
-// Per object: of the pixels in which it would be the first thing seen if it were alone in the
-// scene, the share in which something else is nearer. 1 where it would not be seen at all.
+// Per object, the share of the pixels of its own silhouette in which another object is nearer. 1 if
+// the object would not be visible even alone.
 std::vector<double> HiddenShares(const SimulatedScene& scene, const PinholeCamera& camera);
 
 }  // namespace cwm::perception

@@ -18,20 +18,20 @@ Quaternion AboutY(double angle_rad) {
   return Quaternion(Eigen::AngleAxisd(angle_rad, Vector3::UnitY()));
 }
 
-// The shape, turned, with its lowest point on z = 0 and its centre above the frame's origin.
+// The shape, rotated, with its lowest point at z = 0 and its centre above the frame's origin.
 SimulatedObject Resting(GoodKind kind, Shape shape, const Quaternion& turn) {
   Pose X_OS = MakePose(Vector3::Zero(), turn);
   X_OS.translation().z() = -TightBounds(shape, X_OS).min().z();
   return {.name = std::string(NameOf(kind)), .parts = {{.X_FS = X_OS, .shape = std::move(shape)}}};
 }
 
-// The tilt from upright beyond which a thing of this foot and height falls over, and a little or a
-// lot more: between a book that nearly stands and a board that slid down.
+// A tilt, in radians, at which an object with this foot and height falls over, plus 4 to 30
+// degrees: from a book that nearly stands to a board that has slid down.
 double DrawLean_rad(double half_foot_m, double half_height_m, RandomDraws& draws) {
   return std::atan2(half_foot_m, half_height_m) + Radians(draws.Uniform(4, 30));
 }
 
-// Beyond this height over foot a thing is knocked over by touching the table.
+// The ratio of height to foot above which an object is knocked over easily.
 constexpr double kMostSlender = 4;
 
 SimulatedObject DrawCylinder(Rest rest, RandomDraws& draws) {
@@ -69,7 +69,7 @@ SimulatedObject DrawCup(Rest rest, RandomDraws& draws) {
   return Resting(GoodKind::kCup, cup, AboutY(Radians(90) - slope_rad));
 }
 
-// Small ones more often: the square of a uniform draw.
+// Small edges are more frequent: the square of a uniform draw.
 double DrawEdge_m(RandomDraws& draws) {
   const double share = draws.Uniform();
   return 0.04 + 0.26 * share * share;
@@ -77,7 +77,7 @@ double DrawEdge_m(RandomDraws& draws) {
 
 SimulatedObject DrawBox(Rest rest, RandomDraws& draws) {
   Vector3 size_m{DrawEdge_m(draws), DrawEdge_m(draws), DrawEdge_m(draws)};
-  if (rest == Rest::kLeaning) {  // on the longest, thin way towards what holds it
+  if (rest == Rest::kLeaning) {  // on its shortest side, with the thin side towards the holder
     std::sort(size_m.begin(), size_m.end());
     if (size_m.z() > 1.8 * size_m.x()) {
       const double lean_rad = DrawLean_rad(0.5 * size_m.x(), 0.5 * size_m.z(), draws);

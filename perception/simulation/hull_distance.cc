@@ -13,7 +13,8 @@
 namespace cwm::perception {
 namespace {
 
-// Spheres and capsules are their core, grown by the radius.
+// The core of a sphere or a capsule is its centre or axis; the shape is the core grown by the
+// radius.
 struct Core {
   Vector3 operator()(const Sphere&) const { return Vector3::Zero(); }
   Vector3 operator()(const Capsule& capsule) const {
@@ -57,7 +58,7 @@ struct Simplex {
 using Edges = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
 using Weights = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
 
-// The point of least norm of the affine hull, if it lies within the simplex.
+// The point of least norm of the affine hull, if it lies within the simplex; else empty.
 std::optional<Vector3> LeastWithin(const Simplex& simplex) {
   const Vector3& first = simplex.points[0];
   if (simplex.size == 1) return first;
@@ -68,8 +69,8 @@ std::optional<Vector3> LeastWithin(const Simplex& simplex) {
   return Vector3(first + edges * weights);
 }
 
-// The point of the simplex nearest to the origin; reduces the simplex to the face that holds it.
-// All fifteen faces are asked: short, and no case is special.
+// The point of the simplex nearest to the origin; reduces the simplex to the face that contains it.
+// All fifteen faces are tested, which is short and has no special cases.
 Vector3 Reduce(Simplex& simplex) {
   Vector3 nearest = simplex.points[0];
   Simplex best{.points = {simplex.points[0]}, .size = 1};
@@ -87,12 +88,12 @@ Vector3 Reduce(Simplex& simplex) {
   return nearest;
 }
 
-constexpr double kTolerance_m = 1e-6;  // as promised; far below any sensor's noise
+constexpr double kTolerance_m = 1e-6;  // as the header promises; far below any sensor's noise
 constexpr double kTouching_m = 1e-4;
 
 }  // namespace
 
-// Gilbert, Johnson and Keerthi 1988: every support point bounds the distance from below.
+// Gilbert, Johnson and Keerthi 1988: every support point is a lower bound of the distance.
 double HullDistance_m(const Placed<>& a, const Placed<>& b) {
   constexpr int kIterations = 100;  // round rims need about 30
   const double growth_m = Growth_m(a.shape) + Growth_m(b.shape);
@@ -123,7 +124,7 @@ double Clearance_m(const SimulatedObject& a, const SimulatedObject& b) {
   return least_m;
 }
 
-// Conservative advancement: what is `gap` away can move by `gap` in any direction.
+// Conservative advancement: an object at a distance of `gap` may move by `gap` in any direction.
 bool SlideUntilTouching(const Vector3& direction_W, const SimulatedObject& obstacle,
                         SimulatedObject& object) {
   constexpr int kSteps = 100;
@@ -134,7 +135,7 @@ bool SlideUntilTouching(const Vector3& direction_W, const SimulatedObject& obsta
     const double gap_m = Clearance_m(object, obstacle);
     if (gap_m == 0 || moved_m > kFarthest_m) break;
     if (gap_m <= kTouching_m) return true;
-    // Half a tolerance is left, so that touching never becomes overlapping.
+    // Half of the tolerance remains, so that touching objects never overlap.
     const double step_m = gap_m - 0.5 * kTouching_m;
     object.X_WO.pretranslate(step_m * direction_W);
     moved_m += step_m;

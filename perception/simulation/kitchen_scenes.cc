@@ -17,8 +17,8 @@ namespace {
 
 double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
-// The counter's front edge is at x = 0, the wall at x = kDepth_m; the counter runs along y from
-// -kHalfLength_m to where the side table begins.
+// The counter's front edge is at x = 0 and the wall at x = kDepth_m. The counter runs along y from
+// -kHalfLength_m to the side table.
 constexpr double kDepth_m = 0.6;  // of usual kitchens
 constexpr double kHalfLength_m = 1.0;
 constexpr double kFrontStandsBack_m = 0.03;
@@ -130,7 +130,7 @@ SimulatedView RandomKitchenView(std::uint64_t seed) {
     const Kitchen kitchen = DrawKitchen(draws);
     Arrangement arrangement(Furnish(kitchen), DrawCamera(draws),
                             {.least_gap_m = 0.015, .most_hidden = 0.5});
-    // The shelf first: it is the smallest, and what stands before it hides it.
+    // The shelf is filled first: it is the smallest, and objects before it hide it.
     const std::array<std::pair<RestingArea, int>, 3> areas = {
         {{kitchen.shelf, 2 + draws.Below(3)},
          {kitchen.side_table, 2 + draws.Below(3)},

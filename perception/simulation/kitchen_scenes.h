@@ -5,7 +5,7 @@
 
 namespace cwm::perception {
 
-// SceneFamily::kKitchen, as random_scenes.h says.
+// A view of SceneFamily::kKitchen (random_scenes.h).
 SimulatedView RandomKitchenView(std::uint64_t seed);
 
 }  // namespace cwm::perception

@@ -7,7 +7,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kAlbedo = 0.5;    // between painted walls (0.8) and wood (0.3)
+constexpr double kAlbedo = 0.5;    // a value between painted walls (0.8) and wood (0.3)
 constexpr int kPatch_px = 16;      // 30 mm at one metre: corners are rounded over more than that
 constexpr int kNode_px = 4;        // the bias is smooth: it is computed on this grid
 constexpr int kReach_patches = 8;  // patches farther than a quarter of a metre add little
@@ -15,8 +15,8 @@ constexpr int kReach_patches = 8;  // patches farther than a quarter of a metre 
 struct Spot {
   Vector3 p_C = Vector3::Zero();
   Vector3 normal_C = Vector3::Zero();
-  double light = 0;    // that falls on it from the camera, relative to 1 m face on
-  double area_m2 = 0;  // of the patch that it stands for; 0 where nothing is seen
+  double light = 0;    // light on it from the camera, relative to 1 m face on
+  double area_m2 = 0;  // of the patch that it represents; 0 if nothing is seen
 
   bool seen() const { return area_m2 > 0; }
 };
@@ -54,10 +54,11 @@ PatchImage Patches(const RangeImage& image, const PinholeCamera& camera) {
   return grid;
 }
 
-// What a patch adds at a spot: light as a share of the direct one, and the longer way.
+// The contribution of a patch at a spot: its light as a share of the direct one, and the longer
+// way.
 struct Bounce {
   double share = 0;
-  double excess_m = 0;  // of the range: half of what the way is longer
+  double excess_m = 0;  // of the range: half of the additional way
 };
 
 Bounce BounceOff(const Spot& patch, const Spot& spot) {
@@ -65,7 +66,7 @@ Bounce BounceOff(const Spot& patch, const Spot& spot) {
   const double distance_m = to_patch.norm();
   const double facing = spot.normal_C.dot(to_patch) * -patch.normal_C.dot(to_patch);
   if (facing <= 0 || spot.normal_C.dot(to_patch) <= 0) return {};
-  // The form factor of a small patch; nearer than its own size it is no longer small.
+  // The form factor of a small patch; at less than its own size it is no longer small.
   const double squared_m2 = std::max(distance_m * distance_m, patch.area_m2);
   const double form_factor =
       facing / (distance_m * distance_m) * patch.area_m2 / (std::numbers::pi * squared_m2);

@@ -1,4 +1,4 @@
-// Images of correlated noise, as range sensors make it.
+// Images of correlated noise, like that of range sensors.
 #pragma once
 
 #include <vector>
@@ -16,13 +16,13 @@ struct NoiseField {
   float at(int u, int v) const { return values[static_cast<std::size_t>(v) * width + u]; }
 };
 
-// Correlation exp(-|du| / row_px) * exp(-|dv| / column_px), exact at every distance: a first-order
+// Correlation exp(-|du| / row_px) * exp(-|dv| / column_px), exact at any distance: a first-order
 // autoregressive filter along each axis, started in its stationary state.
 NoiseField ExponentialField(int width, int height, double row_px, double column_px,
                             RandomDraws& draws);
 
-// A slow warp: a sum of plane waves of wavelengths of one to three times `wavelength_px`, so that
-// points nearer than a quarter of it err together.
+// A slow warp: a sum of plane waves with wavelengths of one to three times `wavelength_px`, so that
+// points nearer than a quarter of it have the same error.
 NoiseField WarpField(int width, int height, double wavelength_px, RandomDraws& draws);
 
 }  // namespace cwm::perception

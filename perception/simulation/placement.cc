@@ -23,7 +23,7 @@ Pose PoseAt(const Vector2& place_W, double top_m, double yaw_rad) {
 
 Vector2 Direction(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
 
-// Of the one body of a thing; its z axis is upright when it stands.
+// True if the object's only body has an upright z axis, as a standing object has.
 bool StandsUpright(const SimulatedObject& object) {
   constexpr double kUpright = 1 - 1e-9;
   return std::abs((object.X_WO * object.parts.front().X_FS).linear()(2, 2)) > kUpright;
@@ -61,7 +61,7 @@ Side DrawLeaningSide(const SimulatedObject& neighbour, RandomDraws& draws) {
 
 std::optional<SimulatedObject> PushAgainst(SimulatedObject thing, const RestingArea& area,
                                            const SimulatedObject& neighbour, const Side& side) {
-  constexpr double kStart_m = 0.6;  // clear of the largest things: two diagonals of 0.5 m halved
+  constexpr double kStart_m = 0.6;  // clear of the largest objects: half of two diagonals of 0.5 m
   const Vector2 away = Direction(side.direction_rad);
   const Vector2 middle_W = BoundsInWorld(neighbour).center().head<2>();
   thing.X_WO = PoseAt(middle_W + kStart_m * away, area.top_m, side.yaw_rad);

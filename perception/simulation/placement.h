@@ -1,5 +1,5 @@
-// Where a thing may go on a table. A thing is an object that is z up, with its support at z = 0 and
-// X_WO still identity.
+// Places for an object on a table. The object is z up, with z = 0 on its support, and X_WO is still
+// the identity.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace cwm::perception {
 
-// A level rectangle that carries objects.
+// A level rectangle that objects are put on.
 struct RestingArea {
   Eigen::AlignedBox2d area_W;
   double top_m = 0;
@@ -20,34 +20,34 @@ struct Spot {
   double yaw_rad = 0;
 };
 
-// Evenly over a disc; any yaw.
+// Evenly over a disc, with any yaw.
 Spot DrawSpot(const Vector2& middle_W, double radius_m, RandomDraws& draws);
 
-// The thing turned and put down; nothing where it would stand out over the area's edge.
+// The object rotated and put down; empty if it would extend beyond the area's edge.
 std::optional<SimulatedObject> PutDown(SimulatedObject thing, const RestingArea& area,
                                        const Spot& spot);
 
-// The side from which a thing is pushed against its neighbour: the direction from the neighbour's
-// middle to the thing, about z, and the yaw of the thing.
+// The side from which an object is pushed against its neighbour: the direction from the neighbour's
+// middle to the object, about z, and the object's yaw.
 struct Side {
   double direction_rad = 0;
   double yaw_rad = 0;
 };
 
-// Any side; any yaw.
+// Any side, with any yaw.
 Side DrawSide(RandomDraws& draws);
 
-// A side from which a leaning thing is held: its x axis towards the neighbour and, where that is a
-// box, square to one of its faces.
+// A side from which a leaning object is held: its x axis points to the neighbour and, if that is a
+// box, is square to one of its faces.
 Side DrawLeaningSide(const SimulatedObject& neighbour, RandomDraws& draws);
 
-// The thing pushed along the area until it touches the neighbour. Nothing where it misses or would
-// stand out over the edge.
+// The object pushed along the area until it touches the neighbour. Empty if it misses it or would
+// extend beyond the edge.
 std::optional<SimulatedObject> PushAgainst(SimulatedObject thing, const RestingArea& area,
                                            const SimulatedObject& neighbour, const Side& side);
 
-// Whether the neighbour holds the leaning thing: it stands upright, is no ball, and reaches up to
-// the middle of the thing at least.
+// True if the neighbour can hold the leaning object: it stands upright, is not a sphere, and
+// reaches at least up to the middle of the object.
 bool Holds(const SimulatedObject& neighbour, const SimulatedObject& thing);
 
 }  // namespace cwm::perception

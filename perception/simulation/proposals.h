@@ -1,5 +1,5 @@
-// Places for things, proposed at random and judged by the rules of an arrangement. All return
-// nothing when the place drawn is not allowed: try again.
+// Proposes random places for objects and tests them by the rules of an arrangement. All functions
+// return empty if the drawn place is not allowed; try again.
 #pragma once
 
 #include <optional>
@@ -11,13 +11,13 @@
 
 namespace cwm::perception {
 
-// A thing as PutDown takes it, and as it would stand in the scene.
+// The placed object, and the hidden shares with it in the scene.
 struct Placement {
   SimulatedObject object;
   std::vector<double> hidden_shares;  // of all objects after the furniture, this one last
 };
 
-// Evenly over a disc.
+// The object is placed evenly over a disc.
 struct Disc {
   Vector2 middle_W = Vector2::Zero();
   double radius_m = 0;
@@ -26,21 +26,21 @@ std::optional<Placement> ProposeWithin(const Disc& disc, const Arrangement& arra
                                        const RestingArea& area, const SimulatedObject& thing,
                                        RandomDraws& draws);
 
-// Held by one of the objects that can hold it, touching it.
+// The object touches one of the objects that can hold it.
 std::optional<Placement> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
                                         const SimulatedObject& thing, RandomDraws& draws);
 
-// Beside one of the objects after the furniture: touching it half of the time, else up to 40 mm
-// away.
+// The object is beside one of the objects after the furniture: touching it half of the time, else
+// up to 40 mm away.
 std::optional<Placement> ProposeBeside(const Arrangement& arrangement, const RestingArea& area,
                                        const SimulatedObject& thing, RandomDraws& draws);
 
-// Touching that object of the scene.
+// The object touches the given object of the scene.
 std::optional<Placement> ProposeTouching(std::size_t neighbour, const Arrangement& arrangement,
                                          const RestingArea& area, const SimulatedObject& thing,
                                          RandomDraws& draws);
 
-// Adds the object under its name and a number that no other object has.
+// Adds the object; its name gets a number that no other object has.
 void AddNumbered(Placement proposal, Arrangement& arrangement);
 
 }  // namespace cwm::perception

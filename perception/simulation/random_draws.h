@@ -1,5 +1,5 @@
-// Random numbers whose bytes depend on the seed alone: the distributions of the standard library
-// are left to its implementation, these are not.
+// Random numbers that only depend on the seed; those of the standard library also depend on its
+// implementation.
 #pragma once
 
 #include <cstdint>

@@ -18,7 +18,7 @@ struct ScreenBounds {
   int v_end = 0;
 };
 
-constexpr double kNearestDepth_m = 0.01;  // projections are bounded from here on
+constexpr double kNearestDepth_m = 0.01;  // projections are only bounded from here on
 
 int ClampedPixel(double px, int size) {
   return static_cast<int>(std::clamp(px, 0.0, static_cast<double>(size)));
@@ -46,7 +46,7 @@ struct PartId {
   std::int32_t part = 0;
 };
 
-// `cast` answers where a ray of frame S meets the surface; S is placed at X_CS.
+// `cast` returns where a ray in frame S hits the surface; S is placed at X_CS.
 template <class Cast>
 void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera& camera,
           const Cast& cast, RangeImage& image) {

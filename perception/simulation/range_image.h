@@ -1,4 +1,4 @@
-// What an ideal camera sees: the first surface along the ray of every pixel.
+// The image of an ideal camera: the first surface along the ray of every pixel.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct Sighting {
   bool seen() const { return object >= 0; }
 };
 
-// Row-major, as wide and high as the camera.
+// Row-major, with the camera's width and height.
 struct RangeImage {
   int width = 0;
   int height = 0;
@@ -27,13 +27,14 @@ struct RangeImage {
   const Sighting& at(int u, int v) const { return pixels[static_cast<std::size_t>(v) * width + u]; }
 };
 
-// Farther surfaces return nothing: the range of the sensors modelled here, but for the lasers.
+// Surfaces farther away give no return: the range of the modelled sensors except lasers.
 inline constexpr double kLargestDepth_m = 10;
 
-// Direction of the ray through a pixel in C, of depth 1.
+// The direction of the ray through a pixel in C, with depth 1.
 Vector3 RayDirection(const PinholeCamera& camera, double u_px, double v_px);
 
-// One depth test per pixel inside the screen bounds of each part (of each triangle, for meshes).
+// Renders with one depth test per pixel within the screen bounds of each part (of each triangle of
+// a mesh).
 RangeImage Render(const SimulatedScene& scene, const PinholeCamera& camera);
 
 }  // namespace cwm::perception

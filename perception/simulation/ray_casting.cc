@@ -39,8 +39,8 @@ class NearestHit {
   Vector3 normal_ = Vector3::UnitZ();
 };
 
-// Roots of a t^2 + 2 b t + c in ascending order; one root twice when the equation is linear;
-// nothing without real roots.
+// Roots of a t^2 + 2 b t + c in ascending order; the same root twice if the equation is linear;
+// empty without real roots.
 std::optional<std::array<double, 2>> Roots(double a, double b, double c) {
   if (a == 0) {
     if (b == 0) return std::nullopt;
@@ -151,7 +151,7 @@ void Cast(const Capsule& capsule, const Ray& ray, NearestHit& nearest) {
     const Vector3 center = side * half_m * Vector3::UnitZ();
     for (const double t : SphereRoots(center, capsule.radius_m, ray)) {
       const Vector3 p = ray.origin + t * ray.direction;
-      if (side * p.z() >= half_m) nearest.Offer(t, p - center);  // the outer half alone is surface
+      if (side * p.z() >= half_m) nearest.Offer(t, p - center);  // only the outer half is surface
     }
   }
 }

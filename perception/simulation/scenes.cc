@@ -15,7 +15,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kCounterHeight_m = 0.9;  // usual for kitchens
-constexpr double kViewDistance_m = 0.9;   // of the camera to the middle of the objects
+constexpr double kViewDistance_m = 0.9;   // from the camera to the middle of the objects
 constexpr double kViewCenter_x_m = 0.64;  // = 0.9 cos 45 degrees: the camera is above the origin
 
 double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
@@ -58,7 +58,7 @@ constexpr int kHandleSegments = 8;
 constexpr double kHandleRadius_m = 0.026;  // of the arc
 constexpr double kHandleTube_m = 0.006;
 
-// The body, and a handle of capsules along half a circle, towards x.
+// The body and a handle of capsules along half a circle, towards x.
 SimulatedObject Mug(std::string name, const Cylinder& body, const Place& place) {
   SimulatedObject mug = StandingCan(std::move(name), body, place);
   mug.part_roles = {PieceRole::kBody};
@@ -82,7 +82,7 @@ SimulatedObject Slab(std::string name, const Eigen::AlignedBox2d& area_m, double
                  {.area_W = area_m, .top_m = kCounterHeight_m, .thickness_m = thickness_m});
 }
 
-// A disc on the table that is taken.
+// A disc of the table that is occupied.
 struct Footprint {
   Vector2 center;
   double radius_m = 0;

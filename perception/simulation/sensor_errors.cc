@@ -11,27 +11,28 @@
 namespace cwm::perception {
 namespace {
 
-// Measured on the tables of real Kinect scans: residuals are correlated about like this.
+// measured: the correlation of residuals on the tables of real Kinect scans.
 constexpr double kRowCorrelation_px = 4;
 constexpr double kColumnCorrelation_px = 2;
 constexpr double kWarpLength_m = 0.2;  // the warp is slow over this distance, seen at ...
 constexpr double kWarpDepth_m = 0.8;   // ... this depth
 
-// Of the Kinect's infrared projector, to the camera.
+// The Kinect's infrared projector: its distance from the camera.
 constexpr double kProjectorBaseline_m = 0.075;
 constexpr double kProjectorNearest_m = 0.3;  // nearer, its pattern is too bright to be matched
 
-// Measured on level parts of real D435 images: correlation 0.93, 0.84, 0.74, 0.46 at 1, 2, 4, 8 pixels
-// along rows, 0.86, 0.76, 0.50, 0 along columns; 8 to 10 % of a cluttered image are holes.
+// measured: on level parts of real D435 images: correlation 0.93, 0.84, 0.74, 0.46 at 1, 2, 4, 8
+// pixels along rows, 0.86, 0.76, 0.50, 0 along columns; 8 to 10 % of a cluttered image are holes.
 constexpr double kStereoRowCorrelation_px = 11;
 constexpr double kStereoColumnCorrelation_px = 6;
 constexpr double kStereoBaseline_m = 0.05;
 constexpr double kHoleCorrelation_px = 8;
-constexpr double kHoleThreshold_sigma = 2.1;  // 1.8 % of the image beside shadows
-// Windows are some pixels wide: nearer surfaces grow by two pixels in the mean, here more, there less.
+constexpr double kHoleThreshold_sigma = 2.1;  // 1.8 % of the image besides shadows
+// Matching windows are several pixels wide: nearer surfaces grow by two pixels on average, with a
+// local variation.
 constexpr double kBleeding_px = 2, kBleedingSigma_px = 1;
 
-// Of the lines of a tilting laser.
+// The jitter of the lines of a tilting laser.
 constexpr double kLeastJitter_rad = 0.05 * std::numbers::pi / 180;
 constexpr double kMostJitter_rad = 0.10 * std::numbers::pi / 180;
 
@@ -68,9 +69,9 @@ NoiseField IndependentField(const PinholeCamera& camera, std::uint64_t seed, Str
   return field;
 }
 
-// Pixels that the projector does not reach, or the other imager does not see: on each row, what
-// another surface hides from a point one baseline to the left of the camera. Rows of both coincide,
-// so that this is a depth test over the projector's columns.
+// Pixels that the projector does not reach, or that the other imager does not see: on each row,
+// places that another surface hides from a point one baseline to the left of the camera. The rows
+// of both coincide, so this is a depth test over the projector's columns.
 std::vector<char> ShadowFrom(double baseline_m, const RangeImage& image,
                              const PinholeCamera& camera) {
   const auto projector_column = [&](int u, double depth_m) {
@@ -83,7 +84,7 @@ std::vector<char> ShadowFrom(double baseline_m, const RangeImage& image,
     nearest_m.assign(column_count, std::numeric_limits<double>::infinity());
     for (int u = 0; u < image.width; ++u) {
       const Sighting& pixel = image.at(u, v);
-      if (pixel.depth_m < kProjectorNearest_m) continue;  // also where nothing is seen
+      if (pixel.depth_m < kProjectorNearest_m) continue;  // also if nothing is seen
       const Sighting& next = image.at(std::min(u + 1, image.width - 1), v);
       const bool connected = std::abs(next.depth_m - pixel.depth_m) < kEdgeJump_m;
       const long begin = projector_column(u, pixel.depth_m);
@@ -111,7 +112,7 @@ std::vector<float> Warp_m(const PinholeCamera& camera, std::uint64_t seed) {
   return warp_m;
 }
 
-// One draw per row, of the size that LateralSigma_m calls one standard deviation.
+// One draw per row, scaled to units of LateralSigma_m.
 NoiseField LineJitter(const SensorNoise& noise, const PinholeCamera& camera, std::uint64_t seed) {
   RandomDraws draws(seed, kJitterStream);
   const double jitter_rad = draws.Uniform(kLeastJitter_rad, kMostJitter_rad);
@@ -124,10 +125,10 @@ NoiseField LineJitter(const SensorNoise& noise, const PinholeCamera& camera, std
   return field;
 }
 
-// Scales the draws of each object to a sigma of its own.
+// Scales the draws of each object to its own sigma.
 void DarkenObjects(const SensorNoise& noise, const RangeImage& image, std::uint64_t seed,
                    NoiseField& axial) {
-  std::vector<float> scale_of;  // grows by the largest object seen
+  std::vector<float> scale_of;  // grows with the largest object index seen
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     const std::int32_t object = image.pixels[i].object;
     if (object < 0) continue;

@@ -12,7 +12,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kArc_rad = 80 * kDegree;  // a walk around half a table; walls stay behind it
+constexpr double kArc_rad = 80 * kDegree;  // a walk around half a table, before the walls
 constexpr std::uint64_t kRegistrationStream = 1003;
 
 // Uniform on the sphere (Archimedes).
@@ -23,7 +23,8 @@ Vector3 DrawDirection(RandomDraws& draws) {
   return {level * std::cos(angle_rad), level * std::sin(angle_rad), z};
 }
 
-// On the camera's axis, at the median of the depths that it sees; one metre where it sees nothing.
+// The place on the camera's axis at the median of the visible depths; at one metre if nothing is
+// visible.
 Vector3 LookedAt_W(const SimulatedScene& scene, const PinholeCamera& camera) {
   std::vector<double> depths_m;
   for (const Sighting& pixel : Render(scene, camera).pixels) {
@@ -42,7 +43,8 @@ Pose TurnAbout(const Vector3& point, const Quaternion& turn) {
   return Eigen::Translation3d(point) * turn * Eigen::Translation3d(-point);
 }
 
-// The views that are not the given one, from one end of the arc to the other without its middle.
+// The angles of the views after the given one: from one end of the arc to the other, not in its
+// middle.
 double Azimuth_rad(int view, int view_count) {
   if (view == 0) return 0;
   const int others = view_count - 1;
@@ -61,7 +63,7 @@ Pose RegistrationError(const Vector3& about_W, RandomDraws& draws) {
          TurnAbout(about_W, Quaternion(Eigen::AngleAxisd(angle_rad, axis)));
 }
 
-// The points of a view, moved into the first camera's frame.
+// Appends the points of a view, transformed to the first camera's frame.
 void Append(const SimulatedCloud& view, const Pose& X_CC, SimulatedCloud& all) {
   for (std::size_t i = 0; i < view.cloud.points.size(); ++i) {
     if (!view.cloud.points[i].allFinite()) continue;

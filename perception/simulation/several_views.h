@@ -1,4 +1,4 @@
-// One scene seen from several places, the clouds put together as registration would.
+// One scene seen from several places, with the clouds merged like registered ones.
 #pragma once
 
 #include <vector>
@@ -8,15 +8,15 @@
 namespace cwm::perception {
 
 struct RegisteredViews {
-  SimulatedCloud cloud;    // in the frame C of the first camera, unorganised, returns alone
-  std::vector<Pose> X_WC;  // where each camera was
-  std::vector<Pose> X_CC;  // of each camera in the first one, as registration believes
+  SimulatedCloud cloud;    // in frame C of the first camera, unorganised, only returns
+  std::vector<Pose> X_WC;  // the true pose of each camera
+  std::vector<Pose> X_CC;  // each camera in the first one, with the error of registration
 };
 
-// The cameras stand on an arc of 80 degrees about the vertical through what the given one looks at,
-// the given one first. Every view but the first is registered with an error of 2 to 5 mm in a
-// random direction and of 0.2 to 0.5 degrees about a random axis through what they look at. Each
-// view has noise of its own. At least one view.
+// Cameras stand on an arc of 80 degrees about the vertical through the place that the given camera
+// looks at; that camera is the first. Every other view is registered with an error of 2 to 5 mm in
+// a random direction and 0.2 to 0.5 degrees about a random axis through that place. Each view has
+// its own noise. There must be at least one view.
 RegisteredViews ScanFromSeveral(const SimulatedScene& scene, const PinholeCamera& camera,
                                 int view_count, const ScanOptions& options);
 

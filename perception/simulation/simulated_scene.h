@@ -1,4 +1,4 @@
-// A scene whose truth is known, and the camera that looks at it.
+// A scene with known ground truth, and the camera that looks at it.
 #pragma once
 
 #include <string>
@@ -9,19 +9,19 @@
 
 namespace cwm::perception {
 
-// What a part is to its object. Handles are what graspers look for; spouts resemble them.
+// The role of a part in its object. Graspers look for handles; spouts resemble them.
 enum class PieceRole { kBody, kHandle, kSpout };
 
-// Shiny surfaces hide what is behind them and return nothing themselves.
+// Shiny surfaces hide what is behind them and give no return themselves.
 enum class Finish { kMatt, kShiny };
 
 struct SimulatedObject {
   std::string name = {};
-  std::vector<Placed<>> parts = {};  // in the object's frame; the last letter of X_FS is the part
+  std::vector<Placed<>> parts = {};  // in the object's frame, placed by X_FS
   Pose X_WO = Pose::Identity();
   bool is_support = false;
   std::vector<PieceRole> part_roles =
-      {};  // of the parts in their order; bodies where it is shorter
+      {};  // one per part; missing ones are bodies
   Finish finish = Finish::kMatt;
 
   PieceRole RoleOf(std::size_t part) const {
@@ -29,7 +29,7 @@ struct SimulatedObject {
   }
 };
 
-// The axis-aligned bounds in the world, all parts.
+// The axis-aligned bounds of all parts, in the world.
 Aabb BoundsInWorld(const SimulatedObject& object);
 
 struct SimulatedScene {

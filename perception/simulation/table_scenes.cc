@@ -12,8 +12,8 @@
 namespace cwm::perception {
 namespace {
 
-// Draws of a tilted rest that turn out to be impossible (spheres, discs, nobody who holds) are made
-// up for here, so that a third remains.
+// The share of tilted rests is raised, so that a third remains after impossible draws (spheres,
+// discs, no holder).
 Rest DrawRest(GoodKind kind, RandomDraws& draws) {
   constexpr double kTilted = 0.42;
   constexpr double kLeaningCylinders = 0.3;  // of the tilted ones
@@ -31,8 +31,8 @@ SimulatedObject DrawThing(RandomDraws& draws) {
   return DrawGood(kind, rest, draws);
 }
 
-// A thing that something has to hold: neither upright nor on its side. A cup's axis is level by its
-// half angle when it lies.
+// True if another object has to hold it: it is neither upright nor on its side. A lying cup's axis
+// is off the horizontal by its half angle.
 bool Leans(const SimulatedObject& thing) {
   constexpr double kRounding = 1e-9;
   const Placed<>& part = thing.parts.front();
@@ -41,11 +41,11 @@ bool Leans(const SimulatedObject& thing) {
          upright < 1 - kRounding;
 }
 
-constexpr int kAttempts = 40;  // a table with room for a thing has it within a few
-// Drawn per thing that is wanted; those that find no place are left out.
+constexpr int kAttempts = 40;  // a table with room for an object has it within a few
+// Draws per wanted object; objects without a place are left out.
 constexpr int kDrawsPerThing = 6;
 
-// Separate things.
+// Adds separate objects.
 void FillTable(int wanted, Table& table, RandomDraws& draws) {
   for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
     const SimulatedObject thing = DrawThing(draws);
@@ -70,7 +70,7 @@ std::ptrdiff_t CountHidden(const Placement& proposal) {
 std::optional<Placement> ProposeInClutter(const Table& table, const SimulatedObject& thing,
                                           RandomDraws& draws) {
   constexpr double kBeside = 0.7;
-  // Heaps grow outwards from where they begin.
+  // Heaps grow outwards from the middle.
   const Disc middle{.middle_W = table.spread.middle_W, .radius_m = 0.6 * table.spread.radius_m};
   if (Leans(thing)) return ProposeLeaning(table.arrangement, table.area, thing, draws);
   if (draws.Uniform() < kBeside) {
@@ -79,7 +79,7 @@ std::optional<Placement> ProposeInClutter(const Table& table, const SimulatedObj
   return ProposeWithin(middle, table.arrangement, table.area, thing, draws);
 }
 
-// Of several places for each thing the one that leaves most of all things hidden in part.
+// For each object, selects the one of several places that leaves most objects partly hidden.
 void FillClutter(int wanted, Table& table, RandomDraws& draws) {
   for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
     const SimulatedObject thing = DrawThing(draws);
@@ -94,7 +94,7 @@ void FillClutter(int wanted, Table& table, RandomDraws& draws) {
   }
 }
 
-// Of the size of a handle with the space behind it, to a packet of tea.
+// A box between the size of a handle with the space behind it and that of a packet of tea.
 SimulatedObject DrawSmallBox(RandomDraws& draws) {
   constexpr double kLargest_m = 0.12;
   for (;;) {
@@ -103,7 +103,7 @@ SimulatedObject DrawSmallBox(RandomDraws& draws) {
   }
 }
 
-// About two thirds of `wanted` are vessels; the rest are small boxes that touch one of them.
+// About two thirds of `wanted` are vessels; the others are small boxes that touch one of them.
 void FillVessels(int wanted, Table& table, RandomDraws& draws) {
   const int vessels = (2 * wanted + 2) / 3;
   for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {

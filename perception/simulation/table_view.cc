@@ -24,7 +24,7 @@ Vector2 ToEdge(const Vector2& size_m, RandomDraws& draws) {
                        : Vector2(0, sign * (0.5 * size_m.y() - kInside_m));
 }
 
-// The middle of the objects is the world's z axis, which the camera's axis meets.
+// The middle of the objects is on the world's z axis, which the camera's axis intersects.
 Table DrawTable(const ArrangementRules& rules, TableMiddle seen, RandomDraws& draws) {
   const double top_m = draws.Uniform(0.65, 0.95);  // dining tables to counters
   const Vector2 size_m{draws.Uniform(1.1, 1.7), draws.Uniform(0.8, 1.1)};
@@ -42,8 +42,8 @@ Table DrawTable(const ArrangementRules& rules, TableMiddle seen, RandomDraws& dr
                               .down_rad = Radians(draws.Uniform(20, 70)),
                               .azimuth_rad = Radians(draws.Uniform(0, 360))};
   PinholeCamera camera;
-  camera.X_WC = LookAt(Vector3(0, 0, top_m + 0.05), view);  // half the height of a usual thing
-  // Nearly to the border of the image, which is 0.46 (down) to 0.61 (across) of the distance away.
+  camera.X_WC = LookAt(Vector3(0, 0, top_m + 0.05), view);  // half the height of a usual object
+  // Nearly to the border of the image, which is at 0.46 (down) to 0.61 (across) of the distance.
   return {.area = area,
           .spread = {.radius_m = 0.42 * view.distance_m},
           .arrangement = Arrangement(std::move(scene), camera, rules)};
@@ -55,7 +55,7 @@ SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ThingC
                             const ArrangementRules& rules, const TableFiller& fill,
                             TableMiddle middle) {
   constexpr std::uint64_t kFamilies =
-      16;  // more than there are: each draws from streams of its own
+      16;  // more than there are, so that each has its own streams
   for (auto stream = static_cast<std::uint64_t>(family);; stream += kFamilies) {
     RandomDraws draws(seed, stream);
     const int wanted = count.least + draws.Below(count.most - count.least + 1);

@@ -1,4 +1,4 @@
-// A random table and the camera that sees it, to be filled by a family of scenes.
+// A random table and a camera that sees it, which a family of scenes fills.
 #pragma once
 
 #include <cstddef>
@@ -20,19 +20,20 @@ struct Table {
   }
 };
 
-// How many things a scene holds.
+// The number of objects in a scene.
 struct ThingCount {
   int least = 0;
   int most = 0;
 };
 
-// Puts so many things, drawn between least and most, on the table; fewer where there is no room.
+// Puts `wanted` objects on the table, a number drawn between least and most; fewer if there is no
+// room.
 using TableFiller = std::function<void(int wanted, Table& table, RandomDraws& draws)>;
 
-// Where the camera looks: at the middle of the table, or at one of its edges.
+// The target of the camera: the middle of the table, or one of its edges.
 enum class TableMiddle { kInView, kEdgeInView };
 
-// A view in which fewer than the least number of things found a place is drawn anew.
+// Draws a view. If fewer objects than the least number find a place, draws another one.
 SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ThingCount& count,
                             const ArrangementRules& rules, const TableFiller& fill,
                             TableMiddle middle = TableMiddle::kInView);

@@ -13,8 +13,8 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kAttempts = 40;      // a table with room for a thing has it within a few
-constexpr int kDrawsPerThing = 6;  // those that find no place are left out
+constexpr int kAttempts = 40;      // a table with room for an object has it within a few
+constexpr int kDrawsPerThing = 6;  // objects without a place are left out
 constexpr ArrangementRules kTouching{.least_gap_m = 0.01, .most_hidden = 0.8};
 
 SimulatedObject DrawSingle(RandomDraws& draws) {
@@ -31,7 +31,7 @@ bool AddSingle(const SimulatedObject& thing, Table& table, RandomDraws& draws) {
   return false;
 }
 
-// Whole, or not at all where a member would hardly be seen.
+// Adds the whole group, or nothing if a member would hardly be visible.
 bool AddGroup(const Group& group, Table& table, RandomDraws& draws) {
   const SimulatedObject one = AsOneObject(group);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -48,7 +48,7 @@ bool AddGroup(const Group& group, Table& table, RandomDraws& draws) {
   return false;
 }
 
-// Groups first, which need room; then single things beside them.
+// Groups come first, as they need room; then single objects beside them.
 struct Mixture {
   int groups = 0, singles = 0;
 };
@@ -63,7 +63,7 @@ void Fill(const Mixture& wanted, const DrawGroup& draw_group, Table& table, Rand
   }
 }
 
-// Over the edge that the camera looks at: the middle of the thing is above the table.
+// Places the object over the edge that the camera looks at, with its middle above the table.
 std::optional<SimulatedObject> PutAtEdge(SimulatedObject thing, const Table& table,
                                          RandomDraws& draws) {
   const Eigen::AlignedBox2d& top = table.area.area_W;

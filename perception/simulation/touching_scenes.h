@@ -1,11 +1,11 @@
-// Tables of things that touch: stacks, heaps, rows; things with lids; things at a table's edge.
+// Tables with objects that touch (stacks, heaps, rows), objects with lids, or objects at an edge.
 #pragma once
 
 #include "perception/simulation/random_scenes.h"
 
 namespace cwm::perception {
 
-// As random_scenes.h says of each family.
+// Views of these families (random_scenes.h).
 SimulatedView RandomStackView(std::uint64_t seed);
 SimulatedView RandomHeapView(std::uint64_t seed);
 SimulatedView RandomRowView(std::uint64_t seed);

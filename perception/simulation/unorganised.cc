@@ -9,7 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-// Streams of the seed, apart from those of the sensor's errors.
+// Streams of the seed, different from those of the sensor's errors.
 constexpr std::uint64_t kOrderStream = 1001;
 constexpr std::uint64_t kUpStream = 1002;
 

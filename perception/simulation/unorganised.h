@@ -1,4 +1,4 @@
-// Clouds that are no images any more.
+// Turns scans into unorganised clouds, and up vectors into wrong ones.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace cwm::perception {
 
-// The points that returned, with their truth, in an order drawn at random: height 1.
+// The points with a return and their ground truth, in random order: height 1.
 SimulatedCloud Shuffled(const SimulatedCloud& scan, std::uint64_t seed);
 
-// An up vector that is off by this angle, in a direction drawn at random, in frame C.
+// An up vector in frame C with this angular error in a random direction.
 Vector3 UpOffBy(double error_rad, const Pose& X_WC, std::uint64_t seed);
 
 }  // namespace cwm::perception

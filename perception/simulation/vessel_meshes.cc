@@ -11,12 +11,12 @@ namespace {
 
 // Facets of a pan of 140 mm radius deviate from the circle by 0.14 mm: a tenth of a camera's noise.
 constexpr int kWallSegments = 96;
-constexpr int kTubeSegments = 16;  // of 7.5 mm at most: 0.14 mm too
+constexpr int kTubeSegments = 16;  // up to 7.5 mm radius: 0.14 mm too
 
 using Ring = std::vector<Vector3>;
 
-// Surfaces swept from pole to pole through rings of equally many vertices. The rings run
-// counter-clockwise seen against the direction of the sweep.
+// A surface swept from pole to pole through rings with equal numbers of vertices. The rings are
+// counter-clockwise if seen against the direction of the sweep.
 class SweptMesh {
  public:
   explicit SweptMesh(const Vector3& first_pole) { mesh_.vertices.push_back(first_pole); }
@@ -64,7 +64,7 @@ Ring WallRing(double radius_m, double height_m) {
   return ring;
 }
 
-// Unit vector along the tube at a point: mean of the directions to its neighbours.
+// Unit vector along the tube at a point: the mean of the directions to its neighbours.
 Vector2 Along(const std::vector<TubePoint>& points, std::size_t i) {
   Vector2 along = Vector2::Zero();
   if (i > 0) along += (points[i].place_xz - points[i - 1].place_xz).normalized();
@@ -75,7 +75,7 @@ Vector2 Along(const std::vector<TubePoint>& points, std::size_t i) {
 Vector3 InPlane(const Vector2& xz) { return {xz.x(), 0, xz.y()}; }
 
 Ring TubeRing(const TubePoint& point, const Vector2& along) {
-  // This, y and the direction of the tube are right-handed.
+  // This vector, y and the direction of the tube are right-handed.
   const Vector3 across = InPlane({along.y(), -along.x()});
   Ring ring;
   for (int i = 0; i < kTubeSegments; ++i) {

@@ -17,8 +17,8 @@ double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 constexpr int kBowPoints = 25;
 
 // Handles and spouts are thin where they leave the wall, as if welded on: a thick end would come
-// out on the other side of a wall that is thin, round or slanted.
-constexpr double kRootThickness = 0.3;  // of the full one
+// out on the other side of a thin, round or slanted wall.
+constexpr double kRootThickness = 0.3;  // of the full thickness
 constexpr double kRootLength_m = 0.006;
 
 double Thickness(double way_m) {
@@ -41,11 +41,11 @@ Grip DrawGrip(RandomDraws& draws) {
 struct Bow {
   double low_m = 0;
   double high_m = 0;
-  double reach_m = 0;  // of the middle line, out of the wall
+  double reach_m = 0;  // of the centre line, out of the wall
 };
 
-// From the wall at the upper height out and back to the wall at the lower one. The ends lie in the
-// middle of the wall: nothing shows of them inside the vessel, and no gap outside.
+// From the wall at the upper height outwards and back to the wall at the lower height. The ends are
+// in the middle of the wall: they are not visible inside the vessel, and leave no gap outside.
 TriangleMesh MakeBow(const VesselWall& wall, const Bow& bow, const Grip& grip) {
   std::vector<TubePoint> points;
   for (int i = 0; i < kBowPoints; ++i) {
@@ -79,7 +79,7 @@ TriangleMesh MakeBar(const VesselWall& wall, const Bar& bar, const Grip& grip) {
   return MakeTube(points);
 }
 
-// A tapering tube on the other side (towards -x), from half height to above the rim.
+// A tapering tube on the other side (towards -x), from half height to about the height of the rim.
 TriangleMesh MakeSpout(const VesselWall& wall, RandomDraws& draws) {
   const double height_m = wall.outer.back().height_m;
   const double root_height_m = draws.Uniform(0.45, 0.6) * height_m;
@@ -94,7 +94,7 @@ TriangleMesh MakeSpout(const VesselWall& wall, RandomDraws& draws) {
     const double share = static_cast<double>(i) / (kPoints - 1);
     const double out_m = reach_m * std::sin(0.5 * std::numbers::pi * share);
     const double radius_m = Thickness(out_m) * std::lerp(root_radius_m, tip_radius_m, share);
-    // Straight out of the wall first, then upwards.
+    // First straight out of the wall, then upwards.
     const Vector2 place(-root_m - out_m,
                         root_height_m + rise_m * (1 - std::cos(0.5 * std::numbers::pi * share)));
     points.push_back({.place_xz = place, .half_thickness_m = radius_m, .half_width_m = radius_m});
@@ -146,7 +146,7 @@ SimulatedObject DrawPan(RandomDraws& draws) {
                            {PieceRole::kHandle, MakeBar(wall, bar, grip)}});
 }
 
-// A foot, a belly and a neck, smooth between them.
+// A foot, a belly and a neck with smooth transitions.
 VesselWall DrawJugWall(RandomDraws& draws) {
   const double foot_m = draws.Uniform(0.040, 0.055);
   const double belly_m = foot_m + draws.Uniform(0.005, 0.020);

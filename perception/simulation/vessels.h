@@ -1,4 +1,4 @@
-// Mugs, pans and jugs of random size with handles and spouts, as parts of one object.
+// Mugs, pans and jugs of random size; handles and spouts are parts of the object.
 #pragma once
 
 #include "perception/simulation/random_draws.h"
@@ -8,13 +8,13 @@ namespace cwm::perception {
 
 enum class VesselKind { kMug, kPan, kJug };
 
-// Half of them mugs, the rest pans and jugs.
+// Half of them are mugs, the others pans and jugs.
 VesselKind DrawVesselKind(RandomDraws& draws);
 
-// Part 0 is the body, part 1 the handle, and part 2 the spout of a jug, each a mesh with its role.
-// Handles are 5 to 15 mm thick: a bow from low to high on the wall of mugs (reaching out 22 to 40
-// mm) and jugs (30 to 55 mm), a bar of 120 to 200 mm at the rim of pans. Standing, z up on z = 0,
-// the handle towards x; X_WO is identity.
+// Part 0 is the body, part 1 the handle, and part 2 the spout of a jug; each is a mesh with its
+// role. Handles are 5 to 15 mm thick: a bow on the wall of mugs (reaching out 22 to 40 mm) and jugs
+// (30 to 55 mm), a bar of 120 to 200 mm at the rim of pans. The object stands with z up on z = 0
+// and the handle towards x; X_WO is the identity.
 SimulatedObject DrawVessel(VesselKind kind, RandomDraws& draws);
 
 }  // namespace cwm::perception

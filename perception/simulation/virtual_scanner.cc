@@ -16,14 +16,14 @@ namespace {
 
 constexpr double kRandomDropOut = 0.015;
 constexpr double kFirstGrazing_rad = 70 * std::numbers::pi / 180;  // drop-outs begin ...
-constexpr double kLastGrazing_rad = 85 * std::numbers::pi / 180;   // ... and nothing is left
+constexpr double kLastGrazing_rad = 85 * std::numbers::pi / 180;   // ... and all returns are lost
 
-// Share of the pixels at an edge that mix both sides. Stereo matchers decide for one side nearly
-// always; a beam that is averaged over its footprint mixes about half of the time.
+// Share of the pixels at an edge that mix both sides. Stereo matchers nearly always select one
+// side; a beam that is averaged over its footprint mixes them about half of the time.
 constexpr double kMixedByMatching = 0.1;
 constexpr double kMixedByAveraging = 0.5;
 
-constexpr std::uint64_t kDropOutStream = 4;  // of the seed; sensor_errors.cc draws from others
+constexpr std::uint64_t kDropOutStream = 4;  // of the seed; sensor_errors.cc uses others
 
 bool IsShiny(const SimulatedScene& scene, std::int32_t object) {
   return scene.objects[static_cast<std::size_t>(object)].finish == Finish::kShiny;
@@ -60,7 +60,7 @@ class NoisyCamera {
             options.matches_windows ? StereoErrors::kMatchedWindows : StereoErrors::kPixels)),
         drop_draws_(options.seed, kDropOutStream) {}
 
-  // Pixels in the order of the rows: the draws depend on it.
+  // Call this for the pixels in the order of the rows, on which the draws depend.
   std::optional<Return> Measure(int u, int v) {
     const double drop = drop_draws_.Uniform();
     const double mix = drop_draws_.Uniform();
@@ -83,10 +83,10 @@ class NoisyCamera {
   }
 
  private:
-  // Lateral noise: the pixel measures the surface along a ray that is a little beside its own.
+  // Lateral noise: the pixel measures the surface along a ray slightly beside its own.
   std::optional<Return> Displaced(int u, int v) const {
     const Sighting& own = image_.at(u, v);
-    // Beside an object the noise of a surface at one metre decides whether the pixel catches it.
+    // Beside an object, the noise of a surface at one metre decides if the pixel hits it.
     const double depth_m = own.seen() ? own.depth_m : 1;
     const double incidence_rad = own.seen() ? Incidence_rad(own, RayDirection(camera_, u, v)) : 0;
     if (GrazingDropOut(incidence_rad) >= 1) return std::nullopt;
@@ -97,7 +97,7 @@ class NoisyCamera {
     return Sample(source_u, source_v);
   }
 
-  // The surface at a place between pixels: the tangent plane of the nearest one.
+  // The surface at a place between pixels, on the tangent plane of the nearest one.
   std::optional<Return> Sample(double u_px, double v_px) const {
     const int u = std::clamp(static_cast<int>(std::lround(u_px)), 0, image_.width - 1);
     const int v = std::clamp(static_cast<int>(std::lround(v_px)), 0, image_.height - 1);
@@ -116,7 +116,7 @@ class NoisyCamera {
                   .part = source.part};
   }
 
-  // The nearer surface that bleeds into this pixel, if any: what is measured lies on none.
+  // The nearer surface that bleeds into this pixel, if any. The measured place is on no surface.
   std::optional<Return> NearerBeside(int u, int v, const std::optional<Return>& own) const {
     if (errors_.bleeding_px.empty() || errors_.shadow[Index(u, v)] != 0) return std::nullopt;
     const float reach_px = errors_.bleeding_px[Index(u, v)];
@@ -137,7 +137,7 @@ class NoisyCamera {
     return nearest;
   }
 
-  // At an edge the measurement falls between its two sides and belongs to neither.
+  // At an edge the measurement lies between the two sides and belongs to neither.
   void Mix(int u, int v, double weight, Return& found) const {
     for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
       if (!image_.contains(u + du, v + dv)) continue;

@@ -1,5 +1,5 @@
-// The virtual scanner: placed shapes in, a cloud with per-point ground truth out, under a sensor's
-// noise. Serves the demo, the tests and the benchmarks.
+// The virtual scanner: turns placed shapes into a cloud with ground truth per point, under a
+// sensor's noise. Used by the demo, the tests and the benchmarks.
 #pragma once
 
 #include <cstdint>
@@ -14,24 +14,25 @@ namespace cwm::perception {
 
 struct SimulatedCloud {
   PointCloud cloud;  // organised, in C
-  // Per point: index into scene.objects, -1 no return or background.
+  // Per point, an index into scene.objects; -1: no return or background.
   std::vector<std::int32_t> object;
-  std::vector<std::int32_t> part;  // per point: part of the object
+  std::vector<std::int32_t> part;  // per point, the part of the object
 };
 
 struct ScanOptions {
   SensorNoise noise = {};
   bool noiseless = false;
-  bool matches_windows = false;  // of kRealSense: errors as kMatchedWindows (sensor_errors.h)
+  bool matches_windows = false;  // only kRealSense: errors as kMatchedWindows (sensor_errors.h)
   std::uint64_t seed = 1;
 };
 
-// `noiseless` returns where the rays of the pixels meet the surfaces, to the precision of a float.
-// Otherwise the sensor's errors (sensor_errors.h): axial ones along the ray, lateral ones displace
-// the ray, so that edges are ragged and slanted surfaces noisier. Besides: mixed pixels at depth
-// edges (object -1: they lie on none), random drop-outs (1.5 %) and drop-outs from 70 degrees of
-// incidence to none left at 85. Surfaces deeper than 10 m and shiny ones return nothing. The camera
-// is at least one pixel large and its focal length positive. Same seed, same bytes.
+// If `noiseless`, the points are where the rays of the pixels hit the surfaces, to the precision of
+// a float. Otherwise they have the sensor's errors (sensor_errors.h): axial errors along the ray,
+// and lateral ones that displace the ray, so that edges are ragged and slanted surfaces noisier.
+// There are also mixed pixels at depth edges (object -1: they are on none), random drop-outs (1.5
+// %), and drop-outs that increase from 70 degrees of incidence to all pixels at 85. Surfaces deeper
+// than 10 m and shiny ones give no return. The camera has at least one pixel and a positive focal
+// length. The same seed gives the same bytes.
 SimulatedCloud Scan(const SimulatedScene& scene, const PinholeCamera& camera,
                     const ScanOptions& options);
 

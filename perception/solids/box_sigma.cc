@@ -12,18 +12,18 @@ namespace {
 
 // derived: 45 degrees between a point's normal and the face's, so that no other face is nearer.
 constexpr double kFace_cos = std::numbers::sqrt2 / 2;
-// derived: beyond an end, as far as a face that went on might have lost its points, free rays show
-// that it ends there.
+// derived: the depth of the space beyond an end that free rays must cross to show that the face
+// ends there. A face that continued could have lost points at its edge over this length.
 constexpr double kBeyond_m = kEdgeLoss_m;
-// chosen: outlines are known to about the pixel that they cross.
+// chosen: the position of an outline is known to about the pixel that it crosses.
 constexpr double kOutline_px = 0.7;
 
 struct End {
   int axis = 0;
-  double side = 1;  // -1 the low end
+  double side = 1;  // -1 for the low end
 };
 
-// What is alike for both ends of all axes.
+// Data that all ends of a box share.
 struct BoxView {
   const FitContext& c;
   const Solid& solid;
@@ -39,7 +39,8 @@ struct BoxView {
         pitch_m(context.points.spacing_m / std::sqrt(context.points.weight)) {}
 };
 
-// Of the mean distance of the points that show the face; nothing where too few do.
+// The standard deviation of the mean distance of the points on the face; empty if there are too
+// few.
 std::optional<double> FaceSigma_m(const BoxView& box, const End& end) {
   const Vector3 outward = end.side * box.X_SM.linear().row(end.axis).transpose();
   double count = 0, squares = 0;
@@ -64,7 +65,7 @@ bool StandsOn(const BoxView& box, const End& end) {
          box.c.ground.Height_m(p) < kStandingGap_m;
 }
 
-// Whether a ray that passed went through the place where the box would go on.
+// True if a ray passed through the space into which the box would continue.
 bool IsFreeBeyond(const BoxView& box, const End& end) {
   Vector3 size_m = 2 * box.half_m;
   size_m(end.axis) = kBeyond_m;

@@ -10,9 +10,10 @@
 namespace cwm::perception {
 namespace {
 
-// derived: of the angle between a face and the normal of one that is orthogonal to it.
+// derived: the sine of the largest angle between a face and the normal of one that is orthogonal to
+// it.
 const double kOrthogonal_sin = std::sin(kSameDirection_rad);
-// chosen: of a face, to measure gaps: far denser than kEdgeLoss_m.
+// chosen: points of each face for measuring gaps; far denser than kEdgeLoss_m.
 constexpr std::size_t kGapPoints = 150;
 
 const PlaneModel& PlaneOf(const ShapeFit& fit) { return std::get<PlaneModel>(fit.model); }
@@ -45,8 +46,8 @@ bool FormEdge(const ShapeFit& a, const ShapeFit& b, const FitContext& c) {
          Gap_m(a, b, c.points) < kEdgeLoss_m + spread * c.points.spacing_m;
 }
 
-// The rotation nearest to the faces' normals, each weighted by its points; upright where a face or
-// the whole is upright within the noise.
+// The rotation nearest to the faces' normals, each weighted by its number of points. An axis that
+// is upright within the noise becomes exactly upright.
 Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Vector3& up) {
   Matrix3 columns = Matrix3::Zero();
   double total = 0;
@@ -60,7 +61,7 @@ Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const V
   }
   const Eigen::JacobiSVD<Matrix3> svd(columns, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3 R = svd.matrixU() * svd.matrixV().transpose();
-  if (R.determinant() < 0) R.col(2) = -R.col(2);  // a left-handed corner: any signs will do
+  if (R.determinant() < 0) R.col(2) = -R.col(2);  // a left-handed corner; the signs are arbitrary
   R = CanonicalBoxAxes(R);
   if (R.col(2).dot(up) > std::cos(kUprightWithin_rad)) {
     R.col(2) = up;
@@ -70,7 +71,7 @@ Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const V
   return R;
 }
 
-// Of all faces; as often as in each of them.
+// The points of all faces; a point on several faces is listed several times.
 std::vector<std::uint32_t> AllCovered(const BoxFaces& faces, const std::vector<ShapeFit>& fits) {
   std::vector<std::uint32_t> all;
   for (std::size_t k : faces) {
@@ -79,7 +80,7 @@ std::vector<std::uint32_t> AllCovered(const BoxFaces& faces, const std::vector<S
   return all;
 }
 
-// The mean position of the face's points along its normal, each by its weight.
+// The weighted mean position of the face's points along `axis`.
 double FaceOffset_m(const ShapeFit& face, const Vector3& axis, const ModelPoints& points) {
   double sum = 0, weights = 0;
   for (std::uint32_t i : face.inliers) {
@@ -90,7 +91,7 @@ double FaceOffset_m(const ShapeFit& face, const Vector3& axis, const ModelPoints
   return sum / weights;
 }
 
-// The lowest face: on the ground when it ends just above it, and never below.
+// Moves the bottom to the ground if it ends just above it unseen, or below it.
 void StandOnGround(const Matrix3& R, const Ground& ground, bool bottom_seen, Vector3& low,
                    const Vector3& high) {
   if (!ground.known || R.col(2).dot(ground.up) < std::cos(kSameDirection_rad)) return;
@@ -156,7 +157,7 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
     low(k) = extent.low_m, high(k) = extent.high_m;
     for (std::size_t face : faces) {
       const double along = PlaneOf(fits[face]).normal.dot(R.col(k));
-      if (std::abs(along) < std::sqrt(0.5)) continue;  // another axis is its normal
+      if (std::abs(along) < std::sqrt(0.5)) continue;  // its normal is another axis
       (along > 0 ? high : low)(k) = FaceOffset_m(fits[face], R.col(k), context.points);
       if (k == 2 && along < 0) bottom_seen = true;
     }

@@ -1,4 +1,4 @@
-// Which measured point belongs to which solid, and how good the solids are.
+// Assigns measured points to solids, and measures how good the solids are.
 #pragma once
 
 #include <algorithm>
@@ -13,21 +13,23 @@
 
 namespace cwm::perception {
 
-// A point within this of a solid's surface, or within 3 sigma where that is more, belongs to it
-// whatever its normal says. Stricter than what counts as explained (ExplainedWithin_m, 10 mm): what
-// lies between is left for handles and surfaces, which would follow it better, and is explained by
-// the solid only where they do not.
+// A point within this distance of a solid's surface, or within 3 sigma if that is more, belongs to
+// the solid whatever its normal is. This is stricter than the distance within which a point counts
+// as explained (ExplainedWithin_m, 10 mm): points between the two are left for handles and
+// surfaces, which may follow them better, and the solid explains those that are still left.
 // derived: noise spreads no farther.
 inline constexpr double kBelongs_m = kNoiseReach_m;
 inline double BelongsWithin_m(float sigma_m) {
   return std::max(kBelongs_m, kDistanceGate_sigma * double{sigma_m});
 }
 
-// Per point the index of the solid whose surface is nearest and near enough, else kUnexplained.
+// Returns for each point the index of the solid with the nearest surface within reach, else
+// kUnexplained.
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
                                         const std::vector<ShapePart>& solids, const Work& work);
 
-// Quality of each solid from the points that it explains; parameter_sigma is left as it is.
+// Measures the fit quality of each solid from the points assigned to it; parameter_sigma stays as
+// it is.
 void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t>& part_of_point,
                     double spacing_m, std::vector<ShapePart>& solids, const Work& work);
 

@@ -1,4 +1,4 @@
-// Whether a solid fills space that rays were seen to cross.
+// Tests whether a solid fills space that rays were seen to cross.
 #pragma once
 
 #include "perception/cloud/sensor_noise.h"
@@ -7,30 +7,31 @@
 
 namespace cwm::perception {
 
-// derived: rays that run deeper than this in a solid contradict it, for what they met is more than
-// the solid explains.
+// derived: a ray that runs deeper than this in a solid contradicts it, because such points are not
+// explained by the solid.
 inline constexpr double kMaxDepth_m = kExplainedWithin_m;
 
-// Of the points, how many were measured through the solid: their ray, or they themselves, lie more
-// than kMaxDepth_m (or 3 sigma) inside.
+// Counts the points that were measured through the solid: their ray, or they themselves, lie more
+// than kMaxDepth_m (or 3 sigma, or in a thin solid a third of its thickness) inside.
 struct Contradiction {
-  std::size_t rays = 0;    // that contradict
-  std::size_t looked = 0;  // at
+  std::size_t rays = 0;    // rays that contradict the solid
+  std::size_t looked = 0;  // rays that were examined
 };
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points);
 
-// Whether the way from one place to another enters the solid, by more than the noise of a surface:
-// a wall is asked for whose thickness is twice that, 2 mm, or more.
+// True if the segment enters the solid by more than the unevenness of a surface (1 mm). A wall
+// thinner than twice that is never entered.
 bool Enters(const Solid& solid, const Vector3& begin, const Vector3& end);
 
-// Of the rays that passed the object by, the share that enters the solid; 0 of none.
+// The share of the rays that passed the object and enter the solid; 0 if there are no rays.
 double PassedShare(const Solid& solid, const FreeRays& free);
 
-// How many measured rays that passed the object by ran deeper than kMaxDepth_m in the solid.
+// The number of measured rays that passed the object but run deeper than kMaxDepth_m in the solid.
 double PassedDeep(const Solid& solid, const FreeRays& free);
 
-// Whether these are more than noise and mixed pixels account for, of a solid of so many measured
-// points. Of a thing that hangs high they are few of the rays beside it, but as many as its points.
+// True if these rays are more than noise and mixed pixels explain, for a solid of `points` measured
+// points. For an object that hangs high they are a small share of the rays beside it, but as many
+// as its points.
 bool IsPassedThrough(const Solid& solid, double points, const FreeRays& free);
 
 }  // namespace cwm::perception

@@ -1,4 +1,4 @@
-// Boxes, cylinders and cones made longer at one of their ends.
+// Extends boxes, cylinders and cones at one of their ends.
 #pragma once
 
 #include <optional>
@@ -7,19 +7,22 @@
 
 namespace cwm::perception {
 
-// The end of an axis of the shape's frame: +1 where its coordinates are positive.
+// One end of an axis of the shape's frame: sign is +1 for the end with positive coordinates.
 struct SolidEnd {
   Eigen::Index axis = 2;
   double sign = 1;
 };
 
-// Along the axis, of which cylinders and cones have z alone. Metres; nothing of other shapes.
+// The length along the axis, in metres; empty for shapes other than boxes, cylinders and cones.
+// Cylinders and cones have a length along z only.
 std::optional<double> LengthAlong_m(const Shape& shape, Eigen::Index axis);
 
-// By how much it can be: less than to its apex of a cone, 0 of other shapes and other axes.
+// The limit of an extension, in metres: of a cone that narrows toward this end, the distance to its
+// apex; 0 for other shapes and axes.
 double MostLonger_m(const Shape& shape, const SolidEnd& end);
 
-// With that end farther out by less than MostLonger_m, all other surfaces where they are.
+// Returns the solid with this end moved outward by by_m, which is less than MostLonger_m. All other
+// surfaces stay where they are.
 Placed<> Lengthened(Placed<> solid, const SolidEnd& end, double by_m);
 
 }  // namespace cwm::perception

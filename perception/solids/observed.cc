@@ -11,15 +11,17 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of a triangle, bounds the work on large faces.
+// chosen: samples along each side of a triangle; bounds the work on large faces.
 constexpr int kMaxSamplesAcross = 40;
 
-// A triangle and the corner across its shortest side: solids are cut into long, narrow ones.
+// A triangle seen from the corner opposite its shortest side: tessellated solids have long, narrow
+// triangles.
 struct Sampled {
   Vector3 apex, to_first, to_second;
   double length_m = 0, width_m = 0, area_m2 = 0;
 
-  // With equal shares of the area where along^2 and across are uniform between 0 and 1.
+  // The point at these coordinates. Equal areas correspond to equal steps of along^2 and of across,
+  // both between 0 and 1.
   Vector3 At(double along, double across) const {
     return apex + along * ((1 - across) * to_first + across * to_second);
   }
@@ -44,7 +46,7 @@ int CellsAlong(double length_m, double cell_m) {
 }
 
 bool HasNeighbour(const VoxelGrid& grid, const VoxelGrid::Cell& cell) {
-  return grid.Find(cell) != kNoIndex ||  // the likeliest first
+  return grid.Find(cell) != kNoIndex ||  // the likeliest cell first
          grid.AnyWithin(1, cell, [](std::size_t) { return true; });
 }
 
@@ -54,10 +56,10 @@ double ObservedFraction(const Shape& shape, std::span<const Eigen::Vector3f> poi
                         double cell_m) {
   if (points_S.empty()) return 0;
   const VoxelGrid grid = VoxelGrid::Build(points_S, static_cast<float>(cell_m));
-  // The grid's cells in the shape's frame: its first cell tells where they lie.
+  // The corner of the grid in the shape's frame, from the centre of its first cell.
   const Eigen::Vector3f origin =
       grid.Center(0) - grid.edge_m() * (grid.cell(0).cast<float>().array() + 0.5f).matrix();
-  // Flattened by no more than surfaces are uneven.
+  // The tessellation deviates from the shape by no more than surfaces are uneven.
   const TriangleMesh mesh = Tessellate(shape, kUnevenness_m);
   double area = 0, covered = 0;
   for (const TriangleMesh::Triangle& t : mesh.triangles) {

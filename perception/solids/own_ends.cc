@@ -16,13 +16,14 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the rays past the object, those that noise lets run through what is added.
+// chosen: as a share of the rays that passed the object; noise lets as many run through an
+// extension.
 constexpr double kMaxNewlyPassed = 0.01;
 
 constexpr std::array<SolidEnd, 6> kEnds = {{{0, -1}, {0, 1}, {1, -1}, {1, 1}, {2, -1}, {2, 1}}};
 
-// Whether a point beyond that end is on the solid's wall prolonged there, and looks outward as it
-// does.
+// The extension of a solid's wall beyond one end. Has is true if the point lies on it and its
+// normal agrees.
 class ProlongedWall {
  public:
   ProlongedWall(const Shape& shape, const SolidEnd& end) : shape_(shape), end_(end) {}
@@ -61,7 +62,7 @@ class OwnEnds {
   }
 
   void Reach(std::size_t k) {
-    // A longer side shows more of its other ends: each axis may open the way for another.
+    // Extending one axis may bring points into reach of the other axes' ends.
     for (int round = 0; round < Vector3::SizeAtCompileTime; ++round) {
       bool reached = false;
       for (const SolidEnd& end : kEnds) reached = ReachEnd(k, end) || reached;
@@ -130,7 +131,7 @@ class OwnEnds {
 
   const FitContext& c_;
   std::vector<Solid>& solids_;
-  std::vector<std::size_t> on_solid_;  // of each point
+  std::vector<std::size_t> on_solid_;  // index of the solid per point
 };
 
 }  // namespace

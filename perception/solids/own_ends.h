@@ -1,4 +1,4 @@
-// Solids that reach as far as the surface they were fitted to is seen.
+// Extends solids as far as their surface is seen.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,11 @@
 
 namespace cwm::perception {
 
-// A solid ends where the connected patch that it was fitted to does. What stands before it can hide
-// the middle of a wall and show its end again, or leave of the end less than there is of the
-// middle: boxes, cylinders and cones are lengthened to the points of the same object that lie on
-// their surface prolonged, look as it does and are on no other of the solids, where no more rays
-// run through what is added than noise accounts for. Not below the ground.
+// A fitted solid ends where the connected patch ends that it was fitted to. An occluder can hide
+// the middle of a wall and leave its far end visible, or hide more of the end than of the middle.
+// This extends boxes, cylinders and cones to points of the same object that lie on their extended
+// surface, agree with its normal, and belong to no other solid. An end stays where it is if the
+// extension would reach below the ground or more rays pass through it than noise explains.
 void ReachOwnPoints(const FitContext& context, std::vector<Solid>& solids);
 
 }  // namespace cwm::perception

@@ -18,15 +18,17 @@
 namespace cwm::perception {
 namespace {
 
-// measured: of an outline, what is seen of a rectangle that something hides in part: of round lids 0.2 to
-// 0.46 would be, of the faces of eight boxes 0.56 to 0.66. Of a hull, what is filled: no L.
+// measured: the least share of a rectangle's outline that the hull shares if the rest is occluded;
+// round lids would share 0.2 to 0.46, the faces of eight boxes share 0.56 to 0.66. Also the least
+// share of a hull that its points fill, which an L does not, and that is above the ground.
 constexpr double kMinOutline = 0.55;
-// derived: six points a cell: chance leaves one of 500 empty.
+// derived: six points per cell on average, so chance leaves one cell in 500 empty.
 constexpr double kFillSpacings = 2.5;
 
-// chosen: of the smallest rectangle, what the outline fills of it: a disc fills 0.79 of its square.
+// chosen: the least share of the smallest rectangle that the outline of a box's face fills; a disc
+// fills 0.79.
 constexpr double kRectangleFill = 0.85;
-// chosen: the sine at which a side behind a face is seen at least, 6 degrees.
+// chosen: the least sine of the angle between a side behind the face and the ray to it, 6 degrees.
 constexpr double kMinSide_sin = 0.1;
 
 Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
@@ -43,7 +45,7 @@ double FilledArea_m2(const std::vector<Vector2>& points, double cell_m) {
   return static_cast<double>(cells.size()) * cell_m * cell_m;
 }
 
-// How far behind the face the solid reaches where no side of it is seen.
+// The depth of the solid behind the face if no side of it is seen, in metres.
 double Thickness_m(const PlaneModel& plane, const Ground& ground) {
   if (!ground.known || plane.normal.dot(ground.up) < std::cos(kSameDirection_rad)) {
     return kLoneThickness_m;
@@ -52,7 +54,7 @@ double Thickness_m(const PlaneModel& plane, const Ground& ground) {
   return height_m > 0 && height_m < kLowLevel_m ? height_m : kLoneThickness_m;
 }
 
-// Moves the lower side of an upright face to the ground where it ends just above, and never below.
+// Moves the lower side of an upright face to the ground if it ends just above it, or below it.
 void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& ground,
                    Eigen::AlignedBox2d& bounds) {
   for (int k = 0; k < 2; ++k) {
@@ -64,13 +66,13 @@ void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& g
   }
 }
 
-// Of points behind a face, those on one side of its box.
+// Points behind a face that lie on one side of its box.
 struct Side {
   std::vector<double> across_m;
-  std::map<long, std::vector<double>> depths_m;  // of each cell along it
+  std::map<long, std::vector<double>> depths_m;  // by cell along the side
 
-  // Of most cells: what another thing's side carries on, on part of its length, is none of its
-  // depth.
+  // The median over the cells of the deepest point. Another object that continues the side over
+  // part of its length does not change it.
   double Depth_m() const {
     std::vector<double> deepest_m;
     for (const auto& [cell, depths] : depths_m) {
@@ -80,10 +82,11 @@ struct Side {
   }
 };
 
-// How far behind a face points lie on those sides of its box that look at the sensor, which move
-// the bounds to where they are; 0 where there are none along most of a side. A side seen at a slant
-// is narrower than what normals are estimated from: no face of its own, and no mixed pixels either,
-// which lie behind edges whose other side is hidden.
+// How far points extend behind a face on those sides of its box that face the sensor, in metres; 0
+// if they cover less than half the length of every side. Moves the bounds to the sides that are
+// found. A side seen at a slant is narrower than the window that normals are estimated in, so it is
+// no face of its own; its points are no mixed pixels either, since those lie behind edges whose
+// other side is hidden.
 double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoints& points,
                    Eigen::AlignedBox2d& bounds) {
   const double cell_m = kFillSpacings * points.spacing_m;
@@ -130,12 +133,12 @@ Solid BoxBehind(const Matrix3& face, const PlaneModel& plane, const Eigen::Align
   solid.X_MS.linear() = CanonicalBoxAxes(face);
   solid.X_MS.translation() = plane.point + middle.x() * face.col(0) + middle.y() * face.col(1) -
                              0.5 * thickness_m * plane.normal;
-  // The sizes follow their axes.
+  // The sizes are permuted with their axes.
   solid.shape = Box{.size_m = (solid.X_MS.linear().transpose() * face).cwiseAbs() * size};
   return solid;
 }
 
-// Of a convex outline in the face, what is not below the ground.
+// The part of a convex outline in the face that is not below the ground.
 Polygon AboveGround(const Polygon& hull, const Matrix3& face, const PlaneModel& plane,
                     const Ground& ground) {
   const auto height_m = [&](const Vector2& p) {
@@ -154,7 +157,8 @@ Polygon AboveGround(const Polygon& hull, const Matrix3& face, const PlaneModel& 
 std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
                                 const Vector3& origin_L) {
   if (fit.covariance.rows() != PlaneModel::kParameterCount) return {};
-  // n moves by the tilts, d = -n . p by them and by the shift along the normal.
+  // The normal changes with the two tilts; d = -n . p changes with them and with the shift along
+  // the normal.
   const Matrix3 basis = BasisFromZ(plane.normal);
   Eigen::Matrix<double, 4, 3> jacobian;
   jacobian.topLeftCorner<3, 2>() = basis.leftCols<2>();
@@ -178,9 +182,9 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
   return solid;
 }
 
-// Whether rays were seen to pass the solid behind the face, to what is beside and behind the object
-// or to the object's own points behind the face: what hides the rest of a face lets no more of them
-// through than are mixed pixels.
+// True if more rays pass the solid behind the face than mixed pixels explain: rays to what is
+// beside and behind the object, or to the object's own points behind the face. The occluder of a
+// face lets no more rays than that through.
 bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
   if (PassedShare(solid, c.free) > kMaxPassing) return true;
   if (!c.options.from_viewpoint) return false;
@@ -196,15 +200,15 @@ bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext&
   return static_cast<double>(behind) > kMaxPassing * static_cast<double>(on);
 }
 
-// Open too where no rays tell.
+// True if rays pass the solid, or if there are no rays that could tell.
 bool IsOpen(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
   return c.free.rays.empty() || IsRunThrough(solid, plane, c);
 }
 
-// How much of the rectangle's outline is the hull's too, up to a tolerance.
+// The share of the rectangle's outline that the hull follows within a tolerance.
 double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tolerance_m) {
   const Vector2 y(-rectangle.x.y(), rectangle.x.x());
-  const auto inside_m = [&](const Vector2& p) {  // each side, >= 0
+  const auto inside_m = [&](const Vector2& p) {  // distances from the four sides, positive inside
     const Vector2 at(rectangle.x.dot(p), y.dot(p));
     Eigen::Vector4d inside;
     inside << at - rectangle.bounds.min(), rectangle.bounds.max() - at;
@@ -219,8 +223,9 @@ double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tol
   return shared_m / (2 * rectangle.bounds.sizes().sum());
 }
 
-// Of which the hull may be what something in front leaves: the one that shares most of its outline,
-// kMinOutline of it at least.
+// Returns the rectangle that shares most of its outline with the hull, if it is at least
+// kMinOutline and the hull fills half of it: the hull may be what an occluder leaves of the
+// rectangle.
 std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double tolerance_m) {
   std::optional<Rectangle> best;
   double most = kMinOutline;
@@ -235,7 +240,7 @@ std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double toler
   return best;
 }
 
-// Nothing where it would have no size.
+// Returns the box behind the rectangle; empty if it would have no size.
 std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, const ShapeFit& fit,
                              double thickness_m, const FitContext& context, const Ground& ground) {
   const auto& plane = std::get<PlaneModel>(fit.model);
@@ -260,7 +265,7 @@ std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, co
   }
   Solid deep = BoxBehind(along, plane, bounds, depth_m);
   deep.inliers = fit.inliers;
-  // Points on its far side from within are of an open box.
+  // If points on the far side are seen from within, the box is open.
   return IsRunThrough(deep, plane, context) || IsCrossed(deep, context) ? thin : deep;
 }
 
@@ -268,7 +273,7 @@ std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, co
 
 bool IsLoneFace(const Shape& shape) {
   const auto* box = std::get_if<Box>(&shape);
-  // Sizes were turned to the box's axes, and rounded.
+  // The sizes were rotated to the box's axes and have rounding errors.
   return box != nullptr &&
          static_cast<float>(box->size_m.minCoeff()) <= static_cast<float>(kLoneThickness_m);
 }
@@ -299,7 +304,7 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const double hull_area = SignedArea_m2(hull);
   const double thickness_m = Thickness_m(plane, ground);
   const double filled_m2 = FilledArea_m2(flat, kFillSpacings * context.points.spacing_m);
-  const bool is_filled = filled_m2 >= kMinOutline * hull_area;  // thin Ls are not
+  const bool is_filled = filled_m2 >= kMinOutline * hull_area;  // a thin L is not filled
   Solid solid = PlateBehind(face, fit, hull, thickness_m, context);
   if (!is_filled && IsOpen(solid, plane, context)) return std::nullopt;
   const Rectangle smallest = SmallestRectangle(hull);
@@ -314,7 +319,7 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
       solid.role = PartRole::kCompleted;
     }
   }
-  // Its body may be: the ground is solid.
+  // The body behind a level face may reach into the ground, but the face itself may not.
   const double behind_m = thickness_m * std::max(0.0, plane.normal.dot(ground.up));
   if (ground.known && LowestHeight_m(solid, ground) < -kGroundNoise_m - behind_m) {
     Polygon above = AboveGround(hull, face, plane, ground);

@@ -1,4 +1,4 @@
-// A face without partners becomes a thin solid behind what was seen.
+// Builds a thin solid behind a single face that is part of no box.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,14 +9,14 @@
 
 namespace cwm::perception {
 
-// A lone face is this thick where nothing tells how thick it is.
+// Thickness of a single face whose depth nothing constrains.
 // chosen: enough for a collision checker not to step through, too little to invent an object.
 inline constexpr double kLoneThickness_m = 0.005;
-// Level faces that are no higher above the ground reach it.
+// A level face no higher than this above the ground becomes a solid down to the ground.
 // chosen: books, plates, lids.
 inline constexpr double kLowLevel_m = 0.06;
 
-// A box of a lone face whose thickness nothing told.
+// True for a box behind a single face whose thickness nothing constrained.
 bool IsLoneFace(const Shape& shape);
 
 struct Rectangle {
@@ -28,14 +28,15 @@ struct Rectangle {
   }
 };
 
-// Around a convex polygon: it has an edge along one of the polygon's (Freeman and Shapira 1975).
+// The rectangle of least area around a convex polygon; it has an edge along one of the polygon's
+// (Freeman and Shapira 1975).
 Rectangle SmallestRectangle(const Polygon& hull);
 
-// A box where the outline is about a rectangle, or most of a rectangle's whose rest something hides
-// (COMPLETED; no more rays pass it than are mixed pixels); else a plate over its convex hull; the
-// top (seen) face where it was measured. What would be below the ground is cut off. Nothing where
-// the points do not fill their outline though rays were seen to pass the rest of it: such a face is
-// better meshed.
+// Returns a box if the outline is nearly a rectangle, or most of a rectangle whose rest is occluded
+// (role COMPLETED; no more rays pass it than mixed pixels explain); else a plate over the convex
+// hull of the points. The seen face is where it was measured; the part below the ground is cut off.
+// Empty if the points do not fill their outline and no occluder explains that (rays pass the rest
+// of it, or there are none): such a face is better meshed.
 std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
                                     const Ground& ground);
 

@@ -12,10 +12,11 @@
 namespace cwm::perception {
 namespace {
 
-// derived: of a lone disc's rim, most of the half whose edge is sure to end in a jump.
+// derived: the least share of a single disc's rim that must be seen: most of the half whose edge is
+// sure to end in a depth jump.
 constexpr double kMinOfRim = kMainShare / 2;
 
-// Heights along the axis, relative to the cone's point.
+// The ends as heights along the axis, relative to the cone's point.
 struct Ends {
   double bottom_m = 0;
   double top_m = 0;
@@ -50,7 +51,7 @@ PlacedSolid Place(const ConeModel& m, const Ends& ends) {
                                 .length_m = ends.top_m - ends.bottom_m}};
 }
 
-// Standard deviations of the coefficients that users know, propagated from the local parameters.
+// Standard deviations of the shape's coefficients, propagated from the local parameters.
 template <ShapeModel M>
 std::vector<double> CoefficientSigmas(const M& model, const Ends& ends,
                                       const Eigen::MatrixXd& covariance) {
@@ -69,17 +70,19 @@ double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {
   return sum / static_cast<double>(fit.inliers.size());
 }
 
-// A disc across the wall's end: normal to the axis, facing away from the wall, within its radius,
-// of which the fit is sure to `section_sigma_m`.
+// True if the disc is a cap of the wall: normal to the axis, facing away from the wall, and within
+// its radius, which the fit knows to `section_sigma_m`. Sets height_m to where the axis meets the
+// disc.
 bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall, const Ends& ends,
            double section_sigma_m, const FitContext& c, double& height_m) {
   const double along = plane.normal.dot(wall.axis);
   if (std::abs(along) < std::cos(kSameDirection_rad)) return false;
-  // Where the axis meets the plane.
+  // The height at which the axis meets the plane.
   height_m = plane.normal.dot(plane.point - wall.point) / along;
   const double end_m = along > 0 ? ends.top_m : ends.bottom_m;
-  // Between a cap and the last points of the wall, which ends where its surface no longer explains
-  // them: near the rim the normals, those of neighbourhoods as large as this, agree with neither.
+  // The largest gap between a cap and the last points of the wall. The wall ends where its surface
+  // no longer explains the points; near the rim the windows of the normals cover both surfaces, so
+  // the normals agree with neither.
   const double slack_m = kExplainedWithin_m + double{kNormalRadius_sigma} * MeanSigma_m(disc, c);
   if (std::abs(height_m - end_m) > slack_m) return false;
   double off_axis_m = 0;
@@ -90,14 +93,15 @@ bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall,
   return off_axis_m <= wall.RadiusAt_m(height_m) + slack_m + kDistanceGate_sigma * section_sigma_m;
 }
 
-// Of the centre and the radius of a wall's cross section together; a wall that is seen flat knows
-// little of either, but no cap is twice as wide.
+// The standard deviation of the centre and radius of a wall's cross section together, at most a
+// third of the radius: a wall that is seen nearly flat constrains neither, but no cap is twice as
+// wide.
 double SectionSigma_m(const Eigen::MatrixXd& covariance, double radius_m) {
   const double variance = std::max(covariance(0, 0), covariance(1, 1)) + covariance(4, 4);
   return std::min(std::sqrt(variance), radius_m / kDistanceGate_sigma);
 }
 
-// Returns the faces that are caps.
+// Applies the caps of the wall to its ends and returns them.
 std::vector<PlaneModel> ApplyCaps(const ConeModel& wall, double section_sigma_m,
                                   const std::vector<ShapeFit>& fits, const FitContext& c,
                                   Ends& ends, std::vector<char>& used,
@@ -117,7 +121,8 @@ std::vector<PlaneModel> ApplyCaps(const ConeModel& wall, double section_sigma_m,
   return caps;
 }
 
-// Upright solids end on the ground when they end just above it, and never below.
+// Extends an upright solid to the ground if it ends just above it, and shortens it if it ends
+// below.
 void StandOnGround(const ConeModel& wall, const Ground& ground, Ends& ends) {
   if (!ground.known || wall.axis.dot(ground.up) < std::cos(kSameDirection_rad)) return;
   const double ground_m = -ground.Height_m(wall.point) / wall.axis.dot(ground.up);
@@ -127,8 +132,8 @@ void StandOnGround(const ConeModel& wall, const Ground& ground, Ends& ends) {
   if (ends.bottom_m < foot_m || ends.bottom_m - foot_m < kStandingGap_m) ends.bottom_m = foot_m;
 }
 
-// Solids that sink into the ground by no more than noise are lifted; deeper ones are not what
-// they seem.
+// Lifts a solid that reaches into the ground by no more than noise. False if it reaches deeper,
+// which means that the fit is wrong.
 bool LiftAboveGround(Solid& solid, const Ground& ground, double sigma_m) {
   if (!ground.known) return true;
   const double depth_m = -LowestHeight_m(solid, ground);
@@ -210,7 +215,7 @@ std::optional<Solid> MakeDisc(const Solid& plate, const FitContext& c) {
              plate.inliers,
              {}};
   if (plate.parameter_sigma.size() < 3) return disc;
-  // The centre is known across the axis from the rim, the axis from the face.
+  // The rim constrains the centre across the axis, and the face constrains the axis.
   const auto across = rim->basis.leftCols<2>();
   const Vector3 center =
       (across * rim->covariance.topLeftCorner<2, 2>() * across.transpose()).diagonal().cwiseSqrt();

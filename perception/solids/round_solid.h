@@ -1,4 +1,4 @@
-// Spheres, cylinders and cones as bounded solids with their caps.
+// Builds bounded spheres, cylinders and cones with their caps.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,16 @@
 
 namespace cwm::perception {
 
-// The solid of a curved fit that is seen from outside; nothing for one seen from inside. Cylinders
-// and cones reach as far as their inliers do; a disc normal to the axis at an end (one of
-// `fits`) is the cap and sets the length: its index joins `used`. Upright ones are completed down
-// to the ground when they end just above it.
+// Returns the solid of a curved fit that is seen from outside; empty for one seen from inside.
+// Cylinders and cones reach as far as their inliers do. A disc among `fits` that is normal to the
+// axis at an end is the cap: it sets the length, and its index is marked in `used`. Upright solids
+// that end just above the ground are extended to it.
 std::optional<Solid> MakeRoundSolid(const ShapeFit& fit, const std::vector<ShapeFit>& fits,
                                     const FitContext& context, const Ground& ground,
                                     std::vector<char>& used);
 
-// A plate whose edge is a circle, as a cylinder of the same thickness; nothing of others, and where
-// too little of the circle is seen.
+// Returns a plate with a circular edge as a cylinder of the same thickness; empty for other solids,
+// and if too little of the circle is seen.
 std::optional<Solid> MakeDisc(const Solid& plate, const FitContext& context);
 
 }  // namespace cwm::perception

@@ -15,7 +15,7 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: a lone face explains at least this share of an object; smaller ones are bumps of a
+// chosen: a single face explains at least this share of an object; smaller ones are bumps of a
 // surface that is better meshed as a whole.
 constexpr double kMinLoneShare = 0.08;
 
@@ -25,7 +25,8 @@ bool IsCrossed(const Solid& solid, const FitContext& context) {
   context.work.Poll();
   if (!context.options.from_viewpoint) return false;
   const Contradiction found = FindContradiction(solid, context.points);
-  // In proportion to the solid's own points: a small one in a large object counts too.
+  // The limit is relative to the solid's own points, so that a small solid in a large object counts
+  // too.
   const double own = static_cast<double>(solid.inliers.size()) /
                      static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
   if (static_cast<double>(found.rays) > kMaxPassing * own + 3) return true;
@@ -50,7 +51,7 @@ void AppendSingle(const ShapeFit& fit, const FitContext& c, const Ground& ground
   if (solid && !IsCrossed(*solid, c)) faces.push_back({fit, *std::move(solid)});
 }
 
-// Points of a face that lie on no other one whose depth is known.
+// The points of a face that lie on no other face whose depth is known.
 std::vector<std::uint32_t> OwnOf(const SingleFace& face, const std::vector<SingleFace>& faces,
                                  const ModelPoints& points) {
   std::vector<std::uint32_t> own;
@@ -65,13 +66,14 @@ std::vector<std::uint32_t> OwnOf(const SingleFace& face, const std::vector<Singl
   return own;
 }
 
-// Things in a row have fronts that are one face, tops that are not. Where those told the depth of a
-// thing, what lies on its side is no face any more, and the rest of the common one is that of the
-// others.
+// Objects in a row may share one front face but not their tops. Once the top of an object has given
+// its depth, points on its side are no face of their own, and the rest of the shared face belongs
+// to the other objects.
 std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const FitContext& c,
                                            const Ground& ground) {
   std::vector<SingleFace> out;
-  // Two faces of one box have each told the other's depth: the larger part of one is on the other.
+  // The depth of each of a box's two faces may come from the other one; then the larger part of one
+  // lies on the other.
   for (const SingleFace& face : faces) {
     const double own = static_cast<double>(OwnOf(face, out, c.points).size());
     const double all = static_cast<double>(face.fit.inliers.size());
@@ -81,7 +83,7 @@ std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const 
     if (!face.is_thin()) continue;
     std::vector<std::uint32_t> own = OwnOf(face, out, c.points);
     const auto all = static_cast<double>(face.fit.inliers.size());
-    // On the sides of others lie no more than their edges hold.
+    // Faces of other objects share no more points with this one than their edges hold.
     if (static_cast<double>(own.size()) >= kNearlyAll * all) {
       out.push_back(face);
       continue;

@@ -1,4 +1,4 @@
-// From fitted surfaces to the bounded solids of one object.
+// Assembles the bounded solids of one object from its fitted surfaces.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,8 @@
 
 namespace cwm::perception {
 
-// chosen: caps the work on an object that is several things which touch, or on a face of several.
+// chosen: bounds the work on an object that is several touching ones, or on a face shared by
+// several.
 inline constexpr std::size_t kMaxParts = 5;
 
 struct Assembly {
@@ -19,17 +20,18 @@ struct Assembly {
   std::vector<std::string> notes;
 };
 
-// Of a wall that no solid fills; it no longer holds for one that became a shell (shell_fit.h).
+// Note on a wall that no solid fills. It no longer holds for a wall that became a shell
+// (shell_fit.h).
 inline constexpr std::string_view kSeenFromBothSides =
     "a curved wall is seen from both sides: meshed, not filled";
 
-// Whether more rays cross a solid than mixed pixels and a few outliers explain, of those to the
-// object's own points or of those that passed it by.
+// True if more rays cross a solid than mixed pixels and a few outliers explain, counting rays to
+// the object's own points and rays that passed it.
 bool IsCrossed(const Solid& solid, const FitContext& context);
 
-// Round solids take their caps first, then boxes their faces, then what is left becomes thin
-// solids. A solid that rays were seen to cross (a vessel with its inner wall in view) is refused:
-// its points stay unexplained and are meshed.
+// Builds round solids with their caps first, then boxes, then thin solids from the remaining faces.
+// A round solid that rays cross (a vessel with its inner wall in view) is refused, and its points
+// are meshed; the faces of a box that rays cross become thin solids.
 Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
                         const Ground& ground);
 

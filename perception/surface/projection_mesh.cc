@@ -17,21 +17,21 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: twice as many as evenly spaced vertices have within the longest edge; these are 0.6 to 2
+// chosen: twice the number of vertices within the longest edge if evenly spaced; they are 0.6 to 2
 // spacings apart.
 constexpr int kMaxNeighbors = 60;
-// chosen: between the normals along an edge; more is a fold.
+// chosen: the largest angle between the normals along an edge; more is a fold.
 constexpr double kMaxFold_rad = std::numbers::pi / 3;
 
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 
-// The library's tree, which both of its loops ask once or a few times per vertex (some
-// microseconds each) and which may therefore end them. All that they hold are containers and
-// smart pointers: an exception unwinds them well.
+// A search tree that may end the library's loops by an exception: both search it once or a few
+// times per vertex (some microseconds each). They only hold containers and smart pointers, so
+// unwinding them is safe.
 template <class Point>
 class PolledTree : public pcl::search::KdTree<Point> {
  public:
-  // A search takes some 10 us with what the loops do in between.
+  // A search, with the work of the loops in between, takes about 10 us.
   explicit PolledTree(const Work& work) : poll_(work, ItemsPerPiece(10us)) {}
 
   using pcl::search::Search<Point>::nearestKSearch;
@@ -59,11 +59,11 @@ Cloud::Ptr Smooth(const std::vector<Eigen::Vector3f>& vertices, double spacing_m
   pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointNormal> mls;
   mls.setInputCloud(input);
   mls.setSearchMethod(std::make_shared<PolledTree<pcl::PointXYZ>>(work));
-  mls.setSearchRadius(kMaxEdge * spacing_m);  // and by default quadrics
+  mls.setSearchRadius(kMaxEdge * spacing_m);  // quadrics by default
   mls.setComputeNormals(true);
   Cloud smoothed;
   mls.process(smoothed);
-  // Vertices with fewer than three neighbours are left out by the library. They stay as they are.
+  // The library drops vertices with fewer than three neighbours. They stay where they are.
   const auto result = std::make_shared<Cloud>();
   for (const Eigen::Vector3f& p : vertices) {
     result->emplace_back(p.x(), p.y(), p.z(), 0.F, 0.F, 1.F);
@@ -86,10 +86,10 @@ std::vector<pcl::Vertices> Triangulate(const Cloud::Ptr& cloud, double spacing_m
   front.setInputCloud(cloud);
   front.setSearchMethod(std::make_shared<PolledTree<pcl::PointNormal>>(work));
   front.setSearchRadius(kMaxEdge * spacing_m);
-  front.setMu(kMaxEdge);  // as many distances to the nearest vertex, where that is nearer
+  front.setMu(kMaxEdge);  // limits edges to this many distances to the nearest vertex
   front.setMaximumNearestNeighbors(kMaxNeighbors);
   front.setMaximumSurfaceAngle(kMaxFold_rad);
-  // By default it wishes for angles of 10 to 120 degrees.
+  // The library's defaults prefer angles of 10 to 120 degrees.
   front.setNormalConsistency(false);
   std::vector<pcl::Vertices> polygons;
   front.reconstruct(polygons);
@@ -102,7 +102,7 @@ ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, do
                                 const Work& work) {
   ProjectionMesh mesh{.vertices = vertices, .triangles = {}};
   if (vertices.size() < 3) return mesh;
-  // The library speaks to stderr about each vertex that it leaves at a border.
+  // Otherwise the library prints a message for each vertex at a border.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
   const Cloud::Ptr smoothed = Smooth(vertices, spacing_m, work);
   for (std::size_t i = 0; i < vertices.size(); ++i) {

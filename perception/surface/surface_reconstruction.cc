@@ -23,17 +23,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: of a triangle's altitude over its longest edge, else it is a sliver. The front wishes for
-// angles of 10 degrees, whose altitude is at least sin 10 = 0.17 of an edge; what is much thinner
-// is an accident.
+// chosen: the least ratio of a triangle's altitude to its longest edge; below it is a sliver. The
+// front prefers angles of 10 degrees or more, with an altitude of at least sin 10 = 0.17 of an
+// edge.
 constexpr double kMinAltitude = 0.08;
-// derived: cells of this edge have a diagonal of the tolerance: one small triangle explains all in
-// them.
+// derived: cells with this edge have the tolerance as their diagonal: one small triangle explains
+// all points of a cell.
 constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
-// chosen: of the spacing while there are too many triangles; by less, more rounds bring few more
-// triangles.
+// chosen: the least widening of the spacing while there are too many triangles; with less, there
+// are more rounds for few more triangles.
 constexpr double kMinWidening = 1.3;
-// chosen: points that are thinned before all of them; enough for as many vertices as are allowed.
+// chosen: points that are thinned first; enough for the largest number of vertices.
 constexpr std::size_t kSpacingSample = 65536;
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
@@ -47,7 +47,7 @@ bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
   return (b - a).cross(c - a).norm() < kMinAltitude * longest_squared;
 }
 
-// Triangles of the front, less slivers and repetitions, wound towards the viewpoint.
+// Returns the triangles without slivers and repetitions, wound towards the viewpoint.
 TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint, const Work& work) {
   PollEvery poll(work, ItemsPerPiece(1us));
   TriangleMesh mesh;
@@ -67,7 +67,7 @@ TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint, const 
   return mesh;
 }
 
-// Which triangles meet at each vertex.
+// Per vertex, the triangles that meet there.
 std::vector<std::vector<std::uint32_t>> Fans(const TriangleMesh& mesh) {
   std::vector<std::vector<std::uint32_t>> fans(mesh.vertices.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -76,7 +76,7 @@ std::vector<std::vector<std::uint32_t>> Fans(const TriangleMesh& mesh) {
   return fans;
 }
 
-// A mesh and what is asked of it again and again.
+// A mesh with data for repeated queries.
 struct SearchedMesh {
   using Fan = std::vector<std::uint32_t>;
 
@@ -92,7 +92,7 @@ struct SearchedMesh {
   bool AnyNear(const Fan& fan, const Vector3& p, double tolerance_m) const {
     return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t i) {
       const auto& [a, b, c] = mesh.triangles[i];
-      // The plane's distance is at most the triangle's, and soon told.
+      // The distance from the plane is a cheap lower bound.
       if (std::abs(normals[i].dot(p - mesh.vertices[a])) > tolerance_m) return false;
       const Vector3 nearest =
           NearestOnTriangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
@@ -106,8 +106,8 @@ struct SearchedMesh {
   std::vector<Vector3> normals;  // unit, of the triangles
 };
 
-// Tells which points of a cell lie near the mesh: near the triangles around the cell's own vertex or,
-// which is asked next, around those of the cells beside it. What is near lies there.
+// Tests whether points of a cell lie near the mesh: near the triangles around the cell's own vertex
+// or, tested next, around those of the neighbouring cells. Nearer triangles do not exist elsewhere.
 class CellSearch {
  public:
   CellSearch(const SearchedMesh& mesh, std::size_t cell)
@@ -120,7 +120,7 @@ class CellSearch {
   }
 
  private:
-  // Each triangle once, for all points of the cell.
+  // Contains each triangle once, for all points of the cell.
   SearchedMesh::Fan FansAround() const {
     SearchedMesh::Fan around;
     const VoxelGrid& grid = mesh_.thinned.grid;
@@ -159,7 +159,7 @@ struct Cover {
   double spacing_m = 0;
 };
 
-// Covers points that lie near no triangle by small triangles of their own, one per cell.
+// Covers points that are near no triangle by small triangles, one per cell.
 void CoverLonely(const Cover& cover, const std::vector<std::uint32_t>& lonely, Surface& surface) {
   std::vector<Eigen::Vector3f> positions;
   for (const std::uint32_t i : lonely) positions.push_back(cover.points.points[i]);
@@ -199,8 +199,8 @@ void DropUnusedVertices(TriangleMesh& mesh) {
   mesh.vertices = std::move(used);
 }
 
-// Per point whether it lies near the mesh. Nothing as soon as those that do not fill more than
-// `most_lonely` cells, each of which asks for a small triangle.
+// Per point, whether it is near the mesh. Empty as soon as the other points fill more than
+// `most_lonely` cells, each of which needs a small triangle.
 std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
                                             const ThinnedPoints& thinned, const TriangleMesh& mesh,
                                             std::size_t most_lonely, const Work& work) {
@@ -225,11 +225,11 @@ std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
   return near;
 }
 
-// The mesh with small triangles for what lies near none of its own; nothing where there would be more
-// than `most` in all.
+// The mesh with small triangles for points that are near none of its own; empty if there would be
+// more than `most` in total.
 std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoints& thinned,
                                 TriangleMesh mesh, std::size_t most, const Work& work) {
-  // The cells of small triangles are as large as these, or larger ones where these are small.
+  // Cells of small triangles have the size of these cells, or more if these are smaller.
   const bool counts = thinned.grid.edge_m() >= kLonelyCell_m;
   const auto near = NearPoints(points, thinned, mesh,
                                counts ? most - std::min(most, mesh.triangles.size())
@@ -247,20 +247,20 @@ std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoint
   return surface;
 }
 
-// What brings so many vertices or triangles down to the most that are allowed, or not quite: on a
-// surface their count falls with the square of the spacing, in what fills space with its cube.
+// The factor that reduces `count` vertices or triangles approximately to `most`: their number falls
+// with the square of the spacing on a surface, and with its cube in points that fill space.
 double Widening(std::size_t count, std::size_t most) {
   return std::max(kMinWidening, std::cbrt(static_cast<double>(count) / static_cast<double>(most)));
 }
 
-// Triangles, of which it does not matter by how many more they are: the widening is the same.
+// The number of triangles from which the exact number has no effect on the widening.
 std::size_t HopelesslyMany(std::size_t most) {
   return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(most)) + 1;
 }
 
-// The spacing, widened while the vertices of a sample are too many: those of all points are hardly
-// fewer. Thinning all of them again and again took a sixth of the time for the shapes of a million
-// points of noisy bumps.
+// The spacing, widened until a sample does not have too many vertices: all points have hardly
+// fewer. Thinning all points repeatedly took a sixth of the time for the shapes of a million points
+// of noisy bumps.
 double WidenedForSample(double spacing_m, const OrientedPoints& points, std::size_t most,
                         const Work& work) {
   const std::size_t step = points.size() / kSpacingSample;
@@ -281,15 +281,15 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
                            const Work& work) {
   if (points.points.empty()) return {};
   const std::size_t most = std::max(options.max_triangles, 1);
-  const std::size_t tried = std::max<std::size_t>(most, 2);  // one vertex is, whatever is allowed
-  // Vertices nearer to each other than the noise would follow it: a thick crowd, and no surface.
+  const std::size_t tried = std::max<std::size_t>(most, 2);  // one vertex is always tried
+  // With vertices closer than the noise, the mesh would follow the noise.
   const double noise_m = Median(points.sigma_m);
   double spacing_m =
       WidenedForSample(std::max({kBelowNoise_m, options.spacing_m, noise_m}), points, tried, work);
   while (true) {
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
-    // A surface has about two triangles per vertex: there is no need to triangulate before the
-    // vertices are few enough.
+    // A surface has about two triangles per vertex, so it is not triangulated before there are few
+    // enough vertices.
     work.Poll();
     std::size_t count = 2 * thinned.vertices.size();
     if (count <= tried) {

@@ -1,6 +1,6 @@
-// Surfaces for points that no shape explains: resampled by moving least squares, then triangulated
-// by an advancing front of local projections (paper, section V; Marton, Rusu and Beetz, "On Fast
-// Surface Reconstruction Methods for Large and Noisy Point Clouds", ICRA 2009).
+// Reconstructs surfaces for points that no shape explains: resampling by moving least squares, then
+// triangulation by an advancing front of local projections (paper, section V; Marton, Rusu and
+// Beetz, "On Fast Surface Reconstruction Methods for Large and Noisy Point Clouds", ICRA 2009).
 #pragma once
 
 #include <vector>
@@ -13,9 +13,9 @@
 namespace cwm::perception {
 
 struct SurfaceOptions {
-  // Distance between vertices after thinning; the median noise of the points where that is more.
+  // Distance between vertices after thinning; at least the median noise of the points.
   double spacing_m = kThinnedTo_m;
-  // Per call, so of one thing or support; the spacing is widened until it holds.
+  // Per call, thus per object or support; the spacing is widened until the limit holds.
   int max_triangles = 10000;
 };
 
@@ -24,9 +24,9 @@ struct Surface {
   std::vector<std::uint32_t> explained;  // input points within ExplainedWithin_m of the mesh
 };
 
-// Points that end up in no triangle (fewer than three, isolated) are covered by small triangles of
-// their own of the size of the spacing, so that no finite point is lost to collision checking.
-// Throws Stopped when `work` is stopped.
+// Points in no triangle (fewer than three, or isolated) are covered by small triangles of the size
+// of the spacing, so that collision checks include every finite point. Throws Stopped when `work`
+// is stopped.
 Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options,
                            const Work& work = {});
 

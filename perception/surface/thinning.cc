@@ -5,7 +5,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The vertex of a neighbouring cell that lies too close to `p`, or kNoIndex.
+// The vertex of a neighbouring cell that is too close to `p`, or kNoIndex.
 std::int32_t CloseVertex(const ThinnedPoints& thinned, std::size_t cell, const Eigen::Vector3f& p) {
   const VoxelGrid& grid = thinned.grid;
   const float closest_m = kMinVertexGap * grid.edge_m();

@@ -1,4 +1,4 @@
-// Points thinned to an even spacing, so that triangles between them are well shaped.
+// Thins points to an even spacing, so that triangles between them are well shaped.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,14 +10,14 @@
 
 namespace cwm::perception {
 
-// chosen: no two vertices are nearer than this times the grid's edge; a cell's centroid may lie
-// close to its border.
+// chosen: the least distance of two vertices, in edges of the grid; a cell's centroid may lie close
+// to its border.
 inline constexpr float kMinVertexGap = 0.6F;
 
 struct ThinnedPoints {
   VoxelGrid grid;                            // over the points
   std::vector<Eigen::Vector3f> vertices;     // centroids of cells
-  std::vector<std::int32_t> vertex_of_cell;  // its own centroid, or the kept one next to it
+  std::vector<std::int32_t> vertex_of_cell;  // the cell's centroid, or a vertex next to it
 };
 
 ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m, const Work& work = {});

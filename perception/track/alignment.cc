@@ -7,10 +7,10 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kAlignmentSteps = 20;  // chosen: seven shrink the gate, the rest converge
-constexpr double kGateShrink = 0.8;  // chosen: per step, from 30 mm to 7 mm in seven
-// chosen: of the weight that all points together give to one direction. A direction that less than
-// a thousandth of them determine moves slowly: noise does not turn a can.
+constexpr int kAlignmentSteps = 20;  // chosen: seven steps shrink the gate, the others converge
+constexpr double kGateShrink = 0.8;  // chosen: per step, from 30 mm to 6 mm in seven
+// chosen: the damping as a share of the total weight of all points in one direction. A direction
+// that less than a thousandth of them determine moves slowly, so that noise does not turn a can.
 constexpr double kDamping = 0.001;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -24,7 +24,7 @@ struct Normals {
 
 struct Lever {
   Vector3 center_L = Vector3::Zero();
-  double length_m = 1;  // makes turns comparable to shifts
+  double length_m = 1;  // makes rotations comparable to translations
 };
 
 Lever LeverOf(const std::vector<Eigen::Vector3f>& points_L) {
@@ -50,7 +50,7 @@ Normals Linearise(const std::vector<Eigen::Vector3f>& points_L, const ModelSurfa
     const double share = nearest->signed_distance_m / gate_m;
     const double weight = (1 - share * share) * (1 - share * share);  // Tukey's biweight
     const Vector3 normal_L = X_LO.linear() * nearest->normal;
-    Vector6 row;  // how the distance shrinks when the object shifts and turns about the centre
+    Vector6 row;  // the derivative of the distance by translation and by rotation about the centre
     row << normal_L, (p_L - lever.center_L).cross(normal_L) / lever.length_m;
     sums.information += weight * row * row.transpose();
     sums.pull += weight * nearest->signed_distance_m * row;
@@ -68,7 +68,7 @@ Pose Moved(const Pose& X_LO, const Vector6& step, const Lever& lever) {
   const Matrix3 rotation = Eigen::AngleAxisd(angle_rad, turn / angle_rad).toRotationMatrix();
   const Vector3 arm = X_LO.translation() - lever.center_L;
   moved.translation() = lever.center_L + rotation * arm + step.head<3>();
-  // Through a quaternion, so that rounding does not pile up.
+  // A normalised quaternion keeps rounding errors from accumulating.
   moved.linear() = Quaternion(rotation * X_LO.linear()).normalized().toRotationMatrix();
   return moved;
 }

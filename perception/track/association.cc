@@ -23,7 +23,7 @@ std::vector<Association> AllNew(const SceneInterpretation& scene) {
 std::vector<Association> Associate(const std::vector<KnownObject>& known,
                                    const SceneInterpretation& scene, const PointCloud& cloud,
                                    const SensorNoise& noise) {
-  if (known.empty()) return AllNew(scene);  // nothing to look for in the cloud
+  if (known.empty()) return AllNew(scene);  // no known object to find in the cloud
   const ScanEvidence scan(cloud, scene.X_WC, noise);
   std::vector<Association> result = AssociateSupports(known, scene, scan);
   const std::vector<Association> objects = AssociateObjects(known, scene, scan);

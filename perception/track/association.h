@@ -1,5 +1,5 @@
-// One scan against what is known: which objects are still there, which moved, which are gone, which
-// are new, and which are merely hidden. Values in, values out; knows no world.
+// Associates one scan with the known objects: which are still there, moved, gone, new, or only
+// hidden. Works on values and does not depend on the world.
 #pragma once
 
 #include <memory>
@@ -17,21 +17,21 @@ namespace cwm::perception {
 struct KnownObject {
   std::string name;
   enum class Kind { kSupport, kObject, kResidual } kind = Kind::kObject;
-  bool owned_by_user = false;  // its points explain the cloud, and nothing ever changes it
+  bool owned_by_user = false;  // its points explain the cloud, but it never changes
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;
 };
 
 struct Association {
   enum class What {
-    kKeep,      // known[known] is still there as it was: no change at all
+    kKeep,      // known[known] is where it was: no change
     kMove,      // same object at another place: only X_WO changes
     kReplace,   // same object, model measurably better or different: keeps its name
     kAdd,       // new
-    kRemove,    // rays pass through where it was
-    kOcclude,   // hidden now: stays, its state becomes OCCLUDED
-    kExplained  // detected, but a user's object explains it, or known objects that are still there
-                // do (this scan was cut into other pieces): nothing is made of it
+    kRemove,    // rays pass through its place
+    kOcclude,   // hidden now: stays, with state OCCLUDED
+    kExplained  // a user's object explains the detection, or known objects that are still there do
+                // (this scan is segmented differently): nothing is added
   };
   What what = What::kKeep;
   int known = -1;                // index into known; -1 for kAdd and kExplained
@@ -42,8 +42,8 @@ struct Association {
 
 // Every known object that the user does not own, and every support and object of the scene, appears
 // exactly once. Known objects outside the sensor's view are kept. A kKeep without support and
-// object is one for which nothing was detected, but rays end on it or say nothing of it. For all
-// but kMove, X_WO is the known pose (identity where nothing is known). Deterministic; ties go by
+// object was not detected, but rays end on it or give no information about it. X_WO is the known
+// pose (identity without a known object) except for kMove. Deterministic; ties are resolved by
 // name.
 std::vector<Association> Associate(const std::vector<KnownObject>& known,
                                    const SceneInterpretation& scene, const PointCloud& cloud,

@@ -11,17 +11,17 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: cells that one triangle may fill; larger ones are those of shapes, not of scanned meshes.
-// Time alone depends on it.
+// chosen: the largest number of cells that one triangle may fill; larger triangles belong to
+// shapes, not to scanned meshes. It only affects the time.
 constexpr int kMaxCellsOfTriangle = 64;
 
-// Offers one sample for each full `area_m2` that has accumulated over the triangles.
+// Takes one sample for each full `area_m2` that accumulates over the triangles.
 class Sampler {
  public:
   Sampler(double area_m2, std::vector<SurfaceSample>& samples)
       : area_m2_(area_m2), samples_(samples) {}
 
-  // Small triangles are sampled at their centre, large ones at those of equal divisions.
+  // Small triangles are sampled at their centre, large ones at the centres of equal divisions.
   void Add(const Vector3& a, const Vector3& b, const Vector3& c, bool two_sided) {
     const double triangle_m2 = 0.5 * (b - a).cross(c - a).norm();
     const int divisions =
@@ -97,12 +97,12 @@ ModelSurface::ModelSurface(const HybridModel& model, double reach_m)
 }
 
 std::uint64_t ModelSurface::Key(const Eigen::Vector3i& cell) {
-  const Eigen::Matrix<std::uint32_t, 3, 1> at = cell.cast<std::uint32_t>();  // their lowest bits
+  const Eigen::Matrix<std::uint32_t, 3, 1> at = cell.cast<std::uint32_t>();  // the lowest bits
   return MortonKey(at.x(), at.y(), at.z());
 }
 
 Eigen::Vector3i ModelSurface::CellOf(const Vector3& p_O) const {
-  // Meshes are a few metres large; what lies far outside shares cells, which costs time alone.
+  // Meshes are a few metres large; places far outside share cells, which only costs time.
   const double farthest = 1 << (kMortonBitsPerAxis - 1);
   return (p_O / reach_m_).array().floor().max(-farthest).min(farthest).cast<int>();
 }
@@ -139,7 +139,7 @@ std::optional<SurfacePoint> ModelSurface::Nearest(const Vector3& p_O) const {
     nearest = point;
   };
   for (const ShapePart& part : model_.shapes) {
-    if (std::holds_alternative<Mesh>(part.shape)) continue;  // in the hash
+    if (std::holds_alternative<Mesh>(part.shape)) continue;  // meshes are in the hash
     const SurfacePoint point_S = NearestSurfacePoint(part.shape, part.X_OS.inverse() * p_O);
     offer({.signed_distance_m = point_S.signed_distance_m,
            .nearest = part.X_OS * point_S.nearest,

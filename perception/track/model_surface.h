@@ -1,5 +1,4 @@
-// The surface of a known object's model, prepared for two questions: how far is a point from it,
-// and where are samples of it.
+// The surface of a known object's model, prepared for distances of points and for samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,29 +13,28 @@
 
 namespace cwm::perception {
 
-// chosen: samples of one surface: they tell shares of it to about 5 percent.
+// chosen: samples of one surface; they determine shares of it to about 5 percent.
 inline constexpr int kSurfaceSamples = 400;
 
-// A point of a surface in the object's frame, standing for an area of it.
+// A point of a surface in the object's frame that represents an area of it.
 struct SurfaceSample {
   Vector3 p_O = Vector3::Zero();
   Vector3 normal_O = Vector3::UnitZ();  // outward
-  bool two_sided = false;               // of an open mesh: either side may be seen
+  bool two_sided = false;               // of an open mesh: seen from either side
 };
 
-// Immutable. Distances are exact; the triangles of all meshes lie in a hash of cells, so that a
-// question costs the same for a large mesh as for a small one.
+// Immutable. Distances are exact. The triangles of all meshes are in a spatial hash, so that a
+// query takes the same time for large and small meshes.
 class ModelSurface {
  public:
-  // Distances beyond `reach_m` (positive) are not looked for in meshes. The model must outlive
-  // this.
+  // Distances beyond `reach_m` (positive) are not found for meshes. The model must outlive this.
   ModelSurface(const HybridModel& model, double reach_m);
 
-  // The nearest point over all parts, by unsigned distance. Nothing when only meshes could be near
-  // and none is within reach.
+  // The nearest point over all parts, by unsigned distance. Empty if there are only meshes and none
+  // is within reach.
   std::optional<SurfacePoint> Nearest(const Vector3& p_O) const;
 
-  // Samples evenly over all parts, about `count` of them. Deterministic.
+  // About `count` samples, evenly over all parts. Deterministic.
   std::vector<SurfaceSample> Samples(int count) const;
 
  private:
@@ -52,7 +50,7 @@ class ModelSurface {
   const HybridModel& model_;
   double reach_m_;
   std::vector<MeshTriangle> triangles_;
-  std::vector<std::uint32_t> large_;  // triangles that would fill too many cells
+  std::vector<std::uint32_t> large_;  // triangles that fill too many cells
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 

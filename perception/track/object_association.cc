@@ -17,12 +17,12 @@ namespace {
 using What = Association::What;
 
 struct Pair {
-  int known = 0;     // into KnownEvidence
-  int detected = 0;  // into DetectedEvidence
+  int known = 0;     // index into KnownEvidence
+  int detected = 0;  // index into DetectedEvidence
   double score = 0;
 };
 
-// The steps take known objects and detections off the lists, the surest first.
+// Matches known objects and detections in steps, the surest first; each removes what it matched.
 class ObjectMatcher {
  public:
   ObjectMatcher(const std::vector<KnownObject>& known, const SceneInterpretation& scene,
@@ -96,8 +96,8 @@ class ObjectMatcher {
                  [&](const Pair& pair) { Take(What::kKeep, pair, ObjectOf(pair.known).X_WO); });
   }
 
-  // What known objects that are still there explain together makes nothing new: this scan was
-  // merely cut into other pieces.
+  // A detection that is explained by known objects that are still there is not new: this scan was
+  // only segmented differently.
   void ExplainPieces() {
     for (int d = 0; d < DetectedCount(); ++d) {
       if (detected_taken_[d]) continue;
@@ -143,7 +143,7 @@ class ObjectMatcher {
     for (int k = 0; k < KnownCount(); ++k) {
       for (int d = 0; d < DetectedCount(); ++d) {
         const PlacedFit* fit = evidence_.FitInPlace(k, d);
-        // A known object that explains less is beside the detection, not in its place.
+        // A known object that explains less is beside the detection, not at its place.
         if (fit == nullptr || fit->explained_share < kSubstantialShare) continue;
         pairs.push_back({k, d, fit->Score()});
       }

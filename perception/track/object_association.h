@@ -1,4 +1,4 @@
-// Known objects and residual geometry against those of a scan.
+// Associates known objects and residual geometry with those of a scan.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace cwm::perception {
 
-// One entry per object of the scene, and one per known object or residual that the user does not
-// own and no object of the scene was matched with.
+// Returns one entry per object of the scene, and one per unmatched known object or residual that
+// the user does not own.
 std::vector<Association> AssociateObjects(const std::vector<KnownObject>& known,
                                           const SceneInterpretation& scene,
                                           const ScanEvidence& scan);

@@ -11,7 +11,7 @@
 namespace cwm::perception {
 namespace {
 
-// derived: a seen surface has a thinned point within twice their spacing, beside the noise.
+// derived: a surface in view has a thinned point within twice the spacing, besides the noise.
 constexpr double kPointDistance_m = kThinnedTo_m * 2;
 
 const HybridModel& ModelOrEmpty(const std::shared_ptr<const HybridModel>& model) {
@@ -59,7 +59,7 @@ void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
   for (const Eigen::Vector3f& p : object.points_L) {
     if (p.allFinite()) points_L.push_back(p);
   }
-  if (points_L.empty()) {  // a detection without points is known by its surface
+  if (points_L.empty()) {  // without points, a detection is represented by its surface
     for (const SurfaceSample& sample : samples) {
       if (scan_.FacesSensor(sample, X_LO)) {
         points_L.push_back((X_LO * sample.p_O).cast<float>());
@@ -104,8 +104,8 @@ void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
   }
 }
 
-// A support that is part of the scan lies behind many samples near an object's foot, so close that
-// rays seem to hit them: these say nothing of the object.
+// True if the point lies on a support of the scan. Near an object's foot the support is so close
+// behind samples that rays seem to hit them: such samples give no information about the object.
 bool ObjectEvidence::OnSupport(const Vector3& p_L) const {
   const double tolerance_m = scan_.Tolerance_m(p_L);
   return std::any_of(supports_.begin(), supports_.end(), [&](const SupportFace& face) {
@@ -125,7 +125,7 @@ SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
     all.Add(verdict);
     if (!OnSupport(p_L)) above.Add(verdict);
   }
-  return above.informed() > 0 ? above : all;  // all of something very flat lies on its support
+  return above.informed() > 0 ? above : all;  // a very flat object lies on its support entirely
 }
 
 PlacedFit ObjectEvidence::FitAt(int k, const Pose& X_LO, int d) const {
@@ -155,12 +155,12 @@ const PlacedFit* ObjectEvidence::FitInPlace(int k, int d) const {
 
 bool ObjectEvidence::IsAsGoodAsDetected(const PlacedFit& fit, int d) const {
   const DetectedEvidence& detection = detected[d];
-  // The detection's own model is fitted to these very points; a known one may explain a tenth less.
-  // But a detection that nothing explains well cannot be anybody's.
+  // The detection's own model is fitted to these points; a known model may explain a tenth less.
+  // But a detection that nothing explains well cannot match any object.
   const double own_advantage = 1 - kNearlyAll;
   const double as_own = std::max(detection.own_share - own_advantage,
                                  std::min(detection.own_share, kSubstantialShare));
-  // Completed parts may reach a little into seen free space.
+  // Completed parts may extend a little into free space that was seen.
   const double as_through =
       std::max(kSubstantialShare, detection.own_through_share + own_advantage);
   return fit.explained_share > 0 && fit.explained_share >= std::min(kNearlyAll, as_own) &&
@@ -191,7 +191,7 @@ void ObjectEvidence::MarkStanding(const std::vector<KnownObject>& objects) {
     if (JudgeByRays(known[pair.first].sights) != Association::What::kKeep) continue;
     Merge(in_place.explained, by_standing_[pair.second]);
   }
-  // What is left over of a support explains residual geometry, but no flat object that lies on it.
+  // The rest of a known support explains residual geometry, but not a flat object on the support.
   for (const KnownObject& object : objects) {
     if (object.owned_by_user || object.kind != KnownObject::Kind::kSupport) continue;
     const HybridModel& model = ModelOrEmpty(object.model);

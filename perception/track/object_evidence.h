@@ -1,5 +1,5 @@
-// Every known object against every detection of a scan: who explains whose points, and what rays
-// say.
+// Compares every known object with every detection of a scan: shares of points that it explains,
+// and counts of rays.
 #pragma once
 
 #include <map>
@@ -12,9 +12,9 @@
 
 namespace cwm::perception {
 
-// A known object that the user does not own and that is no support.
+// A known object that the user does not own and that is not a support.
 struct KnownEvidence {
-  int index = 0;  // into the list of known objects
+  int index = 0;  // index into the list of known objects
   KnownObject::Kind kind = KnownObject::Kind::kObject;
   Pose X_LO = Pose::Identity();
   const HybridModel* model = nullptr;  // never null
@@ -24,23 +24,23 @@ struct KnownEvidence {
 };
 
 struct DetectedEvidence {
-  int index = 0;  // into the scene's objects
+  int index = 0;  // index into the scene's objects
   DetectedKind kind = DetectedKind::kObject;
   Pose X_LO = Pose::Identity();
   const HybridModel* model = nullptr;  // never null
   DetectedPoints points;
-  double own_share = 0;          // of its points that its own model explains
-  double own_through_share = 0;  // of the visible part of its own model
+  double own_share = 0;          // share of its points that its own model explains
+  double own_through_share = 0;  // share of its own model's visible part that rays pass through
 };
 
-// A known object's model at some place against a detection.
+// A known object's model at some place, compared with a detection.
 struct PlacedFit {
-  double explained_share = 0;  // of the detection's points
-  double covered_share = 0;    // of the model's seen surface, by the detection's points
-  double through_share = 0;    // of the model's visible surface, by rays
+  double explained_share = 0;  // share of the detection's points that the model explains
+  double covered_share = 0;    // share of the model's seen surface near the detection's points
+  double through_share = 0;    // share of the model's visible surface that rays pass through
 
-  // Like intersection over union: the smaller share of the two counts. An object of which little is
-  // seen still scores above none.
+  // Similar to intersection over union: the smaller share counts. The constant makes an object with
+  // a small visible part score above none.
   double Score() const { return explained_share * (0.1 + covered_share); }
 };
 
@@ -53,17 +53,17 @@ class ObjectEvidence {
   std::vector<KnownEvidence> known;
   std::vector<DetectedEvidence> detected;
 
-  // The known object where it was; null when it is far away from the detection.
+  // The known object at its old place; null if it is far away from the detection.
   const PlacedFit* FitInPlace(int k, int d) const;
   PlacedFit FitAt(int k, const Pose& X_LO, int d) const;
 
-  // The known model explains the detection within noise, or at least about as well as the model
-  // that was made of the detection itself: there is no reason for another model.
+  // True if the known model explains the detection within noise, or about as well as the model
+  // fitted to the detection: no other model is needed.
   bool IsAsGoodAsDetected(const PlacedFit& fit, int d) const;
 
-  double UserShare(int d) const;      // of d's points, explained by users' objects
-  double StandingShare(int d) const;  // by users' and by known objects that are still there
-  // Of any sampled point of the surface, between the old place and this one.
+  double UserShare(int d) const;      // share of d's points that users' objects explain
+  double StandingShare(int d) const;  // the same, with known objects that are still there
+  // The largest distance, in metres, of any surface sample between its old place and this one.
   double LargestShift_m(int k, const Pose& X_LO) const;
 
  private:

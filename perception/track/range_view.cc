@@ -9,7 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-// Least squares of pixel = slope * ratio + offset.
+// Least squares fit of pixel = slope * ratio + offset.
 class LineFit {
  public:
   void Add(double ratio, double pixel) {
@@ -22,7 +22,7 @@ class LineFit {
   }
   double Slope() const { return Covariance() / Spread(); }
   double Offset() const { return (sum_p_ - Slope() * sum_r_) / count_; }
-  // Mean square error; NaN when the ratios do not differ.
+  // Mean square error in pixels^2; NaN if all ratios are equal.
   double MeanSquare_px2() const {
     return (sum_pp_ - sum_p_ * sum_p_ / count_ - Slope() * Covariance()) / count_;
   }
@@ -39,9 +39,9 @@ class LineFit {
   double sum_pp_ = 0;
 };
 
-// chosen: cells per edge of a face of the cube, of 0.35 degrees where they are most and of 1.4
-// where they are fewest: clouds that are no image are seldom denser, and below, a cell holds half
-// an object.
+// chosen: the largest and the least number of cells per edge of a face of the cube, 0.35 and 1.4
+// degrees each: unorganised clouds are seldom denser, and with fewer cells one would hold half an
+// object.
 constexpr int kMaxCube = 256;
 constexpr int kMinCube = 64;
 
@@ -86,8 +86,8 @@ std::optional<Pinhole> EstimatePinhole(const PointCloud& cloud) {
     columns.Add(p.x() / p.z(), static_cast<double>(column));
     rows.Add(p.y() / p.z(), static_cast<double>(row));
   }
-  const bool fits = columns.MeanSquare_px2() < 1 && rows.MeanSquare_px2() < 1;  // to a pixel
-  if (!fits) return std::nullopt;  // also when undefined
+  const bool fits = columns.MeanSquare_px2() < 1 && rows.MeanSquare_px2() < 1;  // to one pixel
+  if (!fits) return std::nullopt;  // also if undefined (NaN)
   return Pinhole{.focal_u_px = columns.Slope(),
                  .focal_v_px = rows.Slope(),
                  .center_u_px = columns.Offset(),

@@ -1,4 +1,4 @@
-// What the sensor saw along each direction: the oracle for "still there", "hidden" and "gone".
+// The ranges that the sensor saw in each direction; decides if a place is occupied, hidden or free.
 #pragma once
 
 #include <array>
@@ -10,18 +10,18 @@
 
 namespace cwm::perception {
 
-// Of a point in space, by the ray from the sensor through it.
+// The verdict on a place by the ray from the sensor through it.
 enum class RayVerdict {
-  kUnknown,  // out of view, or nothing came back from there
-  kHidden,   // the ray ended nearer
-  kHit,      // the ray ended at the point
-  kThrough   // the ray passed on: there is nothing at the point
+  kUnknown,  // out of view, or no return
+  kHidden,   // the ray ended before the place
+  kHit,      // the ray ended at the place
+  kThrough   // the ray passed the place: it is free
 };
 
-// chosen: fewer samples that err each by itself say nothing of an object.
+// chosen: fewer samples, each with its own error, give no information about an object.
 inline constexpr int kMinInformed = 8;
 
-// How many points of some surface were seen how.
+// The number of points of a surface with each verdict.
 struct SightCounts {
   int unknown = 0;
   int hidden = 0;
@@ -43,18 +43,18 @@ struct Pinhole {
   double center_v_px = 0;
 };
 
-// The pinhole through which an organised cloud was seen, by least squares over its points. Nothing
-// when the cloud is not organised or its rows and columns do not fit one to a pixel (rms).
+// Estimates the pinhole model of an organised cloud by least squares over its points. Empty if the
+// cloud is not organised or its rows and columns do not fit to one pixel (rms).
 std::optional<Pinhole> EstimatePinhole(const PointCloud& cloud);
 
-// Immutable. Of an organised cloud its own image; of any other one the six faces of a cube around
-// the sensor, as finely divided as the points are dense.
+// Immutable. An organised cloud is stored as its own image, any other cloud as the six faces of a
+// cube around the sensor, divided according to the number of points.
 class RangeView {
  public:
   explicit RangeView(const PointCloud& cloud);
 
-  // `p_C` is in the sensor's frame. The neighbouring directions count too, so that a passing ray is
-  // only believed where no neighbour returned from the point's range +- tolerance.
+  // `p_C` is in the sensor's frame. Neighbouring directions are included: the ray passes only if no
+  // neighbour returned from the point's range +- tolerance.
   RayVerdict Look(const Vector3& p_C, double tolerance_m) const;
 
  private:

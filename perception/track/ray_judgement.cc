@@ -3,14 +3,14 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: where less of an object's samples is informed, as where kMinInformed are not, the object
-// is out of view.
+// chosen: the least share of informed samples; an object with less, or with fewer than
+// kMinInformed, is out of view.
 constexpr double kMinInformedShare = 0.05;
-// chosen: an object of which less is visible could be anything: it is hidden.
+// chosen: the least visible share of an object that may be judged; with less it counts as hidden.
 constexpr double kMinVisibleShare = 0.15;
-// chosen: rays pass through most of what is visible: there is nothing. Half would be a coin's toss
-// between a removed object, of which some samples lie near what is behind it, and an object of
-// which some supplied surface was never there.
+// chosen: the share of visible samples that rays pass through if the object is gone. Half would not
+// separate a removed object, of which some samples lie near the surface behind it, from an object
+// with completed surface that never existed.
 constexpr double kGoneShare = 0.6;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What rays say about an object for which nothing was detected.
+// Judges a known object without a detection by rays.
 #pragma once
 
 #include "perception/track/association.h"
@@ -6,7 +6,7 @@
 
 namespace cwm::perception {
 
-// kKeep (seen, or out of view), kOcclude or kRemove.
+// Returns kKeep (seen, or out of view), kOcclude or kRemove.
 Association::What JudgeByRays(const SightCounts& sights);
 
 }  // namespace cwm::perception

@@ -12,14 +12,13 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: guesses about the vertical; 30 degrees apart, one is near enough for an alignment.
+// chosen: guesses about the vertical, 30 degrees apart: one is near enough for the alignment.
 constexpr int kTurns = 12;
-constexpr int kRefined = 3;  // chosen: of the guesses, the nearest ones; time grows with them
-// chosen: turned guesses must score better than the known orientation by this much: noise does not
-// spin a can.
+constexpr int kRefined = 3;  // chosen: the best guesses to align; time grows with it
+// chosen: a later guess must score better by this much, so that noise does not turn a can.
 constexpr double kTurnMargin = 0.03;
-// measured: objects of other radii are other objects; five times the p95 of a fitted radius under
-// Kinect noise.
+// measured: five times the 95th percentile of the error of a fitted radius under Kinect noise; a
+// larger difference means another object.
 constexpr double kMaxRadiusDifference_m = 0.008;
 
 std::vector<Eigen::Vector3f> Subsample(const std::vector<Eigen::Vector3f>& points) {
@@ -29,7 +28,7 @@ std::vector<Eigen::Vector3f> Subsample(const std::vector<Eigen::Vector3f>& point
   return some;
 }
 
-// The radius of the model's main shape where it is round.
+// The radius of the model's main shape, in metres, if it is round.
 std::optional<double> MainRadius_m(const HybridModel& model) {
   const ShapePart* main = nullptr;
   int most_inliers = -1;
@@ -52,12 +51,12 @@ bool SizesAgree(const HybridModel& known, const HybridModel& detected) {
     return false;
   const double size_m = TightBounds(known, Pose::Identity()).diagonal().norm();
   const double other_m = TightBounds(detected, Pose::Identity()).diagonal().norm();
-  // Parts of one object are hidden now and then.
+  // The detection may show a part of the object only.
   return std::min(size_m, other_m) > kLargerPart * std::max(size_m, other_m);
 }
 
-// The known orientation turned about the vertical, standing in the middle of the detection's
-// bounds; then the detection's own frame, which follows the same rules as the known one did.
+// The known pose, rotated about the vertical and moved to the middle of the detection's bounds;
+// then the detection's own pose, as both models' frames follow the same rules.
 std::vector<Pose> Guesses(const KnownEvidence& known, const DetectedEvidence& detected) {
   const Aabb target = TightBounds(*detected.model, detected.X_LO);
   std::vector<Pose> guesses;
@@ -91,14 +90,14 @@ std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
   for (const Pose& guess : Guesses(known, detected)) {
     ranked.emplace_back(MeanDistance_m(points_L, surface, guess), guess);
   }
-  // The known orientation is always tried, and first.
+  // The known orientation is always tried, as the first guess.
   std::stable_sort(ranked.begin() + 1, ranked.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::optional<Relocation> best;
   for (int i = 0; i <= kRefined; ++i) {
     const Pose X_LO = Align(points_L, surface, ranked[i].second, gate_m);
     const PlacedFit fit = evidence.FitAt(k, X_LO, d);
-    // Of the model's seen surface at the new place the detection must cover the larger part.
+    // The detection must cover the larger part of the model's seen surface at the new place.
     if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kLargerPart) continue;
     if (!best || fit.Score() > best->fit.Score() + kTurnMargin) best = {X_LO, fit};
   }

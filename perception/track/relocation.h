@@ -1,4 +1,4 @@
-// Where a known object went, if a detection is that object at another place.
+// Finds the new pose of a known object, if a detection is that object at another place.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ struct Relocation {
   PlacedFit fit;
 };
 
-// Nothing when the known model, wherever it is put, does not explain the detection.
+// Empty if the known model does not explain the detection at any tried pose.
 std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
                                    const ScanEvidence& scan);
 

@@ -11,9 +11,9 @@
 namespace cwm::perception {
 namespace {
 
-// derived: a model made of one scan and the points of another carry one warp each.
+// derived: the model of one scan and the points of another have one warp each.
 constexpr double kOfBoth = std::numbers::sqrt2;
-// derived: cells of some three by three thinned points.
+// derived: cells of about three by three thinned points.
 constexpr double kPointCell_m = kThinnedTo_m * 3;
 
 }  // namespace
@@ -50,13 +50,13 @@ Pose ScanEvidence::InWorld(Pose X_LO) const {
 }
 
 double ScanEvidence::Gate_m(const Vector3& p_L) const {
-  // Depth where the optical axis is z; the range is never smaller.
+  // The range is at least the depth that the noise depends on.
   const double range_m = p_L.norm();
   return kGate_sigma * std::hypot(noise_.AxialSigma_m(range_m), kOfBoth * noise_.WarpSigma_m());
 }
 
 double ScanEvidence::SmallestMove_m(const Vector3& p_L) const {
-  // Fewer samples make no object that could be told from others.
+  // With fewer samples an object could not be distinguished from others.
   const double fit_sigma_m = noise_.AxialSigma_m(p_L.norm()) / std::sqrt(kMinInformed);
   return kGate_sigma * kOfBoth * std::max(fit_sigma_m, noise_.WarpSigma_m());
 }
@@ -82,7 +82,8 @@ DetectedPoints ScanEvidence::Index(std::vector<Eigen::Vector3f> points_L) const 
 bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_LO) const {
   const Vector3 to_sensor = -(X_LO * sample.p_O).normalized();
   const double cosine = to_sensor.dot(X_LO.linear() * sample.normal_O);
-  // What is seen more edge-on than normals err may face away; depths jump between its pixels.
+  // Surfaces seen more edge-on than the error of their normals may face away, and ranges jump
+  // between their pixels.
   return (sample.two_sided ? std::abs(cosine) : cosine) > kNormalMiss_sin;
 }
 

@@ -1,5 +1,4 @@
-// What one scan says about a surface: which points it explains, and which of it rays see, miss or
-// pass through.
+// The evidence of one scan about a surface: which points it explains, and what rays saw of it.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,11 +12,11 @@
 
 namespace cwm::perception {
 
-// chosen: a smaller share of a surface is what completed parts, ragged borders and neighbours that
-// touch make of it; a larger one is a matter of its own.
+// chosen: completed parts, ragged borders and touching neighbours account for smaller shares of a
+// surface; a larger share is significant.
 inline constexpr double kSubstantialShare = 0.25;
 
-// Measured points of one detection, indexed by place. Finite.
+// The measured points of one detection, indexed by place. All are finite.
 struct DetectedPoints {
   std::vector<Eigen::Vector3f> points_L;
   std::vector<double> gates_m;       // per point: ScanEvidence::Gate_m
@@ -25,12 +24,12 @@ struct DetectedPoints {
   VoxelGrid grid;
   Aabb bounds_L;
 
-  bool AnyWithin(const Vector3& p_L, double distance_m) const;  // at most the grid's edge
+  bool AnyWithin(const Vector3& p_L, double distance_m) const;  // up to the grid's edge
 };
 
-// Immutable: one cloud, seen from one place. Tracking works in the scan's level frame L, whose axes
-// are the world's and whose origin is the sensor: coordinates stay small, and floats precise,
-// however far from the world's origin the sensor is.
+// Immutable: one cloud, seen from one place. Tracking works in the scan's level frame L, with the
+// world's axes and its origin at the sensor: coordinates stay small, and floats precise, at any
+// distance from the world's origin.
 class ScanEvidence {
  public:
   ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise);
@@ -38,13 +37,13 @@ class ScanEvidence {
   Pose InLevelFrame(Pose X_WO) const;  // X_LO
   Pose InWorld(Pose X_LO) const;       // X_WO
 
-  // Two measurements of one surface agree within this distance: three standard deviations of the
-  // noise of the one and of the slow warp of both.
+  // The distance within which two measurements of one surface agree, in metres: three standard
+  // deviations of the noise of one and the slow warp of both.
   double Gate_m(const Vector3& p_L) const;
-  // Smaller displacements may be errors of two scans: three standard deviations of the difference of
-  // their slow warps, or of the noise that is left of a fit where that is more.
+  // The least displacement that is not an error of two scans, in metres: three standard deviations
+  // of the difference of their slow warps, or of the residual noise of a fit if that is more.
   double SmallestMove_m(const Vector3& p_L) const;
-  // Within it a surface explains a point: ExplainedWithin_m.
+  // The distance within which a surface explains a point, in metres: ExplainedWithin_m.
   double Tolerance_m(const Vector3& p_L) const;
 
   DetectedPoints Index(std::vector<Eigen::Vector3f> points_L) const;
@@ -59,12 +58,12 @@ class ScanEvidence {
   RangeView view_;
 };
 
-// Per point: lies within its distance `within_m` of the surface placed at X_LO.
+// Per point, whether it is within its distance `within_m` of the surface placed at X_LO.
 std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_L,
                             const std::vector<double>& within_m, const ModelSurface& surface,
                             const Pose& X_LO);
 
-// Share of non-zero entries; 0 of none.
+// Share of non-zero entries; 0 if empty.
 double ShareOf(const std::vector<char>& mask);
 
 }  // namespace cwm::perception

@@ -14,12 +14,12 @@ namespace {
 
 using What = Association::What;
 
-// derived: a face has as many samples as any surface.
+// derived: a face has as many samples as any other surface.
 const double kSamplesAcross = std::sqrt(kSurfaceSamples);
 
-// The face of a support, sampled.
+// The face of a support with its samples.
 struct Face {
-  int index = 0;  // into known, or into the scene's supports
+  int index = 0;  // index of the known object, or of the scene's support
   Pose X_LP = Pose::Identity();
   const Plate* plate = nullptr;
   std::vector<Vector3> samples_L;
@@ -52,7 +52,7 @@ std::optional<Face> FaceOf(int index, const Pose& X_LO, const HybridModel* model
   return std::nullopt;
 }
 
-// Share of the samples of `a` that lie in the face of `b`.
+// Share of the samples of `a` that lie on the face of `b`.
 double Within(const Face& a, const Face& b, const ScanEvidence& scan) {
   if (a.samples_L.empty()) return 0;
   const Pose X_PL = b.X_LP.inverse();
@@ -73,15 +73,15 @@ struct Match {
   Face* known = nullptr;
   Face* detected = nullptr;
   double known_within = 0;     // share of the known face in the detected one
-  double detected_within = 0;  // and the other way round
+  double detected_within = 0;  // and vice versa
 };
 
 What Judge(const Match& match, const ScanEvidence& scan) {
-  // A support that is seen to be so much larger, and to hold most of the known one, replaces it.
-  // The same view seen again differs by a few percent at the border.
+  // A support that is seen to be larger by this much, and to contain most of the known one,
+  // replaces it. Repeated views differ by a few percent at the border.
   const bool grown =
       match.known_within >= kMainShare && match.detected_within < 1 / (1 + kSubstantialShare);
-  // Rays through so much of what is visible of the face, more than through the detected one's own.
+  // The share of the visible face that rays may pass through, besides that of the detected face.
   const double allowed = kSubstantialShare + SightsOf(*match.detected, scan).ThroughShare();
   const bool shrunk = SightsOf(*match.known, scan).ThroughShare() > allowed;
   return grown || shrunk ? What::kReplace : What::kKeep;
@@ -109,7 +109,7 @@ std::vector<Match> FindMatches(std::vector<Face>& known, std::vector<Face>& dete
   for (Face& a : known) {
     for (Face& b : detected) {
       const Match match{&a, &b, Within(a, b, scan), Within(b, a, scan)};
-      // Less of the smaller one's face is two tables that meet at a corner.
+      // If less of the smaller face overlaps, the supports are two tables that meet at a corner.
       if (std::max(match.known_within, match.detected_within) >= kSubstantialShare) {
         matches.push_back(match);
       }
@@ -155,7 +155,7 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
   }
   for (Face& face : faces) {
     if (face.taken) continue;
-    // A piece of a known support that was seen in two pieces this time makes nothing new.
+    // A piece of a known support, which this scan shows in two pieces, is not new.
     const bool is_piece = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
       return match.detected == &face && match.detected_within >= kMainShare;
     });

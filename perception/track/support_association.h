@@ -1,4 +1,4 @@
-// Known supports against the supports of a scan.
+// Associates known supports with the supports of a scan.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace cwm::perception {
 
-// One entry per support of the scene, and one per known support that the user does not own and no
-// support of the scene was matched with.
+// Returns one entry per support of the scene, and one per unmatched known support that the user
+// does not own.
 std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known,
                                            const SceneInterpretation& scene,
                                            const ScanEvidence& scan);

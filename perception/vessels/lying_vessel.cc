@@ -40,7 +40,7 @@ class LyingVesselSearch {
     const auto is_known = [&](const Vector3& other) { return AreParallel(axis, other); };
     if (std::ranges::any_of(asked_, is_known)) return;
     asked_.push_back(axis);
-    // Who sees its inside looks into its mouth.
+    // A sensor that sees the inside looks into the mouth.
     const bool opens_here = axis.dot(c_.points.viewpoint) > 0;
     for (const AxisFreedom freedom : {AxisFreedom::kHeld, AxisFreedom::kFree}) {
       const auto wall =
@@ -51,7 +51,7 @@ class LyingVesselSearch {
     }
   }
 
-  // Of a surface with these normals: the mean of them, as of what is flat, and what they turn about.
+  // Tries the mean of the normals, as for a flat surface, and the axis that the normals turn about.
   void AskNormals() {
     Vector3 mean = Vector3::Zero();
     Matrix3 moments = Matrix3::Zero();
@@ -63,7 +63,7 @@ class LyingVesselSearch {
     AskAxis(Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors().col(0));
   }
 
-  // The rest may be handles.
+  // True if the best shell explains nearly all points; the rest may be handles.
   bool IsSettled() const {
     return best_ && static_cast<double>(best_->inliers) >=
                         kNearlyAll * static_cast<double>(c_.points.size());
@@ -80,7 +80,7 @@ class LyingVesselSearch {
   struct Found {
     RevolvedWall wall;
     Posture posture = Posture::kStands;
-    double criterion = 0;  // as of shape fits; about as many parameters for each
+    double criterion = 0;  // as for shape fits; all have about as many parameters
     std::size_t inliers = 0;
   };
 
@@ -91,8 +91,8 @@ class LyingVesselSearch {
     best_ = {wall, posture, criterion, shell.inliers.size()};
   }
 
-  // A part of a wall fits about many axes: most of it is seen, and it is empty, for what lay in it fell
-  // out.
+  // True if most of the shell is seen and the vessel is empty. A part of a wall fits about many
+  // axes, and contents of a lying vessel would have fallen out.
   bool IsLying(const RevolvedWall& wall, const Solid& shell) const {
     if (shell.role != PartRole::kFitted) return false;
     std::size_t within = 0;
@@ -116,7 +116,7 @@ class LyingVesselSearch {
   const OrientedPoints& object_;
   const FitContext& c_;
   const Vector3 up_;
-  std::vector<Vector3> asked_;  // the upright ones have been
+  std::vector<Vector3> asked_;  // up itself was tried with the standing walls
   std::optional<Found> best_;
 };
 

@@ -1,4 +1,4 @@
-// Vessels that lie or lean: of an axis that their own surface tells, not what they stand on.
+// Finds vessels that lie or lean. Their axis follows from their own surface, not from the support.
 #pragma once
 
 #include <optional>
@@ -9,12 +9,13 @@
 
 namespace cwm::perception {
 
-// Of round surfaces and the normals of planes, which may be floors: of the first few of the fits.
+// The axes of round surfaces, and the normals of planes (which may be a vessel's floor), among the
+// first few fits.
 std::vector<Vector3> AxesOf(const Extraction& extraction);
 
-// The wall about which a shell (FitShell) accounts for the object's points, where no shell about one of
-// the `standing` walls does so about as well. Asked are the `axes`, and where these account for little,
-// what the normals of all points suggest.
+// Returns the wall whose shell (FitShell) explains the object's points best, unless the shell of
+// one of the `standing` walls explains them about as well. It tries the `axes` and, if these
+// explain little, the axes that the normals of all points suggest.
 std::optional<RevolvedWall> FindLyingWall(const OrientedPoints& object,
                                           const std::vector<RevolvedWall>& standing,
                                           const std::vector<Vector3>& axes,

@@ -19,37 +19,42 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the steep points, for each of the axes that are tried.
+// chosen: steep points that vote for each axis that is tried.
 constexpr std::size_t kMaxVoters = 800;
 // derived: ten independent steep points, twice as many as there are parameters.
 constexpr std::size_t kMinSteep = kOneSample * 10;
-// derived: one of two good ones in ten is missed once in 400.
+// derived: if a quarter of the points lie on a wall, one pair in sixteen is good, and all pairs
+// miss it once in 490.
 constexpr int kPairs = 96;
-// chosen: values of a sector, or sectors of a ring, for a median that one of them does not move.
+// chosen: values of a sector, or sectors of a ring, whose median a single outlier does not move.
 constexpr std::size_t kMinForMedian = 3;
-// derived: of a wall's radius over its height, where its normals rise as steeply as kSteep_sin.
+// derived: the largest change of a wall's radius per metre of height: its normals rise by less than
+// the limit kSteep_sin allows.
 const double kMaxSlope = std::sqrt(1 - kSteep_sin * kSteep_sin) / kSteep_sin;
-// derived: of the radius besides: from inside to outside, and noise.
+// derived: the largest jump of the radius besides: from inside to outside, and noise.
 const double kMaxJump_m = std::hypot(kWallThickness_m, kNoiseReach_m);
-// chosen: half a degree: vessels stand upright, and up is estimated.
+// chosen: the standard deviation of a standing vessel's axis, half a degree, since up is estimated.
 constexpr double kLeanSigma = 0.009;
-// derived: of an axis that a part of the wall told.
+// derived: the standard deviation of an axis that follows from a part of the wall.
 constexpr double kFreeLeanSigma = kSameDirection_rad;
-// derived: radians: a fifth of what an axis is known to. The frame is turned to it until then.
+// derived: in radians, a fifth of the axis' standard deviation. The frame is turned to the axis
+// until the turn is smaller.
 constexpr double kTurned = kLeanSigma / 5;
-// chosen: of the steep points, on a wall that is seen through 180 degrees, so inside as well: that
-// needs no majority, of two pans side by side. All walls but an object's first must be: a bow alone
-// is soon a bit of a wall. And of those about an axis that is wrong by some degrees.
+// chosen: the least share of the steep points on a wall that is seen over 180 degrees, so from
+// inside as well. It need not be a majority, for two pans side by side. All walls of an object but
+// the first must be seen that far, since a bow alone is easily a bit of a wall; it also bounds the
+// points about an axis that is wrong by some degrees.
 constexpr double kMinOnRoundWall = 0.25;
 constexpr int kRoundSectors = kSectors / 2;  // derived: 180 degrees
-// chosen: an espresso cup; less is no vessel's but a handle's or a spout's.
+// chosen: the radius of an espresso cup; smaller walls belong to handles and spouts.
 constexpr double kMinRadius_m = 0.025;
-// Gates of the refinement, in terms of the last one: from what normals tell to what noise allows.
+// Gates of the refinement as multiples of the last one: from the accuracy of normals to that of the
+// noise.
 constexpr std::array<double, 7> kGates = {4, 3, 2, 1.5, 1, 1, 1};
 
 struct SteepPoint {
   Vector2 place;
-  Vector2 direction;  // of the normal, level, unit
+  Vector2 direction;  // horizontal direction of the normal, unit
   double z_m = 0;
   double gate_m = 0;
 };
@@ -86,14 +91,14 @@ bool IsOutside(const SteepPoint& point, const Vector2& axis) {
   return (point.place - axis).dot(point.direction) > 0;
 }
 
-// Of the whole turn, from -180 degrees on. Asked of every point about every axis that is tried: without
-// an angle.
+// The sector about the axis, counted from -180 degrees. It is computed without an angle because it
+// is needed for every point about every axis that is tried.
 std::size_t SectorOf(const Vector2& q) {
   constexpr std::array<double, 5> kTangents = {0.26794919243112270, 0.57735026918962576, 1.0,
                                                1.7320508075688773, 3.7320508075688773};
   static_assert(kSectors == 4 * (kTangents.size() + 1));
   const std::size_t quarter = q.y() < 0 ? (q.x() < 0 ? 0 : 1) : (q.x() >= 0 ? 2 : 3);
-  const bool is_crossed = quarter % 2 == 1;  // from the y axis on
+  const bool is_crossed = quarter % 2 == 1;  // this quarter begins at the y axis
   const double along = std::abs(is_crossed ? q.y() : q.x());
   const double across = std::abs(is_crossed ? q.x() : q.y());
   std::size_t sector = quarter * (kTangents.size() + 1);
@@ -101,8 +106,8 @@ std::size_t SectorOf(const Vector2& q) {
   return sector;
 }
 
-// How well an axis is borne out: by points all around it, for the many normals of a flat face pass
-// by any axis far behind it.
+// The support of an axis by points all around it. The square root per sector limits flat faces,
+// whose many normals pass by any axis far behind them.
 double Support(const std::vector<SteepPoint>& steep, const Vector2& axis) {
   std::array<double, kSectors> agreeing{};
   for (const SteepPoint& p : steep) {
@@ -113,7 +118,7 @@ double Support(const std::vector<SteepPoint>& steep, const Vector2& axis) {
   return sum;
 }
 
-// The axis that the lines of normals pass, from pairs of them; few of them are asked.
+// Returns the best axis that the lines of normals pass, from pairs of a few of them.
 std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
   std::vector<SteepPoint> steep;
   for (std::size_t i = 0; i < all.size(); i += 1 + all.size() / kMaxVoters) steep.push_back(all[i]);
@@ -138,10 +143,10 @@ std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
 // A ring of the wall seen from one side.
 struct Ring {
   std::vector<std::size_t> members;
-  double radius_m = 0;  // median over sectors: little of it is what stands out
+  double radius_m = 0;  // median over sectors, which a handle hardly moves
 };
 
-enum class Order { kFirst, kLater };  // of the walls of one object
+enum class Order { kFirst, kLater };  // the order of the walls of one object
 
 class WallFitter {
  public:
@@ -183,7 +188,8 @@ class WallFitter {
     return static_cast<std::size_t>((wall_.high_z_m - wall_.low_z_m) / wall_.step_m) + 1;
   }
 
-  // Outside and inside of each step; a point's ring is told by its height and its normal.
+  // Forms the outer and inner ring of each step. The height and normal of a point determine its
+  // ring.
   void FormRings() {
     rings_.assign(2 * StepCount(), {});
     for (std::size_t i = 0; i < steep_.size(); ++i) {
@@ -206,8 +212,8 @@ class WallFitter {
     }
   }
 
-  // Rings of other things, whose normals happen to pass the axis: from the ring of most points up and
-  // down, no wall that is steep enough to be seen as one widens or narrows as fast.
+  // Drops rings of other objects whose normals happen to pass the axis. Going up and down from the
+  // ring of most points, no wall steep enough to be seen widens or narrows that fast.
   void DropStrays() {
     const auto most = std::max_element(rings_.begin(), rings_.end(), [](auto& a, auto& b) {
       return a.members.size() < b.members.size();
@@ -222,12 +228,12 @@ class WallFitter {
     for (std::size_t step = start; step-- > 0;) KeepNear(step, at, reference_m);
   }
 
-  // Empties the step's rings that are far from the `reference_m` of the step `at`; else they become
-  // the reference.
+  // Empties those rings of the step that are far from `reference_m`, the radius at step `at`; the
+  // others become the reference.
   void KeepNear(std::size_t step, std::size_t& at, double& reference_m) {
     const double rise_m = wall_.step_m * static_cast<double>(step > at ? step - at : at - step);
     double kept_m = std::numeric_limits<double>::quiet_NaN();
-    for (std::size_t side : {1, 0}) {  // the outside tells where both are seen
+    for (std::size_t side : {1, 0}) {  // the outside decides if both are seen
       Ring& ring = rings_[2 * step + side];
       if (ring.members.size() < kMinInRing) continue;
       if (std::abs(ring.radius_m - reference_m) > kMaxSlope * rise_m + kMaxJump_m) {
@@ -255,8 +261,8 @@ class WallFitter {
     return medians.size() >= kMinForMedian ? Median(std::move(medians)) : Median(std::move(all));
   }
 
-  // One step of Gauss and Newton towards rings that are round, each of its own radius, with Tukey's
-  // weights. False where the points do not tell the axis.
+  // One Gauss-Newton step toward round rings, each with its own radius, with Tukey's weights. False
+  // if the points do not determine the axis.
   bool Improve(double gate) {
     using Row = Eigen::Vector4d;
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
@@ -329,15 +335,15 @@ class WallFitter {
                              ? inside.radius_m + kWallThickness_m
                              : std::numeric_limits<double>::quiet_NaN());
     }
-    // Steps without points take over from below, the lowest ones from above.
+    // Steps without points copy the radius from below, the lowest ones from above.
     for (std::size_t k = 1; k < radius_m.size(); ++k) {
       if (std::isnan(radius_m[k])) radius_m[k] = radius_m[k - 1];
     }
     for (std::size_t k = radius_m.size(); k-- > 1;) {
       if (std::isnan(radius_m[k - 1])) radius_m[k - 1] = radius_m[k];
     }
-    // Rings that are none are outvoted by their neighbours, as many on either side: what is seen of a
-    // handle that points at the sensor.
+    // Each ring takes the median of itself and as many neighbours on either side, which removes
+    // false rings such as those of a handle that points at the sensor.
     wall_.outer_radius_m = radius_m;
     for (std::size_t k = 1; k + 1 < radius_m.size(); ++k) {
       const std::size_t reach = std::min({kNearSteps, k, radius_m.size() - 1 - k});
@@ -351,8 +357,8 @@ class WallFitter {
   double lean_sigma_;
   std::vector<SteepPoint> steep_;
   std::vector<double> radius_m_,
-      on_ring_m_;            // per point: its own, and how much more than its ring's
-  std::vector<Ring> rings_;  // outside and inside of each step, upwards
+      on_ring_m_;            // per point: its radius, and its excess over the ring's radius
+  std::vector<Ring> rings_;  // outer and inner ring of each step, upwards
   RevolvedWall wall_;
 };
 

@@ -19,28 +19,31 @@ namespace {
 // derived: a share of 5 % of so many rays is known to 1.3 %.
 constexpr std::size_t kRays = 300;
 
-// chosen: of the thickness of walls, as of cups, pans and jugs for a table.
+// chosen: the standard deviation of the wall thickness of cups, pans and jugs for a table.
 constexpr double kThicknessSpread_m = 0.001;
-// derived: of a wall that is seen from one side: two standard deviations below the thickest.
+// derived: the thickness of a wall that is seen from one side: two standard deviations below the
+// thickest.
 constexpr double kTypicalThickness_m = kWallThickness_m - 2 * kThicknessSpread_m;
-// chosen: across the wall at the height of a point, where it is slanted: no wall is thicker.
+// chosen: the largest horizontal thickness, which a slanted wall has; no wall is thicker.
 constexpr double kMaxAcross_m = 0.025;
-constexpr int kInsideSectors = kSectors / 4;  // derived: the inside is seen through a quarter turn
-// derived: from the rim to the deepest place inside that is seen, of which each is known to three
-// standard deviations, and twice the thickest wall: what is less may be a lid's.
+constexpr int kInsideSectors = kSectors / 4;  // derived: the inside is seen over a quarter turn
+// derived: the least depth from the rim to the deepest visible place inside. Both are known to
+// three standard deviations, and twice the thickest wall is needed; a smaller depth may be a lid's.
 constexpr double kMinDepth_sigma = kDistanceGate_sigma * 2;
 constexpr double kMinDepth_m = kWallThickness_m * 2;
-// chosen: of the points near it; the rest may be of what it holds.
+// chosen: the least share of the points near the shell that lie on it; the rest may be its
+// contents.
 constexpr double kMinOnShell = 0.6;
-// chosen: between the shell and its mesh: a fifth of a Kinect's noise at 0.8 m.
+// chosen: the largest deviation of the mesh from the shell: a fifth of a Kinect's noise at 0.8 m.
 constexpr double kMeshDeviation_m = 3e-4;
-// chosen: points than what it replaces, else that is simpler.
+// chosen: the least ratio of the shell's points to those of the solids it replaces; otherwise those
+// are simpler.
 constexpr double kClearlyMore = 1.05;
 
 // A point in the vessel's frame: z is its axis.
 struct Place {
   double radial_m = 0, z_m = 0;
-  double away = 0, up = 0;  // of the normal
+  double away = 0, up = 0;  // components of the normal
   bool passes_axis = false;
   std::size_t sector = 0;
   double gate_m = 0;
@@ -75,8 +78,8 @@ std::vector<Place> PlacesIn(const Pose& X_MV, const ModelPoints& points) {
   return places;
 }
 
-// Values around the axis: the median of those of the sectors, so that what hides or disturbs one of
-// them does not count.
+// Values around the axis. Their middle is the median over the sectors' medians, so that an occluded
+// or disturbed sector does not count.
 class Around {
  public:
   void Add(std::size_t sector, double value) {
@@ -129,7 +132,8 @@ class ShellFitter {
                          .rim_z_m = rim_m,
                          .thickness_m = thickness_m_,
                          .ground_z_m = Ground_m(rings.front().radius_m)};
-    // What hides the foot hides little else: the vessel stands, unless rays passed where it would.
+    // The foot of a vessel is often occluded, so it is assumed to stand unless rays passed where it
+    // would.
     const std::optional<Solid> standing = Built(MakeShell(outline));
     if (standing && !IsPassedThrough(*standing)) return standing;
     outline.foot = ShellFoot::kOfWhatIsSeen;
@@ -145,7 +149,7 @@ class ShellFitter {
     return low_m_ + (static_cast<double>(step) + 0.5) * wall_.step_m;
   }
 
-  // How far inside the wall's outline; negative outside.
+  // The distance of a place inside the wall's outline; negative outside.
   double Within_m(const Place& place) const {
     return wall_.OuterRadius_m(place.z_m + wall_.middle_z_m) - place.radial_m;
   }
@@ -197,9 +201,9 @@ class ShellFitter {
 
   double MinDepth_m() const { return std::max(kMinDepth_m, kMinDepth_sigma * Sigma_m()); }
 
-  // Most of what lies beside the wall on its inside is level with its rim. Normals of merged views
-  // point to one viewpoint, so that the far wall of a can seems to be seen from inside: its lid says
-  // otherwise.
+  // True if most points inside the wall are level with its rim, which is then closed by a lid. The
+  // normals of merged views point to one viewpoint, so the far wall of a can seems to be seen from
+  // inside, but its lid shows otherwise.
   bool IsLidded(double rim_m) const {
     std::size_t beside = 0, level = 0;
     for (const Place& place : places_) {
@@ -218,7 +222,7 @@ class ShellFitter {
     return {.z_m = std::numeric_limits<double>::infinity()};
   }
 
-  // Where the side that shows more of it ends.
+  // The height at which the side with more points ends.
   double RimHeight_m() const {
     std::array<std::vector<std::uint32_t>, 2> on;
     for (std::uint32_t i = 0; i < places_.size(); ++i) {
@@ -229,7 +233,7 @@ class ShellFitter {
     }
     const std::vector<std::uint32_t>& most = on[0].size() > on[1].size() ? on[0] : on[1];
     const Vector3 axis = X_MV_.linear().col(2);
-    // Flat rims are seen as well, and fill the ragged end up to their noise.
+    // Points on a flat rim fill the ragged end up to their noise.
     return ExtentAlong(axis, c_.points, most).high_m - axis.dot(X_MV_.translation()) - Sigma_m();
   }
 
@@ -241,10 +245,11 @@ class ShellFitter {
       across_m.push_back((outside_[k]->radius_m - inside_[k]->radius_m) /
                          std::sqrt(1 + slope * slope));
     }
-    // The sides are seen apart, at the near rim and at the far one: the slow warp is between them.
+    // The two sides are seen apart, at the near and the far rim, so the slow warp differs between
+    // them.
     const double sigma_m = std::hypot(Sigma_m(), c_.noise.WarpSigma_m());
     const double prior = 1 / (kThicknessSpread_m * kThicknessSpread_m);
-    thickness_is_measured_ = across_m.size() >= 2;  // of one ring alone little is known
+    thickness_is_measured_ = across_m.size() >= 2;  // a single ring is not reliable
     const double measured = thickness_is_measured_ ? 1 / (sigma_m * sigma_m) : 0;
     thickness_sigma_m_ = 1 / std::sqrt(prior + measured);
     thickness_m_ = (prior * kTypicalThickness_m + measured * Median(across_m)) / (prior + measured);
@@ -259,7 +264,8 @@ class ShellFitter {
            (wall_.step_m * static_cast<double>(above - below));
   }
 
-  // Of the outside's radius near the rim, which the inside tells but for the thickness.
+  // The standard deviation of the outside's radius near the rim. The inside gives it up to the
+  // thickness.
   double RimSigma_m() const {
     double outside = 0, inside = 0;
     std::size_t rings = 0;
@@ -270,11 +276,12 @@ class ShellFitter {
     }
     const double noise_m = Sigma_m() / std::sqrt(c_.IndependentSamples(1) * (outside + inside));
     const double of_thickness_m = inside / (outside + inside) * thickness_sigma_m_;
-    // Near and far sides warp together, over 78 mm, and by half.
+    // The near and the far side are within the warp's correlation length of 78 mm, so half of the
+    // warp remains.
     return std::hypot(noise_m, c_.noise.WarpSigma_m() / 2, of_thickness_m);
   }
 
-  // Of the outside, from both sides.
+  // The rings of the outside, from the points of both sides.
   std::vector<WallRing> JoinedRings() const {
     std::vector<WallRing> rings;
     for (std::size_t k = 0; k < steps_; ++k) {
@@ -299,13 +306,13 @@ class ShellFitter {
     return Smoothed(rings, wall_.step_m);
   }
 
-  // From the wall inwards: where it is seen, as long as it does not rise.
+  // The visible floor from the wall inwards, as long as it does not rise.
   std::vector<Vector2> Floor() const {
     const WallRing lowest = LowestInside();
     const double most_m = lowest.radius_m;
     const auto count = static_cast<std::size_t>(std::max(0.0, most_m) / wall_.step_m) + 1;
     std::vector<Around> around(count);
-    // Rays came down on the inside wherever it is seen: what is above its lowest ring is no floor.
+    // Rays reached the inside wherever it is seen, so points above its lowest ring are no floor.
     const double highest_m = lowest.z_m + wall_.step_m;
     for (const Place& place : places_) {
       if (place.z_m > highest_m || place.up < kWallRise_sin || place.radial_m >= most_m ||
@@ -317,14 +324,15 @@ class ShellFitter {
     for (std::size_t k = count; k-- > 0;) {
       if (!Suffices(around[k].count())) continue;
       const double z_m = around[k].Middle();
-      // What rises more than noise is held by the vessel.
+      // A rise by more than noise belongs to the contents.
       if (!floor.empty() && z_m > floor.back().y() + kNoiseReach_m) break;
       floor.emplace_back((static_cast<double>(k) + 0.5) * wall_.step_m, z_m);
     }
     return floor;
   }
 
-  // Where the foot would touch, tilted as it is; nothing of what does not stand on it.
+  // The height at which the foot would touch the ground, with the tilt of the axis. Empty for a
+  // vessel that does not stand on it.
   std::optional<double> Ground_m(double foot_radius_m) const {
     if (!c_.ground.known) return std::nullopt;
     const Vector3 axis = X_MV_.linear().col(2);
@@ -334,8 +342,9 @@ class ShellFitter {
     return -c_.ground.Height_m(X_MV_.translation()) / rise + foot_radius_m * tilt_sine;
   }
 
-  // Of the rays to its own points and past them, more than mixed pixels account for. No wall is as
-  // thick as what solids may hold of rays: whatever enters it is across.
+  // True if more rays cross the shell than mixed pixels explain, counting rays to its own points
+  // and rays past it. The depth that solids tolerate is thicker than any wall, so every ray that
+  // enters the wall counts.
   bool IsPassedThrough(const Solid& shell) const {
     if (PassedShare(shell, c_.free) > kMaxPassing) return true;
     if (!c_.options.from_viewpoint) return false;
@@ -361,7 +370,7 @@ class ShellFitter {
     const Pose X_SM = shell.X_MS.inverse(Eigen::Isometry);
     std::size_t near = 0;
     for (std::uint32_t i = 0; i < places_.size(); ++i) {
-      if (Within_m(places_[i]) < -places_[i].gate_m) continue;  // a handle's, or another thing's
+      if (Within_m(places_[i]) < -places_[i].gate_m) continue;  // a handle's or another object's
       ++near;
       const double distance_m = SignedDistance_m(profile->shell, X_SM * c_.points.p[i]);
       if (std::abs(distance_m) <= c_.points.gate_m[i]) shell.inliers.push_back(i);
@@ -379,10 +388,10 @@ class ShellFitter {
   const RevolvedWall& wall_;
   const FitContext& c_;
   Pose X_MV_;
-  std::vector<Place> places_;                              // of the context's points
-  double low_m_;                                           // of the wall, in the vessel's frame
-  std::size_t steps_;                                      // of its profile
-  std::vector<std::optional<WallRing>> outside_, inside_;  // per step, where it is seen
+  std::vector<Place> places_;                              // one per point of the context
+  double low_m_;                                           // low end of the wall in frame V
+  std::size_t steps_;                                      // steps of the profile
+  std::vector<std::optional<WallRing>> outside_, inside_;  // per step, empty if not seen
   double thickness_m_ = 0;
   double thickness_sigma_m_ = 0;
   bool thickness_is_measured_ = false;
@@ -408,7 +417,8 @@ void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& cont
                   Assembly& assembly) {
   for (auto wall = walls.begin(); wall != walls.end(); ++wall) {
     context.work.Poll();
-    // About the axis of another one is what that left over.
+    // A wall whose middle lies within an earlier wall consists of points that the earlier one left
+    // over.
     const bool is_rest = std::any_of(walls.begin(), wall, [&](const RevolvedWall& before) {
       return before.StandsOut_m(wall->Middle()) < 0;
     });
@@ -431,7 +441,7 @@ void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& cont
     kept.push_back(*std::move(shell));
     assembly.solids = std::move(kept);
     const auto note = std::ranges::find(assembly.notes, kSeenFromBothSides);
-    if (note != assembly.notes.end()) assembly.notes.erase(note);  // that of this wall
+    if (note != assembly.notes.end()) assembly.notes.erase(note);  // the note on this wall
   }
 }
 

@@ -1,5 +1,5 @@
-// Open vessels as shells: outside, rim, inside and floor, never a plug (paper, introduction: shapes
-// supply the surface that is not seen).
+// Fits open vessels as shells with outside, rim, inside and floor, never as filled solids (paper,
+// introduction: shapes supply the surface that is not seen).
 #pragma once
 
 #include <optional>
@@ -10,15 +10,16 @@
 
 namespace cwm::perception {
 
-// The shell about the wall's axis. Nothing where the inside was not seen, deep and round enough to
-// tell it from a dent, or where rays run through the shell. Of one wall thickness throughout:
-// measured where both sides are in view at one height, else as thick as walls are. What is not seen
-// is supplied: the outside from the inside, the wall down to what the vessel stands on, a floor as
-// thick as the wall. COMPLETED where most of its surface, that of the foot aside, was supplied.
+// Returns the shell about the wall's axis. Empty if too little of the inside was seen, in depth and
+// around the axis, to distinguish it from a dent, or if rays pass through the shell. The wall has
+// one thickness throughout: it is measured where both sides are seen at the same height, else it is
+// typical of walls. Unseen parts are supplied: the outside from the inside, the wall down to the
+// support, and a floor as thick as the wall. The role is COMPLETED if most of the surface, except
+// that of the foot, was supplied.
 std::optional<Solid> FitShell(const RevolvedWall& wall, const FitContext& context);
 
-// Takes the shells of the walls into the assembly, each in the place of the solids that mostly lie on
-// it, where it accounts for clearly more points than these. What a vessel holds remains beside it.
+// Adds the shells of the walls to the assembly. Each replaces the solids that mostly lie on it, if
+// it explains clearly more points than they do. The contents of a vessel stay beside it.
 void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
                   Assembly& assembly);
 

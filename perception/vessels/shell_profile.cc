@@ -11,15 +11,15 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: rings on either side, 30 mm of a wall with the one between, that tell how it runs there;
-// and so far beyond the last one as it runs there.
+// chosen: rings on either side whose line gives a ring's radius and slope (30 mm of wall with the
+// one between). The wall is extrapolated as far beyond the last ring.
 constexpr int kReach_steps = 2;
 // chosen: the inside of a vessel is deeper than its wall is thick.
 constexpr double kMinInside_m = kWallThickness_m;
-// chosen: of a bowl's inside, as a sine; what is flatter is a floor.
+// chosen: the least sine of the slope of a bowl's inside; a flatter one is a floor.
 constexpr double kMinSlant_sin = 0.2;
 
-// Douglas and Peucker: the corners that keep the line within the tolerance.
+// Douglas and Peucker: keeps the corners that hold the line within the tolerance.
 void Simplify(const std::vector<Vector2>& line, std::size_t begin, std::size_t end,
               double tolerance_m, std::vector<Vector2>& out) {
   const Vector2 chord = line[end] - line[begin];
@@ -46,7 +46,7 @@ std::vector<Vector2> Simplified(const std::vector<Vector2>& line) {
   return out;
 }
 
-// The wall across a level line, which cuts it askew.
+// The horizontal thickness of a slanted wall.
 double Level_m(double thickness_m, double slope) {
   return thickness_m * std::sqrt(1 + slope * slope);
 }
@@ -87,7 +87,7 @@ class ProfileMaker {
     return lowest_m;
   }
 
-  // The wall at a height, as it runs between rings; straight down below them.
+  // The wall at a height, interpolated between rings, and straight down below them.
   WallRing WallAt(double z_m) const {
     const std::vector<WallRing>& rings = o_.rings;
     if (z_m <= rings.front().z_m) {
@@ -120,7 +120,7 @@ class ProfileMaker {
     return wall;
   }
 
-  // Where the floor meets the wall.
+  // The height at which the floor meets the wall.
   double WallsFoot_m() const {
     return o_.floor.empty() ? floor_m_ : std::max(floor_m_, o_.floor.front().y());
   }
@@ -140,7 +140,8 @@ class ProfileMaker {
     return inner;
   }
 
-  // A bowl's outside narrows below its wall as its inside does, but for its foot.
+  // The outside profile. Below its wall a bowl's outside narrows as its inside does, except at the
+  // foot.
   std::vector<Vector2> Outer() const {
     std::vector<Vector2> under;  // downwards
     const WallRing& lowest = o_.rings.front();
@@ -166,7 +167,7 @@ class ProfileMaker {
     return outer;
   }
 
-  // Over 2 pi.
+  // The area of a surface of revolution, divided by 2 pi.
   static double AreaOf(const std::vector<Vector2>& line) {
     double area = 0;
     for (std::size_t k = 0; k + 1 < line.size(); ++k) {
@@ -185,7 +186,7 @@ class ProfileMaker {
   }
 
   const ShellOutline& o_;
-  double foot_m_ = 0, floor_m_ = 0;  // heights: of what it stands on, of the deepest place inside
+  double foot_m_ = 0, floor_m_ = 0;  // heights of the foot and of the deepest place inside
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// From what is seen of a vessel's wall and floor to the closed profile of its shell.
+// Builds the closed profile of a vessel's shell from the visible parts of its wall and floor.
 #pragma once
 
 #include <optional>
@@ -8,41 +8,43 @@
 
 namespace cwm::perception {
 
-// chosen: the thinnest wall and floor of a vessel, of sheet metal with its lacquer.
+// chosen: the thinnest wall and floor of a vessel: sheet metal with lacquer.
 inline constexpr double kMinVesselWall_m = 0.0015;
 
-// A height at which the wall is seen.
+// The wall at one height at which it is seen.
 struct WallRing {
   double z_m = 0;
-  double radius_m = 0;  // of the outside
-  double slope = 0;     // of the radius over the height
-  double weight = 0;    // points behind it
+  double radius_m = 0;  // radius of the outside
+  double slope = 0;     // change of the radius per metre of height
+  double weight = 0;    // number of points of the ring
   bool shows_outside = false, shows_inside = false;
 };
 
-// Radii and slopes by straight lines through each ring and its neighbours.
+// The rings with radii and slopes from straight lines fitted to each ring and its neighbours.
 std::vector<WallRing> Smoothed(const std::vector<WallRing>& rings, double step_m);
 
-enum class ShellFoot { kOnGround, kOfWhatIsSeen };  // the latter too where that ends just above it
+// The foot of the shell. With kOfWhatIsSeen it is on the ground only if the visible part ends just
+// above it.
+enum class ShellFoot { kOnGround, kOfWhatIsSeen };
 
-// About the vessel's axis.
+// The visible parts of a vessel, in coordinates about its axis.
 struct ShellOutline {
   std::vector<WallRing> rings = {};  // upwards, at least one
-  std::vector<Vector2> floor = {};   // (radial, z) of the inside, inwards; empty: not seen
+  std::vector<Vector2> floor = {};   // (radial, z) of the inside, inwards; empty if not seen
   double step_m = 0;                 // between neighbouring rings, and between places of the floor
   double rim_z_m = 0;
-  double thickness_m = 0;                           // across the wall
-  std::optional<double> ground_z_m = std::nullopt;  // what it stands on, and never enters
+  double thickness_m = 0;                           // thickness across the wall
+  std::optional<double> ground_z_m = std::nullopt;  // height of the support, which it never enters
   ShellFoot foot = ShellFoot::kOnGround;
 };
 
 struct ShellProfile {
   VesselShell shell;
-  double middle_z_m = 0;      // of the shell's frame in that of the outline
-  double measured_share = 0;  // of the walls' and the floor's area: what rings and places bear out
+  double middle_z_m = 0;      // height of the shell's origin in the outline's frame
+  double measured_share = 0;  // measured share of the area of walls and floor
 };
 
-// Nothing where no room is left between the rim and the floor.
+// Returns the shell's profile; empty if no room is left between rim and floor.
 std::optional<ShellProfile> MakeShell(const ShellOutline& outline);
 
 }  // namespace cwm::perception

@@ -1,4 +1,4 @@
-// What the solids of an object leave of its points.
+// The points of an object that its solids do not explain.
 #pragma once
 
 #include <vector>
@@ -7,15 +7,15 @@
 
 namespace cwm::perception {
 
-// chosen: of the points; fewer that hang together are mixed pixels along edges, and no side of a
-// cut.
+// chosen: as a share of the points. A smaller connected component is mixed pixels along edges, and
+// is too small to be one side of a cut.
 inline constexpr double kMinPiece = 0.05;
 
-// Per point: whether it lies on one of them, within its gate.
+// One flag per point: 1 if it lies within its distance gate of the surface of any of the solids.
 std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& points);
 
-// Whether they account for nine tenths of the points, and of the rest no kMinPiece of all hangs
-// together.
+// True if the solids explain at least kNearlyAll of the points, and the largest connected component
+// of the rest holds less than kMinPiece of all points.
 bool LeaveNoPiece(const std::vector<Solid>& solids, const FitContext& context);
 
 }  // namespace cwm::perception

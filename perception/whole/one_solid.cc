@@ -22,30 +22,31 @@
 namespace cwm::perception {
 namespace {
 
-// cited: evidence, as kDecisive is (Kass and Raftery 1995).
+// cited: positive evidence, on the scale that kDecisive is taken from (Kass and Raftery 1995).
 constexpr double kPositive = 3;
-// chosen: twice the logarithm of how many things stand for each that lies on its side.
+// chosen: twice the logarithm of the number of upright objects per lying one.
 constexpr double kLyingPrior = 4;
-// chosen: farther from upright or level, an assembled solid leans.
+// chosen: an assembled solid that is farther from upright or level leans.
 constexpr double kTurned_rad = 0.1;
-// derived: of the whole surface, half of which faces away, and what hides seven tenths of the rest
-// leaves 0.15; two thirds of that, for the foot in the support's band and for rims at grazing
-// incidence.
+// derived: the least observed share of the whole surface. Half of it faces away, and an occluder of
+// seven tenths of the rest leaves 0.15; two thirds of that allow for the foot in the support's band
+// and for rims at grazing incidence.
 constexpr double kMinSeen = 0.1;
-// chosen: of an upright cylinder that is seen from above little but its top is, which tells all but
-// its height; the ground tells that.
+// chosen: of an upright cylinder seen from above little more than its top is visible. The top
+// constrains all but its height, which the ground gives.
 constexpr double kMinSeenUpright = 0.07;
-// derived: of the curvature that noise gives flat patches. A strip of a rod needs half of what a
-// patch that is found by itself does, as the criterion has compared the whole rod with boxes.
+// derived: in standard deviations of the curvature that noise gives flat patches. The strip of a
+// rod needs half of what an isolated patch needs, because the criterion has compared the whole rod
+// with boxes.
 constexpr double kMinCurved_sigma = kMinCurvature_sigma / 2;
-// chosen: of a solid's volume, what may lie deep in another; solids of things that touch share
-// less.
+// chosen: the largest share of a solid's volume that may lie deep in another. Solids of touching
+// objects share less.
 constexpr double kMaxShared = 0.25;
-// chosen: places a side at which the volume is sampled, some hundred in a ball.
+// chosen: samples per side of a solid's bounds for its volume; a ball holds about a hundred.
 constexpr int kPlacesPerSide = 6;
 
-// Boxes are held to the same as what is round: else a rod that leans or lies would be a box
-// wherever both fit it.
+// The prior of a fit's pose. Boxes get the same prior as round solids; otherwise a leaning or lying
+// rod would become a box wherever both fit it.
 double PriorOf(const WholeFit& fit) {
   switch (fit.kind) {
     case WholeKind::kLeaningCylinder:
@@ -60,9 +61,9 @@ double PriorOf(const WholeFit& fit) {
   }
 }
 
-// Of one that was assembled.
+// The same prior for an assembled solid.
 double PriorOf(const Solid& solid, const Vector3& up) {
-  const Vector3 rise = solid.X_MS.linear().transpose() * up;  // of its axes, as sines
+  const Vector3 rise = solid.X_MS.linear().transpose() * up;  // sine of each axis' elevation
   if (const auto* box = std::get_if<Box>(&solid.shape)) {
     Eigen::Index upright = 0;
     if (rise.cwiseAbs().maxCoeff(&upright) < std::cos(kTurned_rad)) return kUprightPrior;
@@ -79,7 +80,7 @@ double PriorOf(const Solid& solid, const Vector3& up) {
   return leans_rad > kTurned_rad ? kUprightPrior : kLyingPrior;
 }
 
-// The few that most things are and that take the fewest starts.
+// The kinds that reduced effort seeks: most objects are of these, and they take the fewest starts.
 bool IsSoughtInHaste(WholeKind kind) {
   return kind == WholeKind::kBall || kind == WholeKind::kUprightCylinder ||
          kind == WholeKind::kUprightBox;
@@ -104,23 +105,24 @@ bool IsSought(WholeKind kind, const ModelerOptions& options) {
   return false;
 }
 
-// Of an assembled solid, for comparison with those of the whole kinds.
+// Degrees of freedom of an assembled solid, for comparison with those of fitted kinds.
 int DegreesOfFreedom(const Shape& shape) {
   if (std::holds_alternative<Sphere>(shape)) return 4;
   if (std::holds_alternative<Cylinder>(shape)) return 5;
-  // Its plane, its thickness, and its corners, which follow the noise of the border.
+  // The plane, the thickness, and the corners, which follow the noise of the border.
   if (const auto* plate = std::get_if<Plate>(&shape)) {
     return 4 + static_cast<int>(plate->outline.size());
   }
   return 6;
 }
 
-// Flatter cones are cylinders; whether a steeper slope is worth its parameter, the criterion tells.
+// True unless the fit is a cone so flat that it is a cylinder. The criterion decides whether a
+// steeper slope is worth its parameter.
 bool HasWorthySlope(const WholeFit& fit) {
   return !IsConical(fit.kind) || std::abs(SlopeOf(fit.kind, fit.parameters)) > kMinSlope;
 }
 
-// The curved surface of a round solid; nothing of a box.
+// The curved surface of a round solid; empty for others.
 std::optional<AnyModel> CurvedModelOf(const Solid& solid) {
   const Vector3 at = solid.X_MS.translation();
   const Vector3 axis = solid.X_MS.linear().col(2);
@@ -139,7 +141,7 @@ std::optional<AnyModel> CurvedModelOf(const Solid& solid) {
   return std::nullopt;
 }
 
-// Whether what is seen of it is as curved as it is.
+// True if the visible part of a round solid is significantly curved; true for all other solids.
 bool LooksCurved(const Solid& solid, const FitContext& c) {
   const std::optional<AnyModel> model = CurvedModelOf(solid);
   if (!model) return true;
@@ -177,12 +179,12 @@ int DegreesOfFreedom(const std::vector<Solid>& solids) {
 
 struct Valued {
   WholeFit fit;
-  double value = 0;  // with its kind's prior
+  double value = 0;  // including the prior of its pose
 };
 
-// What a fit must do better than: clearly, unless the fit is the simpler one. Cones need no more
-// than the criterion asks for their slope: cups are as common as cans, and with a margin two cups
-// were taken for cans for each can that was taken for a cup.
+// The value that a fit must beat: by kPositive, or by anything if the fit has fewer parameters or
+// is a cone. The criterion's penalty for the slope is enough for cones, because cups are as common
+// as cans; with a margin, two cups became cans for each can that became a cup.
 struct Rival {
   double value = std::numeric_limits<double>::infinity();
   int parameters = 0;
@@ -193,10 +195,10 @@ struct Rival {
   }
 };
 
-// Of the value of a solid, that another one of its kind has that is preferred: faces that were
-// taken for the whole, and cans and cups whose lid and the rays beside them say more of their width
-// than their wall does. What differs by less is known better from its faces, and a ball is all
-// wall.
+// The largest ratio of a fit's value to that of an assembled solid of the same kind at which the
+// fit is preferred. It replaces faces that were taken for the whole, and cans and cups whose width
+// the lid and the rays beside them constrain better than the wall does. If the values differ by
+// less, a box is known better from its faces; a ball consists of its wall alone.
 double MostOfValue(const WholeFit& fit) {
   switch (KindOf(fit.solid.shape)) {
     case ShapeKind::kCone:
@@ -212,7 +214,7 @@ bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
   return solids.size() == 1 && KindOf(solids.front().shape) == KindOf(shape);
 }
 
-// Of a, in b.
+// True if more than kMaxShared of a's volume lies deep in b.
 bool Overlap(const Solid& a, const Solid& b) {
   if (!TightBounds(a.shape, a.X_MS).intersects(TightBounds(b.shape, b.X_MS))) return false;
   const Aabb bounds = TightBounds(a.shape, Pose::Identity());
@@ -231,7 +233,7 @@ bool Overlap(const Solid& a, const Solid& b) {
   return shared > kMaxShared * inside;
 }
 
-// Which points lie on which of the solids, the nearest.
+// The points of each solid: each point belongs to the nearest solid within its gate.
 std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>& solids,
                                                        const ModelPoints& points) {
   std::vector<std::vector<std::uint32_t>> members(solids.size());
@@ -248,8 +250,8 @@ std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>&
   return members;
 }
 
-// No ray passes where the plate has nothing, no part of it sinks that was cut off, and the
-// criterion prefers it.
+// True if few rays enter the disc, it does not reach below the plate (whose part below the ground
+// was cut off), and the criterion prefers it to the plate.
 bool IsCredibleDisc(const Solid& disc, const Solid& plate, const FitContext& c) {
   if (PassedShare(disc, c.free) > kMaxPassedBeside) return false;
   if (c.ground.known &&
@@ -259,9 +261,9 @@ bool IsCredibleDisc(const Solid& disc, const Solid& plate, const FitContext& c) 
   return AccountOf({disc}, c).value <= AccountOf({plate}, c).value;
 }
 
-// What replaces a solid of all the context's points: the better one of all kinds, or, of a lone
-// face that is a disc, the disc, where only a box accounts for it better than with its outline's
-// corners.
+// The replacement of a solid of all the context's points: the best closed solid if there is one, or
+// the disc if the solid is a lone round face. The disc wins over nothing, and over a box with a
+// worse value.
 std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
   std::optional<Solid> disc = MakeDisc(solid, c);
   if (disc && !IsCredibleDisc(*disc, solid, c)) disc.reset();
@@ -272,7 +274,7 @@ std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
   return Described(*std::move(better), c);
 }
 
-// Each of several solids by itself: things that touch may be one object.
+// Replaces each of several solids by itself: objects that touch may be one object.
 void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
   const auto members = PointsPerSolid(solids, c.points);
   const auto prefer_one = [&](std::size_t k) {
@@ -296,7 +298,7 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
 }  // namespace
 
 bool LooksFlat(const Solid& solid, const FitContext& c) {
-  // chosen: what is significant of a curved surface's sagitta, besides unevenness (IsSignificant).
+  // chosen: the least significant sagitta of a curved surface, besides unevenness (IsSignificant).
   constexpr double kMinBend_sigma = 0.5;
   const auto* box = std::get_if<Box>(&solid.shape);
   if (box == nullptr) return true;
@@ -331,7 +333,7 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
       solver.solve(Square::Identity()).diagonal() *
       (static_cast<double>(count) / std::max(1.0, c.IndependentSamples(count)));
   const auto is_bent = [&](Eigen::Index k) {
-    // How far the quadric through them bends from the middle to a side; warp moves both ends.
+    // How far the quadric through the points bends from the middle to a side. Warp moves both ends.
     const double bend_m = std::abs(quadric[k]);
     return bend_m > double{kUnevenness_m} + kMinBend_sigma * sigma_m + 2 * c.noise.WarpSigma_m() +
                         kMinCurvature_sigma * sigma_m * std::sqrt(variance[k]);
@@ -345,12 +347,12 @@ Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
 
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
   std::vector<Solid> known = solids;
-  // What to beat: the solids as they are, and the best whole one of the kind that they are already.
+  // A fit must beat the solids as they are, and the best fit of the kind that a single solid has.
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
   const double prior = solids.size() == 1 ? PriorOf(solids.front(), context.ground.up) : 0;
   const Rival as_they_are{assembled.value + prior, DegreesOfFreedom(solids)};
   Rival of_same_kind;
-  Account hopeful = assembled;  // what a start must come near to
+  Account hopeful = assembled;  // a start's loss must come near this one's
   std::optional<Valued> best, same;
   for (WholeKind kind :
        {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
@@ -359,7 +361,7 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
     if (!IsSought(kind, context.options)) continue;
     std::optional<WholeFit> fit = FitWhole(kind, known, hopeful, context);
     if (!fit) continue;
-    known.push_back(fit->solid);  // a cone may grow out of a cylinder
+    known.push_back(fit->solid);  // a cone may start from a cylinder
     const double value = fit->value + PriorOf(*fit);
     if (IsAlready(solids, fit->solid.shape)) {
       if (HasWorthySlope(*fit) && value < of_same_kind.value) {

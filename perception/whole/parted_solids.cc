@@ -23,42 +23,44 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the value of several solids, and of one solid of all points, that parts may have: the slow
-// warp of sensors bends a face more than the criterion expects. With 0.8 and 0.6 more simulated
-// objects that touch stayed one; labelled Kinect scans are parted alike with both.
+// chosen: the largest value of the parts relative to that of several assembled solids, and to that
+// of one solid for all points: the slow warp of sensors bends a face more than the criterion
+// expects. With 0.8 and 0.6 more simulated objects that touch stayed one; labelled Kinect scans are
+// split alike with both.
 constexpr double kMaxOfSeveral = 0.95, kMaxOfOne = 0.85;
 
 using Members = std::vector<std::uint32_t>;
 
-// chosen: of the points of a solid, what noise leaves beyond their gates.
+// chosen: the share of a solid's points that noise leaves beyond their gates.
 constexpr double kMaxBeyondGates = 0.01;
-// derived: caps work; each part is cut off once, and both sides of a cut are fitted.
+// derived: bounds the work. Each part is cut off once, and both sides of a cut are fitted.
 constexpr std::size_t kMaxFits = kMaxParts * 2;
-// chosen: cuts that are looked at, 15 degrees and a sixteenth of the extent apart. What they miss
-// of a part goes to it once its solid is known.
+// chosen: the cuts that are tried are 15 degrees and a sixteenth of the extent apart. Points of a
+// part on the wrong side of a cut join it once its solid is known.
 constexpr int kCutYaws = 12, kCutOffsets = 15;
-// chosen: measured points; smaller parts are left to be meshed.
+// chosen: in measured points; smaller parts are meshed.
 constexpr double kMinPart = 150;
-// chosen: caps work; cuts that are tried of a part, each with one beside it.
+// chosen: bounds the work: cuts that are tried for a part, each with one neighbour.
 constexpr std::size_t kMaxCuts = 4;
-// chosen: of what the hull from above holds up to the top; things side by side leave gaps, or
-// differ in height.
+// chosen: the largest volume of both sides, relative to that of the uncut points. Objects side by
+// side leave gaps or differ in height.
 constexpr double kMaxLeft = 0.97;
 
 struct Cut {
   Vector2 normal = Vector2::UnitX();
   double offset_m = 0;
-  double left = 1;  // what both sides hold, of what all hold
+  double left = 1;  // volume of both sides, relative to the uncut one's
   std::bitset<kUsedPoints> side;
 
-  // The share of the points that are on another side of the other cut.
+  // The share of the points that are on the other side of the other cut, whichever way its normal
+  // points.
   double Apart(const Cut& other, std::size_t points) const {
     const std::size_t differ = (side ^ other.side).count();
     return static_cast<double>(std::min(differ, points - differ)) / static_cast<double>(points);
   }
 };
 
-// With the one that leaves the least of those beside it: what both leave may differ by noise alone.
+// A cut and the best of its neighbours: their volumes may differ by noise alone.
 struct Candidate {
   Cut cut;
   std::optional<Cut> beside;
@@ -69,7 +71,8 @@ double HullArea_m2(std::vector<Vector2> points) {
   return hull.size() < 3 ? 0 : SignedArea_m2(hull);
 }
 
-// Of points in the plan and above it: their hull from above, to the highest of them.
+// The volume below the points: the area of their hull from above times the height of the highest of
+// them. Each point holds its place in the plan and its height.
 double Held_m3(const std::vector<Vector3>& points) {
   std::vector<Vector2> from_above;
   double top_m = 0;
@@ -80,12 +83,12 @@ double Held_m3(const std::vector<Vector3>& points) {
   return HullArea_m2(std::move(from_above)) * top_m;
 }
 
-// From above.
+// Coordinates in the plane of the ground, seen from above.
 class Plan {
  public:
   explicit Plan(const FitContext& c) : c_(c), level_(BasisFromZ(c.ground.up).leftCols<2>()) {}
   Vector2 At(std::uint32_t i) const { return level_.transpose() * c_.points.p[i]; }
-  // With its height above the ground.
+  // The place of a point in the plan, and its height above the ground.
   Vector3 Above(std::uint32_t i) const {
     const Vector2 at = At(i);
     return {at.x(), at.y(), c_.ground.up.dot(c_.points.p[i] - c_.ground.point)};
@@ -96,7 +99,7 @@ class Plan {
   const Eigen::Matrix<double, 3, 2> level_;
 };
 
-// Those that leave the least, each other than the ones before.
+// The cuts with the least volume, each different from the ones before.
 std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
   std::vector<Vector3> points;
   for (std::uint32_t i : Thinned(part, kUsedPoints)) points.push_back(plan.Above(i));
@@ -131,7 +134,7 @@ std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
                    [](const Cut& a, const Cut& b) { return a.left < b.left; });
   std::vector<Candidate> best;
   for (const Cut& cut : cuts) {
-    // The same cut, or beside it by a piece, has nearly all points on the same sides.
+    // A cut that is the same or a close neighbour has nearly all points on the same sides.
     const auto known = std::ranges::find_if(best, [&](const Candidate& candidate) {
       return candidate.cut.Apart(cut, points.size()) <= 1 - kNearlyAll;
     });
@@ -146,13 +149,13 @@ std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
 
 struct Part {
   Members members;
-  std::optional<WholeFit> fit;  // of most of them; the solid without inliers
+  std::optional<WholeFit> fit;  // fitted to most of them; its solid has no inliers
 };
 
-// Cuts run beside the true border: what a solid claims beyond it is less its own fault while parts
-// are sought than in the end. Each ray stands for no more rays than before.
+// Every fourth ray, with the same weight. A cut runs beside the true border, so while parts are
+// sought a solid is less to blame for the free space that it claims than in the end.
 FreeRays FewOf(const FreeRays& free) {
-  // chosen: rays through a part count for a quarter of what they count for in the end.
+  // chosen: rays count for a quarter of what they count for in the end.
   constexpr std::size_t kOneIn = 4;
   FreeRays few{.rays = {}, .weight = free.weight};
   for (std::size_t k = 0; k < free.rays.size(); k += kOneIn) few.rays.push_back(free.rays[k]);
@@ -163,7 +166,7 @@ class Parting {
  public:
   explicit Parting(const FitContext& c) : c_(c), plan_(c) {}
 
-  // Solids that account for nearly all points together, if there are.
+  // Returns parts whose solids explain nearly all points together, if there are any.
   std::optional<std::vector<Part>> Run() {
     Members open(c_.points.size());
     std::iota(open.begin(), open.end(), std::uint32_t{0});
@@ -175,7 +178,7 @@ class Parting {
       }
       std::vector<Part> sides = SolidsBesideACut(open);
       if (sides.empty() || parts.size() + sides.size() > kMaxParts) {
-        if (parts.size() > 1 && AreFew(open)) break;  // left to be meshed
+        if (parts.size() > 1 && AreFew(open)) break;  // the rest is meshed
         return std::nullopt;
       }
       if (sides.size() == 1) {
@@ -215,14 +218,14 @@ class Parting {
     return sides;
   }
 
-  // Both sides of the cut that leaves each of them accounted for, the best such cut; else, of the
-  // sides that are, the one of most points.
+  // Returns both sides of the best cut that leaves each side explained by a solid. If there is no
+  // such cut, returns the side with a solid that TellsMore prefers, or nothing.
   std::vector<Part> SolidsBesideACut(const Members& open) {
     std::vector<Part> best;
     double best_value = std::numeric_limits<double>::infinity();
     const auto offer = [&](std::array<Part, 2> sides) {
       const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
-      if (!(value < best_value - kDecisive)) return;  // cuts that leave less come first
+      if (!(value < best_value - kDecisive)) return;  // cuts with less volume come first
       best_value = value;
       best.clear();
       std::ranges::move(sides, std::back_inserter(best));
@@ -241,11 +244,13 @@ class Parting {
         if (!side.fit) continue;
         if (best.empty() || TellsMore(side, best[0])) best = {side};
       }
-      // Of 89 objects that could be cut, 88 had a solid beside the cut that leaves the least.
+      // measured: of 89 objects that could be cut, 88 had a solid on one side of the cut with the
+      // least volume.
       if (best.empty()) return best;
     }
     if (best.size() < 2) return best;
-    // Two solids do: the cut that missed the true border by little may have been the better one.
+    // Both sides are solids now, so a neighbour of a cut that failed may be better: that cut may
+    // have missed the true border by little.
     for (const Cut& cut : beside) {
       if (fits_ >= kMaxFits) break;
       std::array<Part, 2> sides = SidesOf(cut, open);
@@ -254,7 +259,9 @@ class Parting {
     return best;
   }
 
-  // A sheet is cut off along the faces of several things that are flush.
+  // True if `part` is the better one to cut off: boxes as thin as a sheet come last, because a
+  // sheet can be cut off along the flush faces of several objects; then the number of points
+  // decides.
   bool TellsMore(const Part& part, const Part& other) const {
     const auto rank = [&](const Part& p) {
       const auto* box = std::get_if<Box>(&p.fit->solid.shape);
@@ -273,7 +280,8 @@ class Parting {
     return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, free};
   }
 
-  // With the open points that lie on it: cuts run beside the true border.
+  // The part with all open points that lie on its solid, which are removed from `open`: cuts run
+  // beside the true border.
   Part Taken(Part part, Members& open) const {
     Members rest;
     part.members.clear();
@@ -282,7 +290,7 @@ class Parting {
     return part;
   }
 
-  // Each by itself, in parallel.
+  // Fits a solid to each part, in parallel.
   void FitEach(std::span<Part> parts) {
     ParallelFor(parts.size(), 1, c_.work, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) parts[k].fit = FitOf(parts[k].members);
@@ -294,7 +302,8 @@ class Parting {
     ModelPoints own = Subset(c_.points, members);
     ++fits_;
     std::optional<WholeFit> fit = BetterSolid(AloneWith(own, few_), {});
-    // What lies off it may have drawn its ends to where none of its own points are.
+    // Points off the solid may have drawn its ends to where none of its own points are, so it is
+    // fitted again without them.
     while (fit) {
       Members on;
       for (std::uint32_t i : fit->solid.inliers) on.push_back(members[i]);
@@ -322,7 +331,8 @@ class Parting {
     return Off_m(part, i) <= c_.points.gate_m[i];
   }
 
-  // What lies off its own solid goes to the one that it is nearest to; all are fitted anew.
+  // Moves each point off its own solid to the part whose solid is nearest, and fits all parts
+  // again.
   std::vector<Part> Refined(std::vector<Part> parts) {
     std::vector<Members> members(parts.size());
     std::vector<char> settled(c_.points.size(), 0);
@@ -350,11 +360,11 @@ class Parting {
     return parts;
   }
 
-  // What one solid was cut into is put together again: one accounts for both.
+  // Merges parts that one solid explains together.
   std::vector<Part> Joined(std::vector<Part> parts) {
     for (std::size_t a = 0; a < parts.size(); ++a) {
       for (std::size_t b = a + 1; b < parts.size();) {
-        if (parts.size() == 2) return parts;  // no one solid does, of all
+        if (parts.size() == 2) return parts;  // no single solid explains all points
         Members both;
         std::ranges::set_union(parts[a].members, parts[b].members, std::back_inserter(both));
         std::optional<WholeFit> fit = FitOf(both);
@@ -372,11 +382,11 @@ class Parting {
 
   const FitContext& c_;
   const Plan plan_;
-  const FreeRays few_ = FewOf(c_.free);  // while parts are sought
+  const FreeRays few_ = FewOf(c_.free);  // used while parts are sought
   std::atomic<std::size_t> fits_ = 0;
 };
 
-// Those known solids that account for what the parts leave: a ball between two boxes.
+// The known solids nearly all of whose points no part explains, such as a ball between two boxes.
 std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vector<Solid>& parts,
                                const ModelPoints& points) {
   const std::vector<char> on = OnAny(parts, points);
@@ -390,8 +400,8 @@ std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vecto
   return beside;
 }
 
-// But for mixed pixels, and without filling what rays were seen to pass: with half of those that a
-// solid may have that accounts for the points better.
+// True if there is a single solid that explains all points but mixed pixels, and at most half of
+// kMaxPassedBeside of the free rays enter it.
 bool IsOneSolid(const std::vector<Solid>& solids, const FitContext& c) {
   return solids.size() == 1 && LeaveNoPiece(solids, c) &&
          PassedShare(solids.front(), c.free) <= kMaxPassedBeside / 2;
@@ -402,8 +412,8 @@ bool AccountForAll(const std::vector<Solid>& solids, const FitContext& c) {
          kNearlyAll * static_cast<double>(c.points.size());
 }
 
-// From above: what lies about the same axis or one on the other was not cut where things touch.
-// Their hulls share less than a piece: borders blur by a few pixels.
+// True if the hulls of the parts, seen from above, overlap by less than a piece; borders blur by a
+// few pixels. Parts about a common axis, or one on the other, were not cut where objects touch.
 bool AreSideBySide(const std::vector<Part>& parts, const Plan& plan) {
   std::vector<Vector2> all;
   double sum_m2 = 0;
@@ -416,8 +426,8 @@ bool AreSideBySide(const std::vector<Part>& parts, const Plan& plan) {
   return sum_m2 <= (1 + kMinPiece) * HullArea_m2(std::move(all));
 }
 
-// Below which so many parts are preferred to the solids as they are, and to one of all points.
-// Fewer solids win without a margin.
+// The largest value at which so many parts are preferred to the solids as they are, and to a single
+// solid for all points. Fewer solids than before win without a margin over them.
 double MostValue(const std::vector<Solid>& solids, std::size_t parts, const FitContext& c) {
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, c);
   const double apart = (parts < solids.size() ? 1 : kMaxOfSeveral) * assembled.value;
@@ -446,7 +456,7 @@ bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
   const bool any_crossed =
       std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
   if (any_crossed) return false;
-  YieldToRays(context, std::span(solids).first(parts->size()));  // the known ones have
+  YieldToRays(context, std::span(solids).first(parts->size()));  // known ones have been narrowed
   assembly.solids = std::move(solids);
   return true;
 }

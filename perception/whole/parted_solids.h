@@ -1,15 +1,16 @@
-// Things that touch and are seen as one object: several closed solids, each beside the other.
+// Splits an object that is several touching ones: closed solids side by side.
 #pragma once
 
 #include "perception/solids/solid_assembly.h"
 
 namespace cwm::perception {
 
-// Where the options say so and no one solid accounts for nine tenths of an object's points on a
-// known ground: cuts them by upright planes, as convex things that stand beside each other can be,
-// and replaces the solids by one for each part where every part is accounted for by one, but for a
-// tenth of the points, whose own solids stay, none overlaps another, and the criterion prefers them
-// together decisively. True where it did.
+// Does nothing unless the options ask for it, the ground is known, and the object is not explained
+// by a single solid already. Cuts the points by upright planes, which is enough for convex objects
+// side by side, and fits one closed solid to each part. Replaces the solids of the assembly, and
+// returns true, if together these solids explain at least kNearlyAll of the points, none overlaps
+// another, no ray contradicts them, and the criterion prefers them by a margin (kMaxOfSeveral,
+// kMaxOfOne). Solids of the assembly that explain points which no part explains are kept.
 bool PreferPartedSolids(const FitContext& context, Assembly& assembly);
 
 }  // namespace cwm::perception

@@ -7,8 +7,8 @@
 namespace cwm::perception {
 namespace {
 
-// What no point shows, a box does not claim: the ends of its surface that nothing pulls at, hidden
-// ones, are where its points end. Its foot is on the ground or told by its faces.
+// Moves the unconstrained, hidden faces of a box to where its inliers end, so that the box claims
+// no space that no point shows. The foot of an upright box is on the ground and stays.
 void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, WholeFit& fit) {
   const auto* box = std::get_if<Box>(&fit.solid.shape);
   if (box == nullptr || fit.solid.inliers.empty()) return;
@@ -40,9 +40,10 @@ void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, Who
   if (fit.kind == WholeKind::kTiltedBox) fit.parameters(2) = at_G.z();
 }
 
-// Nothing pulls at an end that no point shows: what lies ends at its points, what leans where it
-// would reach farther beyond them than what hides behind an end is likely to: the wall of what lies
-// is in view from above wherever nothing hides it. What leans starts on the ground.
+// Moves the unconstrained ends of lying and leaning solids to where their inliers end. A lying
+// solid ends at its points, because its wall is in view from above unless something hides it. The
+// upper end of a leaning solid may be as far beyond them as a hidden part is likely to reach
+// (kHiddenRadii); its foot stays on the ground.
 void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
                    const ModelerOptions& options, WholeFit& fit) {
   const bool leans = fit.kind == WholeKind::kLeaningCylinder;

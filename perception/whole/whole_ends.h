@@ -1,4 +1,4 @@
-// Where whole solids end whose ends no point shows.
+// Ends of fitted solids that no point constrains.
 #pragma once
 
 #include "perception/whole/whole_fit.h"
@@ -6,9 +6,9 @@
 
 namespace cwm::perception {
 
-// Moves the ends of a fit that nothing pulls at to where the points end: of boxes, of what lies,
-// and of what leans far beyond its points. Its inliers stay as they are. The second argument are
-// the points used, on the ground.
+// Moves unconstrained ends of a fit to where its inliers end: of boxes, of lying solids, and of
+// leaning ones whose upper end is far beyond their points. The inliers stay as they are.
+// `on_ground` holds the points that were used for the fit, in the frame of the ground.
 void EndWhereShown(const ModelPoints& points, const PointsOnGround& on_ground,
                    const ModelerOptions& options, WholeFit& fit);
 

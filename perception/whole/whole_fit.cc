@@ -21,42 +21,46 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the points, within their gates under way: a fit with fewer is given up.
+// chosen: as a share of the points within their gates during the descent. A fit with fewer is given
+// up.
 constexpr double kMinOnTheWay = 0.85;
 
-// derived: what is kept is fitted to four times as many, which halves the error of what errs by
-// itself. They tell the axes of what lies better by a tenth, 4 000 points no better.
+// derived: the chosen fit is refined on four times as many points, which halves its independent
+// error. The axes of lying solids improve by a tenth; 4 000 points are no better.
 constexpr std::size_t kKeptPoints = kUsedPoints * 4;
-// chosen: to find the best start, which the rest only has to be near to.
+// chosen: points for comparing starts. The best start only has to be near the solution.
 constexpr std::size_t kStartPoints = 80;
-// chosen: of the loss, in standard deviations; wide, so that far starts are drawn in, then as
-// narrow as mixed pixels ask for.
+// chosen: scales of the loss, in standard deviations: wide first, to draw in distant starts, then
+// as narrow as mixed pixels require.
 constexpr std::array<double, 3> kScales_sigma = {10, 4, 2.5};
-// derived: of normal residuals in the narrowest loss, the variance that it leaves, in terms of the
-// one that its weights suggest (the mean weight is 0.80, the efficiency 0.86). Of residuals far
-// wider than stated their own weighted square takes its place.
+// derived: the variance of an estimate at the narrowest scale, relative to what its weights
+// suggest, for normally distributed residuals (their mean weight is 0.80, the efficiency 0.86). If
+// the residuals are much wider than stated, their weighted mean square is used instead.
 constexpr double kVariance = 0.93;
-// chosen: steps of every start, which tell which is the best of them.
+// chosen: steps taken from every start before the starts are compared.
 constexpr int kStepsOfStart = 3;
-// chosen: steps at each scale, of the best start; they may end sooner (kSettled).
+// chosen: steps at each scale from the best start; the descent may stop sooner (kSettled).
 constexpr int kStepsPerScale = 8;
-// chosen: times a rival's loss, at the best start.
+// chosen: as a multiple of the rival's loss. A kind whose best start is worse is given up.
 constexpr double kHopeless = 3;
-// chosen: attempts to find a damping that helps, also across the creases of a surface.
+// chosen: attempts to find a damping that lowers the loss, also across the creases of a surface.
 constexpr int kMaxDampings = 6;
-// chosen: the relative decrease of the loss that is worth no more steps.
+// chosen: a step that lowers the loss by a smaller share than this is the last.
 constexpr double kSettled = 1e-3;
-// derived: from no solid at all, a number whose square is one still.
+// derived: the residual of a point if there is no solid: so large that it is truncated, with a
+// finite square.
 constexpr double kFarAway_sigma = 1e6;
-// Past the round side of what lies, an outline is blurred by what is more each pixel's own than the
-// noise of a surface. Past the flat lids of what stands, a real Kinect shows the background up to 5
-// pixels over the far rim: there rays tell no more than points.
-// chosen: on 500 simulated scenes, where 1 makes mixed pixels count too much.
+// Rays per independent sample past a lying solid. Past its round side the blur of the outline is
+// mostly independent between pixels, more so than the noise of a surface. Past the flat lids of
+// upright solids a real Kinect shows up to 5 pixels of background over the far rim, so there rays
+// count no more than points.
+// chosen: on 500 simulated scenes; with 1 mixed pixels count too much.
 constexpr double kRaysPerSampleLying = 2.4;
-// chosen: of the criterion, rays that a fit without them runs across.
+// chosen: in rays per sample. If the rays that a fit crosses cost less than this in the criterion,
+// no second fit with rays is made.
 constexpr double kWorthMoving = 2;
-// chosen: of rays to a fit, half of what their places span (PlacedAround); steps that they cause
-// are smaller.
+// chosen: the clearance up to which rays take part in a fit. It is half of the length that a ray's
+// places span (PlacedAround); the steps that rays cause are smaller.
 constexpr double kNear_m = 0.02;
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
@@ -73,13 +77,13 @@ PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   return out;
 }
 
-// What a solid is fitted to: points on its surface, rays that it does not reach.
+// The evidence of a fit: points on its surface, and rays that it must not reach.
 struct Evidence {
   PointsOnGround points;
   std::vector<FreeRay> rays_G;
-  PlaceLanes points_G, places_G;  // the same, the places of each ray one after the other
-  double ray_weight = 1;          // of a ray, in points used
-  double slope_weight = 0;        // of kSlopeSpread, likewise
+  PlaceLanes points_G, places_G;  // the same points; then the places of each ray in turn
+  double ray_weight = 1;          // of one ray, in points used
+  double slope_weight = 0;        // of the prior kSlopeSpread, likewise
 };
 
 double Depth_sigma(double clearance_m, const FreeRay& ray) {
@@ -95,7 +99,8 @@ Evidence PointsAlone(PointsOnGround points) {
   return evidence;
 }
 
-// In standard deviations: of the points, the depths of the rays, and a cone's slope.
+// The residuals in standard deviations: of the points, then the depths of the rays, then a cone's
+// slope.
 Eigen::VectorXd Residuals(WholeKind kind, const WholeParameters& x, const Evidence& evidence) {
   const WholeSolid solid = Place(kind, x);
   const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
@@ -169,7 +174,7 @@ class Descent {
  private:
   double Loss(const Minimum& at) const { return LossOf(at.residuals, counts_, scale_); }
 
-  // False when no damping helps.
+  // Takes one damped step. False if no damping lowers the loss.
   bool Step(Minimum& at) {
     const Eigen::MatrixXd jacobian = Jacobian(kind_, at.x, at.residuals, evidence_);
     const Eigen::VectorXd weights = counts_.cwiseProduct(WeightsOf(at.residuals, scale_));
@@ -204,14 +209,14 @@ double ShareWithinGates(const Eigen::VectorXd& r, std::size_t points) {
   return static_cast<double>(near.count()) / static_cast<double>(points);
 }
 
-// Robust, per point; `r` begins with those of the points.
+// The robust loss per point; `r` begins with the residuals of the points.
 double StartLoss(const Eigen::VectorXd& r, std::size_t points) {
   const auto count = static_cast<Eigen::Index>(points);
   return LossOf(r.head(count), Eigen::VectorXd::Ones(count), kScales_sigma[1]) /
          static_cast<double>(points);
 }
 
-// The start that has come closest after a few steps.
+// Returns the start with the lowest loss after a few steps, and that loss in `least`.
 std::optional<Minimum> BestStart(WholeKind kind, const std::vector<Solid>& known,
                                  const FitContext& c, double& least) {
   const Evidence evidence = PointsAlone(OnGround(c, kStartPoints));
@@ -224,14 +229,16 @@ std::optional<Minimum> BestStart(WholeKind kind, const std::vector<Solid>& known
     const double loss = StartLoss(trial.residuals, evidence.points.p_G.size());
     if (loss < least) best = std::move(trial), least = loss;
   }
-  // Of 1 500 fits in simulated scenes that ended with 0.9 of the points, 1 in 500 began with fewer.
+  // measured: of 1 500 fits in simulated scenes that ended with 0.9 of the points within their
+  // gates, 1 in 500 began with less than half of them.
   if (best && ShareWithinGates(best->residuals, evidence.points.p_G.size()) < kLargerPart) {
     return std::nullopt;
   }
   return best;
 }
 
-// In the frame of the model points. Of a plate, whose origin may be anywhere in it, too.
+// The bounding sphere in the frame of the model points, about the middle of the bounds: the origin
+// of a plate may be anywhere in it.
 struct BoundingSphere {
   explicit BoundingSphere(const Solid& solid) {
     const Aabb bounds = TightBounds(solid.shape, Pose::Identity());
@@ -242,7 +249,7 @@ struct BoundingSphere {
   double radius_m = 0;
 };
 
-// Of rays that run deep in a solid, in the currency of the criterion.
+// The cost of the rays that run deep in a solid, in units of the criterion.
 double CostOf(const Solid& solid, const FitContext& c) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const DistanceToShape distance_m(solid.shape);
@@ -277,7 +284,8 @@ double RaysPerSample(WholeKind kind) {
   return Lies(kind) ? kRaysPerSampleLying : kPointsPerIndependentSample;
 }
 
-// Others stay free whatever the next steps are.
+// Adds the rays within kNear_m of the solid to the evidence. The steps of the fit are too small to
+// reach others.
 void AddRaysNear(const Solid& solid, WholeKind kind, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);
@@ -297,7 +305,8 @@ void AddRaysNear(const Solid& solid, WholeKind kind, const FitContext& c, Eviden
                         static_cast<double>(evidence.points.p_G.size()) / measured;
 }
 
-// Of what stands: whether nearly all points show its lid, and hardly any its side.
+// True if nearly all inliers of an upright or leaning cylinder or cone lie on its lid and hardly
+// any on its side.
 bool IsLidAlone(const WholeFit& fit, const ModelPoints& points) {
   double length_m = 0;
   if (const auto* cylinder = std::get_if<Cylinder>(&fit.solid.shape)) length_m = cylinder->length_m;
@@ -321,13 +330,14 @@ void PlaceSolid(const WholeParameters& x, const PointsOnGround& points, const Fi
   EndWhereShown(c.points, points, c.options, fit);
 }
 
-// From `at`, whose residuals need not be known yet. Nothing where it leaves too many points aside.
+// Runs the descent at all scales from `at`, whose residuals need not be set. Empty if it leaves too
+// many points off the solid.
 std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& evidence,
                                   const FitContext& c) {
   at.residuals = Residuals(kind, at.x, evidence);
   for (double scale : kScales_sigma) {
     Descent(kind, scale, evidence, c).Run(kStepsPerScale, at);
-    // None of those fits had less than 0.85 after the widest scale.
+    // measured: none of the 1 500 fits (BestStart) had less than 0.85 after the widest scale.
     if (ShareWithinGates(at.residuals, evidence.points.p_G.size()) < kMinOnTheWay) {
       return std::nullopt;
     }
@@ -388,7 +398,7 @@ Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
   Eigen::MatrixXd information = jacobian.transpose() * gradients;
   information.diagonal().array() += kMinInformation;
   const Eigen::MatrixXd inverse = information.inverse();
-  // The information is of the points used, as if they were independent.
+  // The information counts the points used as if they were independent.
   const PointsOnGround& points = evidence.points;
   const auto used = static_cast<Eigen::Index>(points.p_G.size());
   const double each_counts =
@@ -411,8 +421,8 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
     const WholeSolid solid = Place(fit.kind, fit.parameters + step);
     std::vector<double> values = Coefficients(solid.shape, X_MG * solid.X_GS);
     if (std::holds_alternative<Cylinder>(solid.shape)) {
-      // Of a line any point will do: along it, where an end that nothing tells may be anywhere, it
-      // has no error.
+      // Any point of a line represents it, so its component along the line has no error. An
+      // unconstrained end of the cylinder would otherwise move it.
       Eigen::Map<Vector3> point(values.data());
       const Vector3 axis = X_MS.linear().col(2);
       point -= axis.dot(point - X_MS.translation()) * axis;
@@ -420,9 +430,9 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
     return values;
   };
   std::vector<double> sigma = PropagatedSigmas(coefficients, covariance);
-  // Up is known to kUpSigma_rad; the axis of a solid that stands or lies is no better known across
-  // itself. Along itself a unit vector has no error.
-  constexpr std::size_t kAxis = Vector3::SizeAtCompileTime;  // after a point
+  // Up is known to kUpSigma_rad, and the axis of an upright or lying solid is known no better
+  // across itself. Along itself a unit vector has no error.
+  constexpr std::size_t kAxis = Vector3::SizeAtCompileTime;  // the axis comes after a point
   if (fit.kind != WholeKind::kBall && sigma.size() > kAxis + 3) {
     const std::vector<double> values = coefficients(Eigen::VectorXd::Zero(covariance.rows()));
     for (std::size_t k = kAxis; k < kAxis + 3; ++k) {

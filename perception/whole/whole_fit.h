@@ -1,5 +1,5 @@
-// One closed solid fitted to all points of an object at once, caps and faces included. It asks no
-// normals, so it tells shapes that are no wider than the windows which normals are estimated in.
+// Fits one closed solid, caps and faces included, to all points of an object at once. It uses no
+// normals, so it also works for shapes that are narrower than the windows normals are estimated in.
 #pragma once
 
 #include <cstddef>
@@ -10,47 +10,47 @@
 
 namespace cwm::perception {
 
-// measured: neighbouring residuals are correlated, so 240 of 3 000 measured points tell kinds from
-// each other.
+// measured: neighbouring residuals are correlated, so 240 of 3 000 measured points are enough to
+// choose between kinds.
 inline constexpr std::size_t kUsedPoints = 240;
 
-// chosen: of a parameter that no point tells, so that its step stays finite; any small number would
-// do.
+// chosen: added to the information of each parameter so that a step of an unconstrained one stays
+// finite. Any small number would do.
 inline constexpr double kMinInformation = 1e-9;
 
 struct WholeFit {
   WholeKind kind = WholeKind::kBall;
   WholeParameters parameters;
-  Solid solid;       // its inliers are the points within their distance gates
-  double value = 0;  // as Account::value, and with how unlikely a cone's slope is
+  Solid solid;       // its inliers lie within their distance gates
+  double value = 0;  // as Account::value, plus the prior of a cone's slope
   double loss = 0;   // as Account::loss
 };
 
-// Of solids together, each point counting for the nearest of them.
+// The score of several solids together. Each point counts for the nearest of them.
 struct Account {
-  double value = 0;  // as Criterion::value, with the rays that run deep in the solids
-  double loss = 0;   // robust, per point
+  double value = 0;  // as Criterion::value, plus the cost of rays deep inside
+  double loss = 0;   // robust loss per point
 };
 Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& context);
 
-// Minimises a robust loss (Geman and McClure 1987) of the points' signed distances to the solid's
-// surface, from what the points and the `known` solids suggest. Nothing without a ground, where no
-// start is within the limits of the options, where the best start's loss per point is still far
-// above the rival's after a few steps, or where it is soon clear that a tenth of the points or more
-// would lie off the solid. One that would win but for the rays that passed the object is moved out
-// of their way.
+// Minimises a robust loss (Geman and McClure 1987) of the points' signed distances to the surface
+// of the solid, from starts that the points and the `known` solids suggest. Rays that passed the
+// object are added in a second fit if the first one would win without them. Empty if no ground is
+// known, if no start is within the limits of the options, if after a few steps the best start's
+// loss is still far above that of the rival, or as soon as too many points lie off the solid.
 std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
                                  const Account& rival, const FitContext& context);
 
-// Moves a round fit that is kept to where more of the points, and the rays that come near it, have
-// it, each point counting by its noise across the surface. Boxes and lids alone, which end where
-// their points end, stay as they are. Value and loss stay those that it was chosen by.
+// Refines the round fit that was chosen on more of the points and on the rays near it, each point
+// weighted by its noise across the surface. Boxes, and solids of which only the lid is seen, end
+// where their points end and stay as they are. Value and loss stay those by which the fit was
+// chosen.
 void FitToMore(const FitContext& context, WholeFit& fit);
 
-// Of the parameters: independent noise and the sensor's slow warp.
+// The covariance of the parameters, from independent noise and from the sensor's slow warp.
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& context);
 
-// As Solid::parameter_sigma.
+// Standard deviations of the shape's coefficients, as in Solid::parameter_sigma.
 std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd& covariance,
                                       const FitContext& context);
 

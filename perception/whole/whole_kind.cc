@@ -9,7 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the inclination of an axis that may stand, 26 degrees.
+// chosen: the least cosine of the inclination of an axis that counts as upright: 26 degrees.
 constexpr double kMayStand_cos = 0.9;
 
 Matrix3 AxisAt(double yaw_rad, double elevation_sine) {
@@ -17,7 +17,8 @@ Matrix3 AxisAt(double yaw_rad, double elevation_sine) {
   return BasisFromZ(Vector3(level * std::cos(yaw_rad), level * std::sin(yaw_rad), elevation_sine));
 }
 
-// A cone's mid lies as high as its mid radius reaches, because its axis rises with its radius.
+// The middle of a lying cone's axis is as high as its mid radius times the cosine of its slope,
+// because the axis rises with the radius.
 WholeSolid PlaceLying(const WholeParameters& x, double slope) {
   const double cosine = 1 / std::sqrt(1 + slope * slope);
   WholeSolid out;
@@ -42,7 +43,7 @@ Matrix3 RotationBy(const Vector3& turn) {
 }
 
 struct Axial {
-  Vector3 at = Vector3::Zero();  // the middle of its axis
+  Vector3 at = Vector3::Zero();  // the middle of the axis
   Vector3 axis = Vector3::UnitZ();
   double radius_mid_m = 0, slope = 0, length_m = 0;
 };

@@ -1,4 +1,4 @@
-// Closed solids that stand or lie on the ground as a whole, by their parameters.
+// Closed solids that stand, lie or lean on the ground, and their parameters.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,29 +12,29 @@ enum class WholeKind {
   kUprightCylinder,  // x y height radius
   kUprightCone,      // x y height radius_top slope
   kLyingCylinder,    // x y yaw radius length
-  kLyingCone,        // x y yaw radius_mid length slope, touching along its lowest line
-  kLeaningCylinder,  // x y yaw elevation radius length, touching with the lowest place of its rim
+  kLyingCone,        // x y yaw radius_mid length slope; its lowest line touches
+  kLeaningCylinder,  // x y yaw elevation radius length; its rim touches
   kUprightBox,       // x y yaw width depth height
   kTiltedBox,        // x y z, a rotation vector, width depth height
 };
 
-// As listed with the kinds; metres and radians in the frame G of the ground, whose z is up and
-// whose origin is on the ground. Slopes are the growth of the radius per metre along the axis.
+// The parameters listed with each kind, in metres and radians in the ground's frame G: z is up and
+// the origin is on the ground. A slope is the growth of the radius per metre along the axis.
 using WholeParameters = Eigen::VectorXd;
 
 bool IsConical(WholeKind kind);
 bool Lies(WholeKind kind);
 
-// chosen: one standard deviation; half of the cups have half angles below 6 degrees where nothing
-// tells.
+// chosen: one standard deviation of a cone's slope. It puts half of all cups below a half angle of
+// 6 degrees if nothing else constrains the slope.
 inline constexpr double kSlopeSpread = 0.15;
 
-// Sine of the elevation of what leans, and its distance from 1: nearer to level it lies, nearer to
-// upright it stands.
+// Smallest sine of a leaning axis' elevation, and smallest distance of that sine from 1. A solid
+// nearer to level lies, and one nearer to upright stands.
 // chosen: 3 degrees from level, 18 degrees from upright.
 inline constexpr double kMinLean = 0.05;
 
-// Of a cone, the last of its parameters; 0 of all others.
+// The slope of a cone, which is the last of its parameters; 0 for all other kinds.
 double SlopeOf(WholeKind kind, const WholeParameters& x);
 
 struct WholeSolid {
@@ -43,8 +43,9 @@ struct WholeSolid {
 };
 WholeSolid Place(WholeKind kind, const WholeParameters& x);
 
-// The parameters of a solid that is of this kind, or nearly: a lying one may be tilted, a cylinder
-// is a cone without slope and a cone a cylinder of its mean radius.
+// The parameters of this kind for a solid that is of this kind or nearly so; empty for others. A
+// lying solid may be slightly tilted, a cylinder becomes a cone without slope, and a cone becomes a
+// cylinder of its mean radius.
 std::optional<WholeParameters> ParametersOf(WholeKind kind, const WholeSolid& solid);
 
 }  // namespace cwm::perception

@@ -6,12 +6,12 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: radii of length; what is shorter falls on its end.
+// chosen: the least length of a lying solid, in radii; a shorter one falls on its end.
 constexpr double kMinLying = 1.2;
-// chosen: radii of length; what is shorter does not stay.
+// chosen: the least length of a leaning cylinder, in radii; a shorter one does not stay leaning.
 constexpr double kMinLeaning = 2;
-// chosen: of an upright cone's height, its foot's radius; with its mass in the middle it tips at 11
-// degrees.
+// chosen: the least radius of an upright cone's foot as a share of its height. With the mass in the
+// middle such a cone tips at 11 degrees.
 constexpr double kMinFoot = 0.1;
 
 bool IsWithin(double radius_m, const ModelerOptions& options) {
@@ -41,7 +41,7 @@ bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& opt
 }
 
 bool IsHeldBack(const WholeFit& fit, const ModelerOptions& options) {
-  // chosen: steps end where the next one would be beyond, or a little before.
+  // chosen: steps end at a limit or a little before it.
   constexpr double kBarely = 1.02;
   if (const auto* box = std::get_if<Box>(&fit.solid.shape)) {
     return box->size_m.minCoeff() < kBarely * 2 * options.min_radius_m;

@@ -1,15 +1,16 @@
-// Which whole solids are offered at all.
+// Limits that every fitted solid must keep.
 #pragma once
 
 #include "perception/whole/whole_fit.h"
 
 namespace cwm::perception {
 
-// Within the modeler's sizes, and as a thing of that kind stays: it does not tip or roll over.
+// True if the sizes are within the options' limits and the solid is stable: it neither tips nor
+// rolls over.
 bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& options);
 
-// A limit holds it back: what the points ask for is shorter still, and does not lie; or thinner
-// still, and is a sheet, whose box would take up what lies between its points.
+// True if a limit kept the fit from becoming smaller. The points then ask for something that would
+// not stay lying, or for a sheet, whose box would fill the space between the points.
 bool IsHeldBack(const WholeFit& fit, const ModelerOptions& options);
 
 }  // namespace cwm::perception

@@ -10,10 +10,12 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of a ray's incidence; at more slanted ones its lateral noise has no bound.
+// chosen: the least cosine of a ray's incidence; at grazing rays the lateral noise would grow
+// without bound.
 constexpr double kMinIncidence_cos = 0.2;
 
-// The first terms of the series whose products sum up to exp(-d^2 / (2 l^2)), one row per point.
+// One row per point: the first terms of the series of the warp's correlation exp(-d^2 / (2 l^2)),
+// so that the products of two rows approximate it.
 Eigen::MatrixXd WarpTerms(const PointsOnGround& points) {
   Vector3 middle = Vector3::Zero();
   for (const Vector3& p : points.p_G) middle += p / static_cast<double>(points.p_G.size());

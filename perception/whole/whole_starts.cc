@@ -17,17 +17,19 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the points, on either side, what noise throws beyond the ends.
+// chosen: as a share of the points at either end that noise may scatter beyond it.
 constexpr double kBeyondEnds = 0.03;
 
-// chosen: of what leans, to either side of its points' direction, 14 degrees.
+// chosen: 14 degrees. Leaning starts are turned by this to either side of the principal direction
+// of their points.
 constexpr double kStartTurn_rad = 0.25;
-// derived: the sine of the elevation of a start that leans, twice the limit: a step may take half
-// of it.
+// derived: the least sine of the elevation of a leaning start: twice the limit, so that a step may
+// halve it.
 constexpr double kStartLean = kMinLean * 2;
-// chosen: of a face that may be an end, its lesser extent, in terms of the other.
+// chosen: the least ratio of the two extents of a face that may be the end of a round solid.
 constexpr double kMinRoundness = 0.6;
-// derived: the mean slope of cones, on either side.
+// derived: the mean absolute slope under the prior kSlopeSpread. Cones start with it and with its
+// negative.
 constexpr double kStartSlope = kSlopeSpread * std::numbers::sqrt2 * std::numbers::inv_sqrtpi;
 
 double TopOf_m(const PointsOnGround& points) {
@@ -75,7 +77,7 @@ std::optional<Round<kDimension>> RoundThrough(const std::vector<Vector3>& points
   return round;
 }
 
-// A ball through all points.
+// The least-squares sphere through all points.
 std::vector<WholeParameters> BallStarts(const PointsOnGround& points) {
   const auto ball = RoundThrough<3>(points.p_G);
   if (!ball) return {};
@@ -84,7 +86,8 @@ std::vector<WholeParameters> BallStarts(const PointsOnGround& points) {
   return {x};
 }
 
-// A circle within the extent of all points, and one through those below the top: the wall's.
+// A circle inscribed in the extent of all points, and one through the points below the top, which
+// lie on the wall.
 std::vector<WholeParameters> UprightStarts(const PointsOnGround& points) {
   const double top_m = TopOf_m(points);
   const Extent x = ExtentOf(points, Vector3::UnitX()), y = ExtentOf(points, Vector3::UnitY());
@@ -116,8 +119,8 @@ double PrincipalYaw_rad(const PointsOnGround& points) {
   return std::atan2(d.y(), d.x());
 }
 
-// As high as the points, along or across their extent or between both; one that shows little but
-// its end reaches away from the sensor.
+// Lying cylinders as high as the points, along the principal direction, across it and between both.
+// If little more than an end is seen, another start reaches away from the sensor.
 std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
   const double radius_m = 0.5 * TopOf_m(points);
   const double principal_rad = PrincipalYaw_rad(points);
@@ -141,7 +144,7 @@ std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
   return starts;
 }
 
-// Along the points, which show a half of it.
+// Leaning cylinders along the principal direction of the points and turned to either side of it.
 std::vector<WholeParameters> LeaningStarts(const PointsOnGround& points) {
   Vector3 mean = Vector3::Zero();
   for (const Vector3& p : points.p_G) mean += p / static_cast<double>(points.p_G.size());
@@ -163,8 +166,8 @@ std::vector<WholeParameters> LeaningStarts(const PointsOnGround& points) {
   return starts;
 }
 
-// Behind the faces of a known solid that are about as wide as high: of what leans with its end in
-// view little else may be seen. Down to the ground.
+// Leaning cylinders behind those faces of a known solid that are about as wide as high, down to the
+// ground. An end in view may be all that is seen of a leaning cylinder.
 std::vector<WholeParameters> LeaningBehind(const WholeSolid& known) {
   const Aabb bounds = TightBounds(known.shape, Pose::Identity());
   const Vector3 size_m = bounds.sizes();
@@ -215,7 +218,7 @@ std::vector<WholeParameters> Suggested(WholeKind kind, const PointsOnGround& poi
       return LeaningStarts(points);
     case WholeKind::kUprightBox:
       return BoxStarts(points);
-    case WholeKind::kTiltedBox:  // from what is known alone
+    case WholeKind::kTiltedBox:  // starts from known solids only
       return {};
   }
   return {};
@@ -245,7 +248,7 @@ std::vector<WholeParameters> StartsOf(WholeKind kind, const std::vector<Solid>& 
   }
   if (!IsConical(kind)) return starts;
   for (std::size_t k = 0, count = starts.size(); k < count; ++k) {
-    if (SlopeOf(kind, starts[k]) != 0) continue;  // a cone that is known
+    if (SlopeOf(kind, starts[k]) != 0) continue;  // a known cone keeps its slope
     starts.push_back(starts[k]);
     starts[k].tail<1>()(0) = -kStartSlope;
     starts.back().tail<1>()(0) = kStartSlope;

@@ -1,4 +1,4 @@
-// Where the search for a whole solid starts.
+// Start values of the fit of a closed solid.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace cwm::perception {
 
-// chosen: radii, how long what hides behind an end in view may be: of what is round and lies or
-// leans its end may be nearly all that is seen.
+// chosen: in radii, the longest hidden part that is assumed behind an end in view. An end may be
+// nearly all that is seen of a round solid that lies or leans.
 inline constexpr double kHiddenRadii = 3;
 
 // Points of an object in the frame of the ground.
@@ -19,7 +19,8 @@ struct PointsOnGround {
   std::vector<double> sigma_m;
 };
 
-// What the extents and circles of the points suggest, and what is known of this kind.
+// Start values that the extents and circles of the points suggest, and those of the known solids
+// that are of this kind.
 std::vector<WholeParameters> StartsOf(WholeKind kind, const std::vector<Solid>& known,
                                       const PointsOnGround& points);
 

@@ -13,24 +13,25 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: of the radius, what a focal length explains that is off by 0.025; 525 pixels, which
-// drivers assume of every Kinect, for 544 are off by more, but with 0.07 a tin that lies on edge
-// becomes smaller than its lid.
+// chosen: as a share of the radius, twice a focal length's relative error of 0.025. Drivers assume
+// 525 pixels for every Kinect; one of 544 pixels is off by more, but with 0.07 a tin that lies on
+// edge becomes smaller than its lid.
 constexpr double kMaxNarrowed = 0.05;
 // chosen: steps of a hundredth of the radius each.
 constexpr int kNarrowings = 5;
-// chosen: of the rays that run into a solid, what must be cleared at least; when no more than as
-// much is left, that is noise.
+// chosen: the least share of the entering rays that narrowing must clear. When no more than this
+// share is left, the rest is noise.
 constexpr double kMinCleared = 1.0 / 3;
 
-// Mean; 0 of what is not round about an axis.
+// The mean radius of a cylinder or cone; 0 for other shapes.
 double RadiusOf(const Shape& shape) {
   if (const auto* cylinder = std::get_if<Cylinder>(&shape)) return cylinder->radius_m;
   const auto* cone = std::get_if<Cone>(&shape);
   return cone == nullptr ? 0 : 0.5 * (cone->radius_bottom_m + cone->radius_top_m);
 }
 
-// `toward` the sensor, a unit vector across the axis.
+// The solid with its radius smaller by by_m and its axis moved as far in the direction `toward`, a
+// unit vector across the axis toward the sensor.
 Solid Narrowed(const Solid& solid, const Vector3& toward, double by_m) {
   Solid out = solid;
   out.X_MS.translation() += by_m * toward;
@@ -42,7 +43,7 @@ Solid Narrowed(const Solid& solid, const Vector3& toward, double by_m) {
   return out;
 }
 
-// As far as the coefficients moved, they are not known.
+// Adds the change of each coefficient to its standard deviation.
 void WidenSigmas(const Solid& before, Solid& after) {
   const std::vector<double> from = Coefficients(before.shape, before.X_MS);
   const std::vector<double> to = Coefficients(after.shape, after.X_MS);
@@ -55,11 +56,11 @@ void Yield(const FitContext& c, Solid& solid) {
   const double radius_m = RadiusOf(solid.shape);
   if (!(radius_m > 0) || solid.vessel) return;
   const double at_first = PassedShare(solid, c.free);
-  if (at_first < kMixedPixels) return;  // fewer run into an outline that is right
+  if (at_first < kMixedPixels) return;  // a correct outline has mixed pixels too
   const Vector3 axis = solid.X_MS.linear().col(2);
   Vector3 toward = c.points.viewpoint - solid.X_MS.translation();
   toward -= toward.dot(axis) * axis;
-  if (!(toward.norm() > radius_m)) return;  // seen along its axis: no side of it faces the sensor
+  if (!(toward.norm() > radius_m)) return;  // the sensor looks along the axis
   toward.normalize();
   const double worthwhile = (1 - kMinCleared) * at_first;
   double least = worthwhile;

@@ -1,4 +1,4 @@
-// Round solids that end where rays were seen to pass.
+// Narrows round solids that reach into free space.
 #pragma once
 
 #include <span>
@@ -7,15 +7,16 @@
 
 namespace cwm::perception {
 
-// What is seen of a wall tells its curvature, and rays over its far rim how far it reaches; real
-// depth cameras contradict themselves there. Over far rims of lids they show the background,
-// several pixels wide; and an image that is computed with a focal length a share e too short is too
-// wide by e, which makes the radius of an arc that faces the sensor too large by 2 e. Cylinders and
-// cones give way to the rays: they are narrowed, the side that faces the sensor staying where it
-// was measured, by as little as leaves a third of the rays in them and by at most 5 % of the
-// radius; not at all where that does not clear a third of them. The underside of what lies rises by
-// up to twice as much: nobody saw it. By as much as a coefficient moves its standard deviation
-// grows.
+// Narrows cylinders and cones that more rays enter than mixed pixels explain. The points of a wall
+// constrain its curvature and rays over its far rim constrain its width, and real depth cameras are
+// inconsistent there: over far rims of lids they show several pixels of background, and an image
+// that is interpreted with a focal length too short by a share e is too wide by e, which makes the
+// radius of an arc facing the sensor too large by 2 e.
+//
+// The side that faces the sensor stays where it was measured. The radius shrinks by the smallest
+// step that leaves at most a third of the rays inside, and by at most 5 %; if no step clears a
+// third of the rays, the solid stays. The underside of a lying solid, which nobody saw, rises by up
+// to twice as much. The standard deviation of each coefficient grows by its change.
 void YieldToRays(const FitContext& context, std::span<Solid> solids);
 
 }  // namespace cwm::perception

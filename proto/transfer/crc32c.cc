@@ -31,7 +31,7 @@ std::uint32_t ExtendByTable(std::uint32_t crc, std::string_view bytes) {
 }
 
 #if defined(__x86_64__)
-// The processor's own instruction, eight bytes at a time: about 20 times the table's speed.
+// Uses the processor's CRC instruction, eight bytes at a time: about 20 times as fast as the table.
 __attribute__((target("sse4.2"))) std::uint32_t ExtendByInstruction(std::uint32_t crc,
                                                                     std::string_view bytes) {
   std::uint64_t wide = crc;

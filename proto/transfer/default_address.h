@@ -1,4 +1,4 @@
-// Where a server listens, and a client looks for it, when nobody says otherwise.
+// The address at which a server listens, and a client calls, if none is given.
 #pragma once
 
 #include <string>
@@ -7,22 +7,24 @@
 
 namespace cwm {
 
-// The rule of DefaultAddress, for the help of programs.
+// The rule of DefaultAddress, for the help texts of programs.
 inline constexpr char kDefaultAddressRule[] =
     "$CWM_ADDR, else unix:$XDG_RUNTIME_DIR/cwm-$UID.sock, else unix:/tmp/cwm-$UID/cwm.sock";
 
-// The first of kDefaultAddressRule whose variable is set; empty variables count as unset.
+// Returns the first address of kDefaultAddressRule whose variable is set; empty variables count as
+// unset.
 std::string DefaultAddress();
 
-// Makes sure that nobody but this user and root can have put a socket at DefaultAddress(); whoever
-// listens or dials there without having been told to calls it first. XDG_RUNTIME_DIR must be a
-// directory of this user or root that group and others cannot write to; /tmp/cwm-$UID one of this
-// user's own with mode 0700, and is made when it is missing, by clients too: another user could
-// make it between the check and the connection. $CWM_ADDR is the user's own choice, and is not
-// checked.
+// Makes sure that only this user and root can have put a socket at DefaultAddress(). A program that
+// listens or dials there without an explicit address calls it first. XDG_RUNTIME_DIR must be a
+// directory of this user or root that group and others cannot write to. /tmp/cwm-$UID must be a
+// directory of this user with mode 0700; it is created if it is missing, by clients too, because
+// another user could create it between the check and the connection. $CWM_ADDR is the user's own
+// choice and is not checked.
 //
-// PermissionDenied names the path, what is wrong with it and how to choose another; Unavailable
-// when XDG_RUNTIME_DIR does not exist. Thread-safe as far as the environment is not changed.
+// PermissionDenied names the path, what is wrong with it and how to choose another address;
+// Unavailable if XDG_RUNTIME_DIR does not exist. Thread-safe as long as the environment does not
+// change.
 absl::Status PrepareDefaultAddress();
 
 }  // namespace cwm

@@ -1,8 +1,8 @@
 // GEOMETRY_FORMAT_MESH_F64: uint32 vertex_count, uint32 triangle_count, vertices 3 x f64, triangles
-// 3 x uint32, little-endian. The one definition of how a mesh travels and is hashed.
+// 3 x uint32, little-endian. This is the only definition of how a mesh travels and is hashed.
 //
-// Works on every mesh whose `vertices` are vectors of three doubles and whose `triangles` are
-// vectors of three uint32, as they lie in memory.
+// It works on every mesh whose `vertices` are vectors of three doubles and whose `triangles` are
+// vectors of three uint32, contiguous in memory.
 #pragma once
 
 #include <array>
@@ -26,11 +26,12 @@ inline constexpr std::size_t kMeshCountsBytes = 2 * sizeof(std::uint32_t);
 inline constexpr std::size_t kVertexBytes = 3 * sizeof(double);
 inline constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
 
-// What a blob claims to hold. InvalidArgument, "has N bytes, must have ...", when its size does not
-// bear that out.
+// Returns the counts in the header of a blob. InvalidArgument, "has N bytes, must have ...", if its
+// size does not match them.
 absl::StatusOr<MeshCounts> ReadMeshCounts(std::string_view bytes);
 
-// Calls sink(data, size) for the pieces of the encoding, in order: hashes without a copy.
+// Calls sink(data, size) for the pieces of the encoding, in order, so that it can be hashed without
+// a copy.
 template <class Mesh, class Sink>
 void ForEachMeshPiece(const Mesh& mesh, const Sink& sink) {
   static_assert(std::endian::native == std::endian::little, "columns travel as they lie in memory");
@@ -54,8 +55,8 @@ std::string EncodeMesh(const Mesh& mesh) {
   return bytes;
 }
 
-// The columns alone: whether corners are vertices and coordinates are finite is the caller's to
-// check. InvalidArgument as ReadMeshCounts.
+// Decodes the columns of a mesh. The caller checks that triangle indices are valid and coordinates
+// finite. InvalidArgument as in ReadMeshCounts.
 template <class Mesh>
 absl::StatusOr<Mesh> ReadMeshColumns(std::string_view bytes) {
   const absl::StatusOr<MeshCounts> counts = ReadMeshCounts(bytes);

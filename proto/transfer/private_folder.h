@@ -1,5 +1,5 @@
-// Folders in which no other user can have put a socket: a server that listens there, and a client
-// that dials there, meet nobody else.
+// Checks folders in which no other user can have put a socket, so that a server that listens there
+// and a client that dials there meet no other user.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@ enum class FolderRule {
   kUnshared,  // belongs to this user or to root, and group and others cannot write to it
 };
 
-// Ok for a directory that keeps the rule; root and this user can still change it. PermissionDenied
-// names the path, what is wrong (owner, mode, a symbolic link) and the rule. NotFound when nothing
-// is there. Thread-safe.
+// Returns Ok for a directory that satisfies the rule; root and this user can still change it.
+// PermissionDenied names the path, what is wrong (owner, mode, a symbolic link) and the rule.
+// NotFound if the path does not exist. Thread-safe.
 absl::Status CheckFolder(const std::string& path, FolderRule rule);
 
-// Makes the directory with mode 0700 when nothing is there, then checks it as kPrivate.
+// Creates the directory with mode 0700 if it does not exist, then checks it as kPrivate.
 absl::Status MakePrivateFolder(const std::string& path);
 
 }  // namespace cwm

@@ -1,4 +1,4 @@
-// SHA-256, by which blobs are named and clouds are checked.
+// SHA-256, which names blobs and checks clouds.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace cwm {
 
-// Of bytes that come piece by piece. Hex() ends it.
+// The digest of bytes that are added piece by piece. Hex() ends it.
 class Sha256 {
  public:
   Sha256();
@@ -16,14 +16,14 @@ class Sha256 {
   Sha256& operator=(const Sha256&) = delete;
 
   void Add(const void* data, std::size_t size);
-  // In lower case.
+  // Returns the digest in lower-case hex.
   std::string Hex();
 
  private:
-  void* const context_;  // OpenSSL's, whose header stays out of this one
+  void* const context_;  // a context of OpenSSL, whose header is not included here
 };
 
-// Of all bytes at once, in lower-case hex.
+// The digest of all bytes in lower-case hex.
 std::string Sha256Hex(std::string_view bytes);
 
 }  // namespace cwm

@@ -11,21 +11,22 @@ namespace {
 using collision::PreparedModel;
 using collision::WorldObject;
 
-// derived: from sizeof on x86-64. A primitive: as the model has it 288, prepared 288, its forms 256
-// of which the kernels' are 730 more. Those of FCL and Bullet are made when they are first asked
-// for.
+// derived: from sizeof on x86-64, per primitive: 288 bytes in the model, 288 prepared, 256 for its
+// engine forms and 730 more for the kernels' form. The forms of FCL and Bullet are made on first
+// use and not counted.
 constexpr std::int64_t kPreparedPartBytes = 1'600;
-// derived: likewise. A triangle: its indices 12, its corners in the kernels' tree 72 and two nodes
-// of 72 there. FCL's form, where it is asked for, takes four times as much.
+// derived: likewise, per triangle: 12 bytes of indices, 72 for its corners in the kernels' tree and
+// two tree nodes of 72. FCL's form takes four times as much if it is used.
 constexpr std::int64_t kTriangleBytes = 228;
 constexpr std::int64_t kMeshVertexBytes = sizeof(Vector3);
-// An object's share of a leaf and of the nodes above it, and its node in the table of names.
+// An object's share of a tree leaf and of the nodes above it, and its node in the table of names.
 constexpr std::int64_t kSnapshotEntryBytes = 200;
-// What a change copies: for each doubling of the world some 1.5 nodes of 64 bytes in the table of
-// names and two in the tree, of where the object was and where it is; and two leaves.
+// derived: bytes that one change copies per doubling of the world's size: about 1.5 nodes of 64
+// bytes in the table of names and two in the tree (of the object's old and new place). It copies
+// two leaves besides.
 constexpr std::int64_t kCopiedBytesPerDoubling = 224;
 constexpr std::int64_t kCopiedLeafBytes = 384;
-// Four names beyond the small-string size, at half of their longest.
+// Four names beyond the small-string size, at half of their maximum length.
 constexpr std::int64_t kRuleExtraBytes = 250;
 // A name, a uid and a supporter beyond the small-string size, and the shared pointer's block.
 constexpr std::int64_t kObjectExtraBytes = 150;
@@ -36,7 +37,7 @@ const TriangleMesh* MeshIn(const Shape& shape) {
   return convex == nullptr ? nullptr : convex->hull.get();
 }
 
-// Parts that mention one mesh share it and what was prepared of it.
+// Counts a mesh that several parts share once, together with its prepared form.
 std::int64_t GeometryBytes(const PreparedModel& geometry) {
   std::vector<const TriangleMesh*> meshes;
   const auto add = [&meshes](const TriangleMesh* mesh) {
@@ -75,7 +76,7 @@ std::int64_t OwnBytes(const collision::WorldRobot& robot) {
 
 std::int64_t Bytes(const collision::RobotGeometry& robot) {
   const collision::RobotModel& model = *robot.model;
-  // Names, indices by name, groups and spheres: as much again.
+  // The factor 2 covers names, indices by name, groups and spheres.
   const std::size_t tree = 2 * (model.links.size() * sizeof(collision::ModelLink) +
                                 model.variables.size() * sizeof(collision::Variable));
   const std::size_t pairs = model.self_pairs.size() * sizeof(collision::LinkPair);

@@ -15,7 +15,7 @@ std::int64_t Cost(const EncodedMesh& encoded) {
 std::shared_ptr<const EncodedMesh> EncodedMeshes::Find(const Source& source) {
   const std::lock_guard lock(mutex_);
   const auto found = by_address_.find(source.get());
-  // An address that is used again leads to what is no more.
+  // A reused address belongs to another object: the source that was kept there has died.
   if (found == by_address_.end() || found->second->source.lock() != source) return nullptr;
   recent_.splice(recent_.begin(), recent_, found->second);
   return found->second->encoded;

@@ -1,5 +1,5 @@
-// Meshes as they travel, kept for a while: a client that reads a mesh in ranges, or several that
-// read the same, have it encoded once.
+// A cache of encoded meshes, so that a client that reads a mesh in ranges, or several clients that
+// read the same mesh, have it encoded once.
 #pragma once
 
 #include <cstdint>
@@ -12,29 +12,30 @@
 namespace cwm::server {
 
 struct EncodedMesh {
-  std::string bytes;           // as in mesh_bytes.h
+  std::string bytes;           // encoded as in mesh_bytes.h
   std::string hash;            // SHA-256 of the bytes
   double max_deviation_m = 0;  // of a full surface (full_surface.h)
 };
 
-// Thread safe. The encodings that were used last, within a byte limit; one alone may exceed it.
+// Thread safe. Keeps the most recently used encodings within a byte limit; a single one may exceed
+// it.
 class EncodedMeshes {
  public:
   explicit EncodedMeshes(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // What an encoding was made from; known by its address, and only while it lives.
+  // The object that an encoding was made from, identified by its address while it lives.
   using Source = std::shared_ptr<const void>;
 
-  // nullptr when none is kept.
+  // nullptr if no encoding is kept.
   std::shared_ptr<const EncodedMesh> Find(const Source& source);
-  // Replaces. Lets go of those whose source died.
+  // Replaces the source's encoding, and drops the encodings of sources that died.
   void Keep(const Source& source, std::shared_ptr<const EncodedMesh> encoded);
 
-  // Lets go of those whose source died.
+  // Drops the encodings of sources that died.
   void ForgetDead();
 
   std::int64_t held_bytes() const;
-  // How many were made: counted by Keep.
+  // Number of encodings made, which is the number of calls of Keep.
   std::int64_t made() const;
 
  private:

@@ -11,10 +11,11 @@
 namespace cwm::server {
 namespace {
 
-// Names our payload within a status; never leaves the process.
+// Names our payload within a status; it never leaves the process.
 constexpr char kPayload[] = "cwm.server.ErrorDetails";
 
-// The payload is a list of strings, each behind its length: "5:hello". Written and read here alone.
+// The payload is a list of strings, each prefixed by its length: "5:hello". Only this file writes
+// and reads it.
 class Writer {
  public:
   void Add(std::string_view text) {
@@ -36,7 +37,7 @@ class Reader {
     const auto [end, error] = std::from_chars(in_.data(), in_.data() + in_.size(), size);
     const std::size_t begin = static_cast<std::size_t>(end - in_.data()) + 1;
     if (error != std::errc() || begin > in_.size() || size > in_.size() - begin) {
-      in_ = {};  // not written by us: read on as empty
+      in_ = {};  // not written by us: treated as empty
       return {};
     }
     std::string text(in_.substr(begin, size));

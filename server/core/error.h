@@ -1,6 +1,6 @@
-// Errors as the application states them: an absl::Status with a machine-readable reason, the fields
-// at fault and metadata, carried as payloads so that they survive every layer. server/rpc turns
-// them into the standard details.
+// Errors of the application: an absl::Status with a machine-readable reason, the fields at fault
+// and metadata, carried as payloads so that they survive every layer. server/rpc converts them to
+// the standard details.
 #pragma once
 
 #include <map>
@@ -22,7 +22,7 @@ struct ErrorDetails {
   std::string reason;  // UPPER_SNAKE, e.g. "REVISION_MISMATCH", stable for programs
   std::vector<FieldError> fields = {};
   std::map<std::string, std::string> metadata = {};
-  std::optional<double> retry_after_s = {};  // overload
+  std::optional<double> retry_after_s = {};  // set for overload
 };
 
 absl::Status MakeError(absl::StatusCode code, std::string message, ErrorDetails details);
@@ -32,7 +32,7 @@ absl::Status InvalidField(std::string field, std::string description);
 absl::Status Overloaded(std::string message, std::string reason, double retry_after_s);
 // UNAVAILABLE SERVER_DRAINING, with the time after which a successor may answer.
 absl::Status ServerDraining();
-// Details of a status, empty reason when it carries none.
+// The details of a status; the reason is empty if the status has none.
 ErrorDetails DetailsOf(const absl::Status& status);
 
 }  // namespace cwm::server

@@ -37,7 +37,7 @@ std::optional<FairQuota::Refusal> FairQuota::Take(QuotaHolder holder, std::int64
   const std::int64_t group = AmountOf(groups_, holder.group) + amount;
   const double of_group = options_.group_share * static_cast<double>(free);
   if (static_cast<double>(group) > of_group) return Refusal::kGroup;
-  // Members share what is left of their group's part, so that its newcomers find room, too.
+  // Members share the rest of their group's part, so that new members of the group find room, too.
   const double room =
       std::min(static_cast<double>(free), of_group - static_cast<double>(group - amount));
   const std::int64_t member = AmountOf(members_, holder.member) + amount;

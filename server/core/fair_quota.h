@@ -1,8 +1,8 @@
-// Shares a limited amount of something (bytes, places, streams) among holders by dynamic thresholds
-// (Choudhury and Hahne, "Dynamic Queue Length Thresholds for Shared-Memory Packet Switches",
-// IEEE/ACM Transactions on Networking 6, 1998): a holder may take more while it has less than a
-// multiple of what is free. A single holder gets most of it, many get equal parts, and a newcomer
-// always finds room.
+// Shares a limited amount (bytes, places, streams) among holders by dynamic thresholds (Choudhury
+// and Hahne, "Dynamic Queue Length Thresholds for Shared-Memory Packet Switches", IEEE/ACM
+// Transactions on Networking 6, 1998): a holder may take more while it has less than a multiple of
+// the free amount. A single holder gets most of it, many get equal parts, and a newcomer always
+// finds room.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@
 
 namespace cwm::server {
 
-// A member of a group, as a connection is one of a user. Groups share first, members within.
+// A member of a group, e.g. a connection of a user. Groups share first, then the members of each
+// group.
 struct QuotaHolder {
   std::int64_t group = 0;
   std::int64_t member = 0;
@@ -27,24 +28,26 @@ struct QuotaHolder {
 QuotaHolder HolderOf(const ClientId& client);
 
 struct FairQuotaOptions {
-  std::int64_t limit = 0;                                                // in all
+  std::int64_t limit = 0;                                                // of all holders together
   std::int64_t member_limit = std::numeric_limits<std::int64_t>::max();  // of one member
-  // Multiples of what is free, for a member of what is free to its group. A group alone gets 3/4 of the
-  // limit, one member alone half of it where member_share is 1; four greedy members of one group leave
-  // their group a sixth.
+  // chosen: the multiples of the free amount; for a member, of the amount that is free to its
+  // group. A single group gets 3/4 of the limit. With member_share 1 a single member gets half of
+  // the limit, and four greedy members of one group leave about a sixth of it to others of their
+  // group.
   double group_share = 3;
   double member_share = 3;
 };
 
-// Thread safe; outlives what was taken from it.
+// Thread safe. Must outlive the shares taken from it.
 class FairQuota {
  public:
   explicit FairQuota(FairQuotaOptions options) : options_(options) {}
 
   enum class Refusal { kLimit, kGroup, kMember };
-  // Nothing when it was taken. `reserved` is a part of the limit that is taken elsewhere.
+  // Empty if the amount was taken, else the reason. `reserved` is a part of the limit that is taken
+  // elsewhere.
   std::optional<Refusal> Take(QuotaHolder holder, std::int64_t amount, std::int64_t reserved = 0);
-  // Takes though nothing may be free.
+  // Takes the amount even if it is not free.
   void TakeAnyway(QuotaHolder holder, std::int64_t amount);
   void GiveBack(QuotaHolder holder, std::int64_t amount);
 
@@ -59,13 +62,13 @@ class FairQuota {
   mutable std::mutex mutex_;
   std::int64_t taken_ = 0;
   Amounts groups_;
-  Amounts members_;  // numbers of members are unique among all groups
+  Amounts members_;  // member numbers are unique across groups
 };
 
-// A part of a quota, given back at its end.
+// A share of a quota, given back by the destructor.
 class QuotaShare {
  public:
-  QuotaShare() = default;  // of nothing
+  QuotaShare() = default;  // an empty share
   QuotaShare(QuotaShare&& other) noexcept
       : quota_(std::exchange(other.quota_, nullptr)),
         holder_(other.holder_),
@@ -80,7 +83,7 @@ class QuotaShare {
     if (quota_ != nullptr) quota_->GiveBack(holder_, amount_);
   }
 
-  // Nothing when the quota refuses.
+  // Empty if the quota refuses.
   static std::optional<QuotaShare> Take(FairQuota& quota, const ClientId& client,
                                         std::int64_t amount = 1) {
     const QuotaHolder holder = HolderOf(client);

@@ -7,7 +7,8 @@
 namespace cwm::server {
 namespace {
 
-// Flows without a waiting task are forgotten when there are so many, with what little they owe.
+// chosen: beyond this number, flows without a waiting task are forgotten together with their small
+// debts.
 constexpr std::size_t kMaxFlows = 1'024;
 
 }  // namespace
@@ -21,7 +22,8 @@ void FairTasks::Push(Task task) {
   const std::int64_t connection = task.client.connection;
   double start = StartOf(connection);
   Flow& flow = flows_[connection];
-  // What was cheaper than estimated makes later tasks come sooner, never before those that wait.
+  // A flow that was cheaper than estimated starts its later tasks sooner, but never before its
+  // waiting ones.
   if (flow.waiting > 0) start = std::max(start, flow.start);
   flow.start = start;
   flow.finish = start + std::max(task.cost_s, kMinCost_s);
@@ -54,7 +56,7 @@ std::optional<Task> FairTasks::TakeFromLongest(const ClientId& client) {
   for (auto at = tasks_.end(); at != tasks_.begin();) {
     --at;
     if (at->second.client.connection != longest->first) continue;
-    longest->second.finish = at->first.start;  // as if it had never come
+    longest->second.finish = at->first.start;  // as if it had never been pushed
     return Remove(at);
   }
   return std::nullopt;

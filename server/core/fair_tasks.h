@@ -1,7 +1,7 @@
-// Tasks that wait, shared fairly among clients: start-time fair queueing (Goyal, Vin and Cheng,
-// "Start-time Fair Queueing", IEEE/ACM Transactions on Networking 5, 1997). It shares like deficit
-// round robin by cost, in the order of one number and without a quantum: a client with a thousand
-// batches delays another by the batch under way and one more.
+// Waiting tasks, shared fairly among clients by start-time fair queueing (Goyal, Vin and Cheng,
+// "Start-time Fair Queueing", IEEE/ACM Transactions on Networking 5, 1997). It shares by cost like
+// deficit round robin, but orders tasks by a single number and needs no quantum: a client with a
+// thousand batches delays another client by the batch in progress and one more.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,13 @@
 namespace cwm::server {
 
 struct Task {
-  // Called once: with OK to do the work, else with the error to answer.
+  // Called once: with OK to do the work, otherwise with the error to answer.
   std::function<void(const absl::Status& admitted)> run;
   ClientId client = {};
-  double cost_s = 0;  // estimated time of one core
+  double cost_s = 0;  // estimated time on one core
   Clock::time_point deadline = Clock::time_point::max();
-  // Work that answers what is complete when its time is over is never too late to begin.
+  // True if the work can return partial results when its time is over: then it is never too late to
+  // begin.
   bool may_answer_in_part = false;
   Clock::time_point pushed = {};  // set by the queue
 };
@@ -31,37 +32,38 @@ struct Task {
 // Not thread safe.
 class FairTasks {
  public:
-  // A task without an estimate takes a thread's wake and a reply.
+  // chosen: the least cost of a task: waking a thread and sending a reply.
   static constexpr double kMinCost_s = 50e-6;
 
   void Push(Task task);
-  // The task whose turn it is. Not when empty.
+  // Removes and returns the task whose turn it is. Must not be called when empty.
   Task Pop();
-  // The newest task of the client that has most of them, where that is another client with more
-  // than `client` would have with one more.
+  // Removes and returns the newest task of the client with the most tasks. Empty unless that is
+  // another client and has more tasks than `client` would have with one more.
   std::optional<Task> TakeFromLongest(const ClientId& client);
 
-  // A task of the client cost so much more than it was estimated to, or less: its next ones come later
-  // for it, or sooner.
+  // Adds to the client's account the difference between a task's true and estimated cost (negative
+  // if it was cheaper): its next tasks start later, or sooner.
   void Correct(const ClientId& client, double cost_s);
 
-  // Whoever used more than a share while nobody else wanted it owes nothing. Only when empty.
+  // Forgets what clients owe for using more than their share while nobody else wanted it. Only when
+  // empty.
   void ForgetDebts() { flows_.clear(); }
 
   std::size_t size() const { return tasks_.size(); }
   bool empty() const { return tasks_.empty(); }
-  // Estimated costs of what is served before a task that `client` would push now.
+  // The sum of the estimated costs of the tasks served before one that `client` would push now.
   double CostBefore(const ClientId& client) const;
 
  private:
-  // Serves by start tag, then in the order of arrival.
+  // Tasks are served by start tag, then in order of arrival.
   struct Turn {
     double start = 0;
     std::int64_t number = 0;
     friend auto operator<=>(const Turn&, const Turn&) = default;
   };
   struct Flow {
-    double start = 0, finish = 0;  // of its newest task
+    double start = 0, finish = 0;  // tags of its newest task
     std::size_t waiting = 0;
   };
 
@@ -70,7 +72,7 @@ class FairTasks {
 
   std::map<Turn, Task> tasks_;
   std::unordered_map<std::int64_t, Flow> flows_;
-  double virtual_time_ = 0;  // start tag of the task that was served last
+  double virtual_time_ = 0;  // start tag of the task served last
   std::int64_t last_number_ = 0;
 };
 

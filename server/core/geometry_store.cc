@@ -24,8 +24,8 @@ std::string HashOfEncoding(const TriangleMesh& mesh) {
   return sha.Hex();
 }
 
-// Hashes of living meshes by address. An entry is good while its weak pointer still leads to the
-// mesh: an address that is used again does not.
+// Hashes of living meshes by address. An entry is valid while its weak pointer still leads to the
+// mesh, so a reused address does not hit.
 class HashCache {
  public:
   std::string Find(const std::shared_ptr<const TriangleMesh>& mesh) {
@@ -39,7 +39,7 @@ class HashCache {
     std::lock_guard lock(mutex_);
     if (entries_.size() >= purge_at_) {
       std::erase_if(entries_, [](const auto& entry) { return entry.second.mesh.expired(); });
-      purge_at_ = 2 * entries_.size() + kFirstPurge;  // amortised: one look per insertion
+      purge_at_ = 2 * entries_.size() + kFirstPurge;  // amortised: one check per insertion
     }
     entries_[mesh.get()] = {mesh, hash};
   }
@@ -88,7 +88,7 @@ absl::StatusOr<EncodedMesh> EncodeSurface(const collision::PreparedModel& model,
   return encoded;
 }
 
-// A label, or a point.
+// Bytes of one label or of one point.
 std::size_t BytesOfOne(BlobFormat format) {
   return format == BlobFormat::kPointsF32 ? 3 * sizeof(float) : sizeof(std::uint32_t);
 }
@@ -103,7 +103,8 @@ absl::Status UnknownGeometry(const std::string& hash) {
                    {.reason = "GEOMETRY_UNKNOWN", .metadata = {{"hash", hash}}});
 }
 
-// As ReadMeshColumns, in pieces: hundreds of megabytes take some tenths of a second.
+// Like ReadMeshColumns, but in pieces that observe the budget: hundreds of megabytes take some
+// tenths of a second.
 absl::StatusOr<TriangleMesh> ReadColumns(std::string_view bytes, WorkBudget* budget) {
   const absl::StatusOr<MeshCounts> counts = ReadMeshCounts(bytes);
   if (!counts.ok()) return InvalidMesh(counts.status());
@@ -149,7 +150,7 @@ std::string HashOf(std::string_view bytes, WorkBudget* budget) {
 }
 
 std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh) {
-  static HashCache& cache = *new HashCache;  // lives as long as the process
+  static HashCache& cache = *new HashCache;  // never destroyed
   std::string hash = cache.Find(mesh);
   if (hash.empty()) {
     hash = HashOfEncoding(*mesh);
@@ -162,13 +163,13 @@ struct GeometryStore::State {
   struct Entry {
     using WeakMesh = std::weak_ptr<const TriangleMesh>;
 
-    std::shared_ptr<const Blob> blob;        // held while recently used, else null
-    std::list<std::string>::iterator used;   // into `recent`, where blob is set
-    std::uint64_t number = 0;                // of this time that the blob is held
-    int puts = 0;                            // how often it came since
-    bool was_used = false;                   // its mesh by an object or a question
-    std::vector<WeakMesh> meshes;            // equal ones that objects use; mostly one
-    std::shared_ptr<const MeshFacts> facts;  // of them and of the blob; nullptr: not asked for
+    std::shared_ptr<const Blob> blob;        // held while recently used, else nullptr
+    std::list<std::string>::iterator used;   // into `recent`, valid while blob is set
+    std::uint64_t number = 0;                // identifies this period of holding the blob
+    int puts = 0;                            // Puts in this period
+    bool was_used = false;                   // its mesh was used by an object or a query
+    std::vector<WeakMesh> meshes;            // equal meshes that objects use; usually one
+    std::shared_ptr<const MeshFacts> facts;  // of the meshes and the blob; nullptr: not computed
 
     void Add(const std::shared_ptr<const TriangleMesh>& mesh) {
       std::erase_if(meshes, [](const WeakMesh& weak) { return weak.expired(); });
@@ -177,7 +178,7 @@ struct GeometryStore::State {
         meshes.push_back(mesh);
       }
     }
-    // nullptr when no object uses one any more.
+    // nullptr if no object uses a mesh of this hash any more.
     std::shared_ptr<const TriangleMesh> LivingMesh() const {
       for (const WeakMesh& weak : meshes) {
         if (auto mesh = weak.lock(); mesh != nullptr) return mesh;
@@ -197,17 +198,18 @@ struct GeometryStore::State {
   std::list<std::string> recent;                   // hashes of held blobs, newest first
   std::int64_t held_bytes = 0;
   std::size_t purge_at = kFirstPurge;
-  std::uint64_t last_number = 0;  // given to a blob that is held
-  // Entries without a blob that have facts. A hull has up to 0.6 MB: only so many are kept.
+  std::uint64_t last_number = 0;  // the last `number` given to a held blob
+  // Hashes of entries without a blob that have facts. A hull takes up to 0.6 MB, so their number is
+  // limited.
   std::deque<std::string> facts_of_objects;
   EncodedMeshes encoded;
 
-  // A decoded mesh takes about the room of its bytes.
+  // A decoded mesh takes about as much memory as its bytes.
   static std::int64_t Cost(const Blob& blob) {
     return static_cast<std::int64_t>(blob.bytes->size()) * (blob.mesh == nullptr ? 1 : 2);
   }
 
-  // What is let go is moved out, to be freed after the lock.
+  // Dropped blobs are moved out, so that they are freed after the lock.
   using Freed = std::vector<std::shared_ptr<const Blob>>;
 
   Freed Hold(const std::string& hash, std::shared_ptr<const Blob> blob) {
@@ -222,7 +224,7 @@ struct GeometryStore::State {
     return Shrink();
   }
 
-  // One of those who put it needs it no more.
+  // Drops the blob if this was the last of its holders.
   std::shared_ptr<const Blob> Release(const std::string& hash, std::uint64_t number) {
     const auto found = entries.find(hash);
     if (found == entries.end() || found->second.blob == nullptr || found->second.number != number ||
@@ -233,14 +235,14 @@ struct GeometryStore::State {
     return LetGo(found->second);
   }
 
-  // The caller takes it from `recent`.
+  // Drops the entry's blob and facts. The caller removes the hash from `recent`.
   std::shared_ptr<const Blob> LetGo(Entry& entry) {
     held_bytes -= Cost(*entry.blob);
     entry.facts = nullptr;
     return std::exchange(entry.blob, nullptr);
   }
 
-  // The same bytes again, now with their mesh.
+  // Replaces the blob by the same bytes with their decoded mesh.
   Freed Replace(Entry& entry, std::shared_ptr<const Blob> blob) {
     held_bytes += Cost(*blob) - Cost(*entry.blob);
     entry.Add(blob->mesh);
@@ -261,14 +263,14 @@ struct GeometryStore::State {
     return freed;
   }
 
-  // Amortised: one look per insertion.
+  // Amortised: one check per insertion.
   void PurgeDead() {
     if (entries.size() < purge_at) return;
     std::erase_if(entries, [](const auto& entry) { return entry.second.dead(); });
     purge_at = 2 * entries.size() + kFirstPurge;
   }
 
-  // What is known of the entry's mesh, from now on kept with it.
+  // The facts of the entry's mesh, kept with the entry from now on.
   std::shared_ptr<const MeshFacts> FactsOf(const std::string& hash, Entry& entry) {
     if (entry.facts != nullptr) return entry.facts;
     entry.facts = std::make_shared<const MeshFacts>();
@@ -282,7 +284,7 @@ struct GeometryStore::State {
     return entry.facts;
   }
 
-  // The entry of the hash when its bytes can be had, marked as used; else null.
+  // The entry of the hash, marked as used; nullptr if its bytes are not available.
   Entry* Touch(const std::string& hash) {
     const auto found = entries.find(hash);
     if (found == entries.end() || found->second.dead()) return nullptr;
@@ -322,7 +324,7 @@ absl::StatusOr<HeldBlob> GeometryStore::PutForHolder(BlobFormat format, std::str
                         number = *number](const void*) {
     const std::shared_ptr<State> state = weak.lock();
     if (state == nullptr) return;
-    std::shared_ptr<const Blob> freed;  // after the lock
+    std::shared_ptr<const Blob> freed;  // freed after the lock
     const std::lock_guard lock(state->mutex);
     freed = state->Release(hash, number);
   };
@@ -357,10 +359,10 @@ absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string 
   std::lock_guard lock(state_->mutex);
   State::Entry* const known = state_->Touch(hash);
   stored = {.hash = hash, .already_known = known != nullptr};
-  // What was known by a living mesh alone is held from now on: its writer will ask for it.
+  // A mesh that only living objects held is stored from now on, since its writer will ask for it.
   if (known == nullptr || known->blob == nullptr) {
     freed = state_->Hold(hash, std::move(blob));
-  } else if (known->blob->mesh == nullptr && blob->mesh != nullptr) {  // were labels until now
+  } else if (known->blob->mesh == nullptr && blob->mesh != nullptr) {  // was a label image so far
     freed = state_->Replace(*known, std::move(blob));
   }
   State::Entry& entry = state_->entries[hash];
@@ -438,7 +440,7 @@ absl::StatusOr<std::shared_ptr<const EncodedMesh>> GeometryStore::SurfaceOf(
 }
 
 void GeometryStore::ForgetUnused() {
-  State::Freed freed;  // after the lock
+  State::Freed freed;  // freed after the lock
   {
     const std::lock_guard lock(state_->mutex);
     for (auto hash = state_->recent.begin(); hash != state_->recent.end();) {

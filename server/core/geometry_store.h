@@ -1,5 +1,5 @@
 // Blobs by content: meshes, label images and points, named by the SHA-256 of their bytes, so that
-// none travels twice. And the full surfaces of objects, made when they are read.
+// none is sent twice. Also the full surfaces of objects, which are made when they are read.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace cwm::server {
 
 enum class BlobFormat { kMeshF64, kLabelsU32, kPointsF32 };
 
-// A blob that is let go with the last copy of its hold.
+// A blob that is dropped with the last copy of its hold.
 struct HeldBlob {
   std::string hash;
   std::shared_ptr<const void> hold;
@@ -32,19 +32,20 @@ struct Blob {
   std::shared_ptr<const TriangleMesh> mesh;  // decoded, for kMeshF64
 };
 
-// InvalidArgument INVALID_FIELD when the bytes are not the encoding of mesh_bytes.h, or the mesh
-// breaks a rule of validation.h (indices, finite, at least one triangle).
-// Ends with the budget: a mesh of millions of triangles takes some tenths of a second.
+// InvalidArgument INVALID_FIELD if the bytes are not the encoding of mesh_bytes.h, or if the mesh
+// breaks a rule of validation.h (indices, finite, at least one triangle). Ends with the budget's
+// status when the budget is spent: a mesh of millions of triangles takes some tenths of a second.
 absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes, WorkBudget* budget = nullptr);
-// SHA-256 of the bytes, in lower-case hex; void where the budget ended.
+// SHA-256 of the bytes in lower-case hex; invalid if the budget ended.
 std::string HashOf(std::string_view bytes, WorkBudget* budget);
-// The hash of a mesh's encoding without keeping the encoding; cached by the mesh's address while it
-// lives.
+// SHA-256 of the mesh's encoding, without keeping the encoding; cached by the mesh's address while
+// it lives.
 std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh);
 
-// Thread safe. Blobs that clients or ingests stored are kept while an object of a kept revision
-// uses their mesh, and otherwise the most recently used ones within a byte limit. What objects use
-// is encoded when somebody reads it; limits.encoded_mesh_bytes of that are kept for later readers.
+// Thread safe. Blobs stored by clients or ingests are kept while an object of a kept revision uses
+// their mesh; of the others the most recently used ones are kept within a byte limit. Meshes that
+// only objects hold are encoded when they are read; limits.encoded_mesh_bytes of the encodings are
+// kept for later readers.
 class GeometryStore {
  public:
   // `max_bytes` limits the memory of blobs that no object uses: their bytes and decoded meshes.
@@ -55,40 +56,40 @@ class GeometryStore {
     std::string hash;
     bool already_known = false;
   };
-  // InvalidArgument when a mesh blob is malformed or breaks a rule (indices, finite, triangles):
-  // names field, value, rule. ResourceExhausted GEOMETRY_TOO_LARGE when it can never fit.
+  // InvalidArgument if a mesh blob is malformed or breaks a rule (indices, finite, triangles), with
+  // field, value and rule. ResourceExhausted GEOMETRY_TOO_LARGE if it can never fit.
   absl::StatusOr<Stored> Put(BlobFormat format, std::string bytes, WorkBudget* budget = nullptr);
-  // As Put, of what is of use for a while: let go with the last hold, unless others put the same
-  // bytes meanwhile; sooner where more recently used ones need the room.
+  // Like Put, for temporary blobs: dropped with the last hold unless others put the same bytes
+  // meanwhile; sooner if more recently used blobs need the memory.
   absl::StatusOr<HeldBlob> PutForHolder(BlobFormat format, std::string bytes);
-  // Of a blob that is known: as if its bytes had come again. NotFound GEOMETRY_UNKNOWN.
+  // Like Put of a known blob's bytes. NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<Stored> PutAgain(BlobFormat format, std::string_view hash,
                                   WorkBudget* budget = nullptr);
   // Makes the mesh of an object readable by its hash; holds it weakly.
   std::string Offer(const std::shared_ptr<const TriangleMesh>& mesh);
   // NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<std::shared_ptr<const Blob>> Get(std::string_view hash) const;
-  // The mesh alone, which takes a look-up: nothing is encoded. NotFound GEOMETRY_UNKNOWN.
+  // Only the mesh, which is a look-up: nothing is encoded. NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<StoredMesh> FindMesh(std::string_view hash) const;
-  // The full surface of an object's model (full_surface.h), in the object's frame. Heavy where it
-  // is not kept: no lock may be held. FailedPrecondition SURFACE_UNBOUNDED, ResourceExhausted
+  // The full surface of an object's model (full_surface.h), in the object's frame. Heavy if it is
+  // not kept, so no lock may be held. FailedPrecondition SURFACE_UNBOUNDED, ResourceExhausted
   // GEOMETRY_TOO_LARGE.
   absl::StatusOr<std::shared_ptr<const EncodedMesh>> SurfaceOf(
       const std::shared_ptr<const collision::PreparedModel>& model,
       WorkBudget* budget = nullptr) const;
-  // Lets go of meshes that objects used and no longer do, before others need their room: for when
-  // worlds go.
+  // Drops meshes that objects used and no longer use before their memory is needed; called when
+  // worlds are deleted.
   void ForgetUnused();
-  // Meshes and surfaces that were encoded because none was kept.
+  // Number of meshes and surfaces encoded because no encoding was kept.
   std::int64_t encoded_count() const;
 
  private:
   struct State;
-  // The number under which the store holds what was put.
+  // Returns the number that identifies this period of holding the blob.
   absl::StatusOr<std::uint64_t> Put(BlobFormat format, std::string bytes, Stored& stored,
                                     WorkBudget* budget);
 
-  std::shared_ptr<State> state_;  // holds may outlive the store
+  std::shared_ptr<State> state_;  // shared, since holds may outlive the store
 };
 
 }  // namespace cwm::server

@@ -1,13 +1,13 @@
-// How much freed memory the process keeps, and when the system gets it back.
+// Controls how much freed memory the process keeps, and when the system gets it back.
 #pragma once
 
 namespace cwm::server {
 
-// Keeps what messages and answers use, so that the next ones need not fault it in again. Once, before
-// the process has threads.
+// Keeps freed memory of messages and answers, so that the next ones need not fault it in again.
+// Call once, before the process has threads.
 void KeepFreedMemory();
 
-// Gives freed memory back to the system: after worlds are gone. Takes milliseconds. Thread safe.
+// Returns freed memory to the system, after worlds were deleted. Takes milliseconds. Thread safe.
 void ReturnFreedMemory();
 
 }  // namespace cwm::server

@@ -121,7 +121,7 @@ std::vector<EventPtr> History::EventsAfter(Revision revision) const {
 
 namespace {
 
-// What a world holds, by name.
+// The members of a world, by name.
 template <class Ptr>
 using ByName = std::map<std::string, Ptr>;
 
@@ -132,7 +132,8 @@ auto ByNameOf(const Members& members) {
   return by_name;
 }
 
-// Backwards: a member that was made anew is a removal followed by an addition.
+// Undoes the deltas in reverse order, since a member that was made anew is a removal followed by an
+// addition.
 template <class Deltas, class Ptr>
 void UndoDeltas(const Deltas& deltas, ByName<Ptr>& by_name) {
   for (auto delta = deltas.rbegin(); delta != deltas.rend(); ++delta) {

@@ -1,5 +1,5 @@
-// What one world remembers of its past: the last exact snapshots, and the log of events that
-// watches read. Values and limits only: not thread safe, no clock of its own.
+// The past of one world: the last exact snapshots, and the log of events that watches read. Values
+// and limits only: not thread safe, no clock of its own.
 #pragma once
 
 #include <chrono>
@@ -16,11 +16,11 @@
 
 namespace cwm::server {
 
-// Everything that one revision changed, by name.
+// All changes of one revision, by name.
 struct Event {
   collision::Revision revision;
   Clock::time_point when;
-  absl::InlinedVector<collision::ObjectDelta, 1> deltas;  // one is most frequent
+  absl::InlinedVector<collision::ObjectDelta, 1> deltas;  // usually one
   std::vector<collision::RobotDelta> robot_deltas = {};
   std::vector<collision::PairRuleDelta> rule_deltas = {};
 
@@ -32,13 +32,13 @@ using EventPtr = std::shared_ptr<const Event>;
 
 class History {
  public:
-  // What fell out: to be freed by the caller, after its locks.
+  // Dropped data; the caller frees it after releasing its locks.
   struct Forgotten {
     std::vector<SnapshotPtr> snapshots;
     std::vector<EventPtr> events;
   };
 
-  // `charge` is kept at the bytes of what is remembered, without the geometry of objects, whose
+  // `charge` is kept equal to the bytes of the history, without the geometry of objects, whose
   // memory is charged with them.
   History(Retention retention, SnapshotPtr first, MemoryCharge charge = {});
 
@@ -51,27 +51,27 @@ class History {
 
   collision::Revision latest() const { return snapshots_.back().snapshot->revision(); }
   collision::Revision oldest_exact() const { return snapshots_.front().snapshot->revision(); }
-  // A watch can resume from here: all later events are kept.
+  // A watch can resume from here on: all later events are kept.
   collision::Revision oldest_watch() const;
 
-  // nullptr when it is not kept, or not yet made.
+  // nullptr if it is no longer kept, or not yet made.
   SnapshotPtr SnapshotAt(collision::Revision revision) const;
-  // The event that made the revision; nullptr likewise.
+  // The event that made the revision; nullptr if it is no longer kept, or not yet made.
   EventPtr EventAt(collision::Revision revision) const;
-  // The world at a revision from oldest_watch() on, though its snapshot is no longer kept: the
-  // events after it, to be undone from the latest.
+  // The events after a revision from oldest_watch() on. Undoing them from the latest snapshot gives
+  // the world at that revision even if its snapshot is no longer kept.
   std::vector<EventPtr> EventsAfter(collision::Revision revision) const;
 
  private:
   struct KeptSnapshot {
     SnapshotPtr snapshot;
     std::int64_t own_bytes = 0;
-    std::int64_t bytes = 0;  // its own, and of what the next revision took out of the world
+    std::int64_t bytes = 0;  // own_bytes and the bytes that the next revision took out of the world
   };
   struct KeptEvent {
     EventPtr event;
     std::int64_t own_bytes = 0;
-    std::int64_t bytes = 0;  // its own, and of what its revision took out of the world
+    std::int64_t bytes = 0;  // own_bytes and the bytes that its revision took out of the world
   };
 
   void ShrinkSnapshots(Forgotten& forgotten);

@@ -14,13 +14,13 @@ namespace {
 using collision::WorldObjectPtr;
 using perception::SceneInterpretation;
 
-// How often the scan is matched with no lock held before it takes the writer's turn for it: under a
-// stream of other writes it must come to an end all the same.
+// chosen: how often the scan is matched without holding the writer's turn. The last match is made
+// within the turn, so that an ingest ends even under a stream of other writes.
 constexpr int kOptimisticTries = 3;
-// How often a scan is interpreted anew because its sensor got another pose meanwhile: the first
-// scan of a sensor may lose once to another first scan, and once to a given pose.
+// chosen: how often a scan is interpreted again because its sensor got another pose meanwhile. The
+// first scan of a sensor may lose once to another first scan, and once to a given pose.
 constexpr int kInterpretTries = 3;
-constexpr std::size_t kLongestSensorName = 128;  // as for worlds and objects
+constexpr std::size_t kLongestSensorName = 128;  // the limit of worlds and objects, too
 
 absl::Status Cancelled() { return absl::CancelledError("ingest: the caller went away"); }
 
@@ -29,9 +29,10 @@ bool SamePose(const std::optional<SensorPose>& a, const std::optional<SensorPose
   return a->X_WC.matrix() == b->X_WC.matrix() && a->given == b->given;
 }
 
-// What a scan is interpreted by: a given pose rules, be it given with an earlier scan; an estimate
-// of an earlier scan holds unless this one is given an up that speaks against it, or is segmented
-// alone, which tells the same whatever was ingested before. Nothing: it is estimated anew.
+// The pose to interpret the scan with. A given pose wins, even if it was given with an earlier
+// scan. The estimate of an earlier scan is used unless this request gives an up direction that
+// contradicts it, or only segments, in which case the answer must not depend on earlier scans.
+// Empty: the pose is estimated anew.
 std::optional<SensorPose> PoseFor(const IngestRequest& request,
                                   const std::optional<SensorPose>& kept) {
   if (request.options.X_WC.has_value()) return SensorPose{*request.options.X_WC, true};
@@ -42,8 +43,8 @@ std::optional<SensorPose> PoseFor(const IngestRequest& request,
   return kept;
 }
 
-// An object that is in no world: what a scan showed, under a name of its own. Its geometry has the
-// model alone, prepared for no engine.
+// An object that belongs to no world: what a scan showed, under a name of its own. Its geometry has
+// only the model, prepared for no engine.
 WorldObjectPtr Provisional(std::string name, const Detections& detections, int d,
                            std::string supported_by) {
   collision::WorldObject object;
@@ -64,7 +65,7 @@ perception::Work WorkOf(const perception::InterpretOptions& options, std::stop_t
           .on_piece = options.on_piece};
 }
 
-enum class PoseOrigin { kTold, kThisScan };  // given or kept, or estimated from the scan itself
+enum class PoseOrigin { kTold, kThisScan };  // given or kept, or estimated from this scan
 
 class IngestRun {
  public:
@@ -97,7 +98,7 @@ class IngestRun {
     return outcome;
   }
 
-  // Nothing when the sensor got another pose since the scan was interpreted.
+  // Empty if the sensor got another pose since the scan was interpreted.
   absl::StatusOr<std::optional<IngestOutcome>> Write() {
     for (int attempt = 1;; ++attempt) {
       match_ = MatchScene(world_.Snapshot(), scene_, request_.cloud, request_.options.noise);
@@ -134,7 +135,7 @@ class IngestRun {
       outcome.replayed = true;
       return outcome;
     }
-    // The id was given to other changes whose digest happens to be the same.
+    // The id was used for other changes whose digest happens to be the same.
     return MakeError(absl::StatusCode::kFailedPrecondition,
                      "request_id: was used before for changes, not for a scan",
                      {.reason = "REQUEST_ID_REUSED"});
@@ -144,7 +145,7 @@ class IngestRun {
   enum class IfStale { kRefuse, kMatchAgain };
   enum class Refusal { kNone, kStale, kOtherPose };
 
-  // Under the writer's turn.
+  // Must be called under the writer's turn.
   absl::StatusOr<std::vector<collision::Change>> Changes(const SnapshotPtr& latest,
                                                          IfStale if_stale) {
     if (!request_.options.X_WC.has_value() &&
@@ -229,7 +230,7 @@ class IngestRun {
   World& world_;
   const IngestRequest& request_;
   const SceneInterpretation scene_;
-  const std::optional<SensorPose> kept_pose_;  // by the world when the scan was interpreted
+  const std::optional<SensorPose> kept_pose_;  // the world's when the scan was interpreted
   const PoseOrigin origin_;
   const std::stop_token stop_;
   const Detections detections_;
@@ -267,7 +268,8 @@ absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop) {
   if (const absl::Status valid = CheckSensorName(request.sensor); !valid.ok()) return valid;
   WriteOptions write = request.write;
-  if (request.mode == IngestMode::kSegmentOnly) write.request_id.clear();  // nothing to repeat
+  if (request.mode == IngestMode::kSegmentOnly) write.request_id.clear();  // writes nothing that a
+                                                                           // retry could repeat
   absl::StatusOr<std::optional<WriteOutcome>> decided = world.Precheck(write);
   if (!decided.ok()) return decided.status();
   if (decided->has_value()) return IngestRun::Replayed(**decided);

@@ -1,5 +1,5 @@
-// A scan into a world: interpret with no lock held, associate with the latest snapshot, publish one
-// change.
+// Ingests a scan into a world: interprets it without a lock, associates it with the latest snapshot
+// and publishes one change.
 #pragma once
 
 #include <functional>
@@ -19,40 +19,40 @@ enum class IngestMode { kUpdate, kAdd, kSegmentOnly };
 struct IngestRequest {
   perception::PointCloud cloud;
   std::string sensor;
-  perception::InterpretOptions options;  // X_WC set when the sensor's pose was given
+  perception::InterpretOptions options;  // X_WC is set if the sensor's pose was given
   IngestMode mode = IngestMode::kUpdate;
-  std::chrono::system_clock::time_point frame_stamp;  // the clock's epoch: not known, now
+  std::chrono::system_clock::time_point frame_stamp;  // the epoch means unknown: now is used
   WriteOptions write;
 };
 
 struct IngestOutcome {
   collision::Revision revision;
-  bool replayed = false;  // a retry: this is what the first try came to
+  bool replayed = false;  // a retry: this is the outcome of the first try
   Pose X_WC = Pose::Identity();
   perception::InterpretReport report;
-  // The world's objects behind the labels: supports, then objects in label order. Provisional ones
-  // (of no world: uid empty, geometry with a model but no parts) for kSegmentOnly, and with an
-  // empty name for what known geometry explains already (a user's, or a piece of a known object),
-  // of which nothing is made.
+  // The world's objects behind the labels: supports, then objects in label order. For kSegmentOnly
+  // they are provisional objects that belong to no world (empty uid, geometry with a model but no
+  // parts); their name is empty if known geometry explains them already (a user's object, or a part
+  // of a known object), so that no object would be made.
   std::vector<collision::WorldObjectPtr> supports;
   std::vector<collision::WorldObjectPtr> objects;
   std::vector<std::optional<bool>> support_reachable;  // one per support
   std::vector<std::uint32_t> labels;
-  // Names. Kept are those that the scan showed; what lies outside its view is not told.
+  // Names. `kept` has the objects that the scan showed; objects outside its view are not listed.
   std::vector<std::string> added, moved, replaced, removed, kept, occluded;
 };
 
-// The interpreter is passed in, so that the core links no PCL and is tested on its own: it is
-// perception::InterpretScene in the server.
+// The interpreter is passed in, so that the core does not link PCL and is tested on its own. The
+// server passes perception::InterpretScene.
 using Interpreter = std::function<absl::StatusOr<perception::SceneInterpretation>(
     const perception::PointCloud&, const perception::InterpretOptions&, std::stop_token)>;
 
-// At most one revision; none when nothing changed. InvalidArgument from the interpreter; the errors
-// of World::Update; Cancelled when stopped, with nothing written; Aborted SENSOR_POSE_CHANGED when
-// the sensor's pose was given anew again and again meanwhile. The sensor's pose is kept in the
-// world: a given one replaces, an estimated one stays until one is given or an up that
-// speaks against it; a guess is not kept.
-// kSegmentOnly takes a kept pose when it was given, but no estimate of earlier scans.
+// Publishes at most one revision; none if nothing changed. InvalidArgument from the interpreter;
+// the errors of World::Update; Cancelled when stopped, with nothing written; Aborted
+// SENSOR_POSE_CHANGED if the sensor's pose changed again and again meanwhile. The sensor's pose is
+// kept in the world: a given pose replaces the kept one; an estimated pose stays until a pose is
+// given or an up direction contradicts it; a guess is not kept. kSegmentOnly uses a kept pose only
+// if it was given, not an estimate of earlier scans.
 absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop);
 

@@ -20,7 +20,8 @@ using collision::WorldObjectPtr;
 using perception::Association;
 using What = Association::What;
 
-// What users own, and what is attached: known to be at its link, seen there or not.
+// True if no scan may change the object: it is owned by a user, or attached, in which case it is
+// known to be at its link whether the scan shows it or not.
 bool IsNoScansToChange(const WorldObject& object) {
   return object.owner == Owner::kUser || object.attachment != nullptr;
 }
@@ -48,7 +49,8 @@ PutObject Restate(const WorldObject& object) {
           .margin_m = object.margin_m};
 }
 
-// What an association comes to in a mode: adding a view takes nothing away.
+// The outcome of an association in the given mode: in kAdd, nothing is moved, removed or marked as
+// occluded.
 What InMode(What what, IngestMode mode) {
   if (mode != IngestMode::kAdd) return what;
   if (what == What::kMove || what == What::kRemove || what == What::kOcclude) return What::kKeep;
@@ -73,8 +75,8 @@ class Planner {
   }
 
  private:
-  // Finds the one association of each detection, and checks all indices: they come from another
-  // room.
+  // Finds the one association of each detection, and checks all indices, since they come from
+  // another module.
   absl::Status OrderByDetection() {
     by_detection_.assign(static_cast<std::size_t>(detections_.size()), nullptr);
     for (const Association& association : match_.associations) {
@@ -128,7 +130,7 @@ class Planner {
     }
   }
 
-  // The name of what carries the detection, as the scan shows it.
+  // The name of the detection's supporter, as the scan shows it.
   std::string SeenSupporter(int d) const {
     const int supporter = detections_.supported_by(d);
     return supporter < 0 ? "" : plan_.names[static_cast<std::size_t>(supporter)];
@@ -192,7 +194,7 @@ class Planner {
     EmitState(known, ObjectState::kConfirmed, SeenSupporter(d));
   }
 
-  // Known objects that the scan shows nothing of.
+  // Plans for known objects that the scan does not show.
   void PlanUnseen(const Association& association) {
     const WorldObject& known = *KnownOf(association);
     if (StaysAsItIs(&known)) return;
@@ -211,7 +213,8 @@ class Planner {
     }
   }
 
-  // An object that stays where it is. What carries it is corrected only where that went away.
+  // Emits the state of an object that stays where it is. Its supporter is corrected only if the old
+  // one was removed.
   void EmitState(const WorldObject& known, ObjectState state, const std::string& seen_supporter) {
     const bool bereft = removed_.count(known.supported_by) > 0;
     if (known.state == state && !bereft) return;
@@ -269,7 +272,7 @@ SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretatio
   SceneMatch match;
   std::vector<perception::KnownObject> known;
   for (const WorldObjectPtr& object : snapshot->objects()) {
-    if (object->kind == ObjectKind::kUnseen) continue;  // space, not a thing
+    if (object->kind == ObjectKind::kUnseen) continue;  // free space, not an object
     known.push_back(ToKnown(*object));
     match.known.push_back(object);
   }

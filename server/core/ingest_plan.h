@@ -1,5 +1,5 @@
-// From one interpreted scan to one list of changes: what to put, move and remove so that the world
-// shows what the sensor saw, and touches nothing else.
+// Turns one interpreted scan into one list of changes: what to put, move and remove so that the
+// world matches what the sensor saw and nothing else changes.
 #pragma once
 
 #include <cstdint>
@@ -24,37 +24,37 @@ class Detections {
 
   int supports() const { return static_cast<int>(scene_.supports.size()); }
   int size() const { return supports() + static_cast<int>(scene_.objects.size()); }
-  // The association's detection, or -1 when it is about a known object alone.
+  // The association's detection, or -1 if it concerns only a known object.
   int Of(const perception::Association& association) const;
 
   const Pose& X_WO(int detection) const;
   const std::shared_ptr<const HybridModel>& model(int detection) const;
   collision::ObjectKind kind(int detection) const;
-  // The detection that carries this one, a support or another object, or -1.
+  // The detection that supports this one, a support or another object, or -1.
   int supported_by(int detection) const;
 
  private:
   const perception::SceneInterpretation& scene_;
 };
 
-// The scan against one snapshot.
+// The associations of a scan with one snapshot.
 struct SceneMatch {
   SnapshotPtr snapshot;
-  std::vector<collision::WorldObjectPtr> known;  // what the associations' `known` means
+  std::vector<collision::WorldObjectPtr> known;  // indexed by the associations' `known`
   std::vector<perception::Association> associations;
 };
 SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretation& scene,
                       const perception::PointCloud& cloud, const perception::SensorNoise& noise);
 
-// The engines' geometry of detections, each prepared when first asked for and kept.
+// The engines' geometry of detections, each prepared on first use and kept.
 class DetectionGeometry {
  public:
   explicit DetectionGeometry(Detections detections)
       : detections_(detections), prepared_(static_cast<std::size_t>(detections.size())) {}
 
   std::shared_ptr<const collision::PreparedModel> Of(int detection);
-  // Prepares what the match adds or replaces, on the threads of `work`; heavy, so without any lock
-  // held. Cancelled when stopped.
+  // Prepares the geometry that the match adds or replaces, on the threads of `work`; heavy, so no
+  // lock may be held. Cancelled when stopped.
   absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const perception::Work& work);
 
  private:
@@ -64,21 +64,21 @@ class DetectionGeometry {
 
 struct IngestPlan {
   std::vector<collision::Change> changes;
-  // The world's object behind each detection. Empty where the user's geometry explains it.
+  // The name of the world's object behind each detection; empty if a user's geometry explains it.
   std::vector<std::string> names;
   std::vector<std::string> added, moved, replaced, removed, kept, occluded;
 };
 
-// Names the new and lists the changes. `next_name` gives the next free name of a stem. Internal
-// when the associations do not cover the scene. In IngestMode::kAdd nothing is moved, removed or
-// marked as occluded. A user's object is never changed, whatever the associations say, nor is one
-// that is attached to a robot: it is known to be at its link, seen there or not.
+// Names the new objects and lists the changes. `next_name` returns the next free name of a stem.
+// Internal if the associations do not cover the scene. In IngestMode::kAdd nothing is moved,
+// removed or marked as occluded. Objects that a user owns or that are attached to a robot are never
+// changed, whatever the associations say.
 absl::StatusOr<IngestPlan> PlanIngest(
     const SceneMatch& match, const Detections& detections, IngestMode mode,
     DetectionGeometry& geometry,
     const std::function<std::string(const std::string& stem)>& next_name);
 
-// "support", "object" or "residual": what names of new objects begin with.
+// The stem of new objects' names: "support", "object" or "residual".
 std::string StemOf(collision::ObjectKind kind);
 
 }  // namespace cwm::server

@@ -20,8 +20,8 @@ std::int64_t CountReturns(const std::vector<Eigen::Vector3f>& points) {
                        [](const Eigen::Vector3f& point) { return perception::IsReturn(point); });
 }
 
-// Of so many `returns` those `kept` whose share of the count is reached anew: evenly spread, all
-// where both are the same.
+// Selects `kept` of the `returns` finite points, evenly spread; all of them if both numbers are the
+// same.
 Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t returns,
                 std::int64_t kept) {
   Columns columns;
@@ -47,7 +47,7 @@ Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std:
 std::vector<std::string> NamesOf(const std::vector<collision::WorldObjectPtr>& objects) {
   std::vector<std::string> names;
   for (const collision::WorldObjectPtr& object : objects) {
-    // One without a uid is in no world.
+    // An object without a uid belongs to no world.
     names.push_back(object == nullptr || object->Uid().empty() ? "" : object->name);
   }
   return names;
@@ -77,7 +77,7 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
 }
 
 void KeptScans::Keep(KeptScan scan, std::int64_t most) {
-  KeptScan replaced;  // its blobs go after the lock
+  KeptScan replaced;  // its blobs are freed after the lock
   const std::lock_guard lock(mutex_);
   KeptScan& place = by_sensor_[scan.sensor];
   if (place.revision.value > scan.revision.value) return;

@@ -1,5 +1,5 @@
-// The newest scan of each sensor of a world, to look at beside what was made of it: no part of any
-// revision.
+// The newest scan of each sensor of a world, for display beside the objects that were made of it.
+// Not a part of any revision.
 #pragma once
 
 #include <chrono>
@@ -22,27 +22,28 @@ struct IngestOutcome;
 
 struct KeptScan {
   std::string sensor;
-  collision::Revision revision;  // of the world, with this scan in it
+  collision::Revision revision;  // the world's revision that includes this scan
   std::chrono::system_clock::time_point frame_stamp;
   Pose X_WC = Pose::Identity();
-  std::int64_t point_count = 0;  // finite ones
-  std::int64_t kept_count = 0;   // of those, in the blobs
+  std::int64_t point_count = 0;  // finite points of the scan
+  std::int64_t kept_count = 0;   // those of them in the blobs
   HeldBlob points = {};          // in the world's frame
-  HeldBlob labels = {};          // one a kept point
-  // Names behind the labels, in their order; empty where no object of the world is.
+  HeldBlob labels = {};          // one per kept point
+  // Names of the objects behind the labels, in label order; empty if the world has no such object.
   std::vector<std::string> supports = {}, objects = {};
 };
 
-// The finite points and their labels into the store; of more than limits.max_kept_scan_points every
-// so-manieth, evenly. The errors of GeometryStore::Put.
+// Puts the finite points and their labels into the store; if there are more than
+// limits.max_kept_scan_points, an evenly spread selection of them. The errors of
+// GeometryStore::Put.
 absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const IngestOutcome& outcome,
                                       const Limits& limits, GeometryStore& store);
 
 // Thread safe.
 class KeptScans {
  public:
-  // In the place of an older one of the sensor; none in the place of a newer one. Of more than
-  // `most` sensors the one that was heard least recently is forgotten.
+  // Replaces an older scan of the sensor, but not a newer one. If there are more than `most`
+  // sensors, the scan with the oldest revision is forgotten.
   void Keep(KeptScan scan, std::int64_t most);
   std::vector<KeptScan> List() const;  // by sensor
 

@@ -21,8 +21,8 @@ using collision::RobotLimits;
 
 absl::Status Stopped() { return absl::CancelledError("the caller went away"); }
 
-// The refusal of a file as that of the request's field. What the readers say begins with the kind
-// of the file.
+// Converts a reader's error about a file to the error of the request's field. The readers' messages
+// begin with the kind of the file.
 absl::Status InFile(const std::string& field, const absl::Status& status) {
   if (absl::IsCancelled(status)) return Stopped();
   std::string message(status.message());
@@ -32,7 +32,7 @@ absl::Status InFile(const std::string& field, const absl::Status& status) {
   return InvalidField(field, std::move(message));
 }
 
-// Gives the files away: each is asked for once.
+// Moves the files out: each is read once.
 collision::MeshSource SourceOf(RobotFiles& files, const std::stop_token& stop) {
   return [&files, stop](std::string_view uri) -> absl::StatusOr<std::string> {
     if (stop.stop_requested()) return Stopped();
@@ -79,7 +79,7 @@ bool HasOpenMesh(const ModelLink& link) {
   });
 }
 
-// "KIND(s) NAMES WHAT", of at most five names; nothing without names.
+// Adds the warning "KIND(s) NAMES WHAT" with at most five names; adds none if there are no names.
 void AddWarning(const char* kind, const std::vector<std::string>& names, const std::string& what,
                 std::vector<std::string>& warnings) {
   constexpr std::size_t kMostNames = 5;
@@ -93,7 +93,8 @@ void AddWarning(const char* kind, const std::vector<std::string>& names, const s
       " ", what));
 }
 
-// "STATE of GROUP (VARIABLE is VALUE, must be from LOWER to UPPER)".
+// Named states that are out of limits, as "STATE of GROUP (VARIABLE is VALUE, must be from LOWER to
+// UPPER)".
 std::vector<std::string> StatesOutOfLimits(const collision::RobotModel& model) {
   const std::vector<double> inside = collision::DefaultVariables(model);
   std::vector<std::string> found;
@@ -140,7 +141,7 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
   std::vector<std::string> open, bare;
   for (const ModelLink& link : robot.model->links) {
     if (HasOpenMesh(link)) open.push_back(link.name);
-    // A frame that is fixed to a link with geometry is no surprise.
+    // A frame fixed to its parent link needs no geometry of its own.
     const bool is_fixed = link.kind == collision::JointKind::kFixed;
     if (link.collisions.empty() && !is_fixed) bare.push_back(link.name);
   }

@@ -1,4 +1,4 @@
-// The files of a robot into a world.
+// Loads the files of a robot into a world.
 #pragma once
 
 #include <functional>
@@ -20,23 +20,23 @@ struct RobotFiles {
   std::string urdf;
   std::optional<std::string> srdf = {};
   std::optional<std::string> spheres = {};  // a spherized URDF
-  // By the URI that the URDF has for them.
+  // Mesh files by the URI that the URDF uses for them.
   std::map<std::string, std::string, std::less<>> meshes = {};
 };
 
-// Reads and prepares (heavy: no lock may be held). InvalidArgument INVALID_FIELD ("header.urdf",
-// "header.srdf" or "header.spheres") for what is wrong in a file, with the place in it and the
+// Reads and prepares a robot. Heavy, so no lock may be held. InvalidArgument INVALID_FIELD
+// ("header.urdf", "header.srdf" or "header.spheres") for an error in a file, with its place and the
 // rule; a mesh that is not among the files is named with its URI and link. ResourceExhausted
-// ROBOT_TOO_LARGE for more than `limits` says. Cancelled when stopped, which is looked at before
-// each mesh and each stage.
+// ROBOT_TOO_LARGE if `limits` are exceeded. Cancelled when stopped, which is checked before each
+// mesh and each stage.
 absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
     RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);
 
-// What a user should know before trusting answers about the robot: open meshes, moved links without
-// collision geometry, that no SRDF was given or what of it was left out.
+// Warnings that a user should know before trusting answers about the robot: open meshes, moved
+// links without collision geometry, a missing SRDF, or parts of it that were ignored.
 std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf);
 
-// One change. InvalidArgument INVALID_FIELD ("header.name") for the name of an object,
+// Publishes one change. InvalidArgument INVALID_FIELD ("header.name") if an object has the name,
 // ResourceExhausted TOO_MANY_ROBOTS, the errors of World::Update.
 absl::StatusOr<WriteOutcome> LoadRobot(World& world, const collision::PutRobot& put,
                                        const WriteOptions& options, const Limits& limits);

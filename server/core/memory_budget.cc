@@ -11,10 +11,11 @@
 namespace cwm::server {
 namespace {
 
-// Requests in flight end within seconds: a client that comes back then finds room, or nobody does.
+// chosen: requests in flight end within seconds; a retry sooner would rarely find free memory.
 constexpr double kRetryAfter_s = 1;
 
-// One world alone may have three quarters of what worlds get, a client alone half of what is free.
+// A single world may have three quarters of the worlds' part; a single client, half of what is
+// free.
 constexpr double kWorldShare = 3;
 constexpr double kClientShare = 1;
 
@@ -96,7 +97,7 @@ absl::StatusOr<MemoryCharge> MemoryBudget::Charge(const Payer& payer, std::int64
 
 absl::Status MemoryBudget::Take(const Payer& payer, std::int64_t bytes) {
   const bool is_world = payer.kind == Payer::Kind::kWorld;
-  // Either kind leaves alone what the other has of the whole.
+  // Neither kind of payer may take memory that the other has of the whole.
   const std::int64_t reserved =
       is_world ? std::max<std::int64_t>(0, clients_.taken() + worlds_.limit() - clients_.limit())
                : worlds_.taken();

@@ -1,7 +1,7 @@
-// One account of memory for the whole server. Code that keeps more than a few kilobytes for longer
-// than it computes asks the account before it takes them, and gives them back when they are freed.
-// Two kinds of payers share it: clients, for requests, uploads, streams and answers on their way,
-// and worlds, for what is stored.
+// One memory account for the whole server. Code that keeps more than a few kilobytes beyond its own
+// computation charges the account before it allocates them, and gives them back when they are
+// freed. Two kinds of payers share it: clients, for requests, uploads, streams and answers on their
+// way, and worlds, for what is stored.
 #pragma once
 
 #include <atomic>
@@ -17,24 +17,24 @@
 
 namespace cwm::server {
 
-// A part of the account, given back at its end. Holds the account alive.
+// An amount charged to the account, given back by the destructor. Keeps the account alive.
 class MemoryCharge;
 
 // Thread safe.
 class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
  public:
-  // Worlds get at most three quarters of `limit_bytes`: the rest is for asking and for deleting.
+  // Worlds get at most three quarters of `limit_bytes`: the rest is for queries and deletions.
   static std::shared_ptr<MemoryBudget> Make(std::int64_t limit_bytes);
 
-  // Who pays.
+  // The payer of a charge.
   struct Payer {
     enum class Kind { kClient, kWorld };
     Kind kind = Kind::kClient;
     QuotaHolder holder;
-    std::string name;  // of a world
+    std::string name;  // the world's name
   };
   static Payer Client(const ClientId& client);
-  // `number` tells worlds apart, also those that had the same name one after the other.
+  // `number` distinguishes worlds, also those that had the same name one after the other.
   static Payer World(std::int64_t number, std::string name);
   std::int64_t NextWorldNumber();
 
@@ -64,7 +64,7 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
 
 class MemoryCharge {
  public:
-  MemoryCharge() = default;  // of nothing
+  MemoryCharge() = default;  // an empty charge without a payer
   MemoryCharge(MemoryCharge&& other) noexcept { Swap(other); }
   MemoryCharge& operator=(MemoryCharge&& other) noexcept {
     Swap(other);
@@ -74,13 +74,15 @@ class MemoryCharge {
     if (budget_ != nullptr) budget_->GiveBack(payer_, bytes_);
   }
 
-  // Nothing yet, of a payer.
+  // An empty charge with a payer.
   static MemoryCharge Empty(std::shared_ptr<MemoryBudget> budget, MemoryBudget::Payer payer);
 
   std::int64_t bytes() const { return bytes_; }
-  // Grows or shrinks; where it must grow, the error of MemoryBudget::Charge, and all is as it was.
+  // Grows or shrinks the charge. If it cannot grow, returns the error of MemoryBudget::Charge and
+  // changes nothing.
   absl::Status Resize(std::int64_t bytes);
-  // Grows or shrinks in any case: for memory that is taken already, or that a promise needs.
+  // Grows or shrinks the charge in any case: for memory that is already taken, or that a promise
+  // needs.
   void ResizeAnyway(std::int64_t bytes);
 
  private:
@@ -91,12 +93,12 @@ class MemoryCharge {
     std::swap(bytes_, other.bytes_);
   }
 
-  std::shared_ptr<MemoryBudget> budget_;  // nullptr: of nothing
+  std::shared_ptr<MemoryBudget> budget_;  // nullptr: no payer
   MemoryBudget::Payer payer_;
   std::int64_t bytes_ = 0;
 };
 
-// The object itself, with a charge that ends when the last reference does.
+// The object itself, with a charge that ends with the last reference.
 template <class T>
 std::shared_ptr<const T> WithCharge(std::shared_ptr<const T> object, MemoryCharge charge) {
   struct Holder {
@@ -108,7 +110,7 @@ std::shared_ptr<const T> WithCharge(std::shared_ptr<const T> object, MemoryCharg
   return {std::move(holder), address};
 }
 
-// Bytes as people read them, e.g. "1.5 GiB".
+// A readable number of bytes, e.g. "1.5 GiB".
 std::string FormatBytes(std::int64_t bytes);
 
 }  // namespace cwm::server

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t kUnlimited = std::numeric_limits<std::int64_t>::max();
 
-// "max" and numbers beyond any machine are no limit.
+// Unlimited if the file is missing or has "max"; version 1 writes a number beyond any machine.
 std::int64_t LimitIn(const std::string& path) {
   std::ifstream file(path);
   std::string text;
@@ -24,7 +24,7 @@ std::int64_t LimitIn(const std::string& path) {
   return bytes;
 }
 
-// The least limit of a group and of all that it is in.
+// The smallest limit of a group and of all groups that contain it.
 std::int64_t LimitOfGroup(const std::string& root, std::string group, const char* file) {
   std::int64_t least = kUnlimited;
   for (;;) {
@@ -34,7 +34,8 @@ std::int64_t LimitOfGroup(const std::string& root, std::string group, const char
   }
 }
 
-// Lines of /proc/self/cgroup are "number:controllers:/path"; version 2 has no controllers.
+// The smallest memory limit of the process's control groups. Lines of /proc/self/cgroup are
+// "number:controllers:/path"; version 2 has no controllers.
 std::int64_t ControlGroupLimit() {
   std::ifstream groups("/proc/self/cgroup");
   std::int64_t least = kUnlimited;

@@ -9,7 +9,7 @@ namespace cwm::server {
 namespace {
 
 MeshHull ComputeHull(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounter* work) {
-  // A mesh that is a hull already stays as it is, so that its hash does.
+  // A mesh that is a convex hull already stays as it is, so that its hash stays the same.
   if (!FindViolation(Shape(Convex{mesh}), work)) return {};
   TriangleMesh hull = ConvexHull3(mesh->vertices, work);
   if (hull.triangles.empty()) {

@@ -1,5 +1,5 @@
-// Facts of a stored mesh that a request may ask for and that take long to compute: computed once
-// per mesh, however often it is mentioned.
+// Facts of a stored mesh that a request may need and that take long to compute: computed once per
+// mesh, however often it is mentioned.
 #pragma once
 
 #include <atomic>
@@ -12,24 +12,25 @@
 
 namespace cwm::server {
 
-// A Convex is the hull of a named mesh: more vertices than this take too long within a request
-// (quickhull: about 20 ms on two cores for as many).
+// measured: the most vertices of a mesh that a Convex may name. Its hull is computed within the
+// request; quickhull takes about 20 ms on two cores for so many.
 inline constexpr std::size_t kMaxHullInputVertices = 65'536;
 
-// The hull of a mesh's vertices as the shape Convex takes it.
+// The hull of a mesh's vertices, valid as the shape Convex.
 struct MeshHull {
-  std::shared_ptr<const TriangleMesh> hull;  // nullptr: the mesh is one already
-  std::string fault;                         // what is wrong with it; empty: nothing
+  std::shared_ptr<const TriangleMesh> hull;  // nullptr: the mesh is its own hull
+  std::string fault;                         // the error message; empty if there is none
 };
 
-// Thread safe. All calls are about the same mesh. Answers nothing where `work` ended it.
+// Thread safe. All calls must be about the same mesh. Results are empty (nullptr) if `work` ended
+// the computation.
 class MeshFacts {
  public:
   std::optional<bool> IsWatertight(const TriangleMesh& mesh, WorkCounter* work) const;
-  // Of at most kMaxHullInputVertices. Lives as long as this.
+  // The mesh must have at most kMaxHullInputVertices vertices. The result lives as long as this.
   const MeshHull* HullOf(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounter* work) const;
 
-  // How often something was computed, whole or not.
+  // Number of computations, finished or not.
   int computed() const { return computed_; }
 
  private:
@@ -38,10 +39,10 @@ class MeshFacts {
   mutable std::atomic<int> computed_ = 0;
 };
 
-// A mesh of the store with what is known of it.
+// A mesh of the store with its facts.
 struct StoredMesh {
   std::shared_ptr<const TriangleMesh> mesh;  // nullptr: the blob has another format
-  std::shared_ptr<const MeshFacts> facts;    // never null of a mesh
+  std::shared_ptr<const MeshFacts> facts;    // never null if there is a mesh
 };
 
 }  // namespace cwm::server

@@ -1,4 +1,4 @@
-// What scans told of a world's objects beside their geometry and pose: no part of any revision.
+// Reports of scans about a world's objects besides geometry and pose. Not a part of any revision.
 #pragma once
 
 #include <chrono>
@@ -16,22 +16,22 @@
 namespace cwm::server {
 
 struct Observation {
-  std::optional<std::chrono::system_clock::time_point> last;  // of a scan that saw it
-  // Of supports: whether a robot on the floor reaches them. Nothing while the floor is not known.
+  std::optional<std::chrono::system_clock::time_point> last;  // time of the last scan that saw it
+  // For supports: true if a robot on the floor reaches them. Empty while the floor is not known.
   std::optional<bool> reachable;
 };
 
-// One object in one scan.
+// The sighting of one object in one scan.
 struct Sighting {
   std::string name;
   std::optional<bool> reachable = {};
-  bool anew = false;  // its geometry or pose is new: what was known of it holds no more
+  bool anew = false;  // its geometry or pose is new, so earlier facts are void
 };
 
 // Thread safe.
 class Observations {
  public:
-  // Names that `world` does not hold are left out.
+  // Ignores names that `world` does not contain.
   void Mark(std::span<const Sighting> sightings, std::chrono::system_clock::time_point when,
             const collision::WorldSnapshot& world);
   void Forget(const std::string& name);
@@ -44,7 +44,7 @@ class Observations {
     std::chrono::system_clock::time_point last;
   };
   std::uint64_t last_number() const;
-  // Those after `number`, the last one of each object; oldest first, at most `most`.
+  // The last observation of each object that is newer than `number`; oldest first, at most `most`.
   std::vector<Numbered> After(std::uint64_t number, std::size_t most) const;
 
  private:

@@ -10,18 +10,19 @@
 namespace cwm::server {
 namespace {
 
-// A UUID is 36 characters; four of them leave room for prefixes.
+// chosen: a UUID has 36 characters; room for four of them, or for prefixes.
 constexpr std::size_t kLongestRequestId = 128;
-// Ids are freed one by one as they age; a second frees hundreds at the rate that fills the memory.
+// chosen: ids are freed one by one as they age, hundreds in a second at the rate that fills the
+// memory.
 constexpr double kRetryAfter_s = 1;
 
-// A record, its id twice and its digest, with the blocks of the table.
+// A record with its id twice, its digest and the table's blocks.
 constexpr std::int64_t kRecordBytes = 400;
 
 std::int64_t BytesOf(const IngestOutcome& outcome) {
   std::int64_t bytes = static_cast<std::int64_t>(sizeof(outcome)) +
                        static_cast<std::int64_t>(outcome.labels.size() * sizeof(std::uint32_t));
-  // The world may let go of them while the reply holds them.
+  // Counted, since the reply may hold objects that the world no longer holds.
   for (const auto& support : outcome.supports) bytes += ApproximateBytes(*support);
   for (const auto& object : outcome.objects) bytes += ApproximateBytes(*object);
   return bytes;

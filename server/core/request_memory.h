@@ -1,5 +1,5 @@
-// Which writes were made under which request_id, so that a retry gets the first reply and changes
-// nothing. Not thread safe: belongs to the writer's turn.
+// Remembers which writes were made under which request_id, so that a retry gets the first reply and
+// changes nothing. Not thread safe: used under the writer's turn.
 #pragma once
 
 #include <cstdint>
@@ -20,19 +20,19 @@ namespace cwm::server {
 
 class RequestMemory {
  public:
-  // `charge` is kept at the bytes of what is remembered.
+  // `charge` is kept equal to the bytes of the records.
   explicit RequestMemory(Retention retention, MemoryCharge charge = {})
       : retention_(retention), charge_(std::move(charge)) {}
 
-  // The first reply, when the options' request_id was used before; nothing when it is new or empty.
-  // FailedPrecondition REQUEST_ID_REUSED when it was used for other content; OutOfRange
-  // REPLY_COMPACTED when it was an ingest whose reply is no longer kept (metadata: revision);
-  // ResourceExhausted REQUEST_IDS_EXHAUSTED when one more cannot be remembered; InvalidArgument for
+  // The first reply if the options' request_id was used before; empty if the id is new or empty.
+  // FailedPrecondition REQUEST_ID_REUSED if it was used for other content; OutOfRange
+  // REPLY_COMPACTED if it was an ingest whose reply is no longer kept (metadata: revision);
+  // ResourceExhausted REQUEST_IDS_EXHAUSTED if no more ids can be remembered; InvalidArgument for
   // an id that is too long.
   absl::StatusOr<std::optional<WriteOutcome>> Find(const WriteOptions& options,
                                                    Clock::time_point now);
 
-  // After a write that succeeded, with or without effect. No-op for an empty request_id.
+  // Records a write that succeeded, with or without effect. Does nothing for an empty request_id.
   void Remember(const WriteOptions& options, const WriteOutcome& outcome,
                 std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
 
@@ -42,7 +42,7 @@ class RequestMemory {
     collision::Revision revision;
     Clock::time_point when;
     bool was_ingest = false;
-    std::shared_ptr<const IngestOutcome> reply;  // nullptr once forgotten
+    std::shared_ptr<const IngestOutcome> reply;  // nullptr once dropped
     std::int64_t reply_bytes = 0;
   };
 

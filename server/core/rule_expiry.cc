@@ -9,13 +9,13 @@
 namespace cwm::server {
 namespace {
 
-// After there was no memory to publish with.
+// The delay before the next try after an expiry failed, e.g. for lack of memory to publish it.
 constexpr auto kRetryAfter = std::chrono::seconds(1);
 
 bool Tell(World& world, Clock::time_point now) {
   try {
     world.ExpireRules(now);
-  } catch (...) {  // one world must not end the server
+  } catch (...) {  // an error of one world must not end the server
     return false;
   }
   return true;
@@ -68,7 +68,7 @@ void RuleExpiry::Run() {
     due_.erase(first);
     lock.unlock();
     if (world != nullptr && !Tell(*world, now)) Set(world->uid(), world, now + kRetryAfter);
-    world.reset();  // its last holder may be here, and it is large
+    world.reset();  // this may be the last reference, and freeing a world is slow
     lock.lock();
   }
 }

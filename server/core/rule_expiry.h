@@ -1,4 +1,4 @@
-// Has worlds end what they allow pairs for a time, when that is over on the steady clock.
+// Ends the temporary allowances of pairs when their time on the steady clock is over.
 #pragma once
 
 #include <condition_variable>
@@ -16,19 +16,20 @@ namespace cwm::server {
 
 class World;
 
-// Thread safe. One thread waits for the first expiry of all worlds; it takes the world's turn to
-// publish the end of it, so writers are waited for, never readers. Refers to worlds weakly: what is
-// due in a world that is gone is forgotten.
+// Thread safe. One thread waits for the first expiry of all worlds. It takes the writer's turn to
+// publish the expiry, so it waits for writers, never for readers. Worlds are held weakly: an entry
+// of a world that is gone is dropped.
 class RuleExpiry {
  public:
   using Now = std::function<Clock::time_point()>;
 
   explicit RuleExpiry(Now now = Clock::now);
   ~RuleExpiry();  // stops
-  // Nothing expires any more. Waits for a world that is being told; not to be called by it.
+  // Ends the thread; nothing expires any more. Waits for a world's ExpireRules in progress, so it
+  // must not be called from there.
   void Stop();
 
-  // When the world is to be told next; nothing: not any more. Replaces what was said of it before.
+  // Sets the time of the world's next expiry; empty: none. Replaces the previous time.
   void Set(const std::string& uid, std::weak_ptr<World> world,
            std::optional<Clock::time_point> when);
 
@@ -45,7 +46,7 @@ class RuleExpiry {
   std::condition_variable changed_;
   std::map<std::string, Due> due_;  // by the world's uid
   bool stopping_ = false;
-  std::thread thread_;  // last: starts when the rest is there
+  std::thread thread_;  // last: starts when the other members exist
 };
 
 }  // namespace cwm::server

@@ -20,7 +20,7 @@ absl::Status TooSlow(Revision position, Revision oldest) {
                                  {"oldest_revision", std::to_string(oldest.value)}}});
 }
 
-// What both modes share: the subscription, the initial state and the end.
+// The common part of both modes: the subscription, the initial state and the end.
 class Cursor : public WatchCursor {
  public:
   Cursor(std::shared_ptr<WorldFeed> feed, WorldFeed::Start start, const WatchOptions& options)
@@ -62,7 +62,7 @@ class Cursor : public WatchCursor {
                      .last = false};
   }
 
-  // The reader has all there is.
+  // The step of a reader that has received everything.
   absl::StatusOr<std::optional<WatchStep>> UpToDate(Ending ending) {
     if (ending == Ending::kDeleted) return WorldDeleted();
     if (ending == Ending::kNone) return std::nullopt;
@@ -78,7 +78,7 @@ class Cursor : public WatchCursor {
   bool said_last_ = false;
 };
 
-// Walks the log, one revision a step.
+// Follows the log, one revision per step.
 class LosslessCursor final : public Cursor {
  public:
   using Cursor::Cursor;
@@ -96,7 +96,8 @@ class LosslessCursor final : public Cursor {
   }
 };
 
-// Compares what was delivered last with the latest: needs no log, so it can never be too slow.
+// Compares the last delivered snapshot with the latest. It needs no log, so it can never be too
+// slow.
 class CoalescedCursor final : public Cursor {
  public:
   CoalescedCursor(std::shared_ptr<WorldFeed> feed, WorldFeed::Start start,
@@ -111,7 +112,8 @@ class CoalescedCursor final : public Cursor {
   }
 
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
-    const Ending ending = feed().ending();  // before the latest: what came before it is delivered
+    const Ending ending = feed().ending();  // read before the latest snapshot, so that all changes
+                                            // before the end are delivered
     SnapshotPtr latest = feed().Latest();
     if (latest->revision() == position()) return UpToDate(ending);
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*delivered_, *latest);

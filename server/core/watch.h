@@ -1,5 +1,6 @@
-// Watching a world: initial state, then every change in the order of revisions. Cursors never hold
-// a writer up: a writer appends to the log and wakes; each reader pulls at its own pace.
+// Watching a world: the initial state, then every change in the order of revisions. A cursor never
+// delays a writer: the writer appends to the log and wakes the readers; each reader pulls at its
+// own pace.
 #pragma once
 
 #include <memory>
@@ -24,10 +25,10 @@ struct WatchOptions {
 struct WatchStep {
   enum class What { kInitialState, kEvents, kBookmark };
   What what = What::kBookmark;
-  collision::Revision revision;  // everything up to it has been delivered, this step included
-  // kInitialState: the whole world in `snapshot`. kEvents: what changed, deltas of one revision
-  // (lossless) or of all since the last step (coalesced), by name; an object or a robot that was
-  // made anew under its name is a removal followed by an addition.
+  collision::Revision revision;  // everything up to here is delivered, including this step
+  // kInitialState: the whole world in `snapshot`. kEvents: the changes by name, i.e. the deltas of
+  // one revision (lossless) or of all revisions since the last step (coalesced); an object or a
+  // robot that was made anew under its name is a removal followed by an addition.
   SnapshotPtr snapshot = {};
   std::vector<collision::ObjectDelta> deltas = {};
   std::vector<collision::RobotDelta> robot_deltas = {};
@@ -35,20 +36,20 @@ struct WatchStep {
   bool last = false;  // the world or the server is closing: no step follows
 };
 
-// Not thread safe itself: one reader. `wake` of World::Watch is called from writers' threads (no
-// lock of the world held) whenever Next may have something new after it returned nothing. A call of
-// `wake` may still be under way, or about to begin, when the cursor is destroyed: let it hold what
-// it needs by a shared or weak pointer. It must not throw.
+// Not thread safe: one reader. `wake` of World::Watch is called from writers' threads (without a
+// lock of the world) whenever Next may have something new after it returned nothing. A call of
+// `wake` may still be in progress, or about to begin, when the cursor is destroyed, so it must hold
+// what it needs by a shared or weak pointer. It must not throw.
 class WatchCursor {
  public:
   virtual ~WatchCursor() = default;
-  // The next step, or nothing when the reader is up to date. ResourceExhausted WATCH_TOO_SLOW when
-  // a lossless reader fell behind what is kept; NotFound WORLD_DELETED after the world's end, once
-  // all events before it have been delivered. A draining server ends the watch with a bookmark that
-  // is `last`, after which there is nothing. A bookmark that is not last says that the revision
-  // moved on and objects, robots and rules of pairs are as they were (coalesced).
+  // The next step; empty if the reader is up to date. ResourceExhausted WATCH_TOO_SLOW if a
+  // lossless reader fell behind the kept events; NotFound WORLD_DELETED after the world's end, once
+  // all events before it were delivered. A draining server ends the watch with a bookmark that is
+  // `last`, after which nothing follows. A coalesced bookmark that is not `last` says that the
+  // revision advanced while objects, robots and pair rules are unchanged.
   virtual absl::StatusOr<std::optional<WatchStep>> Next() = 0;
-  // Where the reader stands: for idle bookmarks.
+  // The revision that the reader has reached, for idle bookmarks.
   virtual collision::Revision position() const = 0;
 };
 

@@ -1,4 +1,4 @@
-// The time that a request may still take: looked at while it is read and while it is worked on.
+// The remaining time of a request, checked while it is read and while it is worked on.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,16 @@
 
 namespace cwm::server {
 
-// Used by one thread. Functions that take a pointer to it read no end from nullptr.
+// Used by one thread. Functions that take a pointer to it have no time limit if it is nullptr.
 class WorkBudget : public WorkCounter {
  public:
   enum class End { kNone, kCancelled, kOutOfTime };
 
-  WorkBudget() = default;  // without an end
+  WorkBudget() = default;  // without a limit
   // Clock::time_point::max(): no deadline.
   WorkBudget(Clock::time_point deadline, std::stop_token stop);
 
-  // Looks at deadline and stop once for about a millisecond of steps.
+  // Checks deadline and stop once per about a millisecond of steps.
   bool MustEndAfter(std::size_t steps) final {
     steps_ += steps;
     if (end_ != End::kNone || steps_ < kStepsBetweenLooks) return end_ != End::kNone;
@@ -29,13 +29,13 @@ class WorkBudget : public WorkCounter {
   bool MustEndNow() final;
 
   End end() const { return end_; }
-  // CANCELLED, or DEADLINE_EXCEEDED TIME_BUDGET_SPENT; OK while it has not ended.
+  // CANCELLED, or DEADLINE_EXCEEDED TIME_BUDGET_SPENT; OK if the budget has not ended.
   absl::Status status() const;
-  // How often it was looked at.
+  // Number of checks made.
   std::int64_t looks() const { return looks_; }
 
  protected:
-  // What a look finds.
+  // The result of one check of stop and deadline.
   virtual End Look() const;
 
  private:
@@ -43,7 +43,7 @@ class WorkBudget : public WorkCounter {
 
   Clock::time_point deadline_ = Clock::time_point::max();
   std::stop_token stop_;
-  std::size_t steps_ = kStepsBetweenLooks;  // the first step looks
+  std::size_t steps_ = kStepsBetweenLooks;  // so that the first step checks
   std::int64_t looks_ = 0;
   End end_ = End::kNone;
 };

@@ -24,24 +24,24 @@ namespace {
 
 // Linux shows at most 15 characters of a thread's name.
 constexpr std::size_t kThreadNameLength = 15;
-// The least time that a retry is told to wait: the queue has moved on by then.
+// chosen: the least delay before a retry that a refusal suggests; the queue has advanced by then.
 constexpr double kMinRetry_s = 0.1;
-// Estimates of cost are corrected by how long tasks really took, by an exponential average over
-// some ten of them.
+// Estimates of cost are corrected by the true durations of tasks, in an exponential average over
+// about ten of them.
 constexpr double kNewestWeight = 0.1;
 constexpr double kFirstTasks_s = 0.1;
-// Estimates are right within this factor: only what is too late by more is refused for its
-// deadline.
+// A task is refused for its deadline only if less than this share of its estimated time is left:
+// estimates may be too high by a factor of four.
 constexpr double kCostDoubt = 0.25;
 
-// The server's own work waits as long as it takes.
+// Marks the server's own work, which may wait as long as it takes.
 constexpr auto kNeverLate = Clock::time_point::max();
 
 void NameAndRankThisThread(const WorkQueueOptions& options) {
   pthread_setname_np(pthread_self(), options.name.substr(0, kThreadNameLength).c_str());
   if (options.nice == 0) return;
-  // On Linux the nice value belongs to the thread. A refusal (raising priority without the right
-  // to) leaves the default, which is slower for others but never wrong.
+  // On Linux the nice value belongs to the thread. If it is refused (raising a priority needs a
+  // permission), the default remains, which slows others but is never wrong.
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), options.nice);
 }
 
@@ -55,17 +55,17 @@ struct WorkQueue::State {
   std::condition_variable work_or_drain;
   std::condition_variable caller_left;
   std::array<FairTasks, 2> lanes;  // by Lane
-  bool awaited_is_next = false;    // where both have some
+  bool awaited_is_next = false;    // if both lanes have tasks
   bool draining = false;
-  bool lends_caller = false;  // one runs a task of the queue
+  bool lends_caller = false;  // a caller's thread runs a task of the queue
   int under_way = 0;
   double under_way_cost_s = 0;
-  // Seconds that tasks took, and that they were estimated to take: newer ones weigh more.
+  // True and estimated seconds of past tasks; newer tasks weigh more.
   double took_s = kFirstTasks_s;
   double spent_s = kFirstTasks_s;
   Clock::time_point last_end = Clock::time_point::min();  // min: no task yet
   std::atomic<std::int64_t> failed{0};
-  std::mutex join_mutex;  // several may drain at once
+  std::mutex join_mutex;  // several threads may drain at once
   std::vector<std::thread> threads;
 
   FairTasks& lane(Lane lane) { return lanes[lane == Lane::kNew ? 0 : 1]; }
@@ -81,7 +81,8 @@ struct WorkQueue::State {
     return std::exchange(awaited_is_next, !awaited_is_next) ? Lane::kAwaited : Lane::kNew;
   }
 
-  // The lanes take turns: what waits in one delays what comes into the other by as much at most.
+  // The estimated seconds until a task of the client would start. The lanes take turns, so the
+  // other lane delays it by at most as much as its own.
   double WaitOf(const ClientId& client, Lane its_lane) const {
     if (under_way < options.threads && empty()) return 0;
     const FairTasks& own = lane(its_lane);
@@ -100,7 +101,7 @@ struct WorkQueue::State {
                       "QUEUE_FULL", std::max(kMinRetry_s, wait_s));
   }
 
-  // Whether its turn came in time.
+  // OK if the task's turn came in time, else the refusal.
   absl::Status Admit(const Task& task) const {
     if (task.pushed == kNeverLate) return absl::OkStatus();
     const auto now = Clock::now();
@@ -126,7 +127,7 @@ struct WorkQueue::State {
     absl::Status admitted;
     Lane lane = Lane::kNew;
   };
-  // The next task, or one without a function when draining and empty.
+  // Waits for the next task. Its function is empty if the queue is draining and has no tasks.
   Turn Take() {
     std::unique_lock lock(mutex);
     work_or_drain.wait(lock, [this] { return draining || !empty(); });
@@ -139,7 +140,7 @@ struct WorkQueue::State {
     return turn;
   }
 
-  // The caller's thread has done the work of a task that never waited.
+  // Ends a task that the caller's thread ran without waiting (TryRunHere).
   void EndedHere() {
     std::lock_guard lock(mutex);
     NoteEnd();
@@ -149,7 +150,7 @@ struct WorkQueue::State {
     const double cost_s = turn.task.cost_s;
     std::lock_guard lock(mutex);
     under_way_cost_s -= cost_s;
-    // A refusal takes next to nothing.
+    // A refused task took next to no time.
     const double spent = turn.admitted.ok() ? Seconds(took) * spent_s / took_s : 0;
     lane(turn.lane).Correct(turn.task.client, spent - cost_s);
     NoteEnd();
@@ -169,7 +170,7 @@ struct WorkQueue::State {
   void RunGuarded(const Run& run) {
     try {
       run();
-    } catch (...) {  // one bad task must not end the server
+    } catch (...) {  // a task that throws must not end the server
       failed.fetch_add(1, std::memory_order_relaxed);
     }
   }
@@ -194,7 +195,8 @@ struct WorkQueue::State {
   }
 
   void LeaveCaller() {
-    std::lock_guard lock(mutex);  // until it is told: who drains may destroy the queue then
+    std::lock_guard lock(mutex);  // held during notify, since the drainer may destroy the queue
+                                  // afterwards
     lends_caller = false;
     caller_left.notify_all();
   }

@@ -19,12 +19,15 @@ namespace {
 using collision::Change;
 using collision::Revision;
 
-// Changes, and parts of objects that they place: so many take about a millisecond.
+// chosen: the number of changes, and of parts of the objects that they place, that are applied
+// within the writer's turn; so many take about a millisecond.
 constexpr std::size_t kMaxWeightWithinTurn = 256;
-// While others write all the time a list is applied in vain so often; then within the turn.
+// chosen: how often a long list is applied outside the turn and found out of date while others
+// write all the time; the last attempt is completed within the turn.
 constexpr int kMaxAttemptsAhead = 3;
 
-// Not exact: what the list itself has made counts as nothing.
+// True if the changes take long to apply. An estimate: objects that the list itself makes do not
+// count.
 bool IsLong(std::span<const Change> changes, const collision::WorldSnapshot& latest) {
   std::size_t weight = changes.size();
   for (const Change& change : changes) {
@@ -39,7 +42,7 @@ bool IsLong(std::span<const Change> changes, const collision::WorldSnapshot& lat
   return weight > kMaxWeightWithinTurn;
 }
 
-// The field at fault, of the request that holds the list.
+// The path of the field at fault in the request that holds the list.
 std::string FieldOf(const Change& change, const collision::ApplyFault& fault,
                     const std::string& list) {
   std::string place = absl::StrCat(list, "[", fault.change, "]");
@@ -58,7 +61,8 @@ bool IsShortOfMemory(const absl::Status& status) {
   return absl::IsResourceExhausted(status) && DetailsOf(status).reason == "MEMORY_EXHAUSTED";
 }
 
-// What could never fit is no reason to forget the past of others.
+// True if forgetting the past of all worlds may make enough room: a request for a quarter of the
+// worlds' limit or more does not justify it.
 bool MayFit(const absl::Status& refusal, const MemoryBudget& memory) {
   const ErrorDetails details = DetailsOf(refusal);
   const auto asked = details.metadata.find("asked_bytes");
@@ -102,7 +106,7 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
       details.metadata["expected_revision"] =
           std::to_string(change->expected_object_revision->value);
       const std::optional<Revision> actual = LatestRevisionOf(base, *change);
-      if (actual.has_value()) {  // absent: there is no such object
+      if (actual.has_value()) {  // empty: there is no such object
         details.metadata["actual_revision"] = std::to_string(actual->value);
       }
     }
@@ -114,7 +118,8 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
     if (fault.has_value()) details.fields.push_back({FieldOf(*change, *fault, list), fault->rule});
   }
   std::string message(status.message());
-  if (fault.has_value()) {  // which begins with the place of a list that is called "changes"
+  if (fault.has_value()) {  // the message begins with an index into "changes", which the request
+                            // may call differently
     message = absl::StrCat(list, message.substr(message.find('[')));
   }
   return MakeError(status.code(), std::move(message), std::move(details));
@@ -129,7 +134,7 @@ struct World::State {
   const MemoryBudget::Payer payer;  // this world
   const std::shared_ptr<WorldFeed> feed;
 
-  std::mutex turn;                                            // the writers'
+  std::mutex turn;                                            // the writers' turn
   RequestMemory requests;                                     // under the turn
   std::unordered_map<std::string, std::int64_t> last_number;  // of NextName; under the turn
 
@@ -139,7 +144,8 @@ struct World::State {
   Observations observations;
   KeptScans scans;
 
-  // Under the turn.
+  // Under the turn. The checks of a write that precede its changes: an error, the first reply of a
+  // retry, or empty to go on.
   absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) {
     if (feed->ending() == Ending::kDeleted) return WorldDeleted();
     absl::StatusOr<std::optional<WriteOutcome>> first = requests.Find(options, now());
@@ -151,7 +157,7 @@ struct World::State {
     return std::nullopt;
   }
 
-  // Under the turn: what is said last is of the latest revision.
+  // Under the turn, so that the last call is about the latest revision.
   void ScheduleExpiry(const collision::WorldSnapshot& latest, const std::weak_ptr<World>& self) {
     if (around.expiry == nullptr) return;
     around.expiry->Set(uid, self, collision::NextExpiry(latest.pair_rules()));
@@ -189,7 +195,7 @@ struct World::State {
                       .metadata = {{"limit", std::to_string(around.max_objects)}}});
   }
 
-  // A list of changes and what it makes of a snapshot. Under no lock.
+  // A list of changes and its effect on a snapshot. Made without a lock.
   struct Applied {
     SnapshotPtr base, next;
     std::vector<collision::ObjectDelta> deltas;
@@ -211,7 +217,8 @@ struct World::State {
         .rule_deltas = collision::RuleDifference(base->pair_rules(), (*next)->pair_rules())};
   }
 
-  // Where memory is short the past gives way to the present: of this world first, then of all.
+  // Runs the write; if memory is short, forgets the past, first of this world, then of all, and
+  // tries again.
   absl::StatusOr<WriteOutcome> WithRoom(
       const std::function<absl::StatusOr<WriteOutcome>()>& write) const {
     absl::StatusOr<WriteOutcome> outcome = write();
@@ -242,7 +249,7 @@ struct World::State {
     const SnapshotPtr& next = applied->next;
     if (absl::Status few = CheckObjectCount(*applied->base, *next); !few.ok()) return few;
     WriteOutcome outcome{.revision = next->revision(), .replayed = false, .snapshot = next};
-    // May run out of memory: before anything of the write is kept.
+    // May run out of memory, so it runs before anything of the write is stored.
     const bool remember = !options.request_id.empty();
     auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
     for (const collision::ObjectDelta& delta : applied->deltas) {
@@ -296,8 +303,9 @@ absl::StatusOr<SnapshotPtr> World::At(const RevisionRule& rule, Clock::time_poin
   return state_->feed->At(rule, deadline, std::move(stop));
 }
 
-// A long list is applied before the turn is taken, so that others can pass it: it takes the turn
-// with what it made of the latest snapshot, and begins anew where that was another one by then.
+// A long list is applied to the latest snapshot before the turn is taken, so that other writes can
+// pass it. The result is published if the snapshot is still the latest; otherwise the list is
+// applied again.
 absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
                                           const WriteOptions& options, WorkBudget* budget) {
   return state_->WithRoom([&] { return ApplyOnce(changes, options, budget); });
@@ -315,7 +323,7 @@ absl::StatusOr<WriteOutcome> World::ApplyOnce(std::span<const Change> changes,
     const bool is_long = IsLong(changes, *Snapshot());
     for (int attempt = 0; is_long; ++attempt) {
       const SnapshotPtr base = Snapshot();
-      ahead = State::Applied{};  // what an attempt before was charged for is given back first
+      ahead = State::Applied{};  // gives the previous attempt's charge back first
       ahead = state_->ApplyTo(base, changes, budget);
       if (HasEnded(budget)) return absl::StatusOr<WriteOutcome>(budget->status());
       const std::lock_guard turn(state_->turn);
@@ -353,8 +361,8 @@ std::int64_t World::memory_bytes() const { return state_->memory->world_bytes_of
 
 void World::ExpireRules(Clock::time_point now) {
   const Change expire{.what = collision::ExpireRules{now}, .expected_object_revision = {}};
-  if (!Apply({&expire, 1}, {}).ok()) return;  // the world was closed: its rules ended with it
-  // Where nothing was over yet nothing was published: there is a next time.
+  if (!Apply({&expire, 1}, {}).ok()) return;  // the world was closed, and its rules with it
+  // Nothing was published if nothing had expired yet; then there is a next time.
   std::lock_guard turn(state_->turn);
   state_->ScheduleExpiry(*Snapshot(), weak_from_this());
 }
@@ -368,7 +376,7 @@ std::string World::NextName(const std::string& stem) {
   const SnapshotPtr latest = Snapshot();
   std::int64_t& number = state_->last_number[stem];
   std::string name;
-  do {  // a user may have taken some of them
+  do {  // a user may have taken some of these names
     name = absl::StrCat(stem, "_", ++number);
   } while (latest->Find(name) != nullptr || latest->FindRobot(name) != nullptr);
   return name;
@@ -402,7 +410,7 @@ Revision World::oldest_watch() const { return state_->feed->oldest_watch(); }
 void World::Close() {
   WorldFeed::Aftermath aftermath;
   {
-    std::lock_guard turn(state_->turn);  // a write under way is published before the end
+    std::lock_guard turn(state_->turn);  // so that a write in progress is published before the end
     aftermath = state_->feed->End(Ending::kDeleted);
   }
   aftermath.Finish();

@@ -115,11 +115,11 @@ WorldFeed::Aftermath WorldFeed::Publish(SnapshotPtr next,
   Aftermath aftermath;
   {
     std::lock_guard lock(mutex_);
-    // History first: whoever sees the new snapshot finds its revision and its event.
+    // History first, so that whoever sees the new snapshot finds its revision and its event.
     aftermath.forgotten = history_.Append(next, std::move(event));
     aftermath.wakes = subscriptions_;
     std::lock_guard latest_lock(latest_mutex_);
-    latest_.swap(next);  // the old pointer goes when the locks are gone
+    latest_.swap(next);  // the old snapshot is freed after the locks
   }
   published_or_ended_.notify_all();
   return aftermath;

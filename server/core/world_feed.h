@@ -1,5 +1,5 @@
-// The published side of a world: its latest snapshot, its history and who watches. One writer at a
-// time publishes (the world's turn sees to it); any number of threads read.
+// The published side of a world: its latest snapshot, its history and its watches. One writer at a
+// time publishes (the writer's turn ensures it); any number of threads read.
 #pragma once
 
 #include <condition_variable>
@@ -16,34 +16,34 @@
 
 namespace cwm::server {
 
-// Why a world publishes to its watches no more.
+// The reason why a world publishes no more to its watches.
 enum class Ending { kNone, kDraining, kDeleted };
 
 class WorldFeed {
  public:
   using Wake = std::function<void()>;
 
-  // What remains to be done after publishing, with no lock held (the writer's turn neither):
-  // watches are woken by Finish, forgotten geometry is freed by the destructor.
+  // The work left after publishing, to be done without any lock (nor the writer's turn): Finish
+  // wakes the watches, the destructor frees forgotten geometry.
   struct Aftermath {
     std::vector<std::shared_ptr<const Wake>> wakes;
     History::Forgotten forgotten;
     void Finish() const;
   };
 
-  // What a lossless reader finds next.
+  // The next event for a lossless reader.
   struct Look {
-    EventPtr event;                    // the one that made the revision after the position
-    bool compacted = false;            // it was made and is no longer kept
-    collision::Revision oldest_watch;  // where a watch could resume
+    EventPtr event;                    // the event of the revision after the position
+    bool compacted = false;            // that revision was made but is no longer kept
+    collision::Revision oldest_watch;  // the oldest revision where a watch could resume
     Ending ending = Ending::kNone;
   };
 
-  // Where a watch begins.
+  // The starting point of a watch.
   struct Start {
     SnapshotPtr latest;
-    std::vector<EventPtr> missed;  // after from_revision, where the snapshot is not kept
-    SnapshotPtr from;              // the exact snapshot of from_revision, where it is kept
+    std::vector<EventPtr> missed;  // events after from_revision, if its snapshot is not kept
+    SnapshotPtr from;              // the exact snapshot of from_revision, if it is kept
     std::shared_ptr<const Wake> subscription;
   };
 
@@ -56,18 +56,17 @@ class WorldFeed {
   collision::Revision oldest_exact() const;
   collision::Revision oldest_watch();
 
-  // `next` follows the latest snapshot by one revision.
+  // `next` must follow the latest snapshot by one revision.
   [[nodiscard]] Aftermath Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas,
                                   std::vector<collision::RobotDelta> robot_deltas,
                                   std::vector<collision::PairRuleDelta> rule_deltas);
-  // Deletion follows draining, not the other way round.
+  // Deletion may follow draining, but not the other way round.
   [[nodiscard]] Aftermath End(Ending ending);
 
-  // Lets go of what is remembered of the past: only the latest revision can be read or resumed
-  // from.
+  // Drops the past: only the latest revision can be read or resumed from.
   void ForgetPast();
 
-  // Atomically: what was published before is in the start, what comes after wakes.
+  // Atomic: everything published before is in the start, and everything after wakes.
   absl::StatusOr<Start> Subscribe(const WatchOptions& options, Wake wake);
   void Unsubscribe(const std::shared_ptr<const Wake>& subscription);
   Look LookAfter(collision::Revision position) const;
@@ -80,17 +79,17 @@ class WorldFeed {
 
   const std::function<Clock::time_point()> now_;
 
-  mutable std::mutex latest_mutex_;  // held for the copy of the pointer alone
+  mutable std::mutex latest_mutex_;  // held only while the pointer is copied
   SnapshotPtr latest_;
 
-  mutable std::mutex mutex_;  // of all below; never held while working or calling out
+  mutable std::mutex mutex_;  // guards the members below; never held while working or calling out
   mutable std::condition_variable_any published_or_ended_;
   History history_;
   std::vector<std::shared_ptr<const Wake>> subscriptions_;
   Ending ending_ = Ending::kNone;
 };
 
-// The error of a world that was deleted.
+// NotFound WORLD_DELETED.
 absl::Status WorldDeleted();
 
 // Starts a watch on the feed, which it keeps alive.

@@ -15,7 +15,7 @@ namespace cwm::server {
 namespace {
 
 constexpr char kDefaultName[] = "default";
-constexpr std::size_t kLongestName = 128;  // fits a file name with room for a suffix
+constexpr std::size_t kLongestName = 128;  // fits into a file name with room for a suffix
 
 absl::Status CheckName(const std::string& name) {
   const auto allowed = [](char c) {
@@ -30,7 +30,7 @@ absl::Status CheckName(const std::string& name) {
                                    kLongestName, " letters, digits or \"_-.\""));
 }
 
-// 128 random bits from the system: no two worlds of any server share them.
+// 128 random bits from the system, so that no two worlds of any server share a uid.
 std::string RandomUid() {
   std::random_device bits;
   std::string uid;
@@ -38,7 +38,8 @@ std::string RandomUid() {
   return uid;
 }
 
-// Deletions by world and request_id, so that a retry gets the first reply though the world is gone.
+// Deletions by world and request_id, so that a retry gets the first reply although the world is
+// gone.
 class DeletionMemory {
  public:
   explicit DeletionMemory(const Retention& retention)
@@ -124,7 +125,7 @@ struct WorldRegistry::State {
   bool draining = false;
   Listener listener = {};
 
-  // Not under the mutex.
+  // Informs the listener. Must not be called under the mutex.
   void Tell(const World& world, Fate fate) {
     Listener told;
     {
@@ -153,7 +154,7 @@ struct WorldRegistry::State {
     for (const std::shared_ptr<World>& world : worlds) world->ForgetPast();
   }
 
-  // Under the mutex. The entry of a world that may have been deleted meanwhile.
+  // Under the mutex. nullptr if the world was deleted meanwhile.
   Entry* EntryOf(const World& world) {
     const auto found = entries.find(world.name());
     return found == entries.end() || found->second.world.get() != &world ? nullptr : &found->second;
@@ -219,7 +220,8 @@ WorldRegistry::WorldRegistry(Limits limits, Retention retention,
                        .entries = {},
                        .deletions = DeletionMemory(retention)}) {}
 
-// A world that somebody still holds has a share of the expiry, whose thread must not end in itself.
+// Somebody who still holds a world shares the expiry, whose destructor must not run in its own
+// thread.
 WorldRegistry::~WorldRegistry() { state_->expiry->Stop(); }
 
 absl::StatusOr<WorldRegistry::Lease> WorldRegistry::FindOrMake(const std::string& name,
@@ -273,12 +275,14 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
     world = state_->Find(key.world, uid);
     if (!world.ok()) return world.status();
   }
-  // Waits for the writer's turn, so not under our lock; from then on its revision is its last.
+  // Waits for the writer's turn, so it must not hold our lock. From then on the world's revision is
+  // final.
   (*world)->Close();
   const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
   {
     std::lock_guard lock(state_->mutex);
-    if (state_->EntryOf(**world) == nullptr) {  // another was faster, our own first try perhaps
+    if (state_->EntryOf(**world) == nullptr) {  // another call was faster, perhaps our own first
+                                                // try
       const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now());
       if (first != nullptr && first->asked_uid == uid) return first->reply;
       return Unknown(key.world);

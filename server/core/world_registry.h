@@ -11,7 +11,7 @@
 
 namespace cwm::server {
 
-// The name that a request means: the empty one is "default".
+// The name that a request means; the empty name is "default".
 const std::string& WorldNameOf(const std::string& name);
 
 // FailedPrecondition WORLD_REPLACED.
@@ -24,14 +24,14 @@ class WorldRegistry {
   struct State;
 
  public:
-  // `memory` pays for all worlds; null: they have no limit.
+  // `memory` is charged for all worlds; null: no limit.
   WorldRegistry(Limits limits, Retention retention, std::shared_ptr<MemoryBudget> memory = nullptr,
                 std::function<Clock::time_point()> now = Clock::now);
   ~WorldRegistry();
 
-  // A world to write to. One that was made for it is there for writers alone until one of them
-  // keeps it; otherwise it goes with the last of them, so that a write that is refused makes no
-  // world. Lives no longer than the registry.
+  // A world to write to. A world that was created for the lease is visible only to writers until
+  // one of them keeps it; otherwise it is removed with the last lease, so that a refused write
+  // creates no world. Must not outlive the registry.
   class Lease {
    public:
     Lease(Lease&& other) noexcept;
@@ -42,7 +42,7 @@ class WorldRegistry {
     World* operator->() const { return world_.get(); }
     const std::shared_ptr<World>& world() const { return world_; }
 
-    // Something was written: everybody finds the world from now on.
+    // Makes the world visible to everybody, after something was written.
     void Keep();
     bool kept() const;
 
@@ -54,13 +54,13 @@ class WorldRegistry {
     std::shared_ptr<World> world_;  // nullptr: moved from
   };
 
-  // The world, or a new one under a lease. InvalidArgument for a bad name (letters, digits, _ - . 1
-  // to 128 characters), ResourceExhausted for too many. A non-empty `uid` names a world that is
-  // there already: the errors of Find.
+  // The world, or a new one under a lease. InvalidArgument for an invalid name (letters, digits, _
+  // - . 1 to 128 characters), ResourceExhausted for too many worlds. A non-empty `uid` requires an
+  // existing world: the errors of Find.
   absl::StatusOr<Lease> FindOrMake(const std::string& name, const std::string& uid = "");
   // The world, or a new one that is kept at once.
   absl::StatusOr<std::shared_ptr<World>> FindOrCreate(const std::string& name);
-  // NotFound WORLD_UNKNOWN. A non-empty `uid` that differs is FailedPrecondition WORLD_REPLACED.
+  // NotFound WORLD_UNKNOWN. FailedPrecondition WORLD_REPLACED if `uid` is non-empty and differs.
   absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
                                               const std::string& uid = "") const;
   std::vector<std::shared_ptr<World>> List() const;  // by name
@@ -77,8 +77,8 @@ class WorldRegistry {
   void Drain();
 
   enum class Fate { kCreated, kDeleted };
-  // Told, with no lock of the registry held, of each world that everybody finds from now on and of
-  // each that nobody finds any more. Replaces the listener before; may be empty.
+  // Called, without a lock of the registry, for each world that becomes visible to everybody and
+  // for each that no longer is. Replaces the previous listener; may be empty.
   using Listener = std::function<void(const World& world, Fate fate)>;
   void SetListener(Listener listener);
 

@@ -1,4 +1,4 @@
-// Rules of pairs as MoveIt's matrix; declared in planning_scene.h.
+// Pair rules as MoveIt's allowed collision matrix; declared in planning_scene.h.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -47,15 +47,16 @@ class MatrixMaker {
 
   std::size_t name_count() const { return names_.size(); }
 
-  // Before any pair is allowed: takes the square of the names.
+  // Must be called before any pair is allowed. Takes memory proportional to the square of the
+  // number of names.
   void LayOut() {
     std::size_t index = 0;
     for (const std::string& name : names_) index_[name] = index++;
     allowed_.assign(names_.size(), std::vector<bool>(names_.size(), false));
   }
 
-  // Links next to each other and those of one body are among them: MoveIt's matrix has no other way
-  // to say so.
+  // Allows the pairs of links that the robot does not check, adjacent links and links of one rigid
+  // body included: MoveIt's matrix has no other way to express it.
   absl::Status AllowUncheckedLinks(const GoOn& go_on) {
     if (robot_ == nullptr) return absl::OkStatus();
     const auto& links = robot_->model().links;
@@ -75,7 +76,7 @@ class MatrixMaker {
     return absl::OkStatus();
   }
 
-  // Whether the rule is of another robot, of which the scene knows nothing.
+  // True if the rule concerns another robot, which the scene does not contain.
   bool IsOfAnother(const PairRule& rule) const {
     return IsOfAnother(rule.pair.a) || IsOfAnother(rule.pair.b);
   }
@@ -112,13 +113,14 @@ class MatrixMaker {
     return !thing.link.empty() || others_.count(thing.name) > 0;
   }
 
-  // As the scene calls the thing, which is not everything.
+  // The scene's names of the object, robot or link. Must not be called for "everything".
   std::vector<std::string> NamesOf(const NamedThing& thing) const {
     if (IsRobot(thing)) return links_;
     return {thing.link.empty() ? thing.name : thing.link};
   }
 
-  // Its pairs are made at the end, once for each name.
+  // Adds the names of `thing` to the default entries; their pairs are made at the end, once per
+  // name.
   void AddDefault(const NamedThing& thing) {
     if (IsEverything(thing)) {
       by_default_ = names_;
@@ -135,8 +137,8 @@ class MatrixMaker {
   }
 
   const WorldRobot* const robot_;
-  std::vector<std::string> links_;  // of the robot, those that collide
-  std::set<std::string> others_;    // robots of which the scene knows nothing
+  std::vector<std::string> links_;  // of the robot, those with collision geometry
+  std::set<std::string> others_;    // robots that the scene does not contain
   std::set<std::string> names_;
   std::map<std::string, std::size_t> index_;
   std::vector<std::vector<bool>> allowed_;

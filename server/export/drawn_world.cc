@@ -45,7 +45,7 @@ absl::Status Append(const TriangleMesh& mesh, const Pose& X_BM, const GoOn& go_o
   });
 }
 
-// Gathers the parts of one body, those that look the same together.
+// Collects the parts of one body, parts of the same look together.
 class BodyDrawer {
  public:
   absl::Status Add(const PreparedPart& part, Look look, const GoOn& go_on) {
@@ -91,7 +91,7 @@ class WorldDrawer {
       : max_triangles_(max_triangles), go_on_(go_on) {}
 
   absl::Status Add(const collision::WorldObject& object) {
-    // What it is made of and whose it is decide how it looks.
+    // The look depends on the geometry, the kind and the owner.
     const Key key{object.geometry.get(), object.kind, object.owner};
     std::shared_ptr<const DrawnBody>& body = body_of_[key];
     if (body == nullptr) {

@@ -1,4 +1,4 @@
-// A world as it is drawn: triangles, colours and names, for files that viewers and modellers open.
+// A world for drawing: triangles, colours and names, for files that viewers and modellers open.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@
 
 namespace cwm::server {
 
-// What a triangle is of, which is what colours tell apart.
+// The kind of body that a triangle belongs to; each look has its own colour.
 enum class Look : std::uint8_t {
   kSupport,
   kObject,
-  kCompleted,  // of a support or an object: supplied where nothing was measured
-  kSurface,    // triangulated, of whatever has no shape
+  kCompleted,  // part of a support or an object that was completed without measurements
+  kSurface,    // triangulated surface of an object without a shape
   kHandle,
   kUnseen,
   kUser,
@@ -32,42 +32,42 @@ std::string_view NameOf(Look look);  // "support" ...
 // Red, green, blue (sRGB) and opacity.
 std::array<std::uint8_t, 4> ColourOf(Look look);
 
-// All of a body that looks the same.
+// All parts of a body with the same look.
 struct DrawnPiece {
   Look look = Look::kUser;
   TriangleMesh mesh;      // in the body's frame
-  bool is_closed = true;  // an open one is seen from both sides
+  bool is_closed = true;  // an open one is drawn from both sides
 };
 using DrawnBody = std::vector<DrawnPiece>;
 
 // An object, or a link of a robot.
 struct DrawnThing {
   std::string name;
-  std::string robot;  // whose link it is; empty: an object
+  std::string robot;  // the robot that has the link; empty: an object
   Pose X_WB = Pose::Identity();
-  std::shared_ptr<const DrawnBody> body;                        // shared by things of one model
-  std::vector<std::pair<std::string, std::string>> facts = {};  // what else is known of it
+  std::shared_ptr<const DrawnBody> body;                        // shared by objects of one model
+  std::vector<std::pair<std::string, std::string>> facts = {};  // further properties, by name
 };
 
 struct DrawnWorld {
   std::string name;
   std::vector<DrawnThing> things;     // objects by name, then robots by name, their links in order
-  std::vector<std::string> warnings;  // what is not drawn
+  std::vector<std::string> warnings;  // what is not drawn, and why
 };
 
-// What collision checking sees: shapes tessellated (tessellate.h), surfaces, handles. What has no
-// end is left out. ResourceExhausted GEOMETRY_TOO_LARGE when all have more than `max_triangles`
-// together.
+// Draws what collision checking sees: tessellated shapes (tessellate.h), surfaces, handles.
+// Unbounded shapes are left out. ResourceExhausted GEOMETRY_TOO_LARGE if the total is more than
+// `max_triangles`.
 absl::StatusOr<DrawnWorld> Draw(const collision::WorldSnapshot& snapshot,
                                 std::int64_t max_triangles, const GoOn& go_on = absl::OkStatus);
 
 // Binary glTF 2.0. A node for each object and each robot, with its facts as extras, below a root
-// that turns the world's Z to glTF's Y; things of one model share their mesh. Coordinates are
-// single, in the frame of the thing.
+// that rotates the world's Z to glTF's Y. Objects of one model share their mesh. Coordinates are
+// single precision, in the object's frame.
 absl::StatusOr<std::string> FormatGlb(const DrawnWorld& world, const GoOn& go_on = absl::OkStatus);
 
-// PLY 1.0, binary, little-endian: one mesh in the world's frame with doubles as coordinates, a
-// colour for each vertex, and for each face the number of its thing, which comments name.
+// PLY 1.0, binary, little-endian: one mesh in the world's frame with double coordinates, a colour
+// per vertex, and per face the number of its object; the header's comments name the objects.
 absl::StatusOr<std::string> FormatPly(const DrawnWorld& world, const GoOn& go_on = absl::OkStatus);
 
 }  // namespace cwm::server

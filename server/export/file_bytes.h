@@ -1,4 +1,4 @@
-// Numbers as binary files have them.
+// Appends numbers in binary form.
 #pragma once
 
 #include <bit>

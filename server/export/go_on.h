@@ -1,4 +1,4 @@
-// Whether work that takes long is still wanted.
+// A callback that tells long work whether to continue.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,12 @@
 
 namespace cwm::server {
 
-// Asked between objects, rules, rows and pieces of meshes: anything but OK ends the work, which
+// Called between objects, rules, rows and parts of meshes. Any status but OK ends the work, which
 // returns it.
 using GoOn = std::function<absl::Status()>;
 
-// Calls do_range(first, last) for [0, count) in ranges that take some milliseconds at most, and asks
-// after each of them.
+// Calls do_range(first, last) for [0, count) in ranges that take a few milliseconds at most, and
+// calls go_on after each of them.
 template <class DoRange>
 absl::Status InPieces(std::size_t count, const GoOn& go_on, const DoRange& do_range) {
   constexpr std::size_t kMaxPiece = std::size_t{1} << 13;

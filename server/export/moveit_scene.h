@@ -8,12 +8,12 @@
 
 namespace cwm::server {
 
-// The text of PlanningScene::saveGeometryToStream with poses of objects (".scene"): objects alone.
-// The only errors of both are those of `go_on`.
+// The text of PlanningScene::saveGeometryToStream with object poses (".scene"): objects only. Both
+// functions fail only with the status of `go_on`.
 absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene,
                                             const GoOn& go_on = absl::OkStatus);
 
-// moveit_msgs/PlanningScene in YAML, vectors as flow lists, the matrix as lists of truth values: as
+// moveit_msgs/PlanningScene in YAML, vectors as flow lists, the matrix as lists of booleans, as
 // MotionBenchMaker writes it.
 absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene,
                                             const GoOn& go_on = absl::OkStatus);

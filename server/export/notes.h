@@ -1,4 +1,4 @@
-// Warnings of many things at a time.
+// Collects warnings that concern several objects.
 #pragma once
 
 #include <map>
@@ -7,12 +7,12 @@
 
 namespace cwm::server {
 
-// Each note with the things that it is about: said once, of the first few by name.
+// Each note with the objects that it is about; it is written once, with the first few names.
 class Notes {
  public:
-  // Things come one after the other: one that is named again at once is counted once.
+  // Objects must come one after the other: repeated calls for one object count once.
   void Add(const std::string& note, const std::string& thing);
-  // "a, b and 4 more: what became of them", in the order of the notes.
+  // Appends "a, b and 4 more: what became of them", in the order of the notes.
   void AppendTo(std::vector<std::string>& warnings) const;
 
  private:

@@ -14,11 +14,11 @@ namespace {
 
 using Kind = PlannerPrimitive::Kind;
 
-// How far the corners of a plate may be from those of a rectangle: a nanometre, the smallest
-// dimension that shapes have.
+// derived: the largest distance of a plate's corners from those of a rectangle: a nanometre, the
+// smallest dimension that shapes have.
 constexpr double kRectangleTolerance_m = 1e-9;
 
-// The rectangle that the outline is: its frame, x and y along its sides, and its size.
+// The rectangle of an outline: its frame, with x and y along its sides, and its size.
 struct Rectangle {
   Vector2 centre;
   double angle_rad = 0;  // of its x axis
@@ -30,7 +30,7 @@ std::optional<Rectangle> RectangleOf(const Polygon& outline) {
   const Vector2 x = outline[1] - outline[0];
   const Vector2 y = outline[3] - outline[0];
   const Vector2 fourth = outline[1] + outline[3] - outline[0];
-  // The cosine of the corner times the longer side is how far that side's end is out of square.
+  // The cosine of the corner times the longer side is the distance of that side's end from square.
   const double skew_m = std::abs(x.dot(y)) / std::min(x.norm(), y.norm());
   if (!((fourth - outline[2]).norm() <= kRectangleTolerance_m && skew_m <= kRectangleTolerance_m)) {
     return std::nullopt;
@@ -57,7 +57,7 @@ struct Converter {
     result.shape = std::make_shared<const TriangleMesh>(Tessellate(shape));
     const double inside_mm = 1e3 * DeviationBound_m(shape);
     result.note = absl::StrCat(what, " written as a mesh");
-    // Up to the next hundredth of a millimetre.
+    // Rounded up to a hundredth of a millimetre.
     if (inside_mm > 0) {
       absl::StrAppend(&result.note, ", up to ", std::ceil(100 * inside_mm) / 100,
                       " mm inside of it");
@@ -97,7 +97,7 @@ struct Converter {
     result.X_OS = result.X_OS * X_SB;
     result.shape = BoxOf({rectangle->size_m.x(), rectangle->size_m.y(), s.thickness_m});
   }
-  // A hull is a closed mesh: no word is lost.
+  // A hull is a closed mesh, so it needs no note.
   void operator()(const Convex& s) const { result.shape = s.hull; }
   void operator()(const cwm::Mesh& s) const { result.shape = s.mesh; }
 };

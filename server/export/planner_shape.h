@@ -1,4 +1,4 @@
-// Shapes as MoveIt's planning scenes know them.
+// The shapes of MoveIt's planning scenes.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace cwm::server {
 
-// Centred, axis z, the apex of a cone at +z.
+// Centred at the origin with axis z; a cone has its apex at +z.
 struct PlannerPrimitive {
   enum class Kind { kBox, kSphere, kCylinder, kCone };
   Kind kind = Kind::kBox;
@@ -19,7 +19,7 @@ struct PlannerPrimitive {
   int dimension_count = 0;
 };
 
-// The plane z = 0, of which the normal +z points out of what is solid.
+// The plane z = 0; its normal +z points out of the solid half-space.
 struct PlannerPlane {};
 
 using PlannerMesh = std::shared_ptr<const TriangleMesh>;
@@ -27,12 +27,13 @@ using PlannerMesh = std::shared_ptr<const TriangleMesh>;
 struct PlannerShape {
   Pose X_OS = Pose::Identity();
   std::variant<PlannerPrimitive, PlannerMesh, PlannerPlane> shape;
-  std::string note;  // what the shape became, where it is not said as it is; empty: it is
+  std::string note;  // says how the shape was converted; empty if it is exact
 };
 
-// A shape that MoveIt has is said as such: a cone that narrows to an apex at either end, a truncated
-// one of equal radii as a cylinder, a rectangular plate without holes as a box, a half-space as a
-// plane. Others become meshes: those they are, or inscribed ones (tessellate.h), closed.
+// Converts a part's shape. Shapes that MoveIt has are written as such: a cone with an apex at
+// either end, a truncated cone of equal radii as a cylinder, a rectangular plate without holes as a
+// box, a half-space as a plane. Others become meshes: the exact mesh if they are one, otherwise a
+// closed, inscribed mesh (tessellate.h).
 PlannerShape ToPlanner(const Placed<Shape>& part);
 
 }  // namespace cwm::server

@@ -23,7 +23,7 @@ std::int64_t TrianglesOf(const PlannerShape& shape) {
   return mesh == nullptr ? 0 : static_cast<std::int64_t>((*mesh)->triangles.size());
 }
 
-// A joint of several variables, of which `value` is the first.
+// The transform of a joint with several variables; `value` points to the first.
 Pose TransformOf(collision::JointKind kind, const double* value) {
   if (kind == collision::JointKind::kPlanar) {
     return MakePose({value[0], value[1], 0},
@@ -35,7 +35,7 @@ Pose TransformOf(collision::JointKind kind, const double* value) {
 
 PlannedRobotState StateOf(const collision::WorldRobot& robot) {
   PlannedRobotState state;
-  // The name that MoveIt's setup assistant gives it: an SRDF's own is not kept.
+  // The default name of MoveIt's setup assistant; the name in the robot's SRDF is not kept.
   state.multi_dof_joints.push_back({"virtual_joint", robot.X_WB});
   const RobotModel& model = robot.model();
   for (std::size_t i = 0; i < model.variables.size(); ++i) {

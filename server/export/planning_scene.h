@@ -1,4 +1,4 @@
-// A world as a planning scene: values that the writers of MoveIt's formats write.
+// A world as a planning scene, the input of the writers of MoveIt's formats.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,21 @@
 
 namespace cwm::server {
 
-// What an object is held by.
+// The link that holds an object.
 struct PlannedAttachment {
   std::string robot;
   std::string link;
   Pose X_LO = Pose::Identity();
   std::vector<std::string> touch_links;
-  std::string supported_by = {};  // which it may touch, and no scene can say; empty: nothing
+  std::string supported_by = {};  // its supporter, which it may touch but which a scene cannot
+                                  // express; empty: none
 };
 
 struct PlannedObject {
   std::string name;
   Pose X_WO = Pose::Identity();
   std::vector<PlannerShape> shapes;                            // at least one
-  std::optional<PlannedAttachment> attachment = std::nullopt;  // absent: stands free
+  std::optional<PlannedAttachment> attachment = std::nullopt;  // empty: not attached
 };
 
 struct PlannedJoint {
@@ -41,48 +42,49 @@ struct PlannedMultiDofJoint {
 
 struct PlannedRobotState {
   std::vector<PlannedJoint> joints;
-  // The base first, as the virtual joint by which MoveIt's robots stand in the world.
+  // The base comes first, as the virtual joint that connects the robot to the world in MoveIt.
   std::vector<PlannedMultiDofJoint> multi_dof_joints;
 };
 
-// Who may touch whom: links and objects by name, each name once, a square matrix.
+// The allowed collisions: names of links and objects, each once, and a square matrix.
 struct AllowedMatrix {
   std::vector<std::string> names;
   std::vector<std::vector<bool>> allowed;
-  std::vector<std::string> by_default;  // those that may touch whatever is not in the matrix
+  std::vector<std::string> by_default;  // names that may touch whatever is not in the matrix
 };
 
 struct PlanningScene {
-  std::string name;        // of the world
-  std::string robot_name;  // of the robot's description; empty: no robot
+  std::string name;        // the world's name
+  std::string robot_name;  // the name in the robot's description; empty: no robot
   std::vector<PlannedObject> objects;
   PlannedRobotState robot_state;
   AllowedMatrix allowed;
-  std::vector<std::string> warnings;  // what a planning scene says otherwise, or not at all
+  std::vector<std::string> warnings;  // what a planning scene expresses differently, or not at all
 };
 
-// Names of one matrix: its text then has some 25 MB. Robots have some hundred links.
+// chosen: the most names in a matrix, whose text then has about 25 MB. Robots have about a hundred
+// links.
 inline constexpr std::size_t kMostAllowedNames = 2'048;
 
 // The objects of a snapshot, by name: every part that collision checking sees. ResourceExhausted
-// GEOMETRY_TOO_LARGE when their meshes have more than `max_triangles` together.
+// GEOMETRY_TOO_LARGE if their meshes have more than `max_triangles` together.
 absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
                                       std::int64_t max_triangles,
                                       const GoOn& go_on = absl::OkStatus);
 
-// Adds what a scene says beside its objects: the robot's state and base (`robot` may be null) and
-// which pairs may collide. Links that the robot does not check against each other may. What another
-// robot holds stands free then, where it is. Errors are those of AllowedMatrixOf.
+// Adds the robot's state and base (`robot` may be null) and the allowed collisions. Links that the
+// robot does not check against each other are allowed to collide. An object attached to another
+// robot becomes a free object at its present pose. Fails with the errors of AllowedMatrixOf.
 absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
                               const collision::WorldRobot* robot, PlanningScene& scene,
                               const GoOn& go_on = absl::OkStatus);
 
-// Takes out what robots hold, with a warning: where there are objects alone it would stand in
-// the robot's way.
+// Removes attached objects, with a warning: in a format that has only objects they would be
+// obstacles for the robot that holds them.
 void LeaveOutAttached(PlanningScene& scene);
 
-// The matrix alone; warnings of rules that it cannot say. ResourceExhausted EXPORT_TOO_LARGE when
-// it would have more than kMostAllowedNames.
+// Only the matrix; adds warnings about rules that it cannot express. ResourceExhausted
+// EXPORT_TOO_LARGE if it would have more than kMostAllowedNames names.
 absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& snapshot,
                                               const collision::WorldRobot* robot,
                                               std::vector<std::string>& warnings,

@@ -8,7 +8,7 @@
 namespace cwm::server {
 
 std::string NumberText(double value) {
-  char bytes[32];  // the longest shortest form has 24 characters
+  char bytes[32];  // the longest shortest representation has 24 characters
   const auto [end, error] = std::to_chars(bytes, bytes + sizeof(bytes), value + 0.0);  // no -0
   std::string text(bytes, end);
   const std::size_t exponent = text.find('e');
@@ -39,7 +39,7 @@ std::string Quoted(const std::string& text) {
     if (byte < 0x20 || byte == 0x7f) {
       absl::StrAppendFormat(&quoted, "\\x%02x", byte);
     } else {
-      quoted += c;  // UTF-8 stays as it is
+      quoted += c;  // bytes of UTF-8 stay as they are
     }
   }
   return quoted + "\"";

@@ -1,4 +1,4 @@
-// Numbers and texts as the formats of planning scenes have them.
+// Formats numbers and texts for planning scenes.
 #pragma once
 
 #include <string>
@@ -7,16 +7,16 @@
 
 namespace cwm::server {
 
-// The shortest text that reads back as the same double, in C++ and in YAML 1.1, which takes "1e-05"
-// for a word and "1.0e-05" for a number.
+// The shortest text that reads back as the same double in C++ and in YAML 1.1, which takes "1e-05"
+// for a string and "1.0e-05" for a number.
 std::string NumberText(double value);
 
 // "x<separator>y<separator>z".
 std::string Text(const Vector3& vector, const char* separator);
-// The rotation as x, y, z, w, w not negative.
+// The rotation as x, y, z, w with w >= 0.
 std::string RotationText(const Pose& pose, const char* separator);
 
-// In double quotes, so that no name is taken for a number, a truth value or a null.
+// The text in double quotes, so that no name is taken for a number, a boolean or a null.
 std::string Quoted(const std::string& text);
 
 }  // namespace cwm::server

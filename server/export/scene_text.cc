@@ -70,7 +70,7 @@ absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene, const Go
     }
     absl::StrAppend(&text, "0\n");  // no subframes
   }
-  text += ".\n";  // not `text + ..`, which would copy all of it
+  text += ".\n";  // `text + ..` would copy all of it
   return text;
 }
 

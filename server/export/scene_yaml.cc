@@ -57,19 +57,19 @@ absl::StatusOr<std::string> MeshText(const TriangleMesh& mesh, const GoOn& go_on
   };
   status = InPieces(mesh.triangles.size(), go_on, append_triangles);
   if (!status.ok()) return status;
-  text += "]}";  // not `text + ..`, which would copy all of it
+  text += "]}";  // `text + ..` would copy all of it
   return text;
 }
 
-// An object in its frame F, its keys each after `indent`.
+// Writes an object in its frame F, each key after `indent`.
 class ObjectWriter {
  public:
   ObjectWriter(const PlannedObject& object, const Pose& X_FO, std::string indent, const GoOn& go_on,
                std::string& yaml)
       : object_(object), X_FO_(X_FO), indent_(std::move(indent)), go_on_(go_on), yaml_(yaml) {}
 
-  // One of a single shape has no pose of its own but that of the shape: so it is read by every
-  // version, those before objects had poses included.
+  // An object of a single shape is written with the shape's pose only, so that all versions read
+  // it, including those before objects had poses.
   absl::Status Write() {
     if (object_.shapes.size() == 1) {
       X_FS_ = X_FO_;
@@ -112,7 +112,7 @@ class ObjectWriter {
   const std::string indent_;
   const GoOn& go_on_;
   std::string& yaml_;
-  Pose X_FS_ = Pose::Identity();  // what comes before the poses of the shapes
+  Pose X_FS_ = Pose::Identity();  // transform before the poses of the shapes
 };
 
 absl::Status AppendObject(const PlannedObject& object, const GoOn& go_on, std::string& yaml) {
@@ -120,7 +120,7 @@ absl::Status AppendObject(const PlannedObject& object, const GoOn& go_on, std::s
   return ObjectWriter(object, object.X_WO, "      ", go_on, yaml).Write();
 }
 
-// In the frame of the link, as MoveIt has it.
+// Attached objects are written in the frame of their link, as MoveIt expects.
 absl::Status AppendAttached(const PlannedObject& object, const GoOn& go_on, std::string& yaml) {
   const PlannedAttachment& attachment = *object.attachment;
   absl::StrAppend(&yaml, "    - link_name: ", Quoted(attachment.link),

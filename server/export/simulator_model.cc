@@ -23,7 +23,7 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-// Of a half-space in URDF, as in meshes of it (tessellate.h).
+// derived: the box for a half-space in URDF, as in the meshes of tessellate.h.
 constexpr double kGroundSide_m = 20, kGroundDepth_m = 1;
 
 XMLElement& Child(XMLElement& parent, const char* name) {
@@ -33,21 +33,21 @@ void SetText(XMLElement& parent, const char* name, const std::string& text) {
   Child(parent, name).SetText(text.c_str());
 }
 
-// Turns about the fixed axes x, y, z, one after the other: R = Rz(yaw) Ry(pitch) Rx(roll).
+// Rotations about the fixed axes x, y, z, one after the other: R = Rz(yaw) Ry(pitch) Rx(roll).
 Vector3 RollPitchYaw(const Matrix3& R) {
   const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
   const double pitch = std::atan2(-R(2, 0), cos_pitch);
-  // Where x points up or down, roll and yaw turn about one axis: all of it is yaw.
+  // If x points straight up or down, roll and yaw rotate about the same axis: all of it is yaw.
   if (cos_pitch < 1e-9) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 
-// "x y z", "roll pitch yaw".
+// Returns "x y z" and "roll pitch yaw".
 std::pair<std::string, std::string> PoseTexts(const Pose& pose) {
   return {Text(pose.translation(), " "), Text(RollPitchYaw(pose.linear()), " ")};
 }
 
-// Binary STL: facets with normals of length 0, which readers take from the vertices.
+// Binary STL. Facets have normals of length 0, so that readers compute them from the vertices.
 std::string StlOf(const TriangleMesh& mesh) {
   constexpr std::size_t kHeaderBytes = 80;
   std::string bytes(kHeaderBytes, ' ');
@@ -65,22 +65,22 @@ std::string StlOf(const TriangleMesh& mesh) {
   return bytes;
 }
 
-// The files of meshes, each mesh once.
+// The mesh files, each distinct mesh once.
 class MeshFiles {
  public:
   explicit MeshFiles(std::string folder) : folder_(std::move(folder)) {}
 
-  // The name of the file. `of` names the object.
+  // Returns the name of the mesh's file; `of` is the name of the object.
   std::string Add(const PlannerMesh& mesh, const std::string& of) {
     std::string& name = name_of_[mesh.get()];
     if (!name.empty()) return name;
     std::string bytes = StlOf(*mesh);
     const auto [same, is_new] = name_of_bytes_.try_emplace(Sha256Hex(bytes));
-    kept_.push_back(mesh);  // its address stays its own
+    kept_.push_back(mesh);  // keeps its address from being reused
     if (!is_new) return name = same->second;
     std::string safe = of;
     std::replace(safe.begin(), safe.end(), '/', '_');
-    // The number keeps "a/b" and "a_b" apart.
+    // The number distinguishes "a/b" from "a_b".
     name = absl::StrCat(folder_, "/", files_.size(), "_", safe, ".stl");
     files_.push_back({name, std::move(bytes)});
     return same->second = name;
@@ -96,8 +96,8 @@ class MeshFiles {
   std::vector<PlannerMesh> kept_;
 };
 
-// Cones become meshes, those of one size the same; `warnings` say so. The error is that of
-// simulator_model.h.
+// Converts cones to meshes, one for all cones of the same size, and adds warnings. Fails as
+// documented in simulator_model.h.
 absl::Status MeshCones(PlanningScene& scene, std::int64_t max_triangles) {
   std::map<std::pair<double, double>, PlannerMesh> mesh_of;  // by length and radius
   std::int64_t triangles = 0;
@@ -129,7 +129,7 @@ absl::Status MeshCones(PlanningScene& scene, std::int64_t max_triangles) {
   return absl::OkStatus();
 }
 
-// Writes <geometry> of one part. What differs between the formats is how numbers are put.
+// Writes <geometry> of one part. The formats differ in how they write numbers.
 class GeometryWriter {
  public:
   enum class Format { kUrdf, kSdf };
@@ -155,7 +155,7 @@ class GeometryWriter {
         return Set(Child(geometry, "cylinder"),
                    {{"radius", NumberText(d[1])}, {"length", NumberText(d[0])}});
       case Kind::kCone:
-        assert(false);  // see MeshCones
+        assert(false);  // MeshCones has removed them
     }
   }
   void WriteShape(const PlannerMesh& mesh, XMLElement& geometry) const {
@@ -255,12 +255,13 @@ std::string RootName(const PlanningScene& scene) {
   return root;
 }
 
-// World and models; "Reserved names" of SDFormat's specification of frame semantics.
+// Reserved names of worlds and models; see "Reserved names" in SDFormat's specification of frame
+// semantics.
 bool IsReserved(const std::string& name) {
   return name == "world" || (name.size() >= 4 && name.starts_with("__") && name.ends_with("__"));
 }
 
-// Gives those that are reserved, or taken by one so renamed, "_1" behind.
+// Appends "_1" to reserved names, and again while the result is taken.
 void KeepReservedNames(PlanningScene& scene) {
   if (IsReserved(scene.name)) scene.name += "_1";
   std::set<std::string> taken;
@@ -296,11 +297,11 @@ std::string FolderOf(const PlanningScene& scene) {
   return name + "_meshes";
 }
 
-// Writes the children of an element as they come, and keeps their text alone: a document of all of
-// them takes ten times the memory, and is printed without a look at who may want it to end.
+// Prints the children of an element as they come and keeps only their text: a document with all of
+// them takes ten times the memory, and printing it could not be interrupted.
 class ModelText {
  public:
-  // `depth` is that of the children of `parent`, which is in `document`.
+  // `depth` is the depth of the children of `parent`, which is in `document`.
   ModelText(tinyxml2::XMLDocument& document, XMLElement& parent, int depth)
       : document_(document), parent_(parent), depth_(depth) {}
 
@@ -315,7 +316,8 @@ class ModelText {
   }
 
   ModelFiles Files(MeshFiles& meshes, std::vector<std::string> warnings) {
-    constexpr std::string_view kHere = "<!--children-->";  // no text has it: "<" is written "&lt;"
+    constexpr std::string_view kHere = "<!--children-->";  // no text contains it: "<" is written as
+                                                           // "&lt;"
     parent_.InsertEndChild(document_.NewComment("children"));
     tinyxml2::XMLPrinter printer;
     document_.Print(&printer);
@@ -357,7 +359,7 @@ absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_tria
     if (!added.ok()) return added;
     text.PrintChildren();
   }
-  text.PrintChildren();  // of a world without objects
+  text.PrintChildren();  // for a world without objects
   return text.Files(meshes, WarningsOf(scene, false));
 }
 

@@ -1,4 +1,4 @@
-// Binary glTF 2.0; declared in drawn_world.h. Sections are those of its specification.
+// Binary glTF 2.0; declared in drawn_world.h. Section numbers refer to its specification.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Sections 4.4, 5.1 and 5.11.
+// Constants of sections 4.4, 5.1 and 5.11.
 constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
 constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
@@ -28,7 +28,7 @@ constexpr int kFloat = 5126;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementArrayBuffer = 34963;
 
-// Colours of files are sRGB, factors of materials linear (section 3.9.2).
+// Colours are given in sRGB; factors of materials are linear (section 3.9.2).
 double Linear(std::uint8_t srgb) {
   const double c = srgb / 255.0;
   return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
@@ -47,10 +47,10 @@ Json MaterialOf(Look look, bool is_closed) {
   return material;
 }
 
-// An array of JSON as its text, which takes a tenth of the memory and is joined in no time.
+// A JSON array as text, which takes a tenth of the memory and is joined quickly.
 class JsonList {
  public:
-  // The index of the new element.
+  // Returns the index of the new element.
   std::size_t Add(const Json& element) {
     absl::StrAppend(&text_, text_.empty() ? "" : ",", element.dump());
     return size_++;
@@ -63,15 +63,15 @@ class JsonList {
   std::size_t size_ = 0;
 };
 
-// The JSON and the bytes that it refers to.
+// The JSON and the binary buffer that it refers to.
 class Document {
  public:
   Document(const std::string& name, const GoOn& go_on) : go_on_(go_on) {
-    // -90 degrees about x: the world's Z becomes glTF's Y.
+    // A rotation by -90 degrees about x: the world's Z becomes glTF's Y.
     AddParent({{"name", name}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
   }
 
-  // Below the root, or below the robot that was added last.
+  // Adds a node below the root, or below the robot that was added last.
   absl::Status Add(const DrawnThing& thing) {
     if (!thing.robot.empty() && robot_ != thing.robot) AddRobot(thing.robot);
     const auto mesh = MeshOf(thing.body.get());
@@ -94,7 +94,7 @@ class Document {
         R"({"asset":{"version":"2.0","generator":"cwm"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)",
         absl::StrJoin(nodes_, ","), "]");
     nodes_.clear();
-    if (meshes_.size() > 0) {  // no array may be empty
+    if (meshes_.size() > 0) {  // glTF allows no empty array
       absl::StrAppend(&json, ",\"meshes\":", meshes_.Text(), ",\"materials\":", materials_.Text());
       absl::StrAppend(&json, ",\"accessors\":", accessors_.Text(),
                       ",\"bufferViews\":", views_.Text());
@@ -106,9 +106,9 @@ class Document {
   }
 
  private:
-  // A node that others are below; the first is the root.
+  // A node with children; the first is the root.
   struct Parent {
-    std::size_t index = 0;  // of the node
+    std::size_t index = 0;  // index of the node
     Json node;
     std::vector<std::size_t> children = {};
   };
@@ -127,7 +127,7 @@ class Document {
     return file;
   }
 
-  // Chunks begin and end at multiples of four.
+  // Chunks begin and end at multiples of four bytes.
   static void AppendChunk(std::uint32_t type, char padding, const std::string& content,
                           std::string& file) {
     const std::size_t missing = (4 - content.size() % 4) % 4;
@@ -215,7 +215,7 @@ class Document {
                         {"count", 3 * mesh.triangles.size()}});
   }
 
-  // Of the bytes from `begin` to the end.
+  // Adds an accessor of the bytes from `begin` to the end.
   std::size_t AddAccessor(std::size_t begin, int target, Json accessor) {
     accessor["bufferView"] = views_.Add({{"buffer", 0},
                                          {"byteOffset", begin},
@@ -225,12 +225,12 @@ class Document {
   }
 
   const GoOn& go_on_;
-  std::vector<std::string> nodes_;  // as text
+  std::vector<std::string> nodes_;  // as JSON text
   std::vector<Parent> parents_;
   JsonList meshes_, materials_, accessors_, views_;
   std::map<const DrawnBody*, std::size_t> mesh_of_;
   std::map<std::pair<Look, bool>, std::size_t> material_of_;
-  std::string robot_;  // that was added last
+  std::string robot_;  // the robot added last
   std::string binary_;
 };
 

@@ -18,8 +18,8 @@ namespace {
 
 constexpr int kMaxWait_ms = 100;
 
-// One end of a TCP connection, in network byte order. An IPv4 address that IPv6 maps
-// (::ffff:127.0.0.1) is held as IPv4.
+// One end of a TCP connection, in network byte order. An IPv4-mapped IPv6 address
+// (::ffff:127.0.0.1) is stored as IPv4.
 struct Endpoint {
   int family = AF_UNSPEC;
   std::array<std::uint32_t, 4> address{};  // one word of IPv4, four of IPv6
@@ -73,7 +73,7 @@ struct Request {
   inet_diag_req_v2 body;
 };
 
-// For the socket that is bound to `local` and connected to `remote`.
+// A request for the socket that is bound to `local` and connected to `remote`.
 Request MakeRequest(const Endpoint& local, const Endpoint& remote) {
   Request request{};
   request.header.nlmsg_len = sizeof(request);
@@ -106,7 +106,7 @@ class Descriptor {
   const int fd_;
 };
 
-// The kernel's description of the one socket; nothing when it has none or does not answer in time.
+// The kernel's description of the socket; empty if it has none or does not answer in time.
 std::optional<inet_diag_msg> Describe(const Request& request) {
   const Descriptor netlink(
       socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_SOCK_DIAG));
@@ -119,7 +119,7 @@ std::optional<inet_diag_msg> Describe(const Request& request) {
   }
   pollfd ready{.fd = netlink.get(), .events = POLLIN, .revents = 0};
   if (poll(&ready, 1, kMaxWait_ms) != 1) return std::nullopt;
-  constexpr std::size_t kReplyBytes = 1024;  // a description has some 120, with attributes
+  constexpr std::size_t kReplyBytes = 1024;  // a description with attributes has about 120
   alignas(nlmsghdr) std::array<char, kReplyBytes> reply{};
   sockaddr_nl sender{};
   socklen_t sender_size = sizeof(sender);
@@ -142,13 +142,13 @@ std::optional<std::uint32_t> UidOfLoopbackPeer(int fd) {
   if (!own || !peer || !IsLoopback(*own) || !IsLoopback(*peer)) return std::nullopt;
   const auto found = Describe(MakeRequest(*peer, *own));
   if (!found) return std::nullopt;
-  // When the connection is gone, the kernel offers a listener on the peer's port, whoever owns it.
+  // If the connection is gone, the kernel returns a listener on the peer's port, whoever owns it.
   const inet_diag_sockid& id = found->id;
   if (MakeEndpoint(found->idiag_family, id.idiag_src, id.idiag_sport) != *peer ||
       MakeEndpoint(found->idiag_family, id.idiag_dst, id.idiag_dport) != *own) {
     return std::nullopt;
   }
-  // A socket without a file reports user 0. The kernel reads the inode after the user, so that one
+  // A socket without a file reports user 0. The kernel reads the inode after the user, so a socket
   // that is closed in between has no inode either.
   if (found->idiag_inode == 0) return std::nullopt;
   return found->idiag_uid;

@@ -31,11 +31,12 @@ namespace {
 
 using User = Connections::User;
 
-// Without a descriptor for a connection, there may be one soon.
+// chosen: if no file descriptor is free for a connection, one may be free after this time.
 constexpr auto kAcceptPause = std::chrono::milliseconds(50);
-// Closed connections are forgotten, and what was refused is told, this often.
+// The period at which closed connections are dropped from the table and refusals are logged.
 constexpr auto kTick = std::chrono::seconds(1);
-// Of one listener, until the others and the silent ones have their turn.
+// chosen: accepts from one listener before the other listeners and the silent connections have
+// their turn.
 constexpr int kMaxAcceptsAtOnce = 64;
 constexpr int kMaxEvents = 64;
 
@@ -54,7 +55,7 @@ bool IsLackOfDescriptors(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
-// Of a connection that ended before it was accepted, or of the network below it.
+// True for errors of a single connection that ended before it was accepted, or of its network.
 bool IsOfOneConnection(int error) {
   return error == EINTR || error == ECONNABORTED || error == EPROTO || error == ENETDOWN ||
          error == ENOPROTOOPT || error == EHOSTDOWN || error == ENONET || error == EHOSTUNREACH ||
@@ -101,7 +102,7 @@ struct AcceptLoop::State {
 
   void Wake() const {
     const std::uint64_t one = 1;
-    // The counter is full only when the loop is about to wake anyway.
+    // The counter can only be full if the loop is about to wake anyway.
     [[maybe_unused]] const ssize_t written = write(wake.number(), &one, sizeof(one));
   }
 
@@ -110,7 +111,7 @@ struct AcceptLoop::State {
     while (!stopping) {
       try {
         TakeTurn();
-      } catch (const std::exception& error) {  // memory, which there may be again
+      } catch (const std::exception& error) {  // out of memory, which may be temporary
         spdlog::error("accepting connections: {}", error.what());
         std::this_thread::sleep_for(kAcceptPause);
       }
@@ -144,8 +145,8 @@ struct AcceptLoop::State {
       [[maybe_unused]] const ssize_t size = read(descriptor, &ignored, sizeof(ignored));
       return;
     }
-    // An event of a descriptor that was closed a moment ago finds nobody, or the next at that
-    // number, who may be looked at any time.
+    // A late event of a descriptor that was closed a moment ago finds nobody, or the next
+    // connection with that number, which may be checked at any time.
     if (const auto place = place_of.find(descriptor); place != place_of.end()) {
       return Hear(place->second.user, place->second.silent);
     }
@@ -173,7 +174,8 @@ struct AcceptLoop::State {
     }
   }
 
-  // Who waits at the door hears at once that it is in vain.
+  // Accepts and closes a waiting connection with the reserve descriptor, so that its client learns
+  // of the refusal at once.
   void ShedWithReserve(int listener) {
     reserve.Close();
     const FileDescriptor connection(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
@@ -231,7 +233,7 @@ struct AcceptLoop::State {
     queue.push_back({std::move(connection), Clock::now() + max_silence});
     const auto position = std::prev(queue.end());
     place_of[descriptor] = {user, position};
-    // Edges alone: what it has said is left in its socket.
+    // Edge-triggered, since the received bytes are left in the socket.
     if (!Watch(descriptor, EPOLLIN | EPOLLRDHUP | EPOLLET)) {
       Close(user, position);
       return Shed(1, absl::StrCat("epoll: ", std::strerror(errno)));
@@ -244,7 +246,7 @@ struct AcceptLoop::State {
     const int descriptor = silent->connection.number();
     const ssize_t size = recv(descriptor, said.data(), said.size(), MSG_PEEK | MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
-    if (size <= 0) return Close(user, silent);  // the peer has gone
+    if (size <= 0) return Close(user, silent);  // the peer has closed the connection
     const auto beginning =
         LookAtHttp2Beginning(std::string_view(said.data(), static_cast<std::size_t>(size)));
     if (beginning == Http2Beginning::kIncomplete) return;
@@ -297,7 +299,7 @@ struct AcceptLoop::State {
 
   void CloseListeners() {
     for (FileDescriptor& listener : listeners) {
-      // Whoever is in the queue of the kernel has connected before the end.
+      // Connections in the kernel's backlog were made before the end, so they are still accepted.
       Accept(listener.number(), SOMAXCONN);
       listener.Close();
     }
@@ -331,15 +333,15 @@ struct AcceptLoop::State {
   FileDescriptor wake{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   FileDescriptor reserve = OpenReserve();
 
-  // The loop's.
-  std::map<User, Queue> silent_of;          // each in the order of coming
-  std::unordered_map<int, Place> place_of;  // of silent ones, by descriptor
+  // Members used only by the loop's thread.
+  std::map<User, Queue> silent_of;          // silent connections in order of arrival
+  std::unordered_map<int, Place> place_of;  // of silent connections, by descriptor
   bool is_listening = true;
   bool is_paused = false;
   Clock::time_point resume_at;
   Clock::time_point next_tick = Clock::now() + kTick;
-  std::int64_t untold = 0;  // refusals
-  std::string why_shed;     // the first of them
+  std::int64_t untold = 0;  // refusals not logged yet
+  std::string why_shed;     // the reason of the first of them
 
   std::atomic<bool> stop_listening = false;
   std::atomic<bool> stopping = false;
@@ -347,7 +349,7 @@ struct AcceptLoop::State {
   std::condition_variable changed;
   bool has_stopped_listening = false;
   std::string expected;
-  std::thread thread;  // last: starts when the rest is there
+  std::thread thread;  // last: starts when the other members exist
 };
 
 absl::StatusOr<std::unique_ptr<AcceptLoop>> AcceptLoop::Start(std::vector<FileDescriptor> listeners,

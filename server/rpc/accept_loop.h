@@ -1,4 +1,5 @@
-// Takes connections in, on a thread of its own, and goes on whatever clients and descriptors do.
+// Accepts connections on a thread of its own, and keeps going whatever clients do and however few
+// descriptors are left.
 #pragma once
 
 #include <chrono>
@@ -13,39 +14,40 @@
 
 namespace cwm::server {
 
-// gRPC 1.51's own listener never accepts again once it has met a full table of descriptors, holds a
-// transport for each silent peer, and tells nobody who the peer is.
+// Needed since gRPC 1.51's own listener never accepts again once it has run out of descriptors,
+// keeps a transport for each silent peer, and does not report who the peer is.
 //
-// A connection is handed over once the beginning of HTTP/2 can be read from it, which is left
-// there: the preface and the header of the first SETTINGS frame. A connection that begins otherwise
-// is closed at once, one that is silent for too long is closed then, one that comes above a limit
-// of `connections` makes the user's connection that is silent for longest go, or goes itself.
-// Without a descriptor for it, it is closed at once, and the loop pauses for a moment.
+// A connection is handed over once the beginning of HTTP/2 can be read from it (the preface and the
+// header of the first SETTINGS frame), which is left in the socket. A connection that begins
+// differently is closed at once; one that stays silent is closed after max_silence. A connection
+// above a limit of `connections` evicts the user's connection that has been silent longest, or is
+// closed itself. If there is no descriptor for it, it is closed at once, and the loop pauses for a
+// moment.
 //
 // Thread safe.
 class AcceptLoop {
  public:
-  // Takes over the descriptor of a connection that is registered. Called on the loop's thread.
+  // Takes ownership of the descriptor of a registered connection. Called on the loop's thread.
   using HandOver = std::function<void(int descriptor)>;
-  // Tells whether the user may have the connection; others are closed at once. Called on the loop's
+  // True if the user may have the connection; otherwise it is closed at once. Called on the loop's
   // thread.
   using Allows = std::function<bool(int descriptor, Connections::User user)>;
 
-  // Unavailable when the descriptors that it needs itself cannot be had.
+  // Unavailable if the descriptors that the loop needs itself are not available.
   static absl::StatusOr<std::unique_ptr<AcceptLoop>> Start(std::vector<FileDescriptor> listeners,
                                                            Connections& connections,
                                                            std::chrono::milliseconds max_silence,
                                                            HandOver hand_over, Allows allows = {});
   ~AcceptLoop();  // stops
 
-  // The connection from this address (a sockaddr, bytewise) is admitted above every limit: the
-  // server's own look at itself. Replaces the address before; empty: none is.
+  // Admits the connection from this address (a sockaddr, bytewise) above every limit, for the
+  // server's own check of itself. Replaces the previous address; empty: none.
   void Expect(std::string peer_address);
 
-  // Takes what has connected by now and closes the listeners; when it returns, nobody connects any
-  // more. Connections that are still silent may speak.
+  // Accepts the connections made so far and closes the listeners; after it returns, nobody can
+  // connect. Connections that are still silent may go on.
   void StopListening();
-  // Also closes what is still silent; when it returns, nothing is handed over any more.
+  // Also closes silent connections; after it returns, no connection is handed over.
   void Stop();
 
  private:

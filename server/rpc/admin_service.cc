@@ -83,7 +83,7 @@ absl::Status Describe(const Runtime& runtime, Clock::time_point started,
 
 }  // namespace
 
-// Who asks how the server is must not wait for what it does.
+// A query about the server's state must not wait for its work.
 grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {

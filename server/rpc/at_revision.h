@@ -1,5 +1,5 @@
-// Which world and which snapshot a read is about, and how it waits for one that is not made yet:
-// before its work begins, so that no worker ever waits.
+// Finds the world and the snapshot that a read is about. A read waits for a revision that is not
+// made yet before its work begins, so that no worker thread ever waits.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@
 
 namespace cwm::server {
 
-// What AtRevision.at_least has to wait for; nothing for other rules and for a negative revision,
-// which the work refuses by its field. The errors of WorldRegistry::Find.
+// The revision that AtRevision.at_least has to wait for; empty for other rules and for a negative
+// revision, which the work refuses with the field's name. The errors of WorldRegistry::Find.
 absl::StatusOr<std::optional<RevisionToAwait>> WhatToAwait(const Runtime& runtime,
                                                            const std::string& world,
                                                            const std::string& world_uid,
                                                            const v1::AtRevision& rule);
 
-// The world and its snapshot. Never waits: what the call awaited is in `call.reached`. The errors
-// of WorldRegistry::Find and World::At.
+// The world and its snapshot. Never waits: a revision that the call awaited is in `call.reached`.
+// The errors of WorldRegistry::Find and World::At.
 absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::string& world,
                                             const std::string& world_uid, const RevisionRule& rule,
                                             const CallContext& call);

@@ -11,14 +11,17 @@
 namespace cwm::server {
 namespace {
 
-// The last tenth is for what nothing counts: a thread that wakes late, the way to the client.
+// chosen: the last tenth is for delays that are not measured: a thread that wakes late, the way to
+// the client.
 constexpr double kShareOfDeadline = 0.9;
 
-// Requests up to this size are parsed by the thread that read them, within some 1.3 ms.
+// measured: requests up to this size are parsed by the thread that read them, in at most about 1.3
+// ms.
 constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
-// Smaller requests are not worth an account: a thousand of them are four mebibytes.
+// chosen: smaller requests are not charged: a thousand of them take four mebibytes.
 constexpr std::size_t kMinChargedBytes = 4 << 10;
-// A reply that fits into the buffers of a socket leaves at once, whether it is read or not.
+// chosen: a smaller reply fits into the buffers of a socket and leaves at once, whether it is read
+// or not.
 constexpr std::int64_t kMinGuardedReplyBytes = 64 << 10;
 
 }  // namespace
@@ -26,7 +29,7 @@ constexpr std::int64_t kMinGuardedReplyBytes = 64 << 10;
 Clock::time_point DeadlineOf(const grpc::CallbackServerContext& context) {
   const auto deadline = context.deadline();
   const auto now = std::chrono::system_clock::now();
-  // No deadline is the end of time, which the steady clock could not hold.
+  // A missing deadline is the end of time, which the steady clock cannot represent.
   constexpr auto kFar = std::chrono::hours(24 * 365);
   if (deadline > now + kFar) return Clock::time_point::max();
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(deadline - now);
@@ -66,7 +69,8 @@ UnaryCall::UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
                      const grpc::ByteBuffer* request)
     : context_(context),
       runtime_(runtime),
-      // gRPC lends its own buffer until the call is done; what is parsed need not be kept twice.
+      // gRPC lends its own buffer until the call is done, so the parsed bytes need not be kept
+      // twice.
       bytes_(*const_cast<grpc::ByteBuffer*>(request)),
       request_bytes_(request->Length()),
       call_{.deadline = DeadlineOf(*context),
@@ -78,7 +82,7 @@ void UnaryCall::Start(WorkQueue& parses) {
   const std::size_t size = bytes_.Length();
   if (size >= kMinChargedBytes) {
     charge_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
-    // While it is parsed it is there twice.
+    // While it is parsed, the request is in memory twice.
     const absl::Status charged = charge_.Resize(2 * static_cast<std::int64_t>(size));
     if (!charged.ok()) return End(charged);
   }
@@ -99,14 +103,14 @@ void UnaryCall::ParseAndPlan() {
   const CallWork parse = [&](const CallContext&) {
     WorkBudget budget(call_.deadline, call_.stop);
     if (absl::Status parsed = Parse(bytes_, &budget); !parsed.ok()) return parsed;
-    const std::int64_t held = ParsedBytes() + size;  // text and bytes lie beside the arena
+    const std::int64_t held = ParsedBytes() + size;  // text and bytes are stored outside the arena
     if (absl::Status charged = charge_.Resize(held); !charged.ok()) return charged;
     plan = MakePlan();
     return plan.await.status();
   };
   const absl::Status parsed = RunGuarded(parse, call_);
   if (!parsed.ok()) return End(parsed);
-  // gRPC keeps *this until the method that started the call has returned it.
+  // gRPC keeps *this alive until the method that started the call has returned it.
   if (plan.length == WorkLength::kImmediate) return Run();
   if (plan.await->has_value()) {
     const std::shared_ptr<World>& world = (*plan.await)->world;
@@ -146,7 +150,7 @@ void UnaryCall::Run() {
           : RunGuarded([this](const CallContext& call) { return Work(call); }, call_));
 }
 
-// The only one that finishes the call; *this may be gone after it.
+// The only place that finishes the call; *this may be gone afterwards.
 void UnaryCall::End(const absl::Status& status) {
   if (!status.ok()) return FinishAndLog(ToGrpcStatus(WhyItEnded(status, runtime_)), 0);
   grpc::Status serialized;
@@ -157,7 +161,7 @@ void UnaryCall::End(const absl::Status& status) {
     size = ReplyBytes();
     runtime_.reply_pace.NoteSerialized(size, Clock::now() - begin);
     if (size < kMinGuardedReplyBytes) return absl::OkStatus();
-    // It goes as fast as the client reads.
+    // A large reply is sent only as fast as the client reads.
     if (charge_.bytes() == 0) {
       charge_ =
           MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));

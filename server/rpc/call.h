@@ -1,5 +1,5 @@
-// One call as the services see it: its time, its cancellation, and unary calls whose work a queue
-// does.
+// A call as the services see it: its deadline, its cancellation, and unary calls whose work runs on
+// a queue.
 #pragma once
 
 #include <google/protobuf/arena.h>
@@ -25,17 +25,17 @@ struct WorldAtRevision {
 };
 
 struct CallContext {
-  Clock::time_point deadline = Clock::time_point::max();  // max: none
+  Clock::time_point deadline = Clock::time_point::max();  // max: no deadline
   std::stop_token stop;
-  std::optional<WorldAtRevision> reached = {};  // what the call awaited, if it did
+  std::optional<WorldAtRevision> reached = {};  // the revision that the call awaited, if any
   ClientId client = {};
 };
 
 // The call's deadline on the steady clock.
 Clock::time_point DeadlineOf(const grpc::CallbackServerContext& context);
 
-// When the answer has to leave with what there is by then: the smaller of the budget and 0.9 of the
-// remaining deadline. Nothing without either.
+// When the answer must be sent with what is complete by then: the smaller of the budget and 0.9 of
+// the remaining deadline. Empty if there is neither.
 std::optional<Clock::time_point> GiveUpAt(std::optional<std::chrono::nanoseconds> time_budget,
                                           Clock::time_point deadline);
 
@@ -46,37 +46,39 @@ struct RevisionToAwait {
 };
 using MaybeAwait = absl::StatusOr<std::optional<RevisionToAwait>>;
 
-// Measured: 16 MiB of the smallest messages take 0.3 s.
+// measured: 16 MiB of the smallest messages take 0.3 s.
 inline constexpr double kParsing_s_per_byte = 20e-9;
 
 using CallWork = std::function<absl::Status(const CallContext&)>;
 
-// Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
+// Runs `work`; an exception that gets this far (out of memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
-// A call that was cancelled because the server ends says so: SERVER_DRAINING. Other statuses stay.
+// SERVER_DRAINING for a call that was cancelled because the server stops; other statuses stay as
+// they are.
 absl::Status WhyItEnded(absl::Status status, const Runtime& runtime);
 
-// How long work takes.
+// The expected duration of work.
 enum class WorkLength {
   kAny,
-  kShort,  // less than waking another thread for it
-  // Next to nothing, and nobody may have to wait for it: done at once, by the thread that read it.
+  kShort,  // less than waking another thread
+  // Negligible, and it must not wait for anything: done at once by the thread that read the
+  // request.
   kImmediate,
 };
 
-// How a parsed request is to be worked on.
+// How to work on a parsed request.
 struct UnaryPlan {
   WorkQueue* queue = nullptr;
   MaybeAwait await = {std::nullopt};
   WorkLength length = WorkLength::kAny;
-  double cost_s = 0;                // estimated time of one core
-  bool may_answer_in_part = false;  // what is complete when the time is over
+  double cost_s = 0;                // estimated time on one core
+  bool may_answer_in_part = false;  // can return what is complete when the time is over
 };
 
 // A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The
 // request's memory is charged to its client before it is parsed. Large requests are parsed on a
-// queue. Work that has not begun when the server drains is not done: SERVER_DRAINING.
+// queue. Work that has not begun when the server drains is refused with SERVER_DRAINING.
 class UnaryCall : public grpc::ServerUnaryReactor {
  protected:
   UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
@@ -85,15 +87,15 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   virtual absl::Status Parse(grpc::ByteBuffer& bytes, WorkBudget* budget) = 0;
   virtual UnaryPlan MakePlan() = 0;
   virtual absl::Status Work(const CallContext& call) = 0;
-  // Frees request and response, which nobody asks for after it.
+  // Frees request and response, which are not used afterwards.
   virtual grpc::Status Serialize() = 0;
   virtual std::int64_t ParsedBytes() const = 0;
   virtual std::int64_t ReplyBytes() const = 0;
-  // As "/cwm.v1.WorldService/GetWorld".
+  // E.g. "/cwm.v1.WorldService/GetWorld".
   virtual std::string Method() const = 0;
 
  public:
-  // `parses` takes the requests that are too large to be parsed at once.
+  // `parses` is the queue for requests that are too large to be parsed at once.
   void Start(WorkQueue& parses);
 
  private:
@@ -101,21 +103,21 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   void Run();
   void Enqueue(const UnaryPlan& plan);
   void End(const absl::Status& status);
-  // Tells the log of refusals and slow calls. *this may be gone after it.
+  // Logs refusals and slow calls. *this may be gone afterwards.
   void FinishAndLog(const grpc::Status& status, std::int64_t reply_bytes);
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
   grpc::CallbackServerContext* const context_;
   Runtime& runtime_;
-  grpc::ByteBuffer& bytes_;  // of the request, until it is parsed
+  grpc::ByteBuffer& bytes_;  // the request's bytes until it is parsed
   const std::size_t request_bytes_;
   const Clock::time_point begin_ = Clock::now();
   std::stop_source stop_;
   const OpenCalls::Token open_{runtime_.open_calls, stop_};
   CallContext call_;
   MemoryCharge charge_;
-  StallTimers::Guard reading_;  // of the reply, by the client
+  StallTimers::Guard reading_;  // while the client reads the reply
 };
 
 template <class Request, class Response>
@@ -156,7 +158,8 @@ class UnaryCallOf final : public UnaryCall {
   std::string Method() const override { return MethodTaking(*Request::descriptor()); }
 
   const UnaryMethod<Request, Response> method_;
-  // Requests and replies in rows hold thousands of small messages, which are freed in one go.
+  // Requests and replies in rows contain thousands of small messages, which the arena frees at
+  // once.
   google::protobuf::Arena arena_;
   Request* const request_;
   Response* const response_;

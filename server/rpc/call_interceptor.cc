@@ -15,15 +15,15 @@ using grpc::experimental::InterceptorBatchMethods;
 using grpc::experimental::ServerRpcInfo;
 
 constexpr std::string_view kOwnMethods = "/cwm.v1.";
-// Lives as long as its client likes.
+// A watch lives as long as its client likes, so it is never reported as slow.
 constexpr std::string_view kWatch = "/cwm.v1.WorldService/WatchWorld";
 
-// gRPC hands messages over as void*; those of our methods are all raw bytes (messages.h).
+// gRPC passes messages as void*; those of our methods are all raw bytes (messages.h).
 std::size_t SizeOf(const void* message) {
   return message == nullptr ? 0 : static_cast<const grpc::ByteBuffer*>(message)->Length();
 }
 
-// One call's. gRPC calls it once for each batch of operations, one after the other.
+// The interceptor of one call. gRPC calls it once per batch of operations, one after the other.
 class CallInterceptor final : public grpc::experimental::Interceptor {
  public:
   CallInterceptor(ServerRpcInfo& info, Runtime& runtime) : info_(info), runtime_(runtime) {}
@@ -36,7 +36,7 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
       response_bytes_ += SizeOf(batch->GetSendMessage());
     }
     if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) End(*batch);
-    batch->Proceed();  // *this may be gone after it
+    batch->Proceed();  // *this may be gone afterwards
   }
 
  private:
@@ -51,7 +51,7 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
     runtime_.log.Slow(info_.method(), code, took(), request_bytes_, response_bytes_);
   }
 
-  // All of our methods are served by callbacks.
+  // The context may be cast, since all of our methods use the callback API.
   ClientId Client() const {
     return runtime_.ClientOf(
         static_cast<const grpc::CallbackServerContext&>(*info_.server_context()));
@@ -67,7 +67,7 @@ class CallInterceptorFactory final : public grpc::experimental::ServerIntercepto
  public:
   explicit CallInterceptorFactory(Runtime& runtime) : runtime_(runtime) {}
 
-  // Methods that nobody has come here as streams both ways.
+  // gRPC reports unknown methods as bidirectional streams, so they are not intercepted either.
   grpc::experimental::Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override {
     const ServerRpcInfo::Type type = info->type();
     const bool logs_itself =

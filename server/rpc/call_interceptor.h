@@ -1,4 +1,4 @@
-// Sees uploads, exports and watches begin and end, and tells the log of refusals and slow calls.
+// Observes the begin and end of uploads, exports and watches, and logs refusals and slow calls.
 #pragma once
 
 #include <grpcpp/support/server_interceptor.h>
@@ -10,9 +10,9 @@
 
 namespace cwm::server {
 
-// For the server's builder. `runtime` outlives the server. Unary calls (call.h) and streams of
-// questions (stream_queries_call.h) tell the log themselves: gRPC starts a batch more for each message
-// that is intercepted, which costs a small question 20 us.
+// For the server's builder. `runtime` must outlive the server. Unary calls (call.h) and query
+// streams (stream_queries_call.h) write the log themselves, since gRPC starts one more batch for
+// each intercepted message, which costs a small query 20 us.
 std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
 CallInterceptors(Runtime& runtime);
 

@@ -19,12 +19,12 @@
 
 namespace cwm::server {
 
-// Clients of this machine that read at all take less than a second for a chunk.
+// chosen: a local client that reads at all takes less than this for a chunk.
 inline constexpr std::chrono::milliseconds kMaxHeldUnread{1'000};
 
-// Waits for the revision that it is about, is prepared on a queue, then written as fast as
-// the client reads, with no world kept alive. Bytes that a client leaves unread for a second are let
-// go where they can be made again. Deletes itself when gRPC is done with it.
+// Waits for its revision, is prepared on a queue, then written as fast as the client reads, without
+// keeping a world alive. Bytes that a client leaves unread for kMaxHeldUnread are freed if they can
+// be made again. Deletes itself when gRPC is done with it.
 template <class Response>
 class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  protected:
@@ -36,7 +36,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
               .stop = stop_.get_token(),
               .client = runtime.ClientOf(*context)} {}
 
-  // The last thing that a constructor does.
+  // Must be the last statement of a constructor.
   void Start(const absl::StatusOr<std::optional<RevisionToAwait>>& await) {
     if (runtime_.draining()) return this->Finish(ToGrpcStatus(Draining()));
     if (!await.ok()) return this->Finish(ToGrpcStatus(await.status()));
@@ -56,17 +56,17 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
                          });
   }
 
-  // Sets the bytes, where to begin in them, and what else the first message says. Called again, with
-  // the offset where it is, after LetGo.
+  // Sets the bytes, the offset to begin at, and the rest of the first message. Called again after
+  // LetGo; the offset must then stay as it is.
   virtual absl::Status Prepare(const CallContext& call) = 0;
-  // Frees the bytes if Prepare can make the same again.
+  // Frees the bytes if Prepare can make the same ones again.
   virtual void LetGo() {}
-  // What else a message says of which offset, data and done are set.
+  // Sets the fields of a message other than offset, data and done.
   virtual void Complete(Response& message) = 0;
   void OnDone() override { delete this; }
 
   Runtime& runtime_;
-  WorkQueue& queue_;  // on which it is prepared
+  WorkQueue& queue_;  // the queue that prepares it
   std::shared_ptr<const std::string> bytes_;
   std::size_t offset_ = 0;  // of the next chunk
   Response message_;
@@ -87,9 +87,9 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
         runtime_.draining()
             ? Draining()
             : RunGuarded([this](const CallContext& call) { return Prepare(call); }, call_);
-    call_.reached.reset();  // a slow reader keeps no world alive
+    call_.reached.reset();  // so that a slow reader keeps no world alive
     if (!status.ok()) return this->Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
-    // A chunk is there twice, as bytes of a message and of the socket.
+    // A chunk is in memory twice, in the message and in the socket.
     charge_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
     const absl::Status charged = charge_.Resize(static_cast<std::int64_t>(
         2 * std::min<std::size_t>(kMaxChunkBytes, bytes_->size() - offset_)));
@@ -102,7 +102,8 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
         [this](const CallContext&) {
           MakeNext();
           const grpc::Status serialized = SerializeResponse(message_, &written_);
-          std::string().swap(*message_.mutable_data());  // it is in `written_`, and may lie there
+          std::string().swap(*message_.mutable_data());  // frees the copy; `written_` holds the
+                                                         // bytes
           return serialized.ok() ? absl::OkStatus()
                                  : absl::InternalError(serialized.error_message());
         },
@@ -144,10 +145,10 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   CallContext call_;
 
  private:
-  grpc::ByteBuffer written_;    // the message under way
-  MemoryCharge charge_;         // of a chunk
-  StallTimers::Guard holding_;  // of the bytes, while a message is under way
-  StallTimers::Guard reading_;  // of a message, by the client
+  grpc::ByteBuffer written_;    // the message being written
+  MemoryCharge charge_;         // for a chunk
+  StallTimers::Guard holding_;  // limits how long bytes are held while a message is being written
+  StallTimers::Guard reading_;  // limits how long the client takes to read a message
 };
 
 }  // namespace cwm::server

@@ -11,12 +11,13 @@
 namespace cwm::server {
 namespace {
 
-// Below lie the descriptors of everything else.
+// Numbers below are left to all other descriptors.
 constexpr std::int64_t kFirstNumber = 1'024;
-// The kernel's table of descriptors is as long as the highest number: half a mebibyte for these. A
-// number is given again after so many connections.
+// chosen: the kernel's descriptor table is as long as the highest number, half a mebibyte for
+// these. A number is reused only after so many connections.
 constexpr std::int64_t kMaxNumbers = 65'536;
-// A look at 4,096 descriptors takes a millisecond: a crowd at the door does not cause one each.
+// measured: checking 4,096 descriptors takes a millisecond, so not every connection of a burst may
+// cause a sweep.
 constexpr auto kMinSweepPeriod = std::chrono::milliseconds(20);
 
 std::int64_t FirstNumber(std::int64_t max_descriptors) {
@@ -39,7 +40,7 @@ ConnectionLimits ConnectionLimits::Fit(const TransportLimits& limits,
 std::int64_t MaxDescriptors() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return kFirstNumber;
-  constexpr rlim_t kMost = 1 << 30;  // more than Linux gives
+  constexpr rlim_t kMost = 1 << 30;  // more than Linux allows
   return static_cast<std::int64_t>(std::min(limit.rlim_cur, kMost));
 }
 
@@ -95,7 +96,7 @@ int Connections::MoveToFreshNumber(FileDescriptor connection) {
     next_number_ = number + 1;
     return number;
   }
-  return connection.Release();  // better a number that another had lately than none
+  return connection.Release();  // a recently used number is better than none
 }
 
 int Connections::Register(FileDescriptor connection, User user) {

@@ -1,4 +1,5 @@
-// The connections that the server holds: how many each user may have, and whose each call is.
+// The open connections of the server: how many each user may have, and which client each call comes
+// from.
 #pragma once
 
 #include <atomic>
@@ -15,52 +16,55 @@
 
 namespace cwm::server {
 
-// How many connections may be open. All that the kernel reports no user for are of one user.
+// The most connections that may be open. All connections whose user the kernel does not report
+// count as one user's.
 struct ConnectionLimits {
   std::int64_t all = 0;
   std::int64_t of_user = 0;
-  std::int64_t silent_of_user = 0;  // of them, those that have not begun to speak HTTP/2
+  std::int64_t silent_of_user = 0;  // those that have not begun to speak HTTP/2
 
-  // Those of `limits`, made smaller where the process may have few descriptors: connections take
-  // half of them, one user half of that.
+  // The limits of `limits`, reduced if the process may have few descriptors: connections take at
+  // most half of them, one user half of that.
   static ConnectionLimits Fit(const TransportLimits& limits, std::int64_t max_descriptors);
 };
 
-// The descriptors that this process may have: the soft limit.
+// The number of descriptors that this process may have: the soft limit.
 std::int64_t MaxDescriptors();
 
-// Thread safe. gRPC names the peer of a connection that was handed to it by the number of its
-// descriptor, and tells nobody when it closes it. So each gets a number that no other had for long,
-// and is known to be closed when another file, or none, lies at the number.
+// Thread safe. gRPC names the peer of a connection that was handed to it by its descriptor, and
+// does not report when it closes it. So each connection gets a descriptor number that was not used
+// for long, and counts as closed when another file, or none, has that number.
 class Connections {
  public:
   using User = std::optional<std::uint32_t>;
 
   Connections(ConnectionLimits limits, std::int64_t max_descriptors);
 
-  // Counts one more connection of the user; false when there are too many, of the user or in all.
+  // Counts one more connection of the user; false if there are too many, of the user or in total.
   bool TryAdmit(User user);
   void AdmitAlways(User user);
-  // Of one that was admitted and is closed without having been registered.
+  // Uncounts an admitted connection that was closed without being registered.
   void Forget(User user);
 
-  // Gives an admitted connection its final number and returns it; who takes it closes it. It is
-  // counted until then.
+  // Moves an admitted connection to its final number and returns it; the caller is responsible for
+  // closing it. It counts until it is closed.
   int Register(FileDescriptor connection, User user);
 
-  // The client at a number: Closed when its connection is no longer there.
+  // The client of a number; ClientId::kClosed if its connection is no longer open.
   ClientId Find(int number) const;
 
-  // Forgets what was closed.
+  // Drops the entries of closed connections.
   void Sweep();
-  // shutdown(2) on all that are open.
+  // Calls shutdown(2) on all open connections.
   void ShutDown(int how) const;
 
   void CountShed(std::int64_t count = 1) { shed_ += count; }
 
   const ConnectionLimits& limits() const { return limits_; }
-  std::int64_t open() const;                   // admitted ones that are not registered included
-  std::int64_t shed() const { return shed_; }  // closed by the server before they were registered
+  std::int64_t open() const;                   // including admitted ones that are not registered
+                                               // yet
+  std::int64_t shed() const { return shed_; }  // number that the server closed before they were
+                                               // registered
 
  private:
   struct Entry {

@@ -20,10 +20,11 @@
 namespace cwm::server {
 namespace {
 
-// As many as fit into one message with room to spare; a scene has some tens.
+// chosen: as many as fit into one message with room to spare; a scene has some tens.
 constexpr std::size_t kMostWarnings = 1'000;
 
-// As text a closed mesh of so many has some 55 MB: `cwm import` reads files of up to 64 MiB.
+// derived: a closed mesh with so many triangles has about 55 MB as text; `cwm import` reads files
+// of up to 64 MiB.
 constexpr std::int64_t kMostTriangles = 1'000'000;
 
 std::int64_t MostTriangles(const Runtime& runtime) {
@@ -38,7 +39,7 @@ absl::Status GoOnWith(const CallContext& call) {
                    {.reason = "TIME_BUDGET_SPENT"});
 }
 
-// A file takes about as much as what it is made of while it is made.
+// An estimate: while a file is made, it takes about as much memory as the objects in it.
 std::int64_t FileBytesOf(const collision::WorldSnapshot& snapshot) {
   std::int64_t bytes = 0;
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
@@ -53,7 +54,7 @@ absl::Status CheckFormat(v1::ExportFormat format) {
       absl::StrCat("is ", static_cast<int>(format), ", must be a known ExportFormat"));
 }
 
-// The robot of that name; without one the only robot, or nullptr where there is none.
+// The robot with that name; without a name the only robot, or nullptr if there is none.
 absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot& snapshot,
                                                  const std::string& name) {
   const FieldPath root;
@@ -94,7 +95,7 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
-  // Made again, it is of the same revision.
+  // Pins the revision, so that a file made again is the same.
   request_.set_world_uid(at->world->uid());
   request_.mutable_at_revision()->set_exact(at->snapshot->revision().value);
   const GoOn go_on = [&call] { return GoOnWith(call); };

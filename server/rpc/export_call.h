@@ -1,4 +1,4 @@
-// A world as a file of another tool, in chunks.
+// Exports a world as a file of another tool, in chunks.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -25,7 +25,7 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
   void LetGo() override;
   void Complete(v1::ExportWorldResponse& message) override;
 
-  // Makes the file: sets text, warnings and, where there are several, the names of files.
+  // Makes the file: sets text, warnings and, if there are several files, their names.
   absl::Status Format(const collision::WorldSnapshot& snapshot, const std::string& world,
                       const GoOn& go_on);
   absl::Status FormatScene(const collision::WorldSnapshot& snapshot, PlanningScene scene,
@@ -35,9 +35,9 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
   absl::Status FormatModel(PlanningScene scene, const GoOn& go_on);
 
   v1::ExportWorldRequest request_;
-  std::optional<QuotaShare> place_;  // of a stream
+  std::optional<QuotaShare> place_;  // in the quota of streams
   std::shared_ptr<const ExportedWorld> file_;
-  // While it is made.
+  // Used while the file is made.
   std::string text_;
   std::vector<std::string> warnings_;
   std::vector<ExportedWorld::Part> named_;

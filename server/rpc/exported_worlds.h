@@ -1,4 +1,4 @@
-// Files that are being read: who exports the same revision in the same format shares one.
+// Files that are being read: clients that export the same revision in the same format share one.
 #pragma once
 
 #include <cstdint>
@@ -19,20 +19,20 @@ struct ExportedWorld {
   };
   std::string bytes;
   std::vector<std::string> warnings;
-  std::vector<Part> files;  // where there are several
-  MemoryCharge charge;      // of who made it
+  std::vector<Part> files;  // if there are several
+  MemoryCharge charge;      // paid by the client that made it
 };
 
-// Thread safe. Keeps no file alive by itself.
+// Thread safe. Does not keep files alive.
 class ExportedWorlds {
  public:
-  // nullptr when nobody reads it.
+  // nullptr if nobody is reading it.
   std::shared_ptr<const ExportedWorld> Find(const std::string& key) const {
     const std::lock_guard lock(mutex_);
     const auto found = files_.find(key);
     return found == files_.end() ? nullptr : found->second.lock();
   }
-  // The file, or one that another made meanwhile.
+  // Returns the file, or the same file that another call made meanwhile.
   std::shared_ptr<const ExportedWorld> Keep(const std::string& key,
                                             std::shared_ptr<const ExportedWorld> file) {
     const std::lock_guard lock(mutex_);

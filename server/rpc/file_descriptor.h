@@ -10,7 +10,7 @@ namespace cwm::server {
 class FileDescriptor {
  public:
   FileDescriptor() = default;
-  explicit FileDescriptor(int number) : number_(number) {}  // below 0: none
+  explicit FileDescriptor(int number) : number_(number) {}  // negative: none
   FileDescriptor(FileDescriptor&& other) noexcept : number_(other.Release()) {}
   FileDescriptor& operator=(FileDescriptor&& other) noexcept {
     if (this != &other) {

@@ -18,12 +18,12 @@
 namespace cwm::server {
 namespace {
 
-// No more than three vertices a triangle make sense.
+// derived: a triangle cannot use more than three vertices.
 constexpr std::int64_t kMostBytesPerTriangle = 3 * kVertexBytes + kTriangleBytes;
 
 absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) {
   const auto counts = ReadMeshCounts(bytes);
-  if (!counts.ok()) return absl::OkStatus();  // Put says what is wrong
+  if (!counts.ok()) return absl::OkStatus();  // Put reports the error
   const FieldPath request;
   const FieldPath chunk = request.Field("chunk");
   const FieldPath data = chunk.Field("data");
@@ -54,7 +54,7 @@ v1::GeometryFormat FormatToProto(BlobFormat format) {
   return v1::GEOMETRY_FORMAT_UNSPECIFIED;
 }
 
-// The fields that name what is to be read, of which there must be one.
+// The error of a request that does not name exactly one source.
 absl::Status OneOfTwo(const std::string& fault) {
   const std::string rule = "must give exactly one of hash and object";
   return MakeError(absl::StatusCode::kInvalidArgument,
@@ -98,7 +98,7 @@ absl::Status ReadGeometryCall::FindBlob() {
 }
 
 absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
-  const FieldPath root;  // outlives the paths that lead through it
+  const FieldPath root;  // must outlive the paths derived from it
   const FieldPath path = root.Field("object");
   const v1::ObjectSurface& asked = request_.object();
   if (auto status = CheckName(asked.name(), path.Field("name")); !status.ok()) return status;
@@ -140,7 +140,7 @@ void ReadGeometryCall::Complete(v1::ReadGeometryResponse& message) {
   if (message.offset() > request_.offset()) message.clear_header();
 }
 
-// Bytes that are known need not travel.
+// Bytes that are known already need not be sent.
 std::function<absl::StatusOr<bool>()> WriteGeometryCall::LookUp() {
   if (header_.hash().empty() || std::exchange(is_looked_up_, true)) return nullptr;
   return [this] { return IsKnown(); };
@@ -157,7 +157,7 @@ absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
                                                            ", must be ", size, " for that hash"));
   }
   auto stored = store.PutAgain(FormatOf(header_), hash);
-  if (absl::IsNotFound(stored.status())) return false;  // gone just now
+  if (absl::IsNotFound(stored.status())) return false;  // it was just dropped
   if (!stored.ok()) return stored.status();
   Reply(*stored);
   return true;

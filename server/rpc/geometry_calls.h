@@ -1,4 +1,4 @@
-// Blobs by their hash, out and in, in chunks.
+// Reads and writes blobs by their hash, in chunks.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -48,7 +48,7 @@ class WriteGeometryCall final
   void Reply(const GeometryStore::Stored& stored);
 
   v1::WriteGeometryRequest::Header header_;
-  std::optional<Upload> upload_;  // once the header came
+  std::optional<Upload> upload_;  // set by the header
   bool is_looked_up_ = false;
 };
 

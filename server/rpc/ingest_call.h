@@ -1,4 +1,4 @@
-// One upload of a cloud: header, chunks, finish, then the work.
+// The upload of a cloud: header, chunks, finish, then the work.
 #pragma once
 
 #include <optional>
@@ -30,14 +30,14 @@ class IngestCall final : public UploadCall<v1::IngestCloudRequest, v1::IngestClo
   void KeepScan(World& world, const IngestRequest& request, const IngestOutcome& outcome);
 
   v1::IngestCloudHeader header_;
-  std::optional<CloudPlan> plan_;  // once the header came
+  std::optional<CloudPlan> plan_;  // set by the header
   std::optional<Upload> upload_;
-  MemoryCharge work_;  // of the interpreter
-  Sha256 received_;    // of the bytes that came
+  MemoryCharge work_;  // for the interpreter
+  Sha256 received_;    // hash of the received bytes
   const Clock::time_point begin_ = Clock::now();
-  IngestLine line_;        // of the log, as far as it is known
-  std::string sha256_;     // that the client expects, or empty
-  bool finished_ = false;  // the finish message came
+  IngestLine line_;        // the log's line, filled as far as known
+  std::string sha256_;     // that the client expects; may be empty
+  bool finished_ = false;  // the finish message was received
 };
 
 }  // namespace cwm::server

@@ -21,7 +21,7 @@ namespace cwm::server {
 namespace {
 
 constexpr std::string_view kUnixPrefix = "unix:";
-// What BindingAddress appends to a path: a dot and so many letters.
+// The suffix that BindingAddress appends to a path: a dot and so many letters.
 constexpr std::size_t kSuffixLetters = 6;
 constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1 - (1 + kSuffixLetters);
 
@@ -40,7 +40,7 @@ sockaddr_un SocketAddress(const std::string& path) {
   return address;
 }
 
-// The process that listens at the other end; nothing when the kernel does not say.
+// The process that listens at the other end; empty if the kernel does not report it.
 std::optional<pid_t> PeerOf(int fd) {
   ucred peer{};
   socklen_t size = sizeof(peer);
@@ -63,7 +63,8 @@ Listener FindListener(const std::string& path) {
   const int error = result == 0 ? 0 : errno;
   const std::optional<pid_t> pid = result == 0 ? PeerOf(fd) : std::nullopt;
   close(fd);
-  // A full backlog (EAGAIN) is somebody too; one that we may not ask (EACCES) is told by its owner.
+  // A full backlog (EAGAIN) means a server, too. A socket that we may not connect to (EACCES) is
+  // judged by its owner.
   return {.is_there = error != ECONNREFUSED && error != ENOENT && error != EACCES, .pid = pid};
 }
 
@@ -102,7 +103,7 @@ absl::Status CheckVacant(const std::string& address) {
   const auto path = SocketPath(address);
   if (!path) return absl::OkStatus();
   struct stat info {};
-  if (lstat(path->c_str(), &info) != 0) return absl::OkStatus();  // nothing there
+  if (lstat(path->c_str(), &info) != 0) return absl::OkStatus();  // no file there
   if (!S_ISSOCK(info.st_mode)) {
     return absl::FailedPreconditionError(
         absl::StrCat("--listen ", address, ": the path exists and is no socket"));
@@ -155,7 +156,7 @@ std::optional<SocketFile> FindSocket(const std::string& address) {
 void RemoveSocket(const std::string& address, const SocketFile& own) {
   const auto path = SocketPath(address);
   if (!path) return;
-  const auto lock = SocketLock::Take(*path);  // nobody puts another one there meanwhile
+  const auto lock = SocketLock::Take(*path);  // so that nobody replaces the socket meanwhile
   if (lock.ok() && FindSocket(address) == own) unlink(path->c_str());
 }
 

@@ -1,4 +1,4 @@
-// Where the server listens, and who may connect there.
+// The addresses that the server listens at, and who may connect there.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 namespace cwm::server {
 
 struct ListenOptions {
-  // "unix:PATH" or "HOST:PORT" of loopback, see listen_address.h; port 0 picks one.
+  // "unix:PATH" or "HOST:PORT" of loopback, see listen_address.h; port 0 picks a free port.
   std::vector<std::string> addresses;
-  // At HOST:PORT, every user of the machine instead of this process's user and root. On Unix
-  // sockets the mode of the file decides.
+  // If true, every user of the machine may connect to HOST:PORT, instead of only this process's
+  // user and root. Access to Unix sockets depends on the mode of the file.
   bool allow_any_local_user = false;
 };
 

@@ -18,7 +18,7 @@
 namespace cwm::server {
 namespace {
 
-// With port 0 the port that the first address gives may be taken at the second.
+// chosen: with port 0, the port picked for the first address may be taken at the second.
 constexpr int kMaxPortAttempts = 16;
 
 struct EndPoint {
@@ -60,7 +60,7 @@ EndPoint TcpAddress(int family, const std::string& host, int port) {
   return address;
 }
 
-// An invalid descriptor, with errno, when it cannot be had.
+// Invalid, with errno set, if the socket cannot be created.
 FileDescriptor MakeSocket(const EndPoint& address, std::chrono::milliseconds user_timeout) {
   FileDescriptor made(socket(address.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!made.is_open()) return made;
@@ -68,9 +68,9 @@ FileDescriptor MakeSocket(const EndPoint& address, std::chrono::milliseconds use
   const auto timeout_ms = static_cast<unsigned>(user_timeout.count());
   const int fd = made.number();
   if (address.family() == AF_UNIX) {
-    fchmod(fd, 0600);  // the file that bind makes gets the mode of the socket
+    fchmod(fd, 0600);  // the file created by bind gets the socket's mode
   } else {
-    // What is accepted inherits these.
+    // Accepted connections inherit these options.
     setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
     setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout_ms, sizeof(timeout_ms));
@@ -92,7 +92,7 @@ int PortOf(const FileDescriptor& socket) {
   EndPoint address;
   address.size = sizeof(address.storage);
   getsockname(socket.number(), reinterpret_cast<sockaddr*>(&address.storage), &address.size);
-  // The port lies at the same place in both families.
+  // The port is at the same offset in both address families.
   return ntohs(reinterpret_cast<const sockaddr_in&>(address.storage).sin_port);
 }
 
@@ -105,7 +105,7 @@ absl::StatusOr<ListeningSockets> ListenUnix(const std::string& address) {
   return listener;
 }
 
-// IPv6 may be absent or switched off.
+// True if the error means that IPv6 is absent or disabled.
 bool IsNoSuchAddress(int error) { return error == EAFNOSUPPORT || error == EADDRNOTAVAIL; }
 
 absl::StatusOr<ListeningSockets> ListenLocalhost(const std::string& address, int port,

@@ -15,11 +15,11 @@ struct ListeningSockets {
   std::vector<FileDescriptor> sockets;  // non-blocking, closed on exec
 };
 
-// Listens at an address that CheckListenAddress takes. "localhost" is both loopback addresses of
-// the machine on one port; port 0 picks one. The socket file of "unix:PATH" has mode 0600 and comes
-// into place when it listens; the caller holds its SocketLock and knows that it is vacant. Data
-// that a TCP client does not acknowledge for `user_timeout` ends its connection. Unavailable, with
-// the address and the reason, when it cannot be had.
+// Listens at an address that CheckListenAddress accepts. "localhost" means both loopback addresses
+// on one port; port 0 picks one. The socket file of "unix:PATH" has mode 0600 and appears at its
+// path when it listens; the caller holds its SocketLock and has checked that it is vacant. A TCP
+// connection is closed if sent data is not acknowledged within `user_timeout`. Unavailable, with
+// the address and the reason, if listening fails.
 absl::StatusOr<ListeningSockets> Listen(const std::string& address,
                                         std::chrono::milliseconds user_timeout);
 

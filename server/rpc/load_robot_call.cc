@@ -12,13 +12,14 @@
 namespace cwm::server {
 namespace {
 
-// A path of a file system; URIs of meshes are such with a few letters in front.
+// chosen: the longest path of the file system; a mesh's URI is one with a short prefix.
 constexpr std::int64_t kMostFileNameBytes = 4'096;
 
-// Measured on the meshes of a Panda: text, triangles and their trees take ten times their bytes.
+// measured: for the meshes of a Panda, text, triangles and their trees take ten times the files'
+// bytes.
 constexpr std::int64_t kReadingBytes = 4 << 20;
 constexpr std::int64_t kReadingBytesPerByte = 10;
-// Measured: the finest meshes of a Panda, 8.2 MB, are read and prepared within 2 s.
+// measured: the finest meshes of a Panda, 8.2 MB, are read and prepared within 2 s.
 constexpr double kReading_s_per_byte = 0.25e-6;
 
 void AddText(const std::string& text, Sha256& digest) { digest.Add(text.data(), text.size()); }
@@ -94,7 +95,7 @@ absl::Status LoadRobotCall::TakeChunk(const v1::RobotFileChunk& chunk) {
   if (auto status = current_->Append(chunk.offset(), chunk.data(), path); !status.ok()) {
     return status;
   }
-  AddText(chunk.data(), received_);  // while the next one is on its way
+  AddText(chunk.data(), received_);  // hashes while the next chunk is on its way
   const std::uint32_t crc = Crc32c(chunk.data());
   if (crc == chunk.crc32c()) return absl::OkStatus();
   return path.Field("crc32c").Error(absl::StrCat("is ", chunk.crc32c(), " at offset ",
@@ -134,7 +135,7 @@ absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
   if (!robot.ok()) return absl::IsCancelled(robot.status()) ? CallCancelled() : robot.status();
   auto put = PutOf(*plan_, *std::move(robot), path);
   if (!put.ok()) return put.status();
-  collision::WorldRobot told;  // whole, by watches
+  collision::WorldRobot told;  // a watch sends the robot whole
   told.name = put->name;
   told.robot = put->robot;
   told.state = put->state;
@@ -150,17 +151,17 @@ absl::Status LoadRobotCall::Work() {
   Application& application = runtime_.application;
   if (!plan_->write.request_id.empty()) plan_->write.request_digest = received_.Hex();
   if (const auto known = application.worlds.Find(plan_->world, plan_->world_uid); known.ok()) {
-    // A write that cannot be is refused before its files are read.
+    // A write that cannot succeed is refused before its files are read.
     if (auto decided = (*known)->Precheck(plan_->write); !decided.ok()) return decided.status();
   }
-  // Reading bounds what becomes of the files by their size (robot/prepared_budget.h); what a robot
-  // that stays takes is the world's.
+  // The robot reader bounds the memory it uses by the files' size (robot/prepared_budget.h). The
+  // memory of a robot that stays is charged to the world.
   MemoryCharge reading = EmptyCharge();
   auto charged = reading.Resize(kReadingBytes + kReadingBytesPerByte * total_bytes_);
   if (!charged.ok()) return charged;
   auto put = MakePut();
   if (!put.ok()) return put.status();
-  files_.clear();  // their bytes are in the robot now
+  files_.clear();  // their bytes were converted to the robot
   if (call_.stop.stop_requested()) return CallCancelled();
   auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
@@ -180,7 +181,7 @@ absl::Status LoadRobotCall::Reply(const World& world, const WriteOutcome& outcom
   SnapshotPtr snapshot = outcome.snapshot;
   if (outcome.replayed) {
     auto first = world.At(Exactly{outcome.revision}, Clock::now(), call_.stop);
-    if (!first.ok()) return absl::OkStatus();  // no longer kept
+    if (!first.ok()) return absl::OkStatus();  // the revision is no longer kept
     snapshot = *std::move(first);
   }
   const collision::WorldRobotPtr robot = snapshot->FindRobot(name);

@@ -1,4 +1,4 @@
-// One upload of a robot: header, files in chunks, finish, then the work.
+// The upload of a robot: header, files in chunks, finish, then the work.
 #pragma once
 
 #include <map>
@@ -31,13 +31,13 @@ class LoadRobotCall final : public UploadCall<v1::LoadRobotRequest, v1::LoadRobo
   absl::StatusOr<collision::PutRobot> MakePut();
   absl::Status Reply(const World& world, const WriteOutcome& outcome, const std::string& name);
 
-  std::optional<RobotPlan> plan_;                     // once the header came
-  MemoryCharge header_;                               // of the plan's texts
+  std::optional<RobotPlan> plan_;                     // set by the header
+  MemoryCharge header_;                               // for the plan's texts
   std::map<std::string, Upload, std::less<>> files_;  // by name
   Upload* current_ = nullptr;                         // of the file that was begun last
   std::int64_t total_bytes_ = 0;                      // of all files that were begun
-  Sha256 received_;        // of all that came but the request_id: a retry has the same
-  bool finished_ = false;  // the finish message came
+  Sha256 received_;        // of all received data but the request_id: the same for a retry
+  bool finished_ = false;  // the finish message was received
 };
 
 }  // namespace cwm::server

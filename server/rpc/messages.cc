@@ -14,13 +14,13 @@
 namespace cwm::server {
 namespace {
 
-// Names, uids and tokens of a request take less than a kilobyte.
+// chosen: names, uids and tokens of a request take less than a kilobyte.
 constexpr std::size_t kMaxStreamRequestBytes = 64 << 10;
 
-// Of a WorkBudget, what a message takes beside its fields: some 0.1 us.
+// Steps of a WorkBudget that a message takes besides its fields: about 0.1 us.
 constexpr std::size_t kStepsOfMessage = 4;
 
-// The bytes of a request, which end when the budget does. A slice of gRPC's may have megabytes.
+// The bytes of a request, which end when the budget does. A slice of gRPC may have megabytes.
 class BudgetedBytes final : public google::protobuf::io::ZeroCopyInputStream {
  public:
   BudgetedBytes(google::protobuf::io::ZeroCopyInputStream& bytes, WorkBudget& budget)
@@ -45,8 +45,8 @@ class BudgetedBytes final : public google::protobuf::io::ZeroCopyInputStream {
   WorkBudget& budget_;
 };
 
-// Message::DiscardUnknownFields with looks at the budget. Messages are at most 100 deep, which is
-// what parsing allows.
+// Like Message::DiscardUnknownFields, but checks the budget. Messages are nested at most 100 deep,
+// which is the limit of parsing.
 void DropUnknownFields(google::protobuf::Message& message, WorkBudget& budget) {
   const google::protobuf::Reflection& reflection = *message.GetReflection();
   if (!reflection.GetUnknownFields(message).empty()) {

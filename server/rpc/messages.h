@@ -1,5 +1,6 @@
-// Messages of our protocol to and from bytes, in our own hands: their memory is known before they
-// are parsed, parsing may happen on a queue, and a malformed request gets an answer that says so.
+// Converts messages of our protocol to and from bytes in our own code: so their memory is known
+// before they are parsed, large ones can be parsed on a queue, and a malformed request gets an
+// explicit error.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -19,20 +20,20 @@ namespace cwm::server {
 // the type of its requests.
 absl::Status MalformedRequest(const std::string& method);
 
-// The method that takes messages of this type.
+// The method whose request has this type.
 std::string MethodTaking(const google::protobuf::Descriptor& request);
 
-// Fills `request` and frees the bytes. Drops unknown fields, which take eight times their bytes and
-// which nobody looks at. INVALID_ARGUMENT MALFORMED_REQUEST, or the status of the budget, which is
-// looked at all along; throws std::bad_alloc.
+// Fills `request` and frees the bytes. Drops unknown fields, which take eight times their bytes in
+// memory and which nobody reads. INVALID_ARGUMENT MALFORMED_REQUEST, or the status of the budget,
+// which is checked throughout. Throws std::bad_alloc.
 absl::Status ParseRequest(grpc::ByteBuffer& bytes, google::protobuf::Message* request,
                           WorkBudget* budget);
 
 // INVALID_ARGUMENT REQUEST_TOO_LARGE.
 absl::Status CheckStreamRequestSize(const grpc::ByteBuffer& bytes);
 
-// Parses the request of a call that is answered by a stream. The stream keeps its request, which
-// names a world and little else, and must be small. Frees the bytes. The errors of ParseRequest and
+// Parses the request of a call that is answered by a stream. The stream keeps its request, so it
+// must be small; it names a world and little else. Frees the bytes. The errors of ParseRequest and
 // CheckStreamRequestSize.
 template <class Request>
 absl::Status ParseStreamRequest(const grpc::ByteBuffer* bytes, Request* request) {
@@ -48,7 +49,7 @@ absl::Status ParseStreamRequest(const grpc::ByteBuffer* bytes, Request* request)
 // Throws std::bad_alloc.
 template <class Response>
 grpc::Status SerializeResponse(const Response& response, grpc::ByteBuffer* bytes) {
-  bytes->Clear();  // of the message before, in a stream
+  bytes->Clear();  // drops the previous message of a stream
   bool owns_bytes = true;
   return grpc::SerializationTraits<Response>::Serialize(response, bytes, &owns_bytes);
 }

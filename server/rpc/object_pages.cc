@@ -43,7 +43,7 @@ absl::StatusOr<Aabb> BoxOf(const v1::WorldBox& box, const FieldPath& path) {
 
 absl::StatusOr<Filter> FilterOf(const v1::ListObjectsRequest& request) {
   constexpr std::int64_t kMaxPrefixBytes = 128;  // no name is longer
-  constexpr int kMaxKinds = 32;                  // some more than there are
+  constexpr int kMaxKinds = 32;                  // a few more than there are
   const FieldPath root;
   const FieldPath prefix = root.Field("name_prefix");
   if (auto status = CheckTextLength(request.name_prefix(), kMaxPrefixBytes, prefix); !status.ok()) {
@@ -71,7 +71,7 @@ absl::StatusOr<Filter> FilterOf(const v1::ListObjectsRequest& request) {
   return filter;
 }
 
-// What a token is bound to, beside the world.
+// The fields of the request, besides the world, that a page token is bound to.
 std::string FilterText(v1::ListObjectsRequest request) {
   request.clear_page_token();
   request.clear_page_size();

@@ -1,4 +1,4 @@
-// Lists of objects in pages that all show one revision.
+// Lists objects in pages that all show the same revision.
 #pragma once
 
 #include "absl/status/status.h"
@@ -7,9 +7,9 @@
 
 namespace cwm::server {
 
-// Objects after the token's, filtered, until the page is full by count or by bytes. The token of
-// the next page is bound to world, revision and filter: with another one it is INVALID_FIELD, and
-// OUT_OF_RANGE REVISION_COMPACTED once its revision is no longer kept.
+// The objects after the token's position that pass the filter, until the page is full by count or
+// bytes. The token of the next page is bound to world, revision and filter: INVALID_FIELD with
+// another one, OUT_OF_RANGE REVISION_COMPACTED once its revision is no longer kept.
 absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
                       const CallContext& call, v1::ListObjectsResponse* response);
 

@@ -7,7 +7,7 @@
 namespace cwm::server {
 namespace {
 
-// Whether anything is worked on has to be asked for.
+// chosen: the period at which WaitUntilNone polls is_busy.
 constexpr auto kBusyPollPeriod = std::chrono::milliseconds(10);
 
 }  // namespace
@@ -22,7 +22,8 @@ OpenCalls::Token::Token(OpenCalls& calls, std::stop_source stop)
 }
 
 OpenCalls::Token::~Token() {
-  // Notified under the lock: who waited may destroy the list as soon as it is free.
+  // Notified under the lock, since the waiting thread may destroy the list as soon as it is
+  // released.
   const std::lock_guard lock(calls_.mutex_);
   calls_.open_.erase(position_);
   if (is_late_) {
@@ -50,7 +51,7 @@ void OpenCalls::RequestStop() {
     stop_requested_ = true;
     for (const Token* const token : open_) stops.push_back(token->stop_);
   }
-  // Without the lock: whoever hears of a stop may end its call there and then.
+  // Without the lock, since a stop callback may end its call right away.
   for (std::stop_source& stop : stops) stop.request_stop();
 }
 

@@ -1,4 +1,4 @@
-// Which calls are not over yet, so that a server closes their connections after the last of them.
+// The open calls, so that a stopping server closes their connections after the last of them.
 #pragma once
 
 #include <chrono>
@@ -13,39 +13,39 @@
 
 namespace cwm::server {
 
-// Thread safe; outlives its tokens.
+// Thread safe. Must outlive its tokens.
 class OpenCalls {
  public:
   // Held by a call until gRPC has sent its status.
   class Token {
    public:
-    // `stop` is requested when the call has to end. Without one it ends by itself.
+    // `stop` is requested when the call has to end. Without it the call ends by itself.
     explicit Token(OpenCalls& calls, std::stop_source stop = std::stop_source(std::nostopstate));
     ~Token();
     Token(const Token&) = delete;
     Token& operator=(const Token&) = delete;
 
-    // Tells that the client has taken something of what the call sends.
+    // Records that the client has received something from the call.
     void NoteProgress() { calls_.NoteMove(); }
 
    private:
     friend class OpenCalls;
     OpenCalls& calls_;
     std::stop_source stop_;
-    bool is_late_ = false;  // it came while the server drained
+    bool is_late_ = false;  // the call came while the server was draining
     std::list<Token*>::iterator position_;
   };
 
-  // Calls that come from now on are refused at once: nobody waits for the last of them.
+  // Calls from now on are refused at once, so WaitUntilNone ignores them.
   void SetDraining();
-  // Requests the stop of all that are open and of those to come.
+  // Requests the stop of all open and all later calls.
   void RequestStop();
-  // True from then on: what is cancelled is so because the server ends.
+  // True after RequestStop: a call is cancelled because the server stops.
   bool stop_requested() const;
 
-  // True when none is open that came before the drain. False at `end`, or when for the time of
-  // `patience` none of them has ended or sent anything while `is_busy` was false: what is left then
-  // waits for its client alone.
+  // True if all calls from before the drain have ended. False at `end`, or if for the time
+  // `patience` none of them has ended or sent anything while `is_busy` was false: the remaining
+  // calls then wait only for their clients.
   bool WaitUntilNone(Clock::time_point end, Clock::duration patience,
                      const std::function<bool()>& is_busy);
 
@@ -56,7 +56,7 @@ class OpenCalls {
   mutable std::mutex mutex_;
   std::condition_variable none_;
   std::list<Token*> open_;
-  std::int64_t late_ = 0;  // of them
+  std::int64_t late_ = 0;  // open calls that came while draining
   Clock::time_point last_move_ = Clock::now();
   bool is_draining_ = false;
   bool stop_requested_ = false;

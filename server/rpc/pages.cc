@@ -46,7 +46,7 @@ absl::StatusOr<Position> ReadToken(const std::string& token, const std::string& 
 
 absl::StatusOr<PageSource> FindPage(const Runtime& runtime, const PageQuery& query,
                                     const CallContext& call) {
-  constexpr std::int64_t kMaxTokenBytes = 1024;  // those that are given out have less than half
+  constexpr std::int64_t kMaxTokenBytes = 1024;  // issued tokens have less than half of it
   const FieldPath root;
   if (auto status = CheckTextLength(query.page_token, kMaxTokenBytes, root.Field("page_token"));
       !status.ok()) {
@@ -76,7 +76,7 @@ absl::StatusOr<std::size_t> PageSizeOf(std::int32_t page_size) {
   return static_cast<std::size_t>(page_size == 0 ? kDefaultPageSize : page_size);
 }
 
-// Digest, revision and name, in letters that survive a command line.
+// Digest, revision and name, encoded in characters that are safe on a command line.
 std::string NextToken(const PageSource& source, const std::string& last) {
   const std::int64_t revision = source.at.snapshot->revision().value;
   return absl::WebSafeBase64Escape(absl::StrCat(source.digest, " ", revision, " ", last));

@@ -6,8 +6,8 @@
 
 namespace cwm::server {
 
-// The user id that the kernel reports for the peer of a connected socket: for a Unix socket the one
-// that the peer had when it connected. Absent where the kernel reports none, as for TCP.
+// The user id that the kernel reports for the peer of a connected socket; for a Unix socket the
+// peer's user when it connected. Empty if the kernel reports none, as for TCP.
 std::optional<std::uint32_t> PeerUid(int descriptor);
 
 }  // namespace cwm::server

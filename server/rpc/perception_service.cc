@@ -16,12 +16,13 @@ absl::Status List(Application& application, const v1::ListScansRequest& request,
   if (!world.ok()) return world.status();
   response->set_world_uid((*world)->uid());
   for (const KeptScan& scan : (*world)->scans().List()) {
-    // Blobs that were used since may have taken its room.
+    // The scan's blobs may have been evicted by more recently used ones.
     if (!application.geometry.Get(scan.points.hash).ok()) continue;
     if (!application.geometry.Get(scan.labels.hash).ok()) continue;
     *response->add_scans() = ToProto(scan);
   }
-  response->set_revision((*world)->Snapshot()->revision().value);  // no scan is newer
+  response->set_revision((*world)->Snapshot()->revision().value);  // read last, so that no scan is
+                                                                   // newer
   return absl::OkStatus();
 }
 

@@ -19,10 +19,10 @@
 namespace cwm::server {
 namespace {
 
-// What an answer is on the wire, in columns.
+// The size of an answer on the wire, in columns.
 struct AnswerSize {
   int scalars;
-  int bytes;  // of the other columns
+  int bytes;  // of the non-scalar columns
 };
 AnswerSize SizeOfAnswer(const v1::CheckCollisionsRequest&) { return {0, 14}; }
 AnswerSize SizeOfAnswer(const v1::GetDistancesRequest&) { return {11, 13}; }
@@ -31,8 +31,8 @@ AnswerSize SizeOfAnswer(const v1::CheckMotionsRequest&) { return {3, 18}; }
 AnswerSize SizeOfAnswer(const v1::CastRaysRequest&) { return {4, 10}; }
 AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 
-// From an answer that is found to one that is with a client on this machine: three times what it
-// takes where little else is done (1.2 to 1.7 ns a byte of columns, 1 us a message).
+// The time to pass an answer to a client on this machine. measured: three times the time on an
+// otherwise idle machine (1.2 to 1.7 ns per byte of columns, 1 us per message).
 std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions& options,
                                   const ReplyPace& pace) {
   constexpr int kOfByte_ns = 4, kOfMessage_ns = 3'000;
@@ -43,18 +43,18 @@ std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions&
   return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * pace.Slowness()));
 }
 
-// Reading that is done by then is done whatever the time: the answer is the rows that there was
-// time for, be they none. A question that takes longer to read than it has time for fails.
+// chosen: reading a request may always take this long; the answer then has the rows that there was
+// time for, possibly none. A query that takes longer to read than its time budget fails.
 constexpr auto kShortReading = std::chrono::milliseconds(10);
 
-// What every question has in common once it is understood.
+// The values that all kinds of queries share once they are parsed.
 struct Asked {
   std::shared_ptr<World> world;
-  collision::Revision revision;  // of the world
-  SnapshotPtr snapshot;          // of that revision, with the overlays
+  collision::Revision revision;  // the world's, without overlays
+  SnapshotPtr snapshot;          // at that revision, with the overlays
   QuestionOptions options;
-  WorkBudget budget;         // of reading it
-  MemoryCharge charge = {};  // of its client, for what the overlay prepares
+  WorkBudget budget;         // for reading the query
+  MemoryCharge charge = {};  // paid by its client, for the geometry that the overlay prepares
 
   AnswerContext Context(BodyNames body = {}) const {
     return {.world_uid = world->uid(),
@@ -67,7 +67,7 @@ struct Asked {
   }
 };
 
-// Whether the stream's snapshot is the one that is asked for.
+// True if the stream's snapshot is the requested one.
 bool Holds(const StreamMemory* memory, const World& world, const RevisionRule& rule) {
   const auto* exactly = std::get_if<Exactly>(&rule);
   return memory != nullptr && exactly != nullptr && memory->snapshot != nullptr &&
@@ -98,7 +98,7 @@ absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
   return WithChanges(base, *changes, "options.overlay", budget);
 }
 
-// Links of pairs are those that their robots have: else nothing would be ignored, unnoticed.
+// Checks that the links of ignored pairs exist; otherwise an error in a name would go unnoticed.
 absl::Status CheckIgnoredPairs(const std::vector<collision::NamedPair>& pairs,
                                const collision::WorldSnapshot& snapshot) {
   const auto owner_of = [&](const std::string& name) {
@@ -151,13 +151,13 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   return asked;
 }
 
-// One of the questions about a body in rows.
+// A kind of query about a body in rows.
 template <class Columns>
 struct BodyQuestion {
   absl::StatusOr<Columns> (*ask)(const collision::WorldSnapshot& world,
                                  const collision::QueryBody& body, const collision::BodyRows& rows,
                                  const collision::QueryOptions& options, std::stop_token stop);
-  // The option that says how many answers a row may have, and the number.
+  // The option that limits the number of answers per row, and the resulting number.
   std::string_view field;
   std::int64_t (*per_row)(const collision::QueryOptions& options,
                           const collision::WorldSnapshot& world);
@@ -167,7 +167,7 @@ std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSna
   return 1;
 }
 
-// One answer an object and a robot at most, and one for the body itself.
+// At most one answer per object and robot, and one for the body itself.
 std::int64_t ResultsPerRow(const collision::QueryOptions& options,
                            const collision::WorldSnapshot& world) {
   return std::min<std::int64_t>(

@@ -1,5 +1,5 @@
-// From a question on the wire to its answer on the wire, for the unary calls and for the stream:
-// one snapshot, one batch.
+// Turns a query message into its answer message, for unary calls and streams: one snapshot, one
+// batch.
 #pragma once
 
 #include <optional>
@@ -12,16 +12,16 @@
 
 namespace cwm::server {
 
-// What a stream keeps from one question to the next.
+// The state that a stream keeps between queries.
 struct StreamMemory {
-  // The snapshot that it answered from last: it stays askable by its exact revision while the
-  // stream lives, even when the world no longer keeps it.
+  // The snapshot that it answered from last: it can be queried by its exact revision while the
+  // stream lives, even after the world has dropped it.
   std::string world_uid;
   SnapshotPtr snapshot;
   StreamOverlay overlay;
 };
 
-// `memory` is null of unary calls. Errors leave the response in an unspecified state.
+// `memory` is null for unary calls. After an error the response is unspecified.
 absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
                     const CallContext& call, StreamMemory* memory,
                     v1::CheckCollisionsResponse* response);

@@ -21,7 +21,7 @@ std::size_t RowBytes(const v1::Subject& subject) {
   return 0;
 }
 
-// Not where the question brings geometry, or an engine that may have to prepare it first.
+// kShort only if the query brings no geometry and uses no engine that may have to prepare it first.
 WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& options, double cost_s) {
   const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
                            options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&

@@ -1,5 +1,5 @@
-// Which queue answers a question or does a write, and on how many threads: what is short is done at
-// once, whatever batches are under way.
+// Selects the queue and the number of threads for a query or a write, so that short work is done at
+// once whatever batches are in progress.
 #pragma once
 
 #include <cstddef>
@@ -11,22 +11,22 @@
 
 namespace cwm::server {
 
-// Questions with more bytes of rows are batches: 64 states of an arm or poses, which take some
-// milliseconds at most.
+// chosen: queries with more bytes of rows are batches: 64 states of an arm, or so many poses, take
+// a few milliseconds at most.
 inline constexpr std::size_t kMostBytesOfFew = 4096;
 
-// So few states or poses of what the server has already, nine of an arm, are asked about within
-// some hundred microseconds: what waking a thread takes.
+// chosen: so few states or poses of a known body (nine states of an arm) take some hundred
+// microseconds, about as long as waking a thread.
 inline constexpr std::size_t kMostBytesOfShort = 512;
 
-// A question that is estimated to take more is a batch as well, however few rows it has: it brings
-// a mesh that nobody has prepared, or asks in a world of heavy objects.
+// chosen: a query with a higher estimate is a batch, too, however few rows it has: it brings a mesh
+// that must be prepared, or the world has heavy objects.
 inline constexpr double kMaxCostOfFew_s = 20e-3;
-// Nor is one answered by the thread that read it: nine states of an arm among a hundred objects are
-// estimated at 0.3 ms, their distances at 1 ms.
+// chosen: the highest estimate of a query that is answered by the thread that read it: nine states
+// of an arm among a hundred objects are estimated at 0.3 ms, their distances at 1 ms.
 inline constexpr double kMaxCostOfShort_s = 2e-3;
 
-// Bytes of the rows that the question asks about.
+// Bytes of the query's rows.
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request);
 std::size_t RowBytes(const v1::GetDistancesRequest& request);
 std::size_t RowBytes(const v1::GetContactsRequest& request);
@@ -34,8 +34,8 @@ std::size_t RowBytes(const v1::CheckMotionsRequest& request);
 std::size_t RowBytes(const v1::CastRaysRequest& request);
 std::size_t RowBytes(const v1::SamplePointsRequest& request);
 
-// CPU seconds of one core that the request is estimated to take of the world as it is now. A few
-// microseconds, before the request is put into a queue.
+// Estimated CPU seconds of one core for the request in the world's latest snapshot. Takes a few
+// microseconds and is called before the request is queued.
 template <class Request>
 double EstimatedCost_s(const Runtime& runtime, const Request& request) {
   const auto world = runtime.application.worlds.Find(request.world(), "");
@@ -43,7 +43,7 @@ double EstimatedCost_s(const Runtime& runtime, const Request& request) {
   return EstimatedCost_s(request, CostSource{runtime.application.geometry, snapshot.get()});
 }
 
-// How long an answer takes, if that is known to be short; `cost_s` is the estimate.
+// kShort if the answer is known to take little time; `cost_s` is the estimate.
 WorkLength LengthOf(const v1::CheckCollisionsRequest& request, double cost_s);
 WorkLength LengthOf(const v1::GetDistancesRequest& request, double cost_s);
 template <class Request>
@@ -60,8 +60,8 @@ bool IsBatch(const Runtime& runtime, const Request& request) {
   return RowBytes(request) > kMostBytesOfFew || EstimatedCost_s(runtime, request) > kMaxCostOfFew_s;
 }
 
-// While it lives a question is being answered; how many threads may do it. One alone has all cores,
-// several have each their share.
+// Exists while a query is being answered and sets the number of its threads: a single batch has all
+// cores, several share them evenly.
 class ShareOfCores {
  public:
   ShareOfCores(Runtime& runtime, bool is_batch);
@@ -77,7 +77,7 @@ class ShareOfCores {
   int threads_ = 1;
 };
 
-// Writes that take long do not stand before those that do not: they share the cores with batches.
+// Long writes share the cores with batches, so that they do not delay short writes.
 inline WorkQueue& WriteQueueFor(Runtime& runtime, double cost_s) {
   return cost_s > kMaxCostOfFew_s ? runtime.batches : runtime.writes;
 }

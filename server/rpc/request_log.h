@@ -1,4 +1,4 @@
-// What the server tells about its calls on stderr, at info: one line each.
+// Logs calls to stderr at level info, one line each.
 #pragma once
 
 #include <chrono>
@@ -17,24 +17,24 @@
 
 namespace cwm::server {
 
-// Lines of one kind in a second, and of all kinds: what comes over that is counted and told as one
-// number, so that a crowd of refused calls fills no disk.
+// chosen: lines per second of one kind, and of all kinds. Further lines are counted and reported as
+// one number, so that a flood of refused calls does not fill the disk.
 inline constexpr std::int64_t kMaxLinesOfKind = 10;
 inline constexpr std::int64_t kMaxLines = 50;
-// A call that takes longer is told as slow.
+// chosen: a call that takes longer is logged as slow.
 inline constexpr auto kSlowCall = std::chrono::seconds(1);
 
-// Not thread safe. Seconds begin with the first line of a kind.
+// Not thread safe. A second begins with the first line of a kind.
 class LineLimit {
  public:
-  // False: the line is left out, and counted for its kind.
+  // False if the line must be omitted; it is then counted for its kind.
   bool Admit(std::string_view kind, Clock::time_point now);
 
   struct Omitted {
     std::string kind;
     std::int64_t lines = 0;
   };
-  // What was left out in seconds that are over at `now`; forgets those seconds.
+  // The numbers of lines omitted in seconds that ended before `now`; forgets those seconds.
   std::vector<Omitted> TakeOmitted(Clock::time_point now);
 
  private:
@@ -48,7 +48,7 @@ class LineLimit {
   Second all_;
 };
 
-// A name as it stands in a line: in quotes, without control characters, cut after 128 bytes.
+// A name for a log line: in quotes, without control characters, cut after 128 bytes.
 std::string Shown(std::string_view name);
 
 struct IngestLine {
@@ -56,11 +56,11 @@ struct IngestLine {
   std::int64_t points = 0;
   Clock::duration took{};
   absl::Status outcome;
-  std::int64_t objects = 0, revision = 0;  // where the outcome is OK
+  std::int64_t objects = 0, revision = 0;  // valid if the outcome is OK
 };
 
-// Thread safe. Lines hold names, numbers and reasons, never the content of a request. Outlives no
-// timer: what was left out is told from there.
+// Thread safe. Lines contain names, numbers and reasons, never the content of a request. The timer
+// must outlive it and must be stopped before the destructor runs, since it reports omitted lines.
 class RequestLog {
  public:
   explicit RequestLog(Timer& timer) : timer_(timer) {}
@@ -70,8 +70,8 @@ class RequestLog {
                    std::int64_t revision);
   void WorldCreated(std::string_view world, std::string_view uid);
   void WorldDeleted(std::string_view world, std::string_view uid);
-  // `method` as "/cwm.v1.WorldService/GetWorld". A client that gave a call up is no refusal:
-  // CANCELLED is not told.
+  // `method` as in "/cwm.v1.WorldService/GetWorld". CANCELLED is not logged: a client that gave up
+  // was not refused.
   void Refused(std::string_view method, absl::StatusCode code, std::string_view reason,
                const ClientId& client);
   void Slow(std::string_view method, absl::StatusCode code, Clock::duration took,
@@ -84,7 +84,7 @@ class RequestLog {
   Timer& timer_;
   std::mutex mutex_;
   LineLimit limit_;
-  bool will_tell_ = false;  // the timer has TellOmitted
+  bool will_tell_ = false;  // the timer is going to call TellOmitted
 };
 
 }  // namespace cwm::server

@@ -8,7 +8,7 @@
 namespace cwm::server {
 namespace {
 
-// A wait looks again this often: well below the 10 ms within which a deadline has to end it.
+// chosen: the period of polling, well below the 10 ms within which a deadline has to end a wait.
 constexpr auto kPollPeriod = std::chrono::milliseconds(5);
 
 Task TaskOf(const RevisionWait& wait, std::function<void(const absl::Status&)> run) {
@@ -46,7 +46,7 @@ void RevisionWaits::Poll() {
     const std::lock_guard lock(mutex_);
     polled.swap(waiting_);
   }
-  // No lock is held: what ends calls others.
+  // No lock is held, since ending a call may end others.
   std::map<const World*, collision::Revision> reached;
   for (const Waiting& waiting : polled) {
     const World& world = *waiting.wait.world;
@@ -55,7 +55,7 @@ void RevisionWaits::Poll() {
   polled.remove_if(
       [&](Waiting& waiting) { return TryEnd(waiting, reached.at(waiting.wait.world.get())); });
   const std::lock_guard lock(mutex_);
-  waiting_.splice(waiting_.begin(), polled);  // before those who came meanwhile
+  waiting_.splice(waiting_.begin(), polled);  // before those that arrived meanwhile
   polling_ = !waiting_.empty();
   if (polling_) PollSoon();
 }

@@ -1,4 +1,4 @@
-// Calls that wait for a revision which their world does not have yet.
+// Calls that wait for a revision that their world does not have yet.
 #pragma once
 
 #include <atomic>
@@ -22,28 +22,28 @@ struct RevisionWait {
   collision::Revision revision;
   Clock::time_point deadline;
   std::stop_token stop;
-  // As of a Task (fair_tasks.h).
+  // The same as in Task (fair_tasks.h).
   ClientId client = {};
   double cost_s = 0;
   bool may_answer_in_part = false;
 };
 
-// Thread safe. A wait holds no thread and no place in a queue until its revision is there; then it
-// has a place of its own in the queue's lane of those who waited (a queue has as many as there may
-// be waits), in the order in which they came: hundreds that wait for one revision neither push each
-// other out nor those who come meanwhile.
+// Thread safe. A wait holds no thread and no place in a queue until its revision exists. Then it
+// gets a place in the queue's lane kAwaited (which has as many places as there may be waits), in
+// order of arrival: hundreds of calls that wait for one revision evict neither each other nor calls
+// that arrive meanwhile.
 class RevisionWaits {
  public:
-  // `timer` is stopped before the end of this. More waits than `places` are refused.
+  // `timer` must be stopped before the destructor runs. Waits above the quota `places` are refused.
   RevisionWaits(Timer& timer, FairQuotaOptions places) : timer_(timer), taken_(places) {}
 
   // Calls `then` once: on a thread of `queue` with the world's snapshot as soon as it has the
-  // revision; else from some thread with the world's end, DeadlineExceeded, Cancelled, Draining or
-  // Overloaded. Blocks nobody. A revision that is there already is work as any other.
+  // revision; otherwise on some thread with the world's end, DeadlineExceeded, Cancelled, Draining
+  // or Overloaded. Never blocks. A wait for an existing revision is queued like any other work.
   using Then = std::function<void(absl::StatusOr<SnapshotPtr>)>;
   void Await(RevisionWait wait, WorkQueue& queue, Then then);
 
-  // Ends all waits, and those to come.
+  // Ends all present and future waits.
   void Drain() { draining_ = true; }
 
  private:
@@ -56,18 +56,18 @@ class RevisionWaits {
 
   void PollSoon();
   void Poll();
-  // False when it has to go on waiting. `reached` is the revision of its world when this look at
-  // all that wait began: what comes while it goes on is for the next one, else the last would be
-  // first.
+  // False if it has to go on waiting. `reached` is the revision of its world when this round of
+  // polling began. A newer revision is left to the next round, since otherwise later waits would be
+  // admitted before earlier ones.
   bool TryEnd(Waiting& waiting, collision::Revision reached);
   void Admit(Waiting& waiting, SnapshotPtr snapshot);
 
   Timer& timer_;
-  FairQuota taken_;  // by those who wait and by those who waited and have not begun
+  FairQuota taken_;  // by waits, and by admitted calls that have not begun
   std::atomic<bool> draining_ = false;
   std::mutex mutex_;
-  std::list<Waiting> waiting_;  // in the order in which they came
-  bool polling_ = false;        // a poll is due or under way
+  std::list<Waiting> waiting_;  // in order of arrival
+  bool polling_ = false;        // a poll is scheduled or running
 };
 
 }  // namespace cwm::server

@@ -1,4 +1,4 @@
-// Lists of robots in pages that all show one revision.
+// Lists robots in pages that all show the same revision.
 #pragma once
 
 #include "absl/status/status.h"
@@ -7,8 +7,8 @@
 
 namespace cwm::server {
 
-// As ListPage of objects: until the page is full by count or by bytes. A name that the request
-// gives and the world does not have is NotFound ROBOT_UNKNOWN.
+// Like ListPage of objects: until the page is full by count or bytes. NotFound ROBOT_UNKNOWN if the
+// request gives a name that the world does not have.
 absl::Status ListPage(Runtime& runtime, const v1::ListRobotsRequest& request,
                       const CallContext& call, v1::ListRobotsResponse* response);
 

@@ -19,20 +19,22 @@ constexpr std::size_t kRobotCapacity = 8;
 constexpr std::size_t kReadCapacity = 64;
 constexpr std::size_t kWriteCapacity = 64;
 
-// A scan spreads over every core by itself: two at once would each take twice as long.
+// chosen: a scan uses every core by itself, so two at once would each take twice as long.
 constexpr int kScansAtOnce = 1;
 
-// Queries come in streaks: a control loop, a planner. Within one, the next is closer than this.
+// chosen: queries come in bursts, from a control loop or a planner; within a burst the next query
+// comes sooner than this.
 constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
 
-// Batches that share a core: further ones wait for their turn. More of them share it more evenly,
-// and hold more answers at a time.
+// chosen: batches that share a core; further ones wait. With more of them the core is shared more
+// evenly, but more answers are in memory at a time.
 constexpr int kBatchesOfCore = 2;
 
-// A scan or a robot takes up to some seconds, and its client has sent for as long.
+// chosen: a scan or a robot takes up to some seconds, and its client has spent as long on sending
+// it.
 constexpr auto kMaxWaitOfUploads = std::chrono::seconds(30);
 
-// Pages of the viewer come from this process, as one client.
+// The viewer's pages all come from this process, as one client.
 constexpr double kUnshared = std::numeric_limits<double>::infinity();
 
 std::size_t AwaitedCapacity(const Limits& limits) {
@@ -70,8 +72,8 @@ Runtime::Runtime(Application& application_in)
                .awaited_capacity = AwaitedCapacity(application.limits),
                .nice = 3,
                .max_wait = application.limits.max_queue_wait}),
-      // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must
-      // share.
+      // A lower priority, but not starved by other programs of the robot: on a shared core it gets
+      // a quarter.
       ingest({.name = "ingest",
               .threads = kScansAtOnce,
               .capacity = kIngestCapacity,
@@ -91,7 +93,7 @@ Runtime::Runtime(Application& application_in)
               .capacity = kRobotCapacity,
               .nice = 5,
               .max_wait = kMaxWaitOfUploads}),
-      // Each watch has one task waiting at most, so that none is ever refused.
+      // Each watch has at most one waiting task, so that none is ever refused.
       watch({.name = "watch",
              .threads = cores,
              .capacity = static_cast<std::size_t>(application.limits.max_watchers +
@@ -106,7 +108,7 @@ Runtime::Runtime(Application& application_in)
   });
 }
 
-// The timer's last task may be about to wake a queue.
+// The timer is stopped first, since its last task may be about to use a queue.
 Runtime::~Runtime() {
   application.worlds.SetListener({});
   timer.Stop();
@@ -119,7 +121,7 @@ int Runtime::ThreadsForScan() const {
 
 void Runtime::ReturnMemorySoon() {
   if (returns_memory_.exchange(true)) return;
-  // Those who hold what was deleted have let go of it by then.
+  // By then the readers of deleted worlds have released them.
   constexpr auto kDelay = std::chrono::milliseconds(500);
   timer.After(kDelay, [this] {
     const bool is_taken = robots.TryPush([this] {
@@ -158,7 +160,7 @@ void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {
     std::erase_if(streams_under_way_, [](const auto& known) { return known.expired(); });
     streams_under_way_.push_back(stream);
   }
-  // Drain may just have taken its look.
+  // Drain may have run just before the stream was added.
   if (draining_) {
     if (const auto living = stream.lock()) living->Drain();
   }

@@ -1,5 +1,5 @@
-// What the services share: the application, the queues that do the work, and what is going on right
-// now.
+// The state shared by all services: the application, the queues that do the work, and the calls in
+// progress.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -31,7 +31,7 @@
 
 namespace cwm::server {
 
-// The application behind every transport.
+// The application, independent of any transport.
 struct Application {
   Limits limits;
   Retention retention;
@@ -39,24 +39,24 @@ struct Application {
   TransportLimits transport = {};
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::Make(limits.max_memory_bytes);
   WorldRegistry worlds{limits, retention, memory};
-  // Blobs that nothing uses yet are no world's: they get an eighth of the account at most.
+  // Blobs that nothing uses yet belong to no world: they may take at most an eighth of the account.
   GeometryStore geometry{std::min(limits.max_geometry_bytes, limits.max_memory_bytes / 8), limits};
 };
 
-// A call that may wait for its client without end, which a draining server ends.
+// A call that may wait for its client without limit, and that a draining server ends.
 class Drainable {
  public:
   virtual ~Drainable() = default;
   virtual void Drain() = 0;  // thread safe, does not block
 };
 
-// Messages that streams have read while they answer the one before. Each may have 16 MiB; without
-// room for more, streams read one after the other.
+// chosen: messages that streams have read while they answer the previous one. Each may have 16 MiB;
+// above this number streams read one message after the other.
 inline constexpr std::int64_t kMaxReadAhead = 64;
 
-// Calls that one connection may have open: as many streams and watches as there may be, and others
-// beside them. A client keeps back what is above, without a word, so that it is more than the
-// services admit: the one stream too many is refused with a reason.
+// The most calls that one connection may have open: as many streams and watches as a client may
+// have, and some others. gRPC clients silently hold back calls above it, so it is more than the
+// services admit: one stream too many is refused with a reason.
 inline std::int64_t MaxCallsOfConnection(const Limits& limits) {
   constexpr std::int64_t kOthers = 128;
   return limits.max_client_streams + limits.max_client_watchers + kOthers;
@@ -70,54 +70,54 @@ class Runtime {
 
   Application& application;
   Connections connections;
-  OpenCalls open_calls;  // before the queues, which hold calls
+  OpenCalls open_calls;  // before the queues, whose tasks hold calls
   Timer timer;
   RequestLog log{timer};
   StallTimers stalls{timer};
-  // Each shared among clients. The viewer's watches are those of pages that browsers show.
+  // Quotas, each shared among clients. The viewer's watches are those of pages in browsers.
   FairQuota watchers;
   FairQuota viewer_watchers;
   FairQuota streams;
   FairQuota uploads;
-  FairQuota read_ahead;  // messages of streams
+  FairQuota read_ahead;  // messages that streams have read ahead
   ExportedWorlds exports;
   ReplyPace reply_pace;
-  RevisionWaits waits;  // before the queues: what waited there refers to it
+  RevisionWaits waits;  // before the queues, since queued calls refer to it
 
   const int cores;
 
-  // One queue per class of work, each with a thread per core but the ingests', of which one already
-  // uses every core, the batches', and the robots', which are loaded rarely and take seconds. A
-  // crowd of one class delays the others by its share of the cores, never by its queue: a read does
-  // not wait for a write that prepares geometry.
-  WorkQueue query;    // questions of a few rows (query_queue.h)
-  WorkQueue batches;  // of more, and whatever takes long; its threads yield to short work
+  // One queue per class of work. Each has one thread per core, except ingests (one ingest uses
+  // every core already), batches, and robots (loaded rarely, in seconds). Much work of one class
+  // delays the others by its share of the cores, never by its queue: a read does not wait for a
+  // write that prepares geometry.
+  WorkQueue query;    // queries of a few rows (query_queue.h)
+  WorkQueue batches;  // larger queries and other long work; yields to short work
   WorkQueue ingest;   // its threads yield to all others
-  WorkQueue reads;    // of worlds, objects, geometry, the server
+  WorkQueue reads;    // reads of worlds, objects, geometry and server state
   WorkQueue writes;
-  WorkQueue robots;  // files of robots being read; its thread yields to all others
+  WorkQueue robots;  // reads robots' files; its thread yields to all others
   WorkQueue watch;
 
-  // Threads that a scan may keep busy just now, at least one: every core while nobody asks, all but
-  // one while queries come. A query's thread can wake on a core of its own then; with scans on all
-  // of them the kernel lets it wait for up to a tick whatever the priorities are (p99 of 3 ms
-  // against 1.2).
+  // Threads that a scan may use at present, at least one: all cores while there are no queries,
+  // otherwise all but one, so that a query's thread can wake on a core of its own. measured: with
+  // scans on all cores the kernel lets it wait for up to a tick whatever the priorities are (p99 of
+  // 3 ms instead of 1.2).
   int ThreadsForScan() const;
 
-  // Gives back to the system what deleted worlds held, soon and once for many that ask: the
-  // allocator keeps it else.
+  // Returns the memory of deleted worlds to the system, which the allocator would keep. Happens
+  // soon, and once for several calls.
   void ReturnMemorySoon();
 
-  std::atomic<int> batches_under_way = 0;  // that are being answered
+  std::atomic<int> batches_under_way = 0;  // batches being answered
 
-  // Who sends the call; ask when the call begins.
+  // The sender of the call. Must be called when the call begins.
   ClientId ClientOf(const grpc::CallbackServerContext& context) const;
 
-  // Work of calls waits or is under way.
+  // True if work of calls, other than watches, waits or runs.
   bool IsBusy() const;
 
-  // Ends streams and half-open uploads now, refuses the calls to come and those that wait for their
-  // turn; watches get their last bookmark.
+  // Ends streams and half-open uploads now, refuses later calls and those that wait for their turn;
+  // watches get their last bookmark.
   void Drain();
   bool draining() const { return draining_; }
   void AddDrainable(std::weak_ptr<Drainable> stream);

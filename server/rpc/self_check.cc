@@ -58,7 +58,8 @@ Address ToAddress(const std::string& text) {
   return address;
 }
 
-// The own end has an address before it connects: the kernel picks a port or an abstract name.
+// Binds our end before it connects, so that its address is known: the kernel picks a port or an
+// abstract name.
 bool BindOwnEnd(int fd, const Address& peer) {
   Address own;
   own.storage.ss_family = peer.storage.ss_family;
@@ -84,7 +85,7 @@ absl::Status NotReached(const std::string& address, int error) {
   return absl::UnavailableError(absl::StrCat(address, ": ", std::strerror(error)));
 }
 
-// A full queue of a Unix socket is EAGAIN at once: nobody accepts there.
+// A full backlog of a Unix socket fails with EAGAIN at once: nobody accepts there.
 bool Connect(int fd, Address peer, std::chrono::milliseconds timeout) {
   if (connect(fd, peer.get(), peer.size) == 0) return true;
   if (errno != EINPROGRESS) return false;

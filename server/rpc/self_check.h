@@ -1,4 +1,4 @@
-// Whether a server answers, seen from outside.
+// Checks from outside that a server answers.
 #pragma once
 
 #include <chrono>
@@ -9,9 +9,9 @@
 
 namespace cwm::server {
 
-// Connects to the address ("unix:PATH" or "HOST:PORT" of loopback), over a connection of its own,
-// and asks the standard health service. OK when it says SERVING within `timeout`. `announce` is
-// told the address of the own end (a sockaddr, bytewise) before it connects.
+// Connects to the address ("unix:PATH" or "HOST:PORT" of loopback) over a new connection and
+// queries the standard health service. OK if it reports SERVING within `timeout`. `announce` is
+// called with the address of our end (a sockaddr, bytewise) before it connects.
 absl::Status CheckHealth(const std::string& address, std::chrono::milliseconds timeout,
                          const std::function<void(std::string)>& announce = nullptr);
 

@@ -33,14 +33,15 @@
 namespace cwm::server {
 namespace {
 
-constexpr int kClientPingPeriod_ms = 10'000;  // clients may ping this often, also without calls
-// A call that has come before a drain is refused with its reason within this time.
+constexpr int kClientPingPeriod_ms = 10'000;  // clients may ping this often, even without calls
+// chosen: a call that came before a drain is refused with its reason within this time.
 constexpr auto kTimeToRefuse = std::chrono::milliseconds(100);
-// What nobody works on and whose client takes nothing for so long waits for that client alone.
+// chosen: a call on which nobody works and whose client takes nothing for so long is waiting for
+// that client only.
 constexpr auto kMaxQuietTime = std::chrono::milliseconds(500);
-// Work that is asked to stop hears of it within this time.
+// chosen: work that is asked to stop notices within this time.
 constexpr auto kTimeToStop = std::chrono::milliseconds(500);
-// Clients that read see the end of a connection within this time.
+// chosen: clients that read notice the end of a connection within this time.
 constexpr auto kTimeToReadEnd = std::chrono::milliseconds(50);
 
 void SetChannelArguments(const Application& application, grpc::ServerBuilder& builder) {
@@ -58,23 +59,23 @@ void SetChannelArguments(const Application& application, grpc::ServerBuilder& bu
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kClientPingPeriod_ms);
-  // gRPC 1.51 inflates a compressed message on its own thread and without a limit, so that a
-  // thousand bytes take a million. Compressed calls end UNIMPLEMENTED, as gRPC prescribes.
+  // gRPC 1.51 inflates a compressed message on its own thread without a limit, so that a thousand
+  // bytes become a million. Compressed calls end with UNIMPLEMENTED, as gRPC prescribes.
   for (const auto algorithm : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP}) {
     builder.SetCompressionAlgorithmSupportStatus(algorithm, false);
   }
   builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
 }
 
-// gRPC cleans up after the last of its objects, and waits there for up to 10 s (1.51): for a poll
-// that a message has left behind which the socket did not take at once. It is kept for the process.
+// Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
+// up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
 void KeepLibrary() {
   static std::once_flag once;
   std::call_once(once, grpc_init);
 }
 
-// Of all Unix sockets among the addresses, each once and in one order for everybody: two servers
-// that ask for the same in another order do not wait for each other for ever.
+// Locks all Unix sockets among the addresses, each once and in sorted order, so that two servers
+// that want the same sockets do not deadlock.
 absl::StatusOr<std::vector<SocketLock>> LockSockets(const std::vector<std::string>& addresses) {
   std::set<std::string> paths;
   for (const std::string& address : addresses) {
@@ -115,16 +116,16 @@ struct Server::State {
   RobotService robot{runtime};
   WorldService world{runtime};
   std::vector<std::string> addresses;
-  std::vector<std::pair<std::string, SocketFile>> sockets;  // that it made
-  std::unique_ptr<grpc::Server> grpc;                       // ends before what it calls
-  std::unique_ptr<AcceptLoop> accept_loop;  // last: ends before what it hands over to
+  std::vector<std::pair<std::string, SocketFile>> sockets;  // created by this server
+  std::unique_ptr<grpc::Server> grpc;                       // ends before the services it calls
+  std::unique_ptr<AcceptLoop> accept_loop;  // last: ends before the server it hands connections to
 };
 
 absl::Status Server::State::Start(const ListenOptions& listen) {
   for (const std::string& address : listen.addresses) {
     if (auto checked = CheckListenAddress(address); !checked.ok()) return checked.status();
   }
-  const auto locks = LockSockets(listen.addresses);  // until it listens
+  const auto locks = LockSockets(listen.addresses);  // held until it listens
   if (!locks.ok()) return locks.status();
   for (const std::string& address : listen.addresses) {
     if (auto status = CheckVacant(address); !status.ok()) return status;
@@ -136,8 +137,8 @@ absl::Status Server::State::Start(const ListenOptions& listen) {
 absl::Status Server::State::StartGrpc() {
   KeepLibrary();
   grpc::EnableDefaultHealthCheckService(true);
-  // The library serves health without a descriptor; naming ours links it, so that reflection tells
-  // it.
+  // The library serves health without its descriptor; using the descriptor links it, so that
+  // reflection lists it.
   grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
@@ -176,7 +177,7 @@ absl::Status Server::State::StartListening(const ListenOptions& listen) {
 
 void Server::State::SetHealth(bool is_serving) {
   grpc::HealthCheckServiceInterface& health = *grpc->GetHealthCheckService();
-  health.SetServingStatus(is_serving);  // of all services that are known by now
+  health.SetServingStatus(is_serving);  // for all services known so far
   if (!is_serving) return;
   for (const char* name : {"cwm.v1.AdminService", "cwm.v1.PerceptionService", "cwm.v1.QueryService",
                            "cwm.v1.RobotService", "cwm.v1.WorldService"}) {
@@ -219,7 +220,7 @@ absl::Status Server::CheckItself(std::chrono::milliseconds timeout) const {
   const absl::Status status =
       CheckHealth(state_->addresses.front(), timeout,
                   [&loop](std::string own_address) { loop.Expect(std::move(own_address)); });
-  loop.Expect("");  // the address may be another's from now on
+  loop.Expect("");  // the address may belong to another client from now on
   return status;
 }
 
@@ -234,10 +235,10 @@ void Server::State::EndCalls(Clock::time_point begun, std::chrono::milliseconds 
   std::this_thread::sleep_until(begun + std::min(grace, kTimeToRefuse));
 }
 
-// gRPC's own farewell waits for the answer of every client, and one that is idle does not read for
-// seconds; a call that comes meanwhile ends CANCELLED without a reason. So the connections are
-// closed here, when the calls have ended, in two steps: a client that writes to a closed socket
-// fails and reads no more, and the answers that it has not read yet are lost with it.
+// gRPC's own shutdown waits for an answer of every client, and an idle client does not read for
+// seconds; a call that arrives meanwhile ends with CANCELLED and no reason. So the connections are
+// closed here once the calls have ended, in two steps, since a client that writes to a closed
+// socket fails and loses the answers that it has not read yet.
 void Server::Stop(std::chrono::milliseconds grace) {
   if (state_->grpc == nullptr) return;
   const auto begun = Clock::now();

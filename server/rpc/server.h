@@ -1,4 +1,4 @@
-// The gRPC server: all services on the given addresses, until it is drained.
+// The gRPC server: all services on the given addresses, until it is stopped.
 #pragma once
 
 #include <grpcpp/channel.h>
@@ -16,27 +16,28 @@ namespace cwm::server {
 
 class Server {
  public:
-  // Listens on each of "unix:PATH" or "HOST:PORT" (see listen_address.h; port 0 picks one); sockets
-  // are the user's alone (mode 0600), and so are ports unless `listen` allows any local user.
-  // `application` outlives the server.
+  // Listens on each "unix:PATH" or "HOST:PORT" (see listen_address.h; port 0 picks one). Sockets
+  // are accessible only to this user (mode 0600), and so are ports unless `listen` allows any local
+  // user. `application` must outlive the server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(Application& application,
                                                        const ListenOptions& listen);
   ~Server();  // Stop(0)
 
-  // As a client takes them.
+  // In the form that clients dial.
   const std::vector<std::string>& addresses() const;
 
-  // To the same services without a socket, for what runs in this process. Messages of any size.
+  // A channel to the same services without a socket, for code in this process. Messages may have
+  // any size.
   std::shared_ptr<grpc::Channel> InProcessChannel() const;
 
-  // OK when the server answers on its first address, over a connection of its own that no limit
-  // refuses, within `timeout` that it serves. Not beside Stop.
+  // OK if the server reports within `timeout` that it serves, on its first address and over a new
+  // connection that no limit refuses. Must not run during Stop.
   absl::Status CheckItself(std::chrono::milliseconds timeout) const;
 
-  // Health says NOT_SERVING, nobody connects any more, watches end with a bookmark, streams and
-  // half-open uploads end, calls that wait for their turn and those to come are refused, calls
-  // under way finish or are stopped after `grace`: all that do not finish end with SERVER_DRAINING.
-  // Then the connections are closed. Returns when all has ended.
+  // Reports NOT_SERVING, accepts no more connections, ends watches with a bookmark, ends streams
+  // and half-open uploads, refuses waiting and later calls, and stops running calls after `grace`;
+  // calls that do not finish end with SERVER_DRAINING. Then closes the connections. Returns when
+  // all has ended.
   void Stop(std::chrono::milliseconds grace);
 
  private:

@@ -17,7 +17,7 @@
 namespace cwm::server {
 namespace {
 
-// gRPC starts within some 20 ms; on a machine that is busy with other things, a hundred times that.
+// chosen: gRPC starts within about 20 ms; on a busy machine in up to a hundred times that.
 constexpr auto kPatience = std::chrono::seconds(5);
 constexpr auto kPause = std::chrono::milliseconds(5);
 
@@ -25,7 +25,8 @@ int Open(const std::string& path) {
   return open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
 }
 
-// Its last holder may have removed the file that was opened, and another one made the next.
+// True if the opened file is still the one at the path. Its last holder may have removed it, and
+// another process created the next.
 bool IsAt(int fd, const std::string& path) {
   struct stat opened {};
   struct stat there {};
@@ -33,7 +34,7 @@ bool IsAt(int fd, const std::string& path) {
          opened.st_dev == there.st_dev && opened.st_ino == there.st_ino;
 }
 
-// Best effort: it is for people alone.
+// Writes our process id for people to read; best effort.
 void Sign(int fd) {
   const std::string pid = absl::StrCat(getpid());
   if (ftruncate(fd, 0) != 0) return;
@@ -50,8 +51,8 @@ absl::Status CannotLock(const std::string& path, const std::string& why) {
   return absl::FailedPreconditionError(absl::StrCat("--listen: cannot lock ", path, ": ", why));
 }
 
-// The reason why a file is not taken for this lock's; empty when there is none. A file of ours
-// under a second name (a hard link) would be overwritten.
+// The reason not to use the file as this lock; empty if there is none. A hard link would let us
+// overwrite another file of ours.
 std::string FaultOf(const struct stat& info) {
   if (!S_ISREG(info.st_mode)) return "it is no regular file; remove it";
   if (info.st_uid != geteuid()) {
@@ -62,7 +63,7 @@ std::string FaultOf(const struct stat& info) {
   return {};
 }
 
-// Why the file cannot be opened.
+// The error of a file that cannot be opened.
 absl::Status CannotOpen(const std::string& path, int error) {
   struct stat info {};
   const std::string fault = lstat(path.c_str(), &info) == 0 ? FaultOf(info) : std::string();
@@ -77,7 +78,7 @@ absl::StatusOr<SocketLock> SocketLock::Take(const std::string& socket_path) {
   for (;;) {
     const int fd = Open(path);
     if (fd < 0) return CannotOpen(path, errno);
-    SocketLock lock("", fd);  // closes it
+    SocketLock lock("", fd);  // closes the file
     struct stat info {};
     if (fstat(fd, &info) != 0) return CannotLock(path, std::strerror(errno));
     if (const std::string fault = FaultOf(info); !fault.empty()) return CannotLock(path, fault);
@@ -102,7 +103,7 @@ SocketLock::SocketLock(std::string path, int fd) : path_(std::move(path)), fd_(f
 SocketLock::SocketLock(SocketLock&& other) noexcept
     : path_(std::exchange(other.path_, "")), fd_(std::exchange(other.fd_, -1)) {}
 
-// The file goes before its lock does: who waits for it sees that it is gone.
+// The file is removed before its lock is released, so that a waiting process notices.
 SocketLock::~SocketLock() {
   if (fd_ < 0) return;
   if (!path_.empty()) unlink(path_.c_str());

@@ -1,5 +1,5 @@
-// One server at a time starts on a Unix socket: between looking whether somebody answers
-// there and answering there itself, no other may do the same.
+// Ensures that one server at a time starts on a Unix socket: between checking whether another
+// server answers there and listening there, no other server may do the same.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace cwm::server {
 
-// Holds PATH.lock, a file beside the socket that is there for that long alone. The kernel frees the
-// lock of a process that dies. Not for a server's whole life: who answers on a socket is told by
-// asking it.
+// Holds PATH.lock, a file beside the socket, for that time only. The kernel releases the lock of a
+// process that dies. It is not held for a server's whole life: a running server is recognised by
+// its answer on the socket.
 class SocketLock {
  public:
   // Waits for another one that starts, which takes milliseconds; Unavailable naming its

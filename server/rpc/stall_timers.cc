@@ -58,9 +58,9 @@ void StallTimers::Look() {
     entry->ending_thread = std::this_thread::get_id();
     const std::function<void()> end = std::exchange(entry->end, nullptr);
     lock.unlock();
-    end();  // its guard may be gone after it
+    end();  // the guard may be gone afterwards
     lock.lock();
-    // The list may have changed at any place meanwhile.
+    // The list may have changed anywhere meanwhile.
     for (Entry& ended : entries_) ended.is_ending = false;
     ended_.notify_all();
     entry = entries_.begin();

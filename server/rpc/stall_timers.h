@@ -1,4 +1,4 @@
-// Ends what stands still: a reader that takes no more bytes, a sender that sends none.
+// Ends calls that make no progress: a reader that takes no more bytes, a sender that sends none.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace cwm::server {
 
-// Thread safe; outlives its guards. One look a second at all guards, whatever their number.
+// Thread safe. Must outlive its guards. All guards together are checked once a second.
 class StallTimers {
  public:
   explicit StallTimers(Timer& timer) : timer_(timer) {}
@@ -29,12 +29,11 @@ class StallTimers {
   using Entries = std::list<Entry>;
 
  public:
-  // While it lives and is not restarted for as long as the limit, its function is called once, from
-  // the timer's thread. Its destructor waits for a call of the function under way in another
-  // thread.
+  // Calls its function once, from the timer's thread, if it exists for as long as the limit without
+  // a restart. The destructor waits for a call of the function that is running in another thread.
   class Guard {
    public:
-    Guard() = default;  // guards nothing
+    Guard() = default;  // an inactive guard
     Guard(StallTimers& timers, std::chrono::milliseconds limit, std::function<void()> end);
     ~Guard();
     Guard(Guard&& other) noexcept;
@@ -55,7 +54,7 @@ class StallTimers {
   std::mutex mutex_;
   std::condition_variable ended_;
   Entries entries_;
-  bool is_looking_ = false;  // a look is due or under way
+  bool is_looking_ = false;  // a check is scheduled or running
 };
 
 }  // namespace cwm::server

@@ -12,12 +12,13 @@ namespace {
 
 constexpr char kDomain[] = "cwm";
 constexpr char kTypeUrlPrefix[] = "type.googleapis.com/google.rpc.";
-// A query batch takes milliseconds, an ingest a third of a second: a queue has moved on by then.
+// chosen: a query batch takes milliseconds, an ingest a third of a second; the queues have advanced
+// by then.
 constexpr double kRetryAfter_s = 0.1;
 
 std::string Text(const absl::Status& status) { return std::string(status.message()); }
 
-// A reason for statuses that carry none, so that programs always find one.
+// The status's reason, or the name of its code if it has none, so that programs always find one.
 std::string ReasonOf(const absl::Status& status, const ErrorDetails& details) {
   if (!details.reason.empty()) return details.reason;
   return absl::StatusCodeToString(status.code());
@@ -72,7 +73,7 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
   AddDetail(InfoOf(status, details), "ErrorInfo", &packed);
   if (!details.fields.empty()) AddDetail(BadRequestOf(details), "BadRequest", &packed);
   if (details.retry_after_s) AddDetail(RetryOf(*details.retry_after_s), "RetryInfo", &packed);
-  // absl's canonical codes are gRPC's.
+  // absl's canonical codes are the same as gRPC's.
   return grpc::Status(static_cast<grpc::StatusCode>(status.code()), Text(status),
                       packed.SerializeAsString());
 }

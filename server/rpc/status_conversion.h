@@ -1,5 +1,5 @@
-// The application's errors as gRPC states them: a code, a message, and the standard details under
-// the type URLs of google.rpc, so that any client's own classes read them.
+// Converts the application's errors to gRPC: a code, a message, and the standard details under the
+// type URLs of google.rpc, so that any client's own classes read them.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -11,17 +11,17 @@
 
 namespace cwm::server {
 
-// ErrorInfo{reason, domain "cwm", metadata} on every error; BadRequest where fields are at fault;
-// RetryInfo on overload.
+// ErrorInfo{reason, domain "cwm", metadata} for every error, BadRequest if fields are at fault,
+// RetryInfo for overload.
 grpc::Status ToGrpcStatus(const absl::Status& status);
 
-// The reason in it; the name of its code where it has none.
+// The status's reason; the name of its code if it has none.
 std::string ReasonOf(const grpc::Status& status);
 
-// The same for one message of a stream.
+// The same for a message of a stream.
 v1::QueryError ToQueryError(const absl::Status& status);
 
-// Errors that the transport itself makes.
+// Errors that arise in the transport.
 absl::Status Overloaded(std::string message,
                         std::string reason);  // RESOURCE_EXHAUSTED, retry after kRetryAfter_s
 absl::Status Draining();                      // UNAVAILABLE SERVER_DRAINING

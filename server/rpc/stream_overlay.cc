@@ -26,7 +26,7 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
                    FieldPath::OfRequest("overlay"), "changes", budget);
 }
 
-// Stands where a change was, so that those after it keep their numbers.
+// Replaces a change that has expired, so that later changes keep their indices.
 constexpr collision::ExpireRules kNothing{Clock::time_point::min()};
 
 }  // namespace
@@ -38,7 +38,9 @@ absl::Status StreamOverlay::Set(const Application& application, const v1::Stream
   world_ = WorldNameOf(overlay.world());
   const auto world = application.worlds.Find(world_);
   world_uid_ = world.ok() ? (*world)->uid() : "";
-  legible_ = Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // until it is
+  legible_ = Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // unless it
+                                                                                      // is read
+                                                                                      // below
   charge_ = MemoryCharge::Empty(application.memory, MemoryBudget::Client(client));
   absl::Status charged = charge_.Resize(PreparedBytes(overlay.changes(), application.geometry));
   if (!charged.ok()) return legible_ = std::move(charged);
@@ -66,15 +68,14 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
   return changed_;
 }
 
-// No world publishes the end of what is only supposed. With it the pair is as the revision asked
-// has it: what is supposed is allowed besides what the world allows, and takes nothing of that
-// away.
+// Expires allowances of the overlay, since no world publishes their end. Afterwards the pair is as
+// in the queried revision: an overlay adds to the world's allowances and takes none away.
 void StreamOverlay::Expire() {
   const Clock::time_point now = Clock::now();
   for (auto change = changes_.begin(); change != changes_.end(); ++change) {
     const auto* over = std::get_if<collision::AllowCollision>(&change->what);
     if (over == nullptr || !over->expires.has_value() || over->expires->due > now) continue;
-    // Allowed once more, a pair has the new time of expiry alone: what was said before ends with
+    // If a pair was allowed several times, only the last expiry counts: earlier allowances end with
     // it.
     const collision::NamedPair pair = collision::Ordered(over->pair);
     for (auto before = changes_.begin(); before <= change; ++before) {

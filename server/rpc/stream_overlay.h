@@ -1,4 +1,4 @@
-// What if, for the questions of a stream.
+// Hypothetical changes for the queries of a stream.
 #pragma once
 
 #include <string>
@@ -10,33 +10,32 @@
 
 namespace cwm::server {
 
-// Used by one question at a time.
+// Used by one query at a time.
 class StreamOverlay {
  public:
-  // The overlay holds from now on, for the world that has the name now or, where none has, first
-  // has it. A list that cannot be read is refused now, and to each question that it is about: none
-  // is answered as if nobody had asked what if. So is one that was not read before the budget
-  // ended. The client is charged for what it holds: the errors of MemoryBudget::Charge.
+  // Replaces the overlay, for the world that has the name now, or for the first one that gets it if
+  // there is none yet. A list that cannot be read, or that was not read before the budget ended, is
+  // refused now and again for each query that it concerns, so that no query is answered without it.
+  // The client is charged for its memory: the errors of MemoryBudget::Charge.
   absl::Status Set(const Application& application, const v1::StreamOverlay& overlay,
                    const ClientId& client, WorkBudget* budget);
 
-  // The world that a question is asked of: `base` with the changes, where they are about it.
-  // Collisions that the changes allow for a time are allowed until it ends, whatever revision is
-  // asked. WORLD_REPLACED of another world under that name. The status of the budget where it
-  // ended.
+  // The snapshot for a query: `base` with the changes if they concern its world. Temporary
+  // allowances of the changes are valid until they expire, whatever revision is queried.
+  // WORLD_REPLACED if another world now has the name. The status of the budget if it ended.
   absl::StatusOr<SnapshotPtr> Over(const World& world, SnapshotPtr base, WorkBudget* budget);
 
  private:
   void Expire();
 
-  std::string world_, world_uid_;  // the uid empty while there is no such world
+  std::string world_, world_uid_;  // the uid is empty while there is no such world
   absl::Status legible_;
   std::vector<collision::Change> changes_;
-  MemoryCharge charge_;         // of their geometry
-  SnapshotPtr base_, changed_;  // of the last question: most ask the same revision
+  MemoryCharge charge_;         // for the geometry of the changes
+  SnapshotPtr base_, changed_;  // of the last query, since most query the same revision
 };
 
-// `base` with the changes; a refusal names the list by the path of its field.
+// `base` with the changes; an error names the list by the path of its field.
 absl::StatusOr<SnapshotPtr> WithChanges(const SnapshotPtr& base,
                                         const std::vector<collision::Change>& changes,
                                         const std::string& list, WorkBudget* budget);

@@ -12,12 +12,12 @@
 namespace cwm::server {
 namespace {
 
-// As of unary calls (call.cc).
+// The same limit as for unary calls (call.cc).
 constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
 
 constexpr char kMethod[] = "/cwm.v1.QueryService/StreamQueries";
 
-// Calls `use` with the question's message; `otherwise` when there is none.
+// Calls `use` with the query's message; returns `otherwise` if there is none.
 template <class Use, class Result>
 Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result otherwise) {
   switch (request.query_case()) {
@@ -82,7 +82,7 @@ StreamQueriesCall::StreamQueriesCall(grpc::CallbackServerContext* context, Runti
       charge_(MemoryCharge::Empty(runtime.application.memory, MemoryBudget::Client(client_))) {}
 
 void StreamQueriesCall::Advance() {
-  const auto self = shared_from_this();  // what is moved on may end the call
+  const auto self = shared_from_this();  // advancing may end the call
   bool has_begun = false;
   {
     const std::lock_guard lock(mutex_);
@@ -93,7 +93,7 @@ void StreamQueriesCall::Advance() {
   AnswerIfItThrows([this] { Begin(); });
 }
 
-// True when a question has come to be answered.
+// Advances all places. True if a query has come to be answered.
 bool StreamQueriesCall::MoveOn() {
   if (answer_ == Place::kDone && write_ == Place::kEmpty) {
     written_.Swap(&answered_);
@@ -180,7 +180,7 @@ WorkQueue& StreamQueriesCall::Queue() {
 void StreamQueriesCall::Begin() {
   begun_ = Clock::now();
   const std::size_t size = request_bytes_.Length();
-  // While it is parsed it is there twice.
+  // While it is parsed, the request is in memory twice.
   const absl::Status charged = charge_.Resize(2 * static_cast<std::int64_t>(size));
   if (!charged.ok()) {
     request_bytes_.Clear();
@@ -215,7 +215,7 @@ void StreamQueriesCall::AnswerIfItThrows(const std::function<void()>& work) {
   if (!done.ok()) Answered(done);
 }
 
-// Nobody can tell what was asked, nor what comes after it.
+// Ends the stream: the message cannot be parsed, so later ones cannot be trusted either.
 void StreamQueriesCall::Break(const absl::Status& status) {
   {
     const std::lock_guard lock(mutex_);
@@ -265,7 +265,7 @@ void StreamQueriesCall::Enqueue() {
 }
 
 void StreamQueriesCall::Work() {
-  // An idle stream keeps no world alive.
+  // Releases the snapshot, so that an idle stream keeps no world alive.
   const CallContext call{.deadline = deadline_,
                          .stop = stop_.get_token(),
                          .reached = std::exchange(reached_, std::nullopt),
@@ -319,7 +319,7 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
     runtime_.log.Slow(kMethod, status.code(), took, request_.ByteSizeLong(),
                       response_.ByteSizeLong());
   }
-  // An idle stream keeps no question and no answer: Clear would.
+  // Clear would keep the memory of query and answer in an idle stream.
   request_ = v1::StreamQueriesRequest();
   const absl::Status serialized = RunGuarded(
       [this](const CallContext&) {
@@ -346,7 +346,7 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
 }
 
 void StreamQueriesCall::OnDone() {
-  self_.reset();  // *this may be gone after it
+  self_.reset();  // *this may be gone afterwards
 }
 
 }  // namespace cwm::server

@@ -1,5 +1,5 @@
-// A stream of questions, answered in order: while one is being answered the next is read, and the
-// answer before it is written.
+// A stream of queries, answered in order: while one is being answered, the next is read and the
+// previous answer is written.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -15,20 +15,20 @@
 
 namespace cwm::server {
 
-// A message whose question fails is answered with its error; the stream goes on.
+// A query that fails is answered with its error, and the stream goes on.
 //
-// A message goes through three places, each of which holds one: it is read, it is answered, its
-// answer is written. Whatever happens (a reaction, an answer, a drain) is noted under the lock, and
-// then all that can is moved on. Only there are operations started and is the call finished: once,
-// when nothing is being answered or written and nothing more can come. Tasks and waits hold the
-// call alive.
+// A message passes through three places, each of which holds one message: it is read, it is
+// answered, its answer is written. Every event (a reaction, an answer, a drain) is recorded under
+// the lock, and then every message that can advance does. Only there operations are started and the
+// call is finished, once, when nothing is being answered or written and nothing more can come.
+// Tasks and waits keep the call alive.
 class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                                 public Drainable,
                                 public std::enable_shared_from_this<StreamQueriesCall> {
  public:
   static StreamQueriesCall* Start(grpc::CallbackServerContext* context, Runtime& runtime);
 
-  // An answer under way is still sent; what was read after its question is not answered.
+  // An answer in progress is still sent; later messages are not answered.
   void Drain() override { Advance(); }
 
  private:
@@ -39,12 +39,12 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
-  // Moves on what can be moved.
+  // Advances every message that can advance.
   void Advance();
   bool MoveOn();
   void Read();
   void FinishIfOver();
-  // Of the question that has just come into its place. Each ends in Answered.
+  // Steps of the query that has just come into its place. Each ends in Answered.
   void Begin();
   void ParseAndPlan();
   void AnswerIfItThrows(const std::function<void()>& work);
@@ -65,30 +65,30 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   grpc::CallbackServerContext* const context_;
   const ClientId client_;
-  std::optional<QuotaShare> place_;  // of a stream
-  MemoryCharge charge_;              // of the request and its answer
-  StallTimers::Guard reading_;       // of an answer, by the client
+  std::optional<QuotaShare> place_;  // in the quota of streams
+  MemoryCharge charge_;              // for the request and its answer
+  StallTimers::Guard reading_;       // while the client reads an answer
 
   enum class Place { kEmpty, kUnderWay, kDone };
-  // What is under way belongs to who does it. Held over StartRead, StartWrite and Finish: gRPC
-  // never reacts within them.
+  // The data of a place in progress belongs to the one who works on it. The mutex is held during
+  // StartRead, StartWrite and Finish, in which gRPC never calls a reaction.
   std::mutex mutex_;
   Place read_ = Place::kEmpty;
   Place answer_ = Place::kEmpty;
   Place write_ = Place::kEmpty;             // never kDone
-  std::optional<QuotaShare> ahead_;         // of read_, of messages that are read ahead
+  std::optional<QuotaShare> ahead_;         // for read_, if it is read ahead
   bool client_is_done_ = false;             // nothing more is read
   bool client_is_gone_ = false;             // nothing more is written
   bool is_over_ = false;                    // Finish was called
   grpc::ByteBuffer next_;                   // of read_
   grpc::ByteBuffer request_bytes_;          // of answer_, until they are parsed
   v1::StreamQueriesRequest request_;        // of answer_
-  double cost_s_ = 0;                       // of it, estimated
-  std::optional<WorldAtRevision> reached_;  // what request_ awaited, if it did
-  Clock::time_point begun_;                 // when request_ came into its place
+  double cost_s_ = 0;                       // estimated cost of request_
+  std::optional<WorldAtRevision> reached_;  // the revision that request_ awaited, if any
+  Clock::time_point begun_;                 // when request_ came to be answered
   v1::StreamQueriesResponse response_;      // of answer_
-  grpc::ByteBuffer answered_, written_;     // of answer_ and of write_
-  absl::Status broken_;                     // why the stream ends, where it cannot go on
+  grpc::ByteBuffer answered_, written_;     // of answer_ and write_
+  absl::Status broken_;                     // the error that ends the stream, if any
 };
 
 }  // namespace cwm::server

@@ -41,7 +41,7 @@ void Timer::Run() {
     due_.erase(due_.begin());
     lock.unlock();
     task();
-    task = nullptr;  // what it held may be large, and nobody waits for that
+    task = nullptr;  // frees what it holds, which may be large, without the lock
     lock.lock();
   }
 }

@@ -1,4 +1,4 @@
-// Things to do later: idle bookmarks, time budgets, waits for a revision.
+// Runs functions later: idle bookmarks, time budgets, waits for a revision.
 #pragma once
 
 #include <chrono>
@@ -10,12 +10,13 @@
 
 namespace cwm::server {
 
-// Thread safe. One thread runs what is due, in order; the functions must be short (they enqueue).
+// Thread safe. One thread runs the due functions in order; they must be short (e.g. push to a
+// queue).
 class Timer {
  public:
   Timer();
   ~Timer();  // stops
-  // What is not due yet is dropped, and so is all that comes later. Waits for the task under way.
+  // Drops all pending and later functions. Waits for the running one.
   void Stop();
 
   void After(std::chrono::steady_clock::duration delay, std::function<void()> task);
@@ -27,7 +28,7 @@ class Timer {
   std::condition_variable changed_;
   std::multimap<std::chrono::steady_clock::time_point, std::function<void()>> due_;
   bool stopping_ = false;
-  std::thread thread_;  // last: starts when the rest is there
+  std::thread thread_;  // last: starts when the other members exist
 };
 
 }  // namespace cwm::server

@@ -7,8 +7,8 @@
 namespace cwm::server {
 namespace {
 
-// To grow copies what there is, on a thread that all calls share: 10 ms for so many bytes. Whoever
-// has sent so many gets the room for all, of which pages that nothing is written to cost nothing.
+// chosen: growing the buffer copies it, on a thread that all calls share: 10 ms for so many bytes.
+// A client that has sent so many gets the full buffer at once; untouched pages cost nothing.
 constexpr std::size_t kMaxGrownBytes = std::size_t{16} << 20;
 
 }  // namespace

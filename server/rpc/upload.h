@@ -1,4 +1,4 @@
-// Bytes that arrive in chunks, in order, into one buffer that grows as they come.
+// Bytes that arrive in chunks, in order, in one buffer that grows with them.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace cwm::server {
 
-// Not thread safe. Charges what has really arrived, until its end: a header that promises much
-// costs nothing.
+// Not thread safe. Charges only bytes that have arrived, until the destructor: a header that
+// announces much costs nothing.
 class Upload {
  public:
   Upload(std::int64_t total_bytes, std::int64_t max_chunk_bytes, MemoryCharge charge)
       : total_bytes_(total_bytes), max_chunk_bytes_(max_chunk_bytes), charge_(std::move(charge)) {}
 
-  // Refuses an empty or too large chunk, one that leaves a gap, comes twice or goes beyond the end;
-  // the errors of MemoryBudget::Charge.
+  // Refuses a chunk that is empty, too large, repeated, leaves a gap or goes beyond the end; the
+  // errors of MemoryBudget::Charge.
   absl::Status Append(std::int64_t offset, const std::string& data, const FieldPath& path);
-  // An error that says how much is missing.
+  // OK if all bytes have arrived, else an error that says how many are missing.
   absl::Status CheckComplete(const FieldPath& path) const;
 
   const std::string& bytes() const { return bytes_; }

@@ -1,5 +1,5 @@
-// Calls that send a header, then bytes in chunks: clouds, robots, meshes. They are read one message at
-// a time by gRPC's threads; once the last has come, a task of a queue does the work.
+// Calls that send a header, then bytes in chunks: clouds, robots, meshes. gRPC's threads read them
+// one message at a time; when the last has come, a task of a queue does the work.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -18,8 +18,8 @@
 
 namespace cwm::server {
 
-// Holds itself until gRPC is done with it. Ends a client that sends nothing for limits.max_stall, and
-// uploads under way when the server drains.
+// Owns itself until gRPC is done with it. Ends the call of a client that sends nothing for
+// limits.max_stall, and uploads in progress when the server drains.
 template <class Request, class Response>
 class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
                    public Drainable,
@@ -34,7 +34,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
               .client = runtime.ClientOf(*context)},
         reply_(response) {}
 
-  // `call` is new.
+  // `call` must be new.
   static Reactor* Start(std::shared_ptr<UploadCall> call) {
     call->self_ = call;
     call->Begin();
@@ -46,27 +46,28 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   }
 
  protected:
-  // Charged to the client, and nothing yet.
+  // An empty charge on the client's account.
   MemoryCharge EmptyCharge() const {
     return MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
   }
 
-  // By gRPC's threads: takes milliseconds at most. May throw std::bad_alloc, as all of these.
+  // Processes a message on gRPC's threads, so it may take milliseconds at most. All of these
+  // functions may throw std::bad_alloc.
   virtual absl::Status Take(const Request& message) = 0;
-  // The client sends no more: whether all has come.
+  // Called when the client sends no more. OK if the upload is complete.
   virtual absl::Status CheckEnd() const = 0;
-  // On the queue, once all has come.
+  // Called on the queue, once the upload is complete.
   virtual absl::Status Work() = 0;
   virtual WorkQueue& Queue() = 0;
   virtual double Cost_s() const = 0;
-  // After a message was taken: what has to be looked up on the queue before the next is read. It
-  // returns true when the call is done.
+  // Called after a message was taken: a look-up to do on the queue before the next message is read,
+  // or nullptr. It returns true if the call is done.
   virtual std::function<absl::StatusOr<bool>()> LookUp() { return nullptr; }
 
   Runtime& runtime_;
   std::stop_source stop_;
   const OpenCalls::Token open_{runtime_.open_calls, stop_};
-  const CallContext call_;  // its stop is stop_'s
+  const CallContext call_;  // its stop is that of stop_
   Response response_;
 
  private:
@@ -98,11 +99,11 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
 
   void OnReadDone(bool ok) override {
     const auto self = this->shared_from_this();
-    if (IsOver()) return;  // ended by a drain or a stall: its read fails after that
+    if (IsOver()) return;  // ended by a drain or a stall, after which its read fails
     sending_.Restart();
     if (!ok) return WorkAtTheEnd();
     if (bytes_.Length() <= MaxBytesTakenAtOnce()) return TakeMessage();
-    // A header of many files or of long texts.
+    // A header with many files or long texts is parsed on the queue.
     const auto size = static_cast<std::int64_t>(bytes_.Length());
     if (absl::Status charged = header_charge_.Resize(2 * size); !charged.ok()) return End(charged);
     Enqueue([this] { TakeMessage(); }, kParsing_s_per_byte * static_cast<double>(size));
@@ -129,7 +130,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
       if (absl::Status parsed = ParseRequest(bytes_, &message, &budget); !parsed.ok()) {
         return parsed;
       }
-      if (header_charge_.bytes() > 0) {  // kept until the end
+      if (header_charge_.bytes() > 0) {  // a charged header is kept until the end
         const auto held = static_cast<std::int64_t>(message.SpaceUsedLong());
         if (absl::Status charged = header_charge_.Resize(held); !charged.ok()) return charged;
       }
@@ -207,9 +208,9 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   }
 
   void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { self_.reset(); }  // *this may be gone after it
+  void OnDone() override { self_.reset(); }  // *this may be gone afterwards
 
-  grpc::ByteBuffer bytes_;  // of the message that is read
+  grpc::ByteBuffer bytes_;  // of the message being read
   MemoryCharge header_charge_ = EmptyCharge();
   grpc::ByteBuffer* const reply_;
   std::optional<QuotaShare> place_;

@@ -10,9 +10,9 @@
 namespace cwm::server {
 namespace {
 
-// An idle watch says this often how far it has come.
+// chosen: an idle watch sends its position this often.
 constexpr auto kBookmarkPeriod = std::chrono::seconds(5);
-// Smaller messages fit into the buffers of a socket.
+// chosen: smaller messages fit into the buffers of a socket.
 constexpr std::int64_t kMinChargedBytes = 64 << 10;
 
 absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
@@ -27,8 +27,8 @@ absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
   if (request.from_revision() < 0) {
     return root.Field("from_revision").Error("is negative, must not be");
   }
-  // At revision 0 every history is the same empty world; later ones are told apart by the uid
-  // alone.
+  // At revision 0 every history is the same empty world; later ones can only be distinguished by
+  // the uid.
   if (request.from_revision() > 0 && request.world_uid().empty()) {
     return root.Field("world_uid")
         .Error(absl::StrCat("is empty, must be that of the world whose revision ",
@@ -94,7 +94,7 @@ void WatchCall::WakeWhenIdle() {
   });
 }
 
-// Only the holder of the turn calls it.
+// Must be called only by the holder of the turn.
 void WatchCall::EnqueuePump() {
   if (runtime_.watch.TryPush([self = shared_from_this()] { self->Pump(); })) return;
   End(Draining());
@@ -128,7 +128,7 @@ absl::Status WatchCall::Open() {
   auto world = runtime_.application.worlds.Find(request_.world(), request_.world_uid());
   if (!world.ok()) return world.status();
   world_ = *std::move(world);
-  // The initial state tells what was observed before it; who resumes is told of every object.
+  // The initial state includes earlier observations; a resumed watch is sent those of every object.
   if (!request_.has_from_revision()) observed_ = world_->observations().last_number();
   auto cursor = world_->Watch(*options, [weak = weak_from_this()] {
     if (const auto call = weak.lock()) call->Wake();
@@ -155,16 +155,16 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
   }
   const grpc::Status serialized = SerializeResponse(NextPiece(), &message_);
   if (!serialized.ok()) return absl::InternalError(serialized.error_message());
-  // It is held until the client reads it.
+  // Charged until the client has read it.
   const auto size = static_cast<std::int64_t>(message_.Length());
   const absl::Status charged = charge_.Resize(size < kMinChargedBytes ? 0 : size);
   if (!charged.ok()) return charged;
   return true;
 }
 
-// Sets what is to be sent; false when there is nothing now.
+// Sets the next data to send; false if there is none now.
 absl::StatusOr<bool> WatchCall::NextStep() {
-  // However many events there are, what was observed is told once a period.
+  // Observations are sent once per period, however many events there are.
   if (bookmark_is_due_ && has_told_) return NextBookmark();
   auto step = cursor_->Next();
   if (!step.ok()) return step.status();
@@ -202,7 +202,7 @@ v1::WatchWorldResponse WatchCall::NextPiece() {
   return message;
 }
 
-// False when something happened meanwhile: the holder looks again.
+// False if something happened meanwhile, so that the holder must check again.
 bool WatchCall::ReturnTurn() {
   const std::lock_guard lock(mutex_);
   if (look_again_ || cancelled_) return false;
@@ -222,15 +222,15 @@ void WatchCall::OnCancel() {
   {
     const std::lock_guard lock(mutex_);
     cancelled_ = true;
-    if (turn_taken_) return;  // its holder sees it
+    if (turn_taken_) return;  // the holder of the turn notices
     turn_taken_ = true;
   }
   End(CallCancelled());
 }
 
-// Keeps the turn for ever: nothing else happens to this call.
+// Keeps the turn for good: nothing else happens to this call.
 void WatchCall::End(const absl::Status& status) {
-  // A deleted world may go with its last watch: here, not on the thread of gRPC that sees us done.
+  // A deleted world may be freed with its last watch: here, not on gRPC's thread that runs OnDone.
   step_.reset();
   initial_.reset();
   cursor_.reset();
@@ -239,7 +239,7 @@ void WatchCall::End(const absl::Status& status) {
 }
 
 void WatchCall::OnDone() {
-  self_.reset();  // *this may be gone after it
+  self_.reset();  // *this may be gone afterwards
 }
 
 }  // namespace cwm::server

@@ -1,4 +1,4 @@
-// One watch of a world: a cursor is read on the watch queue whenever it may have something new.
+// A watch of a world: its cursor is read on the watch queue whenever it may have something new.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -14,7 +14,7 @@
 namespace cwm::server {
 
 // At any time at most one holder has the turn: a task on the watch queue, or a message being
-// written. Only the holder touches the cursor, writes or finishes.
+// written. Only the holder uses the cursor, writes or finishes.
 class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                         public std::enable_shared_from_this<WatchCall> {
  public:
@@ -28,16 +28,16 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   void OnCancel() override;
   void OnDone() override;
 
-  // Takes the turn if it is free, else has its holder look again.
+  // Takes the turn if it is free; otherwise makes its holder check again.
   void Wake();
   void WakeWhenIdle();
   void EnqueuePump();
   void Pump();
   absl::Status Open();
-  // Fills message_; false when there is nothing to send now.
+  // Fills message_; false if there is nothing to send now.
   absl::StatusOr<bool> NextMessage();
   absl::StatusOr<bool> NextStep();
-  bool NextBookmark();  // true
+  bool NextBookmark();  // always true
   v1::WatchWorldResponse NextPiece();
   bool ReturnTurn();
   void End(const absl::Status& status);
@@ -47,11 +47,11 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   v1::WatchWorldRequest request_;
   std::shared_ptr<WatchCall> self_;  // until OnDone
   grpc::CallbackServerContext& context_;
-  MemoryCharge charge_;  // of message_
+  MemoryCharge charge_;  // for message_
   std::optional<QuotaShare> place_;
-  StallTimers::Guard reading_;  // of a message, by the client
+  StallTimers::Guard reading_;  // while the client reads a message
 
-  // The holder's.
+  // Used only by the holder of the turn.
   View view_ = View::kShapes;
   std::shared_ptr<World> world_;
   std::unique_ptr<WatchCursor> cursor_;
@@ -59,16 +59,16 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::optional<WatchStep> step_;  // events being sent
   std::size_t next_ = 0;           // object of initial_, or delta of step_
   std::uint64_t observed_ = 0;     // number of the last observation that was sent
-  bool last_ = false;              // message_ is the last
+  bool last_ = false;              // message_ is the last message
   grpc::ByteBuffer message_;       // being written
-  bool has_told_ = false;          // the initial state or an event
+  bool has_told_ = false;          // the initial state or an event was sent
   bool bookmark_is_due_ = false;
 
   std::mutex mutex_;
-  bool turn_taken_ = true;  // by Start
+  bool turn_taken_ = true;  // taken by Start
   bool look_again_ = false;
   bool cancelled_ = false;
-  bool period_is_over_ = false;  // of bookmarks
+  bool period_is_over_ = false;  // the period of bookmarks
 };
 
 }  // namespace cwm::server

@@ -44,7 +44,8 @@ absl::Status CheckRequestId(const std::string& request_id) {
   return CheckTextLength(request_id, kMostIdBytes, root.Field("request_id"));
 }
 
-// A retry has the same. Change by change: a request of 16 MiB takes tens of milliseconds.
+// The same for a retry. Computed change by change, since a request of 16 MiB takes tens of
+// milliseconds.
 std::string DigestOf(const v1::ApplyChangesRequest& request, WorkBudget& budget) {
   constexpr std::size_t kBytesOfStep = 16;
   Sha256 digest;
@@ -87,7 +88,7 @@ void SetReply(const World& world, const WriteOutcome& outcome, v1::ApplyChangesR
   response->set_revision(outcome.revision.value);
 }
 
-// Only a list that puts something makes a world, and only when it is applied.
+// Only a list that puts something creates a world, and only when it is applied.
 absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& request,
                      const std::vector<collision::Change>& changes, const WriteOptions& options,
                      WorkBudget& budget, v1::ApplyChangesResponse* response) {
@@ -123,7 +124,7 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   if (!options.ok()) return options.status();
   if (const auto known = application.worlds.Find(request.world(), request.world_uid());
       known.ok()) {
-    // A retry gets the first reply, though what it names may be gone.
+    // A retry gets the first reply even if the objects it names are gone.
     auto decided = (*known)->Precheck(*options);
     if (!decided.ok()) return decided.status();
     if (decided->has_value()) {
@@ -131,7 +132,7 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
       return absl::OkStatus();
     }
   }
-  // Geometry that is prepared is the client's until it is the world's.
+  // Prepared geometry is charged to the client until it is charged to the world.
   const auto prepared = application.memory->Charge(
       MemoryBudget::Client(call.client), PreparedBytes(request.changes(), application.geometry));
   if (!prepared.ok()) return prepared.status();

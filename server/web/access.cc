@@ -21,7 +21,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr int kHttpPort = 80;  // that of a Host without one
+constexpr int kHttpPort = 80;  // the port of a Host without one
 constexpr std::size_t kShortestToken = 16;
 constexpr std::size_t kLongestToken = 128;
 constexpr std::string_view kTokenParameter = "token";
@@ -32,7 +32,7 @@ std::string Lower(std::string_view text) {
   return absl::AsciiStrToLower(absl::string_view(text.data(), text.size()));
 }
 
-// As Host names it, so with brackets or without.
+// The address in a host, with or without brackets as in the Host header.
 std::optional<boost::asio::ip::address> AddressIn(std::string_view host) {
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
     host = host.substr(1, host.size() - 2);
@@ -43,7 +43,7 @@ std::optional<boost::asio::ip::address> AddressIn(std::string_view host) {
   return address;
 }
 
-// Another name than this may lead here.
+// True for an unspecified address: other hosts than this one lead here.
 bool IsEverywhere(const std::string& host) {
   const auto address = AddressIn(host);
   return address && address->is_unspecified();
@@ -54,18 +54,18 @@ bool IsLoopback(const std::string& host) {
   return address && address->is_loopback();
 }
 
-// No stranger can have it: he who is on this machine looks at 127.0.0.1 as well.
+// True for names of loopback, which no stranger can own: on his machine they lead to that machine.
 bool IsNameOfLoopback(const std::string& host) {
   return Lower(host) == "localhost" || IsLoopback(host);
 }
 
-// Its value, if there is one and no more.
+// The field's value if the request has it exactly once.
 std::optional<std::string_view> Only(const HttpRequest& request, http::field name) {
   if (request.count(name) != 1) return std::nullopt;
   return View(request[name]);
 }
 
-// How many there are and what they say, for people.
+// The field's value or its absence, as text for people.
 std::string Shown(const HttpRequest& request, http::field name) {
   constexpr std::size_t kShownBytes = 100;
   if (request.count(name) == 0) return "is absent";
@@ -92,7 +92,7 @@ std::vector<std::string> Access::Hosts() const {
   if (!is_loopback) hosts.insert(hosts.end(), machine_.names.begin(), machine_.names.end());
   std::vector<std::string> with_port;
   for (const std::string& host : hosts) {
-    if (IsEverywhere(host)) continue;  // is where to listen, and leads nowhere
+    if (IsEverywhere(host)) continue;  // an address to listen on, not to connect to
     const std::string name = Lower(ViewerAddress{host, bound_.port}.Text());
     if (std::find(with_port.begin(), with_port.end(), name) == with_port.end()) {
       with_port.push_back(name);
@@ -121,7 +121,7 @@ std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) con
     given += absl::StrCat(":", kHttpPort);
   }
   if (std::find(names.begin(), names.end(), given) != names.end()) return std::nullopt;
-  // An address that is no name cannot be made to lead elsewhere.
+  // An address literal cannot be made to lead elsewhere, as a name can.
   const std::string port = absl::StrCat(":", bound_.port);
   std::string others;
   if (IsEverywhere(bound_.host)) others = absl::StrCat(", ADDRESS", port);
@@ -189,7 +189,7 @@ std::vector<std::string> Access::Urls() const {
     const bool is_let_in = !IsLoopback(bound_.host) || IsNameOfLoopback(asked_.host);
     hosts = {is_let_in ? asked_.host : bound_.host};
   } else {
-    // One that listens on IPv4 alone does not hear the others.
+    // A listener on IPv4 is not reachable at the IPv6 addresses.
     const bool is_v4 = bound_.host.find(':') == std::string::npos;
     for (const std::string& address : machine_.addresses) {
       if (!is_v4 || address.find(':') == std::string::npos) hosts.push_back(address);
@@ -206,7 +206,7 @@ std::vector<std::string> Access::Urls() const {
   return urls;
 }
 
-// Cookies are shared by all ports of a host.
+// The name includes the port, since all ports of a host share their cookies.
 std::string Access::CookieName() const { return absl::StrCat("cwm_viewer_", bound_.port); }
 
 std::string RandomToken() {

@@ -1,6 +1,6 @@
-// Who may look. A page of a stranger that runs in the user's own browser may not, whatever name it
-// gives to this machine; nor may another user of this machine, or anybody on a network, without the
-// token.
+// Decides who may view the world. A stranger's page in the user's own browser may not, whatever
+// name it uses for this machine; nor may another user of this machine, or anybody on a network,
+// without the token.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ namespace cwm::server {
 
 class Access {
  public:
-  // `asked` is the host that the user gave, `bound` where the server listens for it. An empty
-  // token: none is needed, and only this process's user and root are let in.
+  // `asked` is the host that the user gave, `bound` the address that the server listens on. If
+  // `token` is empty, none is needed, and only this process's user and root are admitted.
   Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine = {});
 
   struct Refusal {
@@ -26,33 +26,33 @@ class Access {
     std::string why;
   };
 
-  // Without a token, the user of any connection must be this process's or root (see PeerUid for
-  // `uid`).
+  // If there is no token, the user of any connection must be this process's user or root (see
+  // PeerUid for `uid`).
   std::optional<Refusal> CheckUser(std::optional<std::uint32_t> uid) const;
-  // Of any request: Host must be this server, so that no foreign name that leads here (DNS
-  // rebinding) makes it one site with a stranger's page. On loopback that is localhost and the
-  // addresses of loopback alone: no token keeps out who took a name of this machine in the user's
-  // network. Elsewhere it is also the host that was asked for, where it led, and a name of this
-  // machine; where all interfaces are listened on, any address, which no stranger can make lead
-  // elsewhere.
+  // For any request: Host must name this server, so that a foreign name that leads here (DNS
+  // rebinding) does not make it the same site as a stranger's page. On loopback only localhost and
+  // the loopback addresses are allowed, since no token protects against somebody who took this
+  // machine's name in the user's network. Otherwise also the host that was asked for, the address
+  // it led to, and this machine's names; if all interfaces are listened on, any address literal,
+  // since it cannot be made to lead elsewhere.
   std::optional<Refusal> CheckHost(const HttpRequest& request) const;
-  // Of what opens a socket: browsers let any page open one and say whose page it is. Programs say
-  // nothing.
+  // For requests that open a WebSocket: browsers let any page open one, but send the page's Origin.
+  // Programs send none.
   static std::optional<Refusal> CheckOrigin(const HttpRequest& request);
-  // The token, as a parameter of the page's own address or as the cookie that it was given for
-  // that.
+  // The token must be given as a parameter of the page's own address, or as the cookie that was set
+  // in reply.
   std::optional<Refusal> CheckToken(const HttpRequest& request) const;
 
-  // The value of Set-Cookie for a request that gave the token in its address; else nothing.
+  // The value of Set-Cookie for a request with the token in its address; otherwise empty.
   std::optional<std::string> CookieFor(const HttpRequest& request) const;
 
-  // What users open, the best first, each of them let in: where all interfaces are listened on, by
-  // this machine's addresses and name.
+  // The addresses for users to open, the best first; all of them are admitted. If all interfaces
+  // are listened on, they have this machine's addresses and name.
   std::vector<std::string> Urls() const;
 
  private:
   std::string CookieName() const;
-  std::vector<std::string> Hosts() const;  // that are always let in, with the port
+  std::vector<std::string> Hosts() const;  // always admitted; with the port
 
   const ViewerAddress asked_;
   const ViewerAddress bound_;
@@ -64,7 +64,7 @@ class Access {
 std::string RandomToken();
 // The rule for tokens that users choose: 16 to 128 letters, digits, _ and -.
 bool IsToken(std::string_view text);
-// In a time that does not tell how much of it is right.
+// Compares in a time that does not reveal how much of the secret is right.
 bool SameSecret(std::string_view given, std::string_view secret);
 
 // The path of a target, and the value of a parameter of its query.

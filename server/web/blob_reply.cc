@@ -25,7 +25,7 @@ http::status StatusOf(grpc::StatusCode code) {
   }
 }
 
-// One blob on its way: a chunk is read when the one before was written.
+// A blob being sent: each chunk is read after the previous one was written.
 class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
  public:
   BlobOnItsWay(boost::beast::tcp_stream& stream, House& house, const BlobReply::Question& question,
@@ -71,7 +71,7 @@ class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
     header_->content_length(static_cast<std::uint64_t>(chunk_.total_bytes()));
   }
 
-  // Whatever the stream takes at a time, each in a time of its own.
+  // Writes as much as the stream takes at a time; each write has its own timeout.
   void WriteChunk(std::size_t from = 0) {
     if (from == chunk_.data().size()) {
       is_whole_ = chunk_.done();

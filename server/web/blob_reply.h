@@ -1,4 +1,4 @@
-// A blob by its hash, sent as it is read: never more than a chunk of it is held.
+// Sends a blob by its hash as it is read, so that at most one chunk is in memory.
 #pragma once
 
 #include <boost/beast/core/tcp_stream.hpp>
@@ -17,10 +17,10 @@ class BlobReply {
     std::string hash;
   };
   struct Outcome {
-    std::optional<HttpReply> refusal = {};  // to be sent: nothing was yet
+    std::optional<HttpReply> refusal = {};  // to be sent, since nothing was sent yet
     bool keep_alive = false;
   };
-  // `stream` lives until `done`, which is called once, on the viewer's thread.
+  // `stream` must live until `done`, which is called once, on the viewer's thread.
   static void Start(boost::beast::tcp_stream& stream, House& house, const Question& question,
                     std::function<void(Outcome)> done);
 };

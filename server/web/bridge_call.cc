@@ -28,7 +28,7 @@ std::shared_ptr<BridgeCall> BridgeCall::Start(Bridge& bridge, const Asked& asked
   const grpc::Slice slice(asked.request);
   call->request_ = grpc::ByteBuffer(&slice, 1);
   bridge.services.PrepareBidiStreamingCall(&call->call_, "/" + asked.method, {}, call.get());
-  call->AddHold();  // reads begin outside of the reactor's own callbacks
+  call->AddHold();  // since reads are started outside of the reactor's callbacks
   call->StartWriteLast(&call->request_, {});
   call->StartRead(&call->response_);
   call->StartCall();
@@ -48,7 +48,7 @@ void BridgeCall::ReadNext() {
 void BridgeCall::Cancel() {
   if (std::exchange(cancelled_, true)) return;
   call_.TryCancel();
-  ReadNext();  // the hold goes with the last read
+  ReadNext();  // the last read removes the hold
 }
 
 void BridgeCall::OnReadDone(bool ok) {

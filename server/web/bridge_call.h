@@ -1,4 +1,4 @@
-// One call of the server's own services, told on the viewer's thread.
+// A call of the server's own services whose events are delivered on the viewer's thread.
 #pragma once
 
 #include <grpcpp/generic/generic_stub.h>
@@ -14,31 +14,31 @@
 
 namespace cwm::server {
 
-// Where calls go and where they are told.
+// The services, and the thread that receives their messages.
 struct Bridge {
-  boost::asio::io_context& context;  // of one thread
-  grpc::GenericStub services;        // of a channel into this process
+  boost::asio::io_context& context;  // runs on one thread
+  grpc::GenericStub services;        // over a channel into this process
 };
 
-// Used on the viewer's thread alone. Unary calls and streams of answers alike: one request, then
-// messages, each read when the one before was dealt with, so that what a slow reader does not take
-// piles up nowhere.
+// Used only on the viewer's thread. For unary calls and response streams alike: one request, then
+// messages, each read after the previous one was handled, so that the messages of a slow reader are
+// not queued anywhere.
 class BridgeCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
-  // Run on the viewer's thread; must own nothing that has to end there.
+  // Called on the viewer's thread; must not own anything that has to be destroyed there.
   struct Listener {
-    std::function<void(std::string message)> message;  // then nothing until ReadNext
-    std::function<void(grpc::Status)> end;             // once, at last
+    std::function<void(std::string message)> message;  // the next comes only after ReadNext
+    std::function<void(grpc::Status)> end;             // once, at the end
   };
   struct Asked {
     const std::string& method;  // as in readable_methods.h
     const std::string& request;
-    std::optional<std::chrono::milliseconds> time = {};  // after which it ends; absent: never
+    std::optional<std::chrono::milliseconds> time = {};  // after which the call ends; empty: never
   };
   static std::shared_ptr<BridgeCall> Start(Bridge& bridge, const Asked& asked, Listener listener);
 
   void ReadNext();
-  // No message comes any more, but an end.
+  // No message is delivered afterwards, only the end.
   void Cancel();
 
  private:
@@ -48,15 +48,15 @@ class BridgeCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::
   void Tell(std::string message);
 
   boost::asio::io_context& context_;
-  // The thread goes on for what is still to be told.
+  // Keeps the thread running while there are events to deliver.
   const boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
   const Listener listener_;
   grpc::ClientContext call_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer response_;
-  bool told_ = false;  // a message, of which ReadNext has not been called
+  bool told_ = false;  // a message was delivered and ReadNext not called since
   bool cancelled_ = false;
-  std::shared_ptr<BridgeCall> self_;  // until it is over
+  std::shared_ptr<BridgeCall> self_;  // until the call is over
 };
 
 }  // namespace cwm::server

@@ -1,4 +1,4 @@
-// Who is connected, so that there are not too many and a stopping server finds them all.
+// The viewer's connections, so that their number is limited and a stopping server finds them all.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,17 @@ namespace cwm::server {
 
 class Guests;
 
-// A connection, from its begin to its end. On the viewer's thread alone.
+// A connection from its begin to its end. Used only on the viewer's thread.
 class Guest {
  public:
-  // `uid`: the user at the other end, where the kernel reports it (see PeerUid).
+  // `uid`: the user at the other end, if the kernel reports it (see PeerUid).
   Guest(Guests& guests, std::optional<std::uint32_t> uid);
   Guest(const Guest&) = delete;
   Guest& operator=(const Guest&) = delete;
 
-  // Ends soon; no harm when it is ending already.
+  // Ends the connection soon; may be called again while it is ending.
   virtual void Leave() = 0;
-  // Nothing was asked of which the answer is not given.
+  // True if no request is being answered.
   virtual bool waits() const = 0;
   std::optional<std::uint32_t> uid() const { return uid_; }
 
@@ -36,24 +36,24 @@ class Guest {
 class Guests {
  public:
   std::size_t size() const { return present_.size(); }
-  // All whose user is not known count as one user's.
+  // All connections of unknown users count as one user's.
   std::size_t CountOf(std::optional<std::uint32_t> uid) const {
     std::size_t count = 0;
     for (const Guest* guest : present_) count += guest->uid() == uid ? 1 : 0;
     return count;
   }
   void AllLeave() {
-    // One that leaves may end at once.
+    // The iterator advances first, since Leave may remove the connection at once.
     for (auto guest = present_.begin(); guest != present_.end();) (*guest++)->Leave();
   }
-  // The one that came first of those that wait; nullptr when there is none.
+  // The oldest idle connection; nullptr if there is none.
   Guest* LongestWaiting() const {
     for (Guest* guest : present_) {
       if (guest->waits()) return guest;
     }
     return nullptr;
   }
-  // The same among the connections of one user.
+  // The oldest idle connection of one user; nullptr if there is none.
   Guest* LongestWaitingOf(std::optional<std::uint32_t> uid) const {
     for (Guest* guest : present_) {
       if (guest->uid() == uid && guest->waits()) return guest;
@@ -61,8 +61,8 @@ class Guests {
     return nullptr;
   }
 
-  std::size_t sockets = 0;  // of those, WebSockets
-  bool closed = false;      // nobody comes any more
+  std::size_t sockets = 0;  // the number of connections that are WebSockets
+  bool closed = false;      // no more connections are accepted
 
  private:
   friend class Guest;

@@ -1,4 +1,4 @@
-// What all connections of a viewer share.
+// The state that all connections of a viewer share.
 #pragma once
 
 #include "server/web/bridge_call.h"
@@ -8,7 +8,7 @@
 
 namespace cwm::server {
 
-// Outlives its guests; on the viewer's thread alone.
+// Must outlive its connections; used only on the viewer's thread.
 struct House {
   const ViewerLimits limits;
   const Site site;

@@ -15,7 +15,7 @@ namespace {
 
 using boost::beast::error_code;
 
-// A reply is written in pieces, and each that is taken is a sign of life: a file of the page may
+// chosen: a reply is written in pieces, each with its own timeout, since a file of the page may
 // take long on a slow line.
 constexpr std::size_t kBodyPieceBytes = 64 << 10;
 
@@ -46,7 +46,7 @@ void HttpConnection::Answer(error_code error) {
   OpenSocket();
 }
 
-// What went wrong on the way is the connection's end; what was sent wrong is said before it.
+// A failure of the connection ends it; a malformed request is answered first.
 void HttpConnection::RefuseMalformed(error_code error) {
   if (error.category() != http::make_error_code(http::error::bad_version).category() ||
       error == http::error::end_of_stream || error == http::error::partial_message) {
@@ -118,7 +118,8 @@ void HttpConnection::Next(bool keep_alive) {
   DrainInput();
 }
 
-// A connection that is closed over bytes that nobody read is reset, and the reply may be lost.
+// Reads and discards input, since closing a connection with unread bytes resets it, and the reply
+// may be lost.
 void HttpConnection::DrainInput() {
   stream_.async_read_some(boost::asio::buffer(trash_),
                           [self = shared_from_this()](error_code error, std::size_t) {

@@ -1,4 +1,4 @@
-// One connection of a browser until it ends or becomes a WebSocket.
+// A connection of a browser, until it ends or becomes a WebSocket.
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@
 
 namespace cwm::server {
 
-// Request by request. Lives as long as an operation of its own is under way.
+// Handles one request after the other. Lives as long as one of its operations is in progress.
 class HttpConnection final : public Guest, public std::enable_shared_from_this<HttpConnection> {
  public:
-  // `uid`: the user at the other end, where the kernel reports it.
+  // `uid`: the user at the other end, if the kernel reports it.
   HttpConnection(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
                  House& house);
 
@@ -39,10 +39,10 @@ class HttpConnection final : public Guest, public std::enable_shared_from_this<H
   House& house_;
   boost::beast::tcp_stream stream_;
   boost::beast::flat_buffer buffer_;
-  // A request may follow on the connection that the one before came on.
+  // Created anew for each request of the connection.
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpReply reply_;
-  std::optional<http::response_serializer<ReplyBody>> serializer_;  // of it
+  std::optional<http::response_serializer<ReplyBody>> serializer_;  // of reply_
   std::array<char, 4096> trash_;
   bool waits_ = false;
 };

@@ -1,4 +1,4 @@
-// The kinds of messages that this folder reads and writes.
+// The HTTP message types of this folder.
 #pragma once
 
 #include <boost/asio/buffer.hpp>
@@ -15,8 +15,8 @@ namespace cwm::server {
 
 namespace http = boost::beast::http;
 
-// What a reply says: a text of its own, or a file that lives as long as the process, of which a
-// crowd of slow readers holds no copies.
+// The body of a reply: a text of its own, or a file that lives as long as the process and is not
+// copied for each reader.
 struct ReplyBody {
   struct value_type {
     std::string text = {};
@@ -27,7 +27,7 @@ struct ReplyBody {
 
   static std::uint64_t size(const value_type& body) { return body.bytes().size(); }
 
-  // As Beast's serializer asks for it.
+  // The interface that Beast's serializer requires.
   class writer {
    public:
     using const_buffers_type = boost::asio::const_buffer;

@@ -1,25 +1,25 @@
-// The viewer's page, bundled from clients/web/src/viewer when this was built.
+// The viewer's page, bundled from clients/web/src/viewer at build time.
 #pragma once
 
 #include <string_view>
 
 namespace cwm::server {
 
-// A text and the same by gzip, where that was made.
+// A text, and the same compressed by gzip if available.
 struct PageFile {
   std::string_view bytes;
   std::string_view gzip = {};
 };
 
-// What lives as long as the process; empty where the page has none of the kind.
+// Files that live as long as the process; empty if the page has none of the kind.
 struct PageFiles {
-  PageFile page = {};    // of "/"
-  PageFile script = {};  // of "/viewer.js"
-  PageFile worker = {};  // of "/worker.js"
-  PageFile style = {};   // of "/style.css"
+  PageFile page = {};    // served at "/"
+  PageFile script = {};  // served at "/viewer.js"
+  PageFile worker = {};  // served at "/worker.js"
+  PageFile style = {};   // served at "/style.css"
 };
 
-// Of a library of its own (cwm_viewer_page): only what links it is built with Node.
+// Defined in a library of its own (cwm_viewer_page), so that only targets that link it need Node.
 PageFiles BundledPage();
 
 }  // namespace cwm::server

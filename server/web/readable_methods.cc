@@ -16,7 +16,7 @@ constexpr std::string_view kMethods[] = {
     "cwm.v1.WorldService/ReadGeometry",  "cwm.v1.WorldService/WatchWorld",
 };
 
-// In whatever time their reader takes, or without an end.
+// Streams: they take as long as their reader needs, or do not end by themselves.
 constexpr std::string_view kReadGeometry = "cwm.v1.WorldService/ReadGeometry";
 constexpr std::string_view kWatchWorld = "cwm.v1.WorldService/WatchWorld";
 

@@ -1,4 +1,4 @@
-// What a page may ask: the methods that change nothing.
+// The methods that a page may call: those that change nothing.
 #pragma once
 
 #include <span>
@@ -6,13 +6,13 @@
 
 namespace cwm::server {
 
-// "cwm.v1.WorldService/WatchWorld"; ordered.
+// E.g. "cwm.v1.WorldService/WatchWorld"; sorted.
 std::span<const std::string_view> ReadableMethods();
 bool IsReadable(std::string_view method);
 
-// Takes what time its reader takes, or has no end of its own.
+// True if the call takes as long as its reader needs, or does not end by itself.
 bool IsStream(std::string_view method);
-// Counts as a watcher while it lasts.
+// True if the call counts as a watch.
 bool IsWatch(std::string_view method);
 
 }  // namespace cwm::server

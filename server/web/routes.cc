@@ -24,7 +24,7 @@ bool IsHash(std::string_view text) {
 
 boost::beast::string_view Beast(std::string_view text) { return {text.data(), text.size()}; }
 
-// Whether a reader takes it as Accept-Encoding says: named, and not with q=0.
+// True if Accept-Encoding names gzip, and not with q=0.
 bool TakesGzip(const HttpRequest& request) {
   const http::ext_list codings(request[http::field::accept_encoding]);
   for (const auto& [name, parameters] : codings) {
@@ -40,7 +40,7 @@ bool TakesGzip(const HttpRequest& request) {
   return false;
 }
 
-// What scripts, styles and connections of the page may be: its own. `host` was checked.
+// Allows the page only its own scripts, styles and connections. `host` must have been checked.
 std::string PolicyFor(std::string_view host) {
   return absl::StrCat(
       "default-src 'none'; script-src 'self'; style-src 'self'; worker-src 'self'; "
@@ -66,7 +66,7 @@ Site::Site(Access access, const PageFiles& files) : access_(std::move(access)) {
 Site::Route Site::RouteOf(const HttpRequest& request, std::optional<std::uint32_t> uid) const {
   if (const auto refusal = access_.CheckUser(uid)) {
     HttpReply reply = TextReply(request, refusal->status, refusal->why);
-    reply.keep_alive(false);  // nothing that it asks next is answered either
+    reply.keep_alive(false);  // its next requests would be refused as well
     return reply;
   }
   if (const auto refusal = access_.CheckHost(request)) {

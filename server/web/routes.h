@@ -1,5 +1,5 @@
-// What a request gets: the page, a blob, the socket, or why not. A function of the request and its
-// user alone.
+// Maps a request to its reply: the page, a blob, the WebSocket, or a refusal. Depends only on the
+// request and its user.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@ class Site {
  public:
   Site(Access access, const PageFiles& files);
 
-  struct OpenSocket {};  // or say why not, whoever asks
+  struct OpenSocket {};  // or a refusal, depending on the Upgrade header
   struct ReadBlob {
     std::string hash;  // 64 lower-case hex digits
   };
   using Route = std::variant<HttpReply, OpenSocket, ReadBlob>;
-  // `uid`: the user who asks, where the kernel reports it.
+  // `uid`: the user who sends the request, if the kernel reports it.
   Route RouteOf(const HttpRequest& request, std::optional<std::uint32_t> uid) const;
 
   const Access& access() const { return access_; }
@@ -42,15 +42,15 @@ class Site {
   std::vector<File> files_;
 };
 
-// A line of text for people; every reply has the headers that keep the page to itself.
+// A line of text for people. Every reply has the headers that isolate the page from others.
 HttpReply TextReply(const HttpRequest& request, http::status status, std::string_view text);
-// Methods that only read; of others, the reply.
+// True for methods that only read; MethodRefusal is the reply to others.
 bool IsReading(const HttpRequest& request);
 HttpReply MethodRefusal(const HttpRequest& request);
-// Of who asks for the socket and for no WebSocket.
+// The reply to a request for the socket's path that is not a WebSocket upgrade.
 HttpReply UpgradeRefusal(const HttpRequest& request);
 void SetSafetyHeaders(http::fields& fields);
-// Sets the length; a reply to HEAD loses its body.
+// Sets the length, and drops the body of a reply to HEAD.
 void Seal(const HttpRequest& request, HttpReply& reply);
 
 }  // namespace cwm::server

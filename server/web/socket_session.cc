@@ -16,12 +16,12 @@ namespace {
 namespace websocket = boost::beast::websocket;
 using boost::beast::error_code;
 
-// A message is written in frames of so many bytes, and each that is taken is a sign of life.
+// chosen: a message is written in frames of so many bytes, each with its own timeout.
 constexpr std::size_t kFramePieceBytes = 16 << 10;
-// What the kernel holds of a socket: the older the states are that a slow page finds there, the
-// longer it lags. Enough for 1 GB/s at 0.25 ms.
+// chosen: the kernel's send buffer of a socket. A larger one holds older states, so that a slow
+// page lags more; this is enough for 1 GB/s at 0.25 ms.
 constexpr int kKernelBytes = 256 << 10;
-constexpr std::size_t kLongestReason = 123;  // of a close frame
+constexpr std::size_t kLongestReason = 123;  // the limit of a close frame
 
 grpc::Status NotReadable(const std::string& method) {
   constexpr std::size_t kShownBytes = 100;
@@ -46,7 +46,7 @@ grpc::Status TooLong(std::chrono::milliseconds most) {
       {.reason = "CALL_TOO_LONG"}));
 }
 
-// `when`: such bytes would wait, or did for some time.
+// `when` tells whether the bytes would wait, or have waited for some time.
 grpc::Status TooSlow(std::size_t most, const std::string& when) {
   return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", most,
                                               " bytes ", when, ", must be at most as many"),
@@ -84,7 +84,7 @@ void SocketSession::Accept(HttpRequest request) {
       [this](websocket::frame_type, boost::beast::string_view) { heard_ = true; });
   stream_.async_accept(request_, [self = shared_from_this()](error_code error) {
     if (error || self->dropped_) return self->Drop();
-    if (self->closing_) return self->SayGoodbye();  // decided while hands were shaken
+    if (self->closing_) return self->SayGoodbye();  // decided during the handshake
     self->Read();
     self->Ping();
   });
@@ -100,7 +100,7 @@ void SocketSession::Read() {
 }
 
 void SocketSession::Take(error_code error) {
-  if (error) return Drop();  // of a malformed frame the stream itself has said so
+  if (error) return Drop();  // the stream itself has reported a malformed frame
   heard_ = true;
   if (closing_) return;
   if (!stream_.got_binary()) {
@@ -133,7 +133,7 @@ std::optional<grpc::Status> SocketSession::Refusal(const std::string& method) co
   if (calls_.size() >= limits.calls_of_socket) {
     return TooMany("calls", limits.calls_of_socket, "TOO_MANY_CALLS");
   }
-  // One that was cancelled is about to end: who changes worlds quickly is not held up by it.
+  // Cancelled watches are about to end and do not count, so that a page can change worlds quickly.
   const auto watches = std::count_if(calls_.begin(), calls_.end(), [](const auto& one) {
     return one.second.is_watch && !one.second.is_cancelled;
   });
@@ -162,7 +162,7 @@ void SocketSession::Begin(std::uint64_t id, const v1::ViewerCall& asked) {
                                         }});
 }
 
-// One that is over already may just be on its way to the page.
+// Ignores a call that is already over: its end may be on its way to the page.
 void SocketSession::Cancel(std::uint64_t id) {
   const auto carried = calls_.find(id);
   if (carried == calls_.end()) return;
@@ -206,21 +206,21 @@ void SocketSession::ExpectCatchingUp() {
   });
 }
 
-// What waits is in the order in which it came: as long as the first of it is young, the page keeps
-// up, however much there is.
+// Messages wait in order of arrival: as long as the oldest is young, the page keeps up, however
+// many bytes there are.
 void SocketSession::CheckCatchingUp() {
   catching_up_ = false;
   const ViewerLimits& limits = house_.limits;
   const auto too_old = std::chrono::steady_clock::now() - limits.catch_up;
   if (waiting_.empty() || waiting_.front().since > too_old) return ExpectCatchingUp();
-  // The ends of calls are small, and the page is owed them.
+  // Ends of calls are kept: they are small, and the page must get them.
   for (std::size_t i = waiting_.size() - 1; i > 0 && waiting_bytes_ > limits.waiting_bytes; --i) {
     if (!waiting_[i].call_goes_on) continue;
     const std::uint64_t id = waiting_[i].call_id;
     waiting_bytes_ -= waiting_[i].bytes.size();
     waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
     const auto carried = calls_.find(id);
-    if (carried == calls_.end() || carried->second.is_cancelled) continue;  // by the page
+    if (carried == calls_.end() || carried->second.is_cancelled) continue;  // cancelled by the page
     carried->second.why =
         TooSlow(limits.waiting_bytes,
                 absl::StrCat("waited for it for ",
@@ -283,11 +283,11 @@ void SocketSession::WritePiece() {
                            });
 }
 
-// A page that does not answer until the next ping is gone. One that is not read may have answered.
+// Drops a page that has not answered until the next ping, unless its messages are not being read.
 void SocketSession::Ping() {
   if (closing_) return;
   if (reading_ && !heard_) return Drop();
-  if (!pinging_) {  // the last one may still wait for a message to be written
+  if (!pinging_) {  // the last ping may still wait for a message to be written
     heard_ = false;
     pinging_ = true;
     stream_.async_ping({}, [self = shared_from_this()](error_code error) {

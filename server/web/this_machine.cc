@@ -15,7 +15,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr std::size_t kLongestName = 253;  // in DNS
+constexpr std::size_t kLongestName = 253;  // the limit of DNS
 
 using boost::asio::ip::address;
 
@@ -28,7 +28,7 @@ bool IsName(const std::string& text) {
          std::all_of(text.begin(), text.end(), allowed);
 }
 
-// That others can reach; unspecified where it is not.
+// The interface's address if other machines can reach it; otherwise unspecified.
 address ReachableAddress(const ifaddrs& of) {
   if (of.ifa_addr == nullptr || (of.ifa_flags & IFF_UP) == 0) return {};
   address found;

@@ -1,4 +1,4 @@
-// What others call the machine that serves.
+// The names and addresses that other machines use for this one.
 #pragma once
 
 #include <string>
@@ -7,18 +7,18 @@
 namespace cwm::server {
 
 struct ThisMachine {
-  // Lower case, without those that every machine has: "robot", and "robot.local" as multicast DNS
-  // tells it. No name that a stranger could register.
+  // In lower case, without names that every machine has: "robot", and "robot.local" as in multicast
+  // DNS. None that a stranger could register.
   std::vector<std::string> names = {};
-  // Of its interfaces that are up, of IPv4 first; without loopback and without what needs the name
-  // of an interface.
+  // Addresses of interfaces that are up, IPv4 first; without loopback and without addresses that
+  // need the interface's name (link-local).
   std::vector<std::string> addresses = {};
 };
 
-// As the system says now; never asks the network.
+// The system's present values; never queries the network.
 ThisMachine LookUpThisMachine();
 
-// The names of a machine that calls itself so.
+// The names of a machine with this hostname.
 std::vector<std::string> NamesOf(const std::string& hostname);
 
 }  // namespace cwm::server

@@ -9,7 +9,7 @@ namespace cwm::server {
 namespace {
 
 constexpr int kMostPort = 65'535;
-constexpr std::size_t kLongestHost = 253;  // of a name in DNS
+constexpr std::size_t kLongestHost = 253;  // of a DNS name
 
 bool IsHost(const std::string& host) {
   const auto allowed = [](char c) {

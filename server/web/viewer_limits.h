@@ -1,4 +1,4 @@
-// What those who look may cost. Tests set smaller ones.
+// Limits of the viewer's connections and calls. Tests set smaller ones.
 #pragma once
 
 #include <chrono>
@@ -8,40 +8,40 @@
 namespace cwm::server {
 
 struct ViewerLimits {
-  // A page takes one socket; more people than that do not look at one robot.
+  // chosen: each page takes one socket; one robot does not have more viewers than that.
   std::size_t sockets = 64;
-  // A browser opens at most six connections to a server beside its pages' sockets, and closes them
-  // when they are idle. Each holds one of the process's file descriptors, of which there are 1 024
-  // by default.
+  // chosen: a browser opens at most six connections to a server besides its pages' sockets, and
+  // closes them when idle. Each takes one of the process's file descriptors, of which there are 1
+  // 024 by default.
   std::size_t connections = 256;
-  // One user of this machine has half of them at most: who opens many pushes out none of another's.
+  // One user of this machine may have at most half of them, so that nobody excludes other users.
   std::size_t connections_of_user = 128;
-  // Two watches, and what a page asks at a time. Its meshes it reads by HTTP.
+  // Two watches and the page's simultaneous queries. A page reads meshes by HTTP.
   std::size_t calls_of_socket = 16;
-  // The one of the world that is shown, and that of another while it is chosen. All sockets
-  // together have half of what the services keep for them (Limits::max_viewer_watchers): those that
-  // are about to end count there still.
+  // The watch of the displayed world, and of another one during a switch. All sockets together may
+  // use half of the services' quota (Limits::max_viewer_watchers), since watches that are about to
+  // end still count there.
   std::size_t watches_of_socket = 2;
-  // A request of the page: a question with 18 000 poses of F64. What is asked in bulk is asked by
-  // gRPC.
+  // The largest request of a page: a query with 18 000 poses of F64. Larger ones must use gRPC.
   std::size_t message_bytes = 1 << 20;
-  std::uint32_t header_bytes = 16 << 10;  // as gRPC's metadata
-  // Answers that wait for one socket beside those of its calls: beyond, nothing more is read of it.
+  std::uint32_t header_bytes = 16 << 10;  // the same as gRPC's metadata limit
+  // If more messages wait to be written to one socket, nothing more is read from it.
   std::size_t waiting_messages = 64;
-  // What the calls of one socket may have waiting to be written for longer than `catch_up`: one
-  // message of the largest. Answers that come at once may be more, and a page that reads has them
-  // in a moment; even of 4 MB/s it is below in time after two of the largest.
+  // The bytes that may wait to be written to one socket for longer than `catch_up`: one message of
+  // the largest size. Short bursts may be larger, since a page that reads them catches up quickly:
+  // even at 4 MB/s it gets below the limit in time after two of the largest messages.
   std::size_t waiting_bytes = 16 << 20;
   std::chrono::milliseconds catch_up = std::chrono::seconds(5);
-  // And at any time: four of the largest, of sixteen that the calls could be.
+  // The bytes that may wait at any time: four of the largest messages, of the sixteen that its
+  // calls could have.
   std::size_t burst_bytes = 64 << 20;
 
   std::chrono::milliseconds idle_http = std::chrono::seconds(15);  // between and within requests
   std::chrono::milliseconds no_byte_taken = std::chrono::seconds(30);
   std::chrono::milliseconds ping_period = std::chrono::seconds(20);
-  // Of a call that is no stream: whoever asks more than this asks by gRPC.
+  // The time limit of a call that is not a stream; longer ones must use gRPC.
   std::chrono::milliseconds call_time = std::chrono::seconds(30);
-  std::chrono::milliseconds goodbye = std::chrono::seconds(1);  // for the answer to a close
+  std::chrono::milliseconds goodbye = std::chrono::seconds(1);  // for the answer to a close frame
 };
 
 }  // namespace cwm::server

@@ -22,7 +22,7 @@ namespace {
 using boost::asio::ip::tcp;
 using boost::system::error_code;
 
-// When there is no file descriptor left for a connection, one may be soon.
+// chosen: if no file descriptor is free for a connection, one may be free after this time.
 constexpr auto kPauseOfAccepting = std::chrono::milliseconds(100);
 
 absl::Status CannotListen(const ViewerAddress& address, const error_code& error) {
@@ -49,7 +49,7 @@ absl::StatusOr<tcp::acceptor> Listen(boost::asio::io_context& context,
   acceptor.open(endpoint->protocol(), error);
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error && endpoint->address().is_v6() && endpoint->address().is_unspecified()) {
-    // All interfaces are those of IPv4 too, also where the system has it otherwise (bindv6only).
+    // All interfaces include IPv4, even if the system's default differs (bindv6only).
     acceptor.set_option(boost::asio::ip::v6_only(false), error);
   }
   if (!error) acceptor.bind(*endpoint, error);
@@ -99,8 +99,8 @@ struct ViewerServer::State {
     });
   }
 
-  // A connection above a limit takes the place of one that has asked for nothing: of the same user,
-  // when the user has too many. Without such a one, the last to come is not heard.
+  // A connection above a limit replaces the oldest idle one, of the same user if that user has too
+  // many. If none is idle, the new connection is closed.
   void Welcome(tcp::socket socket) {
     const std::optional<std::uint32_t> uid = PeerUid(socket.native_handle());
     const bool user_has_too_many = house.guests.CountOf(uid) >= house.limits.connections_of_user;

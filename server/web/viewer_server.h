@@ -16,29 +16,31 @@ namespace cwm::server {
 
 struct ViewerOptions {
   ViewerAddress address;
-  // What who looks has to know; empty: a random one where others than this machine can connect,
-  // else none, and only this process's user and root may look. The rule: IsToken of access.h.
+  // The secret that viewers must know. If empty, a random one is used when other machines can
+  // connect; on loopback none is needed, but only this process's user and root may view. The rule:
+  // IsToken of access.h.
   std::string token = {};
   PageFiles files = {};
   ViewerLimits limits = {};
 };
 
-// Shows and changes nothing. One thread of its own moves messages; the services compute on theirs.
+// Displays worlds and changes nothing. One thread of its own moves messages; the services compute
+// on theirs.
 class ViewerServer {
  public:
   // `services`: a channel to the services of this process. InvalidArgument for a token that breaks
-  // the rule, AlreadyExists for an address where somebody listens, Unavailable for one that cannot
-  // be had otherwise.
+  // the rule, AlreadyExists for an address that is in use, Unavailable if listening fails for
+  // another reason.
   static absl::StatusOr<std::unique_ptr<ViewerServer>> Start(
       const ViewerOptions& options, const std::shared_ptr<grpc::Channel>& services);
   ~ViewerServer();  // stops
 
-  // What users open, at least one: with the port that was picked in the place of 0, and the token
-  // if one is needed.
+  // The addresses for users to open, at least one, with the port that was picked instead of 0 and
+  // the token if one is needed.
   const std::vector<std::string>& urls() const;
 
-  // Sockets are closed with "going away"; returns when all has ended, within some seconds. The
-  // services must still be there.
+  // Closes all sockets with "going away". Returns when all has ended, within a few seconds. The
+  // services must still exist.
   void Stop();
 
  private:

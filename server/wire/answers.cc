@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int32_t kNoObject = -1;
 
-// Neither none nor the body itself.
+// True for the index of an object; false for no object and for the body itself.
 bool IsOfObject(std::int32_t index) { return index >= 0; }
 
 v1::Verdict EnumToProto(collision::Verdict verdict) {
@@ -150,7 +150,7 @@ void SetLinks(const AnswerContext& context, Response* response) {
   for (const std::string& object : context.body.objects) response->add_body_objects(object);
 }
 
-// What rows are out of limits by, where any is.
+// Sets the variables that are out of limits, if any.
 template <class Columns, class Response>
 void SetVariables(const Columns& answers, const AnswerContext& context, Response* response) {
   if (answers.variable.empty()) return;
@@ -164,7 +164,7 @@ void SetVariable(const Columns& answers, std::size_t i, const AnswerContext& con
   row->set_variable(context.body.variables[static_cast<std::size_t>(answers.variable[i])]);
 }
 
-// By how much the distance may be off: nothing is known of what is DEGRADED, what is EXACT has
+// True if the distance has an error bound: DEGRADED answers have no known bound, EXACT ones need
 // none.
 bool HasBound(collision::Trust trust) {
   return trust == collision::Trust::kBounded || trust == collision::Trust::kSurfaceOnly;
@@ -204,7 +204,7 @@ struct PairAt {
   std::int32_t object, body_part, object_part;
 };
 
-// What is met: its name, of a robot the link as well.
+// Sets the obstacle's name, and the link if it is a robot.
 template <class Row>
 void SetObstacle(std::int32_t index, std::int32_t part, const AnswerContext& context, Row* row) {
   const collision::Obstacle& met = context.snapshot.ObstacleAt(static_cast<std::size_t>(index));
@@ -215,8 +215,8 @@ void SetObstacle(std::int32_t index, std::int32_t part, const AnswerContext& con
   row->set_object_link(met.robot->model->links[static_cast<std::size_t>(link)].name);
 }
 
-// The two things that a row is about, `row` of any message that names them. What is met is named,
-// the robot that asks is not.
+// Sets the names of a row's pair; `row` is any message with these fields. The obstacle is named,
+// the robot that is the query's subject is not.
 template <class Row>
 void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
   const auto link_of = [&](std::int32_t part) {
@@ -252,7 +252,7 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   return row;
 }
 
-// Of a row that is not computed there is nothing to trust.
+// A row that was not computed has no accuracy.
 v1::Trust TrustAt(const collision::CollisionColumns& answers, std::size_t i) {
   const bool is_told = answers.verdict[i] != collision::Verdict::kNotComputed;
   return is_told ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
@@ -294,7 +294,7 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
 
 void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
              v1::CheckCollisionsResponse* response) {
-  // Of verdicts alone, pairs that are known all the same are those that had to be looked for.
+  // Queries of verdicts only name no pairs: only the pairs that had to be searched for are known.
   const bool named = !context.verdicts_only;
   std::vector<std::int32_t> objects;
   if (named) {
@@ -370,7 +370,7 @@ void ToProto(const collision::MotionColumns& answers, const AnswerContext& conte
 
 namespace {
 
-// Rays are cast by the exact kernels; of an open surface they know no outward side.
+// Rays are cast by the exact kernels, but an open surface has no outward side.
 std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
                                       const collision::WorldSnapshot& snapshot) {
   std::vector<collision::Trust> trust(answers.completed, collision::Trust::kExact);
@@ -411,7 +411,7 @@ void SetRows(const collision::PointColumns& answers, const AnswerContext& contex
 
 void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
              const AnswerContext& context, v1::CastRaysResponse* response) {
-  // Rows without a hit name no object, whatever their other columns hold.
+  // Rows without a hit name no object, whatever their other columns contain.
   std::vector<std::int32_t> hit_objects = answers.object;
   for (std::size_t i = 0; i < hit_objects.size(); ++i) {
     if (answers.hit[i] == 0) hit_objects[i] = kNoObject;

@@ -1,6 +1,6 @@
-// Answer columns onto the wire: as bytes, column by column, or as messages row by row. Objects
-// and robots are named by an index into the reply's own list, ordered by name, of those that
-// answers mention.
+// Writes answer columns to messages: as bytes, column by column, or as messages row by row. Objects
+// and robots are named by an index into the reply's own list of those that answers mention, ordered
+// by name.
 #pragma once
 
 #include <string>
@@ -15,12 +15,12 @@ namespace cwm::server {
 
 struct AnswerContext {
   std::string world_uid;
-  collision::Revision revision;              // of the world
-  const collision::WorldSnapshot& snapshot;  // with the request's overlay, if it has one
+  collision::Revision revision;              // the world's
+  const collision::WorldSnapshot& snapshot;  // with the request's overlay, if any
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
   bool verdicts_only = false;  // of collisions: no pair is named
-  BodyNames body = {};         // of a robot that asks
+  BodyNames body = {};         // if the subject is a robot
 };
 
 void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
@@ -29,10 +29,10 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
              v1::GetDistancesResponse* response);
 void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
              v1::GetContactsResponse* response);
-// Single precision rounds `lo` and the clearance down and `hi` up: they stay bounds.
+// Single precision rounds `lo` and the clearance down and `hi` up, so that they stay bounds.
 void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
              v1::CheckMotionsResponse* response);
-// `rays` are the rows that were asked, for the points of rows.
+// `rays` are the rows of the query, needed for the points of rows.
 void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
              const AnswerContext& context, v1::CastRaysResponse* response);
 

@@ -1,4 +1,4 @@
-// The changes that clients may ask for; declared in objects.h.
+// Reads the changes that clients request; declared in objects.h.
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -12,10 +12,10 @@
 namespace cwm::server {
 namespace {
 
-// Of a WorkBudget, what a change takes beside its geometry: some microseconds.
+// Steps of a WorkBudget that a change takes besides its geometry: a few microseconds.
 constexpr std::size_t kStepsOfChange = 64;
 
-// What changes are made from.
+// The sources from which changes are made.
 struct ChangeSource {
   const Limits& limits;
   const GeometryStore& store;

@@ -17,10 +17,10 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "cloud bytes are read as they lie");
 
-// Drivers pad points to 16, 32 or 48 bytes; LiDARs with many channels stay below 256.
+// chosen: drivers pad points to 16, 32 or 48 bytes; LiDARs with many channels stay below 256.
 constexpr int kMostPointBytes = 1'024;
 constexpr int kMostFields = 256;
-// A constant sigma above a metre is no range sensor.
+// chosen: no range sensor has a constant sigma above a metre.
 constexpr double kLargestSigma_m = 1;
 constexpr std::array<std::string_view, 3> kCoordinates = {"x", "y", "z"};
 constexpr std::array<std::string_view, 3> kNormals = {"normal_x", "normal_y", "normal_z"};
@@ -53,8 +53,8 @@ absl::Status CheckField(const v1::CloudField& field, int point_step, const Field
   return CheckRange(field.offset(), {0, point_step - size}, path.Field("offset"));
 }
 
-// The three fields of these names, nothing when none is there; an error when they are incomplete,
-// twice or not floating point.
+// The three fields with these names; empty if none is present. An error if some are missing,
+// repeated or not floating point.
 absl::StatusOr<std::optional<VectorField>> FindVector(const v1::CloudLayout& layout,
                                                       const std::array<std::string_view, 3>& names,
                                                       const FieldPath& path) {
@@ -287,7 +287,7 @@ double ReadScalar(const char* point, const ScalarField& field) {
   return value;
 }
 
-// Three F32 in a row are copied as they lie.
+// True if the three fields are consecutive F32, which are copied as they are.
 bool IsPacked(const VectorField& field) {
   for (int axis = 0; axis < 3; ++axis) {
     const int expected = field[0].offset + axis * static_cast<int>(sizeof(float));

@@ -1,4 +1,4 @@
-// Clouds as they travel: a header that is judged before any data, bytes in the sensor's layout, and
+// Clouds in messages: a header that is checked before any data, bytes in the sensor's layout, and
 // the reply.
 #pragma once
 
@@ -19,16 +19,16 @@
 
 namespace cwm::server {
 
-// Coordinates are in the sensor's frame and held in single precision: within this distance of the
-// sensor its spacing is at most 0.25 mm, below the noise of every sensor at a hundredth of it. F64
-// coordinates beyond are refused rather than rounded: a map's offset belongs into x_world_sensor,
-// which stays in double precision.
+// Coordinates are in the sensor's frame and stored in single precision. Up to this distance from
+// the sensor its spacing is at most 0.25 mm, below the noise of every sensor at a hundredth of the
+// distance. F64 coordinates beyond are refused rather than rounded: a map's offset belongs into
+// x_world_sensor, which stays in double precision.
 inline constexpr double kFarthestPoint_m = 4096;
 
-// Where a number lies within a point.
+// The place of a number within a point.
 struct ScalarField {
   int offset = 0;
-  bool is_double = false;  // F64, else F32
+  bool is_double = false;  // F64, otherwise F32
 };
 using VectorField = std::array<ScalarField, 3>;
 
@@ -38,26 +38,26 @@ struct CloudLayout {
   std::optional<VectorField> normal;
 };
 
-// A judged header.
+// A checked header.
 struct CloudPlan {
   std::string world;
-  std::string world_uid;  // non-empty: must match
+  std::string world_uid;  // must match unless empty
   CloudLayout layout;
   std::int64_t point_count = 0;
   std::int64_t total_bytes = 0;
-  IngestRequest request;  // everything but the points and the digest of the write
+  IngestRequest request;  // all but the points and the write's digest
   std::optional<std::chrono::nanoseconds> time_budget;
   bool want_point_labels = false;
 };
 
-// Refuses what is over the limits or contradicts itself (count, step, total, width and height)
-// before a byte of data.
+// Checks the header before any data. Refuses what exceeds the limits or is inconsistent (count,
+// step, total, width and height).
 absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
                                     const FieldPath& path);
 
 // Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return), but
-// one point must be finite ("chunk.data"). InvalidArgument of the field "point 17.x" for an F64
-// coordinate beyond kFarthestPoint_m and any beyond kLargestCoordinate_m.
+// at least one point must be finite ("chunk.data"). InvalidArgument with the field "point 17.x" for
+// an F64 coordinate beyond kFarthestPoint_m and for any beyond kLargestCoordinate_m.
 absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
 
 struct IngestReply {
@@ -65,7 +65,7 @@ struct IngestReply {
   const World& world;
   bool want_point_labels = false;
 };
-// Labels above limits.max_inline_bytes are put into the store and named by their hash.
+// Labels larger than limits.max_inline_bytes are put into the store and named by their hash.
 absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
                      v1::IngestCloudResponse* response);
 

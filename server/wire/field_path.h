@@ -1,5 +1,5 @@
-// Where in a request a value stands, for errors. A chain of names on the stack: costs nothing until
-// an error is made.
+// The path of a value in a request, for errors. A chain of names on the stack that costs nothing
+// until an error is made.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace cwm::server {
 
-// Does not own its names nor its parent: both outlive it, as they do when a path is passed down a
+// Owns neither its name nor its parent. Both must outlive it, as they do if a path is passed down a
 // call.
 class FieldPath {
  public:
@@ -17,13 +17,13 @@ class FieldPath {
   // A field of the request.
   static FieldPath OfRequest(std::string_view name);
 
-  // This path outlives what it returns, and no temporary does: such a call does not compile.
+  // This path must outlive the result; calls on temporaries do not compile.
   FieldPath Field(std::string_view name) const& { return FieldPath(this, name, kNoIndex); }
   FieldPath Item(std::string_view name, int index) const& { return FieldPath(this, name, index); }
   FieldPath Field(std::string_view name) const&& = delete;
   FieldPath Item(std::string_view name, int index) const&& = delete;
 
-  // "changes[2].put.object"
+  // E.g. "changes[2].put.object".
   std::string str() const;
   // INVALID_ARGUMENT INVALID_FIELD "<path>: <description>".
   absl::Status Error(std::string description) const;

@@ -38,7 +38,7 @@ void SetChanges(const IngestOutcome& outcome, v1::IngestChanges* changes) {
   SetNames(outcome.occluded, changes->mutable_occluded());
 }
 
-// A provisional object is in no world: its name may be that of another there.
+// A provisional object belongs to no world; a world's object of the same name is another one.
 Observation ObservationOf(const collision::WorldObject& object, const World& world) {
   return object.create_revision.value == 0 ? Observation{} : world.observations().Of(object.name);
 }
@@ -48,12 +48,12 @@ absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore
   return store.Put(BlobFormat::kMeshF64, EncodeMesh(*mesh)).status();
 }
 
-// The meshes of a provisional object end with it: they are held like labels, so that who asked can
-// still read what the reply names.
+// The meshes of a provisional object would be freed with it. They are stored like labels, so that
+// the client can read the hashes in the reply.
 absl::Status HoldMeshes(const collision::WorldObject& object, GeometryStore& store) {
   if (object.create_revision.value != 0 || object.geometry == nullptr) return absl::OkStatus();
   for (const ShapePart& part : object.model().shapes) {
-    const auto* mesh = std::get_if<Mesh>(&part.shape);  // a vessel's
+    const auto* mesh = std::get_if<Mesh>(&part.shape);  // a vessel's wall
     if (mesh == nullptr) continue;
     if (absl::Status held = Hold(mesh->mesh, store); !held.ok()) return held;
   }
@@ -79,7 +79,7 @@ absl::Status SetObjects(const IngestReply& reply, GeometryStore& store,
     if (absl::Status held = HoldMeshes(support, store); !held.ok()) return held;
   }
   for (const collision::WorldObjectPtr& object : outcome.objects) {
-    v1::Object* proto = response->add_objects();  // stays empty where a user's object explains it
+    v1::Object* proto = response->add_objects();  // stays empty if a user's object explains it
     if (object == nullptr) continue;
     *proto = ToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
     if (absl::Status held = HoldMeshes(*object, store); !held.ok()) return held;

@@ -1,4 +1,4 @@
-// Motions of what asks; declared in questions.h.
+// Motions of a subject; declared in questions.h.
 #include <algorithm>
 #include <utility>
 

@@ -1,4 +1,4 @@
-// The rules that single numbers of a request obey.
+// Checks of single numbers in a request.
 #pragma once
 
 #include "absl/status/status.h"
@@ -6,9 +6,9 @@
 
 namespace cwm::server {
 
-// Finite and at most kLargestCoordinate_m in magnitude.
+// OK if the value is finite and at most kLargestCoordinate_m in magnitude.
 absl::Status CheckCoordinate(double value, const FieldPath& path);
-// Finite, not negative, at most kLargestCoordinate_m.
+// OK if the value is finite, not negative and at most kLargestCoordinate_m.
 absl::Status CheckLength(double value, const FieldPath& path);
 
 struct IntRange {

@@ -9,8 +9,8 @@
 namespace cwm::server {
 namespace {
 
-// The box around all parts along the object's own axes; nothing for an unbounded or empty object.
-// What a scan showed and no world holds is prepared for no engine: its model tells.
+// The box around all parts along the object's own axes; empty for an unbounded or empty object. A
+// provisional object has no prepared parts, so its model is used.
 std::optional<Placed<Box>> BoundsOf(const collision::PreparedModel& geometry) {
   Aabb bounds;
   for (const collision::PreparedPart& part : geometry.parts) bounds.extend(part.bounds_O);

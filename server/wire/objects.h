@@ -1,4 +1,4 @@
-// World objects as replies and events show them, and what clients may put.
+// Converts world objects for replies and events, and reads the changes that clients request.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@ namespace cwm::server {
 v1::ObjectKind ToProto(collision::ObjectKind kind);
 v1::Owner ToProto(collision::Owner owner);
 v1::ObjectState ToProto(collision::ObjectState state);
-// `unspecified` is what the zero value means there.
+// `unspecified` is the meaning of the zero value.
 absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
                                                 collision::ObjectKind unspecified,
                                                 const FieldPath& path);
@@ -27,19 +27,19 @@ absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
 enum class View { kBasic, kShapes, kFull };
 absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const FieldPath& path);
 
-// What was observed is known to the world, not to the object. Bounds are in the object's frame.
+// Observations belong to the world, not to the object. Bounds are in the object's frame.
 v1::Object ToProto(const collision::WorldObject& object, View view, const Observation& observation,
                    GeometryStore& store);
 
-// All changes, with their geometry prepared for every engine (heavy: no lock may be held). At least
-// one, at most limits.max_changes. `list` is the field below `path` that holds them. The status of
-// the budget where it ended.
+// Reads all changes and prepares their geometry for every engine (heavy, so no lock may be held).
+// At least one, at most limits.max_changes. `list` is the field below `path` that holds them. The
+// status of the budget if it ended.
 absl::StatusOr<std::vector<collision::Change>> FromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
     const GeometryStore& store, const FieldPath& path, std::string_view list = "changes",
     WorkBudget* budget = nullptr);
 
-// The rule for names of objects, see collision::IsValidName.
+// Checks the rule for names of objects, see collision::IsValidName.
 absl::Status CheckName(const std::string& name, const FieldPath& path);
 
 }  // namespace cwm::server

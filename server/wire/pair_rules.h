@@ -1,4 +1,4 @@
-// Rules of pairs as requests make them and replies and events show them.
+// Converts pair rules from requests and to replies and events.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -8,11 +8,11 @@
 
 namespace cwm::server {
 
-// Whether there are such things is nobody's concern: a rule may be of what is yet to come.
+// The named objects and robots need not exist: a rule may concern future ones.
 absl::StatusOr<collision::NamedPair> FromProto(const v1::NamedPair& pair, const FieldPath& path);
 
-// Expires at the wall clock's time now and what the request gives it, which is positive and at most
-// a year.
+// The rule expires at the present wall-clock time plus the request's duration, which must be
+// positive and at most a year.
 absl::StatusOr<collision::AllowCollision> FromProto(const v1::AllowCollision& allow,
                                                     const FieldPath& path);
 absl::StatusOr<collision::SetPairMargin> FromProto(const v1::SetPairMargin& set,

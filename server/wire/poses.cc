@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "bulk bytes are read a
 template <int kWidth>
 using Row = std::array<double, kWidth>;
 
-// A broken rule within a row; empty when all is well.
+// A broken rule within a row; empty if the row is valid.
 struct Fault {
   std::string component;
   std::string description;

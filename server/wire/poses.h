@@ -1,4 +1,4 @@
-// Vectors and rigid transforms, single and in bulk rows.
+// Converts vectors and rigid transforms, single and in bulk rows.
 #pragma once
 
 #include <vector>
@@ -12,17 +12,18 @@
 
 namespace cwm::server {
 
-// A quaternion may be this far off unit length; it is normalised. Wide enough for single precision
-// and for six printed digits, narrow enough to tell a wrong order or a forgotten component.
+// chosen: the largest deviation of a quaternion from unit length; it is normalised. Wide enough for
+// single precision and for six printed digits, narrow enough to detect a wrong order or a missing
+// component.
 inline constexpr double kQuaternionTolerance = 1e-3;
 
-// Bulk rows of `width` numbers as any message with `scalar` and `data` has them.
+// Bulk rows of `width` numbers, from any message with `scalar` and `data`.
 struct BulkRows {
   v1::Scalar scalar;
   const std::string& data;
   std::size_t width;  // not 0
 };
-// Refuses unknown scalars, broken rows and more than `max_rows`.
+// Returns the number of rows. Refuses unknown scalars, incomplete rows and more than `max_rows`.
 absl::StatusOr<std::size_t> CountRows(const BulkRows& rows, std::int64_t max_rows,
                                       const FieldPath& path);
 
@@ -32,16 +33,16 @@ v1::Vector3 ToProto(const Vector3& vector);
 absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const FieldPath& path);
 v1::Pose ToProto(const Pose& pose);  // w >= 0
 
-// A refusal of a row refuses the batch: "<path>.data row 17: qx..qw has length 0.9, must be 1
-// within 1e-3". At most `max_rows`.
+// An invalid row refuses the batch: "<path>.data row 17: qx..qw has length 0.9, must be 1 within
+// 1e-3". At most `max_rows`.
 absl::StatusOr<std::vector<Pose>> FromProto(const v1::PoseRows& rows, std::int64_t max_rows,
                                             const FieldPath& path);
-// Points as poses without rotation.
+// Points as poses with identity rotation.
 absl::StatusOr<std::vector<Pose>> FromProto(const v1::Subject::Points& points,
                                             std::int64_t max_rows, const FieldPath& path);
 absl::StatusOr<std::vector<Vector3>> PointsFromProto(const v1::Subject::Points& points,
                                                      std::int64_t max_rows, const FieldPath& path);
-// Directions of any positive length, normalised.
+// Directions of any positive length; they are normalised.
 absl::StatusOr<std::vector<collision::RayRow>> FromProto(const v1::RayRows& rays,
                                                          std::int64_t max_rows,
                                                          const FieldPath& path);

@@ -8,7 +8,7 @@
 namespace cwm::server {
 namespace {
 
-// Counts parts, and the triangles of each mesh once.
+// Counts parts, and the triangles of each distinct mesh once.
 class Tally {
  public:
   explicit Tally(const GeometryStore& store) : store_(store) {}

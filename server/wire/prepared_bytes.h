@@ -1,4 +1,4 @@
-// Memory that changes take when they are prepared, told before they are.
+// Estimates the memory that prepared changes will take, before they are prepared.
 #pragma once
 
 #include <google/protobuf/repeated_ptr_field.h>
@@ -10,8 +10,8 @@
 
 namespace cwm::server {
 
-// Bytes, to the nearest factor of two, of the objects that are put. Meshes of which the store knows
-// nothing count nothing: they are refused.
+// Bytes, within a factor of two, of the objects that the changes put. Meshes that the store does
+// not have count as nothing, since they are refused later.
 std::int64_t PreparedBytes(const google::protobuf::RepeatedPtrField<v1::Change>& changes,
                            const GeometryStore& store);
 

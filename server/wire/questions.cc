@@ -20,7 +20,7 @@ constexpr int kMaxContacts = 1'024;
 constexpr int kDefaultContacts = 16;
 constexpr int kMaxIgnored = 65'536;
 constexpr double kMostSupportTolerance_m = 0.1;
-constexpr double kMostSigmas = 1'000;  // far beyond any confidence, and no overflow
+constexpr double kMostSigmas = 1'000;  // far beyond any confidence, without overflow
 
 template <class Enum>
 absl::Status UnknownValue(Enum value, std::string_view type, const FieldPath& path) {
@@ -73,7 +73,7 @@ absl::StatusOr<collision::Representation> FromProto(v1::Representation represent
   }
 }
 
-// Count with a default for 0.
+// Checks a count; 0 means the default `otherwise`.
 absl::StatusOr<int> CountOf(int given, int otherwise, int most, const FieldPath& path) {
   if (auto status = CheckRange(given, {0, most}, path); !status.ok()) return status;
   return given == 0 ? otherwise : given;
@@ -121,7 +121,7 @@ absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
   return absl::OkStatus();
 }
 
-// What the question says of pairs.
+// Sets the query's options about pairs.
 absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
                       collision::QueryOptions& query) {
   constexpr auto kMostPairs = static_cast<std::int64_t>(collision::kMostPairRules);

@@ -14,28 +14,29 @@
 namespace cwm::server {
 namespace {
 
-// Seconds. derived: from what README.md of server/rpc and of collision/query tell of rows and pairs
-// (a state of an arm takes 10 to 40 us, a distance three times that), and of 0.95 s for 499,000
-// triangles that are prepared. Right to a factor of three for those.
+// In seconds. derived: from measured rows and pairs (a state of an arm takes 10 to 40 us, a
+// distance three times that) and from 0.95 s for preparing 499,000 triangles; right within a factor
+// of three for those.
 constexpr double kOfRequest = 50e-6;
 constexpr double kOfChange = 3e-6;
-constexpr double kOfPart = 2e-6;              // read and prepared, of a primitive or a known mesh
-constexpr double kOfPlateVertex = 1e-6;       // triangulated
-constexpr double kOfPreparedTriangle = 3e-6;  // whether it is watertight, its tree
+constexpr double kOfPart = 2e-6;              // reading and preparing a primitive or a known mesh
+constexpr double kOfPlateVertex = 1e-6;       // triangulation
+constexpr double kOfPreparedTriangle = 3e-6;  // checking watertightness, building its tree
 constexpr double kOfHullVertex = 3e-6;
 constexpr double kOfRow = 0.5e-6;
-constexpr double kOfPlacing = 0.05e-6;   // a part, for a row
-constexpr double kOfNearPart = 0.02e-6;  // of weight 1, with one of weight 1 that may be near
+constexpr double kOfPlacing = 0.05e-6;   // per part and row
+constexpr double kOfNearPart = 0.02e-6;  // per pair of a part of weight 1 with a nearby part of
+                                         // weight 1
 constexpr double kOfRay = 0.3e-6;
 constexpr double kOfByte = 5e-9;
 
-// How much more than a verdict an answer takes. A motion is a few dozen of states.
+// The cost of an answer relative to a verdict. A motion costs a few dozen states.
 constexpr double kOfDistance = 4, kOfContacts = 6, kOfMotionRow = 30, kOfPoint = 1;
 
-// So many shapes are looked at one by one; what comes after them is taken to be like them.
+// chosen: shapes beyond this number are not examined but assumed to cost the same as those before.
 constexpr int kMaxShapesSeen = 2'048;
 
-// Adds up what shapes take that a request brings.
+// Sums up the cost of the shapes in a request.
 class Shapes {
  public:
   explicit Shapes(const GeometryStore& store) : store_(store) {}
@@ -79,7 +80,7 @@ class Shapes {
     weight_ += vertices / 64;
   }
 
-  // A mesh is prepared once for all who mention it, and not again while somebody holds it.
+  // A mesh is prepared once for all who use it, and not again while somebody holds it.
   void AddStored(const std::string& hash, bool is_hull) {
     const auto stored = store_.FindMesh(hash);
     if (!stored.ok() || stored->mesh == nullptr) return;
@@ -117,7 +118,7 @@ std::size_t RowsOf(v1::Scalar scalar, const std::string& data, std::size_t width
   return std::max<std::size_t>(1, data.size() / std::max<std::size_t>(1, bytes));
 }
 
-// Who asks: how heavy, in how many rows, and what it takes to read.
+// The subject of a query: its weight, its number of rows, and the time to read it.
 struct Body {
   double weight = 1;
   double rows = 1;
@@ -183,8 +184,8 @@ Body BodyOf(const v1::Subject& subject, const CostSource& source) {
   return {};
 }
 
-// One part of a body meets, of the weight of the world, what lies along a path through a tree of
-// boxes, and the mean part of what is near.
+// The weight of world parts that one part of a body is tested against: the nodes on a path through
+// a tree of boxes, and a nearby object or robot of mean weight.
 double NearWeight(const CostSource& source) {
   if (source.snapshot == nullptr) return 1;
   const std::size_t count = source.snapshot->objects().size() + source.snapshot->robots().size();
@@ -193,7 +194,7 @@ double NearWeight(const CostSource& source) {
   return std::bit_width(count) + mean;
 }
 
-// A question about a body, of which an answer takes so much more than a verdict.
+// The cost of a query about a body whose answer costs `factor` times a verdict.
 template <class Request>
 double CostOfBody_s(const Request& request, const CostSource& source, double factor) {
   const Body body = BodyOf(request.subject(), source);

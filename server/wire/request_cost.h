@@ -1,5 +1,5 @@
-// The time that a request will take, estimated before any of it is done: for queues that are fair,
-// for limits and for advice when to come again.
+// Estimates the time that a request will take before any work is done: for fair queues, for limits
+// and for the suggested time of a retry.
 #pragma once
 
 #include "absl/status/status.h"
@@ -11,30 +11,31 @@
 
 namespace cwm::server {
 
-// What an estimate looks up: counts of triangles and parts, never geometry.
+// The sources of an estimate: only counts of triangles and parts are looked up, never geometry.
 struct CostSource {
   const GeometryStore& store;
-  const collision::WorldSnapshot* snapshot = nullptr;  // that is asked; nullptr: no such world
+  const collision::WorldSnapshot* snapshot = nullptr;  // of the queried world; nullptr: no such
+                                                       // world
 };
 
-// CPU seconds of one core, right to a factor of about three where objects are spread out, more
-// where everything is near everything: a bound of what is likely, not of what is possible. Takes a
-// few microseconds and some hundred nanoseconds for each shape that the request brings, of which no
-// more than some thousand are looked at.
+// CPU seconds of one core, right within a factor of about three if objects are spread out, and less
+// accurate if everything is near everything: a bound of what is likely, not of what is possible.
+// Takes a few microseconds, and some hundred nanoseconds for each shape in the request, of which at
+// most some thousand are examined.
 double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::CheckMotionsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::CastRaysRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::SamplePointsRequest& request, const CostSource& source);
-// Of its overlay and its question.
+// The cost of the overlay and the query.
 double EstimatedCost_s(const v1::StreamQueriesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::ApplyChangesRequest& request, const CostSource& source);
-// Of storing so many bytes: hashed, decoded, checked.
+// The cost of storing `bytes` bytes: hashing, decoding, checking.
 double CostOfGeometry_s(std::int64_t bytes);
 
 // RESOURCE_EXHAUSTED REQUEST_TOO_COSTLY above limits.max_request_cost_s, with the estimate and the
-// limit: such a request has to be split, not repeated.
+// limit: such a request must be split, not repeated.
 absl::Status CheckCost(double cost_s, const Limits& limits);
 
 }  // namespace cwm::server

@@ -17,7 +17,7 @@ namespace {
 
 using Files = std::map<std::string, std::string, std::less<>>;
 
-// Takes the text out of the files where it is one of them.
+// Gets the text, or the contents of the file that it names.
 absl::Status TakeText(const TextSource& source, Files& files, const FieldPath& path,
                       std::string* text) {
   if (source.file.empty()) {
@@ -29,7 +29,7 @@ absl::Status TakeText(const TextSource& source, Files& files, const FieldPath& p
     return path.Error(absl::StrCat("is ", collision::Quoted(source.file),
                                    ", must be the name of one of the files sent along"));
   }
-  *text = file->second;  // the same file may be named twice
+  *text = file->second;  // a copy, since the same file may be named twice
   return absl::OkStatus();
 }
 

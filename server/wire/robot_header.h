@@ -1,4 +1,4 @@
-// What a client says of a robot before its files.
+// The header of a robot's upload, which precedes its files.
 #pragma once
 
 #include <optional>
@@ -12,16 +12,16 @@
 
 namespace cwm::server {
 
-// A text, or the name of the file that holds it.
+// A text, or the name of the file that has it.
 struct TextSource {
   std::string text;
-  std::string file;  // non-empty: this one
+  std::string file;  // if not empty, the file to use
 };
 
 struct RobotPlan {
   std::string world;
   std::string world_uid;
-  std::string name;  // empty: the URDF's
+  std::string name;  // empty: the URDF's name
   TextSource urdf;
   std::optional<TextSource> srdf;
   std::optional<TextSource> spheres;
@@ -32,15 +32,15 @@ struct RobotPlan {
 
 absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const FieldPath& path);
 
-// The files as ReadRobot takes them. INVALID_FIELD below `path` names a text whose file did not
-// come. `files` gives away what it holds.
+// The files as input of ReadRobot. INVALID_FIELD below `path` names a text whose file was not sent.
+// Moves the contents out of `files`.
 absl::StatusOr<RobotFiles> FilesOf(const RobotPlan& plan,
                                    std::map<std::string, std::string, std::less<>> files,
                                    const FieldPath& path);
 
-// The robot as the world is to hold it: the plan's name or the URDF's, the state that the plan's
-// joints make of the default. Errors below `path`: a name that no robot may have, joints and states
-// that this one does not have.
+// The robot to put into the world: with the plan's name or the URDF's, and with the default state
+// changed by the plan's joints. Errors below `path`: an invalid name, joints and states that the
+// robot does not have.
 absl::StatusOr<collision::PutRobot> PutOf(const RobotPlan& plan,
                                           std::shared_ptr<const collision::RobotGeometry> robot,
                                           const FieldPath& path);

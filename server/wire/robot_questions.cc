@@ -1,4 +1,4 @@
-// A robot that asks; declared in questions.h.
+// A robot as the subject of a query; declared in questions.h.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -49,7 +49,8 @@ absl::Status NoSpheres(const collision::WorldRobot& robot, const char* why, cons
                    {.reason = "NO_SPHERES", .metadata = {{"robot", robot.name}}});
 }
 
-// What a row looks at before it can be interrupted. `parts`: of each link.
+// Checks the number of parts and pairs that a row tests without an interruption. `parts`: of each
+// link.
 absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>& parts,
                        collision::RobotScope scope, const FieldPath& path) {
   const std::int64_t count = std::accumulate(parts.begin(), parts.end(), std::int64_t{0});
@@ -68,7 +69,7 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
       kMaxSelfPairs));
 }
 
-// The same with what it carries.
+// Adds the attached objects to the robot's body and checks the sizes again.
 absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
                                                  const QuestionSource& source,
                                                  const collision::WorldRobot& robot,
@@ -76,7 +77,8 @@ absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
                                                  const FieldPath& path) {
   const std::size_t carried = collision::CountCarriedParts(source.snapshot, robot, source.ignore);
   const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + carried);
-  if (carried > 0 && parts > kMaxRobotParts) {  // before their pairs are made, which are many more
+  if (carried > 0 && parts > kMaxRobotParts) {  // checked before their far more numerous pairs are
+                                                // made
     return path.Field("robot").Error(absl::StrCat("has ", parts,
                                                   " parts with what is attached to it, must have "
                                                   "at most ",
@@ -159,8 +161,8 @@ absl::StatusOr<const JointGroup*> GroupOf(const collision::WorldRobot& robot,
                                  Quoted(robot.name)));
 }
 
-// Clamped to a limit and rounded to single precision, a value may lie beyond the limit: it is at
-// it.
+// A value that was clamped to a limit and then rounded to single precision may lie beyond the
+// limit; it is set to the limit.
 double Unrounded(float value, const collision::Variable& variable) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   if (value > variable.upper && std::nextafter(value, -kInfinity) < variable.upper) {
@@ -182,7 +184,7 @@ absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const 
     std::memcpy(&value, data.data() + i * sizeof(value), sizeof(value));
     const auto& variable = model.variables[static_cast<std::size_t>(group.variables[k])];
     values[i] = Unrounded(value, variable);
-    if (std::abs(values[i]) <= kLargestCoordinate_m) continue;  // not NaN
+    if (std::abs(values[i]) <= kLargestCoordinate_m) continue;  // false for NaN
     return path.Field(RowField(i / width))
         .Error(absl::StrCat(variable.name, " is ", values[i], ", must be finite and at most ",
                             kLargestCoordinate_m, " in magnitude"));
@@ -190,10 +192,11 @@ absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const 
   return absl::OkStatus();
 }
 
-// A group has all variables of a joint or none, one after the other.
+// Checks the quaternions of floating joints. A group has all variables of a joint, in sequence, or
+// none.
 absl::Status CheckQuaternions(const RobotModel& model, const JointGroup& group,
                               std::span<const double> values, const FieldPath& path) {
-  constexpr int kQuaternionAt = 3;  // of a floating joint's variables
+  constexpr int kQuaternionAt = 3;  // index within a floating joint's variables
   const std::size_t width = group.variables.size();
   for (std::size_t k = 0; k < width; ++k) {
     const auto& variable = model.variables[static_cast<std::size_t>(group.variables[k])];
@@ -270,7 +273,8 @@ collision::JointRows JointRowsOf(const RobotStates& states) {
           {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
 }
 
-// Whatever is asked: where links are out of range or nowhere, no answer would mean anything.
+// Refuses states in which a link's pose is out of range or not finite, since no answer would be
+// meaningful.
 absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBudget* budget) {
   const collision::JointRows rows = JointRowsOf(states);
   if (!rows.range().MayHaveFaults()) return absl::OkStatus();
@@ -298,7 +302,8 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
   auto carrying = WithCarried(*std::move(bare), source, *states.robot, *scope, path);
   if (!carrying.ok()) return carrying.status();
   collision::QueryBody body = *std::move(carrying);
-  body.self = states.robot->name;  // rules of pairs know it by that, whatever stands for its links
+  body.self = states.robot->name;  // pair rules refer to the robot by this name, whatever geometry
+                                   // represents its links
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();
   states.group = *group;

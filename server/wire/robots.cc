@@ -15,7 +15,8 @@ namespace {
 using collision::ModelLink;
 using collision::RobotModel;
 
-// As long as names of variables get: that of a joint, which XML does not limit, with its component.
+// chosen: the length of the longest names of variables: a joint's name, which XML does not limit,
+// with the component's.
 constexpr std::int64_t kMostNameBytes = 1'024;
 
 std::int64_t TrianglesOf(const ModelLink& link) {
@@ -36,7 +37,7 @@ v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t ind
   if (robot.spheres_as_given.has_value()) {
     proto.set_sphere_count(static_cast<int>(robot.spheres_as_given->links[index].size()));
   }
-  if (link.joint.empty()) return proto;  // the root
+  if (link.joint.empty()) return proto;  // the root link has no parent
   proto.set_parent(robot.model->links[link.parent].name);
   proto.set_joint(link.joint);
   proto.set_joint_kind(ToProto(link.kind));
@@ -46,7 +47,7 @@ v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t ind
   return proto;
 }
 
-// Of links with shapes, by the pairs that are checked.
+// Sets the pairs of links with shapes that are not checked: the complement of the checked pairs.
 void SetUncheckedLinks(const RobotModel& model, v1::Robot& proto) {
   const std::size_t count = model.links.size();
   std::vector<bool> is_checked(count * count);

@@ -1,4 +1,4 @@
-// Robots as replies and events show them, and what sets their state.
+// Converts robots for replies and events, and reads changes of their state.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -13,18 +13,18 @@ namespace cwm::server {
 
 v1::JointKind ToProto(collision::JointKind kind);
 
-// Unlimited variables have no limits; what mimics another joint is not among the variables.
+// Unlimited variables have no limits; joints that mimic another are not among the variables.
 v1::Robot ToProto(const collision::WorldRobot& robot);
-// The poses of all links as the robot stands, and with `shapes` what of them collides: meshes
-// become readable by their hash.
+// The poses of all links in the robot's present state, and with `shapes` their collision geometry;
+// its meshes become readable by their hash.
 enum class LinkShapes { kNone, kAll };
 void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometryStore& store,
               v1::GetRobotLinksResponse* response);
 
 v1::RobotStateEvent ToStateEvent(const collision::WorldRobot& robot);
 
-// The form alone: whether the robot has such groups and variables is told when it is applied
-// (collision::StateWith). A group needs its state and the other way round.
+// Checks only the form: missing groups and variables are reported when the state is applied
+// (collision::StateWith). A group needs its state and vice versa.
 absl::StatusOr<collision::JointValues> FromProto(const v1::RobotJointState& joints,
                                                  const FieldPath& path);
 absl::StatusOr<collision::SetRobotState> FromProto(const v1::SetRobotState& set,

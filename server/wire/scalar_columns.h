@@ -1,4 +1,4 @@
-// Columns of numbers as bytes, in the precision that was asked for.
+// Columns of numbers as bytes, in the requested precision.
 #pragma once
 
 #include <bit>
@@ -11,19 +11,20 @@ namespace cwm::server {
 
 static_assert(std::endian::native == std::endian::little, "columns are written as they lie");
 
-// The numbers as they lie in memory.
+// The bytes of the numbers in memory.
 template <class Number>
 std::string NumberBytes(const std::vector<Number>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
 }
 
-// Little-endian doubles or floats; floats are the nearest ones.
+// Little-endian doubles or floats; floats are rounded to nearest.
 std::string Scalars(const std::vector<double>& values, Precision precision);
 
-// Where single precision may not round to.
+// The kind of bound that a value is: rounding may only lower a lower bound and only raise an upper
+// bound.
 enum class Bound { kLower, kUpper };
 
-// The values as a column of that precision can hold them, none on the wrong side.
+// The values rounded to the given precision such that they stay bounds.
 std::vector<double> Rounded(std::vector<double> values, Bound bound, Precision precision);
 
 }  // namespace cwm::server

@@ -1,4 +1,4 @@
-// Scans that a world keeps to be looked at.
+// Converts scans that a world keeps for display.
 #pragma once
 
 #include "cwm/v1/perception.pb.h"

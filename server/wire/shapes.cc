@@ -28,7 +28,7 @@ Polygon FromProto(const v1::Polygon& polygon) {
   return vertices;
 }
 
-// Vertices of a polygon, or places of a profile.
+// Sets the vertices of a polygon or the points of a profile.
 void SetPlaces(const std::vector<Vector2>& places,
                google::protobuf::RepeatedPtrField<v1::Vector2>* proto) {
   for (const Vector2& place : places) {
@@ -42,7 +42,7 @@ void SetPolygon(const Polygon& polygon, v1::Polygon* proto) {
   SetPlaces(polygon, proto->mutable_vertices());
 }
 
-// An error that names the field of the hash.
+// The stored mesh; an error names the field of the hash.
 absl::StatusOr<StoredMesh> FindMesh(const std::string& hash, const GeometryStore& store,
                                     const FieldPath& path) {
   const FieldPath hash_path = path.Field("hash");
@@ -94,11 +94,12 @@ Shape PlateOf(const v1::Plate& plate) {
   return shape;
 }
 
-// Of a WorkBudget, whether its outline crosses itself: some milliseconds for the largest.
+// Steps of a WorkBudget for checking whether a plate's outline crosses itself: a few milliseconds
+// for the largest plate.
 constexpr std::size_t kStepsOfPlate = std::size_t{1} << 16;
 
-// The rules speak of "outline[3].x" and "holes[1][3].x", the messages have a field `vertices`
-// between.
+// The validation rules name "outline[3].x" and "holes[1][3].x"; the messages have a field
+// `vertices` in between.
 std::string MessageField(std::string field) {
   if (const auto at = field.find("]["); at != std::string::npos) field.insert(at + 1, ".vertices");
   constexpr std::string_view kOutline = "outline";
@@ -106,7 +107,7 @@ std::string MessageField(std::string field) {
   return field;
 }
 
-// Checks the rules of shapes; `name` is the alternative of the oneof.
+// Checks the validation rules of shapes; `name` is the alternative of the oneof.
 absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path, WorkBudget* budget) {
   // A plate of thousands of vertices takes a millisecond, everything else less than one step.
   const bool is_plate = std::holds_alternative<Plate>(shape);
@@ -219,7 +220,7 @@ v1::Vessel VesselToProto(const VesselShell& shell) {
   return proto;
 }
 
-// Identity when absent.
+// The pose, or identity if it is not given.
 absl::StatusOr<Pose> OptionalPose(bool given, const v1::Pose& pose, const FieldPath& path) {
   if (!given) return Pose::Identity();
   return FromProto(pose, path);

@@ -1,4 +1,4 @@
-// Shapes: dimensions as they are, meshes by the hash of their bytes.
+// Converts shapes: dimensions directly, meshes by the hash of their bytes.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@
 
 namespace cwm::server {
 
-// Names the first broken rule, e.g. "shapes[0].box.size_x_m: is -0.1, must be ...". NotFound
-// GEOMETRY_UNKNOWN for a hash that the store does not know. The status of the budget where it
+// An error names the first broken rule, e.g. "shapes[0].box.size_x_m: is -0.1, must be ...".
+// NotFound GEOMETRY_UNKNOWN for a hash that the store does not have. The status of the budget if it
 // ended.
 absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
                                    const FieldPath& path, WorkBudget* budget = nullptr);

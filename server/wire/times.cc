@@ -6,7 +6,7 @@ namespace cwm::server {
 namespace {
 
 constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
-// Whole seconds that std::chrono::system_clock counts in 64-bit nanoseconds: years 1678 to 2262.
+// derived: the whole seconds that system_clock can count in 64-bit nanoseconds: years 1678 to 2262.
 constexpr std::int64_t kFarthestStamp_s =
     std::numeric_limits<std::int64_t>::max() / kNanosPerSecond - 1;
 
@@ -49,7 +49,7 @@ absl::StatusOr<std::chrono::system_clock::time_point> FromProto(
 google::protobuf::Timestamp ToProto(std::chrono::system_clock::time_point time) {
   const std::int64_t nanos =
       std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
-  // Timestamp wants its nanos non-negative, also before 1970.
+  // Timestamp requires non-negative nanos, also before 1970.
   const std::int64_t below = ((nanos % kNanosPerSecond) + kNanosPerSecond) % kNanosPerSecond;
   google::protobuf::Timestamp proto;
   proto.set_seconds((nanos - below) / kNanosPerSecond);

@@ -1,4 +1,4 @@
-// Durations and points of time.
+// Converts durations and points in time.
 #pragma once
 
 #include <chrono>
@@ -11,13 +11,13 @@
 
 namespace cwm::server {
 
-// A span of time: positive and at most `longest`; a time to spend at most a day.
+// A duration: positive and at most `longest`; a time budget is at most a day.
 absl::StatusOr<std::chrono::nanoseconds> FromProto(
     const google::protobuf::Duration& duration, const FieldPath& path,
     std::chrono::seconds longest = std::chrono::hours(24));
 google::protobuf::Duration ToProto(std::chrono::nanoseconds duration);
 
-// Within what protobuf allows (years 1 to 9999) and the system clock can hold.
+// Checks the ranges of protobuf (years 1 to 9999) and of the system clock.
 absl::StatusOr<std::chrono::system_clock::time_point> FromProto(
     const google::protobuf::Timestamp& stamp, const FieldPath& path);
 google::protobuf::Timestamp ToProto(std::chrono::system_clock::time_point time);

@@ -9,10 +9,10 @@
 namespace cwm::server {
 namespace {
 
-// The default receive limit of gRPC's clients is 4 MiB; a quarter of it leaves room for one more
+// chosen: gRPC clients receive at most 4 MiB by default; a quarter of it leaves room for one more
 // object (Limits::max_object_bytes, and what replies derive from it).
 constexpr std::size_t kPieceBytes = 1 << 20;
-// Names of at most 128 bytes, a time of some 12 and the framing: within kPieceBytes.
+// derived: names of at most 128 bytes, a time of about 12 and the framing stay within kPieceBytes.
 constexpr std::size_t kMostObserved = 6'000;
 
 v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {

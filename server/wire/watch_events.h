@@ -1,4 +1,4 @@
-// Steps of a watch as messages.
+// Converts the steps of a watch to messages.
 #pragma once
 
 #include <cstddef>
@@ -19,18 +19,18 @@ struct WatchContext {
   GeometryStore& store;
 };
 
-// Members [*next, ...) of the initial state, objects before robots before
-// rules of pairs, as many as fit into about a
-// mebibyte; moves *next on. The message that reaches the last one says initial_state_done.
+// Members [*next, ...) of the initial state (objects, then robots, then pair rules), as many as fit
+// into about a mebibyte; advances *next. The message with the last member sets initial_state_done.
 v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapshot,
                                          const WatchContext& context, std::size_t* next);
 
-// Deltas [*next, ...) of the step, likewise; all but the last message of a step say `more`. A delta
-// is a move when nothing but the pose differs, that of a robot a state when its model is the same.
+// Deltas [*next, ...) of the step, likewise; all but the last message of a step set `more`. A delta
+// is a move if only the pose differs; a robot's delta is a state if its model is the same.
 v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& context,
                                    std::size_t* next);
 
-// With the observations after number `*observed`, as many as one message holds; moves it on.
+// A bookmark with the observations after number `*observed`, as many as one message can hold;
+// advances *observed.
 v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world,
                                        std::uint64_t* observed);
 

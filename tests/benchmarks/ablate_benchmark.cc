@@ -1,4 +1,4 @@
-// What each pass of refinement is worth: every scene is interpreted with all passes and with each one
+// The value of each refinement pass: every scene is interpreted with all passes and with each one
 // left out, and the differences are paired scene by scene.
 #include <algorithm>
 #include <array>
@@ -30,7 +30,7 @@ using perception::SceneFamily;
 constexpr int kThreads = 2;
 constexpr int kRayStride = 4;
 
-// Figures of one interpretation, in the order of the table's columns.
+// The figures of one interpretation, in the order of the table's columns.
 constexpr std::array<std::string_view, 9> kColumns = {
     "objects", "invented", "merged", "split", "shapes", "spurious", "handles", "free o/oo", "ms"};
 using Figures = std::array<double, kColumns.size()>;
@@ -86,7 +86,8 @@ AblatedCase Ablate(const CaseName& name, const std::vector<std::string>& passes)
   return result;
 }
 
-// The labels of people tell objects alone.
+// Hand-made labels distinguish whole objects only, so the figures of shapes, handles and free space
+// are 0.
 AblatedCase AblateLabelled(const LabelledScan& scan, const std::vector<std::string>& passes) {
   AblatedCase result;
   const auto figures = [&](const std::vector<std::string>& disabled) {
@@ -118,7 +119,8 @@ AblatedCase AblateLabelled(const LabelledScan& scan, const std::vector<std::stri
   return result;
 }
 
-// Mean of the paired differences over scenes, and half the width of its 95 % confidence interval.
+// The mean of the paired differences over scenes, and half the width of its 95 % confidence
+// interval.
 struct Difference {
   double mean = 0, half_width = 0;
 };

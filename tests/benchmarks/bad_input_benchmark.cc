@@ -1,4 +1,4 @@
-// Clouds that no scene makes: none may take much longer than a good one of its size.
+// Clouds that no scene makes: none of them may take much longer than a good cloud of its size.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +36,7 @@ Vector3 OnSphere(RandomDraws& draws, double radius_m) {
   return radius_m * Noise(draws, 1).normalized();
 }
 
-// One of a thousand places, always the same.
+// One of a thousand places, which are always the same.
 Vector3 Place(RandomDraws& draws) {
   RandomDraws place(7, static_cast<std::uint64_t>(draws.Below(1000)));
   return Vector3(0, 0, 1.5) + Vector3(place.Uniform(-1, 1), place.Uniform(-1, 1), place.Uniform());
@@ -85,7 +85,7 @@ const std::vector<BadCloud>& BadClouds() {
   return clouds;
 }
 
-// The range at a pixel of an image that nothing was missed in, metres along the optical axis.
+// Draws the range at a pixel of an image without missing returns, in metres along the optical axis.
 struct BadImage {
   std::string name;
   std::function<double(RandomDraws&, double column, double row)> draw;
@@ -138,7 +138,7 @@ PointCloud Draw(const BadCloud& bad, std::size_t count) {
   return cloud;
 }
 
-// A scan in another unit, or far away: noise, cells and things grow apart.
+// A scan in another unit or much farther away: noise, cell widths and object sizes no longer match.
 struct ScaledScan {
   std::string name;
   float factor;
@@ -167,7 +167,7 @@ perception::PinholeCamera FourKinects() {
   return camera;
 }
 
-// Of all threads: what counts where others share the machine.
+// Processor time of all threads, because the machine is shared with others.
 double CpuSecondsOf(const PointCloud& cloud) {
   const std::clock_t start = std::clock();
   // A refusal is an answer, and must not take longer either.
@@ -175,12 +175,13 @@ double CpuSecondsOf(const PointCloud& cloud) {
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-// Of clouds that are bad in the same form, over a good one's; the worst of them. A shared machine is
-// twice as fast at one time as at another, so that the good one is asked before and after each.
+// The largest ratio of the time of a bad cloud to that of a good one of the same form. A shared
+// machine may be twice as fast at one time as at another, so the good cloud is measured before and
+// after each bad one.
 template <class Bad, class Form>
 double WorstRatio(const std::vector<Bad>& all, const Form& form, const PointCloud& good,
                   Report& report) {
-  (void)CpuSecondsOf(good);  // its memory is new to the process
+  (void)CpuSecondsOf(good);  // the first run includes allocating its memory
   std::vector<double> good_s = {CpuSecondsOf(good)};
   double worst = 0;
   for (const Bad& bad : all) {

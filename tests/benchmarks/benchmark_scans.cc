@@ -38,7 +38,7 @@ formats::CloudFile ToFile(const perception::PointCloud& cloud) {
   return file;
 }
 
-// A scan of another layout is no scan of this set.
+// Reads one scan; empty if its layout is not that of this set.
 std::optional<LabelledScan> ReadLabelled(const std::string& path) {
   const auto file = formats::ReadCloud(path);
   if (!file.ok()) return std::nullopt;

@@ -1,4 +1,4 @@
-// The scans that benchmarks run on: real ones where they are at hand, else the virtual scanner's.
+// The scans that benchmarks run on: real ones if they are available, else the virtual scanner's.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ BenchmarkScans LoadBenchmarkScans();
 struct LabelledScan {
   perception::PointCloud cloud;
   formats::CloudFile file;            // x y z alone
-  std::vector<std::uint32_t> labels;  // of people, one a point; 0 where nothing was measured
+  std::vector<std::uint32_t> labels;  // made by people, one per point; 0 for no measurement
 };
 
-// In their order; empty where mosd/learn is not in CWM_DATA.
+// All of them in order; empty if mosd/learn is not in CWM_DATA.
 std::vector<LabelledScan> LoadLabelledScans();
 
 }  // namespace cwm::benchmarks

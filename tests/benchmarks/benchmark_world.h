@@ -1,4 +1,4 @@
-// A world of 30 primitives on one square metre, and places to ask about.
+// A world of 30 primitives on one square metre, and poses to query it at.
 #pragma once
 
 #include <memory>
@@ -12,10 +12,10 @@ namespace cwm::benchmarks {
 std::vector<Placed<>> BenchmarkShapes();
 std::shared_ptr<const collision::WorldSnapshot> MakeBenchmarkWorld();
 
-// The same shapes over and over, as densely as there, on a square as large as `count` needs.
+// The same shapes repeated with the same density, on a square as large as `count` needs.
 std::shared_ptr<const collision::WorldSnapshot> MakeLargeWorld(int count);
 
-// Uniform over the same space, any orientation.
+// Poses uniform over the same space, in any orientation.
 std::vector<Pose> RandomPoses(int count, unsigned seed);
 
 }  // namespace cwm::benchmarks

@@ -1,4 +1,4 @@
-// The measurements of `./dev bench`, each adding its figures to the report.
+// The measurements of `./dev bench`, each of which adds its figures to the report.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ namespace cwm::benchmarks {
 // pcl_plain_ratio.
 void MeasureInterpreter(Report& report);
 
-// Questions in process, by engine: distances_per_s.
+// Queries in process, by engine: distances_per_s.
 void MeasureEngines(Report& report);
 
-// How right the exact kernels are: closed_form_worst_rel, iterative_worst_m, fuzz_pairs,
+// The accuracy of the exact kernels: closed_form_worst_rel, iterative_worst_m, fuzz_pairs,
 // fuzz_failures.
 void MeasureOracles(Report& report);
 
@@ -24,26 +24,26 @@ void MeasureOracles(Report& report);
 void MeasurePairs(Report& report);
 void MeasureWorlds(Report& report);
 
-// A change of one object through the application's world, its past kept: publish_us_200,
+// A change of one object through the application's world, with its history kept: publish_us_200,
 // publish_us_10000, publish_bytes_200, publish_bytes_10000.
 void MeasurePublishing(Report& report);
 
-// The distance of the world at points, in process and through a running server:
+// The distance of the world from points, in process and through a running server:
 // sample_points_per_s, sample_points_grpc_per_s.
 void MeasureSamples(Report& report);
 
-// Shapes found in 500 random scenes, those invented, and the errors of their parameters:
-// shape_found, shape_spurious, radius_median_mm, radius_p95_mm, axis_median_deg, axis_p95_deg,
+// Shapes found and invented in 500 random scenes, and the errors of their parameters: shape_found,
+// shape_spurious, radius_median_mm, radius_p95_mm, axis_median_deg, axis_p95_deg,
 // box_edge_median_mm, box_edge_p95_mm, cone_half_angle_median_deg, centre_median_mm,
-// sigma_calibration. Quickly: 40 of the scenes.
+// sigma_calibration. The quick version takes 40 of the scenes.
 void MeasureShapes(Report& report);
 void MeasureShapesQuickly(Report& report);
 
 // Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
 void MeasureHandles(Report& report);
 
-// The same figures on other scenes: what was tuned on some is confirmed on those that nobody looked
-// at.
+// Seeds of random scenes: results tuned on some scenes are confirmed on others that were never
+// looked at.
 struct Seeds {
   std::uint64_t first = 0;
   int count = 0;  // of each family
@@ -58,37 +58,38 @@ inline constexpr Seeds kSeedsOfSensors{0, 20};
 void MeasureShapesOn(const Seeds& seeds, Report& report);
 void MeasureHandlesOn(const Seeds& seeds, Report& report);
 
-// Objects told apart in scenes of each family, `only` or all where that is empty, as a Kinect and as a
-// RealSense shows them: objects_f1_SENSOR_FAMILY.
+// Objects told apart in scenes of each family as a Kinect and as a RealSense sees them:
+// objects_f1_SENSOR_FAMILY. `only` names one family; empty means all.
 void MeasureFamilies(Report& report);
 void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& report);
 
-// What each pass of refinement is worth on scenes of each family, `only` or all where that is empty: a
-// table of paired differences with confidence intervals.
+// The value of each refinement pass on scenes of each family: a table of paired differences with
+// confidence intervals. `only` names one family; empty means all.
 void MeasureAblation(Report& report);
 void MeasureAblationOn(const Seeds& seeds, const std::string& only, Report& report);
 
-// The same of 40 scenes under the noise of other sensors and in other forms of a cloud, *_shape_found,
-// *_shape_spurious and *_sigma_calibration: realsense, tof, laser, fine (a sigma of 0.1 mm is given),
-// given (1 mm), shuffled, merged (three places), body (x forward, z up).
-// `only` is one of these words; empty: all.
+// The figures of shapes for 40 scenes under the noise of other sensors and in other forms of a
+// cloud, *_shape_found, *_shape_spurious and *_sigma_calibration: realsense, tof, laser, fine (a
+// sigma of 0.1 mm is given), given (1 mm), shuffled, merged (three places), body (x forward, z up).
+// `only` is one of these words; empty means all.
 void MeasureOtherSensorsOn(const Seeds& seeds, const std::string& only, Report& report);
 
-// The best grasps of things on simulated tables, judged by the truth: grasp_success.
+// The best grasps of objects on simulated tables, checked against the truth: grasp_success.
 void MeasureGrasps(Report& report);
 void MeasureGraspsOn(const Seeds& seeds, Report& report);
 
-// Real scans through the running server and PCL's chain with the same outputs: seg_learn_wov,
+// Real scans through the running server, and PCL's chain with the same outputs: seg_learn_wov,
 // seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_triangles, scan_ms, scan_p95_ms, pcl_full_ratio.
 void MeasureScans(Report& report);
 
-// The labelled scans in process, and by name those in which an object is missing or invented: labelled_f1.
+// The labelled scans in process, with the names of those in which an object is missing or invented:
+// labelled_f1.
 void MeasureLabelledScans(Report& report);
 
 // Real and simulated scans: coverage, free_space_violation, shape_explained, curved_on_boxes.
 void MeasureClaims(Report& report);
 
-// Model fitting alone beside CGAL's: cgal_fit_ratio.
+// Model fitting alone, beside CGAL's: cgal_fit_ratio.
 void MeasureFitting(Report& report);
 
 // Clouds that no scene makes: bad_input_ratio.
@@ -100,14 +101,14 @@ void MeasureGrowth(Report& report);
 // The Panda against FCL in 700 planning problems: panda_exact_ratio_fcl, panda_exact_mismatches.
 void MeasureRobots(Report& report);
 
-// A million states of it in those problems, many next to contact; where FCL tells otherwise, why:
-// mbm_unexplained.
+// A million states of the Panda in those problems, many of them next to contact, and the reason for
+// each verdict of FCL that differs: mbm_unexplained.
 void MeasureUnexplained(Report& report);
 
-// The same robot asked through a running server: panda_stream_states_per_s.
+// The same robot queried through a running server: panda_stream_states_per_s.
 void MeasureRobotStream(Report& report);
 
-// A mesh of five million triangles as object and as robot: largest_mesh_object_s,
+// A mesh of five million triangles as an object and as a robot: largest_mesh_object_s,
 // largest_mesh_robot_s, largest_mesh_asked_ms.
 void MeasureLargeMesh(Report& report);
 
@@ -115,7 +116,7 @@ void MeasureLargeMesh(Report& report);
 // unary_loaded_p50_ms.
 void MeasureRobotLatency(Report& report);
 
-// The Python client beside the C++ client, asking the same batches: python_batch_ratio.
+// The Python client beside the C++ client, with the same batches: python_batch_ratio.
 void MeasurePython(Report& report);
 
 // The viewer's page in a browser: viewer_frame_cpu_ms, viewer_draw_calls, viewer_update_ms.
@@ -131,8 +132,8 @@ void MeasureMotions(Report& report);
 // mbm_solved_of_700, mbm_median_ms, mbm_p95_ms, mbm_invalid_paths.
 void MeasurePlanning(Report& report);
 
-// What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels;
-// sensor: a word of MeasureOtherSensorsOn, or empty for the image of a Kinect.
+// Prints the shapes found in one of those scenes. Family: a name of kSceneFamilies; sensor: a word
+// of MeasureOtherSensorsOn, or empty for the image of a Kinect.
 void ReplayScene(const std::string& family, std::uint64_t seed, const std::string& sensor,
                  Report& report);
 

@@ -1,8 +1,10 @@
-// CGAL's Efficient_RANSAC on the objects of one scene: the rival of the model search, in a program of
-// its own (CGAL's shape detection is GPL; nothing of the server links it). One thread.
+// CGAL's Efficient_RANSAC on the objects of one scene: the rival of the model search, as a program
+// of its own because CGAL's shape detection is GPL and no library of the server links it. One
+// thread.
 //   cwm-bench-cgal OBJECTS EPSILON_M NORMAL_COSINE LEAST_POINTS PROBABILITY CLUSTER_GAP_M
-// OBJECTS: per object a uint32 count, then as many rows of six floats, point and unit normal.
-// Prints the milliseconds of all objects, points, points on a shape, and shapes.
+// OBJECTS is a file: per object a uint32 count, then as many rows of six floats, point and unit
+// normal. Prints the total milliseconds, the points, the points on a shape, and the number of
+// shapes.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Point_with_normal_3.h>
 #include <CGAL/Shape_detection/Efficient_RANSAC.h>

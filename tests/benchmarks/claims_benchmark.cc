@@ -1,5 +1,5 @@
-// Nothing lost, nothing invented: what interpretations claim against what was measured, on real and
-// on simulated scans.
+// Nothing lost, nothing invented: the claims of interpretations compared with the measurements, on
+// real and on simulated scans.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -25,14 +25,14 @@ constexpr int kThreads = 2;
 // at the same places in every scan.
 constexpr std::size_t kPointStride = 3;
 constexpr int kRayStride = 4;
-constexpr std::size_t kBoxScans = 25;          // the first of mosd/learn hold boxes alone
+constexpr std::size_t kBoxScans = 25;          // the first scans of mosd/learn contain boxes only
 constexpr std::uint64_t kSeedsPerFamily = 24;  // of each family of simulated scenes
 
 struct Claims {
   bool ok = false;
   Coverage coverage;
   FreeSpace free_space;
-  Coverage explained;  // points on true things, by shapes
+  Coverage explained;  // points on true objects, by shapes
   int curved = 0;      // cylinders, spheres, cones and vessels of 300 points or more
 
   void Add(const Claims& other) {
@@ -112,7 +112,7 @@ std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>
   return text;
 }
 
-// What is lost, by where it lies.
+// The lost points, by where they lie.
 std::string Lost(const Coverage& coverage) {
   return ByClaim("points deep in", coverage.deep) +
          ", bare points: " + std::to_string(coverage.bare[Coverage::kOfSupport]) +
@@ -136,7 +136,7 @@ struct Source {
   Claims sum;
 };
 
-// The worst few by rays, so that they can be looked at.
+// Prints the few cases with the most violating rays, so that they can be inspected.
 void PrintWorst(const std::vector<Claims>& all, const std::function<std::string(std::size_t)>& name,
                 Report& report) {
   std::vector<std::size_t> order(all.size());
@@ -186,7 +186,7 @@ Source JudgeFamily(SceneFamily family, Report& report) {
       [&](std::size_t k) { return NameOf(named(k)); }, report);
 }
 
-// The worst of the sources is the figure, each of them is quoted.
+// Adds the worst of the sources as the figure; its text quotes each of them.
 void AddFigure(const char* key, const std::vector<Source>& sources,
                const std::function<double(const Claims&)>& value,
                const std::function<bool(double, double)>& worse, const std::string& what,

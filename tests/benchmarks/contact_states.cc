@@ -28,8 +28,8 @@ class Arm {
     return CheckCollisions(*problem_.world, body_, RowsOf(rows), {})->verdict;
   }
 
-  // How far a point of the arm moves at most between two states. What one rigid motion moves
-  // farthest of a box is a corner.
+  // The largest distance that a point of the arm moves between two states. The point of a box that
+  // a rigid motion moves farthest is a corner.
   double Motion_m(const std::vector<double>& from, const std::vector<double>& to) {
     const std::vector<Vector3> before = Corners(from), after = Corners(to);
     double widest_m2 = 0;
@@ -72,13 +72,14 @@ Row Between(const Row& a, const Row& b, double share) {
   return row;
 }
 
-// A line from a free state to one in collision, on which the verdict changes between two shares.
+// A line in joint space from a free state to one in collision; the verdict changes between `low`
+// and `high`.
 struct Line {
   Row free, colliding;
   double low = 0, high = 1;
 };
 
-// All lines at once: batches are faster.
+// Bisects all lines together, because batches are faster.
 void Bisect(const Arm& arm, std::vector<Line>& lines) {
   constexpr int kHalvings = 24;  // of a line of some radians: to 1e-7 rad
   std::vector<double> rows;
@@ -96,7 +97,7 @@ void Bisect(const Arm& arm, std::vector<Line>& lines) {
   }
 }
 
-// At a random share of kNextToContact_m from the change of verdict.
+// A state at a random share of kNextToContact_m from the change of verdict.
 Row NextToContact(Arm& arm, const Line& line, std::mt19937_64& random) {
   const double middle = 0.5 * (line.low + line.high);
   const Row at_contact = Between(line.free, line.colliding, middle);

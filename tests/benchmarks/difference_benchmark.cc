@@ -1,5 +1,5 @@
-// Where FCL tells another verdict of the Panda's meshes than the exact engine, over a million
-// states of which many are next to contact, and why.
+// Verdicts of FCL on the Panda's meshes that differ from the exact engine's, over a million states
+// of which many are next to contact, and the reasons.
 #include <array>
 #include <cstdio>
 #include <vector>

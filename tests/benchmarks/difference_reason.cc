@@ -15,8 +15,8 @@ using namespace collision;
 
 namespace {
 
-// Whether all corners of one lie in the other: by solid angles or formulas, not by the trees and
-// hulls that the engine looks at. If surfaces crossed, some would not.
+// True if all corners of `other` lie in `holder`, by solid angles or formulas rather than by the
+// trees and hulls that the engine uses. If the surfaces crossed, some corner would lie outside.
 bool HoldsAllOf(const PlacedPart& holder, const PlacedPart& other) {
   const Pose X_HO = holder.X_WP.inverse(Eigen::Isometry) * other.X_WP;
   const auto* mesh = std::get_if<Mesh>(&holder.part.shape);
@@ -29,11 +29,11 @@ bool HoldsAllOf(const PlacedPart& holder, const PlacedPart& other) {
   });
 }
 
-using Exact = long double;  // rounds to 1e-19 of a metre what is some tenths
+using Exact = long double;  // rounds some tenths of a metre to 1e-19 m
 using ExactPoint = Eigen::Matrix<Exact, 3, 1>;
 
-// How far a point is from the inside of a convex solid, negative in it; the largest of the convex
-// functions that bound the solid, which is all that a search for the deepest needs.
+// The largest of the convex functions that bound a convex solid: negative inside. A search for the
+// deepest point needs no more. Empty for other shapes.
 std::optional<Exact> Outside_m(const Shape& shape, const ExactPoint& p) {
   if (const auto* box = std::get_if<Box>(&shape)) {
     return (p.cwiseAbs() - 0.5L * box->size_m.cast<Exact>()).maxCoeff();
@@ -46,7 +46,7 @@ std::optional<Exact> Outside_m(const Shape& shape, const ExactPoint& p) {
   return std::nullopt;
 }
 
-// The least of a convex function of [0, 1].
+// The minimum of a convex function on [0, 1].
 template <class Function>
 Exact LeastOf(const Function& f) {
   constexpr int kSteps = 80;  // thirds, down to 1e-14 of a triangle's edge
@@ -62,8 +62,8 @@ Exact LeastOf(const Function& f) {
   return f((low + high) / 2);
 }
 
-// Whether a point of a triangle of the mesh is surely in the solid: by formulas in extended precision,
-// by none of the engine's kernels.
+// True if a point of one of the mesh's triangles is certainly inside the solid: by formulas in
+// extended precision, without any of the engine's kernels.
 bool SharesAPoint(const PlacedPart& of_mesh, const PlacedPart& solid) {
   constexpr Exact kSurely_m = 1e-12L;  // poses are products in double precision
   const auto* mesh = std::get_if<Mesh>(&of_mesh.part.shape);
@@ -91,7 +91,7 @@ bool SharesAPoint(const PlacedPart& of_mesh, const PlacedPart& solid) {
   });
 }
 
-// Whether FCL tells the other verdict after the second part has moved by no more than kTouching_m.
+// True if FCL's verdict changes when the second part moves by no more than kTouching_m.
 bool ChangesWithinTouching(const FclRobot& fcl, const FclRobot::Pair& pair, bool told) {
   for (const double x : {-1.0, 0.0, 1.0}) {
     for (const double y : {-1.0, 0.0, 1.0}) {

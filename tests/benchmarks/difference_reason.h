@@ -1,4 +1,4 @@
-// Why FCL tells another verdict of a body of meshes in a world than the exact engine.
+// The reasons why FCL's verdict on a body of meshes in a world differs from the exact engine's.
 #pragma once
 
 #include <span>
@@ -10,15 +10,15 @@
 
 namespace cwm::benchmarks {
 
-// What nobody can measure: the surfaces are given in single precision, FCL's own tolerances are
-// 1e-6.
+// Below any measurable distance: the surfaces are given in single precision, and FCL's own
+// tolerances are 1e-6.
 inline constexpr double kTouching_m = 1e-6;
 
-// The stronger proof first.
+// Ordered from the strongest proof to none.
 enum class Why {
-  kContained,  // FCL's meshes are surfaces: what one holds wholly collides with nothing
+  kContained,  // FCL's meshes are surfaces: one inside another collides with nothing
   kShared,     // FCL overlooks a point of a triangle that lies in the other solid
-  kTouching,   // moved by no more than kTouching_m, FCL tells the other verdict
+  kTouching,   // FCL's verdict changes after a move by no more than kTouching_m
   kUnknown,
 };
 std::string_view NameOf(Why why);
@@ -28,14 +28,14 @@ struct PlacedPart {
   Pose X_WP;
 };
 
-// Refers to all that it is given.
+// Keeps references to all of its arguments.
 class DifferenceReason {
  public:
   DifferenceReason(const collision::QueryBody& body, const collision::WorldSnapshot& world,
                    const FclRobot& fcl);
 
-  // Of a state in which the verdicts differ, as `fcl` was last asked: every pair of which they do
-  // must be explained, and there must be one. The weakest proof of them.
+  // The weakest reason among the pairs whose verdicts differ in a state, as `fcl` was last queried;
+  // kUnknown if a pair has no reason or no pair differs.
   Why Explain(std::span<const Pose> X_WF) const;
 
  private:

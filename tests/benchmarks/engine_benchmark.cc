@@ -18,8 +18,8 @@ struct Rate {
   std::string error;
 };
 
-// Batches until half a second is full; the best of three such rounds, since other users only ever
-// slow it down.
+// Repeats the batch for half a second and takes the best of three such rounds, since other users of
+// the machine only ever slow it down.
 template <class Ask>
 Rate BestRate(std::size_t rows, Ask&& ask) {
   Rate best;

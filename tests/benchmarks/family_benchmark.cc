@@ -1,5 +1,5 @@
-// Objects told apart in random scenes of each family, under the noise of two sensors: what was tuned
-// on some families is measured on all.
+// Objects told apart in random scenes of each family, under the noise of two sensors: rules tuned
+// on some families are measured on all.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -33,7 +33,7 @@ struct Judged {
   std::string remarks;
 };
 
-// "can can box": the objects that share their found object with another one.
+// The objects that share their found object with another one, for example "can can box".
 std::string MergedNames(const SimulatedCase& run, const Confusion& confusion) {
   std::string names;
   for (const std::uint32_t label : confusion.merged_labels) {
@@ -42,7 +42,8 @@ std::string MergedNames(const SimulatedCase& run, const Confusion& confusion) {
   return names;
 }
 
-// "; invented: 512 of table": found objects most of whose points are of nothing that counts.
+// The found objects most of whose points do not belong to any counted object, for example ";
+// invented: 512 of table".
 std::string InventedNames(const SimulatedCase& run, const std::vector<std::uint32_t>& truth,
                           const std::vector<std::uint32_t>& labels) {
   struct Members {

@@ -1,4 +1,4 @@
-// The rival for robots: FCL's own meshes and objects, asked as a planner's plain loop would.
+// The rival for robots: FCL's own meshes and objects, queried as a planner's plain loop would.
 #pragma once
 
 #include <memory>
@@ -8,21 +8,22 @@
 
 namespace cwm::benchmarks {
 
-// A body and a world held by FCL; made once per scene, outside of what is timed.
+// A body and a world held by FCL, made once per scene, outside of the timed part.
 class FclRobot {
  public:
-  // Box, sphere, cylinder and mesh parts; their bounds are FCL's.
+  // Takes box, sphere, cylinder and mesh parts; their bounds are FCL's.
   FclRobot(const collision::QueryBody& body, const collision::WorldSnapshot& world);
   ~FclRobot();
 
-  // Every part against every object and the body's self pairs, until one collides.
+  // True if any part collides with an object or with its self pairs, in a loop over all pairs until
+  // one collides.
   bool CollidesPlainly(std::span<const Pose> X_WF);
-  // The same with FCL's tree of boxes over the world and boxes of the parts, as MoveIt asks.
+  // The same with FCL's tree of boxes over the world and boxes of the parts, as MoveIt does it.
   bool CollidesByTree(std::span<const Pose> X_WF);
 
-  // Two parts of the body, or a part of it and one of the world, by number in the order of its
-  // objects and of their parts: as the last question placed them, but the second moved by an
-  // offset.
+  // Two parts of the body, or a part of the body and one of the world, numbered in the order of the
+  // objects and of their parts. PairCollides takes them where the last query placed them, the
+  // second part moved by an offset.
   struct Pair {
     std::size_t part = 0;
     std::size_t other = 0;

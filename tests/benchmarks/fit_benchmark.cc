@@ -103,12 +103,13 @@ std::string CgalProgram() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "cwm-bench-cgal";
 }
 
-// Our gates and least points; probability 0.01 of missing the largest shape, as ours.
+// Runs CGAL with the modeler's gates and minimum point count, and the same probability (0.01) of
+// missing the largest shape; empty if the program failed.
 std::optional<FitTimes> FitCgal(const std::vector<Thing>& things, const std::string& path) {
   const perception::ModelerOptions ours;
   const double gate_m = 3 * MeanSigma_m(things);
   const double cosine = std::cos(15 * std::numbers::pi / 180);
-  const double gap_m = 2 * gate_m;  // of connected inliers: about as far apart as ours may lie
+  const double gap_m = 2 * gate_m;  // of connected inliers: about as in our own search
   WriteObjects(things, path);
   const testing::Finished run =
       testing::RunProgram({CgalProgram(), path, std::to_string(gate_m), std::to_string(cosine),
@@ -144,7 +145,7 @@ void MeasureFitting(Report& report) {
   for (const perception::PointCloud& cloud : scans.clouds) {
     const std::vector<Thing> things = ThingsOf(cloud);
     if (things.empty()) continue;
-    for (int round = 0; round < 3; ++round) {  // in turn, so that both see the machine's moods
+    for (int round = 0; round < 3; ++round) {  // in turn, so that both run under the same load
       const std::optional<FitTimes> rival = FitCgal(things, scratch / "objects");
       if (!rival) return report.Fail("cwm-bench-cgal failed");
       rivals.push_back(*rival);

@@ -1,4 +1,4 @@
-// Grasps that a scan leads to, judged by what really stands there.
+// Grasps planned on a scan, checked against the true scene.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,7 +19,7 @@
 namespace cwm::benchmarks {
 namespace {
 
-// The true solid; false for kinds that no table has.
+// Sets the true solid; false for kinds that no table has.
 bool SetTrueShape(const Shape& shape, v1::ShapePart* part) {
   if (SetShape(shape, part)) return true;
   const auto set_outline = [&](const Plate& plate) {
@@ -74,14 +74,14 @@ bool IngestScan(const client::Connection& connection, const perception::Simulate
 void DeleteWorld(const client::Connection& connection, const std::string& world) {
   v1::DeleteWorldRequest request;
   request.set_world(world);
-  // Worlds of the benchmark's own server: one that stays costs memory alone.
+  // The worlds are in the benchmark's own server: one that remains only costs memory.
   (void)connection.Call(&v1::WorldService::Stub::DeleteWorld, connection.worlds(), request);
 }
 
 struct Count {
   int graspable = 0, confirmed = 0, objects = 0, found_without_truth = 0;
   std::map<std::string, int> failures = {};
-  std::vector<std::string> lines = {};  // what failed where
+  std::vector<std::string> lines = {};  // the failures and where they happened
 
   void Fail(std::uint64_t seed, const std::string& object, const std::string& what,
             const std::string& detail) {
@@ -95,8 +95,8 @@ Eigen::Vector3d MiddleOf(const perception::SimulatedObject& object) {
   return bounds.center();
 }
 
-// The found object whose bounds' middle is nearest to that of the true one, at most 5 cm away: things
-// stand at least 2 cm apart and are some 4 cm wide.
+// The found object whose bounds have their middle nearest to the true one's, at most 5 cm away;
+// null if there is none. Objects stand at least 2 cm apart and are some 4 cm wide.
 const grasp::ObjectPlan* PlanFor(const perception::SimulatedObject& object,
                                  const grasp::Plan& plan) {
   constexpr double kSamePlace_m = 0.05;
@@ -127,7 +127,7 @@ const char* NameOf(grasp::Fault fault) {
   return "?";
 }
 
-// The best grasp of the scan, with what truly stands there. It may come as near as touching.
+// Assesses the best grasp of the scan in the true scene. It may come as near as touching.
 absl::StatusOr<grasp::Assessment> Judge(const client::Connection& connection,
                                         const grasp::PlanRequest& request, const grasp::Plan& truth,
                                         const std::string& object, const grasp::Grasp& best) {
@@ -139,8 +139,9 @@ absl::StatusOr<grasp::Assessment> Judge(const client::Connection& connection,
   return judged->front();
 }
 
-// The same, asked of nothing but the formulas of the true shapes: points 6 mm apart in the open
-// gripper at every centimetre of its way, and places of the pads moved inwards by 0.1 mm at a time.
+// The same assessment with the formulas of the true shapes alone: points 6 mm apart in the open
+// gripper at every centimetre of its approach, and positions of the pads moved inwards in steps of
+// 0.1 mm.
 class PointJudge {
  public:
   PointJudge(const perception::SimulatedScene& scene, const grasp::Question& question)
@@ -190,7 +191,7 @@ class PointJudge {
     return true;
   }
 
-  // Whether the first that the pad on this side meets is the object, within friction.
+  // True if the first object that the pad on this side meets is the grasped one, within friction.
   bool Holds(const Eigen::Isometry3d& X_WG, const std::string& object, double side) const {
     constexpr double kStep_m = 0.0001;
     const grasp::Gripper& gripper = question_.gripper;

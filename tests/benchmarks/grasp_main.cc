@@ -1,4 +1,4 @@
-// Grasps alone: quick to build where the planner is worked on.
+// The figures of grasps alone: quick to build while working on the planner.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

@@ -1,6 +1,6 @@
-// How time and memory grow with the cloud, through the running server: one kitchen sampled more and
-// more densely, and more and more kitchens side by side, in a ring about the one place that all are
-// seen from.
+// Growth of time and memory with the size of the cloud, through the running server: one kitchen
+// sampled more and more densely, and more and more kitchens side by side, in a ring around the one
+// viewpoint from which all are seen.
 #include <unistd.h>
 
 #include <Eigen/Geometry>
@@ -31,15 +31,16 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kThreads = 2;
 constexpr std::int64_t kMillion = 1'000'000;
-constexpr int kMillions = 15;  // of the largest clouds, and how many kitchens make a ring
+constexpr int kMillions = 15;  // of the largest clouds, and the number of kitchens in a ring
 constexpr double kDegree = std::numbers::pi / 180;
-// From the middle of the ring down to the counters: as far off as kitchens of 2 m side by side need.
+// From the middle of the ring down to the counters: as far away as kitchens of 2 m side by side
+// need.
 constexpr double kViewDistance_m = 6.8, kPitch_rad = 45 * kDegree;
-// A scanning laser as the paper's: 3 mm on bright to 10 mm on dark surfaces; the server is told the
-// larger, as the worst that it must expect.
+// A scanning laser like the paper's: 3 mm on bright to 10 mm on dark surfaces. The server is told
+// the larger one, as the worst that it must expect.
 constexpr double kBrightSigma_m = 0.003, kDarkSigma_m = 0.010;
 
-// The parts of a scene in its world, with their bounds for the rays.
+// A part of a scene in its world, with its bounds for the rays.
 struct Target {
   Pose X_SW;
   Shape shape;
@@ -57,7 +58,7 @@ std::vector<Target> Targets(const perception::SimulatedScene& scene) {
       target.X_SW = X_WS.inverse();
       target.shape = part.shape;
       target.bounds_W = TightBounds(part.shape, X_WS);
-      // Brightness differs from thing to thing.
+      // Brightness differs from object to object.
       target.sigma_m = std::lerp(kBrightSigma_m, kDarkSigma_m, 0.25 * (count++ % 5));
     }
   }
@@ -78,7 +79,7 @@ struct Sample {
 std::optional<Sample> Cast(const std::vector<Target>& targets, const Vector3& origin,
                            const Vector3& direction) {
   std::optional<Sample> nearest;
-  double nearest_t = 8;  // the foot of the counter is 7.2 m away, and nothing farther
+  double nearest_t = 8;  // the foot of the counter is 7.2 m away; nothing is farther
   for (const Target& target : targets) {
     if (!Meets(origin, direction, target.bounds_W)) continue;
     const auto hit =
@@ -90,7 +91,7 @@ std::optional<Sample> Cast(const std::vector<Target>& targets, const Vector3& or
   return nearest;
 }
 
-// In the world of one kitchen.
+// The viewpoint in the world of one kitchen.
 Vector3 Eye_W() {
   const Vector3 to_counter(std::cos(kPitch_rad), 0, -std::sin(kPitch_rad));
   const Pose X_WC = perception::KitchenCamera().X_WC;
@@ -98,9 +99,9 @@ Vector3 Eye_W() {
   return X_WC.translation() - (kViewDistance_m - kCameraDistance_m) * to_counter;
 }
 
-// Points as a laser on a pan-tilt unit measures them that looks at one kitchen from there, in a
-// level frame with its origin there: rays spread evenly over the kitchen, from the foot of the
-// counter to the top of the wall, noise along them. Exactly `count`.
+// Exactly `count` points as a laser on a pan-tilt unit at the viewpoint measures them, in a level
+// frame with its origin there: the rays are spread evenly over one kitchen, from the foot of the
+// counter to the top of the wall, with noise along them.
 std::vector<Eigen::Vector3f> ScanKitchen(std::int64_t count, std::uint64_t seed) {
   constexpr double kPan_rad = 180 * kDegree / kMillions;
   const Vector3 eye_W = Eye_W();
@@ -138,7 +139,7 @@ formats::CloudFile ToFile(const std::vector<Eigen::Vector3f>& points) {
   return file;
 }
 
-// Kitchens first to last - 1 of the ring, each scanned by as many points.
+// Kitchens `first` to `last` - 1 of the ring, each scanned with the same number of points.
 formats::CloudFile Kitchens(int first, int last, std::int64_t points_each) {
   std::vector<Eigen::Vector3f> all;
   for (int k = first; k < last; ++k) {
@@ -161,7 +162,7 @@ double PeakGibibytes(pid_t pid) {
   return kibibytes / (1024 * 1024);
 }
 
-// Of all threads so far, user and system: what counts where others share the machine.
+// Processor time of all threads so far, user and system, because the machine is shared with others.
 double CpuSeconds(pid_t pid) {
   constexpr int kUserTime = 14;  // fields of proc(5)'s stat, from 1; system time follows
   std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
@@ -178,7 +179,7 @@ struct Growth {
   double peak_gib = 0;
 };
 
-// A server of its own each time: the peak is that of this cloud.
+// Ingests the cloud into a new server each time, so that the peak memory is that of this cloud.
 std::optional<Growth> Ingest(const formats::CloudFile& file, Report& report) {
   const RunningServer server;
   if (!server.up()) {
@@ -227,8 +228,8 @@ std::optional<Series> MeasureOneKitchen(Report& report) {
   return Series{last, last.seconds / kMillions / growths.front().seconds};
 }
 
-// Kitchens differ in their noise alone, and yet the dearest takes twice as long as the cheapest:
-// the figure compares fifteen with the first, the detail with the same fifteen one by one.
+// Kitchens differ in their noise alone, and yet the slowest takes twice as long as the fastest: the
+// figure compares fifteen with the first, the detail with the same fifteen one by one.
 std::optional<Series> MeasureKitchens(Report& report) {
   report.Detail("Kitchens of a million points each, alone and then side by side:");
   double alone_seconds = 0, first_seconds = 0;

@@ -27,7 +27,7 @@ std::string Line(const std::string& name, const std::vector<double>& values_ms) 
 
 void MeasureInterpreter(Report& report) {
   const BenchmarkScans scans = LoadBenchmarkScans();
-  constexpr int kRounds = 3;  // in turn with the rival, so that both see the machine's moods
+  constexpr int kRounds = 3;  // in turn with the rival, so that both run under the same load
   std::map<std::string, std::vector<double>> stages;
   std::vector<std::string> stage_order;
   std::vector<double> ours_ms, ratios;

@@ -1,4 +1,5 @@
-// The labelled Kinect scans, interpreted in this process: which scans lose or invent objects.
+// The labelled Kinect scans, interpreted in this process: the scans in which objects are lost or
+// invented.
 #include <cstdio>
 #include <string>
 #include <vector>

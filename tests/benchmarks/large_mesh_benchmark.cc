@@ -1,4 +1,4 @@
-// The largest mesh that is taken, as an object and as a link of a robot of the running server.
+// The largest mesh that is accepted, as an object and as a link of a robot of the running server.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -27,7 +27,8 @@ double Since_s(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// A closed ball of rings of as many vertices, and a vertex at either pole.
+// A closed ball of rings, with as many vertices per ring as there are rings, and one vertex at
+// either pole.
 TriangleMesh Ball() {
   TriangleMesh ball;
   for (std::uint32_t ring = 1; ring < kRings; ++ring) {
@@ -76,7 +77,8 @@ bool PutRobot(const client::Connection& connection, const TriangleMesh& mesh) {
       .ok();
 }
 
-// Of a box that touches it, as a distance and as a verdict; the slower one, in milliseconds.
+// The slower of a distance query and a collision query with a box 1 mm beside the ball, in
+// milliseconds.
 double Ask_ms(const client::Connection& connection, const std::string& world) {
   v1::Subject subject;
   v1::Box* const box = subject.mutable_shapes()->add_shapes()->mutable_box();

@@ -113,7 +113,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) {
       json = argv[++i];
-    } else if (argv[i][0] == '-') {  // to Google Benchmark: all whose names do not match
+    } else if (argv[i][0] == '-') {  // Google Benchmark's negative filter
       std::fprintf(stderr, "unknown option %s\n%s", argv[i], usage.c_str());
       return 1;
     } else {

@@ -1,5 +1,5 @@
-// Whether certified motions are right: against dense sampling of the same edges, of a box among thirty
-// objects and of the Panda's meshes in the scenes of MotionBenchMaker.
+// The correctness of certified motions, against dense sampling of the same edges, of a box among
+// thirty objects and of the Panda's meshes in the scenes of MotionBenchMaker.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -25,15 +25,16 @@ using namespace collision;
 
 constexpr std::size_t kBodyEdges = 20'000, kSteps = 10'000;
 constexpr std::size_t kMoreBodyEdges = 100'000, kFewSteps = 500;
-// Between two of the few samples the body goes some millimetres: what they see farther away than this
-// they do not step over. Nearer by, there are as many as of the dense ones.
+// The body moves some millimetres between two of the few samples: from a sample with a wider gap
+// than this it cannot step over anything. Nearer to objects, samples are as dense as in the first
+// measurement.
 constexpr double kNear_m = 5e-3;
 constexpr std::size_t kFiner = kSteps / kFewSteps;
 constexpr std::size_t kPandaEdges = 2'000;
 constexpr std::size_t kThreads = 2;
 constexpr double kSlow_m = 1e-3;  // over the whole edge: brackets may then be wider
 
-// Places of an edge, evenly from `begin` to `end`.
+// Poses along an edge, evenly spaced from fraction `begin` to `end`.
 class SampledEdge : public BodyRows {
  public:
   SampledEdge(const BodyMotion& motion, double begin, double end, std::size_t steps)
@@ -45,7 +46,7 @@ class SampledEdge : public BodyRows {
   void Place(std::size_t row, std::span<Pose> X_WF) const override {
     motion_.Place(FractionOf(row), X_WF);
   }
-  // From one of its samples to another.
+  // A finer sampling from one of its samples to another.
   SampledEdge Finer(std::size_t first, std::size_t last) const {
     return {motion_, FractionOf(first), FractionOf(last), (last - first) * kFiner};
   }
@@ -81,7 +82,7 @@ struct Tally {
   }
 };
 
-// Verdicts of many edges against what samples of them say.
+// Compares the verdicts on edges with samples of them.
 class Judge {
  public:
   Judge(const WorldSnapshot& world, const QueryBody& body) : world_(world), body_(body) {}
@@ -128,7 +129,7 @@ class Judge {
     return edges;
   }
 
-  // A bracket, though the gap closes faster than kSlow_m per edge.
+  // True if a bracket is wider than promised although the gap closes faster than kSlow_m per edge.
   bool IsTooWide(const BodyMotion& edge, double lo, double hi) const {
     if (hi - lo <= kBracket * (1 + 1e-9)) return false;
     const PairColumns at = *GetDistances(world_, body_, SampledEdge(edge, lo, hi, 1), {});
@@ -139,7 +140,7 @@ class Judge {
     return Collides(samples) || (sampling.is_refined && CollidesNearby(samples, tally));
   }
 
-  // Between samples that are near, or beside one that is.
+  // True if a finer sample between near samples, or beside a near one, collides.
   bool CollidesNearby(const SampledEdge& samples, Tally& tally) const {
     const PairColumns near = *GetDistances(world_, body_, samples, {.max_distance_m = kNear_m});
     const auto is_near = [&](std::size_t row) {
@@ -167,7 +168,7 @@ class Judge {
   const QueryBody& body_;
 };
 
-// `check(k, tally)` for all k below `count`, on all threads.
+// Runs `check(k, tally)` for all k below `count` on all threads and adds up the tallies.
 template <class Check>
 Tally OnThreads(std::size_t count, const Check& check) {
   std::array<Tally, kThreads> tallies;
@@ -203,7 +204,7 @@ Tally OfBody(std::size_t edges, const Sampling& sampling, unsigned seed) {
   });
 }
 
-// From near the goal to near the goal, or to anywhere.
+// Edges from near the goal to near the goal, or to anywhere.
 Tally OfPanda(const PandaProblems& all) {
   const QueryBody body = BodyFromRobot(*all.robot, RobotScope::kBoth);
   const RobotModel& model = *all.robot->model;

@@ -1,5 +1,5 @@
-// How right the exact kernels are: against formulas in extended precision, against certificates, and
-// over many pairs that hurt.
+// The accuracy of the exact kernels: against formulas in extended precision, against certificates,
+// and over many difficult pairs.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -41,12 +41,12 @@ PairDistance Solve(const PosedPair& pair) {
   return ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
 }
 
-// Calls ask(a, b) for the ordered pairs of kinds with a formula, or for those without.
+// Calls ask(a, b) for the ordered pairs of kinds that have a formula, or for those that have none.
 template <class Ask>
 void ForEachPairOfKinds(bool of_formulas, const Ask& ask) {
   for (const ShapeKind a : kKinds) {
     for (const ShapeKind b : kKinds) {
-      if (a == ShapeKind::kHalfSpace && b == a) continue;  // a layer, or no depth
+      if (a == ShapeKind::kHalfSpace && b == a) continue;  // overlap in a layer, or without bound
       if (collision::HasLongDoubleOracle(a, b) == of_formulas) ask(a, b);
     }
   }
@@ -69,7 +69,7 @@ double WorstOfFormula(ShapeKind a, ShapeKind b) {
   return worst;
 }
 
-// What pairs are drawn of.
+// The sizes that pairs are drawn with.
 enum class Sizes { kTwentyCentimetres, kHands, kAny };
 constexpr std::array kAllSizes = {Sizes::kTwentyCentimetres, Sizes::kHands, Sizes::kAny};
 
@@ -85,7 +85,7 @@ std::string_view NameOf(Sizes sizes) {
   return "dimensions of 1 mm to 10 m";
 }
 
-// The worst of some answers, and of which pair it was.
+// The largest error of some answers, and the pair that has it.
 struct Worst {
   double error_m = 0;
   std::string of;
@@ -127,8 +127,8 @@ PosedPair Draw(Sizes sizes, RandomPairs& random, ShapeKind a, ShapeKind b) {
   return random.Pair(a, b);
 }
 
-// By certificates: the gap along the normal proves a distance from below, witnesses from above; of an
-// overlap a search for a lesser one.
+// The error by certificates: the gap along the normal proves a lower bound of a distance, the
+// witness points an upper bound; for an overlap, by a search for a smaller one.
 double ErrorOf_m(const PosedPair& pair, const PairDistance& answer) {
   const double error_m = collision::ErrorsOf(pair, answer).distance_m;
   if (answer.distance_m >= 0) return error_m;
@@ -136,7 +136,7 @@ double ErrorOf_m(const PosedPair& pair, const PairDistance& answer) {
   return std::max(error_m, -answer.distance_m - least_m);
 }
 
-// Bounds that answers state are not taken off.
+// Error bounds that answers state are not subtracted.
 void Iterate(Sizes sizes, ShapeKind a, ShapeKind b, Worst& worst) {
   RandomPairs random(43);
   for (int k = 0; k < kIteratedPairs; ++k) {

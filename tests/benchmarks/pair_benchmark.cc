@@ -1,4 +1,5 @@
-// One pair of shapes, one engine: what a narrow phase costs. Name: Distance/ENGINE/KIND_A/KIND_B.
+// The cost of one pair of shapes in one engine, the narrow phase. Name:
+// Distance/ENGINE/KIND_A/KIND_B.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -61,7 +62,7 @@ const bool kRegistered = [] {
   return true;
 }();
 
-// Microseconds a distance, over the pairs that the engine answers.
+// Microseconds per distance, over the pairs that the engine answers.
 double MeanPair_us(const Engine& engine, int& pair_count) {
   const std::vector<Pose> poses = RandomPoses(2000, 3);
   double total_us = 0;

@@ -70,7 +70,7 @@ std::shared_ptr<const collision::WorldSnapshot> WorldOf(const formats::SceneFile
   return world.ok() ? *world : nullptr;
 }
 
-// The values of the arm's joints, by name.
+// The values of the arm's joints, in its order.
 std::vector<double> InOrder(const collision::JointGroup& arm,
                             const std::map<std::string, double>& values) {
   std::vector<double> row;

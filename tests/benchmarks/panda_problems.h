@@ -1,5 +1,5 @@
 // The 700 planning problems of MotionBenchMaker for the Franka Panda, which the repository does not
-// hold.
+// contain.
 #pragma once
 
 #include <memory>
@@ -24,11 +24,11 @@ struct PandaProblems {
   std::vector<PandaProblem> problems;
 };
 
-// Nothing where motion_bench_maker is not in CWM_DATA, or not as its README says.
+// Empty if motion_bench_maker is not in CWM_DATA or is not laid out as its README says.
 std::optional<PandaProblems> ReadPandaProblems();
 
-// States of the arm for one problem, row by row: every other one uniformly random within the limits,
-// the others within 0.1 rad of the goal on each joint. The same for the same seed.
+// States of the arm for one problem, row by row: every other one uniformly random within the
+// limits, the others within 0.1 rad of the goal on each joint. The same seed gives the same states.
 std::vector<double> RandomStates(const PandaProblems& all, const PandaProblem& problem,
                                  std::size_t count, std::uint64_t seed);
 

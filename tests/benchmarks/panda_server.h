@@ -9,14 +9,14 @@
 
 namespace cwm::benchmarks {
 
-// The robot "panda" and the objects of the problem in a world of that name.
+// Puts the robot "panda" and the objects of the problem into a world of that name.
 absl::Status PutPandaProblem(const client::Connection& connection, const PandaProblem& problem,
                              const std::string& world);
-// The objects of the problem in place of those of `before`.
+// Puts the objects of the problem in place of those of `before`.
 absl::Status ReplacePandaProblem(const client::Connection& connection, const PandaProblem& before,
                                  const PandaProblem& problem, const std::string& world);
 
-// States of the group panda_arm.
+// A query about states of the group panda_arm.
 v1::CheckCollisionsRequest PandaIn(const std::string& world, const std::vector<double>& states,
                                    v1::RobotGeometry geometry);
 

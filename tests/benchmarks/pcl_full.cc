@@ -61,7 +61,7 @@ void EstimateNormals(const Cloud::Ptr& cloud) {
   estimation.setInputCloud(cloud);
   estimation.setSearchMethod(std::make_shared<pcl::search::KdTree<Point>>());
   estimation.setKSearch(kNeighbours);
-  estimation.compute(*cloud);  // fills the normals in, points stay
+  estimation.compute(*cloud);  // fills in the normals; points stay
 }
 
 double MedianDepth_m(const Cloud& cloud) {
@@ -73,8 +73,8 @@ double MedianDepth_m(const Cloud& cloud) {
   return depths[depths.size() / 2];
 }
 
-// PCL adds the normal's angle to the distance: this weight makes a normal at our gate on the surface
-// as far away as a point at the distance gate.
+// PCL adds the normal's angle to the distance. With this weight, a point on the surface whose
+// normal is at our gate is as far away as a point at the distance gate.
 double NormalWeight(double gate_m) { return gate_m / (gate_m + kNormalGate_rad); }
 
 pcl::PointIndices::Ptr FindModel(const Cloud::Ptr& cloud, int model, double gate_m,
@@ -104,7 +104,8 @@ Cloud::Ptr Without(const Cloud::Ptr& cloud, const pcl::PointIndices::Ptr& taken)
   return left;
 }
 
-// What stands on the largest plane, and what is neither that nor the plane.
+// The points of objects above the largest plane, and the points that belong neither to them nor to
+// the plane.
 struct Split {
   Cloud::Ptr objects, rest;
 };
@@ -150,7 +151,7 @@ std::vector<pcl::PointIndices> Clusters(const Cloud::Ptr& cloud) {
   return clusters;
 }
 
-// The best of four models.
+// The inliers of the best of four models.
 pcl::PointIndices::Ptr FindBestModel(const Cloud::Ptr& cloud, double gate_m) {
   auto best = std::make_shared<pcl::PointIndices>();
   for (int model : {pcl::SACMODEL_NORMAL_PLANE, pcl::SACMODEL_CYLINDER, pcl::SACMODEL_NORMAL_SPHERE,
@@ -162,8 +163,8 @@ pcl::PointIndices::Ptr FindBestModel(const Cloud::Ptr& cloud, double gate_m) {
   return best;
 }
 
-// Model after model, as in PCL's cylinder tutorial, until what is left makes none. Returns what
-// they leave.
+// Takes model after model, as in PCL's cylinder tutorial, until the rest makes none. Returns the
+// points left.
 Cloud::Ptr TakeModels(Cloud::Ptr rest, double gate_m, PclFullTimes& times) {
   constexpr auto kFewest = static_cast<std::size_t>(kSmallestCluster);
   for (bool first = true; rest->size() >= kFewest; first = false) {
@@ -177,7 +178,7 @@ Cloud::Ptr TakeModels(Cloud::Ptr rest, double gate_m, PclFullTimes& times) {
   return rest;
 }
 
-// Moving least squares, as our own surfaces are smoothed.
+// Resamples by moving least squares, as our own surfaces are smoothed.
 Cloud::Ptr Resampled(const Cloud::Ptr& cloud) {
   auto smooth = std::make_shared<Cloud>();
   pcl::MovingLeastSquares<Point, Point> squares;
@@ -198,7 +199,7 @@ void MeshOf(const Cloud::Ptr& rough) {
   tree->setInputCloud(cloud);
   pcl::GreedyProjectionTriangulation<Point> triangulation;
   triangulation.setSearchRadius(kMeshReach_m);
-  triangulation.setMu(2.5);  // this and what follows as in PCL's own tutorial
+  triangulation.setMu(2.5);  // this and the following as in PCL's own tutorial
   triangulation.setMaximumNearestNeighbors(100);
   triangulation.setMaximumSurfaceAngle(std::numbers::pi / 4);
   triangulation.setMinimumAngle(std::numbers::pi / 18);

@@ -1,5 +1,5 @@
-// The motion planner on the 700 problems of MotionBenchMaker: its states asked of a running server,
-// and of FCL in process.
+// The motion planner on the 700 problems of MotionBenchMaker, with states checked by a running
+// server and by FCL in process.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -66,7 +66,7 @@ planner::PlanProblem ToPlan(const PandaProblems& all, const PandaProblem& proble
   return plan;
 }
 
-// All states of the path, 0.01 rad apart, by FCL alone.
+// True if FCL alone finds all states of the path free, 0.01 rad apart.
 bool IsFreeByFcl(const planner::PlanProblem& plan, const std::vector<planner::Row>& path,
                  planner::StateChecker& fcl) {
   const planner::JointSpace space(plan.joints, 1);
@@ -113,7 +113,7 @@ struct Tally {
   }
 };
 
-// Of a plan and its time; nothing when the checker failed.
+// Plans a motion and adds its time to the tally; empty if the checker failed.
 std::optional<PlanResult> Plan(const planner::PlanProblem& problem, planner::StateChecker& checker,
                                const planner::PlanOptions& options, Tally& tally) {
   const auto start = std::chrono::steady_clock::now();
@@ -124,7 +124,8 @@ std::optional<PlanResult> Plan(const planner::PlanProblem& problem, planner::Sta
   return *result;
 }
 
-// Whether the server knows paths that were asked state by state to be free in between.
+// Motion certificates of paths that were checked state by state: the server's verdicts on the space
+// in between.
 struct Certificates {
   int free = 0, contact = 0, doubt = 0;
   std::vector<double> times_ms;

@@ -14,7 +14,7 @@ struct PlannerMeasure {
   bool certify = true;
   planner::PlanOptions options = {};
 };
-// Figures of all problems alone; details of any.
+// Adds figures only if all problems are measured beside FCL; adds details in any case.
 void MeasurePlanner(const PlannerMeasure& measure, Report& report);
 
 }  // namespace cwm::benchmarks

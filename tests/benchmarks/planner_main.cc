@@ -1,5 +1,5 @@
-// The motion planner without the rest: the figures of ./dev bench people-planner, or of a part of
-// the problems with other options.
+// The motion planner alone: the figures of ./dev bench people-planner, or of a part of the problems
+// with other options.
 #include <cstdlib>
 #include <functional>
 #include <map>

@@ -1,4 +1,4 @@
-// What it costs to publish a change of one object, with the past kept and every engine ready to
+// The cost of publishing a change of one object, with the history kept and every engine ready to
 // answer.
 #include <malloc.h>
 
@@ -43,7 +43,7 @@ std::shared_ptr<server::World> PublishedWorld(int count) {
   return world;
 }
 
-// The verdicts of every engine, one after the other; empty when one of them refuses.
+// The verdicts of every engine, one after the other; empty if one of them refuses.
 std::vector<std::uint8_t> Verdicts(const collision::WorldSnapshot& world) {
   const collision::QueryBody gripper =
       collision::BodyFromShapes({{.shape = Box{.size_m = {0.1, 0.08, 0.2}}}});
@@ -83,13 +83,13 @@ void MeasureAt(int count, Report& report) {
   }
   const double bytes = static_cast<double>(mallinfo2().uordblks - heap_before) / kMoves;
 
-  // A pinned revision answers as it did, the latest one by every engine.
+  // A pinned revision answers as before, and the latest one answers by every engine.
   if (verdicts_before.empty() || Verdicts(*world->Snapshot()).empty() ||
       Verdicts(**world->At(server::Exactly{first->revision()}, {}, {})) != verdicts_before) {
     return report.Fail("an engine refused to answer, or a pinned revision answered otherwise");
   }
 
-  // What a world pays that copies the list of its objects, and nothing else.
+  // The cost of copying the list of objects alone, for comparison.
   std::vector<collision::WorldObjectPtr> list(first->objects().begin(), first->objects().end());
   std::vector<double> copies_us;
   for (int i = 0; i < 200; ++i) {

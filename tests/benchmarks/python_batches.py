@@ -12,7 +12,7 @@ import numpy as np
 import cwm
 
 
-# As many in python_benchmark.cc: a new connection finds out how much may be under way on it.
+# The same number as in python_benchmark.cc: a new connection adapts its flow-control window first.
 WARM_UP = 10
 
 

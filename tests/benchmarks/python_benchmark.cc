@@ -1,4 +1,5 @@
-// Batches of robot states asked by the Python client and by the C++ client, in turn, of one server.
+// Batches of robot states queried by the Python client and by the C++ client, in turn, from one
+// server.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -26,11 +27,11 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kProblemStep = 100;
 constexpr std::size_t kBatch = 10'000;
 constexpr int kBatches = 30;
-// As many in python_batches.py: a new connection finds out how much may be under way on it.
+// The same number as in python_batches.py: a new connection adapts its flow-control window first.
 constexpr int kWarmUp = 10;
 constexpr int kRounds = 3;
 
-// A robot of a world, and states of it to ask about.
+// A query about a robot of a world, with its states.
 struct Question {
   v1::CheckCollisionsRequest request;  // with the states
   std::vector<double> states;
@@ -41,7 +42,7 @@ struct Times {
   std::size_t collisions = 0;  // of one batch: both must find the same
 };
 
-// Each request is made anew, as that of a planner; over a connection of its own, as Python's.
+// Each request is made anew, as a planner's is, over a connection of its own like Python's.
 std::optional<Times> AskInCpp(const std::string& address, const Question& question) {
   const client::Connection connection({.address = address, .deadline = std::nullopt});
   Times times;
@@ -63,7 +64,7 @@ std::optional<Times> AskInCpp(const std::string& address, const Question& questi
   return times;
 }
 
-// What Python answers is JSON; what it says otherwise goes to `error`.
+// Parses Python's answer, which is JSON; any other output goes to `error`.
 std::optional<Times> AskInPython(const client::Connection& connection, const Question& question,
                                  const testing::ScratchDirectory& scratch, std::string& error) {
   const std::string states = scratch / "states.f64";
@@ -86,7 +87,7 @@ std::optional<Times> AskInPython(const client::Connection& connection, const Que
                .collisions = answer.value("collisions", std::size_t{0})};
 }
 
-// A small robot of our own in the benchmark world, for machines without the planning problems.
+// A small robot in the benchmark world, for machines without the planning problems.
 absl::StatusOr<Question> OwnQuestion(const client::Connection& connection) {
   v1::LoadRobotHeader header;
   header.set_name("balls");

@@ -1,5 +1,5 @@
-// The quality of perception without a server: quick to build where perception is worked on. The same
-// figures as ./dev bench perception prints.
+// The quality of perception without a server: quick to build while working on perception. Prints
+// the same figures as ./dev bench perception.
 #include <cstdlib>
 #include <cstring>
 #include <functional>
@@ -98,7 +98,7 @@ void Run(const Call& call, Report& report) {
 }  // namespace cwm::benchmarks
 
 int main(int argc, char** argv) {
-  // What was tuned on some scenes holds only where it holds on those that nobody has looked at.
+  // Rules tuned on some scenes count only if they hold on scenes that were never looked at.
   constexpr char kUsage[] =
       "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|ablate [FAMILY]|\n"
       "                   handles|claims|labelled|scene FAMILY SEED [SENSOR]]\n"

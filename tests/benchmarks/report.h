@@ -1,4 +1,4 @@
-// What a benchmark prints and what it leaves behind for machines.
+// The table that a benchmark prints, and the file that it writes for other programs.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace cwm::benchmarks {
 
-// One figure, beside a rival's figure of the same run where there is one.
+// One figure, beside a rival's figure of the same run if there is one.
 struct Figure {
   std::string key;
   double value = 0;
@@ -16,26 +16,27 @@ struct Figure {
   std::string rival = {};                  // empty: none
   std::optional<double> rival_value = {};  // in the same unit
   std::optional<double> ratio = {};        // rival_value / value for times, as `how` says
-  std::string how;                         // what was measured, so that a stranger could repeat it
+  std::string how;                         // what was measured, precise enough to repeat it
 };
 
-// The figure of a ratio alone, of a key that names one: its value is the ratio of `times`, whose own
-// values go into the text.
+// A figure that is only a ratio, for a key that names one: its value is the ratio of `times`, whose
+// own values go into the text.
 Figure AsRatio(Figure times);
 
 class Report {
  public:
   void Add(Figure figure);
-  // A line of the table that is not a figure of its own: details beside the keys.
+  // Adds a line of details that is not a figure.
   void Detail(const std::string& text);
-  // Prints it as well; a figure that cannot be had fails the whole run, instead of being a good one.
+  // Prints the text and fails the whole run: a figure that could not be measured must not look like
+  // a good one.
   void Fail(const std::string& text);
   bool failed() const { return failed_; }
-  // Lines too many to print, written as a file of that name beside the figures.
+  // Adds lines too many to print; they are written as a file of that name beside the figures.
   void Attach(const std::string& name, std::vector<std::string> lines);
   void Print() const;
-  // Writes the figures of this run as a JSON array, in place of a file that is there already, and
-  // what was attached into the same folder.
+  // Writes the figures of this run as a JSON array, replacing an existing file, and the attached
+  // lines into the same folder.
   void WriteJson(const std::string& path) const;
 
  private:

@@ -1,5 +1,5 @@
-// The Panda in the scenes of MotionBenchMaker: verdicts a second, beside FCL asked about the same
-// states, whether they agree, and why not where that can be shown.
+// The Panda in the scenes of MotionBenchMaker: verdicts per second beside FCL's on the same states,
+// whether they agree, and the reason if it can be shown why they do not.
 #include <cstdio>
 #include <ctime>
 #include <string>
@@ -15,10 +15,10 @@
 namespace cwm::benchmarks {
 namespace {
 
-// As a planner that samples in batches asks.
+// The batch of a planner that samples states.
 constexpr std::size_t kStatesPerProblem = 1000;
 
-// Of the processor for this thread: what others do on the machine is no part of it.
+// Adds this thread's processor time to a sum, so that other load on the machine does not count.
 class SecondsOf {
  public:
   explicit SecondsOf(double& sum_s) : sum_s_(sum_s) {}

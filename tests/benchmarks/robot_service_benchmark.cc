@@ -1,5 +1,5 @@
-// The Panda through a running server: states a second of a stream, beside the same batches in
-// process, and how long single states take.
+// The Panda through a running server: states per second of a stream, beside the same batches in
+// process, and the latency of single states.
 #include <grpcpp/grpcpp.h>
 #include <unistd.h>
 
@@ -28,13 +28,13 @@ using Clock = std::chrono::steady_clock;
 
 constexpr char kWorld[] = "problem";
 constexpr std::size_t kBatch = 10'000;
-// Spheres are asked in all 700 problems, meshes, which take ten times as long, in every tenth.
+// Spheres are measured in all 700 problems, meshes, which take ten times as long, in every tenth.
 constexpr std::size_t kProblemStepOfMeshes = 10;
-// Of a client that does not wait for an answer before it asks on.
+// For a client that does not wait for an answer before it sends the next query.
 constexpr int kInFlight = 3;
 constexpr int kBatches = 6;
 
-// Processor time of a process so far, all its threads.
+// Processor time of a process so far, over all its threads.
 double ProcessorTime_s(pid_t pid) {
   clockid_t clock = 0;
   timespec time = {};
@@ -56,18 +56,18 @@ class Stream {
     v1::StreamQueriesResponse ignored;
     while (stream_->Read(&ignored)) {
     }
-    // What went wrong was told by Ask.
+    // Ask has already reported an error.
     static_cast<void>(stream_->Finish());
   }
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  // Empty when it failed.
+  // The answer to a query; empty if the call failed.
   std::string Ask(const v1::CheckCollisionsRequest& question) {
     return Send(question) ? Receive() : "";
   }
 
-  // The question so many times, with kInFlight of them under way; false when one failed.
+  // Sends the query `times` times with kInFlight of them in flight; false if one failed.
   bool AskOften(const v1::CheckCollisionsRequest& question, int times) {
     bool good = true;
     for (int i = 0; i < times + kInFlight && good; ++i) {
@@ -78,7 +78,7 @@ class Stream {
   }
 
  private:
-  // Each message is made anew, as that of a planner.
+  // Each message is built anew, as a planner's is.
   bool Send(const v1::CheckCollisionsRequest& question) {
     v1::StreamQueriesRequest request;
     *request.mutable_check_collisions() = question;
@@ -97,9 +97,9 @@ class Stream {
 };
 
 struct Rates {
-  // Of a state: through a stream with one batch in flight and with several, and in process.
+  // Per state: through a stream with one batch in flight and with several, and in process.
   std::vector<double> one_us, through_us, within_us;
-  // Processor time of a state: of client and server with several in flight, and in process.
+  // Processor time per state: of client and server with several batches in flight, and in process.
   std::vector<double> client_cpu_us, server_cpu_us, within_cpu_us;
   std::size_t mismatches = 0;
 };
@@ -111,16 +111,16 @@ collision::QueryBody BodyOf(const collision::RobotGeometry& robot, v1::RobotGeom
                                collision::RobotScope::kBoth);
 }
 
-// Who asks and whom.
+// The client's stream and the server that it queries.
 struct Asked {
   const PandaProblems& all;
   v1::RobotGeometry geometry;
   pid_t server;
   Stream& stream;
-  std::size_t* problem;  // of which the world has the objects
+  std::size_t* problem;  // the one whose objects are in the world
 };
 
-// Several batches at a time; false when one failed.
+// Measures several batches in flight; false if one failed.
 bool MeasureInFlight(const Asked& asked, const v1::CheckCollisionsRequest& question, Rates& rates) {
   const double states = static_cast<double>(kBatch) * kBatches;
   const double client_s = ProcessorTime_s(getpid()), server_s = ProcessorTime_s(asked.server);
@@ -132,7 +132,7 @@ bool MeasureInFlight(const Asked& asked, const v1::CheckCollisionsRequest& quest
   return true;
 }
 
-// The same states in process and through the stream, in turn; false when the stream failed.
+// Measures the same states in process and through the stream, in turn; false if the stream failed.
 bool Compare(const Asked& asked, std::size_t k, Rates& rates) {
   const PandaProblems& all = asked.all;
   const PandaProblem& problem = all.problems[k];
@@ -165,7 +165,8 @@ double Mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// In all problems, or some of each family; the world has the last one that was asked before.
+// Measures all problems, or some of each family. The world contains the objects of the problem
+// measured before.
 std::optional<Rates> MeasureStreamOf(const Asked& asked, const client::Connection& connection,
                                      Report& report) {
   const std::size_t step = asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? kProblemStepOfMeshes : 1;
@@ -202,8 +203,8 @@ bool PutFirstProblem(const RunningServer& server, const PandaProblems& all, Repo
   return put.ok();
 }
 
-// Of unary calls, none when one failed: questions about one state, and what gRPC itself takes on the
-// same connection, a health check after each of them.
+// Latencies of unary calls, empty if one failed: queries about one state, each followed by a health
+// check, which shows what gRPC itself takes on the same connection.
 struct Latencies {
   std::vector<double> state_ms, health_ms;
 
@@ -225,7 +226,7 @@ struct Latencies {
   }
 };
 
-// One state or nothing, asked after a pause.
+// Queries one state, or checks health, after a pause.
 class Caller {
  public:
   Caller(const client::Connection& connection, const PandaProblems& all)
@@ -234,7 +235,7 @@ class Caller {
             PandaIn(kWorld, RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT)),
         checks_(grpc::health::v1::Health::NewStub(connection.channel())) {}
 
-  // Each adds how long it took; false when the call failed.
+  // Each adds its latency to `taken_ms`; false if the call failed.
   bool AskState(double pause_s, std::vector<double>& taken_ms) const {
     return Measure(pause_s, taken_ms, &v1::QueryService::Stub::CheckCollisions,
                    connection_.queries(), question_);

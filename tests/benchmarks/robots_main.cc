@@ -1,6 +1,6 @@
-// Robots in planning problems without the rest: quick to build where collision is worked on. The same
-// figures as ./dev bench collision-robots, collision-motions, collision-spheres and collision-latency
-// print; the stream alone as well.
+// The figures of robots in planning problems: quick to build while working on collision. Prints the
+// same figures as ./dev bench collision-robots, collision-motions, collision-spheres and
+// collision-latency; also the stream alone.
 #include <string>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// A cwm-server of its own with the benchmark world in its world "default".
+// A cwm-server started by the benchmark, with the benchmark world in its world "default".
 #pragma once
 
 #include <sys/types.h>
@@ -13,7 +13,7 @@ namespace cwm::benchmarks {
 
 class RunningServer {
  public:
-  // Starts the cwm-server beside this benchmark; up() tells whether it answers.
+  // Starts the cwm-server beside this benchmark; up() is true if it answers.
   RunningServer();
 
   bool up() const { return up_; }
@@ -29,7 +29,7 @@ class RunningServer {
 };
 
 void SetPose(const Pose& X, v1::Pose* out);
-// Boxes, cylinders, spheres and capsules; false for other kinds.
+// Sets boxes, cylinders, spheres and capsules; false for other kinds.
 bool SetShape(const Shape& shape, v1::ShapePart* part);
 
 }  // namespace cwm::benchmarks

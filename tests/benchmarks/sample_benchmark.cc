@@ -27,14 +27,14 @@ constexpr int kRounds = 30;
 
 double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-// In no order, over the space of the benchmark world.
+// Points in random order over the space of the benchmark world.
 std::vector<Vector3> ScatteredPoints() {
   std::vector<Vector3> points;
   for (const Pose& X : RandomPoses(kPoints, 7)) points.push_back(X.translation());
   return points;
 }
 
-// As an optimiser asks: 64 balls of an arm along trajectories of 128 steps.
+// Points as an optimiser needs them: 64 balls of an arm along trajectories of 128 steps.
 std::vector<Vector3> PointsOfTrajectories() {
   constexpr std::size_t kBalls = 64, kSteps = 128;
   const std::vector<Pose> ends =
@@ -52,7 +52,7 @@ std::vector<Vector3> PointsOfTrajectories() {
   return points;
 }
 
-// Of the rounds' rates the best is told: other users of the machine only ever slow it down.
+// The best rate of the rounds, because other users of the machine only ever slow it down.
 template <class Ask>
 double BestRate(const Ask& ask, int rounds = kRounds) {
   double best = 0;
@@ -71,7 +71,7 @@ double OwnRate(const collision::WorldSnapshot& world, const std::vector<Vector3>
   return BestRate([&] { return collision::SamplePoints(world, points, options).ok(); });
 }
 
-// The rival: all parts, one after the other, the distance alone; each thread takes its share.
+// The rival: a plain loop over all parts for the distance alone; each thread takes its share.
 double PlainRate(const std::vector<Vector3>& points) {
   struct Solid {
     Pose X_SW;
@@ -100,8 +100,8 @@ double PlainRate(const std::vector<Vector3>& points) {
       5);
 }
 
-// On one stream, the next batch sent before the answer of the last one is read; points and answers
-// in F64.
+// The rate on one stream that sends the next batch before it reads the answer of the last one;
+// points and answers are in F64.
 double StreamRate(const RunningServer& server, const std::vector<Vector3>& points, int batches) {
   v1::StreamQueriesRequest request;
   v1::Subject::Points* rows = request.mutable_sample_points()->mutable_points();

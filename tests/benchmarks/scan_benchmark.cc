@@ -1,5 +1,5 @@
-// Real scans through the running server: how long one takes, how well it is segmented, and how long
-// PCL's users wait for the same.
+// Real scans through the running server: the time of a scan, the quality of its segmentation, and
+// the time that PCL's chain takes for the same outputs.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -93,7 +93,8 @@ std::size_t TrianglesOf(const HybridModel& model) {
   return count;
 }
 
-// Of the surfaces of what no shape explains; those of shapes are made on demand.
+// The number of triangles of the surfaces that no shape explains; meshes of shapes are made on
+// demand.
 double TrianglesOf(const perception::SceneInterpretation& scene) {
   std::size_t count = 0;
   for (const auto& support : scene.supports) count += TrianglesOf(*support.model);
@@ -101,7 +102,7 @@ double TrianglesOf(const perception::SceneInterpretation& scene) {
   return static_cast<double>(count);
 }
 
-// Each of a few scans in turn with the rival, ours the median of three.
+// Takes each of a few scans in turn with the rival; our time is the median of three.
 void MeasureBesidePcl(const RunningServer& server, const std::vector<formats::CloudFile>& files,
                       const std::vector<perception::PointCloud>& clouds, Report& report) {
   constexpr std::size_t kRivalScans = 5;  // four seconds each
@@ -166,8 +167,8 @@ void MeasureLabelled(const RunningServer& server, const std::vector<LabelledScan
       if (round > 0) continue;
       objects.Add(ScoreSegmentation(scans[i].labels, ingested->labels, TruthLevel::kObjects));
       parts.Add(ScoreSegmentation(scans[i].labels, ingested->labels, TruthLevel::kParts));
-      // The library in this process answers for the quality figures, the server for the times: they
-      // must say the same, point by point.
+      // The quality figures come from the library in this process, the times from the server: their
+      // labels must agree point by point.
       const auto scene = perception::InterpretScene(scans[i].cloud, {});
       if (!scene.ok()) return report.Fail(std::string(scene.status().message()));
       disagreements += scene->labels != ingested->labels;

@@ -59,7 +59,7 @@ struct StreamRate {
   bool ok = false;
 };
 
-// One batch in flight on one stream, for a second.
+// One batch in flight on one stream, for `seconds`.
 StreamRate MeasureStream(const RunningServer& server, const v1::GetDistancesRequest& question,
                          int batch, double seconds) {
   const auto stub = &server.connection().queries();
@@ -86,9 +86,9 @@ StreamRate MeasureStream(const RunningServer& server, const v1::GetDistancesRequ
           .ok = stream->Finish().ok()};
 }
 
-// What gRPC adds is measured where an answer costs next to nothing: a ball against a world of one
+// gRPC's overhead is measured with queries that cost next to nothing: a ball against a world of one
 // ball. Beside 30 objects the answers take ten times as long as their transport, and the difference
-// of the two runs is lost in what the clock of a shared core does between them.
+// of the two runs is lost in the noise of a shared core.
 constexpr double kBallRadius_m = 0.05;
 constexpr const char* kOneBallWorld = "one_ball";
 
@@ -112,7 +112,7 @@ v1::GetDistancesRequest BallAt(const std::vector<Pose>& poses) {
   return request;
 }
 
-// The same question in process, median.
+// The same query in process, median.
 double BallInProcessMicroseconds(const std::vector<Pose>& poses, double seconds) {
   const Shape ball = Sphere{.radius_m = kBallRadius_m};
   auto model = std::make_shared<HybridModel>();
@@ -177,7 +177,7 @@ std::vector<double> QueryLatencies_ms(const RunningServer& server, const std::at
     grpc::ClientContext context;
     v1::GetDistancesResponse response;
     const Clock::time_point sent = Clock::now();
-    if (!stub->GetDistances(&context, request, &response).ok()) return {};  // the caller sees none
+    if (!stub->GetDistances(&context, request, &response).ok()) return {};  // empty on failure
     latencies.push_back(Seconds(Clock::now() - sent) * 1e3);
     std::this_thread::sleep_for(std::chrono::milliseconds(2));  // a control loop, not a flood
   }

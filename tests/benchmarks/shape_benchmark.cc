@@ -1,4 +1,4 @@
-// Shapes found, invented and how exact they are, over random scenes of the virtual scanner.
+// Shapes found and invented, and their accuracy, over random scenes of the virtual scanner.
 #include <algorithm>
 #include <cstdio>
 #include <initializer_list>
@@ -38,7 +38,8 @@ struct JudgedCase {
   SceneShapes shapes;
 };
 
-// In blocks, so that few clouds are held at a time; the sums are made in the order of the cases.
+// Works in blocks, so that few clouds are in memory at a time; sums are made in the order of the
+// cases.
 template <class Judge>
 void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge,
                  const CaseSensor& sensor = {}) {
@@ -169,7 +170,7 @@ void PrintShares(const std::string& of, const ShapeTally& tally, Report& report)
 
 void MeasureShapesOn(const Seeds& seeds, Report& report) {
   ShapeTally tally;
-  std::map<std::string, ShapeTally> parts;  // by family, and by what was told of the pose
+  std::map<std::string, ShapeTally> parts;  // by family, and by whether the pose was given
   const std::vector<CaseName> cases = Cases(seeds, {SceneFamily::kTable, SceneFamily::kClutter});
   ForEachCase(cases, [&](const JudgedCase& judged) {
     if (!judged.run.ok()) {
@@ -204,7 +205,7 @@ std::string Describe(const Shape& shape, const Pose& X_WS) {
   return text;
 }
 
-// What the object of a found shape stands on.
+// The support of a found shape's object, as text.
 std::string Below(const perception::DetectedObject& object) {
   if (object.rests_on >= 0) return " on object " + std::to_string(object.rests_on);
   return object.supported_by >= 0 ? " on a support" : " on nothing";
@@ -266,7 +267,8 @@ struct OtherSensor {
   const char *key, *name;
 };
 
-// RealSense and time of flight: 4 and 8 mm at 0.8 m, two and a half times and five times a Kinect's.
+// RealSense and time of flight: 4 and 8 mm at 0.8 m, two and a half times and five times a Kinect's
+// noise.
 const std::vector<OtherSensor>& OtherSensors() {
   using perception::SensorModel;
   static const std::vector<OtherSensor> sensors = {

@@ -1,5 +1,5 @@
-// The Panda as the 59 spheres given with it, in the scenes of MotionBenchMaker: verdicts a second of
-// the core in lanes, beside the plain path in double precision, and whether they agree.
+// The Panda as the 59 spheres given with it, in the scenes of MotionBenchMaker: verdicts per second
+// of the SIMD kernel beside the scalar path in double precision, and whether they agree.
 #include <time.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Tally {
   double set_up_s = 0, core_s = 0, lanes_s = 0, plain_s = 0;
 };
 
-// Of this thread alone, whoever else is at work on the machine.
+// Processor time of this thread alone, whatever else runs on the machine.
 double ThreadSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,4 +1,4 @@
-// Laps of the rivals' stages.
+// Lap times of the rivals' stages.
 #pragma once
 
 #include <chrono>
@@ -7,7 +7,7 @@ namespace cwm::benchmarks {
 
 class Stopwatch {
  public:
-  // Since it was made, or since the last lap.
+  // Milliseconds since it was made, or since the last lap.
   double Lap_ms() {
     const auto now = std::chrono::steady_clock::now();
     const double lap = std::chrono::duration<double, std::milli>(now - last_).count();

@@ -1,4 +1,5 @@
-// The viewer's page in a browser, with 2 000 objects: a script under Node measures, this reports.
+// The viewer's page in a browser, with 2 000 objects: a script under Node measures, and this
+// program reports.
 #include <cmath>
 #include <filesystem>
 #include <fstream>

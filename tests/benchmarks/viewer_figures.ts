@@ -1,4 +1,5 @@
-// Measures the viewer's page with 2 000 objects and writes what it finds as JSON into the file that CWM_FIGURES names.
+// Measures the viewer's page with 2 000 objects and writes the figures as JSON into the file that
+// CWM_FIGURES names.
 import { writeFileSync } from "node:fs";
 import type { Browser } from "playwright-core";
 import { openBrowser, OpenedPage } from "../e2e/viewer/opened_page";
@@ -27,8 +28,9 @@ function median(values: readonly number[]): number {
 
 interface FirstPicture { issued_ms: number; finished_ms: number; instances: number; }
 
-// From the start of the navigation until the page has issued the drawing of the objects, and until they are drawn: a look at
-// a pixel waits for that. Every opening has a cache of its own, which is empty.
+// The times from the start of the navigation until the page has issued the drawing of the objects,
+// and until they are drawn, for which reading a pixel waits. Every opening has an empty cache of
+// its own.
 async function firstPicture(browser: Browser, url: string): Promise<FirstPicture> {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
   try {
@@ -57,7 +59,8 @@ async function firstPicture(browser: Browser, url: string): Promise<FirstPicture
   }
 }
 
-// The camera turns, a key press a frame: every frame is drawn anew, when the one before is finished.
+// The camera turns by one key press per frame: each frame is drawn anew when the one before is
+// finished.
 async function turn(page: OpenedPage): Promise<number[]> {
   await page.page.focus(".stage");
   const times_ms: number[] = [];
@@ -71,7 +74,7 @@ async function turn(page: OpenedPage): Promise<number[]> {
   return times_ms;
 }
 
-// From before the call until the page has issued the drawing, once for each move.
+// The time from before the call until the page has issued the drawing, once for each move.
 async function move(server: RunningServer, page: OpenedPage): Promise<number[]> {
   const times_ms: number[] = [];
   for (let i = 1; i <= moves; ++i) {

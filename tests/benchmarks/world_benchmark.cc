@@ -1,4 +1,4 @@
-// What a change costs and what a question costs as the world grows.
+// The costs of changes and of queries as the world grows.
 #include <malloc.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct ChangeCost {
   double bytes = 0;  // that a kept revision adds
 };
 
-// Moves one object after another to places of its size of world; all revisions are kept.
+// Moves one object after another to places within its world; all revisions are kept.
 ChangeCost MoveOneByOne(const SnapshotPtr& world) {
   constexpr int kMoves = 4000;
   const std::vector<Pose> poses = RandomPoses(kMoves, 11);
@@ -48,7 +48,7 @@ ChangeCost MoveOneByOne(const SnapshotPtr& world) {
   return {Median(times_us), bytes};
 }
 
-// Five moves at once, as a question asks what if: applied to a snapshot that nothing keeps.
+// Five moves at once, as a what-if overlay: applied to a snapshot that is not kept.
 double OverlayCost_us(const SnapshotPtr& world) {
   constexpr int kOverlays = 2000;
   constexpr std::size_t kChanges = 5;
@@ -83,7 +83,8 @@ double DistancesPerSecond(const SnapshotPtr& world) {
   return 1e6 * static_cast<double>(poses.size()) / best_us;
 }
 
-// Allowances and margins of everything with so many of the objects, every other one each.
+// A world with rules: allowances and margins in turn between everything ("*") and each of `count`
+// objects.
 SnapshotPtr WithRules(const SnapshotPtr& world, std::size_t count) {
   std::vector<collision::Change> changes;
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,7 +97,7 @@ SnapshotPtr WithRules(const SnapshotPtr& world, std::size_t count) {
   return *collision::Apply(world, changes);
 }
 
-// Of a question of one row: what a call costs whatever it asks.
+// The cost of a query of one row: the fixed cost of a call.
 double CallCost_us(const SnapshotPtr& world) {
   const collision::QueryBody gripper =
       collision::BodyFromShapes({{.shape = Box{.size_m = {0.1, 0.08, 0.2}}}});
@@ -109,7 +110,7 @@ double CallCost_us(const SnapshotPtr& world) {
   return Median(times_us);
 }
 
-// What rules cost a question that all of them are about.
+// The cost of rules for a query that all of them apply to.
 void MeasureRules(Report& report) {
   constexpr std::size_t kRules = 400;
   const SnapshotPtr plain = MakeLargeWorld(1'000), ruled = WithRules(plain, kRules);

@@ -1,4 +1,4 @@
-// Shapes and placements that every engine is tried on.
+// Shapes and placements on which every engine is tested.
 #pragma once
 
 #include <random>
@@ -13,20 +13,20 @@ namespace cwm::collision {
 struct CatalogueShape {
   std::string name;
   Shape shape;
-  double size_m = 0;  // about its radius: how far placements must spread to touch and to miss
+  double size_m = 0;  // about its radius, which determines the spread of placements
 };
 
-// At least one of each kind; cones of all forms, a concave plate with a hole, a closed and an open
-// mesh.
+// At least one shape of each kind; cones of all forms, a concave plate with a hole, a closed and an
+// open mesh.
 const std::vector<CatalogueShape>& Catalogue();
 
-// A mesh of the box, and of an L-shaped prism: closed, outward.
+// Closed meshes of a box and of an L-shaped prism, oriented outward.
 TriangleMesh BoxMesh(const Vector3& size_m);
 TriangleMesh ElbowMesh();
 
 Pose RandomPose(std::mt19937& random, double spread_m);
 
-// An engine's own geometry of a shape, at a pose.
+// An engine's representation of a shape, at a pose.
 struct PlacedShape {
   ShapeKind kind;
   std::shared_ptr<const EngineGeometry> geometry;

@@ -1,5 +1,5 @@
-// Many readers ask one snapshot with all engines while a writer publishes the next ones: the same
-// question to the same snapshot gives the same bytes on every thread.
+// Many readers query one snapshot with all engines while a writer publishes new ones. The same
+// query to the same snapshot gives the same bytes on every thread.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kReaders = 4;
 
-// Threads pass together, so that they really race.
+// Releases all threads at the same time, so that they really race.
 class SpinBarrier {
  public:
   explicit SpinBarrier(int count) : waiting_(count) {}
@@ -48,7 +48,7 @@ std::vector<double> AskAll(const WorldSnapshot& world, const QueryBody& body,
 TEST(Concurrency, ReadersOfOneSnapshotAgreeWhileAWriterPublishesOthers) {
   std::mt19937 random(9);
   const auto world = RandomWorld(20, random, /*with_meshes=*/true);
-  const QueryBody body = Gripper();  // shared by all: its prepared geometry too
+  const QueryBody body = Gripper();  // shared by all readers, with its prepared geometry
   const std::vector<Pose> poses = RandomPoses(20, random);
   const std::vector<double> expected = AskAll(*world, body, poses);
 

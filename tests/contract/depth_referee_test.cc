@@ -1,5 +1,6 @@
-// The depth of overlapping convex pairs against libccd's own EPA, called directly: no engine of ours
-// measures overlaps but by the exact kernels, so that only a library that shares no code can referee.
+// Compares the depth of overlapping convex pairs with libccd's own EPA, called directly. Only a
+// library that shares no code can be the referee, because the engines measure overlaps with the
+// exact kernels.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,14 +15,14 @@ namespace {
 
 constexpr int kPlacements = 100;
 
-constexpr double kExact_m = 1e-7;  // what kExact means
+constexpr double kExact_m = 1e-7;  // the accuracy of kExact
 
-// A bracket of libccd's that is narrower than a hundredth of the shapes tells something. On round
-// shapes its polytope now and then stops growing early; so rarely that nine in ten are narrow.
+// chosen: a bracket from libccd counts as narrow below this, a hundredth of the shapes. measured:
+// for round shapes its polytope sometimes stops growing early, but nine in ten brackets are narrow.
 constexpr double kNarrow_m = 1e-3;
 constexpr double kNarrowShare = 0.9;
 
-using Case = std::tuple<int, int>;  // places in the catalogue
+using Case = std::tuple<int, int>;  // indices into the catalogue
 class DepthReferee : public ::testing::TestWithParam<Case> {};
 
 TEST_P(DepthReferee, LibccdBracketsTheLeastTranslation) {
@@ -39,13 +40,14 @@ TEST_P(DepthReferee, LibccdBracketsTheLeastTranslation) {
     X_WB.translation() += ours_a.X_WS.translation();
     const PlacedShape ours_b = Place(exact, b, X_WB);
     const PairDistance ours = exact.Distance(ours_a.get(), ours_b.get(), 1e3);
-    if (ours.distance_m > -1e-4) continue;  // libccd's GJK is not to be trusted near touching
+    if (ours.distance_m > -1e-4) continue;  // libccd's GJK is not reliable near touching
     ++overlapping;
     const std::optional<LibccdDepth> theirs = AskLibccd({a, ours_a.X_WS}, {b, ours_b.X_WS});
     if (!theirs.has_value()) continue;
     ++answered;
-    // Along its own direction the pair truly parts by this much: no least translation is more. The
-    // polytope that it grows lies inside of the difference of the shapes: none is less than its depth.
+    // Translating by `parting_m` along libccd's direction separates the pair, so the least
+    // translation is not larger. libccd's polytope lies inside the difference of the shapes, so the
+    // least translation is not smaller than its depth.
     const double parting_m = std::min(-Gap_m(a, ours_a.X_WS, b, X_WB, theirs->normal_W),
                                       -Gap_m(a, ours_a.X_WS, b, X_WB, -theirs->normal_W));
     EXPECT_LE(-ours.distance_m, parting_m + kExact_m) << i;

@@ -1,6 +1,6 @@
-// FCL and Bullet against the exact kernels, where they computed the answer themselves: separated
-// pairs, and whether a pair overlaps. Where the kernels stood in for them there is nothing to compare,
-// and how often that may be is limited. Depths have a referee of their own: depth_referee_test.cc.
+// Compares FCL and Bullet with the exact kernels where they computed the answer themselves:
+// distances of separated pairs, and whether a pair overlaps. Answers in which the kernels replaced
+// them are skipped, and their number is limited. Depths are tested in depth_referee_test.cc.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,12 +13,13 @@ namespace {
 
 constexpr int kPlacements = 100;
 constexpr double kFar_m = 1e3;
-constexpr double kExact_m = 1e-7;  // what kExact means
+constexpr double kExact_m = 1e-7;  // the accuracy of kExact
 
-// FCL's default tolerance of GJK, for yes and no.
+// FCL's default tolerance of GJK, which applies to collision checks.
 constexpr double kYesNo_m = 1e-6;
 
-// How far a truncated cone's circumscribed pieces reach beyond it; every other shape is held as it is.
+// The distance by which the circumscribed pieces of a truncated cone exceed it; 0 for other shapes,
+// which have exact representations.
 double PieceBound_m(const Shape& shape) {
   const auto* cone = std::get_if<Cone>(&shape);
   return cone != nullptr ? CircumscribedPieces(*cone).bound_m : 0;
@@ -51,7 +52,8 @@ std::string NameOfCase(const ::testing::TestParamInfo<Case>& info) {
   return std::string(NameOf(info.param.referee)) + info.param.a->name + info.param.b->name;
 }
 
-// FCL's distances to meshes, but for its own formulas with spheres and among meshes.
+// True for FCL's distances to meshes, except those to spheres and between meshes, which have closed
+// forms.
 bool IsBestEffort(EngineKind kind, const CatalogueShape& a, const CatalogueShape& b) {
   const auto has = [&](ShapeKind shape) {
     return KindOf(a.shape) == shape || KindOf(b.shape) == shape;
@@ -96,7 +98,7 @@ TEST_P(EngineAgreement, OnCollision) {
     ++judged;
     EXPECT_EQ(referee_.Collides(theirs_.a.get(), theirs_.b.get()), distance_m < 0) << distance_m;
   }
-  // A share of 2e-4 m of the 0.3 m that placements spread over would be one in a thousand.
+  // chosen: 2e-4 m of the 0.3 m over which placements spread is one in a thousand.
   EXPECT_GE(judged, kPlacements - 2);
 }
 
@@ -105,11 +107,11 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
   if (!referee_.Supports(KindOf(a->shape), KindOf(b->shape), Question::kDistance)) {
     GTEST_SKIP() << "yes and no only";
   }
-  // FCL measures no distance to one: there the kernels answer, always.
+  // FCL measures no distance to a half-space, so the kernels always answer.
   const bool kernels_answer =
       kind == EngineKind::kFcl &&
       (KindOf(a->shape) == ShapeKind::kHalfSpace || KindOf(b->shape) == ShapeKind::kHalfSpace);
-  // Planes that lean meet somewhere.
+  // Two planes that are not parallel always intersect.
   const bool always_meet =
       KindOf(a->shape) == ShapeKind::kHalfSpace && KindOf(b->shape) == ShapeKind::kHalfSpace;
   int separated = 0, judged = 0;
@@ -130,7 +132,7 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
     if (theirs.solver != (kernels_answer ? Solver::kKernels : Solver::kEngine)) continue;
     ++judged;
     const double tolerance_m = kExact_m + ours.bound_m + theirs.bound_m;
-    // A best effort has points of what it holds for witnesses: it is never too near.
+    // The witness points of a best-effort answer belong to the pieces, so it is never too near.
     EXPECT_GE(theirs.distance_m,
               ours.distance_m - tolerance_m - PieceBound_m(a->shape) - PieceBound_m(b->shape));
     if (theirs.trust == Trust::kDegraded) {

@@ -1,4 +1,4 @@
-// Laws that every engine obeys on every pair that its table of trust admits.
+// Laws that every engine obeys on every pair of its table of trust.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,17 +14,18 @@ namespace {
 constexpr int kPlacements = 60;
 constexpr double kFar_m = 1e3;
 
-// Agreement that an answer claims: kExact means 1e-7 (pair_answer.h); the rest states its bound.
+// The tolerance of an answer: 1e-7 for kExact (pair_answer.h), plus its bound.
 constexpr double kExact_m = 1e-7;
 double Tolerance_m(const PairDistance& answer) { return kExact_m + answer.bound_m; }
 
-// Iterative solvers turn a distance right to 1e-9 into witnesses right to its square root.
+// derived: iterative solvers whose distance is accurate to 1e-9 give witness points accurate to
+// about its square root.
 constexpr double kWitness_m = 2e-4;
 
-// Gaps below this count as an overlap with Bullet (bullet_engine.cc).
+// Smaller gaps count as an overlap for Bullet (bullet_engine.cc).
 constexpr double kTouching_m = 1e-9;
 
-// Two truncated cones' circumscribed pieces: 0.08 m (1 / cos(pi / 64) - 1) each.
+// derived: the circumscribed pieces of two truncated cones, 0.08 m (1 / cos(pi / 64) - 1) each.
 constexpr double kPieces_m = 2e-4;
 
 struct Case {
@@ -58,7 +59,7 @@ class EngineLaws : public ::testing::TestWithParam<Case> {
         a_(Place(engine_, GetParam().a->shape, Pose::Identity())),
         b_(Place(engine_, GetParam().b->shape, Pose::Identity())) {}
 
-  // The next placement, near enough that about half of them overlap.
+  // Draws the next placement, so near that about half of them overlap.
   void Next() {
     a_.X_WS = RandomPose(random_, 0.3);
     b_.X_WS = RandomPose(random_, GetParam().a->size_m + GetParam().b->size_m);
@@ -66,9 +67,10 @@ class EngineLaws : public ::testing::TestWithParam<Case> {
   }
   PairDistance Ask() const { return engine_.Distance(a_.get(), b_.get(), kFar_m); }
 
-  // Whether a law may be asked of the answer: a best effort claims nothing. Which answers may be one is
-  // limited, so that no engine passes by degrading everything: overlaps of Bullet and of two half-spaces, and what
-  // FCL says of a mesh and anything but a sphere or a mesh.
+  // True if the laws apply to the answer, which is not so for a best effort. Only some answers may
+  // be best efforts, so that no engine passes by degrading everything: overlaps for Bullet,
+  // overlaps of two half-spaces, and FCL's answers for a mesh and any shape except a sphere or a
+  // mesh.
   bool Judges(const PairDistance& answer) const {
     if (answer.trust != Trust::kDegraded) return true;
     const ShapeKind kind_a = KindOf(GetParam().a->shape), kind_b = KindOf(GetParam().b->shape);
@@ -133,7 +135,8 @@ TEST_P(EngineLaws, CollidesMeansNegativeDistance) {
     Next();
     const PairDistance answer = Ask();
     if (answer.distance_m > 0 && !Judges(answer)) continue;
-    // Away from touching: where a bound on depth reaches 0, the sign still tells.
+    // Pairs near touching are skipped. Deeper overlaps are not, even if the bound on their depth
+    // reaches 0, because the sign is still reliable.
     const double bound_m = answer.distance_m > 0 ? answer.bound_m : 0;
     if (std::abs(answer.distance_m) < kPieces_m + bound_m) continue;
     EXPECT_EQ(engine_.Collides(a_.get(), b_.get()), answer.distance_m < 0) << answer.distance_m;
@@ -183,8 +186,7 @@ TEST_P(EngineLaws, SeparatedWitnessesLieOnTheSurfaces) {
   }
 }
 
-// For convex shapes an answer can be proven: its normal is a direction along which they lie that
-// far apart.
+// For convex shapes the answer can be proven: the gap along its normal equals its distance.
 TEST_P(EngineLaws, TheNormalProvesTheDistanceOfConvexShapes) {
   const Shape& a = GetParam().a->shape;
   const Shape& b = GetParam().b->shape;
@@ -198,8 +200,8 @@ TEST_P(EngineLaws, TheNormalProvesTheDistanceOfConvexShapes) {
   }
 }
 
-// No direction separates overlapping convex shapes by less than their depth, nor separated ones by
-// more than their distance.
+// No direction separates overlapping convex shapes by less than their depth, and none separates
+// disjoint ones by more than their distance.
 TEST_P(EngineLaws, NoOtherDirectionRefutesTheAnswer) {
   const Shape& a = GetParam().a->shape;
   const Shape& b = GetParam().b->shape;
@@ -211,7 +213,7 @@ TEST_P(EngineLaws, NoOtherDirectionRefutesTheAnswer) {
     if (!Judges(answer)) continue;
     for (int k = 0; k < 200; ++k) {
       Vector3 direction(normal(random_), normal(random_), normal(random_));
-      if (k % 2 == 1) direction = answer.normal + 0.1 * direction;  // around the answer's own
+      if (k % 2 == 1) direction = answer.normal + 0.1 * direction;  // near the answer's own
       const double gap_m = Gap_m(a, a_.X_WS, b, b_.X_WS, direction.normalized());
       EXPECT_LE(gap_m, answer.distance_m + Tolerance_m(answer));
     }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kDeepest_m = 0.02, kFarthest_m = 1;
 constexpr int kSearchedDirections = 200;
-// Below this everything is the rounding of poses; the table does not tell one from another.
+// chosen: errors below this are the rounding of poses, and are not distinguished in the table.
 constexpr double kRounding_m = 1e-15;
 
 std::vector<Shape> TwentyCentimetreShapes() {
@@ -34,7 +34,7 @@ PairDistance AskKernels(const PosedPair& pair) {
   return ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
 }
 
-// The two at a signed distance from each other: B is moved along the normal.
+// The pair at a given signed distance, with B moved along the normal.
 PosedPair At(PosedPair pair, double distance_m) {
   const PairDistance now = AskKernels(pair);
   pair.X_FB.translation() += (distance_m - now.distance_m) * now.normal;
@@ -45,8 +45,8 @@ double TrueDistance_m(const PosedPair& pair) {
   if (HasLongDoubleOracle(KindOf(pair.a), KindOf(pair.b))) {
     return static_cast<double>(LongDoubleDistance_m(pair));
   }
-  // No direction has less overlap than the least: that of the kernels is one more to begin at. The
-  // others alone miss the best one by up to 1 mm of depth.
+  // The minimum over all directions is the least overlap. The search also starts from the kernels'
+  // direction; without it, it misses the best direction by up to 1 mm of depth.
   const PairDistance told = AskKernels(pair);
   return -std::min(LeastOverlapNear(pair, told.normal, -told.distance_m),
                    SearchedLeastOverlap(pair, kSearchedDirections, 3));

@@ -1,4 +1,4 @@
-// The table of worst errors in collision/README.md is what is measured here.
+// Checks that the table of worst errors in collision/README.md matches the measured errors.
 #include "tests/contract/worst_errors.h"
 
 #include <gtest/gtest.h>
@@ -15,13 +15,14 @@ namespace cwm::collision {
 namespace {
 
 constexpr int kPoses = 500;
-constexpr double kPromise_m = 1e-7;  // of what is called exact
-// Another processor's sines and roots round differently: what is told to one digit may move by one.
+constexpr double kPromise_m = 1e-7;  // the accuracy of kExact
+// chosen: other processors round sines and roots differently, so an error of one digit may change
+// by one.
 constexpr double kOfListed = 2;
 
-using Rows = std::map<std::string, std::vector<std::string>>;  // cells by the first one
+using Rows = std::map<std::string, std::vector<std::string>>;  // cells, by the first of the row
 
-// Of the tables whose rows have as many cells as that of the worst errors.
+// The rows of all tables that have as many cells as the table of worst errors.
 Rows RowsOf(const std::string& text, std::size_t cells) {
   Rows rows;
   std::istringstream lines(text);

@@ -1,4 +1,4 @@
-// `cwm attach`, `cwm detach` and the questions about what is attached, as a user types them.
+// `cwm attach`, `cwm detach` and queries about attached objects, as a user types them.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-// An arm that turns about z, with a ball of 0.1 m at its base and one at x = 0.5, its hand.
+// An arm that turns about z, with a ball of 0.1 m radius at its base and one at x = 0.5, its hand.
 constexpr char kUrdf[] = R"(<robot name="arm">
 <link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <link name="hand">
@@ -29,7 +29,7 @@ class AttachCommand : public ServerTest {
     CwmJson({"put", "box", "--box", "0.1,0.1,0.1", "--at", "0.7,0,0"});
     CwmJson({"put", "post", "--box", "0.1,0.1,0.1", "--at", "0,0.75,0"});
   }
-  // Turned to the post by so much.
+  // The verdict for the arm with its joint at `turn`.
   json Asked(const std::string& turn, std::vector<std::string> more = {}) {
     std::vector<std::string> line = {"check", "--robot", "arm", "--joints", turn};
     line.insert(line.end(), more.begin(), more.end());

@@ -1,4 +1,4 @@
-// `cwm bench` on a real server: what it says, and that it leaves nothing behind.
+// `cwm bench` on a real server: its output, and that it leaves nothing behind.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -16,7 +16,7 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// Short: what it says is asked, not how fast this machine is.
+// Short, since the output is tested, not the speed of this machine.
 constexpr char kSeconds[] = "0.05";
 
 constexpr char kUrdf[] = R"(<robot name="arm"><link name="base"/>
@@ -105,7 +105,7 @@ TEST_F(BenchCommand, SaysItToPeopleAndLineByLine) {
 TEST_F(BenchCommand, RemovesItsWorldWhenItIsInterrupted) {
   Background bench({Program("cwm"), "--addr", address(), "bench", "--seconds", "60"},
                    scratch() / "bench.log");
-  // Its world is there before anything is measured.
+  // The bench's world exists before anything is measured.
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (Worlds().empty() && std::chrono::steady_clock::now() < deadline) {
   }

@@ -18,7 +18,7 @@ class CommandLine : public ServerTest {
 };
 
 TEST_F(CommandLine, KnownAnswersComeBackFromEveryEngineThatKnowsThePair) {
-  // Unit box; a sphere of 0.25 m at 0.2 m and 1 m along x.
+  // A unit box, and a sphere of 0.25 m radius at x = 0.2 m and x = 1 m.
   for (const char* engine : {"auto", "exact", "fcl", "bullet"}) {
     SCOPED_TRACE(engine);
     const json far = CwmJson({"distance", "--sphere", "0.25", "--at", "1,0,0", "--engine", engine});
@@ -39,7 +39,8 @@ TEST_F(CommandLine, CheckSaysFreeOrCollisionAndCanExitWithIt) {
   EXPECT_EQ(both["rows"][1].at("verdict"), "VERDICT_FREE");
   EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "0,0,0", "--exit-code"}).exit_code, 10);
   EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "2,0,0", "--exit-code"}).exit_code, 0);
-  // Strictly less than the margin: 1.4 m from the box's face minus the radius.
+  // A collision means a distance strictly below the margin. The distance from the box's face, minus
+  // the radius, is 1.4 m.
   EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "2,0,0", "--margin", "1.41", "--exit-code"})
                 .exit_code,
             10);
@@ -79,7 +80,7 @@ TEST_F(CommandLine, AMoveTouchesThePoseAlone) {
   EXPECT_EQ(after.at("geometry_revision"), before.at("geometry_revision"));
   EXPECT_EQ(after.at("pose_revision"), "2");
   EXPECT_EQ(after.at("uid"), before.at("uid"));
-  // The pinned revision goes on answering as it did.
+  // The pinned revision still gives its old answer.
   const json then = CwmJson({"distance", "--sphere", "0.1", "--at", "0,0,1", "--at-revision", "1"});
   EXPECT_NEAR(then["rows"][0]["answers"][0].at("distance_m").get<double>(), 0.4, 1e-12);
   EXPECT_EQ(then.at("revision"), "1");
@@ -153,7 +154,8 @@ TEST_F(CommandLine, AnObjectOfShapesAloneComesAsAMeshOfThem) {
   ASSERT_EQ(Cwm({"get", "crate", "--mesh", ply}).exit_code, 0);
   EXPECT_NE(first_bytes(ply).find("element vertex 8\n"), std::string::npos);
   EXPECT_NE(first_bytes(ply).find("element face 12\n"), std::string::npos);
-  // What came out goes in again, and stands where the crate stands: the mesh is in the world's frame.
+  // The written mesh can be put again and is at the crate's place, since it is in the world's
+  // frame.
   ASSERT_EQ(Cwm({"put", "copy", "--mesh", ply, "--world", "other"}).exit_code, 0);
   const json ray =
       CwmJson({"ray", "--from", "10,0,2", "--direction", "0,0,-1", "--world", "other"})["rows"][0];
@@ -163,7 +165,7 @@ TEST_F(CommandLine, AnObjectOfShapesAloneComesAsAMeshOfThem) {
   EXPECT_EQ(first_bytes(glb).substr(0, 4), "glTF");
   EXPECT_NE(first_bytes(glb).find(R"("min":[9.5,-0.5,-0.5],"max":[10.5,0.5,0.5])"),
             std::string::npos);
-  // The mesh is that of the revision asked for, where the crate stood then.
+  // The mesh is that of the requested revision, with the crate's pose at that time.
   const std::string before = scratch() / "before.glb";
   ASSERT_EQ(Cwm({"get", "crate", "--mesh", before, "--at-revision", "1"}).exit_code, 0);
   EXPECT_NE(first_bytes(before).find(R"("max":[0.5,0.5,0.5])"), std::string::npos);

@@ -1,4 +1,4 @@
-// Worlds as files that programs which were not written here read.
+// Exported worlds, read by independent programs.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -19,7 +19,7 @@ class ExportCommand : public ServerTest {
  protected:
   std::string File(const std::string& name) const { return scratch() / name; }
 
-  // Every look that there is but those of perception, and a robot.
+  // Objects of every look except those of perception, and a robot.
   void PutThings() const {
     CwmJson({"put", "can", "--cylinder", "0.03,0.1", "--at", "0,0,1"});
     CwmJson({"put", "hat", "--cone", "0.1,0,0.2", "--at", "1,0,1"});
@@ -48,7 +48,7 @@ TEST_F(ExportCommand, WritesGlbWithoutAnythingToSayOfIt) {
   const json report = Validated(File("things.glb"));
   EXPECT_EQ(report.at("issues").at("messages"), json::array());
   EXPECT_GT(report.at("info").at("totalTriangleCount"), 100);
-  EXPECT_EQ(report.at("info").at("materialCount"), 3);  // of users, unseen, of a robot
+  EXPECT_EQ(report.at("info").at("materialCount"), 3);  // user, unseen, robot
 }
 
 TEST_F(ExportCommand, WritesAnEmptyWorldToo) {
@@ -64,7 +64,7 @@ TEST_F(ExportCommand, PutsMeshesBesideAModel) {
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.out, HasSubstr("and 1 mesh beside it"));
   EXPECT_TRUE(std::filesystem::exists(File("default_meshes/0_hat.stl")));
-  // Our own reader of URDF, as another tool, finds the mesh there.
+  // Our own URDF reader finds the mesh beside the file, as another tool would.
   const Finished loaded = Cwm({"-w", "copy", "robot", "load", File("things.urdf")});
   EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
 }

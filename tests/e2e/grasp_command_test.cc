@@ -1,4 +1,4 @@
-// cwm-grasp against a running server: what stands there can be taken, or it says why not.
+// cwm-grasp with a running server: it finds grasps for objects, or says why there are none.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ class GraspCommand : public ServerTest {
  protected:
   void SetUp() override {
     ServerTest::SetUp();
-    // A table top at z = 0.
+    // A table top with its surface at z = 0.
     CwmJson({"put", "table", "--box", "2,2,0.04", "--at", "0,0,-0.02"});
   }
 
@@ -38,7 +38,7 @@ class GraspCommand : public ServerTest {
 TEST_F(GraspCommand, TakesEveryKindOfShapeByItsWidth) {
   struct Thing {
     std::string name, option, size, at;
-    double least_m, most_m;  // of its widths
+    double least_m, most_m;  // the range of its grasps' widths
   };
   const std::vector<Thing> things = {
       {"box", "--box", "0.05,0.2,0.1", "0,0,0.05", 0.05, 0.05},
@@ -67,7 +67,7 @@ TEST_F(GraspCommand, TakesEveryKindOfShapeByItsWidth) {
 }
 
 TEST_F(GraspCommand, TakesAMugByItsHandle) {
-  // 110 mm wide: the handle alone fits. The body is an obstacle.
+  // The body is 110 mm wide, so only the handle fits, and the body is an obstacle.
   const std::string mug =
       R"({"changes": [{"put": {"object": {"name": "mug", "x_world_object": {"qw": 1, "tz_m": 0.06},
           "shapes": [{"cylinder": {"radius_m": 0.055, "length_m": 0.12}},
@@ -93,7 +93,7 @@ TEST_F(GraspCommand, SaysByHowMuchAThingIsTooWide) {
 TEST_F(GraspCommand, NamesWhatIsInTheWay) {
   CwmJson({"put", "can", "--cylinder", "0.03,0.1", "--at", "0,0,0.05"});
   EXPECT_FALSE(Of("can").at("grasps").empty());
-  // Walls all around, as near as a finger is thick.
+  // Walls all around, at the distance of a finger's thickness.
   CwmJson({"put", "walls_x", "--box", "0.01,0.4,0.1", "--at", "0.045,0,0.05"});
   CwmJson({"put", "walls_y", "--box", "0.4,0.01,0.1", "--at", "0,0.045,0.05"});
   CwmJson({"put", "walls_u", "--box", "0.01,0.4,0.1", "--at", "-0.045,0,0.05"});
@@ -123,7 +123,7 @@ TEST_F(GraspCommand, SaysHowToSeeTheGrasps) {
   EXPECT_THAT(nowhere.out, Not(HasSubstr("drop")));
 }
 
-// Each grasp casts 30 rays, and a question holds 65 536.
+// Each grasp casts 30 rays, and one query may have 65 536.
 TEST_F(GraspCommand, TakesMoreThanOneQuestionHolds) {
   json changes = json::array();
   for (int i = 0; i < 24; ++i) {  // in the air, where every side can be reached

@@ -1,5 +1,5 @@
-// Whatever is sent, the server says what is wrong, stays up, keeps its revision, and the next good
-// request works.
+// After any input the server reports the error, stays up, keeps its revision, and answers the next
+// valid request.
 #include <cstring>
 #include <fstream>
 
@@ -13,7 +13,7 @@ constexpr int kNotFound = 3;
 constexpr int kConflict = 4;
 constexpr int kUsage = 1;
 
-// The header of a binary PCD of x y z floats, with fields that a test can make lie.
+// The header of a binary PCD with x y z floats, whose fields tests can falsify.
 struct PcdHeader {
   std::string magic = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n";
   std::string fields = "x y z";
@@ -51,7 +51,8 @@ class HostileInput : public ServerTest {
     return scratch() / name;
   }
 
-  // The world before, and that it is the same after, with a good request answered.
+  // Records the world before the test, and checks afterwards that it is unchanged and that a valid
+  // request is answered.
   void SetUp() override {
     ServerTest::SetUp();
     ASSERT_EQ(Cwm({"put", "post", "--cylinder", "0.05,1", "--at", "0,0,0.5"}).exit_code, 0);
@@ -76,7 +77,7 @@ class HostileInput : public ServerTest {
   std::int64_t revision_ = 0;
 };
 
-// Each message names the file, the field, its value and the rule that it breaks.
+// Each message names the file, the field, its value and the violated rule.
 TEST_F(HostileInput, LyingCloudFilesAreRefusedByFieldValueAndRule) {
   const std::string one_point = Bytes({0, 0, 1});
   struct Case {
@@ -152,7 +153,7 @@ TEST_F(HostileInput, FilesCutShortAreRefusedWhereverTheyEnd) {
        "not enough in 4 bytes of text"});
   PcdHeader packed;
   packed.data = "binary_compressed";
-  const std::string sizes("\x09\0\0\0\x0c\0\0\0", 8);  // 9 bytes that would unpack to 12
+  const std::string sizes("\x09\0\0\0\x0c\0\0\0", 8);  // claims to unpack 9 bytes to 12
   ExpectRefused({"ingest", Write("packed.pcd", packed.Text() + sizes + "abc")}, kBadInput,
                 {"packed.pcd: compressed size is 9, must be what the file holds"});
 }

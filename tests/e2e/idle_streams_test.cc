@@ -1,4 +1,4 @@
-// What clients that keep their streams open and ask nothing cost the server.
+// The server's memory for clients that keep streams open without queries.
 #include "clients/cpp/connection.h"
 #include "clients/cpp/row_bytes.h"
 #include "tests/e2e/server_fixture.h"
@@ -8,8 +8,8 @@ namespace {
 
 using Stream = grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQueriesResponse>;
 
-// What a few messages under way take, and what the allocator keeps of it; streams that kept theirs
-// took 840 MiB and 200 MiB.
+// derived: the memory of a few messages in progress, and of the allocator's share of it. Streams
+// that kept their messages took 840 MiB and 200 MiB.
 constexpr double kMost_MiB = 150;
 
 class IdleStreams : public ServerTest {
@@ -21,7 +21,7 @@ class IdleStreams : public ServerTest {
     std::unique_ptr<Stream> wire;
   };
 
-  // Each asks once and stays open.
+  // Each stream sends one query and stays open.
   std::vector<std::unique_ptr<Open>> OpenAll(const client::Connection& connection,
                                              const v1::StreamQueriesRequest& question) {
     std::vector<std::unique_ptr<Open>> streams;
@@ -54,7 +54,7 @@ class IdleStreams : public ServerTest {
 
 TEST_F(IdleStreams, KeepNoRequestOfEightMebibytes) {
   const client::Connection connection({.address = address(), .deadline = {}});
-  v1::StreamQueriesRequest question;  // refused for its rows, which takes no time
+  v1::StreamQueriesRequest question;  // refused at once because of its rows
   question.mutable_get_distances()->mutable_subject()->mutable_points()->mutable_data()->resize(
       8 << 20);
   ExpectLittleKept(connection, question);

@@ -1,4 +1,5 @@
-// Files of other tools into a real world: what is imported answers like what was exported.
+// Files of other tools imported into a real world: queries give the same answers as before the
+// export.
 #include <gmock/gmock.h>
 
 #include <cstdint>
@@ -31,7 +32,7 @@ class ImportCommand : public ServerTest {
     return File(name);
   }
 
-  // From a sphere of 5 cm at places around what stands at 0.5, 0.2, 1.
+  // Distances of a sphere of 5 cm at places around the object at 0.5, 0.2, 1.
   std::vector<double> Distances(const std::string& world) const {
     std::vector<double> found;
     const json reply =
@@ -58,7 +59,7 @@ class ImportCommand : public ServerTest {
   }
 };
 
-// A wedge that is the same from no two sides.
+// A wedge without any symmetry.
 constexpr char kWedge[] =
     "v 0.4 0.1 0.9\nv 0.6 0.1 0.9\nv 0.4 0.25 0.9\nv 0.4 0.1 1.1\n"
     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -66,7 +67,7 @@ constexpr char kWedge[] =
 TEST_F(ImportCommand, TellsOnATerminalHowFarAMeshIs) {
   for (const bool terminal : {false, true}) {
     TriangleMesh
-        mesh;  // of several chunks; what the server has already it does not read to its end
+        mesh;  // several chunks; differs per round, since known meshes are not sent in full
     for (std::uint32_t i = 0; i < 150'000; ++i) {
       mesh.vertices.emplace_back(0.001 * i, terminal ? 1 : 0, i % 2);
       if (i >= 2) mesh.triangles.push_back({i - 2, i - 1, i});
@@ -88,7 +89,7 @@ TEST_F(ImportCommand, TellsOnATerminalHowFarAMeshIs) {
   }
 }
 
-// A strip in a MoveIt scene's text, of some 2.2 MB as it is sent.
+// A strip as text of a MoveIt scene, of about 2.2 MB when it is sent.
 std::string StripInScene(const std::string& id, int y_m) {
   constexpr int kVertices = 60'000;
   std::ostringstream text;
@@ -163,11 +164,11 @@ TEST_F(ImportCommand, ScalesTurnsPlacesAndNames) {
   EXPECT_THAT(turned.out, HasSubstr("imported odd_name__1_,"));
   EXPECT_EQ(turned.err, "");
   ExpectSameDistances("turned", "plain");
-  // `put --mesh` is the same.
+  // `put --mesh` gives the same result.
   CwmJson({"-w", "put", "put", "w", "--mesh", File("odd name (1).obj"), "--scale", "0.001",
            "--up-axis", "y"});
   ExpectSameDistances("put", "plain");
-  // Elsewhere under another name.
+  // At another pose under another name.
   CwmJson({"-w", "moved", "import", File("wedge.obj"), "--name", "shelf/w", "--at", "1,0,0"});
   EXPECT_EQ(CwmJson({"-w", "moved", "get", "shelf/w"}).at("object").at("x_world_object").at("tx_m"),
             1);
@@ -199,7 +200,7 @@ TEST_F(ImportCommand, TakesCloudsAsIngestDoes) {
       EXPECT_EQ(reply.at("report").at("points_in"), "3600") << command << name;
     }
   }
-  // The vertices of a mesh may be a scan too, but not unsaid.
+  // The vertices of a mesh may be used as a scan, but with a warning.
   const Finished mesh = Cwm({"-w", "m", "put", "b", "--box", "1,1,1"});
   ASSERT_EQ(mesh.exit_code, 0) << mesh.err;
   ASSERT_EQ(Cwm({"-w", "m", "get", "b", "--mesh", File("b.ply")}).exit_code, 0);

@@ -1,4 +1,4 @@
-// What `cmake --install` leaves behind, as somebody uses it who has no source of ours.
+// The result of `cmake --install`, used by somebody without our sources.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 class Install : public ServerTest {
  protected:
-  // Beside the programs of this build.
+  // The build folder that contains the programs.
   static std::string BuildFolder() {
     return std::filesystem::path(Program("cwm")).parent_path().parent_path().string();
   }

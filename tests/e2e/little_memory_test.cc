@@ -1,4 +1,4 @@
-// A server whose address space is limited, beside clients that want more than there is.
+// A server with a limited address space, and clients that need more than it has.
 #include <chrono>
 #include <thread>
 
@@ -15,7 +15,7 @@ class LittleMemory : public ServerTest {
   }
 };
 
-// Each waits for a revision that never comes, with 15 MiB.
+// Each call waits for a revision that is never made, and takes 15 MiB.
 TEST_F(LittleMemory, ACrowdThatSendsMoreThanThereIsIsRefusedAndOthersAreAnswered) {
   constexpr int kConnections = 4, kCalls = 45;  // 2.7 GB
   struct Wait {

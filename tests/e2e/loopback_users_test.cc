@@ -1,4 +1,4 @@
-// Users of the machine at a port of loopback, which gRPC listens on.
+// Users of the machine at a loopback port of the gRPC server.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -21,7 +21,7 @@ class LoopbackUsers : public UserPrograms {
     return text.str();
   }
 
-  // A server of `user_` on both addresses of loopback.
+  // Starts a server as `user_` on both loopback addresses.
   void StartServer(const std::vector<std::string>& arguments) {
     std::vector<std::string> command = {"cwm-server",  "--viewer", "off",    "--listen",
                                         "127.0.0.1:0", "--listen", "[::1]:0"};

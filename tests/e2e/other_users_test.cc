@@ -1,4 +1,4 @@
-// Other users of the machine: at default addresses that they were at first, and at the viewer.
+// Other users of the machine: at a default address that they took first, and at the viewer.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -21,7 +21,7 @@ class DefaultAddressTest : public UserPrograms {
  protected:
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  // Waits until it answers `who` there.
+  // Starts a server and waits until it answers `who` at the address.
   void StartServer(uid_t who, const std::vector<std::string>& arguments,
                    const std::vector<std::string>& status) {
     std::vector<std::string> command = {"cwm-server", "--viewer", "off"};
@@ -73,7 +73,7 @@ TEST_F(DefaultAddressTest, AFolderThatAStrangerMadeIsNotBelieved) {
   EXPECT_EQ(server.exit_code, kUnavailable);
   EXPECT_THAT(server.err, HasSubstr(why));
   EXPECT_THAT(server.err, HasSubstr(way_out));
-  // The stranger's server does answer: who names it means it.
+  // The stranger's server does answer a client that names its address explicitly.
   EXPECT_EQ(Run(user_, {"cwm", "--addr", socket_, "status"}).exit_code, 0);
   EXPECT_EQ(server_->Stop(), 0);
 }
@@ -98,7 +98,7 @@ TEST_F(DefaultAddressTest, ARuntimeDirectoryThatOthersWriteToIsRefused) {
   }
 }
 
-// A server that was told to listen in a folder of everybody's.
+// A server that was told to listen in a world-writable folder.
 TEST_F(DefaultAddressTest, ALockThatAStrangerHoldsIsNamed) {
   const std::string shared = scratch_ / "shared";
   ASSERT_EQ(mkdir(shared.c_str(), 0700), 0);

@@ -1,5 +1,5 @@
-// What every command prints in each of its forms, and the exit codes that it ends with: a table is
-// for people, JSON the answer as the API gives it, NDJSON one line an element.
+// The output of every command in each form, and its exit codes: tables for people, JSON with the
+// API's answer, NDJSON with one line per element.
 #include <fstream>
 #include <functional>
 #include <sstream>
@@ -17,7 +17,7 @@ constexpr int kDeadline = 5;
 constexpr int kBadInput = 8;
 constexpr int kAnythingElse = 70;
 
-// A MoveIt planning scene: a table board and a can on it, the can as one primitive of an object with
+// A MoveIt planning scene: a board and a can on it; the can is one primitive of an object that has
 // a pose of its own.
 constexpr char kScene[] = R"(name: kitchen
 world:
@@ -37,7 +37,7 @@ world:
 
 class OutputForms : public ServerTest {
  protected:
-  // A unit cube around the origin.
+  // Puts a unit cube at the origin.
   void SetUp() override {
     ServerTest::SetUp();
     ASSERT_EQ(Cwm({"put", "crate", "--box", "1,1,1", "--at", "0,0,0"}).exit_code, 0);
@@ -133,7 +133,7 @@ TEST_F(OutputForms, ImportPutsTheObjectsOfASceneInOneRevision) {
   const json can = CwmJson({"get", "can"}).at("object").at("shapes").at(0);
   EXPECT_EQ(can.at("cylinder"), json({{"radius_m", 0.033}, {"length_m", 0.1}}));
   EXPECT_EQ(can.at("x_object_shape").at("tz_m"), 0.01);
-  // From 1 m above the can's top: 0.45 + 0.01 + 0.05.
+  // A ray from 1 m above the can's top: 0.45 + 0.01 + 0.05.
   const json ray =
       CwmJson({"ray", "--from", "0.5,0,1.51", "--direction", "0,0,-1", "--world", "b"});
   EXPECT_EQ(ray.at("rows").at(0).at("object"), "can");
@@ -148,7 +148,8 @@ TEST_F(OutputForms, ImportPutsTheObjectsOfASceneInOneRevision) {
 }
 
 TEST_F(OutputForms, DistanceAndContactsGiveTheNumbersInEveryForm) {
-  // A ball of 0.25 m whose centre is 1 m (0.7 m) from the cube's: 0.25 m off (0.05 m deep).
+  // A ball of 0.25 m radius whose centre is 1 m (0.7 m) from the cube's: 0.25 m apart (0.05 m
+  // deep).
   const std::vector<std::string> apart = {"distance", "--sphere", "0.25", "--at", "1,0,0"};
   ExpectWords(Table(apart), {"DISTANCE mm", "250.000", "crate", "0.500 0.000 0.000",
                              "-1.000 0.000 0.000", "exact", "revision 1, 1 of 1 row\n"});
@@ -223,7 +224,7 @@ TEST_F(OutputForms, AReaderThatHasHadEnoughEndsItQuietlyAndAFullDiskDoesNot) {
     const std::string line = "set -o pipefail; CWM_ADDR=" + address() + "; export CWM_ADDR; ";
     return RunProgram({"timeout", "20", "bash", "-c", line + Program("cwm") + command});
   };
-  // The world keeps still: nothing is ever written that could fail.
+  // The world does not change, so no further write could fail.
   const Finished watch = shell(" -o ndjson watch | head -1");
   EXPECT_EQ(watch.exit_code, 0) << watch.err;
   EXPECT_EQ(json::parse(watch.out).at("initial_state").at("objects").at(0).at("name"), "crate");
@@ -243,7 +244,7 @@ TEST_F(OutputForms, CallPrintsTheReplyInEveryForm) {
   ExpectExit({"call", "GetObject", R"({"name": "unicorn"})"}, kNotFound, "unicorn");
   ExpectExit({"call", "GetObject", R"({"nome": "crate"})"}, kBadInput, "nome");
   ExpectExit({"call", "GetObject", "crate"}, kBadInput, "JSON");
-  // More points than the server takes: refused on the header, before any data.
+  // More points than the server accepts: refused after the header, before any data.
   ExpectExit({"call", "IngestCloud",
               R"({"header": {"point_count": 20000001, "total_bytes": 240000012, "layout":
                  {"point_step": 12, "fields": [{"name": "x", "type": "FIELD_TYPE_F32"},

@@ -1,4 +1,4 @@
-// Real scans and real planning scenes, where they are at hand.
+// Real scans and real planning scenes, if they are available.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -38,8 +38,8 @@ TEST_F(RealScans, EachGivesOneSupportAndObjectsInAWorldOfItsOwnAndAllFitIntoOne)
   for (const std::string& scan : scans) expect_a_table(scan, std::filesystem::path(scan).stem());
   const double after_45_worlds = server().ResidentMebibytes();
   for (const std::string& scan : scans) expect_a_table(scan, "all");
-  // 45 worlds of about 10 objects with meshes; then one world that keeps its last revisions. A leak
-  // of whole clouds would be 45 x 307 200 points x 12 bytes = 160 MiB in each round.
+  // 45 worlds of about 10 objects with meshes, then one world that keeps its last revisions. A leak
+  // of whole clouds would take 45 x 307 200 points x 12 bytes = 160 MiB in each round.
   EXPECT_LT(after_45_worlds, 1500);
   EXPECT_LT(server().ResidentMebibytes(), after_45_worlds + 500);
 }
@@ -49,7 +49,7 @@ TEST_F(RealScans, TheSameScanTwiceMakesNoRevision) {
   if (!directory) GTEST_SKIP() << "labelled Kinect scans (mosd/learn) are not in CWM_DATA";
   const std::vector<std::string> scans = FilesWith(*directory, ".pcd");
   ASSERT_GE(scans.size(), 3U);
-  // Three of them, so that the test takes seconds.
+  // Three scans, so that the test takes seconds.
   for (const std::size_t i : {std::size_t{0}, scans.size() / 2, scans.size() - 1}) {
     SCOPED_TRACE(scans[i]);
     const std::string world = std::filesystem::path(scans[i]).stem();
@@ -62,7 +62,7 @@ TEST_F(RealScans, TheSameScanTwiceMakesNoRevision) {
     EXPECT_EQ(again.at("changes").at("kept").size(), before.size()) << again.at("changes");
     json after = CwmJson({"objects", "--world", world}).at("objects");
     ASSERT_EQ(after.size(), before.size());
-    // When it was last seen is no part of a revision.
+    // The time of the last observation is not part of a revision.
     for (std::size_t k = 0; k < after.size(); ++k)
       after[k]["last_observed"] = before[k]["last_observed"];
     EXPECT_EQ(after, before);
@@ -71,7 +71,8 @@ TEST_F(RealScans, TheSameScanTwiceMakesNoRevision) {
 
 class PlanningScenes : public ServerTest {};
 
-// Of a MoveIt scene as MotionBenchMaker writes it: each object has one list, of one primitive.
+// The number of primitives in a MoveIt scene of MotionBenchMaker, in which each object has one list
+// of one primitive.
 std::size_t PrimitivesIn(const std::string& scene) {
   std::ifstream file(scene);
   std::size_t count = 0;

@@ -1,4 +1,4 @@
-// cwm-plan as a user types it, with a robot of two joints of which paths can be checked by hand.
+// cwm-plan as a user types it, with a two-joint robot whose paths can be checked by hand.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// A ball at the origin, an arm of 0.5 m and another of 0.5 m, with a ball of 0.1 m at the end of
-// each: both turn about z.
+// A ball at the origin and two links of 0.5 m that turn about z, each with a ball of 0.1 m radius
+// at its end.
 constexpr char kUrdf[] = R"(<robot name="arm">
 <link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <link name="upper">
@@ -50,14 +50,14 @@ goal_constraints:
 
 double Clamped(double value) { return std::clamp(value, -0.1, 0.1); }
 
-// How far the ball of the hand is from a box of 0.2 m at (1, 0, 0), by hand.
+// The distance of the hand's ball from a box of 0.2 m at (1, 0, 0), in closed form.
 double HandFromPost_m(double shoulder, double elbow) {
   const double x = 0.5 * std::cos(shoulder) + 0.5 * std::cos(shoulder + elbow) - 1;
   const double y = 0.5 * std::sin(shoulder) + 0.5 * std::sin(shoulder + elbow);
   return std::hypot(x - Clamped(x), y - Clamped(y)) - 0.1;
 }
 
-// The arm stretched out along x, and a box around its hand.
+// The arm is extended along x; a box surrounds its hand.
 class PlanCommand : public ServerTest {
  protected:
   void SetUp() override {
@@ -90,8 +90,7 @@ TEST_F(PlanCommand, GoesAroundWhatIsInTheWay) {
   const json& path = plan.at("path");
   EXPECT_EQ(path.front(), json({1.0, 0.0}));
   EXPECT_EQ(path.back(), json({-1.0, 0.0}));
-  // Between states 0.01 rad apart a hand at 1 m, by which both joints move it, moves so far at
-  // most.
+  // The hand at 1 m, moved by both joints, moves at most this far between states 0.01 rad apart.
   constexpr double kBetweenStates_m = 0.01 / 2 * 1.5;
   double length = 0;
   for (std::size_t k = 1; k < path.size(); ++k) {
@@ -176,7 +175,7 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
   }
 }
 
-// A gate at the elbow, which no state of the arm that points along x passes.
+// A gate at the elbow that the arm along x cannot pass.
 TEST_F(PlanCommand, GivesUpInTimeWhereThereIsNoPath) {
   CwmJson({"put", "gate", "--box", "0.2,0.2,0.2", "--at", "0.5,0,0"});
   const Finished run =
@@ -208,8 +207,8 @@ TEST_F(PlanCommand, TakesRequestsAndRefusesThoseThatAreNone) {
   EXPECT_THAT(leg.err, HasSubstr("must be one of arm: both, wrist"));
 }
 
-// What the scene allows, what its robot holds and what it does not have count, and nothing of it
-// stays.
+// The scene's allowed collisions, attached objects and missing objects apply during planning, and
+// nothing of it remains.
 TEST_F(PlanCommand, PlansInASceneAloneAndLeavesTheWorldAsItIs) {
   const std::string request = Write("request.yaml", kRequest);
   const std::int64_t revision = RevisionOf("default");
@@ -247,8 +246,8 @@ TEST_F(PlanCommand, PlansInASceneAloneAndLeavesTheWorldAsItIs) {
   EXPECT_EQ(RevisionOf("default"), revision);
 }
 
-// A needle's tip at 1 m goes by, and only the way there leads through a grain: states 0.005 rad apart,
-// of which the whole path is asked, are 5 mm apart there, and the two meet for 0.6 mm.
+// A needle's tip at 1 m passes a grain. States of the path check 0.005 rad apart are 5 mm apart
+// there, and the two overlap for 0.6 mm, between two states.
 TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates) {
   const std::string urdf = Write("needle.urdf", R"(<robot name="needle"><link name="base"/>
 <link name="tip"><collision><origin xyz="1 0 0"/><geometry><sphere radius="0.0001"/></geometry>
@@ -257,7 +256,7 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
 <limit lower="-3" upper="3"/></joint></robot>
 )");
   CwmJson({"robot", "load", urdf, "--world", "sewing"});
-  // Of the 200 steps from -0.5 to 0.5 in the middle of one.
+  // The grain is in the middle of one of the 200 steps from -0.5 to 0.5.
   CwmJson({"put", "grain", "--sphere", "0.0002", "--at", "0.999996875,0.002499997,0", "--world",
            "sewing"});
   const std::vector<std::string> asked = {"--world", "sewing", "--start=-0.5", "--goal", "0.5"};

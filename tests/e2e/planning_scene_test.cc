@@ -1,4 +1,4 @@
-// Planning scenes in and out, as a user types them.
+// Import and export of planning scenes, as a user types them.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::string ContentOf(const std::string& path) {
   return text.str();
 }
 
-// The first line of both formats has the name of the world.
+// The first line of both formats has the world's name.
 std::string AfterTheName(const std::string& scene) { return scene.substr(scene.find('\n')); }
 
 constexpr char kUrdf[] = R"(<robot name="arm">
@@ -86,7 +86,8 @@ TEST_F(PlanningSceneCommand, ImportTakesObjectsStateAndPairsInOneRevision) {
   EXPECT_EQ(robot.at("state").at(0), 1.5);
   EXPECT_EQ(robot.at("x_world_base").at("ty_m"), 2.0);
   EXPECT_THAT(Cwm({"rules"}).out, AllOf(HasSubstr("arm:base"), HasSubstr("post")));
-  // Nothing meets the floor, which may touch everything; points are no pairs.
+  // The floor may touch everything, so no body collides with it; points are not subject to pair
+  // rules.
   const json points = CwmJson({"sample", "0,0,-1.5", "0,0,-0.8"}).at("rows");
   EXPECT_EQ(points.at(0).at("distance_m"), -0.5);
   EXPECT_NEAR(points.at(1).at("distance_m").get<double>(), 0.2, 1e-12);
@@ -161,7 +162,7 @@ TEST_F(PlanningSceneCommand, ImportReplacesWhatWasPutBefore) {
     for (const json& object : listed.at("objects")) all.push_back(object.at("name"));
     return all;
   };
-  // As it was: beside what was there.
+  // Without --replace, objects are added to the existing ones.
   ASSERT_EQ(Cwm({"import", scratch() / "second.yaml"}).exit_code, 0);
   EXPECT_THAT(names(), ElementsAre("big_mesh", "cup", "dark", "field", "floor", "post"));
   const std::int64_t revision = Revision();
@@ -170,7 +171,7 @@ TEST_F(PlanningSceneCommand, ImportReplacesWhatWasPutBefore) {
   EXPECT_THAT(run.out, AllOf(HasSubstr("2 objects of before removed"),
                              HasSubstr("2 pairs no more allowed")));
   EXPECT_THAT(run.err, Not(HasSubstr("of before")));
-  // In one revision, and what no import puts stays.
+  // In one revision, and objects that no import has put remain.
   EXPECT_EQ(Revision(), revision + 1);
   EXPECT_THAT(names(), ElementsAre("big_mesh", "dark", "field", "post"));
   EXPECT_THAT(Cwm({"rules"}).out,
@@ -306,7 +307,7 @@ allowed_collision_matrix: {default_entry_names: [base], default_entry_values: [t
   const json lid = CwmJson({"get", "lid"}).at("object");
   EXPECT_FALSE(lid.contains("attachment"));
   EXPECT_EQ(lid.at("x_world_object").at("tz_m"), 0.2);
-  // What may touch everything needs the robot, of which the file says nothing else.
+  // A rule about everything needs the robot, of which the file says nothing else.
   EXPECT_THAT(Cwm({"rules"}).out, HasSubstr("arm:base"));
 }
 
@@ -326,7 +327,7 @@ TEST_F(PlanningSceneCommand, ExportSaysWhatIsWrong) {
   EXPECT_THAT(bad.err, HasSubstr("bad.scene: line 5: box is nan, must be a finite number"));
 }
 
-// The verdicts of the Panda for the same random states, in both worlds.
+// Compares the Panda's verdicts for the same random states in both worlds.
 TEST_F(PlanningSceneCommand, KeepsEveryFamilyOfProblemsAsThePandaSeesIt) {
   const auto panda = OutsideData("motion_bench_maker/panda");
   if (!panda) GTEST_SKIP() << "planning scenes (motion_bench_maker) are not in CWM_DATA";

@@ -1,4 +1,4 @@
-// Tools that were not written here must be able to use the server: buf, through reflection.
+// Independent tools must be able to use the server: buf, through reflection.
 #include <filesystem>
 
 #include "absl/strings/escaping.h"
@@ -63,7 +63,7 @@ TEST_F(Reflection, CallsTheServices) {
   EXPECT_EQ(nlohmann::json::parse(health.out).at("status"), "SERVING");
 }
 
-// A square of 41 x 41 points, 0.4 m wide, 1 m before the sensor: x y z as floats, row by row.
+// A square of 41 x 41 points, 0.4 m wide, 1 m in front of the sensor: x y z as floats, row by row.
 std::string Square() {
   std::string bytes;
   for (int row = 0; row < 41; ++row) {

@@ -1,4 +1,4 @@
-// The page that `cwm report` writes, in a browser: what is drawn must be what the world holds.
+// The page of `cwm report` in a browser: the drawing must match the world.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
@@ -19,11 +19,12 @@ constexpr int kUsage = 1;  // exit codes: see `cwm --help`
 constexpr int kUnavailable = 2;
 constexpr int kBadInput = 8;
 
-// Vertices are 32-bit floats, lengths here are metres and below ten: 2^-24 * 10 m, rounded up.
+// derived: vertices are 32-bit floats, and lengths here are below ten metres: 2^-24 * 10 m, rounded
+// up.
 constexpr double kFloat_m = 2e-6;
 
-// Of 64 chords around a circle, those that reach the corners of its bounding square: the radius is met by
-// a vertex on each axis, so that bounds are exact.
+// derived: a circle is drawn with 64 chords, of which a vertex lies on each axis, so its bounds are
+// exact.
 constexpr double kBounds_m = kFloat_m;
 
 std::int64_t Count(const json& text) { return std::stoll(text.get<std::string>()); }
@@ -49,7 +50,7 @@ Eigen::Isometry3d PoseOf(const json& object, const char* field) {
                                                                 : Eigen::Isometry3d::Identity();
 }
 
-// What a browser holds of a page once it has drawn it.
+// The state of a page in the browser once it is drawn.
 struct Drawn {
   json summary;
   std::string document;
@@ -60,7 +61,7 @@ struct Drawn {
     }
     throw std::out_of_range(name);
   }
-  // Parts of an object in a picture, `what` one of shape, surface, handle.
+  // Parts of an object in a picture; `what` is shape, surface or handle.
   std::vector<json> parts(const std::string& picture_name, const std::string& object,
                           const std::string& what) const {
     std::vector<json> found;
@@ -89,7 +90,7 @@ class ReportPage : public ServerTest {
     ServerTest::SetUp();
   }
 
-  // The page of a scan of a kitchen, and the same scan in the world.
+  // Writes the page of a kitchen scan and ingests the same scan.
   void Report() {
     scan_ = scratch() / "a <b>kitchen & co.pcd";
     std::filesystem::rename(Simulate("kitchen", {"--scene", "kitchen", "--seed", "3"}), scan_);
@@ -135,7 +136,7 @@ void ExpectPlate(const json& drawn, const json& plate) {
   ExpectExtent(drawn, low, high);
 }
 
-// The triangles of one part against the shape's dimensions, in the shape's frame.
+// Checks the triangles of a part against the shape's dimensions, in the shape's frame.
 void ExpectShape(const json& drawn, const json& part) {
   const std::string kind = drawn.at("kind");
   ASSERT_TRUE(part.contains(kind)) << kind << " is drawn of " << part.dump();
@@ -164,7 +165,7 @@ void ExpectPose(const json& drawn, const Eigen::Isometry3d& X_WS) {
   }
 }
 
-// Hatched exactly where nothing was measured; of a support's plate the top was.
+// A part is hatched exactly where nothing was measured; the top of a support's plate was measured.
 void ExpectLook(const json& drawn, const json& part) {
   const bool completed = part.at("role") == "PART_ROLE_COMPLETED";
   const bool measured_top = part.contains("plate") && part.contains("fit");
@@ -243,7 +244,7 @@ TEST_F(ReportPage, ShowsNamesAsTextAndEveryObjectInItsTable) {
   }
 }
 
-// Nobody waits for mail of more.
+// chosen: a page that can be sent by mail.
 TEST_F(ReportPage, IsOneFileOfLessThanEightMegabytes) {
   ASSERT_NO_FATAL_FAILURE(Report());
   EXPECT_LT(std::filesystem::file_size(page_), 8'000'000U);
@@ -255,12 +256,12 @@ TEST_F(ReportPage, IsOneFileOfLessThanEightMegabytes) {
 }
 
 struct Look {
-  double covered = 0;      // share of pixels unlike the pane's ground
-  std::size_t shades = 0;  // different colours, 32 steps a channel
+  double covered = 0;      // share of pixels that differ from the background
+  std::size_t shades = 0;  // different colours, in 32 steps per channel
   std::size_t hues = 0;    // of twelve, among saturated pixels
 };
 
-// Twelfth of the colour circle of a saturated pixel, -1 of greys.
+// The twelfth of the colour circle of a saturated pixel; -1 for greys.
 int HueOf(const Pixel& p) {
   const int most = std::max({p.r, p.g, p.b}), least = std::min({p.r, p.g, p.b});
   if (most - least < 60) return -1;
@@ -274,7 +275,7 @@ int HueOf(const Pixel& p) {
   return static_cast<int>(2 * sixth);
 }
 
-// The middle of a pane, without its caption and the cross in its corner.
+// The middle of a pane, without its caption and the axes in its corner.
 Look LookOf(const Picture& screen, const json& pane) {
   const int left = pane.at("left").get<int>() + 70, top = pane.at("top").get<int>() + 40;
   const int right = pane.at("left").get<int>() + pane.at("width").get<int>() - 50;
@@ -314,7 +315,8 @@ TEST_F(ReportPage, PaintsEveryPictureInLightAndInDark) {
       const Look look = LookOf(screen, pane);
       EXPECT_GT(look.covered, 0.05) << name;
       EXPECT_GT(look.shades, 20U) << name;
-      // Nine objects in nine colours; the surfaces are few, the points around them grey.
+      // Nine objects have nine colours; there are few surfaces, and the points around them are
+      // grey.
       if (name != "surfaces") {
         EXPECT_GE(look.hues, 5U) << name;
       }

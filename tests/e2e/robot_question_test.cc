@@ -1,4 +1,4 @@
-// Robots that ask, and motions, as a user types them.
+// Queries about robots and motions, as a user types them.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-// A ball at the origin, and an arm of 0.5 m and another of 0.5 m, with a ball of 0.1 m at the end
-// of each: both turn about z.
+// A ball at the origin and two links of 0.5 m that turn about z, each with a ball of 0.1 m radius
+// at its end.
 constexpr char kUrdf[] = R"(<robot name="arm">
 <link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <link name="upper">
@@ -35,7 +35,7 @@ constexpr char kSrdf[] =
 </robot>
 )";
 
-// The arm stretched out along x, and a box around its hand.
+// The arm is extended along x; a box surrounds its hand.
 class RobotQuestion : public ServerTest {
  protected:
   void SetUp() override {
@@ -136,7 +136,7 @@ TEST_F(RobotQuestion, SaysByItsExitCodeWhatItMet) {
   EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "1.5,0", "--joints", "2.5,0",
                        "--exit-code"}),
             0);
-  // What is not known to be free must not read as free.
+  // A state that is not known to be free must not be reported as free.
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints=-3.1,0", "--exit-code"}), 11);
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints=-3.1,0"}), 0);
   EXPECT_EQ(
@@ -185,13 +185,13 @@ TEST_F(RobotQuestion, TakesMotionsFromLinesAndAnswersEachByALine) {
   EXPECT_EQ(rows[1].at("segment"), 1);
   EXPECT_EQ(rows[1].at("body_link"), "hand");
   EXPECT_EQ(rows[2].at("segment"), 2);
-  // From x = 2 on, the ball meets the box's face at x = 1.1 when it is at 1.2.
+  // Starting from x = 2, the ball touches the box's face at x = 1.1 when its centre is at 1.2.
   EXPECT_LE(rows[2].at("lo").get<double>(), 0.4);
   EXPECT_GE(rows[2].at("hi").get<double>(), 0.4);
   EXPECT_EQ(rows[3].at("verdict"), "MOTION_VERDICT_FREE");
 }
 
-// More rows than one message has: they come as columns and read like rows.
+// More rows than one message can hold: they are sent as columns and printed as rows.
 TEST_F(RobotQuestion, ChecksThousandsOfStates) {
   std::string lines;
   for (int k = 0; k < 3'000; ++k) lines += k % 3 == 0 ? "[1.5, 3]\n" : "[1.5, 0]\n";

@@ -1,4 +1,4 @@
-// `cwm allow`, `cwm margin`, `cwm rules` and the questions under them, as a user types it.
+// `cwm allow`, `cwm margin`, `cwm rules` and queries under them, as a user types them.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -12,14 +12,14 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-// A box of 0.2 m at the origin, a ball that asks 0.05 m beside it.
+// A box of 0.2 m at the origin; the query's ball is 0.05 m beside it.
 class RuleCommand : public ServerTest {
  protected:
   void SetUp() override {
     ServerTest::SetUp();
     ASSERT_EQ(Cwm({"put", "crate", "--box", "0.2,0.2,0.2", "--at", "0,0,0"}).exit_code, 0);
   }
-  // Whether the ball collides, as it is asked.
+  // True if the ball at `at` collides under the options `more`.
   bool Collides(std::vector<std::string> more = {}, const std::string& at = "0.25,0,0") {
     std::vector<std::string> line = {"check", "--sphere", "0.1", "--at", at, "--exit-code"};
     line.insert(line.end(), more.begin(), more.end());
@@ -82,7 +82,7 @@ TEST_F(RuleCommand, WarnsOfNamesThatNothingHas) {
 TEST_F(RuleCommand, AllowsForAWhile) {
   EXPECT_EQ(CwmJson({"allow", "crate", "*", "--for", "0.3"}).at("revision"), "2");
   EXPECT_THAT(Cwm({"rules"}).out, ::testing::AnyOf(HasSubstr("allowed until"), HasSubstr("no ")));
-  // The watch ends with the expiry's message, the second after revision 1.
+  // The watch ends with the message of the expiry, the second one after revision 1.
   const Finished watched = Cwm({"--deadline", "20", "watch", "--from", "1", "--world-uid",
                                 UidOf("default"), "--count", "2"});
   EXPECT_THAT(watched.out, HasSubstr("2  rule    * and crate  allowed until"));
@@ -93,7 +93,7 @@ TEST_F(RuleCommand, AllowsForAWhile) {
 TEST_F(RuleCommand, QuestionsHaveRulesOfTheirOwn) {
   EXPECT_TRUE(Collides({}, "0,0,0"));
   EXPECT_FALSE(Collides({"--ignore-pair", "*,crate"}, "0,0,0"));
-  EXPECT_FALSE(Collides({"--margin-sigma", "3"}));  // what a user put is no fit
+  EXPECT_FALSE(Collides({"--margin-sigma", "3"}));  // a user's object has no fit uncertainty
   const json asked = CwmJson({"distance", "--sphere", "0.1", "--at", "1,0,0", "--ignore-pair",
                               "crate,*", "--margin-sigma", "2"});
   EXPECT_EQ(asked.at("objects").size(), 0u);

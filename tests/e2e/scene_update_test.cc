@@ -1,4 +1,4 @@
-// A scene is updated, not piled up: one moved object costs one object's update.
+// A scene is updated, not accumulated: one moved object causes one object's update.
 #include <cmath>
 #include <map>
 #include <set>
@@ -10,18 +10,18 @@ namespace {
 
 using nlohmann::json;
 
-// The noise at the movable object's distance is 1.8 mm (as its fit tells); a pose that thousands of
-// points tell is off by less than three deviations of one of them.
+// derived: the noise at the movable object's distance is 1.8 mm (from its fit); a pose estimated
+// from thousands of points is off by less than three standard deviations of a point.
 constexpr double kPoseTolerance_m = 0.0054;
-// An object's origin lies among the points that were seen of it, within half of its least side
-// (the movable object's is 70 mm, half of it seen).
+// derived: an object's origin lies among its observed points, within half of its smallest side (the
+// movable object's is 70 mm, half of it observed).
 constexpr double kOriginFromCentre_m = 0.05;
 
 double Difference_m(const json& a, const json& b, const char* axis) {
   return a.at(axis).get<double>() - b.at(axis).get<double>();
 }
 
-// Seen from above.
+// True if the object is at `centre`, seen from above.
 bool IsAt(const json& object, const json& centre) {
   const json& pose = object.at("x_world_object");
   return std::hypot(Difference_m(pose, centre, "tx_m"), Difference_m(pose, centre, "ty_m")) <
@@ -42,7 +42,7 @@ class SceneUpdate : public ServerTest {
     return by_name;
   }
 
-  // On the counter of the scene `kitchen`: three boxes, two cans, a ball, a cup, a mug.
+  // The objects on the counter of the scene `kitchen`: three boxes, two cans, a ball, a cup, a mug.
   static constexpr std::size_t kThings = 8;
 
   static std::size_t OfKind(const std::map<std::string, json>& objects, const std::string& kind) {
@@ -146,7 +146,7 @@ TEST_F(SceneUpdate, WhatUsersOwnIsNeverTouchedAndExplainsItsPoints) {
   const std::string cloud = Simulate("kitchen", {"--scene", "kitchen", "--seed", "1"});
   const json truth = Truth("kitchen");
   const json mine = truth.at("objects").at(truth.at("movable_index").get<int>());
-  // The user knows this object already, and puts a block around all of it.
+  // The user has this object already and puts a block around all of it.
   const json& centre = mine.at("centre");
   std::ostringstream at, size;
   at.precision(17), size.precision(17);

@@ -1,6 +1,6 @@
-// The labelled cloud that `cwm segment` writes, byte by byte against the scheme: 0 unexplained, 1 to 9
-// the supports (the tenth and later share 9), object i from 1 on 10 (i + 1) + part, part 0 the object
-// as such and 1 to 9 its parts.
+// The labelled cloud of `cwm segment`, compared byte by byte with the scheme: 0 is unexplained; 1
+// to 9 are the supports (the tenth and later share 9); object i (from 1) has 10 (i + 1) + part,
+// where part 0 is the object itself and 1 to 9 are its parts.
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -101,7 +101,7 @@ TEST_F(SegmentLabels, CountThePointsOfWhatTheAnswerNames) {
   for (std::uint32_t i = 0; i < objects.size(); ++i) {
     EXPECT_EQ(of_object[i], Number(objects[i], "point_count")) << objects[i].at("name");
   }
-  // A measured point belongs to something, or is counted as rejected.
+  // A measured point belongs to an object or a support, or is counted as rejected.
   const json& report = answer_.at("report");
   EXPECT_EQ(unlabelled, Number(report, "points_in") - Number(report, "points_finite") +
                             Number(report, "points_rejected"));
@@ -109,10 +109,10 @@ TEST_F(SegmentLabels, CountThePointsOfWhatTheAnswerNames) {
 
 TEST_F(SegmentLabels, AreTheSameBytesWhoeverAsksAndHoweverOften) {
   const std::string first = Bytes(labelled_);
-  // An ingest into a world that knows nothing yet sees what segmenting sees.
+  // An ingest into an empty world gives the same labels as segmenting.
   ASSERT_EQ(Cwm({"ingest", cloud_, "--labels", scratch() / "ingested.pcd"}).exit_code, 0);
   EXPECT_EQ(Bytes(scratch() / "ingested.pcd"), first);
-  // A label that the input has already is ignored and replaced.
+  // A label field in the input is ignored and replaced.
   ASSERT_EQ(Cwm({"segment", labelled_, scratch() / "again.pcd"}).exit_code, 0);
   EXPECT_EQ(Bytes(scratch() / "again.pcd"), first);
 }

@@ -1,4 +1,4 @@
-// What crowds of connections, a service manager and a stop do to the server's process.
+// Crowds of connections, a service manager and a stop, and their effects on the server's process.
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/time.h>
@@ -24,7 +24,7 @@ using std::chrono::milliseconds;
 
 constexpr auto kSoon = std::chrono::seconds(20);
 
-// A server of its own that is started with `before` in front of its command.
+// A server of its own whose command is prefixed with `before`.
 class Server {
  public:
   Server(std::vector<std::string> before, const std::vector<std::string>& options = {}) {
@@ -98,7 +98,7 @@ TEST(ServerConnections, ThousandsOfSilentPeersKeepNobodyOutAndGo) {
   EXPECT_EQ(server.process().Stop(), 0) << server.Log();
 }
 
-// A service manager as systemd is one: a socket that datagrams come to.
+// A service manager like systemd: a socket that receives datagrams.
 class ServiceManager {
  public:
   ServiceManager() : fd_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -114,7 +114,7 @@ class ServiceManager {
   ServiceManager& operator=(const ServiceManager&) = delete;
 
   std::string path() const { return scratch_ / "notify"; }
-  // The next; empty when none comes.
+  // The next datagram; empty if none is received.
   std::string Next() const {
     std::array<char, 256> text{};
     const ssize_t size = recv(fd_, text.data(), text.size(), 0);

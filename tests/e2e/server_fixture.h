@@ -12,7 +12,7 @@
 
 namespace cwm::testing {
 
-// The programs of this build, from the environment that ctest sets.
+// The path of a program of this build, from the environment that ctest sets.
 std::string Program(const std::string& name);
 
 class ServerTest : public ::testing::Test {
@@ -22,26 +22,26 @@ class ServerTest : public ::testing::Test {
 
   // Runs `cwm --addr SOCKET ARGUMENTS...`.
   Finished Cwm(std::vector<std::string> arguments, const std::string& input = "") const;
-  // The same with `-o json`; fails the test when the exit code is not 0.
+  // The same with `-o json`; fails the test if the exit code is not 0.
   nlohmann::json CwmJson(std::vector<std::string> arguments, const std::string& input = "") const;
 
-  // Writes a virtual scan into the scratch directory; returns its path. The truth lies beside it as
-  // NAME.json.
+  // Writes a virtual scan into the scratch directory and returns its path. Its ground truth is
+  // beside it as NAME.json.
   std::string Simulate(const std::string& name, const std::vector<std::string>& arguments) const;
   nlohmann::json Truth(const std::string& name) const;
 
-  // The revision of a world, -1 where it is unknown.
+  // The revision of a world; -1 if it does not exist.
   std::int64_t RevisionOf(const std::string& world) const;
 
-  // Of a world that is there.
+  // The uid of an existing world.
   std::string UidOf(const std::string& world) const;
 
-  // A command that runs the program that is given to it; empty: none.
+  // A command that runs the program given to it; empty: none.
   virtual std::vector<std::string> Launcher() const { return {}; }
 
-  // Where the viewer listens, as --viewer has it.
+  // The value of --viewer.
   virtual std::string viewer() const { return "off"; }
-  // The port that the server says it shows the world at.
+  // The port of the viewer's address in the server's output.
   int ViewerPort() const;
 
   std::string address() const { return "unix:" + scratch_ / "cwm.sock"; }
@@ -54,7 +54,7 @@ class ServerTest : public ::testing::Test {
   std::unique_ptr<Background> server_;
 };
 
-// x, y, z, qx, qy, qz, qw as the command line takes it.
+// x, y, z, qx, qy, qz, qw in the form of the command line.
 std::string PoseArgument(const nlohmann::json& pose);
 
 }  // namespace cwm::testing

@@ -64,7 +64,7 @@ TEST_F(ServerLife, ASocketLeftBehindByACrashIsTakenOver) {
   EXPECT_EQ(next.Stop(), 0);
 }
 
-// A socket file that nobody listens on any more.
+// Leaves a socket file on which nobody listens.
 void LeaveStaleSocket(const std::string& path) {
   const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};

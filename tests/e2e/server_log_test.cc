@@ -1,4 +1,4 @@
-// What the server tells about its work on stderr.
+// The server's log on stderr.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -15,7 +15,7 @@ using ::testing::Not;
 
 class ServerLogTest : public ServerTest {
  protected:
-  void TearDown() override {}  // each test ends the server, to read what it says last
+  void TearDown() override {}  // each test ends the server to read its last lines
 };
 
 TEST_F(ServerLogTest, TellsScansRobotsRefusalsSlowCallsAndChangesOfState) {

@@ -1,5 +1,5 @@
-// A wall clock that somebody sets while the server runs: what is allowed for a time lasts as long as
-// it was allowed for.
+// A wall clock that is set while the server runs: temporary allowances last as long as they were
+// given.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -31,11 +31,11 @@ class SetClock : public ServerTest {
     ServerTest::TearDown();
     close(offset_);
   }
-  // The server's wall clock is ahead of ours by so much from now on.
+  // Sets the server's wall clock ahead of ours by `ahead_s` seconds.
   void Set(std::int64_t ahead_s) const {
     ASSERT_EQ(pwrite(offset_, &ahead_s, sizeof(ahead_s), 0), static_cast<ssize_t>(sizeof(ahead_s)));
   }
-  // By the server's clock, in seconds since 1970, when the first rule ends; 0: there is none.
+  // The end of the first rule by the server's clock, in seconds since 1970; 0 if there is none.
   std::int64_t Expiry() const {
     const std::string request = "{\"world\": \"default\"}";
     const auto rules = CwmJson({"call", "cwm.v1.WorldService/GetWorld", request})["pair_rules"];

@@ -1,4 +1,4 @@
-// A virtual Kinect scans scenes whose truth is known; the server must find what stands there.
+// A virtual Kinect scans scenes with known ground truth; the server must find their objects.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -18,8 +18,8 @@ Position PositionOf(const json& pose) {
   return {pose.at("tx_m"), pose.at("ty_m"), pose.at("tz_m")};
 }
 
-// A found object stands where a true one stands when the centres of their bounds are within this,
-// horizontally: half the side of the smallest object of the scene.
+// derived: a found object matches a true one if the centres of their bounds are horizontally within
+// this distance, half the side of the smallest object of the scene.
 constexpr double kSamePlace_m = 0.03;
 
 // The centre of an object's bounds in the world. The server's bounds are in the object's frame.
@@ -38,8 +38,9 @@ double Horizontal_m(const Position& a, const Position& b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
 
-// Radii and lengths of both, by the names of their fields; the edges of a box in order of size, since
-// its axes have no names. Within the errors that 19 of 20 shapes at this distance are meant to have.
+// Compares radii and lengths by the names of their fields, and the edges of a box in order of size,
+// since its axes have no names. The tolerances are the errors that 19 of 20 shapes at this distance
+// should not exceed.
 void ExpectDimensions(const json& found, const json& expected, const std::string& name) {
   constexpr double kRadius_m = 0.0025, kLength_m = 0.006;
   std::vector<double> found_edges, true_edges;
@@ -71,7 +72,8 @@ TEST_F(SimulatedScan, KitchenIsFoundAsItStands) {
   ASSERT_TRUE(ingest.is_object());
   EXPECT_EQ(ingest.at("report").at("points_in"), "307200");
 
-  // Supports: the counter top, at its height. Behind it stands a wall, below it a cabinet.
+  // Supports: the counter top at its height. A wall behind it and a cabinet below it may be found,
+  // too.
   std::vector<json> true_objects;
   std::size_t fixtures = 0;
   double counter_z = 0;
@@ -85,11 +87,11 @@ TEST_F(SimulatedScan, KitchenIsFoundAsItStands) {
     }
   }
   ASSERT_EQ(ingest.at("supports").size(), 1U);
-  // The plane's height is the mean of ten thousands of correlated points: well below one sigma at 1
-  // m (1.9 mm).
+  // derived: the plane's height is the mean of tens of thousands of correlated points, well below
+  // one sigma at 1 m (1.9 mm).
   EXPECT_NEAR(PositionOf(ingest["supports"][0]["x_world_object"]).z, counter_z, 0.003);
 
-  // Objects: each true one has one found at its place, and nothing else stands there.
+  // Objects: each true one has a found one at its place, and there are no others.
   std::size_t found_objects = 0;
   for (const json& found : ingest.at("objects"))
     found_objects += found.at("kind") == "OBJECT_KIND_OBJECT";
@@ -120,7 +122,8 @@ TEST_F(SimulatedScan, EveryFinitePointIsAccountedFor) {
   EXPECT_GT(count("points_finite"), 0);
   EXPECT_LE(count("points_rejected"),
             count("points_finite") / 200);  // isolated mixed pixels: 0.5 %
-  // What is neither explained nor rejected lies within no tolerance of any surface: at most 0.1 %.
+  // Points that are neither explained nor rejected are not within tolerance of any surface: at most
+  // 0.1 %.
   EXPECT_GE(count("points_explained") + count("points_rejected"),
             count("points_finite") * 999 / 1000);
 }

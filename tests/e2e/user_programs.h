@@ -1,4 +1,4 @@
-// The programs of this build as users of this machine run them, whoever may read the build.
+// The programs of this build as other users of the machine run them.
 #pragma once
 
 #include <sys/stat.h>
@@ -13,7 +13,7 @@
 
 namespace cwm::testing {
 
-// Copies of cwm and cwm-server where everybody can run them, and two users that nobody else has.
+// Copies of cwm and cwm-server that everybody can run, and two user ids that nobody else has.
 class UserPrograms : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -25,7 +25,7 @@ class UserPrograms : public ::testing::Test {
     }
   }
 
-  // `command` begins with the name of one of the two.
+  // `command` begins with the name of one of the two programs.
   std::vector<std::string> As(uid_t uid, std::vector<std::string> command) const {
     command.front() = scratch_ / command.front();
     return AsUser(uid, command);

@@ -1,4 +1,5 @@
-// The viewer of the real program: its options, and what crowds and sleepers cost.
+// The viewer of the real program: its options, and the cost of crowds and of pages that do not
+// read.
 #include <sys/resource.h>
 
 #include <chrono>
@@ -20,7 +21,7 @@ using std::chrono::seconds;
 constexpr int kUsage = 1;  // exit codes, see `cwm --help`
 constexpr int kUnavailable = 2;
 
-// A port that nobody else gets while it lives.
+// A port that nobody else can get during its lifetime.
 class TakenPort {
  public:
   explicit TakenPort(unsigned short port = 0)
@@ -47,7 +48,7 @@ class ViewerPortTest : public ServerTest {
     request.mutable_begin()->set_request(watch.SerializeAsString());
     return request.SerializeAsString();
   }
-  // The revision of what the watch tells next; nothing when nothing comes.
+  // The revision of the watch's next message; empty if none is received.
   static std::optional<std::int64_t> NextRevision(WebSocketClient& socket,
                                                   milliseconds patience = seconds(20)) {
     const auto bytes = socket.Read(patience);
@@ -59,7 +60,7 @@ class ViewerPortTest : public ServerTest {
     }
     return message.revision();
   }
-  // Every object of the world moves, `times` times, in as many revisions.
+  // Moves every object of the world `times` times, in as many revisions.
   static void MoveAll(const client::Connection& connection, int objects, int from, int times) {
     for (int i = from; i < from + times; ++i) {
       v1::ApplyChangesRequest request;
@@ -116,7 +117,7 @@ TEST_F(ViewerPortTest, AThousandConnectionsThatAskNothingShutNobodyOut) {
   EXPECT_LT(server().ResidentMebibytes() - before_MiB, kMost_MiB);
 }
 
-// The world changes 10 000 times before a page that never reads.
+// The world changes 10 000 times while a page does not read.
 TEST_F(ViewerPortTest, APageThatNeverReadsCostsNothingAndIsUpToDateWhenItDoes) {
   constexpr int kObjects = 20;
   constexpr int kChanges = 10'000;
@@ -127,7 +128,7 @@ TEST_F(ViewerPortTest, APageThatNeverReadsCostsNothingAndIsUpToDateWhenItDoes) {
                   .exit_code,
               0);
   }
-  // What the world keeps of its past is full before anything is measured.
+  // The world's history is filled before anything is measured.
   MoveAll(connection, kObjects, 0, 5'000);
   const int port = ViewerPort();
   WebSocketClient sleeps(port, {.receive_bytes = 16 << 10});
@@ -156,7 +157,7 @@ TEST_F(ViewerPortTest, APageThatNeverReadsCostsNothingAndIsUpToDateWhenItDoes) {
 
 class ViewerOptions : public ::testing::Test {
  protected:
-  // Starts a server and returns what it says until it listens, or ends.
+  // Starts a server and returns its output until it listens or ends.
   std::string Say(const std::vector<std::string>& arguments, const std::string& token = "") {
     std::vector<std::string> command = {"env", "CWM_VIEWER_TOKEN=" + token, Program("cwm-server"),
                                         "--listen", "unix:" + scratch_ / "cwm.sock"};
@@ -172,7 +173,7 @@ class ViewerOptions : public ::testing::Test {
       }
       std::this_thread::sleep_for(milliseconds(10));
     }
-    // The viewer comes after the services.
+    // The viewer starts after the services.
     for (int i = 0; i < 100 && server_->Running() && !Said(log, "viewer") && !Said(log, "http://");
          ++i) {
       std::this_thread::sleep_for(milliseconds(10));
@@ -221,7 +222,7 @@ TEST_F(ViewerOptions, TheDefaultAddressMayBeTaken) {
   try {
     taken = std::make_unique<TakenPort>(8640);
   } catch (const std::exception&) {
-    // Somebody has it already, which is as good.
+    // Another program has the port already, which serves as well.
   }
   const std::string said = Say({});
   EXPECT_NE(said.find("--viewer 127.0.0.1:8640"), std::string::npos) << said;
@@ -247,7 +248,7 @@ TEST_F(ViewerOptions, BeyondLoopbackTheTokenIsPrintedAndNeeded) {
   EXPECT_EQ(said.find("http://0.0.0.0"), std::string::npos) << said;
   const int port = PortIn(said);
   EXPECT_EQ(Ask(port, "/").status, 403);
-  // Each address that is printed is let in, and no name of a stranger's.
+  // Each printed address is admitted, and a stranger's name is not.
   int printed = 0;
   for (std::size_t at = 0; (at = said.find("http://", at)) != std::string::npos; ++printed) {
     at += 7;

@@ -2,7 +2,7 @@
 #include "clients/formats/ply.h"
 #include "tests/fuzz/fuzz_target.h"
 
-// PCD, PLY, NPY and XYZ, told apart by their first bytes; a PLY also as a mesh.
+// Reads PCD, PLY, NPY and XYZ, which are told apart by their first bytes; a PLY also as a mesh.
 void cwm::fuzz::TestBytes(std::string_view bytes) {
   const auto cloud = cwm::formats::ParseCloud(bytes, "cloud");
   if (cloud.ok()) {

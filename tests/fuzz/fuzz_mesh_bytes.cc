@@ -3,7 +3,7 @@
 #include "proto/transfer/mesh_bytes.h"
 #include "tests/fuzz/fuzz_target.h"
 
-// As the server reads a blob: its columns, then whether they are a mesh.
+// Reads a blob as the server does: its columns, then whether they form a valid mesh.
 void cwm::fuzz::TestBytes(std::string_view bytes) {
   const auto mesh = ReadMeshColumns<TriangleMesh>(bytes);
   if (!mesh.ok()) return;

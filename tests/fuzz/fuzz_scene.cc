@@ -2,7 +2,7 @@
 #include "clients/formats/scene_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
-// A planning scene in either format, and a motion request, which is YAML too.
+// Reads a planning scene in either format, and a motion request, which is YAML too.
 void cwm::fuzz::TestBytes(std::string_view bytes) {
   const auto scene = cwm::formats::ParseScene(bytes, "scene");
   Check(scene.ok() || !scene.status().message().empty(), "a refusal must have a message");

@@ -1,5 +1,5 @@
-// Each fuzz target is a function of bytes that strangers send. libFuzzer calls it in the preset
-// `fuzz`; replay_main.cc calls it with the files of the corpus everywhere else.
+// A fuzz target is a function of untrusted bytes. libFuzzer calls it in the preset `fuzz`;
+// replay_main.cc calls it with the files of the corpus in other builds.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace cwm::fuzz {
 
-// Defined by each target. Must return, whatever the bytes are.
+// Defined by each target. Must return for any bytes.
 void TestBytes(std::string_view bytes);
 
-// Ends the process where what was read breaks its contract.
+// Ends the process if the contract of a reader is broken.
 inline void Check(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "fuzz: %s\n", what);

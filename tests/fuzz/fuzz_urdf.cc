@@ -4,7 +4,7 @@
 
 using namespace cwm::collision;
 
-// A robot whose meshes are all the same tetrahedron.
+// Reads a robot whose meshes are all the same tetrahedron.
 void cwm::fuzz::TestBytes(std::string_view bytes) {
   const MeshSource meshes = [](std::string_view) -> absl::StatusOr<std::string> {
     return "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";

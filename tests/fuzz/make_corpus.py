@@ -106,7 +106,7 @@ def colladas():
     write("collada", "polylist.dae", collada(
         f"<node>{use}</node>", primitives=f'<polylist count="2">{vertex}<vcount>4 3</vcount><p>0 1 2 3 0 1 3</p>'
         f'</polylist><polygons>{vertex}<p>0 1 2</p><p>0 1 2 3</p></polygons>'))
-    # Without the rule for corners, as many counts for each of as many lists.
+    # Without the rule for corners, every list would repeat all counts.
     write("collada", "empty_lists.dae", collada(
         f"<node>{use}</node>", primitives=f'<polylist>{vertex}<vcount>{"0 " * 400}</vcount>{"<p/>" * 400}</polylist>'))
     doubling = "".join(f'<node id="n{i}"><instance_node url="#n{i + 1}"/><instance_node url="#n{i + 1}"/></node>'

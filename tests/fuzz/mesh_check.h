@@ -1,4 +1,4 @@
-// What must hold of every mesh that was read.
+// The contract of every mesh that was read.
 #pragma once
 
 #include <string_view>

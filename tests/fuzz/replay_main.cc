@@ -1,5 +1,5 @@
-// Hands the files of the folders that are named to a fuzz target, one after the other. Fails on a
-// crash, on a broken contract and on a file that takes too long.
+// Passes the files of the given folders to a fuzz target, one after the other. Fails on a crash, on
+// a broken contract, and on a file that takes too long.
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -12,7 +12,8 @@
 
 namespace {
 
-// Of processor time; a second without sanitizers, which slow down by an order of magnitude.
+// chosen: processor time. A second suffices without sanitizers, which slow down by an order of
+// magnitude.
 constexpr double kMaxSeconds = 10;
 
 bool Replay(const std::filesystem::path& path) {

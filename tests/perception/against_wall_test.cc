@@ -1,4 +1,5 @@
-// Things that stand against a wall, seen by the virtual scanner: none of them is part of the wall.
+// Objects that stand against a wall, seen by the virtual scanner: none of them becomes part of the
+// wall.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +11,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kWall_m = 0.25;  // before it, along the view
+constexpr double kWall_m = 0.25;  // x of the wall's face
 
 struct Goods {
   std::string name;

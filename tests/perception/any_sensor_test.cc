@@ -1,5 +1,5 @@
-// One table with three things, as each sensor sees it and in each form that its cloud may have: what
-// noise allows to be found is found.
+// One table with three objects, scanned with each sensor model and in each form that a cloud may
+// have. Objects that stand out from the sensor's noise are found.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Seen {
   std::string name;
   SensorNoise noise;
   Form form = Form::kImage;
-  double error_m = 0;  // of sizes and places, that the noise of the sensor at 1.1 m accounts for
+  double error_m = 0;  // of sizes and positions: what this sensor's noise at 1.1 m explains
 };
 
 void PrintTo(const Seen& seen, std::ostream* out) { *out << seen.name; }
@@ -34,7 +34,7 @@ std::vector<Seen> AllSensors() {
   const auto add = [&](const std::string& name, const SensorNoise& noise, double error_m) {
     all.push_back({name, noise, Form::kImage, error_m});
     all.push_back({name + "InABodysFrame", noise, Form::kBodyImage, error_m});
-    // Cells of 2.7 sigma are 30 mm there: a box of 0.1 m is three of them.
+    // Cells of 2.7 sigma are 30 mm wide there: a box of 0.1 m is three cells wide.
     if (noise.model == SensorModel::kTimeOfFlight) return;
     all.push_back({name + "InAnyOrder", noise, Form::kShuffled, error_m});
   };
@@ -50,7 +50,7 @@ std::vector<Seen> AllSensors() {
 
 class AnySensor : public ::testing::TestWithParam<Seen> {};
 
-// X_BC: the optical frame in that of a body, x forward and z up.
+// X_BC: the pose of the optical frame in a body frame with x forward and z up.
 Pose BodyOfCamera() {
   Pose X_BC = Pose::Identity();
   X_BC.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -79,7 +79,8 @@ auto CountObjects(const SceneInterpretation& scene) {
   return std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind);
 }
 
-// Of two cameras that face each other across the table, in the frame of the first, in any order.
+// The merged, unordered cloud of two cameras that face each other across the table, in the frame of
+// the first.
 PointCloud FromBothSides(const SimulatedScene& scene) {
   const PinholeCamera near = TableCamera();
   PinholeCamera far = near;
@@ -97,8 +98,8 @@ PointCloud FromBothSides(const SimulatedScene& scene) {
   return merged;
 }
 
-// What one of them saw lies behind what the other saw: as if from one place, rays would cross the
-// can, and its far wall would be seen from inside.
+// The points that the far camera sees lie behind those that the near camera sees. If all rays began
+// at one viewpoint, they would cross the can, and the far wall would be seen from inside.
 TEST(MergedViews, ShowCansFromBothSides) {
   for (const double radius_m : {0.05, 0.06, 0.07}) {
     for (const double length_m : {0.18, 0.22}) {
@@ -141,7 +142,7 @@ TEST_P(AnySensor, FindsWhatStandsOnATable) {
   const auto found = InterpretScene(scan.cloud, options);
   ASSERT_TRUE(found.ok()) << found.status();
   EXPECT_EQ(found->supports.size(), 1u);
-  // Where noise is far less than cells are wide, a lid can be cut off.
+  // In an unordered cloud whose noise is far below the cell width, a lid can be cut off.
   if (seen.form != Form::kShuffled) {
     EXPECT_EQ(CountObjects(*found), 3) << Listed(*found);
   }

@@ -14,7 +14,7 @@
 namespace cwm::perception {
 namespace {
 
-// A mug on a table at z = 0; whatever else is added becomes a thing of its own.
+// A mug on a table at z = 0; everything that a test adds becomes an object hypothesis of its own.
 class CutOff : public ::testing::Test {
  protected:
   CutOff() {
@@ -35,7 +35,7 @@ class CutOff : public ::testing::Test {
     thing.node_count = thing.points.size();
   }
 
-  // Attaches what is found; false where not all could be looked at.
+  // Attaches the handles found; false if not all pairs could be examined.
   bool AttachAll() {
     state_.emplace(scene_);
     const FoundHandles found = FindCutOffHandles(*state_, kUnbounded);
@@ -82,7 +82,7 @@ TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
   const std::size_t all = scene_.points.size();
   EXPECT_EQ(At(0).points.size() + At(1).points.size(), all);
   EXPECT_EQ(At(0).node_count + At(1).node_count, all);
-  // What lies within a finger's width of the box is left to it, of the ear as well.
+  // Points within a finger's width of the box stay with the box, the ear's among them.
   const bool second_is_box = At(1).points.back() == all - 1;
   const PointSet& mug = At(second_is_box ? 0 : 1).points;
   EXPECT_GE(mug.size(), mug_points_ + kMinHandlePoints);
@@ -96,7 +96,7 @@ TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
   AddThing(0);
   PointSet& mug = scene_.things[0].points;
   PointSet& piece = scene_.things[1].points;
-  // Of the wall as well what lies on the ear's side.
+  // The part of the wall on the ear's side belongs to the segment as well.
   const auto is_near_ear = [&](std::uint32_t i) { return scene_.points.points[i].y() > 0.03f; };
   std::copy_if(mug.begin(), mug.end(), std::back_inserter(piece), is_near_ear);
   std::erase_if(mug, is_near_ear);
@@ -108,7 +108,7 @@ TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
 TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {
   AddTube(Ear(), 0.01, scene_.points);
   AddThing(0);
-  // A post, far off: where it is, is not asked.
+  // A post, far from the mug; its attachment is not examined.
   AddTube({{0.5, 0, 0.02}, {0.5, 0, 0.06}}, 0.04, scene_.points);
   AddThing(0);
   scene_.things[2].rests_on = 1;
@@ -119,7 +119,7 @@ TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {
   EXPECT_EQ(At(1).resting.on, At(0).id);
 }
 
-// Sixteen in one place: as many pairs as no kitchen has.
+// Sixteen objects in one place make more pairs than any kitchen has.
 TEST_F(CutOff, ACrowdIsNotLookedAtInAllPairsAndLosesNothing) {
   for (int k = 1; k < 16; ++k) {
     AddMug(Vector2::Zero(), scene_.points);

@@ -15,7 +15,7 @@ std::ptrdiff_t CountObjects(const SceneInterpretation& scene) {
   return std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind);
 }
 
-// Its handle towards x, its spout towards -x, before they are turned.
+// A jug with its handle towards x and its spout towards -x, turned by `yaw_deg`.
 SimulatedObject Jug(std::uint64_t seed, double yaw_deg) {
   RandomDraws draws(seed, 0);
   SimulatedObject jug = DrawVessel(VesselKind::kJug, draws);
@@ -23,8 +23,8 @@ SimulatedObject Jug(std::uint64_t seed, double yaw_deg) {
   return jug;
 }
 
-// The camera looks along x. Where the jug itself hides its spout nobody can tell it from what stands
-// behind.
+// The camera looks along x. Where the jug hides its own spout, the spout cannot be told from an
+// object behind the jug.
 class Spout : public ::testing::TestWithParam<double> {};
 
 TEST_P(Spout, IsAPartOfItsJugAndNoHandle) {
@@ -33,7 +33,7 @@ TEST_P(Spout, IsAPartOfItsJugAndNoHandle) {
     const SceneInterpretation scene = Interpreted({{Table(), jug}});
     EXPECT_EQ(CountObjects(scene), 1) << seed;
     ASSERT_FALSE(scene.objects.empty()) << seed;
-    // The middle of the spout lies away from that of the handle.
+    // No handle is centred on the spout's side of the jug.
     for (const Handle& handle : scene.objects.front().model->handles) {
       const Vector3 middle =
           jug.X_WO.inverse() * scene.objects.front().X_WO * handle.bounds.X_FS.translation();
@@ -44,7 +44,7 @@ TEST_P(Spout, IsAPartOfItsJugAndNoHandle) {
 
 INSTANTIATE_TEST_SUITE_P(Yaws_deg, Spout, ::testing::Values(0, 40, 80, -40, -80));
 
-// In the jug's shadow: its foot is hidden, and so is what is below the rest of it.
+// The bottle stands in the jug's shadow: its foot and everything below its visible top are hidden.
 TEST(WhatStandsBehindAJug, StaysAThing) {
   SimulatedObject jug = Jug(1, 90);
   jug.parts.pop_back();  // the spout

@@ -1,4 +1,4 @@
-// How well the sizes of boxes are known, and where nobody saw an end.
+// How accurate the sizes of boxes are, and which sizes are unknown because an end is hidden.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 const Vector3 kSize_m(0.12, 0.08, 0.10);
 
-// A table at z = 0, a box on it.
+// A table at z = 0 with one box on it.
 SimulatedScene ThingOnTable(const Vector3& size_m) {
   SimulatedScene scene;
   scene.objects.push_back({.name = "table",
@@ -27,7 +27,7 @@ SimulatedScene ThingOnTable(const Vector3& size_m) {
   return scene;
 }
 
-// The right half of the box hidden by a post, if `hidden`.
+// A post hides the right half of the box if `hidden` is true.
 SimulatedScene BoxOnTable(bool hidden) {
   SimulatedScene scene = ThingOnTable(kSize_m);
   if (hidden) {
@@ -40,7 +40,7 @@ SimulatedScene BoxOnTable(bool hidden) {
 
 constexpr double kNear_m = 0.9126335516;
 
-// So far from a place on the table, 35 degrees down.
+// A camera that looks 35 degrees down at a place on the table, from this distance.
 PinholeCamera InFront(double distance_m = kNear_m) {
   PinholeCamera camera;
   const Vector3 at(0, 0, 0.03);
@@ -57,7 +57,7 @@ struct FoundBox {
   std::vector<double> sigma_m;
 };
 
-// The box nearest to the true one's middle; of size 0 where there is none.
+// The box found nearest to the middle of the true one; its size is 0 if none was found.
 FoundBox Find(const SimulatedScene& scene, std::uint64_t seed,
               const PinholeCamera& camera = InFront()) {
   InterpretOptions options;
@@ -92,7 +92,7 @@ TEST(BoxSizes, AreKnownToWhatTheyAreReportedWith) {
       ++sizes;
     }
   }
-  EXPECT_GE(within, sizes * 4 / 10);  // of 18 independent errors 12 on average, 8 hardly ever
+  EXPECT_GE(within, sizes * 4 / 10);  // of 18 independent errors 12 on average, hardly ever below 8
 }
 
 TEST(BoxSizes, AreUnknownWhereAnEndIsHidden) {
@@ -104,8 +104,9 @@ TEST(BoxSizes, AreUnknownWhereAnEndIsHidden) {
   }
 }
 
-// Of a carton like a book its front and a strip of its top are seen, narrower than what normals are
-// estimated from: no second face, but points that tell its depth.
+// A carton as thin as a book shows its front and a strip of its top that is narrower than the
+// window in which normals are estimated. The strip gives no second face, but its points give the
+// depth.
 TEST(BoxSizes, AStripBehindAFaceTellsItsDepth) {
   constexpr double kDepth_m = 0.025;
   const Vector3 size_m(0.15, kDepth_m, 0.22);
@@ -119,9 +120,9 @@ TEST(BoxSizes, AStripBehindAFaceTellsItsDepth) {
   }
 }
 
-// Of the top of a large box, all of it that is seen, things in front hide a third.
+// Only the top of a large box is seen, and objects in front hide a third of it.
 TEST(BoxSizes, AFaceThatSomethingHidesAPartOfIsABox) {
-  constexpr std::size_t kBox = 9;  // of the scene's objects
+  constexpr std::size_t kBox = 9;  // index in the scene's objects
   const SimulatedView view = RandomScene(SceneFamily::kClutter, 1104);
   InterpretOptions options;
   options.X_WC = view.camera.X_WC;

@@ -1,4 +1,5 @@
-// Doors that stand out from the face of their cabinet, seen by the virtual scanner: both are faces of it.
+// Doors that stand out from the face of their cabinet, seen by the virtual scanner: both are faces
+// of it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,9 +9,9 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kCabinet_m = 0.25;  // before it, along the view
+constexpr double kCabinet_m = 0.25;  // x of the cabinet's face
 
-// Of all the points of residuals, the share that is of no shape.
+// The share of the residuals' points that belong to no shape.
 double Unexplained(const SceneInterpretation& scene) {
   std::int64_t points = 0, unexplained = 0;
   for (std::uint32_t label : scene.labels) {

@@ -1,5 +1,5 @@
-// How well the width of a can is known that is far away and slim: its lid and the rays beside it tell
-// more than its wall.
+// How accurate the radius of a slim, distant can is: its lid and the rays that pass beside it
+// constrain the radius more than its wall does.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kRadius_m = 0.024, kLength_m = 0.125;
-constexpr double kPixel_m = 0.0022;  // wide, at the can
+constexpr double kPixel_m = 0.0022;  // width of a pixel at the can
 
 SimulatedScene CanOnTable() {
   SimulatedScene scene;
@@ -41,7 +41,7 @@ PinholeCamera FarAway() {
   return camera;
 }
 
-// The part that is the can.
+// The cylinder found in the scene; empty if there is none.
 std::optional<ShapePart> FoundIn(const PointCloud& cloud) {
   InterpretOptions options;
   options.X_WC = FarAway().X_WC;
@@ -61,7 +61,7 @@ std::optional<double> FoundRadius_m(std::uint64_t seed) {
   return std::get<Cylinder>(can->shape).radius_m;
 }
 
-// Of the radius, the last of a cylinder's coefficients.
+// The standard deviation of the radius, which is the last parameter of a cylinder; 0 if unknown.
 double RadiusSigma_m(const std::optional<ShapePart>& can) {
   if (!can || !can->fit || can->fit->parameter_sigma.size() != 7) return 0;
   return can->fit->parameter_sigma.back();
@@ -88,8 +88,9 @@ double MedianOfFive(const std::function<double(std::uint64_t seed)>& of) {
   return values[2];
 }
 
-// Three times as many points, which would tell three times as much if the views fitted each other. The
-// middle of five scans: how well views fit differs from scan to scan.
+// Three views give three times as many points, which would help three times as much if the views
+// were registered exactly. The median of five scans is compared, because registration differs from
+// scan to scan.
 TEST(CanSizes, AreKnownNoBetterThanViewsOfItAreRegistered) {
   const SimulatedScene scene = CanOnTable();
   const double of_one_m = MedianOfFive([&](std::uint64_t seed) {

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kSmallHeight_m = 0.1, kLargeHeight_m = 0.05;
 
-// The camera sees neither where they touch nor the upper end of the small one.
+// A large box on a small one. The camera sees neither where they touch nor the small one's upper
+// end.
 SceneInterpretation LargeOnSmall(double turned_deg) {
   const auto place = [](double middle_m, double yaw_deg) {
     Pose X_WO = MakeTranslation(0, 0, middle_m);
@@ -34,7 +35,7 @@ TEST(ABoxThatOverhangsASmallOne, RestsOnIt) {
 }
 
 TEST(ABoxThatOverhangsASmallOne, IsReachedByItsHiddenTop) {
-  constexpr double kWithin_m = 0.006;  // as creases take from a foot
+  constexpr double kWithin_m = 0.006;  // the height that creases take from a foot
   const SceneInterpretation scene = LargeOnSmall(0);
   ASSERT_EQ(scene.objects.size(), 2u);
   for (const std::size_t k : {0u, 1u}) {

@@ -1,4 +1,4 @@
-// Rounded rims of round things, seen by the virtual scanner.
+// Rounded rims of round objects, seen by the virtual scanner.
 #include "perception/refinement/complete/cut_rims.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ PinholeCamera Camera() {
   return camera;
 }
 
-// A tin on a table, the rim of its lid cut by `cut_m` at 45 degrees.
+// A tin on a table; the rim of its lid is chamfered by `cut_m` at 45 degrees.
 SimulatedScene Tin(double cut_m) {
   SimulatedObject table{.name = "table",
                         .parts = {{MakeTranslation(0, 0, -0.015), Box{{1.2, 1.0, 0.03}}}},
@@ -59,15 +59,15 @@ TEST(CutRoundedRims, OfATinBecomeATruncatedConeOnItsCylinder) {
   ASSERT_EQ(KindOf(rim.shape), ShapeKind::kCone);
   const auto& cylinder = std::get<Cylinder>(body.shape);
   const auto& cone = std::get<Cone>(rim.shape);
-  // The cylinder was fitted to the rim too, and ends some 1 mm short of where it would.
+  // The cylinder was fitted to the rim's points too, and so ends some 1 mm short of the seam.
   EXPECT_NEAR(cone.length_m, 0.01, 0.003);
   EXPECT_NEAR(cone.radius_bottom_m, cylinder.radius_m, 1e-9);
   EXPECT_NEAR(cone.radius_bottom_m - cone.radius_top_m, cone.length_m, 1e-9);
   EXPECT_NEAR(cylinder.length_m + cone.length_m, kHeight_m, 0.003);
-  // The one ends where the other begins.
+  // The cone begins where the cylinder ends.
   const Vector3 seam = body.X_OS * Vector3(0, 0, 0.5 * cylinder.length_m);
   EXPECT_LT((seam - rim.X_OS * Vector3(0, 0, -0.5 * cone.length_m)).norm(), 1e-9);
-  // The lid's points are the rim's.
+  // The lid's points count as the rim's inliers.
   ASSERT_TRUE(body.fit && rim.fit);
   EXPECT_EQ(rim.role, PartRole::kFitted);
   EXPECT_GT(rim.fit->inlier_count, body.fit->inlier_count);

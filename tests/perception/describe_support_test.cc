@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLength_m = 2, kWidth_m = 1;
 
-// Points on a face of 2 x 1 m, as far along it as `seen_m`.
+// Random points on a face of 2 x 1 m, up to `seen_m` along it.
 OrientedPoints Strewn(double points_per_m2, double seen_m) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> along(0, seen_m), across(0, kWidth_m);
@@ -22,7 +22,7 @@ OrientedPoints Strewn(double points_per_m2, double seen_m) {
   return points;
 }
 
-// As an image has them that looks along the face: lines of points, far apart.
+// Lines of points, far apart from each other, as an image taken at a grazing angle has them.
 OrientedPoints InLines(double in_line_m, double between_lines_m) {
   OrientedPoints points;
   for (double x = 0; x < kLength_m; x += between_lines_m) {
@@ -49,19 +49,20 @@ double ObservedFraction(OrientedPoints points) {
   return described.support.model->shapes[0].fit->observed_fraction;
 }
 
-// A support of which all is seen is observed, however far apart its points are.
+// A support that is seen completely is observed completely, however far apart its points are.
 TEST(DescribeSupport, ObservesAllOfAFaceInACloudOfAnyDensity) {
   for (const double points_per_m2 : {400000.0, 20000.0, 2000.0, 300.0}) {
     EXPECT_GT(ObservedFraction(Strewn(points_per_m2, kLength_m)), 0.98) << points_per_m2;
   }
-  // At 4 m and 75 degrees of incidence, and at 2 m and 70.
+  // The spacings at 4 m and 75 degrees of incidence, and at 2 m and 70 degrees.
   EXPECT_GT(ObservedFraction(InLines(0.0076, 0.029)), 0.98);
   EXPECT_GT(ObservedFraction(InLines(0.004, 0.011)), 0.98);
 }
 
 TEST(DescribeSupport, ObservesHalfOfAFaceOfWhichHalfIsSeen) {
   for (const double points_per_m2 : {400000.0, 20000.0, 2000.0}) {
-    // A cell more all around: the widest ones hold four points and more.
+    // The observed area may reach one cell farther all around; the widest cells hold four points
+    // and more.
     const double cell_m = std::max(0.01, 4 / std::sqrt(points_per_m2));
     const double fraction = ObservedFraction(Strewn(points_per_m2, kLength_m / 2));
     EXPECT_GT(fraction, 0.49) << points_per_m2;

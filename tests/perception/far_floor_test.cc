@@ -1,4 +1,4 @@
-// A floor that is seen past the edge of a table to where its last pixels are a metre apart.
+// A floor seen past the edge of a table, up to where neighbouring pixels are a metre apart.
 #include <gtest/gtest.h>
 
 #include <utility>
@@ -18,7 +18,7 @@ TEST(FarFloor, IsASupportToItsEnd) {
   EXPECT_EQ(scene.objects.size(), 1u) << "of the floor's last pixels none is a thing";
 }
 
-// Beyond five metres noise makes islands of the floor, of which each seems to tilt in its own way.
+// Beyond five metres noise splits the floor into islands, each of which seems to tilt differently.
 TEST(FarFloor, IsOneSupportAcrossIslandsOfNoise) {
   SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
   floor.is_support = true;

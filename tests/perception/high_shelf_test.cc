@@ -27,7 +27,7 @@ std::vector<Goods> GoodsOnTheShelf() {
           {"jar", Cylinder{0.05, 0.14}, 0.14, 0.26}};
 }
 
-// The board's top is at z = 0, its middle at the origin.
+// The top of the board is at z = 0, its middle at the origin.
 SimulatedScene WithShelf() {
   SimulatedScene scene{
       {{.name = "shelf",
@@ -41,7 +41,7 @@ SimulatedScene WithShelf() {
   return scene;
 }
 
-// Looks down on what is below the shelf, which is at the top of its image.
+// A camera that looks down past the shelf, which appears at the top of its image.
 PinholeCamera CameraSeeingIt(double elevation_rad) {
   PinholeCamera camera;
   const double down_rad = elevation_rad + 0.15;

@@ -1,5 +1,5 @@
-// The whole pipeline: clouds of the virtual scanner against its ground truth, and clouds that no
-// scene makes.
+// The whole pipeline: clouds of the virtual scanner compared with its ground truth, and clouds that
+// no scene makes.
 #include "perception/interpret_scene.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ std::uint64_t Unlabelled(const SceneInterpretation& scene, const PointCloud& clo
   return count;
 }
 
-// 1.2 x 1 m at z = 0, with a can of 66 mm diameter on it.
+// A table of 1.2 x 1 m at z = 0, with a can of 66 mm diameter on it.
 SimulatedScene TableWithCan() {
   SimulatedObject table{.name = "table",
                         .parts = {{MakeTranslation(0, 0, -0.015), Box{{1.2, 1.0, 0.03}}}},
@@ -70,8 +70,8 @@ TEST(InterpretScene, FindsTheTableAndTheCanWithItsRadius) {
       can.model->shapes.begin(), can.model->shapes.end(),
       [](const ShapePart& part) { return KindOf(part.shape) == ShapeKind::kCylinder; });
   ASSERT_NE(cylinder, can.model->shapes.end());
-  // What fits of cylinders under Kinect noise are known to reach (95th percentile of the bias of
-  // orthogonal residuals, 1.6 mm), doubled for the warp.
+  // The accuracy that cylinder fits under Kinect noise are known to reach (95th percentile of the
+  // bias of orthogonal residuals, 1.6 mm), doubled for the warp.
   EXPECT_NEAR(std::get<Cylinder>(cylinder->shape).radius_m, 0.033, 0.0032);
 }
 
@@ -95,10 +95,10 @@ TEST(InterpretScene, FindsThatABoxOnABoxRestsOnItAndEndsThere) {
   EXPECT_EQ(scene->objects[1 - above].supported_by, 0);
   EXPECT_EQ(scene->objects[1 - above].rests_on, -1);
   const Aabb bounds = TightBounds(*scene->objects[above].model, scene->objects[above].X_WO);
-  EXPECT_NEAR(bounds.min().z(), 0.08, 0.003);  // what noise and warp leave of a face's height
+  EXPECT_NEAR(bounds.min().z(), 0.08, 0.003);  // error of a face's height by noise and warp
 }
 
-// The table that a carton leaves to be seen is not much larger than the carton's lid.
+// The visible part of the table is not much larger than the carton's lid.
 TEST(InterpretScene, FindsACartonAboutAsLargeAsItsTable) {
   SimulatedScene scene = TableWithCan();
   scene.objects[0].parts = {{MakeTranslation(0, 0, -0.015), Box{{0.6, 0.6, 0.03}}}};
@@ -125,7 +125,7 @@ TEST(InterpretScene, FindsACartonAboutAsLargeAsItsTable) {
   }
 }
 
-// As some drivers tell of no return.
+// Some drivers write zeros for pixels without a return.
 TEST(InterpretScene, TakesZerosForNoReturnsAndSaysSo) {
   const PointCloud cloud = Scan(TableWithCan(), Camera(), {}).cloud;
   PointCloud zeros = cloud;
@@ -145,8 +145,8 @@ TEST(InterpretScene, TakesZerosForNoReturnsAndSaysSo) {
               ::testing::Contains(::testing::HasSubstr("taken for no returns")));
 }
 
-// A mug-sized can that hangs 0.3 m above the table, as on a shelf that is no support of its own; behind
-// it a wall.
+// A can of a mug's size hangs 0.3 m above the table, as on a shelf that is no support of its own,
+// in front of a wall.
 TEST(InterpretScene, LengthensNothingThroughSpaceThatRaysCrossed) {
   SimulatedScene hung = TableWithCan();
   hung.objects[1].parts = {{.shape = Cylinder{0.045, 0.1}}};

@@ -1,5 +1,5 @@
-// What a caller decides about an interpretation: when it ends, and whose the sensor's pose is; and
-// what it gives up to end in time.
+// The options that a caller sets: when an interpretation ends and where the sensor was; and the
+// effort that it saves to end in time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,10 +17,10 @@ namespace {
 struct Interpreted {
   absl::StatusCode code = absl::StatusCode::kOk;
   int pieces = 0;
-  int after_stop = 0;  // pieces that began after the stop
+  int after_stop = 0;  // number of pieces that began after the stop
 };
 
-// Stops when piece `stop_at` begins.
+// Interprets the cloud and requests a stop when piece `stop_at` begins.
 Interpreted InterpretUntil(const PointCloud& cloud, int max_threads, int stop_at) {
   std::stop_source source;
   std::atomic<int> pieces{0}, after_stop{0};
@@ -34,7 +34,7 @@ Interpreted InterpretUntil(const PointCloud& cloud, int max_threads, int stop_at
   return {scene.status().code(), pieces, after_stop};
 }
 
-PointCloud Shuffled(PointCloud cloud) {  // as a laser's: no image
+PointCloud Shuffled(PointCloud cloud) {  // unordered like a laser's cloud: no image
   cloud.width = static_cast<int>(cloud.size());
   cloud.height = 1;
   return cloud;
@@ -46,7 +46,8 @@ TEST(InterpretScene, EndsWithinAPieceOfEachThreadWhereverTheStopStrikes) {
   for (const PointCloud& cloud : {image, Shuffled(image)}) {
     const Interpreted whole = InterpretUntil(cloud, 1, -1);
     ASSERT_EQ(whole.code, absl::StatusCode::kOk);
-    // Some hundred milliseconds of work in pieces of one or less: stops strike in every stage.
+    // The work takes some hundred milliseconds, in pieces of at most one: stops strike in every
+    // stage.
     ASSERT_GT(whole.pieces, 1000);
     for (const int threads : {1, 2}) {
       for (int k = 1; k < kStops; ++k) {
@@ -54,7 +55,7 @@ TEST(InterpretScene, EndsWithinAPieceOfEachThreadWhereverTheStopStrikes) {
         const Interpreted run = InterpretUntil(cloud, threads, stop_at);
         EXPECT_EQ(run.code, absl::StatusCode::kCancelled) << k;
         EXPECT_GE(run.pieces, stop_at);
-        EXPECT_LE(run.after_stop, threads - 1);  // that the others had just begun
+        EXPECT_LE(run.after_stop, threads - 1);  // pieces that the other threads had just begun
       }
     }
   }
@@ -116,7 +117,7 @@ TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCutOrUnhurried) {
   }
 }
 
-// What is modelled in haste is modelled all the same.
+// Objects that are modelled with reduced effort still get their shape.
 TEST(InterpretScene, FindsBallsInHaste) {
   const auto scene = InterpretScene(Scan(Balls(112), KitchenCamera(), {}).cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();
@@ -127,7 +128,7 @@ TEST(InterpretScene, FindsBallsInHaste) {
   EXPECT_GE(balls, 110);
 }
 
-// Clods of noise in the air, an image of them: as many as are asked for in rows.
+// An image of clods of noise in the air, in this many rows and columns.
 PointCloud Clods(int rows, int columns) {
   constexpr int kSize_px = 14, kPitch_px = 24;
   RandomDraws draws(1, 0);
@@ -147,8 +148,8 @@ PointCloud Clods(int rows, int columns) {
   return cloud;
 }
 
-// Where the largest things are no shapes, the others are meshed, and a warning says so: no point is
-// lost.
+// If the largest objects have no shape, the others are meshed without a search for shapes, and a
+// warning says so. No point is lost.
 TEST(InterpretScene, LooksForNoShapesWhereTheLargestThingsAreNone) {
   const PointCloud cloud = Clods(7, 8);
   const auto scene = InterpretScene(cloud, {});

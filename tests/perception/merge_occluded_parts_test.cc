@@ -1,4 +1,4 @@
-// Things that something cuts in two, seen by the virtual scanner.
+// Objects that something in front of them cuts in two, seen by the virtual scanner.
 #include "perception/refinement/merge/merge_occluded_parts.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kRadius_m = 0.012, kLength_m = 0.24;
 
-// A rod of this length that lies across the view, its middle at y.
+// A rod of this length that lies across the view, with its middle at `y_m`.
 SimulatedObject Rod(double length_m, double y_m) {
   Pose X_WO = MakeTranslation(0, y_m, kRadius_m);
   X_WO.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
@@ -27,7 +27,7 @@ SimulatedObject Post() {
   return Thing("post", Box{{0.03, 0.05, 0.16}}, MakeTranslation(-0.08, 0, 0.08));
 }
 
-// Lengths of the cylinders, ascending.
+// The lengths of the cylinders found, ascending.
 std::vector<double> RodsOf(const SceneInterpretation& scene) {
   std::vector<double> lengths_m;
   for (const DetectedObject& object : scene.objects) {
@@ -80,7 +80,7 @@ TEST(JoinModelled, ThingsAreLargestFirstAndRestOnWhatTheyRestedOn) {
   EXPECT_LT(below.X_WO.translation().z(), above->X_WO.translation().z());
 }
 
-// Of the points of a true object, the greatest share that one found object has.
+// The largest share of a true object's points that one found object has.
 double LargestShare(const SimulatedCloud& scan, const SceneInterpretation& found,
                     std::int32_t object) {
   std::map<std::uint32_t, double> count;
@@ -95,8 +95,8 @@ double LargestShare(const SimulatedCloud& scan, const SceneInterpretation& found
   return most / all;
 }
 
-// A sphere stands before a short cylinder; what it leaves to be seen on one side is next to another
-// cylinder, whose handle it seems to be.
+// A sphere stands before a short cylinder. The strip of the cylinder that shows on one side of the
+// sphere lies next to another cylinder and looks like its handle.
 TEST(JoinModelled, WhatSeemsAHandleOfItsNeighbourIsGivenBack) {
   const SimulatedView view = RandomScene(SceneFamily::kClutter, 55);
   const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = 55});
@@ -105,7 +105,8 @@ TEST(JoinModelled, WhatSeemsAHandleOfItsNeighbourIsGivenBack) {
   EXPECT_GT(LargestShare(scan, *found, 3), 0.95);
 }
 
-// The handle of a pan is level with the top of a box beside it, which prolonged would have it.
+// The handle of a pan is level with the top of a box beside it. The top, if extended, would include
+// the handle.
 TEST(JoinModelled, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
   SimulatedObject pan = Thing("pan", Cylinder{0.06, 0.08}, MakeTranslation(0, -0.1, 0.04));
   Pose X_WHandle = MakeTranslation(0, 0.03, 0.06);
@@ -130,7 +131,8 @@ SimulatedObject Screen(double y_m, double width_m, double height_m) {
                MakeTranslation(-0.12, y_m, 0.5 * height_m));
 }
 
-// Of an upright cup (its number is of the scene's objects) a box leaves the lid and a strip of the wall.
+// A box hides an upright cup except for its lid and a strip of its wall. `object` is the cup's
+// index in the scene.
 TEST(JoinModelled, TheLidOfACupAndAStripOfItsWallAreOneThing) {
   struct Cup {
     SceneFamily family;
@@ -149,7 +151,7 @@ TEST(JoinModelled, TheLidOfACupAndAStripOfItsWallAreOneThing) {
   }
 }
 
-// A slab that rests on a box that is less wide is another thing, of whichever little is seen.
+// A slab on a narrower box is an object of its own, however little of the box is seen.
 TEST(JoinModelled, ASlabOnABoxIsNoLidOfIt) {
   const SimulatedScene scene{
       {Table(), Screen(-0.06, 0.14, 0.12),

@@ -17,7 +17,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kWall_m = 0.004;
-// Of two sides each: the 5 mm that a lone face is made thick, and as much for where a wall is seen to end.
+// For two sides each: the 5 mm of thickness given to a lone face, and as much again for the
+// uncertainty of where a wall ends.
 constexpr double kWithin_m = 0.02;
 
 Pose Turned(double x_m, double y_m, double z_m, double yaw_rad) {
@@ -26,7 +27,7 @@ Pose Turned(double x_m, double y_m, double z_m, double yaw_rad) {
   return X;
 }
 
-// A floor, part 0, and four sides of cardboard.
+// An open cardboard box: its floor, part 0, and four sides.
 SimulatedObject OpenBoxOf(const Vector3& size_m, double yaw_rad) {
   const Vector3 half = 0.5 * size_m;
   SimulatedObject box{.name = "box", .X_WO = Turned(0, 0, 0, yaw_rad)};
@@ -44,7 +45,8 @@ struct Seen {
   SimulatedCloud scan;
   SceneInterpretation result;
 
-  // Share of a true object's part that is labelled as of a detected object; -1: of a support.
+  // The share of a true object's part whose points are labelled as detected object `detected`; -1
+  // stands for any support.
   double Share(std::int32_t object, int part, std::int32_t detected) const {
     double all = 0, labelled = 0;
     for (std::size_t i = 0; i < scan.object.size(); ++i) {
@@ -77,7 +79,7 @@ Seen SeenBySensor(const SimulatedScene& scene, std::uint64_t seed,
   return seen;
 }
 
-// Whether a place is in no solid.
+// True if the place lies in no solid.
 bool IsFree(const SceneInterpretation& scene, const Vector3& place) {
   return std::ranges::none_of(scene.objects, [&](const DetectedObject& object) {
     return std::ranges::any_of(object.model->shapes, [&](const ShapePart& part) {
@@ -92,7 +94,7 @@ class OpenBoxes : public ::testing::TestWithParam<int> {
   double yaw_rad() const { return 13 * GetParam() * kDegree; }
 };
 
-// One object of five boxes with its own floor, and its inside is free.
+// Expects one object of five boxes with its own floor and a free inside.
 void ExpectOpenBox(const Seen& seen, const Vector3& size_m, double yaw_rad) {
   const DetectedObject& box = seen.result.objects.front();
   EXPECT_GE(seen.Share(1, -1, 0), 0.9);
@@ -142,8 +144,8 @@ TEST_P(OpenBoxes, CarryWhatLiesInThem) {
   }
 }
 
-// Seen so flatly that near and far walls are one thing, the far ones lie as a closed box's hidden faces
-// would.
+// Seen at so flat an angle that near and far walls are one object, the far walls lie where a closed
+// box's hidden faces would be.
 TEST_P(OpenBoxes, AreNotFilledWhereTheirFloorIsHidden) {
   const Vector3 size_m(0.34, 0.165, 0.175);
   for (const double more_deg : {0, 4, 8}) {
@@ -159,7 +161,8 @@ TEST_P(OpenBoxes, AreNotFilledWhereTheirFloorIsHidden) {
   }
 }
 
-// Nothing that fills what it stands on makes a box of what it stands around.
+// Solid objects around a free place do not make an open box, because they fill the ground they
+// stand on.
 TEST_P(OpenBoxes, AreNotMadeOfSolidsAroundAPlace) {
   SimulatedScene scene{{Table()}};
   for (int k = 0; k < 4; ++k) {

@@ -1,4 +1,4 @@
-// Vessels that lie on a table, of which segmentation makes several things, are one thing with one shell.
+// Vessels that lie on a table and that segmentation splits become one object with one shell.
 #include "perception/refinement/merge/merge_vessel_walls.h"
 
 #include <gtest/gtest.h>
@@ -77,7 +77,7 @@ TEST(LyingVessels, KeepTheirHandles) {
   EXPECT_EQ(object->model->handles.size(), 1u);
 }
 
-// Boxes and a can that touch stay three things.
+// Boxes and a can that touch stay three objects.
 TEST(LyingVessels, LeavesWhatIsNoVesselApart) {
   const SceneInterpretation scene = Interpreted(
       {{Table(), Thing("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.12, 0.08)),

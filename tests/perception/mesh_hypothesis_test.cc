@@ -33,7 +33,7 @@ void AddSquare(float height_m, OrientedPoints& points) {
   }
 }
 
-// One square is the top of a box, the other one is 20 cm above it.
+// One square is the top of a box; the other is 20 cm above it.
 OrientedPoints TwoSquares() {
   OrientedPoints points;
   points.viewpoint = Vector3(1, 2, 2);
@@ -42,7 +42,8 @@ OrientedPoints TwoSquares() {
   return points;
 }
 
-// The box below the lower square, and the parts that the points of the squares are said to be of.
+// The box below the lower square, with the part numbers to which the points of the two squares
+// belong.
 HypothesisModel BoxModel(std::int32_t part_of_low, std::int32_t part_of_high) {
   HypothesisModel model;
   model.object.shapes.push_back(
@@ -68,7 +69,8 @@ MeshedObject MeshedOf(const HypothesisModel& model) {
   return MeshedOf(TwoSquares(), model, 2 * kOfSquare);
 }
 
-// In the object's frame, whose origin is half-way between the squares.
+// Expects a mesh of the upper square, in the object's frame, whose origin is half-way between the
+// squares.
 void ExpectUpperSquare(const Mesh& surface) {
   ASSERT_NE(surface.mesh, nullptr);
   EXPECT_THAT(surface.mesh->triangles, ::testing::Not(IsEmpty()));
@@ -119,7 +121,7 @@ TEST(MeshHypothesis, MeshesTheHandlesThatHavePoints) {
   EXPECT_EQ(object.explained, 2 * kOfSquare);
 }
 
-// 130 000 points of a box's top, in few nodes: every second one is looked at.
+// 130 000 points of a box's top in few graph nodes: every second point is examined.
 TEST(MeshHypothesis, CountsAllPointsOfWhatIsModelledOnASample) {
   constexpr std::size_t kCount = 130'000;
   OrientedPoints square, points;
@@ -129,7 +131,7 @@ TEST(MeshHypothesis, CountsAllPointsOfWhatIsModelledOnASample) {
   points = Subset(square, again);
   HypothesisModel model = BoxModel(0, 0);
   model.object.part_of_point.assign(kCount, 0);
-  model.object.shapes[0].fit->inlier_count = 60'000;  // of the sample
+  model.object.shapes[0].fit->inlier_count = 60'000;  // inliers of the sample
   const MeshedObject object = MeshedOf(points, model, 10);
   EXPECT_EQ(object.explained, kCount);
   EXPECT_EQ(object.model->point_count, static_cast<int>(kCount));

@@ -1,4 +1,4 @@
-// Things that stand beside each other, on one table and on two, keep to themselves.
+// Objects that stand beside each other, on one table and on two, are not mixed up.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-// So many objects, and each of these places is near the middle of one of its own.
+// Expects as many objects as places, and each place near the middle of exactly one object.
 void ExpectOneEach(const SceneInterpretation& scene, const std::vector<Vector2>& places) {
   EXPECT_EQ(scene.objects.size(), places.size());
   for (const Vector2& place : places) {
@@ -41,7 +41,7 @@ void PrintTo(const Row& row, std::ostream* out) { *out << row.name; }
 
 class VesselsBeside : public ::testing::TestWithParam<Row> {};
 
-// The floors of all of them share a plane, and their walls hide what lies between.
+// The floors of all vessels share a plane, and their walls hide the table between them.
 TEST_P(VesselsBeside, AreOneObjectEach) {
   SimulatedScene kitchen{{Table()}};
   std::vector<Vector2> places;
@@ -64,7 +64,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 class PacketsInARow : public ::testing::TestWithParam<std::vector<double>> {};
 
-// Side by side, flush at the front, of different heights: their fronts are one face, their tops are not.
+// Side by side, flush at the front, of different heights: the fronts are one face, the tops are
+// not.
 TEST_P(PacketsInARow, AreOneBoxEach) {
   constexpr double kWidth_m = 0.07, kDepth_m = 0.08;
   SimulatedScene shelf{{Table()}};
@@ -96,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(Heights_m, PacketsInARow,
                                            std::vector{0.12, 0.16, 0.1},
                                            std::vector{0.16, 0.1, 0.18, 0.12}));
 
-// It is linked to the face of the table's edge, which is no object on the table.
+// The box is linked to the face of the table's edge, which is no object on the table.
 TEST(EdgeOfTheTable, IsNoObjectWhereAThingJutsOverIt) {
   Pose X_WO = MakeTranslation(-0.58, 0, 0.03);
   X_WO.rotate(Eigen::AngleAxisd(0.26, Vector3::UnitZ()));
@@ -115,7 +116,7 @@ TEST(EdgeOfTheTable, IsNoObjectWhereAThingJutsOverIt) {
   }
 }
 
-// A low table behind the high one, whose edge hides what the things there stand on.
+// A low table behind the high one, whose edge hides where the objects on the low one stand.
 TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
   constexpr double kLower_m = -0.2;
   SimulatedObject low = Table();

@@ -9,7 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-// A star with arms of random lengths: concave, with edges of all directions.
+// A star with arms of random lengths: concave, with edges in all directions.
 Polygon Star(std::mt19937& random) {
   std::uniform_real_distribution<double> radius_m(0.1, 1.5);
   const int corners = 3 + static_cast<int>(random() % 30);

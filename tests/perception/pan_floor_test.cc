@@ -1,4 +1,4 @@
-// The floor of a pan lies on the plane of what it stands on, as far as noise tells.
+// The floor of a pan lies on the plane of the pan's support, within noise.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct View {
 
 class FloorOfAPan : public ::testing::TestWithParam<View> {};
 
-// Its rim is a line of pixels, across which the floor and the table are linked at corners.
+// The pan's rim is a line of pixels; the floor and the table are linked across it at corners.
 TEST_P(FloorOfAPan, IsNoPartOfTheSupport) {
   const SimulatedView view = RandomScene(GetParam().family, GetParam().seed);
   const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = GetParam().seed});

@@ -1,4 +1,5 @@
-// Patches of a support that what stands before them, or a wall, cuts off from the rest of it.
+// Patches of a support that are cut off from the rest of it by objects in front of them or by a
+// wall.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -15,7 +16,7 @@ struct Points {
   int things = 0, supports = 0;
 };
 
-// Of each object on a support, by its index.
+// The points of each object on a support, by the object's index.
 std::map<std::uint32_t, Points> PointsOfObjects(SceneFamily family, std::uint64_t seed) {
   const SimulatedView view = RandomScene(family, seed);
   const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = seed});
@@ -38,8 +39,8 @@ std::map<std::uint32_t, Points> PointsOfObjects(SceneFamily family, std::uint64_
 
 class PatchOfTheCounter : public ::testing::TestWithParam<std::uint64_t> {};
 
-// The floor of a pan lies nearly on the counter's plane, as does the patch behind its handle, and the
-// pan's wall between them hides that they are two.
+// The floor of a pan and the patch behind its handle lie nearly on the counter's plane, and the
+// pan's wall between them hides that they are separate.
 TEST_P(PatchOfTheCounter, IsNoPartOfAThing) {
   for (const auto& [object, points] : PointsOfObjects(SceneFamily::kKitchen, GetParam())) {
     EXPECT_LT(points.supports, 100 + points.things / 20) << "object " << object + 1;
@@ -50,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, PatchOfTheCounter, ::testing::Values(1002, 1014,
 
 class PatchBetweenThings : public ::testing::TestWithParam<std::uint64_t> {};
 
-// A strip of the table between two shadows lies on its plane, and what is between is hidden.
+// A strip of the table between two shadows lies on the table's plane; the table between is hidden.
 TEST_P(PatchBetweenThings, IsNoThing) {
   for (const auto& [object, points] : PointsOfObjects(SceneFamily::kClutter, GetParam())) {
     EXPECT_LE(points.supports, points.things) << "object " << object + 1;
@@ -59,7 +60,7 @@ TEST_P(PatchBetweenThings, IsNoThing) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, PatchBetweenThings, ::testing::Values(2043, 2044, 2060, 2075));
 
-// A scrap beside a patch belongs to no thing, and the patch to no scrap.
+// A patch of the support and a scrap of residual beside it do not become an object together.
 TEST(PatchBesideAScrap, IsNoThingWithAScrap) {
   for (const auto& [object, points] : PointsOfObjects(SceneFamily::kKitchen, 1033)) {
     EXPECT_LT(points.supports, 200 + points.things) << "object " << object + 1;

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// `count` points along the x axis, evenly spread over a metre, that are all of one object.
+// `count` points of one object, evenly spread over a metre of the x axis.
 struct Row {
   OrientedPoints points;
   PointSet members;
@@ -49,7 +49,7 @@ TEST(PointSample, OfADenseThingGrowsWithItsNodesAndNotWithItsPoints) {
   for (const std::size_t count : {400'000u, 800'000u}) {
     const Row row = MakeRow(count, 20'000);
     const std::size_t sampled = row.Sample().Points().size();
-    EXPECT_EQ(sampled, 80'000u) << count;  // four a node
+    EXPECT_EQ(sampled, 80'000u) << count;  // four per graph node
   }
 }
 

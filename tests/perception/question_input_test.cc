@@ -1,4 +1,5 @@
-// What was said of a scan and is not so: the report says it, and says nothing of scans that are as told.
+// Input that contradicts its description: the report warns of it, and does not warn of correct
+// scans.
 #include "perception/question_input.h"
 
 #include <gmock/gmock.h>
@@ -76,7 +77,7 @@ TEST(QuestionInput, DoubtsASensorWhosePointsScatterFarMore) {
   EXPECT_THAT(WarningsSaidToBeOf(OfSigma(2e-4), Shuffled(SeenBy({}), 1).cloud), too_small);
 }
 
-// A Kinect's model suits points without noise as well: what it loses is little.
+// A Kinect's noise model suits points without noise as well: little accuracy is lost.
 TEST(QuestionInput, DoubtsAGivenSigmaThatIsFarTooLarge) {
   const PointCloud cloud = SeenBy(OfSigma(1e-3)).cloud;
   EXPECT_THAT(WarningsSaidToBeOf(OfSigma(0.05), cloud),
@@ -97,7 +98,7 @@ TEST(QuestionInput, DoubtsUnitsByWhatTheSensorSees) {
   EXPECT_THAT(warnings_at(1), Not(Contains(HasSubstr("sees nothing"))));
 }
 
-// Of each point: straight at the sensor and back along the ray by turns, or as the geometry has it.
+// Normals that are unknown (zero), random, or the normal of the table at every point.
 TEST(QuestionInput, DoubtsGivenNormalsThatContradictTheSurface) {
   const auto contradict = Contains(HasSubstr("normals contradict the surfaces"));
   PointCloud cloud = SeenBy({}).cloud;
@@ -109,13 +110,14 @@ TEST(QuestionInput, DoubtsGivenNormalsThatContradictTheSurface) {
     n = Eigen::Vector3f(component(random), component(random), component(random)).normalized();
   }
   EXPECT_THAT(WarningsSaidToBeOf({}, cloud), contradict);
-  // The table's, which most points are of.
+  // The normal of the table, to which most points belong.
   const Eigen::Vector3f up_C = TableCamera().X_WC.linear().row(2).transpose().cast<float>();
   cloud.normals.assign(cloud.size(), up_C);
   EXPECT_THAT(WarningsSaidToBeOf({}, cloud), Not(contradict));
 }
 
-// Too little stands on the table to tell which side is its upper one; the sensor's place does.
+// Too little stands on the table to tell which side is its upper one; the sensor's position tells
+// it.
 TEST(QuestionInput, DoubtsAnUpThatIsUpsideDownOfACloudThatIsNoImage) {
   const SimulatedScene ball{{Table(), Thing("ball", Sphere{0.03}, MakeTranslation(0, 0, 0.03))}};
   const PointCloud cloud = Shuffled(Scan(ball, TableCamera(), {}), 1).cloud;
@@ -127,12 +129,12 @@ TEST(QuestionInput, DoubtsAnUpThatIsUpsideDownOfACloudThatIsNoImage) {
   EXPECT_THAT(WarningsOf(cloud, options), upside_down);
 }
 
-// The pose of the camera's body for that of its optical frame, or none at all.
+// The pose of the camera's body is given instead of that of its optical frame, or no pose at all.
 TEST(QuestionInput, SaysHowFarTheTableIsFromLevelByAPoseThatIsWrong) {
   InterpretOptions options;
   options.X_WC = Pose::Identity();
   const PointCloud cloud = SeenBy({}).cloud;
-  // 35 degrees down from along z to along the table's normal.
+  // 35 degrees down, from along z to along the table's normal.
   EXPECT_THAT(WarningsOf(cloud, options),
               Contains(HasSubstr("is 125 degrees from level by the pose")));
   options.X_WC.reset();

@@ -1,11 +1,11 @@
-// Things of known size on real scans (paper, section VI: found shapes are compared with real
+// Objects of known size on real scans (section VI of the paper compares found shapes with real
 // measurements): the same packets and the same tin, scan after scan, standing, lying and on edge.
 //
-// The sizes were taken from the labelled points without any fit: heights above the table and the
-// smallest rectangle around a top face, 1 % of the points cut off at each end, medians over the scans
-// that show both ends. The tin's radius is that of a circle of the area between the middles
-// of the pixels on its lid, 93.6 to 95.1 mm in the five scans where nothing hides any of it, and half
-// a pixel; where the lid's edge is, sector by sector, says the same.
+// The sizes were taken from the labelled points without any fit: heights above the table, and the
+// smallest rectangle around a top face with 1 % of the points cut off at each end; medians over the
+// scans that show both ends. The tin's radius is the radius of a circle with the area between the
+// middles of its lid's pixels (93.6 to 95.1 mm in the five scans in which nothing hides any of it)
+// plus half a pixel. The position of the lid's edge, sector by sector, gives the same.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,12 +22,12 @@ namespace cwm::perception {
 namespace {
 
 constexpr std::size_t kWidth = 640;
-// What the sizes are known to, and the errors of the sensor at 0.7 to 1 m.
+// The uncertainty of the true sizes plus the errors of the sensor at 0.7 to 1 m.
 constexpr double kEdgeTolerance_m = 0.006, kRadiusTolerance_m = 0.0025;
 
 struct Pixel {
   int scan = 0;
-  std::size_t column = 0, row = 0;  // in the middle of the thing
+  std::size_t column = 0, row = 0;  // in the middle of the object
 };
 
 std::optional<SceneInterpretation> Interpret(const std::string& directory, int scan) {
@@ -45,7 +45,7 @@ std::optional<SceneInterpretation> Interpret(const std::string& directory, int s
   return *std::move(scene);
 }
 
-// Of the object at the pixel, the shape with most inliers; null for none.
+// The shape with the most inliers of the object at the pixel; null if there is none.
 const Shape* ShapeAt(const SceneInterpretation& scene, const Pixel& pixel) {
   const std::uint32_t label = scene.labels[pixel.row * kWidth + pixel.column];
   if (label < 20) return nullptr;
@@ -65,7 +65,7 @@ class RealMeasurements : public ::testing::Test {
     if (!directory_) GTEST_SKIP() << "labelled Kinect scans (mosd/learn) are not in CWM_DATA";
   }
 
-  // The shape at the pixel, where it is of this kind.
+  // The shape at the pixel; empty if it is not of this kind.
   template <class S>
   std::optional<S> Found(const Pixel& pixel) const {
     const auto scene = Interpret(*directory_, pixel.scan);

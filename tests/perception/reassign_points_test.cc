@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-// With its handle towards an angle about z.
+// A mug whose handle points towards an angle about z.
 SimulatedObject Mug(std::uint64_t seed, double y_m, double handle_deg) {
   RandomDraws draws(seed, 0);
   SimulatedObject mug = DrawVessel(VesselKind::kMug, draws);
@@ -30,7 +30,7 @@ double Reach_m(const SimulatedObject& mug) {
   return TightBounds(mug.parts[1].shape, mug.parts[1].X_FS).max().x();
 }
 
-// One on either side of y = 0, each with its handle.
+// Expects one mug on either side of y = 0, each with its handle.
 void ExpectTwoMugs(const SceneInterpretation& scene) {
   ASSERT_EQ(std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind), 2);
   for (std::size_t k = 0; k < 2; ++k) {

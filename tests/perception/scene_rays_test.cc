@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 constexpr int kAcross = 200;  // points of a plane two metres away, 5 mm apart
 constexpr int kMiddle = kAcross / 2;
 constexpr float kPitch_m = 0.005f;
-constexpr int kThing = 20;  // points of a thing in its middle, on either side of it
+constexpr int kThing = 20;  // points of an object in its middle, on either side of it
 
 Vector3f At(int column, int row) {
   return {kPitch_m * static_cast<float>(column - kMiddle),
@@ -25,7 +25,7 @@ bool IsOfThing(int column, int row) {
   return std::abs(column - kMiddle) <= kThing && std::abs(row - kMiddle) <= kThing;
 }
 
-// A thing in the middle of a wall, both seen from the origin.
+// An object in the middle of a wall, both seen from the origin.
 SegmentedScene ThingOnWall() {
   SegmentedScene scene;
   SegmentedThing& thing = scene.things.emplace_back();
@@ -82,7 +82,7 @@ TEST(SceneRays, RunBelowAThingThatHangsAboveWhatItStandsOn) {
     EXPECT_LT(std::abs(rays.ends[k].x()), beside_m);
     lowest_m = std::max(lowest_m, rays.ends[k].y());
   }
-  EXPECT_GT(lowest_m, 0.29f);  // metres: down to its feet
+  EXPECT_GT(lowest_m, 0.29f);  // metres: down to its foot
 }
 
 TEST(SceneRays, StandForAllThatWereMeasured) {

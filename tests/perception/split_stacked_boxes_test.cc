@@ -31,7 +31,8 @@ SimulatedScene Stack(const std::vector<Layer>& layers) {
   return scene;
 }
 
-// From the lowest up: each an object between the heights of its own faces, on the one before.
+// Expects these layers from the lowest up: each an object between the heights of its own faces, on
+// the one below.
 void ExpectLayers(const SceneInterpretation& scene, const std::vector<Layer>& layers) {
   constexpr double kWithin_m = 0.006;
   ASSERT_EQ(std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind),
@@ -79,7 +80,7 @@ TEST_P(TurnedBooks, OnBooksAreOneEach) {
 INSTANTIATE_TEST_SUITE_P(Yaws_deg, TurnedBoxes, ::testing::Values(0, 25, 50, 75));
 INSTANTIATE_TEST_SUITE_P(Yaws_deg, TurnedBooks, ::testing::Values(0, 25, 50));
 
-// Their lower parts together are as well one long box that carries the rest of the higher one.
+// The lower parts of both could also be one long box that carries the rest of the higher one.
 TEST(BoxesSideBySide, AreNoStack) {
   const SceneInterpretation scene =
       Interpreted({{Table(), Thing("low", Box{{0.12, 0.1, 0.06}}, MakeTranslation(0, -0.051, 0.03)),

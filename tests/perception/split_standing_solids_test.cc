@@ -1,4 +1,4 @@
-// Things that touch each other, seen by the virtual scanner.
+// Objects that touch each other, seen by the virtual scanner.
 #include "perception/refinement/split/split_standing_solids.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kWithin_m = 0.01;  // of what mixed pixels take from both sides of a border
+constexpr double kWithin_m = 0.01;  // mixed pixels take this much from both sides of a border
 
 SimulatedObject Can(double radius_m, double height_m, double y_m) {
   return Thing("can", Cylinder{radius_m, height_m}, MakeTranslation(0, y_m, 0.5 * height_m));
@@ -32,7 +32,7 @@ Pose Lying(double x_m, double y_m, double turned_rad, double radius_m) {
   return X_WO;
 }
 
-// Of objects of one shape each, from -y to y.
+// The shapes of objects of one shape each, from -y to y.
 std::vector<Placed<Shape>> ShapesOf(const SceneInterpretation& scene) {
   std::vector<Placed<Shape>> shapes;
   for (const DetectedObject& object : scene.objects) {
@@ -62,7 +62,7 @@ TEST(PartStanding, CartonsOfOneHeightAreTwoObjectsWhereTheyAreTurned) {
   EXPECT_EQ(shapes.size(), 2u);
 }
 
-// The ball juts out so far that between it and its can nothing is seen.
+// The ball juts out so far that nothing is seen between it and its can.
 TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
   const SceneInterpretation scene =
       Interpreted({{Table(), Can(0.033, 0.12, 0), Can(0.04, 0.1, 0.0735),
@@ -75,7 +75,7 @@ TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
   EXPECT_NEAR(below.X_WO.translation().y(), 0.0735, 0.01);
 }
 
-// Their fronts are one plane.
+// The fronts of the cartons lie in one plane.
 TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
   const auto shapes = ShapesOf(
       Interpreted({{Table(), Carton({0.08, 0.06, 0.15}, -0.061, 0),
@@ -89,8 +89,8 @@ TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
   }
 }
 
-// Turned so that a corner of the upper one comes to the edge of the lower one, where their fronts are one
-// surface.
+// Turned so that a corner of the upper carton reaches the edge of the lower one, where their fronts
+// are one surface.
 TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
   constexpr double kDegree_rad = std::numbers::pi / 180;
   for (const double turned_deg : {-10, 0, 15, 20}) {
@@ -104,7 +104,7 @@ TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
   }
 }
 
-// The lid stands on nothing but the pot.
+// The lid stands on the pot only.
 TEST(PartStanding, WhatStandsOnAnotherPartStaysWithIt) {
   SimulatedObject pot = Can(0.035, 0.12, 0);
   pot.parts.push_back({MakeTranslation(0, 0, 0.075), Cylinder{0.015, 0.03}});

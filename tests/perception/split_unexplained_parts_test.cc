@@ -1,4 +1,5 @@
-// What an occluder leaves of things beside others, seen by the virtual scanner.
+// The parts of objects that an occluder leaves visible beside other objects, seen by the virtual
+// scanner.
 #include "perception/refinement/split/split_unexplained_parts.h"
 
 #include <gtest/gtest.h>
@@ -18,14 +19,14 @@ struct Seen {
   SimulatedCloud scan;
   SceneInterpretation found;
 
-  // Of the found objects the one that has most of the points of a true one.
+  // The found object that has most of the points of a true one.
   const DetectedObject& Of(std::size_t object) const {
     std::map<std::uint32_t, int> count;
     for (std::size_t i = 0; i < scan.object.size(); ++i) {
       if (scan.object[i] == static_cast<std::int32_t>(object)) ++count[found.labels[i] / 10];
     }
     const auto most = std::ranges::max_element(count, {}, [](const auto& c) { return c.second; });
-    return found.objects.at(most->first - 2);  // 10 * (i + 1) of object i, from 1
+    return found.objects.at(most->first - 2);  // labels of objects[k] begin at 10 * (k + 2)
   }
 };
 
@@ -41,7 +42,7 @@ Seen See(SceneFamily family, std::uint64_t seed) {
   return seen;
 }
 
-// Something hides all of the ball but a crescent that begins at a larger ball.
+// Something hides all of the ball except a crescent that begins at a larger ball.
 TEST(SplitUnexplainedParts, ABallBesideABallIsAnObject) {
   constexpr std::size_t kSmall = 5, kLarge = 6;
   const Seen seen = See(SceneFamily::kClutter, 38);
@@ -60,7 +61,7 @@ TEST(SplitUnexplainedParts, ABallBesideABallIsAnObject) {
   }
 }
 
-// Mugs, pans and jugs: their handles stay theirs.
+// Mugs, pans and jugs keep their handles.
 TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
   int with_handle = 0;
   for (std::uint64_t seed = 2; seed < 10; seed += 2) {
@@ -72,7 +73,8 @@ TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
   EXPECT_GE(with_handle, 8);
 }
 
-// A box of its size, tilted alike, fits the few points of it as well but for their noise.
+// A box of the same size and tilt fits the cylinder's few points equally well, apart from their
+// noise.
 TEST(ModelThing, ALeaningCylinderIsNoTiltedBox) {
   constexpr std::size_t kLeaning = 7;
   for (const std::uint64_t seed : {7120U, 7222U}) {
@@ -87,7 +89,7 @@ TEST(ModelThing, ALeaningCylinderIsNoTiltedBox) {
   }
 }
 
-// A lying cylinder hides the foot of one that leans beside it, which seemed to rest on it.
+// A lying cylinder hides the foot of one that leans beside it and seems to rest on it.
 TEST(ModelThing, StandsOnTheSupportWhereThatExplainsItBetter) {
   constexpr std::size_t kLeaning = 8;
   const Seen seen = See(SceneFamily::kClutter, 35);

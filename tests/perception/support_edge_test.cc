@@ -1,4 +1,4 @@
-// Things at the edges of what carries them, of which their own shadows hide the rest.
+// Objects at the edges of their supports, whose shadows hide the rest of the support.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace cwm::perception {
 namespace {
 
-// Towards the origin, from 1.2 m.
+// A camera that looks at the origin from 1.2 m away.
 PinholeCamera CameraFrom(double elevation_rad) {
   PinholeCamera camera;
   const Vector3 forward(std::cos(elevation_rad), 0, -std::sin(elevation_rad)), right(0, -1, 0);
@@ -20,7 +20,7 @@ PinholeCamera CameraFrom(double elevation_rad) {
   return camera;
 }
 
-// How many objects within a hand's breadth of the place stand on a support at z = 0.
+// The number of objects near the place that stand on a support at z = 0.
 std::ptrdiff_t ObjectsAt(const Vector3& place, const SimulatedScene& scene,
                          const PinholeCamera& camera, std::uint64_t seed) {
   const SimulatedCloud scan = Scan(scene, camera, {.seed = seed});
@@ -38,7 +38,8 @@ std::ptrdiff_t ObjectsAt(const Vector3& place, const SimulatedScene& scene,
   });
 }
 
-// A board on a wall, its top at z = 0 and its middle at the origin, and a can beside or on its end.
+// A board on a wall, its top at z = 0 and its middle at the origin, and a can beside its end or on
+// it.
 constexpr double kHalfBoard_m = 0.4, kCanRadius_m = 0.035, kCanHeight_m = 0.2;
 
 SimulatedScene CanAtTheEndOfABoard(const Vector3& can) {
@@ -52,7 +53,7 @@ SimulatedScene CanAtTheEndOfABoard(const Vector3& can) {
 
 class EndOfABoard : public ::testing::TestWithParam<std::uint64_t> {};
 
-// At the corner, flush with the end: behind it one sees nothing of the board.
+// The can stands at the corner, flush with the end: nothing of the board is seen behind it.
 TEST_P(EndOfABoard, CarriesTheCanWhoseShadowCutsItOff) {
   for (const double side : {-1.0, 1.0}) {
     const Vector3 can(-0.07, side * (kHalfBoard_m - kCanRadius_m), 0.5 * kCanHeight_m);
@@ -61,7 +62,7 @@ TEST_P(EndOfABoard, CarriesTheCanWhoseShadowCutsItOff) {
   }
 }
 
-// Its foot at the height of the board's top; one sees the wall below it.
+// The can's foot is at the height of the board's top, but the wall is seen below it.
 TEST_P(EndOfABoard, DoesNotCarryWhatHangsBesideIt) {
   for (const double side : {-1.0, 1.0}) {
     const Vector3 can(-0.07, side * (kHalfBoard_m + kCanRadius_m + 0.015), 0.5 * kCanHeight_m);
@@ -72,7 +73,7 @@ TEST_P(EndOfABoard, DoesNotCarryWhatHangsBesideIt) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, EndOfABoard, ::testing::Range<std::uint64_t>(1, 4));
 
-// A packet hardly behind the counter's edge, whose front and the packet's are linked.
+// A packet just behind the counter's edge; the fronts of counter and packet are linked.
 TEST(EdgeOfACounter, CarriesWhatStandsAtItsFront) {
   const Vector3 packet(-0.3 + 0.05, 0.1, 0.04);
   const SimulatedScene scene{

@@ -1,4 +1,4 @@
-// Things placed on a table, as a Kinect sees them.
+// Objects placed on a table, as a Kinect sees them.
 #pragma once
 
 #include <string>
@@ -8,13 +8,15 @@
 
 namespace cwm::perception {
 
-// From 1.1 m, 35 degrees down, onto the origin, which is on the table. Its view is along x.
+// A camera at 1.1 m that looks 35 degrees down at the origin, which is on the table. Its view is
+// along x.
 PinholeCamera TableCamera();
 
 SimulatedObject Table();
 SimulatedObject Thing(const std::string& name, const Shape& shape, const Pose& X_WO);
 
-// With the camera's pose given; fails the test where there is none.
+// Scans and interprets the scene with the camera's pose given; fails the test if there is no
+// interpretation.
 SceneInterpretation Interpreted(const SimulatedScene& scene);
 
 }  // namespace cwm::perception

@@ -15,7 +15,7 @@ LoneWall Wall(const Vector2& begin, const Vector2& end, double rim_m = 0.1) {
   return wall;
 }
 
-// Of 30 x 20 cm about the origin.
+// The walls of a tray of 30 x 20 cm around the origin.
 std::vector<LoneWall> FourWalls() {
   return {Wall({-0.15, -0.1}, {-0.15, 0.1}), Wall({0.15, -0.1}, {0.15, 0.1}),
           Wall({-0.15, -0.1}, {0.15, -0.1}), Wall({-0.15, 0.1}, {0.15, 0.1})};

@@ -1,4 +1,4 @@
-// What the pipeline makes of walls, of what is hidden, of clutter and of the borders of supports.
+// The pipeline's treatment of walls, hidden parts, clutter and the borders of supports.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ SceneInterpretation Interpreted(const SimulatedScene& scene, const PinholeCamera
   return interpreted.ok() ? *std::move(interpreted) : SceneInterpretation();
 }
 
-// From the place to the nearest of all solids and surfaces; negative in a solid.
+// The distance of the place from the nearest solid or surface; negative inside a solid.
 double Clearance_m(const SceneInterpretation& scene, const Vector3& p_W) {
   double clearance_m = std::numeric_limits<double>::infinity();
   for (const DetectedObject& object : scene.objects) {
@@ -49,7 +49,8 @@ double Clearance_m(const SceneInterpretation& scene, const Vector3& p_W) {
   return clearance_m;
 }
 
-// Upright at x = 0, 2 m wide and high, seen from x < 0; a window of 0.6 m in its middle.
+// An upright wall at x = 0, 2 m wide and high, seen from x < 0, with a window of 0.6 m in its
+// middle.
 SimulatedObject WallWithWindow() {
   const auto rectangle = [](double u, double low, double high) {
     return Polygon{{-u, low}, {u, low}, {u, high}, {-u, high}};
@@ -69,8 +70,8 @@ TEST(InterpretScene, LeavesTheWindowOfAWallOpen) {
                                .X_WO = MakeTranslation(1.2, 0, 1)};
   const SceneInterpretation scene =
       Interpreted({{WallWithWindow(), behind}}, LookingAlong({1, 0, 0}, {-1.5, 0, 1}));
-  // A body of the wall, and none of the window to within two cells of four sigma at 1.5 m, and what
-  // mixed pixels blur.
+  // The wall has a solid part; the window is free, up to two cells of four sigma at 1.5 m plus the
+  // blur of mixed pixels.
   constexpr double kOutline_m = 0.04;
   for (const double sign : {-1.0, 1.0}) {
     EXPECT_LT(Clearance_m(scene, {0.01, sign * 0.5, 1}), 0);
@@ -88,7 +89,7 @@ TEST(InterpretScene, LeavesTheWindowOfAWallOpen) {
   EXPECT_TRUE(has_plate_with_hole);
 }
 
-// 1.2 x 1 m at z = 0, with a can on it; a board in front of it hides its lower half.
+// A table of 1.2 x 1 m at z = 0 with a can on it, whose lower half a board in front of it may hide.
 enum class Board { kNone, kHidesTheFoot };
 SimulatedScene CanOnTable(Board board) {
   SimulatedScene scene;
@@ -119,7 +120,7 @@ const ShapePart* CanIn(const SceneInterpretation& scene, Pose* X_WS) {
 
 TEST(InterpretScene, CompletesACanBehindABoardDownToTheTableAndSaysSo) {
   const PinholeCamera camera = LookingAlong({1, 0, -1}, {-0.636, 0, 0.636});
-  // Of a can that is seen as a whole, nothing is supplied.
+  // A can that is seen as a whole is not completed.
   Pose X_WS;
   const SceneInterpretation open = Interpreted(CanOnTable(Board::kNone), camera);
   const ShapePart* seen = CanIn(open, &X_WS);
@@ -129,14 +130,14 @@ TEST(InterpretScene, CompletesACanBehindABoardDownToTheTableAndSaysSo) {
   const ShapePart* completed = CanIn(hidden, &X_WS);
   ASSERT_NE(completed, nullptr);
   EXPECT_EQ(completed->role, PartRole::kCompleted);
-  // 3 sigma of the support and of the top, either.
+  // 3 sigma of the support and of the top.
   EXPECT_NEAR(TightBounds(completed->shape, X_WS).min().z(), 0, 0.005);
   EXPECT_NEAR(TightBounds(completed->shape, X_WS).max().z(), 0.16, 0.005);
   ASSERT_TRUE(completed->fit.has_value());
   EXPECT_LT(completed->fit->observed_fraction, seen->fit->observed_fraction);
 }
 
-// A box on a table of 1.2 x 1 m at z = 0, and what else there is.
+// A box on a table of 1.2 x 1 m at z = 0, and the objects beside it.
 SimulatedScene BoxOnTable(const Vector3& size_m, std::vector<SimulatedObject> beside) {
   SimulatedScene scene;
   scene.objects.push_back({.name = "table",
@@ -150,7 +151,7 @@ SimulatedScene BoxOnTable(const Vector3& size_m, std::vector<SimulatedObject> be
   return scene;
 }
 
-// The one nearest to a place, if any.
+// The box nearest to a place; null if there is none.
 const ShapePart* BoxAt(const SceneInterpretation& scene, const Vector3& p_W, Pose* X_WS) {
   const ShapePart* nearest = nullptr;
   double nearest_m = 0.1;
@@ -174,7 +175,7 @@ TEST(InterpretScene, CompletesABoxOfWhichTheTopAloneIsSeen) {
   const ShapePart* box = BoxAt(scene, {0.1, 0, 0.1}, &X_WS);
   ASSERT_NE(box, nullptr);
   EXPECT_EQ(box->role, PartRole::kCompleted);
-  // 3 sigma at 0.9 m of the table and of the top, either.
+  // 3 sigma of the table and of the top, at 0.9 m.
   constexpr double kEither_m = 0.005;
   const Aabb bounds = TightBounds(box->shape, X_WS);
   EXPECT_NEAR(bounds.min().z(), 0, kEither_m);
@@ -183,7 +184,8 @@ TEST(InterpretScene, CompletesABoxOfWhichTheTopAloneIsSeen) {
 }
 
 TEST(InterpretScene, ABoxReachesToTheEndThatIsSeenBeyondAPost) {
-  // The post stands before a third of the box and is higher: its face and its top are seen in two.
+  // The post stands in front of a third of the box and is higher: the box's face and top are seen
+  // in two parts.
   const Vector3 size_m(0.1, 0.36, 0.1);
   const SimulatedObject post{.name = "post",
                              .parts = {{Pose::Identity(), Box{{0.03, 0.08, 0.3}}}},
@@ -229,7 +231,8 @@ TEST(InterpretScene, LosesNoPointOfASupportBesideItsPlate) {
       if (scene->labels[i] != s + 1) continue;
       const Vector3 p_C = cloud.points[i].cast<double>();
       const Vector3 p_O = support.X_WO.inverse() * (camera.X_WC * p_C);
-      // A hair more than what explains a point: poses are applied in doubles here, floats there.
+      // Slightly more than the tolerance that explains a point: poses are applied in doubles here,
+      // in floats there.
       const double within_m = 1e-4 + ExplainedWithin_m(SensorNoise{}.AxialSigma_m(p_C.z()));
       double nearest_m = std::abs(SignedDistance_m(support.model->shapes[0].shape, p_O));
       for (const SurfacePart& part : support.model->surfaces) {

@@ -45,13 +45,13 @@ TEST_F(WatchdogTest, SaysNothingMoreOnceTheServerHasStopped) {
   while (told < 1 && Clock::now() < until) std::this_thread::sleep_for(kPeriod);
   ASSERT_GE(told, 1);
   server_->Stop(kSoon);
-  std::this_thread::sleep_for(kPeriod);  // for one that is under way
+  std::this_thread::sleep_for(kPeriod);  // waits for a notification in progress
   const int before = told;
   std::this_thread::sleep_for(5 * kPeriod);
   EXPECT_EQ(told, before);
 }
 
-// A listener that has stopped accepting: connections are made, and nobody answers.
+// A listener that has stopped accepting: connections are made, but nobody answers.
 TEST(StuckListenerTest, SaysNothingWhereNobodyAccepts) {
   const testing::ScratchDirectory scratch;
   for (const std::string& address : {"unix:" + (scratch / "s"), std::string("127.0.0.1:0")}) {
@@ -83,7 +83,7 @@ TEST(CheckHealthTest, SaysWhyNobodyIsReached) {
       << status;
 }
 
-// Sets a variable of the environment while it lives.
+// Sets an environment variable for its lifetime.
 class Environment {
  public:
   Environment(const char* name, const std::string& value) : name_(name) {

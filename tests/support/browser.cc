@@ -6,7 +6,7 @@
 namespace cwm::testing {
 namespace {
 
-// Drawing 300 000 points in software takes seconds; a machine that is busy otherwise takes minutes.
+// chosen: drawing 300 000 points in software takes seconds, on a busy machine minutes.
 constexpr char kPatience_s[] = "400";
 
 Finished Browse(const std::string& action, const std::string& page, const Window& window,

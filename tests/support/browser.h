@@ -1,4 +1,4 @@
-// A headless Chromium that looks at pages as a user would.
+// A headless Chromium that opens pages as a user would.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Pixel {
   friend auto operator<=>(const Pixel&, const Pixel&) = default;
 };
 
-// Row by row from the top.
+// Pixels row by row, from the top.
 struct Picture {
   int width = 0, height = 0;
   std::vector<Pixel> pixels;
@@ -34,14 +34,15 @@ struct Picture {
   }
 };
 
-// Whether there is one on the PATH; ./dev setup test installs it.
+// True if a Chromium is on the PATH; ./dev setup test installs it.
 bool HaveBrowser();
 
-// The document after its scripts have run, as HTML. Fails the test when the browser does.
+// The document after its scripts have run, as HTML. Fails the test if the browser fails.
 std::string DocumentOf(const std::string& page, const Window& window,
                        const ScratchDirectory& scratch);
 
-// What the window shows, one pixel a CSS pixel. Fails the test and is empty when there is none.
+// The content of the window, one pixel per CSS pixel. Fails the test and returns an empty picture
+// if the browser fails.
 Picture ScreenshotOf(const std::string& page, const Window& window,
                      const ScratchDirectory& scratch);
 

@@ -1,5 +1,4 @@
-// Data that the repository does not hold: scans and planning problems that some tests and
-// benchmarks can use.
+// Data outside the repository: scans and planning problems that some tests and benchmarks can use.
 #pragma once
 
 #include <cstdlib>
@@ -9,8 +8,8 @@
 
 namespace cwm::testing {
 
-// A path below $CWM_DATA, else below ../shared/data of the source directory (tests run from there);
-// nothing where it is absent: the caller skips itself by name.
+// A path below $CWM_DATA, else below ../shared/data of the source directory, in which tests run.
+// Empty if it does not exist; the caller then skips itself and names the data.
 inline std::optional<std::string> OutsideData(const std::string& relative) {
   const char* given = std::getenv("CWM_DATA");
   const std::filesystem::path path =

@@ -23,7 +23,7 @@ std::string Slurp(const std::string& path) {
   return text.str();
 }
 
-// Streams go through files: no pipe can fill up and block either side.
+// Starts a program. Streams go through files, because a full pipe could block either side.
 pid_t Spawn(const std::vector<std::string>& arguments, const std::string& in,
             const std::string& out, const std::string& err) {
   std::vector<char*> argv;
@@ -73,7 +73,7 @@ Background::~Background() { Stop(); }
 
 bool Background::Running() const {
   siginfo_t ended{};
-  // WNOWAIT leaves the exit code to Stop.
+  // WNOWAIT leaves the exit code for Stop.
   return pid_ > 0 &&
          waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
          ended.si_pid == 0;

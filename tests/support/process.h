@@ -17,7 +17,7 @@ struct Finished {
 // Runs a program to its end with `input` on its stdin.
 Finished RunProgram(const std::vector<std::string>& arguments, const std::string& input = "");
 
-// A directory that goes with its owner.
+// A temporary directory, removed with its owner.
 class ScratchDirectory {
  public:
   ScratchDirectory();
@@ -31,7 +31,7 @@ class ScratchDirectory {
   std::string path_;
 };
 
-// A program running in the background; SIGTERM and wait at the end.
+// A program running in the background; the destructor sends SIGTERM and waits.
 class Background {
  public:
   Background(const std::vector<std::string>& arguments, const std::string& log_path);
@@ -40,7 +40,7 @@ class Background {
   Background& operator=(const Background&) = delete;
 
   bool Running() const;
-  // Exit code after SIGTERM; -1 when it had to be killed.
+  // The exit code after SIGTERM; -1 if it had to be killed.
   int Stop(int seconds = 15);
   void Signal(int signal) const;
   double ResidentMebibytes() const;

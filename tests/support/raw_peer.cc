@@ -34,7 +34,7 @@ bool ConnectTo(int fd, const std::string& address) {
   return connect(fd, reinterpret_cast<const sockaddr*>(&in), sizeof(in)) == 0;
 }
 
-// The next bytes; empty at the end of the connection, or when nothing came in time.
+// The next bytes; empty at the end of the connection, or if none came in time.
 std::string Next(int fd, std::size_t at_most, Clock::time_point until, bool* closed) {
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now());
   pollfd waiting{.fd = fd, .events = POLLIN, .revents = 0};

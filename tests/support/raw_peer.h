@@ -1,4 +1,4 @@
-// A peer that sends what it likes: bytes over a socket, below gRPC.
+// A peer that sends arbitrary bytes over a socket, below gRPC.
 #pragma once
 
 #include <chrono>
@@ -7,7 +7,7 @@
 
 namespace cwm::testing {
 
-// The preface of HTTP/2 and an empty SETTINGS frame: how a client begins.
+// The preface of HTTP/2 and an empty SETTINGS frame, with which a client begins.
 std::string Http2Beginning();
 
 // One frame of HTTP/2.
@@ -23,9 +23,9 @@ class RawPeer {
 
   bool is_connected() const { return is_connected_; }
   bool Send(std::string_view bytes) const;
-  // What comes within that time, up to `size` bytes; less when the server closes.
+  // The bytes that come within that time, up to `size`; fewer if the server closes the connection.
   std::string Receive(std::size_t size, std::chrono::milliseconds within) const;
-  // Reads on until the server closes; false when it has not within that time.
+  // Reads until the server closes the connection; false if it does not within that time.
   bool IsClosedWithin(std::chrono::milliseconds time) const;
   int descriptor() const { return fd_; }
 

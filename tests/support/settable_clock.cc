@@ -1,6 +1,5 @@
-// A library that is loaded before all others (LD_PRELOAD): the wall clock of the program is ahead of
-// the machine's by as many seconds as the file CWM_CLOCK_OFFSET holds, an int64 that a test writes
-// while the program runs.
+// A library for LD_PRELOAD. The program's wall clock is ahead of the machine's by the seconds in
+// the file CWM_CLOCK_OFFSET, an int64 that a test writes while the program runs.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
@@ -15,7 +14,7 @@ namespace {
 
 using Offset = std::atomic<std::int64_t>;
 
-// nullptr where there is no such file: the clock is the machine's.
+// nullptr without such a file; the clock is then the machine's.
 const Offset* MapOffset() {
   const char* const path = std::getenv("CWM_CLOCK_OFFSET");
   const int file = path == nullptr ? -1 : open(path, O_RDONLY | O_CLOEXEC);

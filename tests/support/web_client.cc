@@ -23,7 +23,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// Whether `done` became true in time.
+// True if `done` became true in time.
 bool RunUntil(boost::asio::io_context& context, const bool& done,
               std::chrono::milliseconds patience) {
   const auto end = std::chrono::steady_clock::now() + patience;

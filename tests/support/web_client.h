@@ -1,5 +1,5 @@
-// Speaks HTTP and WebSocket to a port of this machine, as rudely as a test wants. Nothing here waits
-// for longer than it is told.
+// Speaks HTTP and WebSocket to a local port, and can break their rules. No function waits longer
+// than its argument says.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -18,25 +18,25 @@ namespace cwm::testing {
 using HttpFields = std::vector<std::pair<std::string, std::string>>;
 
 struct HttpAnswer {
-  int status = 0;                             // 0: none came
+  int status = 0;                             // 0: no answer
   std::map<std::string, std::string> fields;  // by name in lower case
   std::string body;
 };
 
-// A connection of bytes.
+// A connection for bytes.
 class RawConnection {
  public:
   explicit RawConnection(int port);
 
-  // False when the other side takes no more, or took nothing for that long.
+  // False if the other side accepts no more, or accepted nothing for that long.
   bool Send(const std::string& bytes,
             std::chrono::milliseconds patience = std::chrono::seconds(10));
-  // The next answer on the connection; `to_head`: one without a body.
+  // The next answer on the connection; with `to_head` an answer without a body.
   HttpAnswer Receive(bool to_head = false,
                      std::chrono::milliseconds patience = std::chrono::seconds(20));
-  // Reads so many bytes at most, of whatever comes next: how many there were.
+  // Reads up to `most` bytes, and returns their number.
   std::size_t Take(std::size_t most, std::chrono::milliseconds patience = std::chrono::seconds(10));
-  // Whether the other side ends the connection within that time; what it sends is dropped.
+  // True if the other side ends the connection within that time; its bytes are dropped.
   bool Ends(std::chrono::milliseconds patience);
 
  private:
@@ -45,31 +45,31 @@ class RawConnection {
   boost::beast::flat_buffer buffer_;
 };
 
-// "GET TARGET HTTP/1.1" with these fields; Host is the port's own where none is given.
+// "GET TARGET HTTP/1.1" with these fields; Host is that of the port if it is not given.
 std::string RequestText(int port, const std::string& method, const std::string& target,
                         HttpFields fields = {});
-// On a connection of its own.
+// Sends a request on a connection of its own.
 HttpAnswer Ask(int port, const std::string& target, const HttpFields& fields = {},
                const std::string& method = "GET");
 
 struct WebSocketOptions {
   HttpFields fields = {};
-  std::optional<int> receive_bytes = {};  // of the kernel's buffer
+  std::optional<int> receive_bytes = {};  // size of the kernel's buffer
 };
 
 class WebSocketClient {
  public:
   explicit WebSocketClient(int port, WebSocketOptions options = {});
 
-  // Of the upgrade: 101 when it is one.
+  // The status of the upgrade; 101 if it succeeded.
   int status() const { return status_; }
 
   bool Send(const std::string& message) { return Write(message, true); }
   bool SendText(const std::string& message) { return Write(message, false); }
-  // The next message; nothing when none came, or when the socket was closed.
+  // The next message; empty if none came, or if the socket was closed.
   std::optional<std::string> Read(std::chrono::milliseconds patience = std::chrono::seconds(20));
 
-  // Once Read found the socket closed: 0 when nothing was said.
+  // Valid once Read found the socket closed; the code is 0 if the other side gave none.
   bool closed() const { return closed_; }
   int close_code() const { return stream_.reason().code; }
   std::string close_reason() const { return stream_.reason().reason.c_str(); }

@@ -6,7 +6,7 @@
 namespace cwm::cli {
 
 double Random::Between(double least, double most) {
-  // 53 bits: as many as a double has.
+  // 53 random bits, the precision of a double.
   const double share = static_cast<double>(engine_() >> 11) * 0x1p-53;
   return least + share * (most - least);
 }
@@ -19,7 +19,7 @@ client::PointRow Random::PointIn(const Region& region) {
   return point;
 }
 
-// Shoemake, Uniform random rotations, Graphics Gems III, 1992.
+// cited: Shoemake, Uniform random rotations, Graphics Gems III, 1992.
 client::PoseRow Random::PoseIn(const Region& region) {
   const client::PointRow at = PointIn(region);
   const double share = Between(0, 1);

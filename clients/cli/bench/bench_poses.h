@@ -9,22 +9,22 @@
 
 namespace cwm::cli {
 
-// Axis-aligned, of the world; m.
+// An axis-aligned box in the world, in metres.
 struct Region {
   std::array<double, 3> least, most;
 };
 
-// Where the scene of a benchmark's own is.
+// The region of the benchmark's own scene.
 inline constexpr Region kBenchRegion{.least = {-0.5, -0.5, 0}, .most = {0.5, 0.5, 0.6}};
 
-// The engine's numbers are the standard's; its distributions differ from library to library.
+// The engine's numbers are defined by the standard; distributions differ from library to library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
 
   double Between(double least, double most);
   client::PointRow PointIn(const Region& region);
-  // Of any direction alike.
+  // A pose with a uniformly distributed rotation.
   client::PoseRow PoseIn(const Region& region);
 
  private:

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// 1234567 as "1 234 567".
+// Formats 1234567 as "1 234 567".
 std::string Grouped(double value) {
   std::string digits = Fixed(value, value < 10 && value != std::floor(value) ? 1 : 0);
   const std::size_t end = std::min(digits.find('.'), digits.size());
@@ -22,7 +22,7 @@ std::string Grouped(double value) {
   return digits;
 }
 
-// As many decimals as are worth reading.
+// Milliseconds with a useful number of decimals.
 std::string Milliseconds(double time_ms) {
   return Fixed(time_ms, time_ms < 1 ? 3 : time_ms < 100 ? 2 : 0);
 }

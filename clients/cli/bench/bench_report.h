@@ -1,4 +1,4 @@
-// What a benchmark found, for people and for programs.
+// The results of a benchmark, for people and for programs.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,11 @@ namespace cwm::cli {
 struct BenchLine {
   std::string of;       // "distances"
   std::string through;  // "unary", "stream", "upload"
-  std::string unit;     // of a row: "rows", "changes", "points"
+  std::string unit;     // the unit of a row: "rows", "changes", "points"
   std::int64_t rows_per_call = 1;
   Measurement measured = {};
-  // Of the time of a call, what it saves to ask where nothing is; absent where that was not measured.
+  // The share of a call's time that answering takes, measured against queries in empty space; empty
+  // if not measured.
   std::optional<double> work_share = {};
 };
 
@@ -29,16 +30,16 @@ struct BenchReport {
   std::string address;
   cwm::v1::GetServerInfoResponse server;
   std::string client_version;
-  int cores = 1;               // of the machine that this program runs on
-  std::optional<double> load;  // of that machine, mean of the minute before
-  std::string world;           // that was asked
-  bool is_own_world = true;    // made for this and removed again
+  int cores = 1;               // of the machine that runs this program
+  std::optional<double> load;  // of that machine, mean of the previous minute
+  std::string world;           // the queried world
+  bool is_own_world = true;    // created for the benchmark and removed afterwards
   std::int64_t object_count = 0;
   std::int64_t robot_count = 0;
   std::vector<BenchLine> lines;
 };
 
-// Of this machine: a Unix socket or loopback. Whether something forwards it elsewhere cannot be told.
+// True for an address on this machine: a Unix socket or loopback, even if something forwards it.
 bool IsLocal(const std::string& address);
 // "Unix socket", "TCP over loopback" or "TCP".
 std::string TransportOf(const std::string& address);
@@ -47,7 +48,7 @@ void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out);
 nlohmann::ordered_json ToJson(const BenchReport& report);
 nlohmann::ordered_json ToJson(const BenchLine& line);
 
-// What keeps the rows of a stream from coming faster, in a sentence; empty without such lines.
+// One sentence about what limits the row rate of the stream; empty without such lines.
 std::string Limits(const BenchReport& report);
 
 }  // namespace cwm::cli

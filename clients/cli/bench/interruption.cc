@@ -13,7 +13,7 @@ Interruption::Interruption() {
   interrupted = 0;
   struct sigaction action = {};
   action.sa_handler = NoteInterruption;
-  // The second finds what was there before; calls of the system that wait go on.
+  // The second signal finds the previous handler; interrupted system calls continue.
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigaction(SIGINT, &action, &interrupt_before_);
   sigaction(SIGTERM, &action, &terminate_before_);

@@ -1,12 +1,12 @@
-// Ctrl-C as a question that long work asks.
+// Lets long work check for Ctrl-C.
 #pragma once
 
 #include <csignal>
 
 namespace cwm::cli {
 
-// While it lives, the first SIGINT and the first SIGTERM are noted, so that what was begun can be
-// put away; a second one ends the process as ever. One at a time.
+// During its lifetime the first SIGINT and the first SIGTERM are only recorded, so that the work
+// can be cleaned up; a second one ends the process as usual. Only one may exist at a time.
 class Interruption {
  public:
   Interruption();

@@ -1,4 +1,4 @@
-// The measurements of a benchmark, each a line of its report.
+// The measurements of a benchmark, one per line of its report.
 #pragma once
 
 #include <functional>
@@ -13,26 +13,26 @@
 namespace cwm::cli {
 
 struct Job {
-  BenchLine line;  // without what is measured
+  BenchLine line;  // without the measurements
   std::function<absl::Status()> call;
-  // The same asked of nothing; absent: no share of answering is told.
+  // The same query in empty space; empty: the share of answering is not reported.
   std::function<absl::Status()> call_of_nothing = {};
 };
 
 // The Add functions keep references to the connection and the stream, which must outlive the jobs.
 
-// What `ask` asks of the world, in unary calls and over the stream.
+// Measures the query made by `ask`, in unary calls and over the stream.
 void AddQuestion(const client::Connection& connection, client::QueryStream& stream,
                  const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask,
                  std::vector<Job>& jobs);
-// Moves the object to and fro, a revision each time.
+// Moves the object to and fro, with a revision each time.
 void AddMoves(const client::Connection& connection, const std::string& world,
               const std::string& object, std::vector<Job>& jobs);
-// Sends the same scan again and again, as a camera that stands still.
+// Sends the same scan repeatedly, like a camera that does not move.
 void AddIngests(const client::Connection& connection, const std::string& world,
                 std::vector<Job>& jobs);
 
-// What the job takes, warming up included.
+// The duration of the job, including the warm-up.
 double SecondsOf(const Job& job, double seconds);
 
 absl::StatusOr<BenchLine> Run(const Job& job, MeasureOptions options);

@@ -40,7 +40,7 @@ pb::ShapePart SomeShape(int i, Random& random) {
   return part;
 }
 
-// Whichever has the name, where no uid is given.
+// Deletes the world; without a uid, whichever has the name.
 absl::Status Delete(const client::Connection& connection, const std::string& name,
                     const std::string& uid) {
   pb::DeleteWorldRequest request;
@@ -86,7 +86,7 @@ absl::StatusOr<std::unique_ptr<OwnWorld>> OwnWorld::Make(const client::Connectio
   const auto made =
       connection.Call(&pb::WorldService::Stub::ApplyChanges, connection.worlds(), request);
   if (!made.ok()) {
-    // After a deadline it may be there all the same, under a name that is nobody else's.
+    // After a deadline the world may exist nevertheless, under a name that nobody else uses.
     static_cast<void>(
         Delete(client::Connection({.address = connection.address(), .deadline = {}}), name, ""));
     return made.status();
@@ -95,7 +95,7 @@ absl::StatusOr<std::unique_ptr<OwnWorld>> OwnWorld::Make(const client::Connectio
 }
 
 OwnWorld::~OwnWorld() {
-  // Who can be told of a failure has called it before.
+  // A caller who wants the error has called Remove before.
   static_cast<void>(Remove());
 }
 

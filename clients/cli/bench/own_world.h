@@ -1,4 +1,4 @@
-// A world that a benchmark makes for itself, so that nobody's is read or changed.
+// A world that a benchmark creates, so that no other world is read or changed.
 #pragma once
 
 #include <memory>
@@ -10,17 +10,18 @@
 
 namespace cwm::cli {
 
-// "cwm-bench-", this process and a number that nobody else has.
+// "cwm-bench-", the process id and a random number.
 std::string OwnWorldName();
 
-// Thirty boxes, cylinders, balls and capsules of 4 to 20 cm on and above a table of 1 m, the same on
-// every machine.
+// Thirty boxes, cylinders, balls and capsules of 4 to 20 cm on and above a table of 1 m, the same
+// on every machine.
 std::vector<cwm::v1::Change> BenchScene();
 
-// Removes the world again: the one that it made, never one that somebody made in its place.
+// Removes the world in the end, but never another one that somebody created in its place.
 class OwnWorld {
  public:
-  // Puts the objects of the changes into the world, which makes it. The connection must outlive it.
+  // Creates the world by putting the objects of the changes into it. The connection must outlive
+  // it.
   static absl::StatusOr<std::unique_ptr<OwnWorld>> Make(
       const client::Connection& connection, const std::string& name,
       const std::vector<cwm::v1::Change>& changes);
@@ -29,7 +30,8 @@ class OwnWorld {
   OwnWorld& operator=(const OwnWorld&) = delete;
 
   const std::string& name() const { return name_; }
-  // Once; later calls and the destructor do nothing. OK also when somebody else has removed it.
+  // Removes the world once; later calls and the destructor do nothing. OK also if somebody else
+  // removed it.
   absl::Status Remove();
 
  private:

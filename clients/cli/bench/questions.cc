@@ -11,15 +11,15 @@ namespace {
 
 namespace pb = cwm::v1;
 
-// Each kind of question at places of its own.
+// Each kind of query has its own random places.
 constexpr std::uint64_t kPosesSeed = 7;
 constexpr std::uint64_t kPointsSeed = 8;
 constexpr std::uint64_t kStatesSeed = 9;
 
-// More than any world is high.
+// chosen: higher than any world.
 constexpr double kFarAbove_m = 1000;
 
-// What is alike in all requests.
+// Sets the common fields of all requests.
 template <class Request>
 void SetCommon(const AskedWorld& world, Request& request) {
   request.set_world(world.name);
@@ -109,7 +109,7 @@ Question RobotStates(const AskedWorld& world, const pb::Robot& robot, int rows) 
   std::vector<std::array<double, 1>> numbers;
   for (int i = 0; i < rows; ++i) {
     for (int k = 0; k < robot.variables_size(); ++k) {
-      // What floats stays where it is: its variables are no numbers that could be drawn one by one.
+      // Floating joints stay in place: their variables cannot be drawn independently.
       const bool floats = robot.variables(k).joint_kind() == pb::JOINT_KIND_FLOATING;
       numbers.push_back({floats ? robot.state(k) : StateBetween(robot.variables(k), random)});
     }
@@ -134,7 +134,7 @@ Question OfNothing(const AskedWorld& world, const std::function<Question(const A
     base.set_tz_m(kFarAbove_m);
     base.set_qw(1);
   }
-  // Of what is nearest, nothing is near enough to be looked for.
+  // Ends the search for the nearest object at once, since nothing is near enough.
   if (request.has_get_distances()) {
     request.mutable_get_distances()->mutable_options()->set_max_distance_m(0);
   }

@@ -1,4 +1,4 @@
-// What a benchmark asks, and how it travels.
+// The queries of a benchmark, and how they are sent.
 #pragma once
 
 #include <functional>
@@ -11,33 +11,33 @@
 
 namespace cwm::cli {
 
-// A batch. Answers are asked for as F64 columns.
+// A batch. Answers are requested as F64 columns.
 struct Question {
   std::string of;  // "distances"
   int rows = 1;
   cwm::v1::StreamQueriesRequest request;
 };
 
-// What is asked of which world.
+// The queried world.
 struct AskedWorld {
   std::string name;
-  Region region = kBenchRegion;  // where bodies and points are asked
+  Region region = kBenchRegion;  // where bodies and points are placed
 };
 
-// Of the body of a gripper, a box of 0.10 x 0.08 x 0.20 m, at random places.
+// Queries with a gripper's body, a box of 0.10 x 0.08 x 0.20 m, at random places.
 Question BodyChecks(const AskedWorld& world, int rows);
 Question Distances(const AskedWorld& world, int rows);
-// At random places.
+// Samples at random places.
 Question SampledPoints(const AskedWorld& world, int rows);
-// Random states within its limits, of all its variables; what has none turns half a circle to
-// either side, or moves 1 m; what floats stays.
+// Random states of all variables within their limits. Unlimited ones turn half a circle to either
+// side, or move 1 m; floating joints stay in place.
 Question RobotStates(const AskedWorld& world, const cwm::v1::Robot& robot, int rows);
 
-// What `ask` asks, 1 km above the world: what is left is the call, its messages and, of robots, where
-// their links are.
+// The query of `ask` moved 1 km above the world: what remains is the cost of the call, its messages
+// and, for robots, forward kinematics.
 Question OfNothing(const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask);
 
-// One call each. INTERNAL when not every row is answered.
+// One call each. INTERNAL if not every row was answered.
 absl::Status AskUnary(const client::Connection& connection, const Question& question);
 absl::Status AskStream(client::QueryStream& stream, Question& question);
 

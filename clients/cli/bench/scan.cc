@@ -15,10 +15,10 @@ namespace {
 using Vector3 = std::array<double, 3>;
 
 constexpr int kWidth = 640, kHeight = 480;
-constexpr double kFocalLength_px = 525;  // of a Kinect
+constexpr double kFocalLength_px = 525;  // a Kinect's
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-// Beside the table, and behind it, is floor.
+// Beside the table and behind it is the floor.
 constexpr Region kTable{.least = {-0.6, -0.4, -0.02}, .most = {0.6, 0.4, 0}};
 constexpr double kFloor_m = -0.7;
 constexpr std::array<Region, 3> kBoxes = {
@@ -33,12 +33,13 @@ constexpr std::array<Ball, 3> kBalls = {{{.centre_m = {-0.1, -0.15, 0.05}, .radi
                                          {.centre_m = {0.35, 0.05, 0.08}, .radius_m = 0.08},
                                          {.centre_m = {-0.4, -0.2, 0.04}, .radius_m = 0.04}}};
 
-// Of the camera in the world, which looks at the middle of the table: along z, x to the right.
+// The camera's position in the world; it looks at the middle of the table, along z with x to the
+// right.
 constexpr Vector3 kEye_m = {0, -0.7, 0.8};
 
 double Dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// How many times `direction` from the eye the surface is; kNothing where it is missed.
+// The surface's distance from the eye in multiples of `direction`; kNothing if the ray misses it.
 double MeetBox(const Region& box, const Vector3& direction) {
   double enter = 0, leave = kNothing;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -67,10 +68,10 @@ double Depth_m(const Vector3& direction) {
   return depth;
 }
 
-// Nguyen, Izadi and Lovell, Modeling Kinect sensor noise, 2012: along the depth.
+// cited: Nguyen, Izadi and Lovell, Modeling Kinect sensor noise, 2012: the axial noise.
 double Noise_m(double depth_m, Random& random) {
   const double sigma_m = 0.0012 + 0.0019 * (depth_m - 0.4) * (depth_m - 0.4);
-  // Box and Muller, 1958; 1 - u is never 0.
+  // cited: Box and Muller, 1958; 1 - u is never 0.
   const double radius = std::sqrt(-2 * std::log(1 - random.Between(0, 1)));
   return sigma_m * radius * std::cos(random.Between(0, 2 * std::numbers::pi));
 }

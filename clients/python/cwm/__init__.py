@@ -109,8 +109,8 @@ from cwm.watch import (
 )
 from cwm.world import World
 
-# What `help(cwm)` tells whole: the rest is in the list above, each with a help of its own. Checkers
-# of types take __all__ for what may be named.
+# The names that `help(cwm)` explains in full; the list above has all others. Type checkers take
+# __all__ for the public names.
 __all__ = ["World", "connect", "pose"]
 if TYPE_CHECKING:
     __all__ += [

@@ -16,7 +16,7 @@ FloatArray = npt.NDArray[np.floating]
 
 
 _YEAR_S = 366 * 86_400
-INT32_MOST = 2**31 - 1  # what a message holds
+INT32_MOST = 2**31 - 1  # the range of a message's field
 
 
 def numbers(value: npt.ArrayLike, name: str) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 _POLYNOMIAL = 0x82F63B78
 _ALL_ONES = 0xFFFFFFFF
 _LANE_BYTES = 256
-# Below it the columns are too short for numpy to be worth its calls.
+# For shorter data the columns are too short for numpy.
 _VECTOR_BYTES = 4096
 
 
@@ -70,8 +70,8 @@ def crc32c(data: bytes | memoryview) -> int:
     if len(data) < _VECTOR_BYTES:
         return _small(_ALL_ONES, bytes(data)) ^ _ALL_ONES
     lanes = 1 << ((len(data) - 1) // _LANE_BYTES).bit_length()
-    # Zeros in front leave no remainder; the inverted first four bytes are what the initial value of
-    # all ones means.
+    # Leading zeros do not change the remainder; inverting the first four bytes is equivalent to the
+    # initial value of all ones.
     padded = np.zeros(lanes * _LANE_BYTES, dtype=np.uint8)
     begin = padded.size - len(data)
     padded[begin:] = np.frombuffer(data, dtype=np.uint8)

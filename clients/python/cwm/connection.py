@@ -25,21 +25,21 @@ from cwm.v1 import (
 Answer = TypeVar("Answer")
 
 CHUNK_BYTES = 1 << 20
-# A server that is restarted is back within it; then a call is tried once more.
+# A restarted server is back within this time; then a call is retried once.
 _BACK_WITHIN_S = 3.0
 
 _CHANNEL_OPTIONS = [
-    # Of what is sent the server has the word; replies with columns of many answers may be long.
+    # The server limits requests itself; replies with many answers may be large.
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
-    # The server answers pings of idle watches; 30 s notices a lost peer without waking a laptop
-    # much.
+    # The server answers pings of idle watches; 30 s detects a lost peer without waking a laptop
+    # often.
     ("grpc.keepalive_time_ms", 30_000),
-    # A proxy is for the web, not for a socket beside us.
+    # HTTP proxies are for the web, not for a local socket.
     ("grpc.enable_http_proxy", 0),
-    # A socket for each connection: small calls do not wait behind megabytes of another's.
+    # Each connection has a socket of its own, so that small calls do not wait behind large ones.
     ("grpc.use_local_subchannel_pool", 1),
-    # A server beside us that was restarted is back soon.
+    # A restarted local server is back soon.
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.min_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 2_000),
@@ -115,9 +115,9 @@ class Connection:
             limits = self.call(
                 self.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), timeout_s
             ).limits
-            # A block as large as a message, untouched, and free at once: from then on the C library
-            # keeps blocks of up to that size instead of giving each back to the system, which costs
-            # a batch as much as all else here.
+            # Allocates and frees a block of a message's size: afterwards the C library keeps blocks
+            # of up to that size instead of returning each to the system, which would double the
+            # cost of a batch.
             bytes(limits.max_message_bytes)
             self._limits = limits
         return self._limits
@@ -139,7 +139,7 @@ class Connection:
         except errors.Unavailable as error:
             if self._limits is None or not self._is_back(
                 error.retry_after_s, end
-            ):  # it never answered yet, or is away
+            ):  # it has never answered, or is away
                 raise
         return self._run(attempt, None if end is None else max(0.0, end - time.monotonic()))
 

@@ -156,8 +156,8 @@ def _details_of(error: grpc.RpcError) -> dict:
                 return {}
     details: dict = {}
     for item in packed.details:
-        # The standard types are read by our own messages with their field numbers: the name alone
-        # counts.
+        # The standard types are read by our own messages with the same field numbers, so only the
+        # name is compared.
         name = item.type_url.rpartition("/")[2]
         if name == "google.rpc.ErrorInfo":
             info = error_details_pb2.ErrorInfo.FromString(item.value)

@@ -68,7 +68,7 @@ class IngestResult:
         """
         if self.labels is None:
             raise ValueError("labels were not asked for: ingest(..., labels=True)")
-        # What a user's object explains has no name.
+        # An object explained by a user's object has no name.
         def is_meant(other: objects.Object) -> bool:
             if isinstance(item, str):
                 return other.name == item != ""

@@ -16,7 +16,7 @@ from cwm.v1 import world_pb2
 if TYPE_CHECKING:
     from cwm.view import WorldView
 
-# PCL's names of what a model is described by, in the object's frame.
+# PCL's names of a model's coefficients, in the object's frame.
 _COEFFICIENTS: dict[str, tuple[str, ...]] = {
     "half_space": ("normal_x", "normal_y", "normal_z", "d"),
     "plate": ("normal_x", "normal_y", "normal_z", "d"),
@@ -51,7 +51,7 @@ class FitQuality:
     inlier_count: int
     inlier_ratio: float
     observed_fraction: float
-    # One standard deviation of each coefficient, in their order; of a box, of its three sizes.
+    # One standard deviation of each coefficient, in their order; for a box, of its three sizes.
     # Empty: unknown.
     parameter_sigma: tuple[float, ...]
 
@@ -81,7 +81,7 @@ class Part:
     shape: shapes.Shape
     pose: np.ndarray = field(compare=False, repr=False)  # X_object_shape
     role: enums.PartRole = enums.PartRole.FITTED
-    # By PCL's names, in the object's frame; empty where PCL has no such model.
+    # By PCL's names, in the object's frame; empty if PCL has no such model.
     coefficients: dict[str, float] = field(default_factory=dict, hash=False)
     fit: FitQuality | None = None  # None: a user gave the shape
     vessel: Vessel | None = None

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from cwm import arrays
 from cwm.v1 import geometry_pb2
 
-# Of R'R against the identity, and of a quaternion's length against 1: what the server takes of a
-# quaternion.
+# The tolerance of R'R against the identity and of a quaternion's length against 1, which is the
+# server's for quaternions.
 _TOLERANCE = 1e-3
 
 

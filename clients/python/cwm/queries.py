@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cwm.view import WorldView
 
 _DEFAULT_CONTACTS = 16
-# Of a message, for what is not rows.
+# The bytes reserved in a message for everything but rows.
 _HEAD_BYTES = 1 << 16
 
 
@@ -116,7 +116,7 @@ def _ranges(batches: Batches, most_rows: int) -> Iterator[tuple[int, int]]:
     begin, first = batches.unit_begin, 0
     while first < batches.unit_count:
         end = int(np.searchsorted(begin, begin[first] + most_rows, side="right")) - 1
-        end = max(end, first + 1)  # a unit above the limit is the server's to refuse
+        end = max(end, first + 1)  # the server refuses a unit above the limit
         yield first, end
         first = end
 
@@ -134,7 +134,7 @@ def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
     )
 
 
-# A world of which joint states are published at 100 Hz keeps a revision for two or three seconds.
+# A world with joint states at 100 Hz keeps a revision for two or three seconds.
 _MOST_BEGINNINGS = 3
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from cwm import enums
 
-# object_index: nothing named; the robot that asks itself.
+# Special values of object_index: no object; the subject robot itself.
 NOTHING, ITSELF = -1, -2
 
 
@@ -44,7 +44,7 @@ class Head:
 
 @dataclass(frozen=True, eq=False)
 class _Pairs(Head):
-    # int32: into names; -1 nothing; -2 the robot itself, of which object_part is the other part
+    # int32: into names; -1: no object; -2: the robot itself, whose other part is object_part
     object_index: np.ndarray
     body_part: np.ndarray  # int32
     object_part: np.ndarray  # int32
@@ -62,7 +62,8 @@ class _Pairs(Head):
 @dataclass(frozen=True, eq=False)
 class _Limited(_Pairs):
     variables: tuple[str, ...]  # of the robot that asks; empty where nothing is OUT_OF_LIMITS
-    # int32, of what is OUT_OF_LIMITS: into variables, the first that is out of its limits; else -1
+    # int32: for OUT_OF_LIMITS rows the first variable out of its limits, as an index into
+    # variables; else -1
     variable_index: np.ndarray
 
     @property
@@ -101,7 +102,7 @@ class PairResult(_Pairs):
     point_object: np.ndarray  # (A, 3)
     normal: np.ndarray  # (A, 3) unit, from the body that asks to the object
     trust: np.ndarray  # (A,) uint8, see Trust
-    # (A,) by how much a BOUNDED or SURFACE_ONLY answer may be off; 0 for EXACT, NaN for DEGRADED
+    # (A,) error bound of a BOUNDED or SURFACE_ONLY answer; 0 for EXACT, NaN for DEGRADED
     bound_m: np.ndarray
 
     @property
@@ -125,13 +126,13 @@ class MotionResult(_Limited):
     """One entry a motion; row_count and completed_count are of motions."""
 
     verdict: np.ndarray  # (M,) uint8, see MotionVerdict
-    # (M,) int32: from the motion's row `segment` to the next; -1 where free or not computed
+    # (M,) int32: from the motion's row `segment` to the next; -1 if free or not computed
     segment: np.ndarray
     lo: np.ndarray  # (M,) share of the segment: nothing is met before
     hi: np.ndarray  # (M,) share of the segment: the pair named is in contact there
-    # (M,) of a free motion: no pair comes nearer to its margin; told up to 0.02
+    # (M,) for a free motion: the least distance of any pair above its margin; up to 0.02
     clearance_m: np.ndarray
-    # (M,) uint8, see Trust: of the pair named; of a free motion, the weakest of those it comes near
+    # (M,) uint8, see Trust: of the named pair; for a free motion, the weakest of the pairs nearby
     trust: np.ndarray
 
     @property

@@ -15,7 +15,7 @@ from cwm.v1 import robot_model_pb2
 
 PathOrText = Union[str, os.PathLike]
 
-# A URDF lies in PACKAGE/urdf or thereabouts: packages are looked for in its folder and so many
+# A URDF is usually in PACKAGE/urdf: packages are searched in its folder and this many folders
 # above.
 _FOLDERS_ABOVE = 3
 _PACKAGE, _FILE = "package://", "file://"

@@ -150,7 +150,7 @@ class Convex(Mesh):
 
 Shape = Union[Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh]
 
-# Names of the oneofs of the wire.
+# Names of the oneof's fields in the messages.
 _FIELDS: dict[type, str] = {
     Sphere: "sphere",
     Box: "box",

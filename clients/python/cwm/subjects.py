@@ -35,8 +35,8 @@ class RobotSubject:
     named_state: tuple[str, str] | None = None
 
 
-# A robot; a shape or several that are one body; the name of an object; or an array (N, 3) of
-# points, which has no rows beside.
+# A robot; a shape or several that form one body; the name of an object; or an array (N, 3) of
+# points, which has no further rows.
 SubjectLike = Union[RobotSubject, shapes.ShapeLike, str, npt.ArrayLike]
 
 

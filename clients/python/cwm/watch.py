@@ -24,7 +24,7 @@ from cwm.v1 import world_pb2
 if TYPE_CHECKING:
     from cwm.view import WorldView
 
-# Between attempts to find the server again.
+# Delays between attempts to reach the server again.
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
 
 
@@ -319,9 +319,9 @@ class Watch:
             return self._begin_anew(
                 f"the server no longer keeps what happened since: {error.message}"
             )
-        # A server that lost its memory does not know the world before somebody makes it once more.
+        # A restarted server does not have the world until somebody creates it again.
         waits_for_world = self._lost_at is not None and error.reason == "WORLD_UNKNOWN"
-        # Nobody here cancelled it: a server that ends does.
+        # Not cancelled by this client, so the server is shutting down.
         ended = (
             isinstance(error, (errors.Unavailable, errors.Cancelled))
             or error.reason == "WATCH_TOO_SLOW"

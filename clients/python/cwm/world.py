@@ -33,7 +33,7 @@ class World(WorldView):
         """Ends the connection, and every watch over it."""
         self._server.close()
 
-    # What is seen.
+    # Perception.
 
     def ingest(
         self,
@@ -93,7 +93,7 @@ class World(WorldView):
         view = self._as_of(reply.revision, reply.world_uid) if held else None
         return ingest.result_of(reply, view, ingest.labels_of(reply, self) if labels else None)
 
-    # What is changed.
+    # Changes.
 
     def apply(
         self, changes_in_order: Sequence[Change], *, expected_revision: int | None = None
@@ -254,7 +254,7 @@ class World(WorldView):
             self.connection.robots.DeleteRobot, request, self.timeout_s
         ).revision
 
-    # What happens.
+    # Events.
 
     def watch(
         self,

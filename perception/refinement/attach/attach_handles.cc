@@ -15,8 +15,8 @@
 namespace cwm::perception {
 namespace {
 
-// measured: points that may be looked at for handles of other things, in those of the scene:
-// kitchens with their walls ask for five, a thousand balls that touch for fifty.
+// measured: the number of points that may be searched for other objects' handles, in multiples of
+// the scene's points: kitchens with their walls need five, a thousand balls that touch fifty.
 constexpr std::size_t kMaxLooks = 10;
 
 Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& members) {
@@ -25,8 +25,8 @@ Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& membe
   return bounds;
 }
 
-// On the support that the vessel stands on, if it is known: what ends within the reach of its noise
-// does, as a pen that lies there.
+// True if the points stand on the vessel's support, if that is known: their lower end is within the
+// reach of its noise, like that of a pen that lies there.
 bool Stands(const SegmentedScene& measured, const PointSet& members, std::int32_t support) {
   if (support < 0) return false;
   const Pose X_SL =
@@ -40,7 +40,7 @@ bool Stands(const SegmentedScene& measured, const PointSet& members, std::int32_
   return Quantile(std::move(heights_m), kFootQuantile) <= kNoiseReach_sigma * sigma_m;
 }
 
-// Points of one hypothesis that another one gets.
+// Points of one hypothesis that another one receives.
 struct GivenPart {
   std::size_t from = 0, to = 0;
   PointSet points;
@@ -62,7 +62,8 @@ class Adoption {
     }
   }
 
-  // Of all things that others touch at once, since each takes long: those will be asked for.
+  // Searches all objects that others touch in parallel, because each takes long and its result is
+  // needed.
   void AskAhead() {
     std::vector<std::size_t> touched;
     for (std::size_t k = 0; k < given_to_.size(); ++k) {
@@ -74,7 +75,8 @@ class Adoption {
     });
   }
 
-  // One round over all things; true when something was given. What was given may reach out to more.
+  // One round over all objects; true if any part was given. More parts may be attached to it in the
+  // next round.
   bool Give() {
     bool any = false;
     for (std::size_t part = 0; part < given_to_.size(); ++part) {
@@ -90,7 +92,8 @@ class Adoption {
     return any;
   }
 
-  // Of things that stay: what of their points is a handle of another one's wall, which they touch.
+  // For objects that remain: gives their points that are handles of the wall of another object that
+  // they touch.
   void GiveParts() {
     for (std::size_t k = 0; k < given_to_.size(); ++k) {
       if (given_to_[k] != k) continue;
@@ -183,7 +186,7 @@ class Adoption {
     for (const Vessel::Cluster& handle : handles) {
       for (std::uint32_t i : handle) rest[i] = 0;
     }
-    // What it keeps beside the handles is on the wall too.
+    // The rest of its points is on the wall too.
     const bool is_of_vessel = vessels_[k]->ShareOnWalls(points, rest) >= kMainShare;
     std::erase_if(handles, [&](const Vessel::Cluster& handle) {
       return !is_of_vessel && IsItsOwn(points, handle, from, *vessels_[k]);
@@ -210,14 +213,14 @@ class Adoption {
     }
   }
 
-  // A hypothesis gives once: what it gives is of its points as they were.
+  // A hypothesis gives a part only once: the part refers to its points as they were.
   bool HasGivenPart(std::size_t from) const {
     return std::any_of(given_parts_.begin(), given_parts_.end(),
                        [&](const GivenPart& part) { return part.from == from; });
   }
 
-  // Whether a cluster of a thing's points stands out from that thing's own wall rather than from
-  // the wall of `vessel`.
+  // True if a cluster of an object's points is nearer to that object's own wall than to the wall of
+  // `vessel`.
   bool IsItsOwn(const OrientedPoints& points, const Vessel::Cluster& cluster, std::size_t k,
                 const Vessel& vessel) {
     if (!asked_[k]) Ask(k);
@@ -227,7 +230,7 @@ class Adoption {
   const SceneState& state_;
   const Work& work_;
   std::vector<Eigen::AlignedBox3f> bounds_;
-  std::vector<std::optional<Vessel>> vessels_;       // of the things that were asked for
+  std::vector<std::optional<Vessel>> vessels_;       // of the objects searched so far
   std::vector<std::vector<Eigen::Vector3f>> known_;  // points of their handles
   std::vector<char> asked_;
   std::vector<std::size_t> given_to_;

@@ -1,5 +1,5 @@
-// Handles that were cut off from their vessels: where the ends of a handle are hidden, nothing of
-// the measured surface joins it to the wall, and it became a hypothesis of its own, or a part of one
+// Attaches handles that were cut off from their vessels: if the ends of a handle are hidden, no
+// measured surface connects it to the wall, so it becomes a hypothesis of its own, or a part of one
 // that touches it.
 #pragma once
 
@@ -14,12 +14,12 @@ inline constexpr std::string_view kAttachHandles = "attach.handles";
 struct FoundHandles {
   std::vector<Gift> gifts;
   bool all_looked_at =
-      true;  // false: too many hypotheses touch to look for parts of handles in all
+      true;  // false: too many hypotheses touch to search each for parts of handles
 };
 
-// Finds hypotheses that are handles of another one's wall of revolution (model/vessel_handles.h) and do
-// not stand on a support themselves; of hypotheses that hold more than a handle, its points alone, or
-// all where the rest lies on the wall too.
+// Finds hypotheses that are handles of another one's wall of revolution (handles/vessel_handles.h)
+// and do not stand on a support themselves. Of a hypothesis with more points than those of a
+// handle, only the handle's points are given, or all if the others are on the wall too.
 FoundHandles FindCutOffHandles(const SceneState& state, const Work& work);
 
 }  // namespace cwm::perception

@@ -21,10 +21,10 @@ namespace {
 
 using Eigen::Vector3f;
 
-// chosen: of a thing's points, the lowest, below which places are looked at.
+// chosen: the share of lowest points of an object below which places are tested.
 constexpr double kLowestShare = 0.1;
-// chosen: from the wall, or from what is fixed to it, to the nearest of its points: as a spout
-// reaches out whose root something hides. Nothing floats.
+// chosen: the largest gap between a spout's points and the wall, or a part attached to it: the
+// length of a spout whose root is hidden. Nothing floats.
 constexpr double kMaxSpoutGap_m = 0.06;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -44,7 +44,8 @@ class Adoption {
     }
   }
 
-  // One round over all things; true when something was given. To what was given more may be fixed.
+  // One round over all objects; true if any part was given. More parts may be attached to it in the
+  // next round.
   bool Give() {
     bool any = false;
     for (std::size_t part = 0; part < given_to_.size(); ++part) {
@@ -75,7 +76,7 @@ class Adoption {
     return {state_.points(), At(k).points, At(k).node_count};
   }
 
-  // The nearest to it.
+  // The nearest vessel that the part is a spout of; the part itself if there is none.
   std::size_t VesselOf(std::size_t part) {
     const ObjectHypothesis& thing = At(part);
     if (!thing.plates.empty() || thing.points.size() < kMinHandlePoints) return part;
@@ -103,9 +104,9 @@ class Adoption {
     return below && given_to_[state_.IndexOf(*below)] != vessel;
   }
 
-  // Whether one sees that nothing is below it, at three heights. measured: below simulated spouts
-  // 0.67 and more of the places are empty, below what stands behind a vessel or in its shadow 0.01
-  // and less.
+  // True if the space below the object, at three heights, is seen to be empty. measured: below
+  // simulated spouts 0.67 and more of the places are empty, below objects behind a vessel or in its
+  // shadow 0.01 and less.
   bool Hangs(const ObjectHypothesis& thing, std::size_t support) const {
     const Pose& X_LS = state_.measured().supports[support].plate.X_FS;
     const Pose X_SL = X_LS.inverse(Eigen::Isometry);
@@ -132,7 +133,8 @@ class Adoption {
     return 2 * empty >= asked;
   }
 
-  // To the outside of the wall, or to what is fixed to that; infinite where it is no such part.
+  // The distance to the outside of the wall, or to a part attached to it; infinite if the part is
+  // not a spout of it.
   double GapToWall_m(std::size_t part, std::size_t k) {
     if (!std::exchange(asked_[k], 1)) {
       vessels_[k] = Vessel::Find(SampleOf(k).Points(), work_);
@@ -141,7 +143,8 @@ class Adoption {
     const OrientedPoints points = SampleOf(part).Points();
     const std::vector<char> all(points.size(), 1);
     const Vessel::Cluster outside = vessels_[k]->StandOut(points, all);
-    // What lies in a vessel is no part of it, nor what rests on the rim, as lids and ladles do.
+    // Contents of a vessel are not part of it, and neither are objects on its rim, such as lids and
+    // ladles.
     if (static_cast<double>(outside.size()) < kMainShare * static_cast<double>(points.size())) {
       return kInfinity;
     }
@@ -160,7 +163,8 @@ class Adoption {
     return places_[k];
   }
 
-  // Between the nearest two of both; of many every other one or fewer.
+  // The distance of the nearest two points of both; if there are many, only a part of them is
+  // tested.
   double Gap_m(std::size_t part, std::size_t k) {
     const Vector3f reach = Vector3f::Constant(float{kMaxSpoutGap_m});
     const Eigen::AlignedBox3f around(bounds_[part].min() - reach, bounds_[part].max() + reach);
@@ -181,7 +185,7 @@ class Adoption {
   const SceneState& state_;
   const Work& work_;
   std::vector<Eigen::AlignedBox3f> bounds_;
-  std::vector<std::vector<Vector3f>> places_;   // of the things that were asked for
+  std::vector<std::vector<Vector3f>> places_;   // of the objects searched so far
   std::vector<std::optional<Vessel>> vessels_;  // likewise
   std::vector<char> asked_;
   std::vector<std::size_t> given_to_;

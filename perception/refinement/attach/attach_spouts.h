@@ -1,4 +1,4 @@
-// Spouts: what juts out of a vessel's wall and hangs in the air.
+// Attaches spouts: parts that jut out of a vessel's wall and hang in the air.
 #pragma once
 
 #include <string_view>
@@ -11,9 +11,9 @@ namespace cwm::perception {
 inline constexpr std::string_view kAttachSpouts = "attach.spouts";
 
 // Finds hypotheses that hang in the air, rest on no other one, and begin at the outside of another
-// one's wall of revolution (model/vessel_handles.h), below its rim: a spout in as many pieces as are
-// seen of it. One whose foot is hidden may stand behind the vessel as well, and stays. Nothing where
-// not all was seen from one place.
+// one's wall of revolution (handles/vessel_handles.h), below its rim: a spout, in as many pieces as
+// are visible. A hypothesis with a hidden foot may stand behind the vessel instead, and is not
+// attached. Returns nothing if not all points were seen from one place.
 std::vector<Gift> FindSpouts(const SceneState& state, const Work& work);
 
 }  // namespace cwm::perception

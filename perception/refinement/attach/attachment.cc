@@ -7,7 +7,7 @@
 namespace cwm::perception {
 namespace {
 
-// Whole hypotheses by their receivers.
+// The receivers of hypotheses that are given as a whole.
 class Receivers {
  public:
   explicit Receivers(std::span<const Gift> gifts) {
@@ -15,7 +15,7 @@ class Receivers {
       if (gift.points.empty()) to_[gift.from] = gift.to;
     }
   }
-  // The hypothesis that holds in the end what is given to this one; itself if it stays.
+  // The hypothesis that finally receives this one; itself if it stays.
   HypothesisId Last(HypothesisId id) const {
     for (auto next = to_.find(id); next != to_.end(); next = to_.find(id)) id = next->second;
     return id;
@@ -57,7 +57,7 @@ SceneState Attach(const SceneState& state, std::span<const Gift> gifts) {
     receiver.node_count += hypothesis.node_count;
   }
 
-  // New ids, in the order of the old ones.
+  // The changed hypotheses get new ids, in the order of the old ones.
   SceneState::Change change;
   std::map<HypothesisId, HypothesisId> renamed;
   for (auto& [id, hypothesis] : changed) {

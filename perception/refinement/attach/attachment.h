@@ -1,4 +1,4 @@
-// Before anything is modelled, parts that the segmentation cut off return to their objects.
+// Returns parts that segmentation cut off to their objects, before models are found.
 #pragma once
 
 #include <span>
@@ -10,20 +10,21 @@
 
 namespace cwm::perception {
 
-// chosen: a handle or a spout comes in as many parts, each beyond the one before.
+// chosen: the number of parts of a handle or a spout, each beyond the one before.
 inline constexpr int kMaxGiftRounds = 4;
-// chosen: quantile of heights where a thing has its foot: below are mixed pixels. Of
-// kMinHandlePoints the quantile kMixedPixels would be the lowest one.
+// chosen: the quantile of heights that is an object's foot; lower points are mixed pixels. Among
+// kMinHandlePoints points, the quantile kMixedPixels would be the lowest point.
 inline constexpr double kFootQuantile = 0.05;
 
-// Points of one hypothesis that become another one's; all of them, or a part.
+// Points of one hypothesis that another one receives: all of them, or a part.
 struct Gift {
   HypothesisId from, to;
   PointSet points;  // ascending; empty: all
 };
 
-// The state after all gifts. What was given may be given on, in no circle; what rested on it rests on
-// the last receiver. A hypothesis that gives all is gone.
+// Returns the state after all gifts. A receiver may be given too, but without cycles; hypotheses
+// that rested on it then rest on the last receiver. A hypothesis that gives all its points is
+// removed.
 SceneState Attach(const SceneState& state, std::span<const Gift> gifts);
 
 }  // namespace cwm::perception

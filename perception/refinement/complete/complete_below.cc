@@ -11,7 +11,7 @@
 namespace cwm::perception {
 namespace {
 
-// The foot of what is carried, seen from there: z down.
+// The ground plane of the upper object, seen from above: z points down.
 Pose FootFromAbove(const SceneState& state, const ObjectHypothesis& upper) {
   Pose X_LFoot = *X_LGround(state.measured(), upper.resting);
   X_LFoot.rotate(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitX()));
@@ -31,7 +31,7 @@ ModelPtr CompleteBelow(const SceneState& state, const ObjectHypothesis& hypothes
     const Pose X_LFoot = FootFromAbove(state, *upper);
     std::vector<ShapePart>& shapes = completed->object.shapes;
     const Pose X_FootS = X_LFoot.inverse(Eigen::Isometry) * shapes.front().X_OS;
-    // The upper end of a solid that touches what it carries was seen.
+    // If a solid touches the upper object, its upper end was seen.
     if (TightBounds(shapes.front().shape, X_FootS).min().z() < kMaxContactGap_m) continue;
     CompleteHidden({Subset(state.points(), hypothesis.points), X_LFoot}, *state.sight(), shapes);
   }

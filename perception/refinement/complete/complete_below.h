@@ -1,13 +1,14 @@
-// What carries another object reaches up to it, also where that hides its upper end.
+// Completes the hidden upper end of a solid that carries another object.
 #pragma once
 
 #include "perception/hypotheses/scene_state.h"
 
 namespace cwm::perception {
 
-// The model of a hypothesis on which others rest, if it is one solid that ends below their feet: it is
-// lengthened up to them, as what hides its own foot is down to the support (complete_hidden.h). Null
-// where nothing changes, or not all was seen from one place.
+// Returns the model of a hypothesis that others rest on, if it is one solid that ends below their
+// feet: lengthened up to them, like a solid with a hidden foot down to the support
+// (complete_hidden.h). Null if nothing rests on it, if it is not one solid, or if not all points
+// were seen from one place.
 ModelPtr CompleteBelow(const SceneState& state, const ObjectHypothesis& hypothesis);
 
 }  // namespace cwm::perception

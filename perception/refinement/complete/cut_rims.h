@@ -1,5 +1,5 @@
-// The rounded rims of round objects. The sharp end of a cylinder or cone stands out beyond a rim that
-// is rounded, into space that rays crossed.
+// Cuts the rounded rims of round objects. The sharp end of a cylinder or cone extends beyond a
+// rounded rim into space that rays crossed.
 #pragma once
 
 #include "perception/cloud/work.h"
@@ -7,10 +7,10 @@
 
 namespace cwm::perception {
 
-// The model of a hypothesis with the rims that the sensor sees of its cylinders and cones cut at 45
-// degrees, where the points about them lie inside the sharp end and the cut that fits them best is worth
-// it decisively. What is then left of the end is a truncated cone of its own behind all other shapes,
-// FITTED, that holds the end's points; the solid is shorter by it. Null where no rim is cut.
+// Returns the model of a hypothesis with the visible rims of its cylinders and cones cut at 45
+// degrees, if the points near a rim lie inside the sharp end and the best cut has decisive
+// evidence. The rest of the end becomes a separate truncated cone after all other shapes, FITTED,
+// with the end's points, and the solid is shorter by it. Null if no rim is cut.
 ModelPtr CutRoundedRims(const SceneState& state, const ObjectHypothesis& hypothesis,
                         const Work& work);
 

@@ -12,20 +12,20 @@
 namespace cwm::perception {
 namespace {
 
-// But for edges: true parts of occluded objects were that and more.
+// A lower share than for other solids, for edges: true parts of occluded objects reached it.
 bool IsNearlyOneSolid(const ObjectHypothesis& hypothesis) {
   return IsOneSolid(hypothesis.model->object, kMainShare);
 }
 
-// Whether `lid` is a lone face that rests on the other one: of what an occluder leaves of a cup, the lid
-// and a strip of the wall may be apart, and a cup extended is no cylinder.
+// True if `lid` is a single face that rests on the other one. An occluder may leave a lid and a
+// separate strip of the wall of a cup visible, and an extended cup is not a cylinder.
 bool IsLidOn(const ObjectHypothesis& lid, const ObjectHypothesis& other) {
   if (lid.resting.on != other.id || !IsNearlyOneSolid(lid)) return false;
   const Aabb bounds_S = TightBounds(lid.model->shapes().front().shape, Pose::Identity());
   return bounds_S.sizes().minCoeff() <= kMaxLoneThickness_m;
 }
 
-// Whether `one` is a solid that explains the other one if it goes on. Vessels have no end that does.
+// True if `one` is a solid whose extension explains the other one. Vessels cannot be extended.
 bool ExtendsTo(const SceneState& state, const ObjectHypothesis& one,
                const ObjectHypothesis& other) {
   if (!IsNearlyOneSolid(one)) return false;
@@ -53,7 +53,7 @@ class MergeOccludedParts : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // One solid.
+  // The product must be one solid.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;

@@ -1,5 +1,6 @@
-// What stands before an object cuts it in two. Where the shape of a part suggests it, and nobody saw
-// through between them, one solid is fitted to both: they are one object when it accounts for them.
+// Merges parts of an object that something before it divides. If the shape of a part suggests it,
+// and no ray passed between the parts, one solid is fitted to both: they are one object if it
+// accounts for both.
 #pragma once
 
 #include <memory>
@@ -8,7 +9,7 @@
 
 namespace cwm::perception {
 
-// Proposes nothing where not all was seen from one place.
+// Proposes nothing if not all points were seen from one place.
 std::unique_ptr<const RefinementPass> MakeMergeOccludedParts();
 
 }  // namespace cwm::perception

@@ -17,8 +17,8 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: lines that are looked along in a mouth and in a side, and places on each: some 300, as
-// between two parts that something hides.
+// chosen: lines of places in a mouth and in a side, and places on each: about 300, as between two
+// parts with something hidden between.
 constexpr int kTrayLines = 24, kTrayPlaces = 12;
 
 struct Found {
@@ -84,7 +84,7 @@ class TrayFinder {
     }
   };
 
-  // At kTrayPlaces of a line.
+  // The visibility of kTrayPlaces places along a line.
   Sight LookAlong(const Vector3& begin_L, const Vector3& line_L) const {
     Sight sight;
     for (int k = 0; k < kTrayPlaces; ++k) {
@@ -99,7 +99,7 @@ class TrayFinder {
     return sight;
   }
 
-  // Of a rectangle, along each of some lines that are parallel to its y.
+  // The visibility of a rectangle, along each of several lines parallel to its y.
   std::vector<Sight> LookAt(const Vector3& corner_L, const Vector3& x_L, const Vector3& y_L) const {
     std::vector<Sight> sights;
     for (int k = 0; k < kTrayLines; ++k) {
@@ -108,8 +108,8 @@ class TrayFinder {
     return sights;
   }
 
-  // Anything closed would be seen there, as high as the walls. Of the places that are not hidden,
-  // those that are not seen through are on what lies in it, up to its rim.
+  // True if rays pass through the mouth at the height of the rim; the top of a closed solid would
+  // be seen there. Visible places that rays do not pass are on contents that reach up to the rim.
   bool IsMouthOpen(const Found& found) const {
     const Tray& box = found.box;
     const Vector2 size_m =
@@ -125,7 +125,7 @@ class TrayFinder {
            sight.through >= kMinInSight * sight.all;
   }
 
-  // Along each of some upright lines.
+  // The visibility along each of several upright lines.
   std::vector<Sight> LookAtSide(const Found& found, std::size_t side) const {
     const Tray& box = found.box;
     const auto axis = static_cast<Eigen::Index>(side / 2);
@@ -138,8 +138,8 @@ class TrayFinder {
     return LookAt(found.X_LB * corner, length_m * axes.col(1 - axis), box.rim_m * axes.col(2));
   }
 
-  // Whether its pieces are not one wall: rays pass from near its foot, where what it stands on is as
-  // near, to its rim. A hole to hold it by is lower.
+  // True if the pieces of a side are not one wall: rays pass along its whole height, from near its
+  // foot, where the support is as near, up to its rim. A grip hole is lower.
   bool HasGap(const Found& found, std::size_t side) const {
     return std::ranges::any_of(LookAtSide(found, side),
                                [](const Sight& line) { return line.IsMostlyThrough(); });
@@ -158,7 +158,8 @@ class TrayFinder {
     return true;
   }
 
-  // Within a wall's thickness of the sides, or on the floor as far as that can show off the support.
+  // The share of points within a wall's thickness of the sides, or on the floor, within the heights
+  // at which a floor can appear above the support.
   double ShareOnTray(const Found& found, const ObjectHypothesis& hypothesis) const {
     const Pose X_BL = found.X_LB.inverse(Eigen::Isometry);
     const double floor_m =
@@ -173,7 +174,7 @@ class TrayFinder {
     return static_cast<double>(on) / static_cast<double>(points.size());
   }
 
-  // What lies on the tray. False where a wall belongs to something that does not.
+  // Collects the objects that are parts of the tray. False if a wall belongs to another object.
   bool CollectParts(Found& found, const std::vector<const ObjectHypothesis*>& owner_of_wall) const {
     for (const HypothesisPtr& hypothesis : state_.hypotheses()) {
       const std::int32_t on = hypothesis->resting.support;
@@ -235,7 +236,8 @@ class TrayFinder {
     return parts;
   }
 
-  // Of what is within the sides and no higher than a floor can show off the support.
+  // The heights of points within the sides that are no higher than a floor can appear above the
+  // support.
   std::vector<double> HeightsOfFloor(const Found& found, const PointSet& points) const {
     const Pose X_BL = found.X_LB.inverse(Eigen::Isometry);
     std::vector<double> heights_m;
@@ -274,7 +276,7 @@ class MergeTrayWalls : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // The walls seen: they prove the tray, its shapes follow from them.
+  // The number of walls: they prove the tray, and its shapes follow from them.
   double Gain(const ModelledProposal& modelled) const override;
 };
 
@@ -286,7 +288,7 @@ std::span<const std::string_view> MergeTrayWalls::After() const {
 }
 
 Allowance MergeTrayWalls::MaxWork() const {
-  // Walls are merged without a search for shapes: the work is that of a look at each point.
+  // Walls are merged without a search for shapes, so the work is one test per point.
   return {.max_trials = kMaxTrials, .points_divisor = 1, .note = "it may be a part of a tray"};
 }
 

@@ -1,5 +1,5 @@
-// The walls of an open box that show their inside, those that show their outside, and its floor, which
-// is too near to what it stands on to be told from that, are one object.
+// Merges the walls of an open box, seen from inside and outside, and its floor, which is too near
+// to the support to be distinguished from it.
 #pragma once
 
 #include <memory>
@@ -8,10 +8,11 @@
 
 namespace cwm::perception {
 
-// Where lone walls are sides of an open box (FindTrays) and one sees into its mouth, what lies on its
-// sides and its floor becomes one object, of the points of its support those within it among them: a
-// box for each side and for the floor. A side that nobody saw is COMPLETED, or left out where rays
-// pass. What stands in it rests on it. Proposes nothing where not all was seen from one place.
+// Proposes a tray where single walls are the sides of an open box (FindTrays) and rays pass through
+// its mouth. Everything on its sides and its floor, including the support's points within it,
+// becomes one object with a box for each side and the floor. An unseen side is COMPLETED, or left
+// out if rays pass it. Objects in the tray then rest on it. Proposes nothing if not all points were
+// seen from one place.
 std::unique_ptr<const RefinementPass> MakeMergeTrayWalls();
 
 }  // namespace cwm::perception

@@ -30,8 +30,8 @@ bool IsFlat(const HypothesisModel& model) {
          kNearlyAll * static_cast<double>(model.part_of_point().size());
 }
 
-// One closed solid is no part of a lying vessel, nor is what is flat, nor a vessel that stands although
-// it might have become one that lies.
+// True unless the hypothesis is one closed solid, flat, or a standing vessel that might also be
+// modelled as a lying one.
 bool MayBeOfLyingVessel(const ObjectHypothesis& hypothesis) {
   const HypothesisModel& model = *hypothesis.model;
   if (!hypothesis.IsObject() || model.is_given || !IsSmall(hypothesis) || IsFlat(model)) {
@@ -81,7 +81,7 @@ Proposal MergeOf(const SceneState& state, const std::vector<HypothesisId>& parts
   return proposal;
 }
 
-// Axes of bounded solids and of plates, whose z may be that of a floor.
+// The z axes of bounded solids, and of plates, which may be a vessel's floor.
 std::vector<Vector3> AxesOf(const SceneState& state, const Proposal& proposal) {
   std::vector<Vector3> axes;
   for (const Consumed& consumed : proposal.consumes) {
@@ -107,13 +107,13 @@ class MergeVesselWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.vessel_walls"; }
   Allowance MaxWork() const override;
-  // Groups of small hypotheses that touch, each to become one.
+  // Proposes groups of small hypotheses that touch, each to become one.
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // Looks for the shell of a lying vessel in the group; those that do not lie on it stay out.
+  // Searches the group for the shell of a lying vessel; hypotheses that are not on it are left out.
   std::optional<Proposal> Examine(const SceneState& state, Proposal proposal,
                                   const RefinementContext& context) const override;
-  // One vessel, handles beside, that leaves little.
+  // The product must be one vessel, with handles, that leaves few points unexplained.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;

@@ -1,6 +1,6 @@
-// Rims and corners cut a vessel that lies into its outside, its inside and its floor; segmentation
-// does not know its axis (it joins those that stand: scene/join_vessels). Hypotheses that touch and
-// make one shell are one object.
+// Merges the walls of a lying vessel. Rims and corners divide it into outside, inside and floor,
+// and segmentation does not know its axis (it joins standing vessels: segmentation/join_vessels).
+// Touching hypotheses that make one shell are one object.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Whether an occluder may have cut one object in two.
+// Tests whether an occluder may have divided one object.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace cwm::perception {
 
-// Of places on straight lines between two point sets, the shares that were seen through and that are
+// Shares of the places on straight lines between two point sets that are seen through, and that are
 // hidden. Precondition: state.sight().
 struct SightBetween {
   double through = 0, hidden = 0;
@@ -18,7 +18,8 @@ struct SightBetween {
 };
 SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b);
 
-// Whether a point lies on the solid, and on it or on what it would be if it went on.
+// True if a point lies on the surface of the solid, or on the solid's walls extended beyond its
+// ends (a round solid's ends are not part of these).
 bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
 

@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kMinWall_m = 0.03;  // chosen: of the sides of a box that is worth opening
+constexpr double kMinWall_m = 0.03;  // chosen: the least length of a side
 
 struct Span {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -35,10 +35,10 @@ bool AreOrthogonal(const Vector2& a, const Vector2& b) {
   return std::abs(a.dot(b)) <= std::sin(kSameDirection_rad);
 }
 
-// A wall, or several that others cut in pieces.
+// A wall, or several that others divide.
 struct Candidate {
   LoneWall wall;
-  std::vector<std::size_t> of;  // of those that were given
+  std::vector<std::size_t> of;  // indices of given walls
 };
 
 bool CarryOn(const LoneWall& a, const LoneWall& b) {
@@ -48,7 +48,7 @@ bool CarryOn(const LoneWall& a, const LoneWall& b) {
              kMaxOneFace_m;
 }
 
-// All walls, and of those that carry each other on the whole.
+// All walls, and the complete wall of each set of collinear pieces.
 std::vector<Candidate> WithWholeWalls(const std::vector<LoneWall>& walls) {
   std::vector<Candidate> all, wholes;
   for (std::size_t a = 0; a < walls.size(); ++a) {
@@ -72,7 +72,7 @@ std::vector<Candidate> WithWholeWalls(const std::vector<LoneWall>& walls) {
   return all;
 }
 
-// Whether the two may be opposite sides, seen from where nobody sees two outsides at once.
+// True if the two may be opposite sides; two outsides cannot be seen at once.
 bool AreOpposite(const LoneWall& a, const LoneWall& b) {
   if (!AreParallel(a.normal, b.normal) || std::abs(a.rim_m - b.rim_m) > kVesselRim_m) return false;
   const Vector2 along(-a.normal.y(), a.normal.x());
@@ -141,7 +141,7 @@ Tray BoxOf(const std::vector<Candidate>& walls, const Candidate& a, const Candid
   return box;
 }
 
-// Whether a wall as high as its sides stands between two of them.
+// True if a wall of the same height stands between two of the sides.
 bool IsDivided(const Tray& box, const std::vector<Candidate>& walls) {
   const Pose X_BP = box.X_PB.inverse(Eigen::Isometry);
   return std::ranges::any_of(walls, [&](const Candidate& candidate) {
@@ -213,7 +213,7 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
                                    const Vector3& sensor_P) {
   const Pose X_PS = X_PO * part.X_OS;
   Eigen::Index thin = 2;
-  double behind_m = 0;  // the middle of the shape, behind the face
+  double behind_m = 0;  // of the shape's middle behind the face
   std::vector<Vector3> corners;
   if (const auto* box = std::get_if<Box>(&part.shape)) {
     if (box->size_m.minCoeff(&thin) > kMaxLoneThickness_m) return std::nullopt;
@@ -228,7 +228,8 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
   }
   if (corners.empty()) return std::nullopt;
   Vector3 normal = X_PS.linear().col(thin);
-  // Sides of trays slope, and of a side of two centimetres noise leaves not much more certain.
+  // Sides of trays slope, and the normal of a side of two centimetres is hardly more certain with
+  // noise.
   if (std::abs(normal.z()) > kWallRise_sin) return std::nullopt;
   if (normal.dot(sensor_P - X_PS.translation()) < 0) normal = -normal;
   LoneWall wall;
@@ -248,7 +249,7 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
 
 std::vector<ShapePart> PartsOf(const Tray& box, const std::array<Made, 4>& sides, double floor_m,
                                Made floor) {
-  // The outsides of all sides.
+  // The outer surfaces of all sides.
   Vector3 low, high;
   low << -0.5 * box.size_m, 0;
   high << 0.5 * box.size_m, 0;

@@ -16,7 +16,7 @@
 namespace cwm::perception {
 namespace {
 
-// Products of a proposal.
+// Indices of a proposal's products.
 enum : std::size_t { kGiver, kTaker };
 
 bool HasVessel(const HypothesisModel& model) {
@@ -24,8 +24,8 @@ bool HasVessel(const HypothesisModel& model) {
                              [](const ShapePart& part) { return part.vessel != nullptr; });
 }
 
-// Whether both ends of a handle, together, are nearer to the taker than to the giver, by more than
-// a wall explains points within.
+// True if both ends of a handle, together, are nearer to the taker than to the giver, by more than
+// the distance within which a wall explains points.
 bool IsHandleOf(const OrientedPoints& all, const PointSet& handle, const HypothesisModel& giver,
                 const HypothesisModel& taker) {
   if (handle.empty()) return false;
@@ -40,7 +40,7 @@ bool IsHandleOf(const OrientedPoints& all, const PointSet& handle, const Hypothe
   return nearer_m > kExplainedWithin_m;
 }
 
-// Points of the giver that look like the taker's. Ascending.
+// Points of the giver that are likely the taker's. Ascending.
 PointSet PointsFor(const OrientedPoints& all, const ObjectHypothesis& giver,
                    const ObjectHypothesis& taker) {
   PointSet given;
@@ -63,7 +63,8 @@ std::size_t WithoutShape(const HypothesisModel& model) {
   return static_cast<std::size_t>(std::ranges::count(model.part_of_point(), kUnexplained));
 }
 
-// Handles of the giver that are given, and their points: they may have been none.
+// The giver's handles that are given, and the number of their points: they may not be handles at
+// all.
 struct GivenHandles {
   std::size_t handles = 0, points = 0;
 };
@@ -86,8 +87,7 @@ class ReassignPoints : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // How many more points have a shape than half of those that are given; nothing where a handle was
-  // lost.
+  // The increase of points with a shape, minus half of the given points; 0 if a handle is lost.
   double Gain(const ModelledProposal& modelled) const override;
 };
 
@@ -128,7 +128,7 @@ double ReassignPoints::Gain(const ModelledProposal& modelled) const {
   std::ranges::set_difference(giver.points, modelled.proposal.products[kGiver].points,
                               std::back_inserter(given));
   const GivenHandles given_handles = HandlesAmong(given, giver);
-  // A handle of the wrong object counts as points without a shape.
+  // Points of a handle of the wrong object count as points without a shape.
   const std::size_t before =
       WithoutShape(*giver.model) + given_handles.points + WithoutShape(*taker.model);
   const std::size_t after =

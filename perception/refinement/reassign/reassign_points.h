@@ -1,5 +1,5 @@
-// Objects that touch give each other points back: those that no shape of their owner explains and a
-// shape of the neighbour does, and handles whose ends are on the neighbour's wall.
+// Reassigns points between objects that touch: points that only a shape of the neighbour explains,
+// and handles with their ends on the neighbour's wall.
 #pragma once
 
 #include <memory>

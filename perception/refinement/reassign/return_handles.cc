@@ -9,10 +9,10 @@
 namespace cwm::perception {
 namespace {
 
-// Products of a proposal.
+// Indices of a proposal's products.
 enum : std::size_t { kOwner, kTaker };
 
-// The owner stands on something; the taker stands there too or hangs in the air.
+// True if the owner stands on something, and the taker on the same support or on nothing.
 bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
   if (owner.model->is_given || taker.model->is_given) return false;
   return owner.IsObject() &&
@@ -20,8 +20,7 @@ bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
          owner.model->bounds_L.exteriorDistance(taker.model->bounds_L) <= kWidestHidden_m;
 }
 
-// The points of those handles of the taker that lie on the one solid that the owner is, as it is or
-// extended. Ascending.
+// The points of the taker's handles that lie on the owner's only solid or its extension. Ascending.
 PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
                    const ObjectHypothesis& owner) {
   PointSet found;
@@ -48,7 +47,7 @@ class ReturnHandles : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // The owner stays one solid.
+  // The owner must stay one solid.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;
@@ -85,7 +84,8 @@ bool ReturnHandles::Admits(const SceneState&, const Proposal&, std::size_t produ
   return product == kTaker || IsOneSolid(found);
 }
 
-// The owner's solid accounts for what it got.
+// The number of points that the owner received and its solid explains, if that is most of them;
+// else 0.
 double ReturnHandles::Gain(const ModelledProposal& modelled) const {
   const PointSet& before = modelled.state.Get(modelled.proposal.consumes[kOwner].id).points;
   const PointSet& after = modelled.proposal.products[kOwner].points;

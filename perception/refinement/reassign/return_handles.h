@@ -1,5 +1,5 @@
-// What an occluder cuts off may stand out from another object, as a handle does: it is given back to
-// the solid that it continues.
+// Returns handles to the solid that they continue: a part of it behind an occluder may seem to
+// stand out from another object, like a handle.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace cwm::perception {
 
-// Proposes nothing where not all was seen from one place.
+// Proposes nothing if not all points were seen from one place.
 std::unique_ptr<const RefinementPass> MakeReturnHandles();
 
 }  // namespace cwm::perception

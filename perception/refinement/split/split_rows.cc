@@ -19,13 +19,13 @@
 namespace cwm::perception {
 namespace {
 
-// derived: of the mean of unit vectors: directions that agree by chance leave less.
+// derived: the least length of the mean of unit vectors; for random directions it is less.
 constexpr double kMinAgreement = kNormalMiss_sin;
-// derived: parts that touch are alike in height, depth and direction to a tenth by chance alone, with a
-// likelihood of a tenth each, in nats.
+// derived: touching parts agree in height, depth and direction to a tenth by chance with a
+// probability of a tenth each; in nats.
 constexpr double kCoincidence = std::numbers::ln10 * 3;
 
-// The points of an object in the frame of its ground, z up.
+// The points of an object in the frame of its ground, with z up.
 struct Standing {
   std::vector<Vector3> p, n;
   std::vector<double> sigma_m;
@@ -48,7 +48,7 @@ Standing StandingPoints(const SceneState& state, const ObjectHypothesis& object,
   return standing;
 }
 
-// The direction of upright faces that are at right angles: the mean of four times their angles.
+// The direction of upright faces at right angles: the mean of four times their angles.
 std::optional<double> YawOfFaces(const Standing& standing) {
   std::complex<double> sum = 0;
   double count = 0;
@@ -61,7 +61,7 @@ std::optional<double> YawOfFaces(const Standing& standing) {
   return std::arg(sum) / 4;
 }
 
-// The direction of the greatest extent in the plan.
+// The direction of the greatest horizontal extent.
 double YawOfExtent(const Standing& standing) {
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const Vector3& p : standing.p) {
@@ -73,7 +73,7 @@ double YawOfExtent(const Standing& standing) {
   return std::atan2(longest.y(), longest.x());
 }
 
-// The front of a row that runs along `along`, seen from `outward`.
+// The front of a row along `along`, seen from the direction `outward`.
 std::vector<ProfilePoint> FrontOf(const Standing& standing, const Vector2& along,
                                   const Vector2& outward, double points_per_sample) {
   ProfileBuilder front(points_per_sample);
@@ -85,7 +85,7 @@ std::vector<ProfilePoint> FrontOf(const Standing& standing, const Vector2& along
   return front.Profile();
 }
 
-// Seams that leave parts as wide as a wall has to be to show its slope.
+// Seams between parts that are wide enough to show the slope of a wall.
 std::vector<double> SeamsBetweenParts(const std::vector<ProfilePoint>& front) {
   std::vector<double> seams;
   if (front.empty()) return seams;
@@ -117,7 +117,7 @@ Proposal CutAt(const ObjectHypothesis& object, const Standing& standing, const V
   return proposal;
 }
 
-// One for each direction of a row, the one of most parts first.
+// One proposal for each direction of a row, the one with the most parts first.
 std::vector<Proposal> CutsOf(const SceneState& state, const ObjectHypothesis& object) {
   const Pose X_GroundL = X_LGround(state.measured(), object.resting)->inverse(Eigen::Isometry);
   const Standing standing = StandingPoints(state, object, X_GroundL);
@@ -144,7 +144,7 @@ std::vector<Proposal> CutsOf(const SceneState& state, const ObjectHypothesis& ob
   return proposals;
 }
 
-// A lone round solid is none: the minima rule does not hold along its wall.
+// False for a single round solid: the minima rule does not hold along its wall.
 bool MayBeRow(const HypothesisModel& model) {
   const std::vector<ShapePart>& shapes = model.shapes();
   const bool has_vessel =
@@ -168,7 +168,7 @@ class SplitRows : public RefinementPass {
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override {
     std::vector<Proposal> proposals;
-    if (!state.sight()) return proposals;  // merged views do not quite fit: fronts jump by as much
+    if (!state.sight()) return proposals;  // merged views have offsets, at which fronts jump
     for (const HypothesisPtr& object : state.objects()) {
       context.work.Poll();
       if (!MayBeRow(*object->model)) continue;
@@ -186,7 +186,7 @@ class SplitRows : public RefinementPass {
     return TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z() <= kMaxContactGap_m;
   }
 
-  // What is several solids already only gets them as objects of their own.
+  // An object of several solids only gets them as separate objects.
   double Gain(const ModelledProposal& modelled) const override {
     const HypothesisId id = modelled.proposal.consumes.front().id;
     const auto seams = static_cast<double>(modelled.products.size() - 1);

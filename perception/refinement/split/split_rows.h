@@ -1,4 +1,4 @@
-// Objects that stand side by side and are of one height: their fronts are seldom flush.
+// Splits objects of equal height that stand side by side: their fronts are seldom flush.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,9 @@
 namespace cwm::perception {
 
 // Cuts a box, or an object of several solids, by upright planes where its front jumps or turns
-// outward, into parts that each are one solid and stand. A box is cut only where the criterion
-// prefers its parts by more than the coincidence costs that they are alike. Proposes nothing where not
-// all was seen from one place.
+// outward, if each part is one solid that stands. A single box is only cut if the criterion prefers
+// its parts by more than the cost of the coincidence that they are alike. Proposes nothing if not
+// all points were seen from one place.
 std::unique_ptr<const RefinementPass> MakeSplitRows();
 
 }  // namespace cwm::perception

@@ -18,8 +18,8 @@
 namespace cwm::perception {
 namespace {
 
-// One solid explains all but the mixed pixels along its edges. What merely touches it would leave fewer
-// explained, and nearly all is not enough.
+// True if one solid explains all points but the mixed pixels at its edges. With a touching object
+// it would explain fewer, so nearly all is not enough.
 bool IsPureSolid(const ObjectModel& model) { return IsOneSolid(model, 1 - kMaxPassing); }
 
 bool IsBoxOrFace(const ShapePart& part) {
@@ -29,7 +29,7 @@ bool IsBoxOrFace(const ShapePart& part) {
 
 using Group = std::vector<const ObjectHypothesis*>;
 
-// Half of its points and more.
+// True unless the larger part of its points is on shapes that are not boxes or faces.
 bool IsOfBoxes(const ObjectHypothesis& object) {
   const HypothesisModel& model = *object.model;
   if (model.is_given || model.thinned_L.empty()) return false;
@@ -63,7 +63,7 @@ class Stacker {
   }
 
  private:
-  // What touches it, and what touches that.
+  // The seed and all objects that touch it, directly or by way of others.
   Group GroupOf(const ObjectHypothesis& seed) const {
     Group group{&seed};
     for (std::size_t at = 0; at < group.size(); ++at) {
@@ -97,8 +97,8 @@ class Stacker {
     return Quantile(std::move(heights_m), share);
   }
 
-  // Each is one box and all of what it shows, none begins in the air but what rests on another, and none
-  // on two.
+  // True if each object is one box that explains all its points, and rests on the support or on one
+  // other object only.
   bool IsInOrder(const Group& group) const {
     return std::ranges::all_of(group, [&](const ObjectHypothesis* object) {
       const HypothesisModel& model = *object->model;
@@ -115,7 +115,8 @@ class Stacker {
     return TightBounds(part.shape, X_SupportL(object) * part.X_OS).min().z();
   }
 
-  // Of those that end where it begins, but for what a crease takes from its foot or adds to it.
+  // The number of objects whose top is at this one's foot, to the distance that a crease hides or
+  // adds.
   std::ptrdiff_t CountBelow(const ObjectHypothesis& object, const Group& group) const {
     const double foot_m = HeightQuantile_m(object, kMixedPixels);
     if (foot_m < kMaxOneFace_m) return 0;
@@ -125,7 +126,7 @@ class Stacker {
     });
   }
 
-  // Whether the middle of another one's solid is deep in its own.
+  // True if the middle of another object's solid is deep inside this one's.
   bool RunsThrough(const ObjectHypothesis& object, const Group& group) const {
     const ShapePart& part = object.model->shapes().front();
     const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
@@ -167,14 +168,15 @@ class Stacker {
     return levels;
   }
 
-  // The points up to each level, and above the one before.
+  // The points between each level and the one before.
   std::vector<PointSet> LayersOf(const PointSet& points, const std::vector<double>& levels,
                                  const Pose& X_SL) const {
     std::vector<PointSet> layers(levels.size());
     const Eigen::Vector3f up = X_SL.linear().row(2).transpose().cast<float>();
     for (std::uint32_t i : points) {
       const double height_m = (X_SL * state_.points().points[i].cast<double>()).z();
-      // Where a face meets the side above it, or its own, normals are of both.
+      // At the border of a face with a side above it or with its own side, normals are a mixture of
+      // both.
       const bool is_side = state_.points().normals[i].dot(up) < kWallRise_sin;
       const double above_m = is_side ? 0 : kDistanceGate_sigma * double{state_.points().sigma_m[i]};
       const auto level = std::ranges::lower_bound(levels, height_m - above_m);
@@ -223,7 +225,7 @@ Aabb BoundsOnSupport(const HypothesisModel& model, const Pose& X_SL) {
   return bounds;
 }
 
-// The middle of one well over the other.
+// True if the middle of one is well over the other.
 bool LiesOver(const HypothesisModel& upper, const HypothesisModel& lower, const Pose& X_SL) {
   const Aabb above = BoundsOnSupport(upper, X_SL), below = BoundsOnSupport(lower, X_SL);
   const auto holds = [](const Aabb& bounds, const Vector3& p) {
@@ -240,8 +242,8 @@ class SplitStackedBoxes : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // One box of nearly all points: a layer that took points of what merely touches it is no better than
-  // what was cut.
+  // The product must be one box of nearly all points: a layer with points of a touching object is
+  // no better than the replaced one.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;

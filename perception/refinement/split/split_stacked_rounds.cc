@@ -17,11 +17,12 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: the lowest tins and the slimmest cups that people stack; lids, knobs and necks are less.
+// chosen: the lowest tins and the slimmest cups that are stacked; lids, knobs and necks are
+// smaller.
 constexpr double kMinStorey_m = 0.022, kMinWidth_m = 0.036;
 
-// The upright axis of solids of revolution that have half of an object's points and more, in the
-// frame of its ground: a place in the plan.
+// The upright axis, as a place in the plane of the ground, of solids of revolution with at least
+// half of the object's points.
 std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_GroundL) {
   std::vector<std::size_t> points(model.shapes().size(), 0);
   for (const std::int32_t part : model.part_of_point()) {
@@ -50,7 +51,7 @@ std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_Ground
   return std::ranges::all_of(axes, is_on_it) ? axis : std::nullopt;
 }
 
-// Distances of the wall's points to the axis, by height.
+// Distances of the wall's points from the axis, by height.
 std::vector<ProfilePoint> ProfileOf(const SceneState& state, const ObjectHypothesis& object,
                                     const Pose& X_GroundL, const Vector2& axis) {
   const OrientedPoints& all = state.points();
@@ -64,7 +65,7 @@ std::vector<ProfilePoint> ProfileOf(const SceneState& state, const ObjectHypothe
   return wall.Profile();
 }
 
-// Seams between storeys that could stand alone; what could not stays with the storey below.
+// Seams between storeys that could stand alone; other parts stay with the storey below.
 std::vector<double> StoreySeams(std::span<const ProfilePoint> profile) {
   std::vector<double> seams;
   double foot_m = 0;
@@ -86,7 +87,7 @@ std::vector<double> StoreySeams(std::span<const ProfilePoint> profile) {
   return seams;
 }
 
-// The points below each seam, and above the one before. A top that ends a storey is of that.
+// The points between each seam and the one before. A top that ends a storey belongs to it.
 std::vector<PointSet> StoreysOf(const SceneState& state, const ObjectHypothesis& object,
                                 const Pose& X_GroundL, const std::vector<double>& seams) {
   const OrientedPoints& all = state.points();
@@ -136,7 +137,7 @@ class SplitStackedRounds : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // One solid of revolution of nearly all points.
+  // The product must be one solid of revolution with nearly all points.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;

@@ -1,5 +1,6 @@
-// Round objects on one axis, as cans, cups and bowls are stacked: they are one to the segmentation, and
-// their solids are those of one object with a step. What could stand alone is an object of its own.
+// Splits round objects that are stacked on one axis, such as cans, cups and bowls. Segmentation
+// makes them one object, whose solids look like those of one object with a step. Parts that could
+// stand alone become objects.
 #pragma once
 
 #include <memory>
@@ -8,9 +9,9 @@
 
 namespace cwm::perception {
 
-// Cuts an object of upright solids of revolution where its radius jumps or its wall turns outward, into
-// storeys that each rest on the one below. Storeys that are lower or slimmer than what people
-// stack are lids, knobs, necks and feet: they stay with the storey below.
+// Cuts an object of upright solids of revolution where its radius jumps or its wall turns outward,
+// into storeys that each rest on the one below. Storeys that are lower or slimmer than stacked
+// objects are lids, knobs, necks and feet: they stay with the storey below.
 std::unique_ptr<const RefinementPass> MakeSplitStackedRounds();
 
 }  // namespace cwm::perception

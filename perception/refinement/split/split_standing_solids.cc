@@ -16,15 +16,15 @@
 namespace cwm::perception {
 namespace {
 
-// derived: from one to the top of what it rests on, which its own foot hides: neither end was seen.
+// derived: the gap to the top of a lower object that the foot hides: neither end was seen.
 constexpr double kMaxStackedGap_m = kMaxContactGap_m * 2;
-// chosen: of surfaces that carry each other on, bent as soft packages are, and warped as all things
-// are seen.
+// chosen: the largest step between surfaces of one object, bent like soft packages, and warped by
+// the sensor.
 constexpr double kMaxStep_m = 0.005;
 
 bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
 
-// But for its handles, as those of vessels are.
+// True if the model is one solid, or one vessel with its handles.
 bool IsOneThing(const ObjectModel& found) {
   if (IsOneSolid(found)) return true;
   const auto explained = std::ranges::count_if(
@@ -43,13 +43,13 @@ bool IsPartOfOneRod(const Cylinder& a, const Pose& X_OA, const Cylinder& b, cons
          across.cross(between).norm() < kMaxAxisOffset_m;
 }
 
-// Shells about one axis: the axis of each runs within the other.
+// True for shells about one axis: the axis of each runs within the other.
 bool IsPartOfOneVessel(const Aabb& a, const Aabb& b) {
   const double across_m = (a.center() - b.center()).head<2>().norm();
   return across_m < 0.5 * std::min(a.sizes().head<2>().minCoeff(), b.sizes().head<2>().minCoeff());
 }
 
-// Both stand on the same ground.
+// Both boxes stand on the same ground.
 bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const Pose& X_SupportB) {
   const auto top_m = [](const Box& box, const Pose& X_SupportB) {
     return TightBounds(box, X_SupportB).max().z();
@@ -59,16 +59,16 @@ bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const 
          turns.rowwise().maxCoeff().minCoeff() > kAligned_cos;
 }
 
-// Things that the solids of an object are, where they stand on what it stands on or on each other.
+// The objects made of the solids, if they stand on the object's ground or on each other.
 struct Things {
-  std::vector<std::size_t> of_solid;  // which thing each solid is of
+  std::vector<std::size_t> of_solid;  // per solid, the index of its object
   std::vector<std::size_t>
-      below;                   // which thing each one rests on; itself: what the object stands on
-  std::vector<double> foot_m;  // how high that is
+      below;                   // per object, the one it rests on; itself: the ground
+  std::vector<double> foot_m;  // the height of that
 };
 
-// Which of the solids this one rests on, itself where it stands on the ground; nothing where it does
-// neither. Boxes alone are stacked: what is round and on something is its neck, its lid or its knob.
+// The solid that this one rests on, or itself if it stands on the ground; empty if neither. Only
+// boxes are stacked: a round solid on another one is its neck, lid or knob.
 std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>& shapes,
                                  const std::vector<Aabb>& bounds, const Pose& X_GroundL) {
   const double foot_m = bounds[solid].min().z();
@@ -88,8 +88,8 @@ std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>
   return std::nullopt;
 }
 
-// The solids that may be things by themselves: closed ones, or vessels where all are. Faces alone are of
-// the solid that they are nearest to.
+// The solids that may be objects: closed ones, or vessels if all are. Single faces belong to the
+// nearest solid.
 std::vector<std::size_t> SolidsOf(const std::vector<ShapePart>& shapes) {
   std::vector<std::size_t> closed;
   std::size_t vessels = 0;
@@ -122,13 +122,14 @@ std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, cons
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = a + 1; b < shapes.size(); ++b) {
       if (!CarriesOn(shapes[a], shapes[b], X_GroundL)) continue;
-      // Side by side it tells that it is one thing; in a stack or of vessels, which solids are of one.
+      // Side by side, it shows that they are one object; in a stack or of vessels, which solids are
+      // one.
       if (!is_stack && !IsVessel(shapes[a])) return std::nullopt;
       sets.Join(a, b);
     }
   }
   Things things{std::vector<std::size_t>(shapes.size()), {}, {}};
-  std::vector<std::size_t> first;  // solid of each thing
+  std::vector<std::size_t> first;  // first solid of each object
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     if (sets.Root(k) == k) things.of_solid[k] = first.size(), first.push_back(k);
     things.of_solid[k] = things.of_solid[sets.Root(k)];
@@ -141,7 +142,7 @@ std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, cons
   return things;
 }
 
-// The points of each thing, with those of no solid that lie nearest to it. Ascending.
+// The points of each object, with points without a solid that are nearest to it. Ascending.
 std::vector<PointSet> PointsOfThings(const ObjectHypothesis& object,
                                      const std::vector<std::size_t>& solids,
                                      const std::vector<ShapePart>& shapes, const Things& things,
@@ -158,7 +159,7 @@ std::vector<PointSet> PointsOfThings(const ObjectHypothesis& object,
   return groups;
 }
 
-// Where a hypothesis stands, below the middle of its points.
+// The foot of a hypothesis, below the middle of its points.
 Vector3 FootOf(const SceneState& state, const ObjectHypothesis& hypothesis) {
   Vector3 middle_L = Vector3::Zero();
   for (std::uint32_t i : hypothesis.points) middle_L += state.points().points[i].cast<double>();
@@ -169,7 +170,7 @@ Vector3 FootOf(const SceneState& state, const ObjectHypothesis& hypothesis) {
   return X_LFoot * foot;
 }
 
-// One product for each thing; what rested on the object rests on the thing that its foot is nearest to.
+// One product per object. What rested on the split object rests on the product nearest to its foot.
 Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object,
                  const std::vector<ShapePart>& shapes, const Things& things,
                  std::vector<PointSet> groups) {
@@ -200,7 +201,7 @@ class SplitStandingSolids : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // One solid, or one vessel with handles.
+  // The product must be one solid, or one vessel with handles.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;

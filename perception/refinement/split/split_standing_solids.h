@@ -1,5 +1,5 @@
-// Objects that touch are one to the segmentation, and the modeler finds their solids. A solid that
-// stands by itself, and has none of its surfaces carried on by another, is an object of its own.
+// Splits touching objects that segmentation made one. The modeler finds their solids. A solid that
+// stands by itself, without another that continues one of its surfaces, is an object.
 #pragma once
 
 #include <memory>
@@ -8,15 +8,14 @@
 
 namespace cwm::perception {
 
-// Whether two solids on one support may well be one object: cylinders on one axis and of one radius,
-// boxes that are level and aligned, within what soft packages bend by, or vessels about one axis.
-// Symmetric.
+// True if two solids on one support may be one object: cylinders with one axis and radius, level
+// and aligned boxes within the bending of soft packages, or vessels about one axis. Symmetric.
 bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL);
 
-// Each object of several closed solids, or of several vessels, that all touch what it stands on, or one
-// on the top of another, becomes an object for each of them, where each is one solid when modelled by
-// itself and none carries another on (in a stack, and of vessels, those that do are one). Lone faces
-// beside closed solids go to the solid that they are nearest to.
+// Splits an object of several closed solids, or of several vessels, that all touch its ground or
+// the top of one another, into one object for each of them, if each is one solid when modelled by
+// itself and none continues another (in a stack, and of vessels, those that do are one object).
+// Single faces beside closed solids go to the nearest solid.
 std::unique_ptr<const RefinementPass> MakeSplitStandingSolids();
 
 }  // namespace cwm::perception

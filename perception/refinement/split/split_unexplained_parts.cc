@@ -22,12 +22,12 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kMinSamples = 8;  // chosen: independent ones, of a part: fewer show no sizes
+constexpr double kMinSamples = 8;  // chosen: independent samples of a part; fewer show no sizes
 
-// Products of a proposal.
+// Indices of a proposal's products.
 enum : std::size_t { kPart, kRest };
 
-// Heights over the object's ground, and the plan.
+// Heights and horizontal places over the object's ground.
 class OverGround {
  public:
   OverGround(const SceneState& state, const ObjectHypothesis& object)
@@ -39,7 +39,7 @@ class OverGround {
     for (const std::uint32_t i : members) heights_m.push_back(At(i).z());
     return Quantile(std::move(heights_m), share);
   }
-  // Above what noise and warp lift off the support itself.
+  // True if the points rise above what noise and warp lift off the support.
   bool Rises(const PointSet& members) const {
     double most_m = 0;
     for (const std::uint32_t i : members) {
@@ -47,7 +47,7 @@ class OverGround {
     }
     return Height_m(members, 1 - kMixedPixels) > most_m;
   }
-  // From above, the middle of the points lies within the bounds of the others.
+  // True if, seen from above, the middle of the points lies within the bounds of the others.
   bool IsOver(const PointSet& members, const PointSet& others) const {
     Eigen::AlignedBox2d bounds;
     for (const std::uint32_t i : others) bounds.extend(Vector2(At(i).head<2>()));
@@ -63,7 +63,7 @@ class OverGround {
   Pose X_GroundL_;
 };
 
-// The largest part that hangs together of what no closed solid explains. Ascending.
+// The largest connected part of the points that no closed solid explains. Ascending.
 PointSet LargestUnexplained(const OrientedPoints& all, const ObjectHypothesis& object) {
   const std::vector<ShapePart>& shapes = object.model->shapes();
   PointSet off;
@@ -102,7 +102,8 @@ Proposal SplitOff(const SceneState& state, const ObjectHypothesis& object, Point
   const double part_foot_m = over.Height_m(part.points, kMixedPixels);
   if (is_in_plan && part_top_m < over.Height_m(rest.points, 0.5)) {
     rest.on_product = kPart;
-    // The upper one hides the part of the lower one's wall that it overhangs.
+    // The upper object hides the wall of the lower one where it overhangs, whose top may seem too
+    // low.
     rest.resting.foot_height_m += std::max(part_top_m, over.Height_m(rest.points, kMixedPixels));
   } else if (is_in_plan && part_foot_m > over.Height_m(rest.points, 0.5)) {
     part.on_product = kRest;
@@ -120,7 +121,7 @@ class SplitUnexplainedParts : public RefinementPass {
     return kAfter;
   }
   Allowance MaxWork() const override {
-    // Most parts are looked at and left: half of all points.
+    // Most parts are examined without a gain, so half of all points are allowed.
     return {.max_trials = kMaxTrials,
             .points_divisor = 2,
             .note = "parts of it may be objects of their own: the cap of parts was reached"};
@@ -153,7 +154,7 @@ class SplitUnexplainedParts : public RefinementPass {
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[kPart].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();
-    // A round part on top of something is its neck, its lid or its knob.
+    // A round part on top of an object is its neck, lid or knob.
     if (proposal.products[kPart].on_product && !std::holds_alternative<Box>(solid.shape))
       return false;
     return std::abs(TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z()) <= kMaxContactGap_m;

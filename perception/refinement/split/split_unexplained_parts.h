@@ -1,5 +1,5 @@
-// Solids explain most of an object, and a part that hangs together lies off them: another object that
-// touches the first.
+// Splits off an object that touches another one: a connected part that the solids which explain
+// most of the object do not explain.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,9 @@
 
 namespace cwm::perception {
 
-// The largest part of an object that no closed solid explains and that hangs together becomes an object
-// below, on or beside the rest, where it is one solid by itself that reaches its ground, and where
-// the criterion prefers two objects.
+// The largest connected part of an object that no closed solid explains becomes an object below, on
+// or beside the rest, if it is one solid by itself that reaches its ground, and if the criterion
+// prefers two objects.
 std::unique_ptr<const RefinementPass> MakeSplitUnexplainedParts();
 
 }  // namespace cwm::perception

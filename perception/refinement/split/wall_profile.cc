@@ -13,15 +13,15 @@
 namespace cwm::perception {
 namespace {
 
-// derived: a line has two parameters and a border; each costs ln(n) where n points are known.
+// derived: a line has two parameters and a border; each costs ln(n) for n points.
 constexpr double kParametersOfPiece = 3;
-constexpr std::size_t kMinPointsOfPiece = 2;  // derived: of a line
-// chosen: 6 degrees; many cups open by more.
+constexpr std::size_t kMinPointsOfPiece = 2;  // derived: the points of a line
+// chosen: the least change of slope, 6 degrees; many cups open by more.
 constexpr double kMinKink = 0.1;
-// chosen: what quantisation leaves of the median of one step.
+// chosen: the error of the median of one step by quantisation.
 constexpr double kStepTolerance_m = 0.0003;
 
-// Weighted sums over the first points, for the line through any of them in a row.
+// Weighted sums over the first points; differences give the line through any consecutive points.
 struct Sums {
   double w = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
 
@@ -65,19 +65,19 @@ ProfilePiece PieceOf(std::span<const ProfilePoint> points) {
           .end_m = end_m,
           .begin_offset_m = line.At(begin_m),
           .end_offset_m = line.At(end_m),
-          .sigma_m = 2 / std::sqrt(sums.w),  // at the end of a line twice as much as in its middle
+          .sigma_m = 2 / std::sqrt(sums.w),  // at the end of a line twice that in its middle
           .slope = line.slope,
           .slope_sigma = line.slope_sigma};
 }
 
-// By more than noise: warp is smooth and jumps nowhere.
+// True if the offset jumps by more than noise. Warp is smooth and does not jump.
 bool Jumps(const ProfilePiece& piece, const ProfilePiece& next) {
   const double jump_m = std::abs(next.begin_offset_m - piece.end_offset_m);
   return jump_m > kGroundNoise_m &&
          jump_m > kNoiseReach_sigma * std::hypot(piece.sigma_m, next.sigma_m);
 }
 
-// Whether the wall turns outward: a crease that is concave.
+// True if the wall turns outward: a concave crease.
 bool TurnsOutward(const ProfilePiece& piece, const ProfilePiece& next) {
   if (std::min(piece.length_m(), next.length_m()) < kMinKinked_m) return false;
   const double turn = next.slope - piece.slope;
@@ -95,7 +95,7 @@ void ProfileBuilder::Add(double along_m, double offset_m, double sigma_m) {
 }
 
 std::vector<ProfilePoint> ProfileBuilder::Profile() const {
-  // The sigma of a median over that of a mean, of normal noise.
+  // The ratio of the sigma of a median to that of a mean, for normal noise.
   const double of_median = std::sqrt(std::numbers::pi / 2);
   std::vector<ProfilePoint> profile;
   for (const auto& [at, step] : steps_) {
@@ -119,7 +119,7 @@ std::vector<ProfilePiece> StraightPieces(std::span<const ProfilePoint> profile) 
     before[i + 1].Add(profile[i]);
   }
   const double price = kParametersOfPiece * std::log(static_cast<double>(count));
-  // Least cost of the first `end` points, and where their last piece begins.
+  // The least cost of the first `end` points, and the beginning of their last piece.
   std::vector<double> cost(count + 1, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> begin_of(count + 1, 0);
   cost[0] = 0;

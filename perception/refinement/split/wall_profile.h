@@ -1,5 +1,5 @@
-// How far a wall stands out along a line, in pieces that are straight: the radius of a round object
-// along its axis.
+// The offset of a wall along a line, in straight pieces, such as the radius of a round object along
+// its axis.
 #pragma once
 
 #include <map>
@@ -8,16 +8,16 @@
 
 namespace cwm::perception {
 
-// chosen: shorter walls show their slope too badly, and are no part by themselves.
+// chosen: shorter walls do not show their slope well, and are not separate parts.
 inline constexpr double kMinKinked_m = 0.015;
 
-// The wall at one place of the line: how far out it is, and one standard deviation of that.
+// The wall at one place of the line: its offset, with one standard deviation.
 struct ProfilePoint {
   double along_m = 0, offset_m = 0, sigma_m = 0;
 };
 
-// The profile of points of a wall: medians in steps as fine as heights are known (kGroundNoise_m). Steps
-// of few points are left out.
+// The profile of a wall's points: medians in steps of the accuracy of heights (kGroundNoise_m).
+// Steps with few points are left out.
 class ProfileBuilder {
  public:
   explicit ProfileBuilder(double points_per_sample) : points_per_sample_(points_per_sample) {}
@@ -36,7 +36,7 @@ class ProfileBuilder {
   std::map<long, Step> steps_;
 };
 
-// Part of a profile that one straight line describes, from its first point to its last.
+// The part of a profile that one straight line describes, from its first point to its last.
 struct ProfilePiece {
   double begin_m = 0, end_m = 0;                // along the line
   double begin_offset_m = 0, end_offset_m = 0;  // of the fitted line there
@@ -46,13 +46,13 @@ struct ProfilePiece {
   double length_m() const { return end_m - begin_m; }
 };
 
-// The pieces that describe the profile best: least squares, with a price for each piece after Schwarz
-// (1978), by dynamic programming (Bellman 1961). Points ascend.
+// The pieces that describe the profile best: least squares with a price per piece (Schwarz 1978),
+// by dynamic programming (Bellman 1961). Points are ascending.
 std::vector<ProfilePiece> StraightPieces(std::span<const ProfilePoint> profile);
 
-// Places at which one object may end and the next begin, after the minima rule of Hoffman and Richards
-// (1984), that parts meet in concave creases: where neighbouring pieces meet with a jump or a concave
-// kink that is certain. Ascending.
+// Places at which one object may end and the next begin, by the minima rule of Hoffman and Richards
+// (1984) that parts meet in concave creases: neighbouring pieces with a significant jump or concave
+// kink between them. Ascending.
 std::vector<double> SeamsOf(std::span<const ProfilePoint> profile);
 
 }  // namespace cwm::perception

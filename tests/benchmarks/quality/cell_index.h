@@ -1,5 +1,5 @@
-// Things in space by the cells that their bounds overlap: what the oracles look up neighbours with.
-// Shares nothing with the grids of the interpreter, which they judge.
+// Objects in space, indexed by the cells that their bounds overlap: the neighbour search of the
+// quality measures. It shares nothing with the grids of the interpreter that they judge.
 #pragma once
 
 #include <cmath>
@@ -20,8 +20,8 @@ class CellIndex {
     });
   }
 
-  // Whether `holds(id)` for some thing whose cells reach within `distance_m` of p; things in several
-  // cells are asked several times.
+  // True if `holds(id)` for an object whose cells reach within `distance_m` of p. Objects in
+  // several cells are tested several times.
   template <class Holds>
   bool AnyNear(const Vector3& p, double distance_m, const Holds& holds) const {
     const Vector3 reach = Vector3::Constant(distance_m);

@@ -1,4 +1,5 @@
-// Everything that collision checking takes for solid or surface after a scan, in the camera's frame.
+// All geometry that collision checking takes for solid or for a surface after a scan, in the
+// camera's frame.
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@ enum class Claim { kSupport, kFitted, kCompleted, kHandle, kSurface };
 inline constexpr int kClaimCount = 5;
 std::string_view NameOf(Claim claim);
 
-// A shape with an inside: primitives, plates, and meshes that are watertight.
+// A shape with an inside: primitives, plates, and watertight meshes.
 struct ClaimedSolid {
   Claim claim = Claim::kFitted;
   Pose X_CS = Pose::Identity();
@@ -34,8 +35,8 @@ struct ClaimedGeometry {
   std::vector<ClaimedTriangle> triangles;  // of all meshes, watertight or not
 };
 
-// As the world prepares it for its engines: plates of supports, shapes of objects, their meshes, and
-// handles as their meshes, as boxes where they have none.
+// The claims as the world prepares them for its engines: plates of supports, shapes of objects,
+// their meshes, and handles as meshes or, if they have none, as boxes.
 ClaimedGeometry ClaimsOf(const perception::SceneInterpretation& interpretation);
 
 }  // namespace cwm::benchmarks

@@ -15,7 +15,7 @@ enum class Where { kNowhere, kOnSurface, kDeepInside };
 
 struct Place {
   Where where = Where::kNowhere;
-  Claim claim = Claim::kSupport;  // of the solid that holds it too deep
+  Claim claim = Claim::kSupport;  // of the solid that contains it too deep
 };
 
 Place PlaceAmongSolids(const std::vector<ClaimedSolid>& solids, const Vector3& p_C,

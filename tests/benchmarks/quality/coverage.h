@@ -1,4 +1,5 @@
-// Nothing lost: how many of the measured points lie on what the interpretation claims.
+// Nothing lost: the share of the measured points that lie on geometry that the interpretation
+// claims.
 #pragma once
 
 #include <array>
@@ -11,10 +12,10 @@
 namespace cwm::benchmarks {
 
 struct Coverage {
-  std::int64_t points = 0;   // finite ones that were looked at
+  std::int64_t points = 0;   // finite ones that were examined
   std::int64_t covered = 0;  // by any surface, or rejected and within the allowance
-  // Of those that are not, by the claim that holds them too deep; and those that no claim is near,
-  // by what they are labelled as. What is rejected is among the latter, whatever the allowance.
+  // Points that are not covered: those too deep in a solid, by its claim, and those far from all
+  // claims, by their label. All rejected points are among the latter, whatever the allowance.
   std::array<std::int64_t, kClaimCount> deep = {};
   enum Label { kRejected, kOfSupport, kOfThing, kLabelCount };
   std::array<std::int64_t, kLabelCount> bare = {};
@@ -23,16 +24,16 @@ struct Coverage {
   void Add(const Coverage& other);
 };
 
-// Isolated mixed pixels may be rejected, labelled 0: this share of the finite points at most. What
-// is rejected beyond it is lost.
+// The largest share of the finite points that may be rejected (labelled 0) as isolated mixed
+// pixels. Rejected points beyond it count as lost.
 inline constexpr double kRejectable = 0.005;
 
-// A point is covered when a surface lies within max(10 mm, 3 sigma) of it and no solid holds it
-// deeper than that. Of every `stride`-th finite point.
+// Measures every `stride`-th finite point. A point is covered if a surface lies within max(10 mm, 3
+// sigma) of it and no solid contains it deeper than that.
 Coverage MeasureCoverage(const ClaimedGeometry& claims, const perception::PointCloud& cloud,
                          const std::vector<std::uint32_t>& labels, std::size_t stride);
 
-// The same of the listed points, by solids alone: what shapes explain and meshes do not.
+// The same for the listed points and by solids alone: the points that shapes, not meshes, explain.
 Coverage CoverageBySolids(const ClaimedGeometry& claims, const perception::PointCloud& cloud,
                           const std::vector<std::uint32_t>& points);
 

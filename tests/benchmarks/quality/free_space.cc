@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kBeforeHit_m = 0.030;
 constexpr double kDeep_m = 0.010;
-// Walking along a ray, no step is shorter: what is thinner across the ray is stepped over.
+// The shortest step along a ray: a part that is thinner across the ray is stepped over.
 constexpr double kLeastStep_m = 0.0005;
-// Grazing rays keep clear of their hit by no more than ten times as much: beyond 84 degrees hardly
-// any sensor measures, and the estimate of the angle is worth nothing.
+// A grazing ray stays clear of its hit by at most ten times as much: beyond 84 degrees hardly any
+// sensor measures, and the estimate of the angle is useless.
 constexpr double kLeastCosine = 0.1;
 
 // The part of a ray from the sensor that was seen to be free.
@@ -63,7 +63,8 @@ class Cloud {
     return p.cast<double>();
   }
 
-  // The plane through the neighbours on the same surface; facing the sensor where there are none.
+  // The normal of the plane through the neighbours on the same surface; towards the sensor if there
+  // are none.
   Vector3 NormalAt(int u, int v, const Vector3& hit_C) const {
     constexpr int kHalfWindow = 4;
     const double same_surface_m = 0.02 + Tolerance_m(hit_C);
@@ -93,7 +94,7 @@ class Cloud {
 
 enum class Meeting { kNone, kDeep, kCrossing };
 
-// Part of the ray inside the bounds, as t_min and t_max; empty when it misses them.
+// The part of the ray inside the bounds, as t_min and t_max; empty if it misses them.
 std::optional<Vector2> Clip(const FreeRay& ray, const Aabb& bounds_C) {
   double low = 0, high = ray.length_m;
   for (Eigen::Index a = 0; a < 3; ++a) {
@@ -110,7 +111,7 @@ std::optional<Vector2> Clip(const FreeRay& ray, const Aabb& bounds_C) {
   return Vector2(low, high);
 }
 
-// Walks along the ray by the distance to the surface, which no step can overshoot.
+// Steps along the ray by the distance to the surface, which no step can overshoot.
 Meeting Walk(const FreeRay& ray, const ClaimedSolid& solid, const Cloud& cloud) {
   const std::optional<Vector2> inside = Clip(ray, solid.bounds_C);
   if (!inside) return Meeting::kNone;
@@ -118,7 +119,7 @@ Meeting Walk(const FreeRay& ray, const ClaimedSolid& solid, const Cloud& cloud) 
   const auto distance_m = [&](double t) {
     return SignedDistance_m(solid.shape, X_SC * (t * ray.direction_C));
   };
-  // From just before the bounds: the entry through a face that lies in them is a crossing too.
+  // Begins just before the bounds: entering through a face that lies in them is a crossing too.
   double t = std::max(0.0, inside->x() - kLeastStep_m);
   double before_m = distance_m(t);
   while (true) {
@@ -134,7 +135,8 @@ Meeting Walk(const FreeRay& ray, const ClaimedSolid& solid, const Cloud& cloud) 
   }
 }
 
-// Where along the ray it meets the triangle (Moeller and Trumbore 1997).
+// The ray parameter at which the ray meets the triangle (Moeller and Trumbore 1997); empty if it
+// misses.
 std::optional<double> Cross(const FreeRay& ray, const ClaimedTriangle& triangle) {
   const auto& [a, b, c] = triangle.corners_C;
   const Vector3 e1 = b - a, e2 = c - a;
@@ -150,7 +152,7 @@ std::optional<double> Cross(const FreeRay& ray, const ClaimedTriangle& triangle)
   return t;
 }
 
-// Triangles by the tiles of the image that they may be seen in.
+// Triangles, indexed by the image tiles in which they may appear.
 class TriangleImage {
  public:
   TriangleImage(const std::vector<ClaimedTriangle>& triangles,
@@ -197,7 +199,7 @@ class TriangleImage {
   std::vector<std::vector<std::uint32_t>> tiles_;
 };
 
-// Counts the ray when it violates.
+// Counts the ray, and counts it as violating if it meets a claim.
 void Judge(const FreeRay& ray, const ClaimedGeometry& claims,
            const std::vector<std::uint32_t>& triangles, const Cloud& cloud, FreeSpace& result) {
   ++result.rays;

@@ -1,4 +1,4 @@
-// Nothing invented: rays that were seen to pass must not meet what the interpretation claims.
+// Nothing invented: rays that were seen to pass must not meet claimed geometry.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@ namespace cwm::benchmarks {
 struct FreeSpace {
   std::int64_t rays = 0;
   std::int64_t violating = 0;
-  // Of those, by the first claim met: deep inside a solid, or across a surface far from all points.
+  // The violating rays by the first claim met: deep inside a solid, or across a surface far from
+  // all points.
   std::array<std::int64_t, kClaimCount> deep = {};
   std::array<std::int64_t, kClaimCount> crossed = {};
 
@@ -21,10 +22,10 @@ struct FreeSpace {
   void Add(const FreeSpace& other);
 };
 
-// A ray from the sensor to 30 mm / cos(theta) before its hit violates when it runs more than 10 mm
-// deep in any solid, or crosses a surface farther than max(10 mm, 3 sigma) from every measured
-// point. Of the rays of every `stride`-th column and row of an organised cloud whose points lie on
-// the rays of the camera's pixels; theta is estimated from the neighbours of the hit.
+// Measures the rays of every `stride`-th column and row of an organised cloud whose points lie on
+// the rays of the camera's pixels. A ray from the sensor to 30 mm / cos(theta) before its hit
+// violates if it runs more than 10 mm deep in any solid, or crosses a surface farther than max(10
+// mm, 3 sigma) from every measured point; theta is estimated from the neighbours of the hit.
 FreeSpace MeasureFreeSpace(const ClaimedGeometry& claims, const perception::PointCloud& cloud,
                            const perception::PinholeCamera& camera, int stride);
 

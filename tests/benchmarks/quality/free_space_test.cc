@@ -15,7 +15,7 @@ using perception::SceneInterpretation;
 
 constexpr double kWall_m = 1.2;
 
-// A camera that looks along z at a wall that fills its view, and what is claimed to be there.
+// A camera that looks along z at a wall that fills its view, and the claims of an interpretation.
 class BeforeAWall : public ::testing::Test {
  protected:
   BeforeAWall() {
@@ -73,7 +73,7 @@ std::int64_t Crossed(const FreeSpace& free_space, Claim claim) {
 }
 
 TEST_F(BeforeAWall, TheTruthViolatesNothingAndCoversAll) {
-  EXPECT_GT(Judge().rays, 19'000);  // of 640 x 480 pixels every 16th
+  EXPECT_GT(Judge().rays, 19'000);  // every 16th of 640 x 480 pixels
   EXPECT_EQ(Judge().violating, 0);
   EXPECT_EQ(Covered().share(), 1);
 }
@@ -82,7 +82,8 @@ TEST_F(BeforeAWall, ABallInTheAirStopsTheRaysThatRunTenMillimetresDeep) {
   constexpr double kRadius_m = 0.05, kAt_m = 0.8;
   ClaimSolid(Sphere{.radius_m = kRadius_m}, 0, 0, kAt_m, PartRole::kCompleted);
   const FreeSpace result = Judge();
-  // The whole ball: what grazes it less deep still crosses its surface far from all points.
+  // The whole ball counts: a ray that grazes it less deep still crosses its surface far from all
+  // points.
   const double seen_px2 = std::pow(camera_.focal_px * kRadius_m / kAt_m, 2) * 3.14159;
   EXPECT_NEAR(static_cast<double>(result.violating), seen_px2 / 16, 0.08 * seen_px2 / 16);
   EXPECT_GT(Deep(result, Claim::kCompleted) + Crossed(result, Claim::kCompleted), 0);

@@ -18,7 +18,7 @@ bool IsTrueHandle(const perception::SimulatedScene& scene, const Id& id) {
              static_cast<std::size_t>(id.second)) == perception::PieceRole::kHandle;
 }
 
-// Part labels of an object that are handles: those after its shapes.
+// True if the part label of an object belongs to a handle: handles come after the shapes.
 bool IsFoundHandle(const HybridModel& model, std::size_t part) {
   return part > std::min(model.shapes.size(), kTellableParts - 1) && !model.handles.empty() &&
          part <= model.shapes.size() + model.handles.size();

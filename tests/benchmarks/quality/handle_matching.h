@@ -1,4 +1,5 @@
-// Which true handles of a scan an interpretation reports, and how many of its handles are any.
+// The true handles of a scan that an interpretation reports, and the reported handles that are true
+// ones.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,7 @@
 
 namespace cwm::benchmarks {
 
-// A true handle counts when this many points of it were measured.
+// A true handle counts if this many points of it were measured.
 inline constexpr std::size_t kCountedHandlePoints = 60;
 inline constexpr double kSameHandle_iou = 0.5;  // of the points
 
@@ -24,8 +25,8 @@ struct HandleTally {
   double precision() const;
 };
 
-// Handles of the interpretation by the labels of their points; those past the ninth part of an
-// object cannot be told apart and count as one.
+// Adds the handles of the interpretation by the labels of their points. Those past the ninth part
+// of an object cannot be told apart and count as one.
 void AddHandles(const std::string& scene, const InterpretedView& view, HandleTally& tally);
 
 }  // namespace cwm::benchmarks

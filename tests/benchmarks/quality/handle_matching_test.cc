@@ -5,7 +5,8 @@
 namespace cwm::benchmarks {
 namespace {
 
-// One mug: a body of 200 points and a handle of 100, labelled as an object of one shape, one handle.
+// One mug: a body of 200 points and a handle of 100, labelled as an object of one shape and one
+// handle.
 class MugWithHandle : public ::testing::Test {
  protected:
   static constexpr int kBody = 200, kHandle = 100;
@@ -26,7 +27,7 @@ class MugWithHandle : public ::testing::Test {
     interpretation_.objects[0].model = model;
   }
 
-  // The last `count` points are labelled as the handle.
+  // The tally if the last `count` points are labelled as the handle.
   HandleTally TallyWithHandleOf(int count) {
     interpretation_.labels.assign(kBody + kHandle, 21);
     for (int k = 0; k < count; ++k) interpretation_.labels[kBody + kHandle - 1 - k] = 22;

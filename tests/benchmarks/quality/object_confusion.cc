@@ -6,7 +6,7 @@
 namespace cwm::benchmarks {
 namespace {
 
-// True objects with fewer points are seen too little for people to agree on their outline.
+// True objects with fewer points are hardly visible: people would not agree on their outline.
 constexpr std::size_t kMinPoints = 300;
 
 }  // namespace
@@ -64,7 +64,7 @@ Confusion ConfusionOf(const std::vector<std::uint32_t>& truth,
     if (found[i] >= 10) ++shared[truth[i]][found[i] / 10];
   }
   Confusion confusion;
-  std::map<std::uint32_t, int> holds;  // by found object: how many true ones it holds
+  std::map<std::uint32_t, int> holds;  // the number of true objects by found object
   std::map<std::uint32_t, std::uint32_t> holder;
   for (const auto& [object, by_found] : shared) {
     int pieces = 0;

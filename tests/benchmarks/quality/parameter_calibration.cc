@@ -8,7 +8,7 @@
 namespace cwm::benchmarks {
 namespace {
 
-// Names of the coefficients, in the order of Coefficients().
+// The names of the coefficients, in the order of Coefficients().
 std::vector<std::string> ParameterNames(ShapeKind kind) {
   switch (kind) {
     case ShapeKind::kSphere:
@@ -22,8 +22,8 @@ std::vector<std::string> ParameterNames(ShapeKind kind) {
   }
 }
 
-// The same surface written as the found one is: a cylinder's axis in the same direction and its
-// point the one nearest to the found point.
+// The coefficients of the true surface in the representation of the found one: a cylinder's axis in
+// the same direction, and as its point the one nearest to the found point.
 std::vector<double> TrueCoefficients(const TrueShape& truth, const std::vector<double>& found) {
   std::vector<double> values = Coefficients(truth.shape, truth.X_WS);
   if (KindOf(truth.shape) != ShapeKind::kCylinder) return values;
@@ -36,7 +36,7 @@ std::vector<double> TrueCoefficients(const TrueShape& truth, const std::vector<d
 
 }  // namespace
 
-// Of a box the sizes, each beside the true one along the same direction.
+// Adds the sizes of a box, each compared with the true size along the same direction.
 void ParameterCalibration::AddBox(const TrueShape& truth, const FoundShape& found) {
   const std::vector<double>& sigmas = found.part.fit->parameter_sigma;
   if (sigmas.size() != 3) return;

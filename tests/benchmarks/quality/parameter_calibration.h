@@ -1,5 +1,5 @@
-// Whether the standard deviations that a fit reports are true: of errors that are normal, 68 % lie
-// within one of them.
+// Checks the standard deviations that a fit reports: 68 % of normally distributed errors lie within
+// one of them.
 #pragma once
 
 #include <map>
@@ -18,7 +18,7 @@ struct WithinSigma {
 
 class ParameterCalibration {
  public:
-  // A found shape of the type of the true one. Parameters without a positive deviation (held, or
+  // Adds a found shape of the true one's type. Parameters without a positive deviation (held, or
   // unknown) are not counted.
   void Add(const TrueShape& truth, const FoundShape& found);
 

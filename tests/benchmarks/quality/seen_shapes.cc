@@ -18,8 +18,8 @@ bool IsComparable(ShapeKind kind) {
          kind == ShapeKind::kCone;
 }
 
-// Which shape of an object (from 0) explains a point whose label says part `part` (from 1); none for
-// a handle.
+// The shape of an object (from 0) that explains a point whose label names part `part` (from 1); -1
+// for a handle.
 std::int32_t ShapeOfPart(std::size_t part, const Vector3& p_W, const std::vector<FoundShape>& found,
                          std::size_t first, std::size_t count) {
   if (part < kTellableParts || count < kTellableParts) {

@@ -1,5 +1,5 @@
-// The two sides of a comparison: the shapes that truly stand in a scanned scene, and those that an
-// interpretation of the scan holds.
+// The two sides of a comparison: the true shapes of a scanned scene, and those of an interpretation
+// of the scan.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@
 
 namespace cwm::benchmarks {
 
-// Everything in the world W of the interpretation, given or made by it: X_WC places the camera in it.
+// All poses are in the world W of the interpretation, given or estimated; X_WC is the camera's pose
+// in it.
 struct TrueShape {
   Pose X_WS = Pose::Identity();
   Shape shape = {};
@@ -27,7 +28,7 @@ struct FoundShape {
   std::vector<std::uint32_t> points = {};  // that it explains
 };
 
-// A simulated scan and what was made of it.
+// A simulated scan and its interpretation.
 struct InterpretedView {
   const perception::SimulatedScene& scene;
   const perception::PinholeCamera& camera;
@@ -36,20 +37,20 @@ struct InterpretedView {
   perception::SensorNoise noise = {};  // of the scan
 };
 
-// Parts of this extent or more are the room and its furniture, not things to handle.
+// Parts of this extent or more are the room and its furniture, not objects to handle.
 inline constexpr double kLargestThing_m = 0.5;
 
-// Supports, walls, fronts, cabinets: no shapes of the count.
+// True for supports, walls, fronts and cabinets, which are not counted.
 bool IsFixture(const perception::SimulatedObject& object);
 
-// Boxes, cylinders, spheres and cones of things, seen (one point or more) or not.
+// Boxes, cylinders, spheres and cones of objects, visible (one point or more) or not.
 std::vector<TrueShape> TrueShapes(const InterpretedView& view);
 
-// The shapes of all objects, residual ones included. Labels tell the parts of an object up to the
-// ninth; points of a later part are given to the nearest of those.
+// The shapes of all objects, residual ones included. Labels distinguish the parts of an object up
+// to the ninth; points of a later part are assigned to the nearest of those.
 std::vector<FoundShape> FoundShapes(const InterpretedView& view);
 
-// The place of a measured point.
+// The position of a measured point in the world.
 Vector3 PointInWorld(const InterpretedView& view, std::uint32_t index);
 
 }  // namespace cwm::benchmarks

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kFirstObjectLabel = 10, kLabelsPerObject = 10;
 
-// The group of a label, 0 for what is no object.
+// The group of a label; 0 for labels that are no object.
 std::uint32_t TrueGroup(std::uint32_t label, TruthLevel level) {
   if (label < kFirstObjectLabel) return 0;
   return level == TruthLevel::kObjects ? label / kLabelsPerObject : label;

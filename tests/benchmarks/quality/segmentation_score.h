@@ -1,4 +1,4 @@
-// How well the labels of a scan agree with those of people, after the modified Object Segmentation
+// The agreement of a scan's labels with hand-made ones, after the modified Object Segmentation
 // Database (mOSD): 0 nothing, 1-9 support, 10 k + part for parts of objects.
 #pragma once
 
@@ -9,8 +9,8 @@
 namespace cwm::benchmarks {
 
 enum class TruthLevel {
-  kObjects,  // whole, also where an occluder cuts them in two
-  kParts     // the pieces that a look at the scan alone tells apart
+  kObjects,  // whole, also if an occluder cuts them in two
+  kParts     // the pieces that a view of the scan alone tells apart
 };
 
 struct SegmentationScore {
@@ -28,12 +28,12 @@ struct SegmentationScore {
 inline constexpr double kMatch_iou = 0.75;
 inline constexpr std::size_t kSmallestFoundObject = 100;
 
-// One label per point on either side, as many on both. Found parts are merged into their object;
-// points whose true label is 0 count nowhere.
+// Takes one label per point on either side, equally many on both. Found parts are merged into their
+// object; points whose true label is 0 are not counted.
 SegmentationScore ScoreSegmentation(const std::vector<std::uint32_t>& truth,
                                     const std::vector<std::uint32_t>& found, TruthLevel level);
 
-// Means of the overlaps over scenes; precision and recall of the objects of all.
+// Means of the overlaps over scenes; precision and recall of the objects of all scenes.
 class SegmentationTotals {
  public:
   void Add(const SegmentationScore& score);

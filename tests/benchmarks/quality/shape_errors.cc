@@ -31,7 +31,7 @@ double MeanDepth_m(const TrueShape& truth, const InterpretedView& view) {
 
 using AxisFlags = std::array<bool, 3>;
 
-// Of the shape's own axes, those along which both ends were seen.
+// The axes of the shape's own frame along which both ends were seen.
 AxisFlags BothEndsSeen(const TrueShape& truth, const InterpretedView& view) {
   const Vector3 half_m = 0.5 * TightBounds(truth.shape, Pose::Identity()).sizes();
   const double near_m = kEndSeen_px * MeanDepth_m(truth, view) / view.camera.focal_px;
@@ -57,7 +57,7 @@ double Length_m(const Shape& shape) {
   return std::get<Cone>(shape).length_m;
 }
 
-// How fast the radius grows along z, as an angle.
+// The angle by which the radius grows along z.
 double HalfAngle_rad(const Shape& shape) {
   const auto* cone = std::get_if<Cone>(&shape);
   if (cone == nullptr) return 0;
@@ -68,7 +68,7 @@ double LineAngle_rad(const Vector3& a, const Vector3& b) {
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
-// A cylinder or cone against one: quantities that both have.
+// The errors of a cylinder or cone against another: quantities that both have.
 ShapeErrors RoundErrors(const TrueShape& truth, const FoundShape& found,
                         const InterpretedView& view) {
   const Vector3 axis_W = truth.X_WS.linear().col(2), found_axis_W = found.X_WS.linear().col(2);
@@ -106,7 +106,8 @@ std::array<Eigen::Index, 3> PairedAxes(const Matrix3& R_SF) {
   return best;
 }
 
-// Sizes of the found shape along the true box's axes: edges where it is a box, else its bounds.
+// The sizes of the found shape along the true box's axes: its edges if it is a box, else its
+// bounds.
 struct BoxComparison {
   Vector3 size_m;
   double axis_rad = 0;

@@ -11,7 +11,7 @@ namespace {
 constexpr double kMostOf = 0.75;  // of its points, as the outcomes say
 constexpr double kSomeOf = 0.25;
 
-// How many points each pair of groups shares.
+// The number of points that each pair of groups shares.
 using Overlaps = std::map<std::pair<std::int32_t, std::int32_t>, std::size_t>;
 
 constexpr std::int32_t kNoShape = -1;
@@ -41,7 +41,7 @@ double Iou(std::size_t shared, std::size_t a, std::size_t b) {
   return Share(shared, a + b - shared);
 }
 
-// Object of each point as the labels say, from 0; kNoShape on supports and nothing.
+// The object of each point by the labels, from 0; kNoShape for supports and unlabelled points.
 std::vector<std::int32_t> ObjectOfPoint(const perception::SceneInterpretation& interpretation) {
   std::vector<std::int32_t> object;
   object.reserve(interpretation.labels.size());

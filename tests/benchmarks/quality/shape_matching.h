@@ -1,4 +1,4 @@
-// Which true shapes of a scan an interpretation found, and which shapes of its own it invented.
+// The true shapes of a scan that an interpretation found, and the shapes that it invented.
 #pragma once
 
 #include <array>
@@ -10,27 +10,27 @@
 
 namespace cwm::benchmarks {
 
-// A true shape counts when this many points of it were measured; a found one that matches nothing,
-// when it explains this many.
+// A true shape counts if this many points of it were measured; a found one that matches nothing, if
+// it explains this many.
 inline constexpr std::size_t kCountedTruePoints = 300;
 inline constexpr std::size_t kCountedFoundPoints = 100;
 
-// Points of the true and of the found shape are the same ones from this intersection over union on;
-// above one half at most one found shape can be.
+// The true and the found shape have the same points from this intersection over union on. Above one
+// half, at most one found shape can reach it.
 inline constexpr double kSamePoints_iou = 0.75;
 
-// Another type is as right when its surface differs by no more than this over the seen part, root
-// mean square, in standard deviations of the sensor's axial noise at that depth.
+// Another type is equivalent if its surface differs over the visible part by no more than this:
+// root mean square, in standard deviations of the sensor's axial noise at that depth.
 inline constexpr double kSameSurface_sigma = 0.5;
 
 enum class Outcome {
   kFound,       // same points, same type
   kEquivalent,  // same points, another type with the same surface
   kWrongType,   // same points, another type
-  kMerged,      // the best shape holds three quarters of its points, and too much besides
-  kSplit,       // the best shape lies on it by three quarters, and leaves too much of it
+  kMerged,      // the best shape has three quarters of its points, and too many others
+  kSplit,       // three quarters of the best shape lie on it, but miss too much of it
   kPartial,     // the best shape shares a quarter of its points, or more
-  kMissing,     // none does
+  kMissing,     // no shape does
 };
 inline constexpr int kOutcomeCount = 7;
 std::string_view NameOf(Outcome outcome);
@@ -43,7 +43,7 @@ struct ShapeOutcome {
   std::int32_t best = -1;  // the found shape that shares most points, by intersection over union
   double iou = 0;
   double object_iou = 0;     // best of the whole objects found, against this true shape alone
-  double surface_sigma = 0;  // where the points are the same: difference of the surfaces
+  double surface_sigma = 0;  // for the same points: difference of the surfaces
   ShapeErrors errors;
 };
 
@@ -68,8 +68,8 @@ struct SceneShapes {
   std::vector<SpuriousShape> spurious;  // of kCountedFoundPoints or more
 };
 
-// A found shape matches a true one, of whatever size, where the outcome is kFound or kEquivalent.
-// Thin solids by half or more on fixtures (the edge of a table top) are no invention.
+// Matches found and true shapes of any size: the outcome of a match is kFound or kEquivalent. Thin
+// solids by half or more on fixtures (the edge of a table top) do not count as invented.
 SceneShapes MatchShapes(const InterpretedView& view);
 
 }  // namespace cwm::benchmarks

@@ -17,7 +17,7 @@ using perception::SceneInterpretation;
 
 constexpr double kDepth_m = 0.8;
 
-// One thing before a camera at the origin of the world, z forward, without noise.
+// One object in front of a camera at the origin of the world, z forward, without noise.
 class OneThing : public ::testing::Test {
  protected:
   void Stand(const Shape& shape, const Pose& X_WO) {
@@ -26,7 +26,7 @@ class OneThing : public ::testing::Test {
     interpretation_.labels.assign(scan_.cloud.size(), 0);
   }
 
-  // An object of one shape that explains every point of the thing but each `left_out`-th.
+  // Adds a found object of one shape that explains every point except each `left_out`-th.
   void Find(const Shape& shape, const Pose& X_WO, std::uint32_t left_out = 0) {
     auto model = std::make_shared<HybridModel>();
     model->shapes.push_back({.shape = shape, .fit = FitQuality{}});
@@ -52,7 +52,7 @@ class OneThing : public ::testing::Test {
 
 Pose At(double x_m, double y_m, double z_m) { return MakeTranslation(x_m, y_m, z_m); }
 
-// Axis z of the shape along y of the camera: seen from the side.
+// The pose of a shape seen from the side: its z axis along the camera's y.
 Pose Upright(double x_m = 0) {
   return MakePose({x_m, 0, kDepth_m},
                   Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX())));
@@ -102,7 +102,7 @@ TEST_F(OneThing, HalfAngleOfAConeHasASign) {
 }
 
 TEST_F(OneThing, EdgesOfABoxArePairedByDirectionAndCountWhereBothEndsAreSeen) {
-  Stand(Box{.size_m = {0.1, 0.2, 0.06}}, At(0, 0, kDepth_m));  // its face alone is seen
+  Stand(Box{.size_m = {0.1, 0.2, 0.06}}, At(0, 0, kDepth_m));  // only its face is seen
   Pose turned = At(0, 0, kDepth_m);
   turned.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitZ()));
   Find(Box{.size_m = {0.203, 0.1, 0.01}}, turned);

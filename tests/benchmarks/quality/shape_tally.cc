@@ -28,7 +28,7 @@ std::string Describe(const TrueShape& truth, const SceneShapes& shapes,
   return text;
 }
 
-// Empty where none is large.
+// The errors that are large, as text; empty if there are none.
 std::string DescribeLarge(const TrueShape& truth, const FoundShape& found,
                           const ShapeErrors& errors) {
   std::string large;

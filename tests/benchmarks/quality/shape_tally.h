@@ -1,4 +1,4 @@
-// What many scenes add up to.
+// Sums over many scenes.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace cwm::benchmarks {
 
-// Errors of all counted true shapes; those not found count as infinite.
+// The errors of all counted true shapes; those of shapes not found are infinite.
 struct ErrorSamples {
   std::vector<double> radius_m, axis_rad, half_angle_rad, length_m, box_edge_m, box_axis_rad,
       centre_m;
@@ -20,7 +20,7 @@ struct ErrorSamples {
   void Add(const TrueShape& truth, const ShapeErrors& errors);
 };
 
-// A true shape that was not found, or a shape that was invented, where it can be looked at again.
+// A true shape that was not found, or an invented one, with the scene in which to look at it again.
 struct Failure {
   std::string scene;  // family and seed, as `cwm-bench scene` takes them
   std::string what;
@@ -28,7 +28,7 @@ struct Failure {
 
 class ShapeTally {
  public:
-  // The scans of a view agree on the sensor; `scene` names it for the failures.
+  // Adds a scene. All views have the same sensor; `scene` names the failures.
   void Add(const std::string& scene, const InterpretedView& view, const SceneShapes& shapes);
 
   int true_count() const { return true_count_; }
@@ -39,15 +39,15 @@ class ShapeTally {
   const ErrorSamples& far_errors() const { return far_; }    // beyond kFar_m
   const ErrorSamples& thin_errors() const { return thin_; }  // below kThin_m of radius
   const std::vector<Failure>& failures() const { return failures_; }
-  const std::vector<Failure>& large_errors() const { return large_errors_; }  // of what was found
+  const std::vector<Failure>& large_errors() const { return large_errors_; }  // of found shapes
   const ParameterCalibration& calibration() const { return calibration_; }
 
-  // A table of kinds against outcomes, and one of what was invented.
+  // A table of kinds against outcomes, and one of the invented shapes.
   std::vector<std::string> Lines() const;
 
   static constexpr double kFar_m = 1.0;
   static constexpr double kThin_m = 0.025;
-  // Errors beyond these are listed: 95 of 100 should not be.
+  // Errors beyond these limits are listed; 95 of 100 should be below them.
   static constexpr double kLargeRadius_m = 0.0025, kLargeAxis_deg = 2.5, kLargeLength_m = 0.006;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 using perception::SceneFamily;
 
-// X_BC of a camera that looks along a body's x, its rows across z.
+// The pose X_BC of a camera that looks along a body's x axis, with its rows across z.
 Pose BodyOfCamera() {
   Pose X_BC = Pose::Identity();
   X_BC.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -63,7 +63,7 @@ SimulatedCase ScanCase(const CaseName& name, const CaseSensor& sensor) {
 absl::Status InterpretCase(const CaseName& name, const CaseSensor& sensor,
                            const std::vector<std::string>& disabled_passes,
                            SimulatedCase& scanned) {
-  // B: the frame that the interpreter is given the cloud in.
+  // B: the frame in which the interpreter gets the cloud.
   const Pose X_BC = sensor.form == CloudForm::kBodyImage ? BodyOfCamera() : Pose::Identity();
   perception::PointCloud cloud = scanned.scan.cloud;
   for (Eigen::Vector3f& p : cloud.points) p = (X_BC * p.cast<double>()).cast<float>();

@@ -1,4 +1,5 @@
-// One random scene, scanned and interpreted as an ingest would: reproducible from family and seed.
+// One random scene, scanned and interpreted as an ingest would be: reproducible from family and
+// seed.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +19,10 @@ struct CaseName {
   std::uint64_t seed = 0;
 };
 
-// "table 17".
+// The name of a case, such as "table 17".
 std::string NameOf(const CaseName& name);
 std::vector<perception::SceneFamily> AllFamilies();
-// Of a random scene: a support, a wall or a front.
+// True for a support, a wall or a front of a random scene.
 bool IsFurniture(const perception::SimulatedObject& object);
 std::string_view FamilyName(perception::SceneFamily family);
 std::optional<perception::SceneFamily> FamilyNamed(std::string_view name);
@@ -37,8 +38,9 @@ struct SimulatedCase {
   }
 };
 
-// How the cloud reaches the interpreter: as the image of a camera, z forward; as that of a body, x
-// forward and z up; as points in any order; or as those of three cameras, registered.
+// The form in which the cloud reaches the interpreter: as the image of a camera, z forward; in the
+// frame of a body, x forward and z up; as points in any order; or as registered points of three
+// cameras.
 enum class CloudForm { kImage, kBodyImage, kShuffled, kThreeViews };
 
 struct CaseSensor {
@@ -47,15 +49,15 @@ struct CaseSensor {
   bool matches_windows = false;  // see ScanOptions
 };
 
-// A scanned scene that is not interpreted yet, the sensor's noise drawn from the scene's seed.
+// Scans a scene without interpreting it; the sensor's noise is drawn from the scene's seed.
 SimulatedCase ScanCase(const CaseName& name, const CaseSensor& sensor = {});
 
-// Interprets the scan on one thread. The noise is told to the interpreter. The sensor's pose is given
-// for even seeds; for odd ones nothing is, and up is estimated.
+// Interprets the scan on one thread with the sensor's noise given. The sensor's pose is given for
+// even seeds; for odd ones neither pose nor up is, and up is estimated.
 absl::Status InterpretCase(const CaseName& name, const CaseSensor& sensor,
                            const std::vector<std::string>& disabled_passes, SimulatedCase& scanned);
 
-// Both.
+// Scans and interprets.
 absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& sensor = {});
 
 }  // namespace cwm::benchmarks

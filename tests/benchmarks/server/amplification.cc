@@ -1,5 +1,5 @@
-// What requests cost the server beyond what they cost who sends them: memory that they hold, and
-// processor time that goes on once they are cancelled.
+// The cost of requests to the server beyond their cost to the sender: memory that they hold, and
+// processor time after they are cancelled.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -23,9 +23,9 @@ using std::chrono::milliseconds;
 constexpr double kMaxRatio = 100;       // bytes held over bytes sent
 constexpr double kFreeBytes = 4 << 20;  // of each call
 constexpr double kMaxCpu_ms = 20;       // of one thread after the cancel
-constexpr double kHoldCpu_s = 4;      // after which a request that still works is measured as it is
+constexpr double kHoldCpu_s = 4;      // a request that still works then is measured as it is
 constexpr double kCancelCpu_s = 0.5;  // the same after it is cancelled
-constexpr double kRequestLimit_s = 20;  // of one entry: what is left is not tried
+constexpr double kRequestLimit_s = 20;  // of one entry: further tries are skipped
 
 struct Measured {
   bool prepared = true;
@@ -60,7 +60,7 @@ void CancelAll(Sent& sent) {
   sent.others.clear();
 }
 
-// The most that is resident while the server is at work, up to the limit of its processor time.
+// The peak of resident memory while the server works, up to the limit of its processor time.
 double WatchPeak(const MeasuredServer& server, double cpu_limit_s, bool* idle) {
   double peak = 0;
   std::atomic<bool> over = false;
@@ -76,7 +76,7 @@ double WatchPeak(const MeasuredServer& server, double cpu_limit_s, bool* idle) {
   return peak;
 }
 
-// Of the busiest thread; of what threads used that have ended, all together.
+// Processor time of the busiest thread, in seconds; threads that have ended count together.
 double BusiestSince(const MeasuredServer& server, const std::map<pid_t, double>& threads_s,
                     double total_s) {
   double busiest = 0, sum = 0;
@@ -90,7 +90,7 @@ double BusiestSince(const MeasuredServer& server, const std::map<pid_t, double>&
   return std::max(busiest, total - sum);
 }
 
-// Cancels all and notes what the server still works.
+// Cancels all calls and measures the processor time that the server still uses.
 void Cancel(const MeasuredServer& server, std::vector<Sent>& copies, Measured& measured) {
   for (Sent& sent : copies) CancelAll(sent);
   // The cancels travel through the client's threads.
@@ -109,8 +109,8 @@ void Cancel(const MeasuredServer& server, std::vector<Sent>& copies, Measured& m
   measured.cpu_ms = std::max(measured.cpu_ms, BusiestSince(server, threads_s, total_s) * 1e3);
 }
 
-// What is resident once it is no more than `allowed`, at the latest after two seconds: memory that
-// is free within the process may take a moment to be given back.
+// Resident memory as soon as it is no more than `allowed`, at the latest after two seconds: memory
+// that is free within the process may take a moment to be given back.
 double SettledBytes(const MeasuredServer& server, double allowed) {
   constexpr double kSettleLimit_s = 2;
   const auto start = SteadyClock::now();
@@ -175,7 +175,8 @@ Measured Measure(const HostileRequest& request) {
   MeasureHeld(request, target, measured);
   if (!request.has_cpu) return measured;
   const milliseconds delays[kCpuTries] = {milliseconds(3), milliseconds(50), milliseconds(300)};
-  // What goes on and on need not be tried again, and would be counted as the next one's.
+  // A request that does not end is not tried again, because its work would be counted as the next
+  // one's.
   for (int i = 0; i < kCpuTries && !measured.died && !measured.cpu_unended; ++i) {
     if (SecondsSince(start) > kRequestLimit_s) break;
     MeasureCancelled(request, target, request.copies + i, delays[i], measured);

@@ -1,4 +1,4 @@
-// What questions and publishing cost, beside another server program, in turn.
+// The costs of queries and of publishing, beside another server program, in turn.
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -23,7 +23,7 @@ v1::GetDistancesRequest Question(int rows) {
   return request;
 }
 
-// Microseconds of the kind of call, and the server's processor time of one.
+// Wall time of a call in microseconds, and the server's processor time for it.
 struct Cost {
   double wall_us = 0, cpu_us = 0;
 };
@@ -76,7 +76,7 @@ bool MeasureRound(Side& side, int round) {
   return ok;
 }
 
-// Medians of ours and of the other's, and of the quotients of each round.
+// Adds the medians of our times and of the other server's, and of the ratios of each round.
 void AddCost(const std::string& key, const std::string& what, const std::vector<Cost>& ours,
              const std::vector<Cost>& others, Report& report) {
   std::vector<double> our_us, other_us, wall_ratios, cpu_ratios;

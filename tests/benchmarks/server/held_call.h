@@ -26,10 +26,11 @@ struct CallPlan {
   std::vector<std::pair<std::string, std::string>> metadata = {};
 };
 
-// The bytes of all messages as they travel, with gRPC's prefix of five bytes each; without headers.
+// The bytes of all messages on the wire, with gRPC's prefix of five bytes each, without headers.
 std::int64_t WireBytes(const CallPlan& plan);
 
-// Thread safe. Its end cancels the call and waits for that, which needs no server.
+// A held call. Thread safe. Its destructor cancels the call and waits for that, even if the server
+// is gone.
 class HeldCall final : private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   HeldCall(const std::shared_ptr<grpc::Channel>& channel, CallPlan plan);
@@ -38,14 +39,14 @@ class HeldCall final : private grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::B
   HeldCall& operator=(const HeldCall&) = delete;
 
   void Cancel();
-  // True when the call is over.
+  // True if the call is over.
   bool WaitUntilDone(std::chrono::milliseconds limit);
-  // True when all messages are sent or the call is over.
+  // True if all messages are sent or the call is over.
   bool WaitUntilSent(std::chrono::milliseconds limit);
   std::int64_t wire_bytes() const { return wire_bytes_; }
-  // "open" while it is not over, else the name of its status code.
+  // "open" until it is over, then the name of its status code.
   std::string Outcome() const;
-  // That of a call that is over.
+  // The status of a call that is over.
   grpc::Status status() const;
 
  private:

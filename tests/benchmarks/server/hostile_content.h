@@ -1,4 +1,4 @@
-// What hostile requests are made of: meshes, scans, robots and lists of changes.
+// The content of hostile requests: meshes, scans, robots and lists of changes.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace cwm::benchmarks {
 
-// A closed torus, 1 m wide, of 2 x around x across triangles. Variants differ by a little in size,
-// so that each has a hash of its own.
+// A closed torus, 1 m wide, of 2 x around x across triangles. Variants differ slightly in size, so
+// that each has a hash of its own.
 TriangleMesh Torus(int around, int across, int variant);
 inline constexpr int kLargeAround = 300, kLargeAcross = 299;  // 179 400 triangles
 inline constexpr int kHullAround = 256, kHullAcross = 255;    // 65 280 vertices: may have a hull
 
-// Stores one torus a copy and notes the hashes; false where the server refuses.
+// Stores one torus per copy and records the hashes; false if the server refuses.
 bool StoreTori(Target& target, int copies, int around, int across);
 inline bool StoreLargeTori(Target& target, int copies) {
   return StoreTori(target, copies, kLargeAround, kLargeAcross);
@@ -28,13 +28,13 @@ inline bool StoreLargeTori(Target& target, int copies) {
 
 // Puts `count` boxes of 5 cm into the world, on a grid of 20 cm.
 bool PutBoxes(const MeasuredServer& server, const std::string& world, int count);
-// Puts one object, "torus", that is the mesh of that hash.
+// Puts one object, "torus", whose shape is the mesh of that hash.
 bool PutMesh(const MeasuredServer& server, const std::string& world, const std::string& hash);
 // Loads a robot, "arm", of `links` links on prismatic joints, each a sphere.
 bool LoadArm(const MeasuredServer& server, const std::string& world, int links);
 bool Apply(const MeasuredServer& server, const v1::ApplyChangesRequest& request);
 
-// A list of `count` puts of spheres of 1 mm, with names and radii as short as they get.
+// A list of `count` puts of spheres of 1 mm, with names and radii as short as possible.
 v1::ApplyChangesRequest TinySpheres(const std::string& world, int count);
 // The URDF of the arm.
 std::string ArmUrdf(int links);
@@ -48,12 +48,12 @@ struct NamedFile {
   std::string bytes;
 };
 CallPlan RobotPlanOf(const v1::LoadRobotHeader& header, const std::vector<NamedFile>& files);
-// The URDF of one link whose collision geometries are the meshes, each at the scales.
+// The URDF of one link whose collision geometries are the meshes, each at all of the scales.
 std::string MeshUrdf(const std::vector<std::string>& files, const std::vector<double>& scales);
 
-// Header, chunks and the end of a cloud's upload of x y z as floats.
+// Header, chunks and the end of a cloud's upload, with x y z as floats.
 CallPlan CloudPlanOf(const std::string& world, const std::vector<float>& xyz);
-// Half a million points drawn evenly in a box.
+// `count` points drawn evenly in a box.
 std::vector<float> NoisePoints(int count);
 
 }  // namespace cwm::benchmarks

@@ -1,6 +1,5 @@
-// Requests that cost a server more than they cost who sends them: what the amplification is
-// measured with. Each is an entry of a table; who knows another one adds a row to that of its
-// service.
+// Requests that cost a server more than they cost the sender: the entries of the amplification
+// measurement. A new request is a new row in the table of its service.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +14,19 @@
 
 namespace cwm::benchmarks {
 
-// What one copy of a hostile request sent, and what it holds open.
+// The bytes that one copy of a hostile request sent, and the calls that it holds open.
 struct Sent {
   std::int64_t bytes = 0;          // on the wire, uploads that the request needs included
-  std::int64_t content_bytes = 0;  // what a world may store of it, as it travels
+  std::int64_t content_bytes = 0;  // the part that a world may store, as it travels
   std::vector<std::unique_ptr<HeldCall>> calls;
-  std::vector<std::shared_ptr<void>> others;  // connections, channels: go with it
-  std::string outcome;                        // of what was not held, e.g. of many calls in a row
+  std::vector<std::shared_ptr<void>> others;  // connections and channels, which end with it
+  std::string outcome;                        // of calls not held, e.g. of many calls in a row
 };
 
-// Against whom: the server, and what the preparation left there.
+// The server under attack, and what the preparation left there.
 struct Target {
   MeasuredServer& server;
-  std::vector<std::string> hashes = {};  // of meshes, one a copy
+  std::vector<std::string> hashes = {};  // of meshes, one per copy
   std::int64_t mesh_bytes = 0;           // of each
 
   // Begins the call over a connection of its own and waits until it is sent, at most a second.
@@ -35,19 +34,20 @@ struct Target {
   // The same over a given channel.
   void HoldOver(const std::shared_ptr<grpc::Channel>& channel, CallPlan plan, Sent& sent) const;
   // Makes the calls one after another over one connection, each to its end, for at most `limit_s`;
-  // the outcome of the last.
+  // records the outcome of the last.
   void CallInTurn(const std::vector<CallPlan>& plans, double limit_s, Sent& sent) const;
 };
 
 inline constexpr int kCpuTries = 3;
 
-// Sends one copy. Copies differ where the server may remember what it has worked out once.
+// Sends one copy. Copies differ if the server may cache its work.
 using SendCopy = std::function<void(const Target& target, int copy, Sent& sent)>;
 
 struct HostileRequest {
   std::string name;
   int copies = 8;  // held at once; the preparation makes kCpuTries more of what each needs
-  // Stores what an honest client would; false where that failed. `copies` includes the tries.
+  // Stores the content that an honest client would store; false if that failed. `copies` includes
+  // the tries.
   std::function<bool(Target& target, int copies)> prepare = {};
   SendCopy send;
   bool has_cpu = true;        // false: a series of calls, each cheap

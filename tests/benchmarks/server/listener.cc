@@ -1,4 +1,4 @@
-// A full descriptor table, and whether the server accepts connections after it.
+// A full descriptor table, and whether the server accepts connections afterwards.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -17,8 +17,8 @@ namespace {
 constexpr int kDescriptors = 1'024;
 constexpr int kConnections = 1'100;
 
-// This process holds the other ends; the servers of other figures start with the limits as they
-// were.
+// Raises the descriptor limit of this process, which holds the other ends, and restores it, so that
+// the servers of other figures start with the original limits.
 class RaisedLimit {
  public:
   RaisedLimit() {
@@ -35,7 +35,7 @@ class RaisedLimit {
   rlimit before_{};
 };
 
-// Whether a new connection is made and its call answered within five seconds.
+// True if a new connection is made and its call answered within five seconds.
 bool Answers(const std::string& address) {
   constexpr auto kLimit = std::chrono::seconds(5);
   const client::Connection connection({.address = address, .deadline = kLimit});
@@ -47,7 +47,7 @@ bool Answers(const std::string& address) {
       .ok();
 }
 
-// Opens the connections, waits, closes them, waits; how many there were.
+// Opens the connections, waits, closes them and waits; returns how many there were.
 template <class Connect>
 int Flood(const Connect& connect) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);

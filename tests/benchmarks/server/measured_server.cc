@@ -25,7 +25,7 @@ std::string& ProgramPath() {
 
 std::vector<std::string> Command(const MeasuredServerOptions& options, const std::string& socket,
                                  int tcp_port) {
-  // A server ends with this program, however that ends.
+  // The server ends when this program ends, for whatever reason.
   std::vector<std::string> words = {"setpriv", "--pdeathsig", "KILL"};
   if (options.max_descriptors > 0) {
     const std::string count = std::to_string(options.max_descriptors);

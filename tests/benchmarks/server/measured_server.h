@@ -1,5 +1,5 @@
-// A cwm-server of its own that is measured from outside: its memory and the processor time of its
-// threads, as the kernel tells them.
+// A cwm-server that is measured from outside: its memory and the processor time of its threads, as
+// the kernel reports them.
 #pragma once
 
 #include <grpcpp/channel.h>
@@ -25,7 +25,7 @@ inline double SecondsSince(SteadyClock::time_point start) {
 
 inline constexpr double kMebi = 1 << 20;
 
-// The cwm-server beside this program, or the one that UseServerProgram named.
+// The cwm-server beside this program, or the one set by UseServerProgram.
 std::string ServerProgram();
 void UseServerProgram(std::string path);
 
@@ -38,7 +38,7 @@ struct MeasuredServerOptions {
 class MeasuredServer {
  public:
   explicit MeasuredServer(const MeasuredServerOptions& options = {});
-  // Kills it: whoever wants to see it stop says so before.
+  // Kills the server; call Stop_s before to see it stop.
   ~MeasuredServer();
   MeasuredServer(const MeasuredServer&) = delete;
   MeasuredServer& operator=(const MeasuredServer&) = delete;
@@ -48,26 +48,25 @@ class MeasuredServer {
   pid_t pid() const { return process_.pid(); }
   const client::Connection& connection() const { return *connection_; }
   const std::string& socket_path() const { return socket_path_; }
-  // 0 where it does not listen on TCP.
+  // 0 if it does not listen on TCP.
   int tcp_port() const { return tcp_port_; }
-  // A channel whose calls share no socket with others, without a limit on what it receives.
+  // A channel whose calls share no socket with others and have no limit on received messages.
   std::shared_ptr<grpc::Channel> NewChannel() const;
 
-  // Anonymous memory that is resident: files and libraries that are mapped do not count. 0 when it
-  // is gone.
+  // Resident anonymous memory: mapped files and libraries do not count. 0 if the server is gone.
   std::int64_t ResidentBytes() const;
-  // Of all threads together, those that ended included; 0 when it is gone.
+  // Processor time of all threads, including those that have ended; 0 if the server is gone.
   double Cpu_s() const;
-  // The processor time of each thread that lives.
+  // The processor time of each live thread.
   std::map<pid_t, double> ThreadCpu_s() const;
-  // Whether a thread is at work or waits for a core: machines are shared.
+  // True if a thread is running or waits for a core, which happens on a shared machine.
   bool HasRunnableThread() const;
-  // Waits until it has done next to nothing for 100 ms, with no thread that wants a core. False
-  // when it has used `cpu_limit_s` of processor time meanwhile, after three times as long (on a
-  // machine that others use it waits for cores), or when it is gone.
+  // Waits until the server has been nearly idle for 100 ms, with no runnable thread. False if it
+  // has used `cpu_limit_s` of processor time meanwhile, after three times as long (on a shared
+  // machine it waits for cores), or if it is gone.
   bool WaitUntilIdle(double cpu_limit_s) const;
 
-  // Seconds from SIGTERM to its end; absent when it does not end within `limit_s`.
+  // Seconds from SIGTERM to its end; empty if it does not end within `limit_s`.
   std::optional<double> Stop_s(double limit_s);
 
  private:

@@ -1,4 +1,4 @@
-// Whether memory comes back when worlds go.
+// Checks whether memory is given back when worlds are deleted.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -63,10 +63,10 @@ struct Kind {
   std::function<bool(MeasuredServer&)> fill;
 };
 
-// The share that came back; absent where it could not be measured.
+// The share that was given back; empty if it could not be measured.
 std::optional<double> Returned(const Kind& kind, Report& report) {
   MeasuredServer server;
-  // What is made with the first of each kind stays: threads, tables.
+  // Threads and tables made with the first object of each kind stay.
   if (!server.up() || !PutBoxes(server, "first", 10) || !DeleteAll(server)) return std::nullopt;
   server.WaitUntilIdle(2);
   const auto before = static_cast<double>(server.ResidentBytes());

@@ -1,4 +1,4 @@
-// What well-behaved clients get while others overload the server.
+// The service that well-behaved clients get while others overload the server.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -19,7 +19,7 @@ constexpr double kMaxP99Ratio = 20, kMinGoodput = 0.9, kMaxWait_s = 5;
 
 void Pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
-// What each kind of client gets while there is no other, a second.
+// The service that each kind of client gets if there is no other.
 struct Alone {
   std::vector<double> small_s;  // latencies
   double batches_per_s = 0, scans_per_s = 0;
@@ -27,7 +27,8 @@ struct Alone {
 
 using AddClients = void (*)(const MeasuredServer&, Tally&, Clients&);
 
-// Answers a second of clients that are alone, of at least kMinAnswers where they come in time.
+// Answers per second to clients that are alone; waits for at least kMinAnswers of them, within a
+// time limit.
 double RateAlone(const MeasuredServer& server, AddClients add, std::string* failure) {
   constexpr std::size_t kMinAnswers = 6;
   constexpr double kLimit_s = 15;

@@ -19,7 +19,7 @@ constexpr int kScanConnections = 2;
 constexpr int kHostileClients = 3;
 constexpr double kCallLimit_s = 30;
 
-// What attackers sent: memory without a budget, work that nobody can pass.
+// The requests of the attackers: memory without a budget, and work that blocks others.
 const std::vector<std::string>& HostileNames() {
   static const std::vector<std::string> names = {
       "LoadRobot/collada_two_scales",  "CheckCollisions/hull_mentions",
@@ -30,7 +30,7 @@ const std::vector<std::string>& HostileNames() {
   return names;
 }
 
-// A server keeps what each request of the table needs, one copy a client.
+// A hostile request with the content that it needs on the server, one copy per client.
 struct Armed {
   HostileRequest request;
   std::unique_ptr<Target> target;
@@ -147,7 +147,7 @@ void AddHostileClients(MeasuredServer& server, std::atomic<int>& sent, Clients& 
   }
   if (armed->empty()) return;
   for (int client = 0; client < kHostileClients; ++client) {
-    // Each begins elsewhere in the list.
+    // Each client begins at another place of the list.
     auto turn = std::make_shared<std::size_t>(static_cast<std::size_t>(client) * armed->size() /
                                               kHostileClients);
     clients.Add([armed, turn, client, &sent, &server] {

@@ -1,4 +1,4 @@
-// The clients of the overload: one that asks small questions, well-behaved ones with batches and
+// The clients of the overload: one that sends small queries, well-behaved ones with batches and
 // scans, and hostile ones.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace cwm::benchmarks {
 
-// Threads that go round until they are told to end.
+// Threads that loop until they are told to end.
 class Clients {
  public:
   Clients() = default;
@@ -25,7 +25,7 @@ class Clients {
 
   // Calls `once` again and again in a thread of its own.
   void Add(std::function<void()> once);
-  // Ends what is under way as well.
+  // Ends the threads, after their present calls.
   void End();
   const std::atomic<bool>& over() const { return over_; }
 
@@ -34,32 +34,31 @@ class Clients {
   std::vector<std::thread> threads_;
 };
 
-// What calls of one kind came to. Thread safe.
+// The outcomes of calls of one kind. Thread safe.
 struct Tally {
   std::mutex mutex;
   std::vector<double> latencies_s;  // of those answered OK
   int refused = 0;                  // with RetryInfo
   int failed = 0;                   // otherwise
   std::string failure;              // the first
-  // Of calls that were refused at first and taken later, when they were sent again after the delay
-  // that was advised each time: that of the first refusal, and the time from there to the call that
-  // was taken.
+  // For calls that were refused first and accepted later, after waiting for the advised delay each
+  // time: the delay advised with the first refusal, and the time from there to the accepted call.
   std::vector<double> advised_s, actual_s;
 };
 
-// Makes the call, again after each refusal with the delay that it advises, until it is answered,
-// has failed or taken 30 s; tells the tally. What is `over` meanwhile is not told.
+// Makes the call, and repeats it after each refusal with the advised delay, until it is answered,
+// has failed or has taken 30 s; adds it to the tally, unless `over` was set meanwhile.
 void CallPolitely(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
                   const std::atomic<bool>& over, Tally& tally);
 
-// Clients with batches of questions, clients with scans. What they ask of is there:
-// PrepareOverload.
+// Clients with batches of queries, and clients with scans. PrepareOverload puts what they query
+// into place.
 inline constexpr int kBatchRows = 10'000;
 void AddBatchClients(const MeasuredServer& server, Tally& tally, Clients& clients);
 void AddScanClients(const MeasuredServer& server, Tally& tally, Clients& clients);
 // Clients that send hostile requests of the table, each held for at most half a second.
 void AddHostileClients(MeasuredServer& server, std::atomic<int>& sent, Clients& clients);
-// A small question every five milliseconds over a connection of its own.
+// A client that sends a small query every five milliseconds over a connection of its own.
 void AddSmallClient(const MeasuredServer& server, Tally& tally, Clients& clients);
 
 CallPlan BatchPlan();

@@ -1,4 +1,4 @@
-// Questions: many mentions of one mesh, the largest answers, engines that are hard to stop.
+// Queries: many mentions of one mesh, the largest answers, engines that are hard to stop.
 #include <cmath>
 #include <string>
 #include <utility>
@@ -21,7 +21,7 @@ std::string HashOf(const Target& target, int copy) {
 
 bool MakeBoxes(Target& target, int) { return PutBoxes(target.server, "w", 2'000); }
 
-// Large meshes, the first of which stands in the world.
+// Stores large meshes and puts the first into the world.
 bool MakeTori(Target& target, int copies) {
   return StoreLargeTori(target, copies) && PutMesh(target.server, "w", target.hashes[0]);
 }
@@ -148,7 +148,7 @@ void MeshOverlay(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf("cwm.v1.QueryService/GetDistances", request), sent);
 }
 
-// What if an object stood there that mentions one hull as often as an object may.
+// A query with an overlay object that mentions one hull as often as an object may.
 void HullOverlay(const Target& target, int copy, Sent& sent) {
   v1::GetDistancesRequest request;
   request.set_world("w");
@@ -162,7 +162,7 @@ void HullOverlay(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf("cwm.v1.QueryService/GetDistances", request), sent);
 }
 
-// A mesh that moves through the mesh of the world, in as many steps as a batch has.
+// A mesh that moves through the mesh of the world, along a path of 2 000 rows.
 void LongMotion(const Target& target, int copy, Sent& sent) {
   constexpr int kRows = 2'000;
   v1::CheckMotionsRequest request;
@@ -173,7 +173,7 @@ void LongMotion(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf("cwm.v1.QueryService/CheckMotions", request), sent);
 }
 
-// Waits for a revision that never comes with a body of 15 MiB.
+// A query with a body of 15 MiB that waits for a revision that never comes.
 v1::GetDistancesRequest LargeWait() {
   v1::GetDistancesRequest request;
   request.mutable_options()->mutable_at_revision()->set_at_least(1'000'000'000);

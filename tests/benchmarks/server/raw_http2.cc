@@ -19,7 +19,7 @@ constexpr char kPreface[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 constexpr std::uint8_t kData = 0, kHeaders = 1, kResetStream = 3, kSettings = 4, kPing = 6;
 constexpr std::uint8_t kEndStream = 1, kEndHeaders = 4;
 
-// A literal that enters no table, of lengths below 127.
+// A literal header field that enters no table; lengths are below 127.
 std::string Literal(const std::string& name, const std::string& value) {
   return std::string(1, '\0') + static_cast<char>(name.size()) + name +
          static_cast<char>(value.size()) + value;
@@ -28,7 +28,7 @@ std::string Literal(const std::string& name, const std::string& value) {
 int Connect(int family, const sockaddr* address, socklen_t size) {
   const int fd = socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return -1;
-  // A Unix socket whose backlog is full says so at once; TCP goes on by itself.
+  // A Unix socket whose backlog is full refuses at once; TCP keeps trying by itself.
   for (int i = 0; i < 100; ++i) {
     if (connect(fd, address, size) == 0 || errno == EINPROGRESS || errno == EISCONN) return fd;
     if (errno != EAGAIN && errno != EALREADY) break;
@@ -76,7 +76,7 @@ std::string RawHttp2::Frame(std::uint8_t type, std::uint8_t flags, std::uint32_t
 }
 
 std::string RawHttp2::Headers(std::uint32_t stream, const std::string& method) {
-  // Of the static table: :method POST is 3, :scheme http is 6.
+  // Indices of the static table: :method POST is 3, :scheme http is 6.
   const std::string block = "\x83\x86" + Literal(":path", "/" + method) +
                             Literal(":authority", "cwm") + Literal("te", "trailers") +
                             Literal("content-type", "application/grpc");

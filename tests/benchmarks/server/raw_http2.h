@@ -1,4 +1,4 @@
-// A client that writes HTTP/2 frames itself: what a library would not send.
+// A client that writes HTTP/2 frames itself, for frames that a library would not send.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 
 namespace cwm::benchmarks {
 
-// A connected Unix socket; -1 when the server does not take it within a second.
+// A connected Unix socket; -1 if the server does not accept it within a second.
 int ConnectUnix(const std::string& path);
-// The same of a port of loopback.
+// The same for a port of loopback.
 int ConnectLoopback(int port);
 
 class RawHttp2 {
@@ -20,10 +20,10 @@ class RawHttp2 {
   RawHttp2& operator=(const RawHttp2&) = delete;
 
   bool open() const { return fd_ >= 0; }
-  // Bytes that the kernel took.
+  // Bytes that the kernel accepted.
   std::int64_t sent_bytes() const { return sent_bytes_; }
 
-  // Frames of a call: its headers, one message, its end by the client.
+  // The frames of a call: its headers, one message, the reset by the client.
   static std::string Headers(std::uint32_t stream, const std::string& method);
   static std::string Message(std::uint32_t stream, const std::string& message, bool ends);
   static std::string Reset(std::uint32_t stream);
@@ -32,8 +32,8 @@ class RawHttp2 {
   static std::string Frame(std::uint8_t type, std::uint8_t flags, std::uint32_t stream,
                            const std::string& payload);
 
-  // False when the server takes nothing for `limit_s`, or has closed the connection. Reads and
-  // throws away what the server says, unless `reads` is false.
+  // False if the server accepts nothing for `limit_s` or has closed the connection. Reads and
+  // discards the server's frames, unless `reads` is false.
   bool Send(const std::string& frames, double limit_s, bool reads = true);
 
  private:

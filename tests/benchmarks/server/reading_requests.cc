@@ -1,4 +1,4 @@
-// Calls that read: small requests with large answers, and clients that do not take them.
+// Calls that read: small requests with large answers, and clients that do not read them.
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,7 +19,7 @@ bool MakeOneTorus(Target& target, int) {
          PutMesh(target.server, "w", target.hashes[0]);
 }
 
-// A call of that request whose answer nobody reads.
+// A call of that request whose answer is not read.
 template <class Request>
 SendCopy Unread(std::string method, Request request) {
   CallPlan plan = PlanOf(std::move(method), request);
@@ -42,7 +42,7 @@ SendCopy UnreadList() {
   return Unread("cwm.v1.WorldService/ListObjects", request);
 }
 
-// An object of nearly a mebibyte, as often as a connection takes it.
+// Puts an object whose message is nearly a mebibyte.
 bool MakeLargeObject(Target& target, int) {
   v1::ApplyChangesRequest request;
   request.set_world("w");
@@ -93,8 +93,8 @@ SendCopy UnreadWatch() {
   return Unread("cwm.v1.WorldService/WatchWorld", request);
 }
 
-// Unread watches while the world changes: the first copy makes the changes, which are its own
-// bytes.
+// Unread watches while the world changes. The first copy makes the changes, whose bytes count as
+// its own.
 void WatchChanges(const Target& target, int copy, Sent& sent) {
   v1::WatchWorldRequest request;
   request.set_world("w");
@@ -117,7 +117,7 @@ void WatchChanges(const Target& target, int copy, Sent& sent) {
   target.CallInTurn(changes, 3.0, sent);
 }
 
-// Small waits for a revision that never comes, as many as one connection is given.
+// Small waits for a revision that never comes, as many as one connection may have.
 void WaitInCrowds(const Target& target, int, Sent& sent) {
   v1::GetWorldRequest request;
   request.set_world("w");
@@ -141,7 +141,7 @@ void ListWorlds(const Target& target, int, Sent& sent) {
   for (int i = 0; i < 32; ++i) target.HoldOver(channel, plan, sent);
 }
 
-// A different unknown world, hash and object with each call.
+// A different unknown world, hash and object in each call.
 void AskUnknown(const Target& target, int copy, Sent& sent) {
   std::vector<CallPlan> plans;
   for (int i = 0; i < 1'500; ++i) {

@@ -1,4 +1,4 @@
-// Robots: files that unfold while they are read, and uploads that stop half-way.
+// Robots: files that expand while they are parsed, and uploads that stop half-way.
 #include <string>
 #include <vector>
 
@@ -21,7 +21,7 @@ v1::LoadRobotHeader HeaderOf(int copy, std::string urdf) {
   return header;
 }
 
-// A Collada file in which each node holds the next one twice, side by side: 2^levels boxes.
+// A Collada file in which each node contains the next one twice, side by side: 2^levels boxes.
 std::string Unfolding(int levels, int copy) {
   std::string nodes = absl::StrCat(R"(<node id="n0"><scale>1 1 1.)", 100 + copy,
                                    R"(</scale><instance_geometry url="#part"/></node>)");
@@ -44,7 +44,7 @@ SendCopy LoadUnfolding(int levels, std::vector<double> scales) {
   };
 }
 
-// One mesh of the file, at many scales: each is a mesh of its own.
+// One mesh of the file at many scales: each scale makes a mesh of its own.
 void LoadScales(const Target& target, int copy, Sent& sent) {
   std::vector<double> scales;
   for (int i = 0; i < 40; ++i) scales.push_back(1 + 0.001 * (40 * copy + i));
@@ -52,7 +52,7 @@ void LoadScales(const Target& target, int copy, Sent& sent) {
   target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.stl"}, scales)), {{"a.stl", stl}}), sent);
 }
 
-// GLB: as many nodes as there is patience, all of one mesh.
+// A GLB file with very many nodes of one mesh.
 void LoadGlbNodes(const Target& target, int copy, Sent& sent) {
   constexpr int kNodes = 2'000;
   std::string nodes = "[", roots = "[";
@@ -66,7 +66,7 @@ void LoadGlbNodes(const Target& target, int copy, Sent& sent) {
   target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.glb"}, {1, 2})), {{"a.glb", glb}}), sent);
 }
 
-// OBJ: eight bytes a triangle, nearly all different.
+// An OBJ file with eight bytes per triangle, nearly all of them different.
 void LoadObjFaces(const Target& target, int copy, Sent& sent) {
   std::string obj;
   for (int i = 0; i < 90; ++i) {
@@ -80,7 +80,7 @@ void LoadObjFaces(const Target& target, int copy, Sent& sent) {
   target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.obj"}, {1, 2})), {{"a.obj", obj}}), sent);
 }
 
-// STL as text: the same triangle again and again.
+// An STL file as text that repeats the same triangle.
 void LoadStlText(const Target& target, int copy, Sent& sent) {
   std::string stl = absl::StrCat("solid part", copy, "\n");
   for (int i = 0; i < 200'000; ++i) {
@@ -111,7 +111,7 @@ SendCopy LoadElements(bool in_srdf) {
   };
 }
 
-// Disabled pairs of links, again and again.
+// Disabled pairs of links, repeated.
 void LoadDisabledPairs(const Target& target, int copy, Sent& sent) {
   v1::LoadRobotHeader header = HeaderOf(copy, ArmUrdf(300));
   std::string srdf = R"(<robot name="arm">)";
@@ -124,7 +124,7 @@ void LoadDisabledPairs(const Target& target, int copy, Sent& sent) {
   target.Hold(RobotPlanOf(header, {}), sent);
 }
 
-// Each group holds all of the groups before.
+// Each group contains all groups before it.
 void LoadNestedGroups(const Target& target, int copy, Sent& sent) {
   v1::LoadRobotHeader header = HeaderOf(copy, ArmUrdf(200));
   std::string srdf =
@@ -150,7 +150,7 @@ void LoadSpheres(const Target& target, int copy, Sent& sent) {
   target.Hold(plan, sent);
 }
 
-// Nothing but the header, of texts.
+// An upload of only the header, with large texts.
 void HalfOpen(const Target& target, int copy, Sent& sent) {
   v1::LoadRobotHeader header = HeaderOf(copy, std::string(15 << 20, ' '));
   CallPlan plan = RobotPlanOf(header, {});
@@ -159,7 +159,7 @@ void HalfOpen(const Target& target, int copy, Sent& sent) {
   target.Hold(plan, sent);
 }
 
-// The header and a promise of files, small, many at a time.
+// Many small uploads with the header and the announcement of a file.
 void HalfOpenCrowd(const Target& target, int copy, Sent& sent) {
   CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(1)), {{"a.stl", "nothing"}});
   plan.messages.resize(2);
@@ -168,7 +168,7 @@ void HalfOpenCrowd(const Target& target, int copy, Sent& sent) {
   for (int i = 0; i < 200; ++i) target.HoldOver(channel, plan, sent);
 }
 
-// Files of a mebibyte of zeros each, without the end.
+// Files of a mebibyte of zeros each, without the end of the upload.
 void HalfSentFiles(const Target& target, int copy, Sent& sent) {
   const std::string zeros(1 << 20, '\0');
   std::vector<NamedFile> files;
@@ -179,7 +179,7 @@ void HalfSentFiles(const Target& target, int copy, Sent& sent) {
   target.Hold(plan, sent);
 }
 
-// Names of files as long as they may be, of files that are empty.
+// File names of the maximum length, for empty files.
 void FileNames(const Target& target, int copy, Sent& sent) {
   std::vector<NamedFile> files;
   for (int i = 0; i < 4'000; ++i) files.push_back({absl::StrCat(std::string(4'000, 'n'), i), ""});
@@ -209,7 +209,7 @@ v1::GetRobotLinksRequest Links() {
   return request;
 }
 
-// A batch of states of all joints, asked of a robot with many links.
+// A batch of states of all joints, for a robot with many links.
 void ManyStates(const Target& target, int, Sent& sent) {
   v1::CheckCollisionsRequest request;
   request.set_world("w");

@@ -1,5 +1,5 @@
-// What one client can take from all others, against a real server: quick to build where the server
-// is worked on. The same figures as ./dev bench server prints.
+// The figures of the server under attack, against a real server: quick to build while working on
+// the server. Prints the same figures as ./dev bench server.
 #include <cstring>
 #include <functional>
 #include <map>

@@ -1,4 +1,4 @@
-// How long a server takes to stop, and what its clients hear of it.
+// The time that a server takes to stop, and the status that its clients receive.
 #include <signal.h>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ class PythonClients {
   testing::Background program_;
 };
 
-// Absent where it could not be measured.
+// The time to stop, in seconds; empty if it could not be measured.
 std::optional<double> StopBesideIdle(int python_programs, int clients, Report& report) {
   MeasuredServer server;
   if (!server.up()) return std::nullopt;
@@ -106,7 +106,7 @@ void MeasureIdleStops(Report& report) {
                 1));
 }
 
-// How the calls ended that were under way at the signal, and those begun after it.
+// The outcomes of calls that were in flight at the signal, and of those begun after it.
 struct Ends {
   std::mutex mutex;
   std::map<std::string, int> under_way, begun_after;
@@ -117,7 +117,8 @@ class LoadOnStop {
  public:
   explicit LoadOnStop(MeasuredServer& server) : server_(server) {}
 
-  // A client that makes the calls of `plan` one after another until one fails after the signal.
+  // Adds a client that makes the calls of `plan` one after another until one fails after the
+  // signal.
   void Add(const std::string& kind, CallPlan plan) {
     threads_.emplace_back([this, kind, plan = std::move(plan)] { Run(kind, plan); });
   }
@@ -142,7 +143,7 @@ class LoadOnStop {
         if (over_) break;
       }
       if (!signalled_) {
-        // A refusal before the signal is no matter of the stop.
+        // A refusal before the signal has nothing to do with the stop.
         if (!call.status().ok()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
         continue;
       }

@@ -1,4 +1,4 @@
-// Streams of questions: overlays that stay, messages that are read ahead, streams that say nothing.
+// Streams of queries: overlays that stay, messages that are read ahead, streams without messages.
 #include <string>
 #include <vector>
 
@@ -62,7 +62,7 @@ SendCopy HoldMeshOverlay(int mentions) {
   };
 }
 
-// Several questions of 15 MiB of zeros: one is worked on or waits, one is read ahead.
+// Several queries of 15 MiB of zeros: one is processed or waits, one is read ahead.
 SendCopy ReadAhead(bool waits) {
   return [waits](const Target& target, int, Sent& sent) {
     v1::StreamQueriesRequest request;
@@ -80,7 +80,7 @@ void OpenIdle(const Target& target, int, Sent& sent) {
   for (int i = 0; i < 200; ++i) target.HoldOver(channel, OpenStream({}), sent);
 }
 
-// The largest answers, which nobody takes, with questions behind them.
+// The largest answers, which nobody reads, with queries behind them.
 void LeaveUnread(const Target& target, int, Sent& sent) {
   v1::StreamQueriesRequest request;
   v1::GetDistancesRequest* question = request.mutable_get_distances();

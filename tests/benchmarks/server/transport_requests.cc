@@ -1,5 +1,5 @@
-// What a stranger sends without a thought for services: connections, headers, malformed messages,
-// resets, health and reflection.
+// Hostile traffic below the services: connections, headers, malformed messages, resets, health and
+// reflection.
 #include <unistd.h>
 
 #include <string>
@@ -24,10 +24,10 @@ void LargeMetadata(const Target& target, int, Sent& sent) {
   const auto channel = target.server.NewChannel();
   constexpr int kCalls = 64;
   for (int i = 0; i < kCalls; ++i) target.HoldOver(channel, plan, sent);
-  sent.bytes += 15 << 10;  // HPACK names what it has seen: the others cost a few bytes each
+  sent.bytes += 15 << 10;  // HPACK indexes repeated headers: the others cost a few bytes each
 }
 
-// Messages that are no protobuf: groups in groups, lengths beyond the end.
+// Messages that are not valid protobuf: nested groups, lengths beyond the end.
 SendCopy Malformed(std::string method, std::string bytes) {
   return [=](const Target& target, int, Sent& sent) {
     CallPlan plan{.method = method, .messages = {bytes}};
@@ -36,7 +36,7 @@ SendCopy Malformed(std::string method, std::string bytes) {
   };
 }
 
-// Millions of unknown fields of two bytes: kept by the parser unless it is told not to.
+// Millions of unknown fields of two bytes, which the parser keeps unless it is told not to.
 std::string UnknownFields() {
   std::string bytes;
   for (int i = 0; i < 2'000'000; ++i) bytes += std::string("\x78\x01", 2);
@@ -100,7 +100,7 @@ void Resets(const Target& target, int, Sent& sent) {
   sent.others.push_back(connection);
 }
 
-// Calls of which only the headers come.
+// Calls of which only the headers are sent.
 void HeadersOnly(const Target& target, int, Sent& sent) {
   auto connection = std::make_shared<RawHttp2>(target.server.socket_path());
   std::string frames;
@@ -113,7 +113,7 @@ void HeadersOnly(const Target& target, int, Sent& sent) {
   sent.outcome = "1000 streams";
 }
 
-// Pings and settings, of which nobody reads the acknowledgements.
+// Pings and settings whose acknowledgements nobody reads.
 void Pings(const Target& target, int, Sent& sent) {
   auto connection = std::make_shared<RawHttp2>(target.server.socket_path());
   std::string frames;
@@ -124,7 +124,7 @@ void Pings(const Target& target, int, Sent& sent) {
   sent.outcome = "pings";
 }
 
-// Connections that say nothing.
+// Connections without any data.
 void SilentConnections(const Target& target, int, Sent& sent) {
   struct Sockets {
     std::vector<int> fds;
@@ -141,12 +141,12 @@ void SilentConnections(const Target& target, int, Sent& sent) {
   sent.others.push_back(sockets);
 }
 
-// Channels of which each has made one call.
+// Channels that have made one call each.
 void IdleChannels(const Target& target, int, Sent& sent) {
   for (int i = 0; i < 50; ++i) target.Hold({.method = kInfo, .messages = {""}}, sent);
 }
 
-// A world's name of 15 MiB in 15 kB.
+// A world's name of 15 MiB, compressed to 15 kB.
 SendCopy Compressed() {
   v1::ApplyChangesRequest request;
   request.set_world(std::string(15 << 20, 'n'));

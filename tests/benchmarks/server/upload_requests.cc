@@ -1,5 +1,4 @@
-// Uploads of clouds and blobs: half of them, promises, zeros, clouds that no
-// sensor makes.
+// Uploads of clouds and blobs: half uploads, announced sizes, zeros, clouds that no sensor makes.
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -81,7 +80,8 @@ std::vector<float> Lattice(int side) {
   return xyz;
 }
 
-// What a world may keep of a scan to look at: points and labels. A model of it comes on top.
+// Ingests a cloud. Its content is the part of the scan that a world may keep, points and labels;
+// the model is added to that.
 SendCopy Ingest(std::vector<float> xyz) {
   return [xyz = std::move(xyz)](const Target& target, int copy, Sent& sent) {
     CallPlan plan = CloudPlanOf(absl::StrCat("scan_", copy), xyz);
@@ -92,7 +92,7 @@ SendCopy Ingest(std::vector<float> xyz) {
   };
 }
 
-// Blobs that nobody holds, of one triangle each, over one connection.
+// Many blobs of a few bytes that nothing refers to, over one connection.
 void TinyBlobs(const Target& target, int copy, Sent& sent) {
   std::vector<CallPlan> plans;
   for (int i = 0; i < 3'000; ++i) {
@@ -107,7 +107,7 @@ void TinyBlobs(const Target& target, int copy, Sent& sent) {
   target.CallInTurn(plans, 2.0, sent);
 }
 
-// A mesh of so many triangles that share three vertices: one place is a vertex of all.
+// A mesh of kTriangles triangles that share three vertices: every triangle has the same corners.
 void FlatMesh(const Target& target, int copy, Sent& sent) {
   constexpr std::uint32_t kTriangles = 80'000;
   const std::uint32_t counts[2] = {3, kTriangles};

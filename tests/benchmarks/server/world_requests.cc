@@ -40,7 +40,7 @@ bool MakeWorlds(Target& target, int copies) {
   return true;
 }
 
-// One triangle a hole: the plate is as full of holes as it may be.
+// Plates with as many holes as allowed, one triangle per hole.
 void PutPlates(const Target& target, int copy, Sent& sent) {
   constexpr int kPlates = 16, kHolesAcross = 36;
   v1::ApplyChangesRequest request;
@@ -104,7 +104,7 @@ void ReplaceByMesh(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf(kApply, request), sent);
 }
 
-// Rules of pairs: as many as a world takes, over and over.
+// Pair rules: as many as a world accepts, repeated.
 SendCopy SetRules(bool allows) {
   return [allows](const Target& target, int copy, Sent& sent) {
     constexpr int kMaxRules = 4'096;
@@ -160,7 +160,7 @@ void SetStates(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf(kApply, request), sent);
 }
 
-// Many small changes in a row, each under an id that has to be remembered.
+// Many small changes in a row, each with a request id that must be remembered.
 void RememberIds(const Target& target, int copy, Sent& sent) {
   std::vector<CallPlan> plans;
   for (int i = 0; i < 4'000; ++i) {
@@ -189,7 +189,7 @@ void MakeAndDelete(const Target& target, int copy, Sent& sent) {
   target.CallInTurn(plans, 2.0, sent);
 }
 
-// Worlds that nobody made: a refused write must leave nothing behind.
+// Writes to worlds that do not exist: a refused write must leave nothing behind.
 void RefusedWrites(const Target& target, int copy, Sent& sent) {
   std::vector<CallPlan> plans;
   for (int i = 0; i < 3'000; ++i) {
@@ -202,7 +202,7 @@ void RefusedWrites(const Target& target, int copy, Sent& sent) {
   target.CallInTurn(plans, 2.0, sent);
 }
 
-// A name of 15 MiB, of an object or of a world, that errors may repeat.
+// A name of 15 MiB of an object that does not exist, which an error may repeat.
 void HugeName(const Target& target, int, Sent& sent) {
   v1::ApplyChangesRequest request;
   request.set_world("w0");

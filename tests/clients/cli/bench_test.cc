@@ -1,4 +1,4 @@
-// What `cwm bench` measures and says, without a server.
+// The measurements and the output of `cwm bench`, without a server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ TEST(Quantile, IsTheNearestRank) {
 }
 
 TEST(Summarize, TakesTheMedianStretchAndTheTimesOfAllCalls) {
-  // Ten rows a call: 100, 20 (another program was busy) and 200 rows a second.
+  // Ten rows per call: 100, 20 (another program was busy) and 200 rows per second.
   const Measurement measured = Summarize({{.call_s = {0.1, 0.1}, .elapsed_s = 0.2},
                                           {.call_s = {0.5}, .elapsed_s = 0.5},
                                           {.call_s = {0.05, 0.05}, .elapsed_s = 0.1}},
@@ -109,7 +109,7 @@ TEST(Interruption, NotesTheFirstSignalAndGivesBackWhatWasThere) {
 
 TEST(Random, DrawsTheSameEverywhereWithinTheRegion) {
   Random random(42), again(42);
-  // The first number of mt19937_64 from seed 42, which the standard defines, is
+  // The first number of mt19937_64 with seed 42, which the standard defines, is
   // 13930160852258120406.
   EXPECT_EQ(random.Between(0, 1), static_cast<double>(13930160852258120406ULL >> 11) * 0x1p-53);
   again.Between(0, 1);
@@ -170,7 +170,7 @@ TEST(BenchScan, SeesTheTableAndTheFloorBehindIt) {
   constexpr std::size_t kMiddle = 240 * 640 + 320;
   std::array<float, 3> middle = {};
   std::memcpy(middle.data(), &cloud.bytes[cloud.point_step * kMiddle], sizeof(middle));
-  // The eye is 0.7 m beside and 0.8 m above the middle of the table; 0.002 m is the noise there.
+  // The camera is 0.7 m beside and 0.8 m above the middle of the table; the noise there is 0.002 m.
   EXPECT_NEAR(middle[2], std::hypot(0.7, 0.8), 5 * 0.002);
   std::array<float, 3> top = {};
   std::memcpy(top.data(), &cloud.bytes[cloud.point_step * 320], sizeof(top));

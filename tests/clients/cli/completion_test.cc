@@ -1,4 +1,5 @@
-// What may follow on a command line, asked as the shells' scripts ask it, and what was meant.
+// Completion of a command line as the shells' scripts request it, and suggestions for typing
+// errors.
 #include "clients/cli/completion.h"
 
 #include <gmock/gmock.h>
@@ -29,7 +30,7 @@ Printed RunWords(const std::vector<std::string>& arguments) {
   return {code, out.str(), err.str()};
 }
 
-// The words that may follow, one a line.
+// The words that may follow, one per line.
 std::string After(std::vector<std::string> words) {
   words.insert(words.begin(), "__complete");
   const Printed printed = RunWords(words);

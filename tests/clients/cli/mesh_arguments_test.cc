@@ -24,13 +24,13 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// Exact in single precision.
+// Exactly representable in single precision.
 const Vector3 kSize_m(0.5, 0.25, 1);
 const TriangleMesh kBox = BoxMesh(kSize_m);
 
 std::string Ply(const TriangleMesh& mesh) {
   formats::MeshFile file;
-  // Each corner anew, as many writers have it.
+  // A vertex for each corner of each triangle, as many writers do it.
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t v : triangle) {
       file.vertices.push_back({mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z()});
@@ -96,7 +96,7 @@ TEST(ParseMeshFile, NamesTheFileAndTheRuleOfWhatItRefuses) {
             "a.obj: vertices must be finite after --scale 1e+308");
 }
 
-// Whatever comes, there is an answer, and a fault begins with the file.
+// Any input gives a mesh or an error that begins with the file's name.
 TEST(ParseMeshFile, ReadsOrRefusesFilesWithBytesChangedAtRandom) {
   std::mt19937 random(5);
   for (const auto& [file, bytes] : kFiles) {

@@ -14,7 +14,7 @@ using ::testing::ContainsRegex;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
-// 640 x 480 points of three floats, the first mebibyte sent, two a second.
+// 640 x 480 points of three floats; the first mebibyte is sent, at two per second.
 const Transfer kKinect{.doing = "sending",
                        .moved_bytes = 1 << 20,
                        .total_bytes = std::int64_t{307'200} * 12,
@@ -22,7 +22,7 @@ const Transfer kKinect{.doing = "sending",
                        .of_what = "87381 of 307200 points"};
 
 TEST(TransferText, SaysBytesPointsRateAndTimeLeft) {
-  // 2 637 824 bytes are left at 2 097 152 a second: 1.26 s, rounded up.
+  // 2 637 824 bytes are left at 2 097 152 per second: 1.26 s, rounded up.
   EXPECT_EQ(TransferText(kKinect),
             "sending 1.0 MB of 3.7 MB, 87381 of 307200 points, 2.1 MB/s, 2 s left");
   EXPECT_EQ(CountText(kKinect, 12, "points"), kKinect.of_what);
@@ -52,13 +52,14 @@ TEST(Progress, RewritesOneLineAndWipesIt) {
 TEST(Progress, MeasuresTheRateFromTheFirstBytesOn) {
   std::ostringstream err;
   Progress progress(err, ProgressStyle::kOneLine);
-  // The server works before it sends: that is no part of the rate.
+  // The server's work before it sends must not count for the rate.
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   progress.Moved({.doing = "receiving", .moved_bytes = 1'000'000, .total_bytes = 62'000'000});
   EXPECT_THAT(err.str(), EndsWith("receiving 1.0 MB of 62.0 MB ..."));
   std::this_thread::sleep_for(std::chrono::milliseconds(10));
   progress.Moved({.doing = "receiving", .moved_bytes = 2'000'000, .total_bytes = 62'000'000});
-  // 60 MB are left: at 1 MB in 10 ms or somewhat more it is a second or few, at 2 MB in 410 ms 13.
+  // 60 MB are left: at 1 MB in about 10 ms it takes a few seconds, at 2 MB in 410 ms it would take
+  // 13.
   EXPECT_THAT(err.str(), ContainsRegex("MB/s, [1-5] s left ...$"));
 }
 

@@ -1,4 +1,4 @@
-// Answers that came as columns say as rows what the server says in rows.
+// Answers received as columns are converted to the same rows that the server would send.
 #include "clients/cli/row_columns.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ std::string Bytes(std::initializer_list<std::int32_t> values) {
   return Bytes(std::vector<std::int32_t>(values));
 }
 
-// Free, in the cup, in itself.
+// Three verdicts: free, in collision with the cup, in collision with itself.
 pb::CheckCollisionsResponse RobotChecked() {
   pb::CheckCollisionsResponse response;
   response.add_objects()->set_name("cup");

@@ -17,7 +17,7 @@ struct Outcome {
   std::string out, err;
 };
 
-// Nobody listens there.
+// An address at which no server listens.
 constexpr char kNobody[] = "unix:no-such-folder/no-such.sock";
 
 Outcome RunWith(std::vector<std::string> arguments, const std::string& in = "") {
@@ -116,7 +116,7 @@ TEST(Run, NamesTheWordsThatAnOptionTakes) {
               HasSubstr("--kind: \"spoon\" must be object, residual, support, unseen or user\n"));
   EXPECT_THAT(RunWith({"objects", "-o", "xml"}).err,
               HasSubstr("\"xml\" must be json, ndjson or table\n"));
-  // Numbers of the enum are nobody's words.
+  // Numbers are not accepted as names of enum values.
   EXPECT_EQ(RunWith({"check", "--sphere", "1", "--at", "0,0,0", "--engine", "2"}).code,
             ExitCode::kUsage);
   EXPECT_EQ(RunWith({"check", "--sphere", "1", "--at", "0,0,0", "--engine", "FCL"}).code,

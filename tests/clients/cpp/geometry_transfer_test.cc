@@ -21,7 +21,7 @@ TEST(MeshBlob, IsRefusedWhenCutAtAnyByteOrWithABadCorner) {
   const std::string bytes = EncodeMesh(
       formats::MeshFile{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    // Nothing at all is a mesh of nothing only with its counts.
+    // Even an empty mesh must have its counts.
     EXPECT_FALSE(DecodeMesh(bytes.substr(0, size)).ok()) << "cut at " << size;
   }
   std::string bad = bytes;

@@ -36,7 +36,7 @@ TEST(ParseCloud, TellsPointsInTextFromOtherText) {
   EXPECT_EQ(ParseCloud("1 2 3\n", "a.pcd")->size(), 1);
 }
 
-// Whatever comes, there is an answer: a cloud whose bytes are those of its points, or a fault.
+// Any input gives a cloud whose bytes match its points, or an error.
 TEST(ParseCloud, ReadsOrRefusesFilesWithBytesChangedAtRandom) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"

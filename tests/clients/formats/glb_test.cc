@@ -8,7 +8,7 @@
 namespace cwm::formats {
 namespace {
 
-// Of the four corners and four triangles of Tetrahedron(): three numbers of four bytes each.
+// The four corners and four triangles of Tetrahedron(): three numbers of four bytes each.
 constexpr std::size_t kPositionBytes = 48, kIndexBytes = 48;
 
 using nlohmann::json;
@@ -25,7 +25,7 @@ std::uint32_t WordAt(const std::string& bytes, std::size_t offset) {
   return word;
 }
 
-// Read as section 4.4 of the glTF 2.0 specification describes the container.
+// A reader by section 4.4 of the glTF 2.0 specification.
 struct Container {
   json description;
   std::string binary;
@@ -68,7 +68,7 @@ TEST(Glb, TurnsTheWorldsUpIntoThatOfGltf) {
   const json node = Open(FormatGlbMesh(Tetrahedron())).description.at("nodes").at(0);
   const std::vector<double> q = node.at("rotation");  // x y z w
   ASSERT_EQ(q.size(), 4U);
-  // The image of (0, 0, 1), written out from the rotation matrix of a unit quaternion.
+  // The image of (0, 0, 1), from the rotation matrix of a unit quaternion.
   const double kSinglePrecision = 1e-7;
   EXPECT_NEAR(2 * (q[0] * q[2] + q[1] * q[3]), 0, kSinglePrecision);
   EXPECT_NEAR(2 * (q[1] * q[2] - q[0] * q[3]), 1, kSinglePrecision);

@@ -37,7 +37,7 @@ TEST(Lzf, PacksRunsToTheFormatsLimit) {
 }
 
 TEST(Lzf, DecodesACopyThatOverlapsItself) {
-  // Literal "ab", then 6 bytes from 2 back.
+  // The literal "ab", then 6 bytes copied from 2 bytes back.
   const std::string packed = std::string("\x01") + "ab" + "\x80\x01";
   EXPECT_EQ(LzfDecompress(packed, 8), "abababab");
 }

@@ -26,7 +26,7 @@ std::string Bytes(const std::vector<float>& values) {
   return bytes;
 }
 
-// By the description of the format, not as numpy pads it.
+// A file by the format's description, without numpy's padding.
 std::string Npy(const std::string& dictionary, const std::string& data, char version = 1) {
   std::string bytes = "\x93NUMPY";
   bytes += {version, '\0'};
@@ -52,10 +52,10 @@ TEST(Npy, ReadsEveryVersion) {
   }
 }
 
-// What numpy itself writes.
+// Files written by numpy itself.
 class NumpyFile : public ::testing::Test {
  protected:
-  // Saves what the expression says.
+  // Saves the array that the Python expression evaluates to.
   absl::StatusOr<CloudFile> Saved(const std::string& expression) const {
     const std::string file = scratch_ / "points.npy";
     const testing::Finished run = testing::RunProgram(

@@ -45,7 +45,7 @@ std::string Header(const std::string& fields, const std::string& extent, const s
 
 const char kXyz[] = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1";
 
-// Every scalar type, a vector field, and a label, with values that fill the types.
+// Every scalar type, a vector field and a label, with values that use the types' full range.
 CloudFile EveryType() {
   CloudFile cloud;
   const Scalar types[] = {Scalar::kI8,  Scalar::kU8,  Scalar::kI16, Scalar::kU16, Scalar::kI32,
@@ -96,7 +96,7 @@ TEST(Pcd, ReadsBinaryPointByPointAndDropsPadding) {
 }
 
 TEST(Pcd, ReadsCompressedFieldByField) {
-  // Two literal runs, written by hand: columns x x y y z z.
+  // Two literal runs, made by hand: columns x x y y z z.
   const std::string columns = Bytes<float>({1, 4, 2, 5, 3, 6});
   const std::string packed =
       std::string(1, '\x0f') + columns.substr(0, 16) + std::string(1, '\x07') + columns.substr(16);

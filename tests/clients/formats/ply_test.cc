@@ -179,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
             "vertex 1 y", "must be a finite number"}),
     [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
 
-// Names are looked for among all others: a million of them would take minutes.
+// Names are searched among all others, so a million of them would take minutes.
 TEST(Ply, HasNoMorePropertiesAndElementsThanAScannerWrites) {
   std::string properties = "element vertex 1\n", elements;
   for (int i = 0; i < 1025; ++i) properties += "property float p" + std::to_string(i) + "\n";

@@ -41,7 +41,7 @@ class FindMesh : public ::testing::Test {
     std::ofstream(scratch_ / "ws/arm/meshes/a.stl") << "x";
     std::ofstream(scratch_ / "ws/arm/urdf/b.stl") << "x";
   }
-  // The file's name, or what was wrong.
+  // The file's name, or the error message.
   std::string Find(const std::string& uri, std::vector<std::string> packages = {}) const {
     const auto path = FindMeshFile(uri, {scratch_ / "ws/arm/urdf", std::move(packages)});
     return path.ok() ? std::filesystem::path(*path).filename().string()

@@ -86,7 +86,7 @@ TEST(SceneFile, ReadsMeshesAndPlanes) {
   EXPECT_EQ(mesh.vertices.size(), 4u);
   EXPECT_EQ(mesh.triangles.size(), 4u);
   EXPECT_THAT(scene->warnings, ElementsAre(HasSubstr("statue: 1 triangles that use a vertex")));
-  // 2 z - 4 = 0 is z = 2, solid below it; -z = 0 is solid above.
+  // 2 z - 4 = 0 is the plane z = 2 with solid below; -z = 0 has solid above.
   ASSERT_TRUE(std::holds_alternative<SceneHalfSpace>(shapes[1].shape));
   EXPECT_THAT(shapes[1].pose.position_m, ElementsAre(1, 0, 2));
   EXPECT_THAT(shapes[1].pose.orientation_xyzw, ElementsAre(0, 0, 0, 1));
@@ -158,7 +158,7 @@ TEST(SceneFile, SaysOnceWhereTheMatrixContradictsItself) {
   std::string rows;
   for (int i = 0; i < 4; ++i) {
     rows += std::string(i == 0 ? "" : ", ") + "[" + Repeated("0, ", i) + Repeated("1, ", 4 - i) +
-            "]";  // allowed above the diagonal alone
+            "]";  // allowed only above the diagonal
   }
   const auto scene = ParseScene(
       "allowed_collision_matrix: {entry_names: [a, b, c, d], entry_values: [" + rows + "]}", "s");

@@ -14,7 +14,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Every shape; with poses of objects and subframes, and an id that has a space.
+// Every shape, with object poses, subframes and an id with a space.
 constexpr char kNewer[] = R"((noname)+
 * Big box
 1 2 3
@@ -70,7 +70,7 @@ mesh
 .
 )";
 
-// Before objects had poses.
+// The format before objects had poses.
 constexpr char kOlder[] =
     "(noname)+\n* crate\n1\nbox\n0.1 0.2 0.3\n1 2 3\n0 0 0 1\n0 0 0 0\n* ball\n1\nsphere\n0.5\n"
     "0 0 1\n0 0 0 1\n0 0 0 0\n.\n";
@@ -141,7 +141,7 @@ TEST(SceneText, SaysWhichLineIsWrong) {
   EXPECT_THAT(message(".\n", ""), HasSubstr("must be a line with \".\""));
 }
 
-// Whatever bytes come, there is a scene or an error of the one kind that names the file.
+// Any input gives a scene or an INVALID_ARGUMENT that begins with the file's name.
 void ExpectSceneOrError(const std::string& bytes) {
   const auto scene = ParseScene(bytes, "fuzz");
   if (scene.ok()) return;

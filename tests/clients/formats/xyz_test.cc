@@ -108,7 +108,7 @@ TEST(Xyz, RefusesMoreColumnsThanAPointCanHave) {
               HasSubstr("number of columns is more than 256, must be at most 256"));
 }
 
-// Columns that nobody asked for cost nothing, however many there are.
+// Surplus columns are skipped without cost, however many there are.
 TEST(Xyz, LeavesOutTheRestOfALongLine) {
   std::string row = "1,2,3";
   for (int i = 0; i < 100'000; ++i) row += ",";
@@ -118,7 +118,7 @@ TEST(Xyz, LeavesOutTheRestOfALongLine) {
   EXPECT_EQ(cloud->bytes.size(), 6 * sizeof(double));
 }
 
-// A cut leaves fewer points or a fault, never another first point.
+// A truncated file has fewer points or an error, never another first point.
 TEST(Xyz, FailsCleanlyOrReadsLessWhenCutAtAnyByte) {
   const std::string text = "# x y z i\n0.25 1 2 7\n4 5 6 8\n";
   for (std::size_t size = 0; size < text.size(); ++size) {

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kExact_m = 1e-12;
 
-// Both pads touch: the surface lies at either end of the closing line, and no nearer.
+// Expects that both pads touch: the surface is at both ends of the closing line, and no nearer.
 void ExpectPadsOnSurface(const Candidates& candidates,
                          const std::function<double(const Vector3d&)>& distance_m) {
   ASSERT_FALSE(candidates.list.empty());
@@ -96,7 +96,7 @@ TEST(SampleCone, WidthIsTheLocalOneAndTiltIsThatOfTheWall) {
 }
 
 TEST(SampleCone, FrictionLimitsTheTilt) {
-  // The wall falls by 0.4 of its height: just what friction 0.4 holds.
+  // The wall falls by 0.4 of its height, the limit for friction 0.4.
   const auto wall = [](double slope) { return MakeCone(0.005 + slope * 0.06, 0.005, 0.06); };
   EXPECT_FALSE(SampleCone(wall(0.99 * 0.4), {.friction = 0.4}).list.empty());
   const Candidates slippery = SampleCone(wall(1.01 * 0.4), {.friction = 0.4});
@@ -128,7 +128,7 @@ TEST(SampleVessel, OneFingerInsideAndOneOutsideOfTheRim) {
   add(vessel.mutable_inner_profile(), 0.056, -0.046);
   add(vessel.mutable_inner_profile(), 0, -0.046);
   const Candidates found = SampleVessel(vessel, {});
-  ASSERT_FALSE(found.list.empty());  // 120 mm wide as a whole: rims alone
+  ASSERT_FALSE(found.list.empty());  // 120 mm wide as a whole, so only the rim fits
   for (const Candidate& candidate : found.list) {
     EXPECT_EQ(candidate.way, "rim");
     EXPECT_NEAR(candidate.width_m, 0.004, kExact_m);

@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::ScratchDirectory;
 
-// A tetrahedron with a right angle at the origin and legs of 1 m: a sixth of a cubic metre.
+// A tetrahedron with a right angle at the origin and legs of 1 m has a sixth of a cubic metre.
 constexpr double kVolume_m3 = 1.0 / 6;
 constexpr const char* kObj =
     "# a tetrahedron\n"
@@ -36,7 +36,7 @@ constexpr Facet kFacets[] = {{{0, 0, -1}, {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}}},
 
 std::string BinaryStl() {
   std::string bytes(80, ' ');
-  bytes.replace(0, 5, "solid");  // as some writers begin binary files too
+  bytes.replace(0, 5, "solid");  // some writers begin binary files like this, too
   const std::uint32_t count = 4;
   bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
   for (const Facet& facet : kFacets) {

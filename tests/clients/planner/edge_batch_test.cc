@@ -13,14 +13,14 @@ TEST(EdgeBatch, AsksAboutAllMotionsAtOnceAndTellsHowFarEachIsFree) {
   EdgeBatch batch(space, world);
   const std::size_t beside = batch.Add({{-1, 0.5}}, {{1, 0.5}}, 0.01);
   const std::size_t through = batch.Add({{-1, 0}}, {{1, 0}}, 0.01);
-  const std::size_t out = batch.Add({{0.2, 0}}, {{1, 0}}, 0.01);  // its beginning is not asked
+  const std::size_t out = batch.Add({{0.2, 0}}, {{1, 0}}, 0.01);  // its start is not checked
   const std::size_t state = batch.Add({{0, 0}});
   ASSERT_TRUE(batch.Ask().ok());
   EXPECT_EQ(world.asked().batches, 1);
   EXPECT_EQ(world.asked().states, 200 + 200 + 80 + 1);
   EXPECT_TRUE(batch.IsFree(beside));
   EXPECT_FALSE(batch.IsFree(through));
-  // Of 2 from -1 on, -0.25 is where the disc begins: within a step.
+  // The motion goes from x = -1 to 1, and the disc begins at -0.25, within a step.
   EXPECT_NEAR(batch.FreeShare(through), 0.375, 0.005);
   EXPECT_EQ(batch.FreeShare(out), 0);
   EXPECT_FALSE(batch.IsFree(state));

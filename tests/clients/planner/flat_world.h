@@ -1,4 +1,5 @@
-// A point in the plane, x and y from -1 to 1, among discs: who is free is a formula.
+// A point in the plane, with x and y from -1 to 1, among discs, so that free space has a closed
+// form.
 #pragma once
 
 #include <cmath>
@@ -18,7 +19,7 @@ class FlatWorld : public StateChecker {
  public:
   explicit FlatWorld(std::vector<Disc> discs) : discs_(std::move(discs)) {}
 
-  // Negative inside of a disc.
+  // The distance from the nearest disc; negative inside.
   double Clearance(double x, double y) const {
     double least = std::numeric_limits<double>::infinity();
     for (const Disc& disc : discs_) {
@@ -45,7 +46,7 @@ inline std::vector<Joint> Flat() {
           {.name = "y", .kind = Joint::Kind::kLimited, .lower = -1, .upper = 1}};
 }
 
-// How deep the path is in discs at worst, followed by steps of 1e-4.
+// The smallest clearance along the path, in steps of 1e-4.
 inline double LeastClearance(const FlatWorld& world, const std::vector<Row>& path) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k < path.size(); ++k) {
@@ -59,7 +60,7 @@ inline double LeastClearance(const FlatWorld& world, const std::vector<Row>& pat
   return least;
 }
 
-// Between two free states so far apart a line is at most so deep in a disc of the radius: its
+// The largest depth of a line between two free states `step` apart in a disc of `radius`: its
 // sagitta.
 inline double DeepestBetween(double step, double radius) {
   return radius - std::sqrt(radius * radius - step * step / 4);

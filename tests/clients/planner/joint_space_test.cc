@@ -27,7 +27,7 @@ TEST(JointSpace, MovesAContinuousJointTheShortWayAndALimitedOneStraight) {
   space.Interpolate(a, b, 0.5, middle);
   EXPECT_NEAR(std::abs(middle[0]), kPi, kRounding);
   EXPECT_NEAR(middle[1], 0.25, kRounding);
-  // Given with further turns, they are as far apart.
+  // Full turns do not change the distance.
   EXPECT_NEAR(space.Distance({{3 + 4 * kPi, 0.1}}, b), space.Distance(a, b), kRounding);
 }
 

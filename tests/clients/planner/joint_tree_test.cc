@@ -29,7 +29,7 @@ TEST(JointTree, FindsTheNearestThatTheDistanceFinds) {
     for (int i = 0; i < tree.size(); ++i) {
       least = std::min(least, space.Distance(tree.row(i), asked));
     }
-    // Arrays of floats: as near as these tell.
+    // The tree stores floats, which limits the accuracy.
     EXPECT_NEAR(space.Distance(tree.row(tree.Nearest(asked)), asked), least, 1e-5);
   }
 }

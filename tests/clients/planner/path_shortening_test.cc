@@ -26,7 +26,7 @@ TEST(Shorten, KeepsTheEndsAndGoesAroundWhatIsThere) {
     EXPECT_EQ(path->front(), given.front());
     EXPECT_EQ(path->back(), given.back());
     EXPECT_GE(LeastClearance(world, *path), -DeepestBetween(kFineStep, kRadius) - 1e-9);
-    // The shortest way: two tangents and an arc, 2 * 0.954 + 0.3 * 2 * asin(0.3) = 2.09.
+    // The shortest path has two tangents and an arc: 2 * 0.954 + 0.3 * 2 * asin(0.3) = 2.09.
     EXPECT_GE(LengthOf(space, *path), 2.09);
     EXPECT_LT(LengthOf(space, *path), 0.75 * LengthOf(space, given)) << "seed " << seed;
   }

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 constexpr double kRadius = 0.1;
 
-// A row of discs along x = 0 that leaves a gap of 0.05 at y = 0.5.
+// A row of discs along x = 0 with a gap of 0.05 at y = 0.5.
 std::vector<Disc> WallWithAGap() {
   std::vector<Disc> discs;
   for (double y = 0.5 - 0.125; y > -1.1; y -= kRadius) discs.push_back({0, y, kRadius});
@@ -34,7 +34,7 @@ TEST(PlanMotion, FindsTheGapInAWallWithEverySeed) {
     EXPECT_EQ(plan->path.front(), Across().start);
     EXPECT_EQ(plan->path.back(), Across().goal);
     EXPECT_GE(LeastClearance(world, plan->path), -DeepestBetween(kFineStep, kRadius) - 1e-9);
-    // By way of the gap: 2 * hypot(0.8, 1) at least, but for its width.
+    // Through the gap the length is at least 2 * hypot(0.8, 1), apart from the gap's width.
     EXPECT_GT(plan->length, 2.4);
     EXPECT_LE(plan->length, plan->found_length + 1e-9);
     EXPECT_EQ(plan->asked.batches, world.asked().batches);
@@ -84,8 +84,7 @@ TEST(PlanMotion, EndsInTimeWithoutAPath) {
   EXPECT_TRUE(plan->path.empty());
 }
 
-// A wall that the coarse step jumps over: trees grow through it, and what is asked finely is cut
-// off.
+// A wall that the coarse step jumps over: trees grow through it, and the fine check cuts them off.
 TEST(PlanMotion, FindsTheGapInAWallThinnerThanTheCoarseStep) {
   std::vector<Disc> thin;
   constexpr double kThin = 0.012;
@@ -118,7 +117,7 @@ TEST(PlanMotion, RefusesWhatIsNoProblem) {
   EXPECT_EQ(world.asked().batches, 0);
 }
 
-// A server that goes away after some answers.
+// A server that disappears after some answers.
 class FailingWorld : public StateChecker {
  public:
   explicit FailingWorld(int answers) : world_(WallWithAGap()), left_(answers) {}

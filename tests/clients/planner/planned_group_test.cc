@@ -27,7 +27,7 @@ v1::NamedState& AddState(v1::RobotGroup& group, const std::string& name) {
   return state;
 }
 
-// A wheel, an arm of two joints, a slide without limits.
+// A wheel, an arm of two joints, and a slide without limits.
 v1::Robot Crane() {
   v1::Robot robot;
   robot.set_name("crane");

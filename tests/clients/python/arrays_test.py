@@ -41,7 +41,7 @@ class Poses(unittest.TestCase):
         random = np.random.default_rng(2)
         rows = random.normal(size=(1000, 7))
         rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
-        # Half turns, where formulas that begin with w lose all digits.
+        # Half turns, for which formulas that divide by w lose all digits.
         rows[:4, 3:] = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0.6, 0.8, 0, 0]]
         back = poses.to_rows(poses.to_matrices(rows), "poses")
         np.testing.assert_allclose(back[:, :3], rows[:, :3])

@@ -12,10 +12,10 @@ import numpy as np
 import cwm
 from server_case import ServerCase
 
-# A class of 30 methods, each with what its arguments mean, and what there is beside it; all classes
-# with what they inherit were 10 000 lines.
+# A class of 30 methods with the meaning of their arguments; with all inherited methods it was 10
+# 000 lines.
 MOST_LINES = 400
-# What a numpy user need not know.
+# Words that a numpy user need not know.
 MESSAGES = re.compile(r"_pb2|[Pp]rotobuf|FromString|SerializeTo")
 
 

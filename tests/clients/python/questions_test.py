@@ -57,7 +57,7 @@ class Answers(ServerCase):
         )
         np.testing.assert_allclose(self.world.sample(points).distance_m, expected, atol=1e-12)
         self.world.put("probe", tiny, cwm.pose(points[0]))
-        # An object that asks is not met by itself.
+        # A subject is not an obstacle for itself.
         np.testing.assert_allclose(
             self.world.distance("probe", rows).distance_m, expected, atol=2e-9
         )

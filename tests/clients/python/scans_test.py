@@ -43,8 +43,8 @@ class Scans(ServerCase):
         np.testing.assert_allclose(scan.pose, self.pose, atol=1e-9)
         ball = next(thing for thing in scan.objects if isinstance(thing.parts[0].shape, cwm.Sphere))
         center = (ball.pose @ ball.parts[0].pose)[:3, 3]
-        # A millimetre of noise on a thousand points leaves less than a tenth of it; the rest is the
-        # grid's.
+        # The noise of a millimetre averages out to less than a tenth of it over a thousand points;
+        # the rest is due to the grid.
         np.testing.assert_allclose(center, table_scan.BALL_CENTER, atol=2e-3)
         self.assertAlmostEqual(ball.parts[0].shape.radius_m, table_scan.BALL_RADIUS_M, delta=2e-3)
         self.assertLess(ball.parts[0].fit.rms_m, 3e-3)

@@ -104,7 +104,8 @@ class Watches(ServerCase):
             next(events)
             self.world.move("ball", cwm.pose([1, 0, 0]))
             self.assertEqual(self.events_until(events, 2)[0].revision, 2)
-            # The connection breaks under it; what happens meanwhile is told afterwards.
+            # The connection breaks during the watch; changes made meanwhile are reported
+            # afterwards.
             events._call.cancel()
             events._lose(cwm.Unavailable("cut"))
             self.world.move("ball", cwm.pose([2, 0, 0]))

@@ -47,7 +47,7 @@ TEST(PackedPoints, KeepEveryMeasuredPointToHalfAStepInTheOrderOfLabels) {
   EXPECT_EQ(packed.measured, 500);
   EXPECT_EQ(packed.every, 1);
   EXPECT_EQ(packed.runs, (std::vector<PointRun>{{1, 333}, {20, 167}}));
-  EXPECT_LE(packed.step_m, 1e-4);  // 5 m in 65 535 steps is less
+  EXPECT_LE(packed.step_m, 1e-4);  // 5 m in 65 535 steps needs less
   ASSERT_EQ(packed.grid.size(), points.size() * 6);
   std::size_t at = 0;
   for (const std::uint32_t label : {1U, 20U}) {

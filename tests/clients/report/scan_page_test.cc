@@ -57,7 +57,7 @@ TEST(ScanPage, LetsNoNameBreakOutOfItsPlace) {
         std::string("\"><img src=x>&amp;.pcd"), std::string("Küche \xE2\x82\xAC.pcd")}) {
     const std::string page = FormatScanPage(RecordOf(name), kAssets);
     EXPECT_EQ(DataOf(page).at("file"), name);
-    // The bundled one and the data; nothing of the name is markup.
+    // Only the bundled script and the data; nothing of the name is markup.
     const std::regex script("<script");
     EXPECT_EQ(std::distance(std::sregex_iterator(page.begin(), page.end(), script), {}), 2) << page;
     EXPECT_THAT(page, Not(HasSubstr("<img")));

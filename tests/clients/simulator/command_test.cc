@@ -1,4 +1,4 @@
-// The program itself, run as a shell would.
+// The program itself, run as by a shell.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST(Simulator, SeesTheSameInASceneThatItWrote) {
     const auto& y = b.at("objects")[i];
     EXPECT_EQ(x.at("name"), y.at("name"));
     EXPECT_EQ(x.at("label"), y.at("label"));
-    // The rounding of poses moves no more than a pixel of the border.
+    // Rounded poses change at most a pixel of the border.
     EXPECT_NEAR(x.at("visible_points").get<double>(), y.at("visible_points").get<double>(), 2);
   }
 }

@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 using testing::ScratchDirectory;
 using ::testing::StartsWith;
 
-// Poses pass through quaternions: a few roundings of numbers of size one.
+// Poses are converted to quaternions: a few roundings of numbers of magnitude one.
 constexpr double kRounding = 1e-14;
 
 void ExpectSame(const SimulatedView& a, const SimulatedView& b) {
@@ -111,9 +111,9 @@ TEST(SceneFile, ReadsTheDocumentedExample) {
   EXPECT_EQ(mug.RoleOf(1), PieceRole::kHandle);
   const Mesh& handle = std::get<Mesh>(mug.parts[1].shape);
   EXPECT_TRUE(handle.watertight);
-  // 12 mm wide; the bow's outline is 32 x 55 mm less 24 x 39 mm.
+  // 12 mm wide; the handle's outline is 32 x 55 mm less 24 x 39 mm.
   EXPECT_NEAR(SignedVolume_m3(*handle.mesh), 0.012 * (0.032 * 0.055 - 0.024 * 0.039), 1e-12);
-  // All but the shiny one are seen.
+  // All objects but the shiny one are visible.
   const auto scan = perception::Scan(view->scene, view->camera, {});
   for (std::size_t i = 0; i < view->scene.objects.size(); ++i) {
     const auto points =
@@ -123,7 +123,7 @@ TEST(SceneFile, ReadsTheDocumentedExample) {
   }
 }
 
-// The handle of the URDF convention: yaw about z last.
+// The URDF convention: roll, then pitch, then yaw, about fixed axes.
 TEST(SceneFile, TurnsByRollThenPitchThenYaw) {
   const ScratchDirectory scratch;
   const std::string path = scratch / "turned.yaml";
@@ -137,7 +137,7 @@ TEST(SceneFile, TurnsByRollThenPitchThenYaw) {
   const auto view = ReadScene(path);
   ASSERT_TRUE(view.ok()) << view.status();
   const Matrix3 R = view->scene.objects[0].X_WO.linear();
-  // Roll takes y to z; yaw leaves z and takes x to y, and what was z (now -y) to x.
+  // Roll takes y to z; yaw keeps z, takes x to y, and takes the former z (now -y) to x.
   EXPECT_NEAR((R * Vector3::UnitY() - Vector3::UnitZ()).norm(), 0, 1e-12);
   EXPECT_NEAR((R * Vector3::UnitX() - Vector3::UnitY()).norm(), 0, 1e-12);
   EXPECT_NEAR((R * Vector3::UnitZ() - Vector3::UnitX()).norm(), 0, 1e-12);
@@ -145,8 +145,8 @@ TEST(SceneFile, TurnsByRollThenPitchThenYaw) {
 
 struct Lie {
   std::string name;
-  std::string from;  // a piece of the good scene ...
-  std::string to;    // ... and what stands there instead
+  std::string from;  // a part of the valid scene ...
+  std::string to;    // ... and its replacement
   std::string says;
 };
 
@@ -256,7 +256,8 @@ TEST(SceneFile, IsReadUpToEveryByteWithoutHarm) {
   }
 }
 
-// Bytes changed, left out and doubled at random: the scene is read, or the message says where.
+// Bytes are changed, removed and duplicated at random: the scene is read, or the error has the
+// place.
 TEST(SceneFile, IsReadDamagedWithoutHarm) {
   const ScratchDirectory scratch;
   const std::string path = scratch / "damaged.yaml";
@@ -280,7 +281,7 @@ TEST(SceneFile, IsReadDamagedWithoutHarm) {
   }
 }
 
-// Aliases: a few lines that stand for more parts than anybody writes.
+// YAML aliases: a few lines that expand to more parts than are allowed.
 TEST(SceneFile, IsRefusedBeyondTheMostParts) {
   const ScratchDirectory scratch;
   const std::string path = scratch / "many.yaml";

@@ -19,7 +19,7 @@ SimulatedScan ScanOf(const SimulatedView& view) {
   return {.cloud = perception::Scan(view.scene, view.camera, {}), .up_C = {0, -1, 0}};
 }
 
-// Read without any of the code that made them.
+// Checks the labels without the code that made them.
 TEST(TrueLabels, FollowTheSchemeDownToTheParts) {
   const SimulatedView view = RandomScene(SceneFamily::kVessels, 1);
   const SimulatedScan scan = ScanOf(view);

@@ -1,4 +1,4 @@
-// Grasp files as values: read, ranked and judged against a world; what is wrong in one is named.
+// Grasp files as values: read, ranked and judged against a world; errors name the fault.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { checkSize, GraspFileError, parseGrasps, planWarning, scoreColor, staleness } from "../../../clients/web/src/viewer/grasps";

@@ -1,4 +1,4 @@
-// Questions as they are typed, and answers as they are read.
+// Typed queries and readable answers.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { answerOf } from "../../../clients/web/src/viewer/answer";

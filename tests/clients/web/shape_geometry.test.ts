@@ -1,4 +1,4 @@
-// Every kind of shape as triangles: its extent, its volume and which way it is wound.
+// Every kind of shape as triangles: extent, volume and winding.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { BufferGeometry, Vector3 } from "three";
@@ -22,7 +22,7 @@ function boundsOf(geometry: BufferGeometry): { low: number[]; high: number[] } {
   return { low: box.min.toArray(), high: box.max.toArray() };
 }
 
-// Of a closed surface, positive when it is wound outwards (divergence theorem).
+// The volume of a closed surface, positive if it is wound outwards (divergence theorem).
 function signedVolume(geometry: BufferGeometry): number {
   const position = geometry.getAttribute("position");
   const corner = (i: number): Vector3 =>
@@ -42,8 +42,8 @@ function assertNear(actual: readonly number[], expected: readonly number[], tole
 }
 
 const float32 = 1e-6;
-// 64 chords of a circle: its area is (32 / pi) sin(2 pi / 64) of the circle's, 0.16 % less; spheres lose
-// about twice that.
+// derived: with 64 chords a circle's area is (32 / pi) sin(2 pi / 64) of its true area, 0.16 %
+// less; spheres lose about twice as much.
 const chords = 0.005;
 
 const cases: readonly { shape: ShapeOneOf; low: number[]; high: number[]; volume: number }[] = [

@@ -1,4 +1,5 @@
-// A connection that is silent, refused or busy, and what is asked over it: what is said, what is tried again, what is heard.
+// A connection that is silent, refused or busy: the messages shown, the retries, and the answers of
+// its calls.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { CallFailure } from "../../../clients/web/src/viewer/link";
@@ -62,7 +63,7 @@ test("the head of the page says how the connection is and why", () => {
 const callFailure = (code: number): CallFailure =>
   new CallFailure({ code, name: "", message: `code ${code}`, reason: "", fields: [] });
 
-// Fails so often before it goes well.
+// Fails `times` times, then succeeds.
 function failing(times: number, error: Error): { work: () => Promise<string>; count: () => number } {
   let count = 0;
   return { count: () => count, work: () => (++count > times ? Promise.resolve("done") : Promise.reject(error)) };

@@ -1,4 +1,4 @@
-// Objects as instances, colours that stay, labels of points, meshes as the server sends them.
+// Objects as instances, stable colours, labels of points, meshes in the server's encoding.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Matrix4, Raycaster, SphereGeometry, Vector3, type BufferGeometry } from "three";
@@ -111,7 +111,7 @@ test("attempts to connect begin soon and never wait long", () => {
   assert.equal(waits.at(-1), 3000);
 });
 
-// Of 33 x (rings + 1) vertices.
+// A ball with 33 x (rings + 1) vertices.
 const ball = (rings: number): BufferGeometry => new SphereGeometry(1, 32, rings);
 
 test("meshes are replaced as often as they change, the last one of a look too", () => {
@@ -128,7 +128,7 @@ test("meshes are replaced as often as they change, the last one of a look too", 
   assert.equal(batch.count, 1);
 });
 
-// A cube of 0.2 m at x, in the look that its role or kind gives it.
+// A cube of 0.2 m at x, with the look of its role or kind.
 function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_COMPLETED", kind = "OBJECT_KIND_OBJECT"): SceneThing {
   const object = objectOf([{ box: { size_x_m: 0.2, size_y_m: 0.2, size_z_m: 0.2 } }], { kind });
   object.shapes = object.shapes.map((shape) => ({ ...shape, role }));
@@ -149,7 +149,7 @@ test("what was completed is pointed at as what was measured is; unseen space let
   assert.equal(view.pick(ray)?.owner, "dotted");
 });
 
-// MESH_F64 of one triangle.
+// The MESH_F64 encoding of one triangle.
 function triangleBytes(): ArrayBuffer {
   const bytes = new ArrayBuffer(8 + 24 * 3 + 12);
   new Uint32Array(bytes, 0, 2).set([3, 1]);

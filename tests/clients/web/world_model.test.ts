@@ -1,4 +1,5 @@
-// What a watch says, applied: no delete is lost, a revision comes whole, what stays keeps its identity.
+// Applies a watch's messages: no removal is lost, a revision is applied whole, unchanged objects
+// keep their identity.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { rulesByPair, WorldModel } from "../../../clients/web/src/viewer/world_model";

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// An item of the trees here: a box and the place that breaks ties.
+// An item of the trees in this file: a box and an index, which breaks ties.
 struct Item {
   std::uint32_t index;
   Aabb box;
@@ -20,7 +20,7 @@ const Aabb& BoundsOf(const Item& item) { return item.box; }
 bool Precedes(const Item& a, const Item& b) { return a.index < b.index; }
 std::uint64_t SaltOf(const Item& item) { return 0x9e3779b97f4a7c15 * (item.index + 1); }
 
-// A tree with the items it refers to.
+// A tree and the items that it refers to.
 struct Forest {
   explicit Forest(const std::vector<Aabb>& boxes) {
     for (std::uint32_t i = 0; i < boxes.size(); ++i) items.push_back({i, boxes[i]});
@@ -53,7 +53,7 @@ std::vector<Aabb> RandomBoxes(int count, std::mt19937& random) {
   return boxes;
 }
 
-// Independent of the tree: the distance of two boxes axis by axis.
+// The distance of two boxes axis by axis, independent of the tree.
 double BruteDistance_m(const Aabb& a, const Aabb& b) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -154,7 +154,7 @@ TEST(BoundsTree, AnEmptyTreeFindsNothing) {
   EXPECT_THAT(Within(Forest({Aabb()}).tree, Cube({0, 0, 0}, 1), kInfinity), IsEmpty());
 }
 
-// Entry by bisection-free reasoning: the largest of the entries into the three slabs.
+// The length at which a ray enters a box: the largest entry into its three slabs.
 double BruteEntry_m(const Aabb& box, const Vector3& o, const Vector3& d) {
   double enter = 0;
   double leave = kInfinity;
@@ -207,7 +207,7 @@ TEST(BoundsTree, ARayWithoutLimitMissesWhatItMisses) {
   EXPECT_THAT(found, ElementsAre(0));
 }
 
-// All items in the order of a walk over everything: the shape of the tree.
+// All items in the order of a walk over everything, which shows the shape of the tree.
 std::vector<std::uint32_t> Order(const BoundsTree<Item>& tree) {
   return Within(tree, Cube({0, 0, 0}, 1), kInfinity);
 }
@@ -215,7 +215,7 @@ std::vector<std::uint32_t> Order(const BoundsTree<Item>& tree) {
 TEST(BoundsTree, IsTheSameTreeWhateverTheOrderOfInsertionAndRemoval) {
   std::mt19937 random(4);
   auto boxes = RandomBoxes(300, random);
-  for (int i = 0; i < 40; ++i) boxes.push_back(boxes[0]);  // one centre: the salt parts them
+  for (int i = 0; i < 40; ++i) boxes.push_back(boxes[0]);  // one centre: the salt separates them
   const Forest forest(boxes);
   const std::vector<std::uint32_t> order = Order(forest.tree);
   ASSERT_EQ(order.size(), boxes.size());
@@ -241,7 +241,7 @@ TEST(BoundsTree, AChangeSharesAllButAPathAndLeavesTheOldTreeAsItWas) {
     const std::vector<std::uint32_t> before = Order(forest.tree);
     const Item moved{7, Cube({1.5, -1.5, 0.5}, 0.05)};
     const BoundsTree<Item> after = forest.tree.Without(forest.items[7]).With(moved);
-    // Two paths of a tree of count / 4 leaves, twice as deep as a balanced one at most.
+    // Two paths of a tree of count / 4 leaves, at most twice as deep as a balanced one.
     EXPECT_LE(after.CountOwnNodes(forest.tree), 4 * std::log2(count / 4.0)) << count;
     EXPECT_EQ(Order(forest.tree), before);
   }
@@ -257,13 +257,13 @@ TEST(BoundsTree, AnUnboundedBoxComesAndGoes) {
 
 TEST(PlaceKey, TellsTheFirstBitInWhichTwoPlacesDiffer) {
   const PlaceKey a = KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 3), b = KeyOf(Cube({0.5, 0.5, 0.5}, 0.2), 3);
-  EXPECT_EQ(FirstDifference(a, b), -1);  // one centre, whatever the size
+  EXPECT_EQ(FirstDifference(a, b), -1);  // the same centre, whatever the size
   EXPECT_EQ(FirstDifference(a, KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 2)), 0);
   const int far = FirstDifference(a, KeyOf(Cube({-0.5, 0.5, 0.5}, 0.1), 3));
   const int near = FirstDifference(a, KeyOf(Cube({0.501, 0.5, 0.5}, 0.1), 3));
   EXPECT_GT(far, near);
   EXPECT_GT(near, 63);
-  EXPECT_TRUE(BitAt(a, far));  // the greater coordinate
+  EXPECT_TRUE(BitAt(a, far));  // of the larger coordinate
   EXPECT_FALSE(BitAt(KeyOf(Cube({-0.5, 0.5, 0.5}, 0.1), 3), far));
 }
 

@@ -13,8 +13,8 @@
 namespace cwm {
 namespace {
 
-// perception/cloud/parallel_for, a loop that also hears of stops, has the tests of how ranges are
-// shared among threads and loops within loops.
+// How ranges are shared among threads and nested loops is tested with
+// perception/cloud/parallel_for, a loop that can also be cancelled.
 
 void Do(std::size_t count, int threads, const Loop::Body& body) {
   Loop(
@@ -27,8 +27,9 @@ void WorkFor(std::chrono::microseconds time) {
   while (std::chrono::steady_clock::now() < end) continue;
 }
 
-// Threads wait for each other awake for some time and then asleep: here for about as long, now at the
-// end of a loop and now between loops, so that they are woken at every step of falling asleep.
+// Threads that wait first stay awake and then sleep. The work here takes about as long as they stay
+// awake, at the end of a loop or between loops, so that they are woken at every step of falling
+// asleep.
 TEST(Loop, WakesWhoeverFellAsleep) {
   constexpr int kLoops = 3000;
   for (const int threads : {2, 4}) {

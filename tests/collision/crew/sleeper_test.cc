@@ -13,7 +13,7 @@ TEST(Sleeper, DoesNotSleepWhoWasWokenBefore) {
   Sleeper sleeper;
   sleeper.LieDown();
   sleeper.Wake();
-  sleeper.Sleep();  // forever, else
+  sleeper.Sleep();  // would otherwise sleep forever
 }
 
 TEST(Sleeper, MayRunWhereItMightBefore) {
@@ -37,7 +37,7 @@ TEST(Sleeper, MayRunWhereItMightBefore) {
   EXPECT_TRUE(CPU_EQUAL(&before, &after));
 }
 
-// Who may run on one core alone is woken there.
+// A thread that may run on one core only is woken there.
 TEST(Sleeper, StaysOnTheOnlyCoreThatItMayRunOn) {
   Sleeper sleeper;
   std::atomic<bool> lies{false}, stayed{true};

@@ -1,4 +1,4 @@
-// Every trap found in Bullet 3.24, asked through the engine that walls it off.
+// Each test covers a defect of Bullet 3.24, through the engine that works around it.
 #include <gtest/gtest.h>
 
 #include "collision/engines/engine.h"
@@ -17,7 +17,7 @@ PairDistance Distance(const Shape& a, const Pose& X_WA, const Shape& b, const Po
 
 const Pose kOrigin = Pose::Identity();
 
-// Default margins would shorten the gap by 4 cm for each of the two.
+// The default margins would shorten the gap by 4 cm for each of the two shapes.
 TEST(BulletProbe, NoShapeHasAMargin) {
   const Pose beside = MakeTranslation(1, 0, 0);
   const Convex hull{std::make_shared<const TriangleMesh>(BoxMesh({0.2, 0.2, 0.2}))};
@@ -43,7 +43,8 @@ TEST(BulletProbe, APrimitiveInsideAClosedMeshCollides) {
   EXPECT_LT(Distance(Box{{0.1, 0.1, 0.1}}, kOrigin, cube, kOrigin).distance_m, 0);
 }
 
-// Without margins Bullet calls some overlaps a gap of millimetres; its own normal refutes it.
+// Without margins Bullet reports a gap of millimetres for some overlaps, which its own normal
+// refutes.
 TEST(BulletProbe, AnOverlapIsNeverCalledAGap) {
   std::mt19937 random(7);
   const Shape& plate = Catalogue()[8].shape;

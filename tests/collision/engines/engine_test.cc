@@ -60,7 +60,7 @@ TEST(PreparedShape, IsSharedByAllThatReferToOneMeshAndDiesWithThem) {
     for (const PreparedShape& other : prepared) EXPECT_EQ(other[i], prepared[0][i]);
   }
   Mesh open = mesh;
-  open.watertight = false;  // another solid
+  open.watertight = false;  // a different solid
   EXPECT_NE(PrepareForAll(open)[0], prepared[0][0]);
   EXPECT_GT(mesh.mesh.use_count(), 2);
   prepared.clear();
@@ -92,7 +92,7 @@ TEST(ConvexPieces, ContainATruncatedConeWithinTheirBound) {
   for (const Vector3& v : set.hulls[0].vertices) {
     EXPECT_LE(SignedDistance_m(Shape(cup), v), set.bound_m + 1e-12);
   }
-  for (int i = 0; i < 360; ++i) {  // the rims lie inside the hull
+  for (int i = 0; i < 360; ++i) {  // the rims are inside the hull
     const double angle = 0.0174532925 * i;
     const Vector3 on_top(0.07 * std::cos(angle), 0.07 * std::sin(angle), 0.06);
     EXPECT_LE(SignedDistance_m(Shape(hull), on_top), 1e-12);

@@ -1,4 +1,4 @@
-// Every trap found in FCL 0.7.0, asked through the engine that walls it off.
+// Each test covers a defect of FCL 0.7.0, through the engine that works around it.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -25,7 +25,7 @@ bool Collides(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB
 
 const Pose kOrigin = Pose::Identity();
 
-// distance() would crash.
+// FCL's distance() would crash.
 TEST(FclProbe, DistanceToAHalfSpaceIsThatOfTheKernels) {
   std::mt19937 random(8);
   for (const CatalogueShape& entry : Catalogue()) {
@@ -47,7 +47,7 @@ TEST(FclProbe, DistanceToAHalfSpaceIsThatOfTheKernels) {
   }
 }
 
-// B moved along the normal of the two to several distances; how many of FCL's answers are wrong.
+// The number of wrong answers of FCL when B is moved along the pair's normal to several distances.
 int WrongYesAndNo(const Shape& a, const Shape& b, std::initializer_list<double> distances_m) {
   const Engine& exact = GetEngine(EngineKind::kExact);
   const Pose X_WA = Pose::Identity();
@@ -80,7 +80,7 @@ TEST(FclProbe, YesAndNoAreExactWhereFclHasAFormula) {
   EXPECT_GT(pairs, 20);
 }
 
-// GJK takes overlaps of less than its tolerance for gaps, and now and then one of a millimetre.
+// GJK reports a gap for overlaps smaller than its tolerance, and sometimes for one of a millimetre.
 TEST(FclProbe, YesAndNoOfASearchAreABestEffort) {
   const Shape box = Box{{0.2, 0.12, 0.08}}, cylinder = Cylinder{0.05, 0.2},
               cone = Cone{0.08, 0, 0.2};
@@ -98,7 +98,7 @@ TEST(FclProbe, AConvexHullAgainstAHalfSpaceIsYesOrNoWithoutACrash) {
   EXPECT_TRUE(Collides(hull, MakeTranslation(5, 7, -3), HalfSpace{}, kOrigin));  // deep below
 }
 
-// collide() misses some that lie apex down, and what a closed mesh holds.
+// FCL's collide() misses some cones that lie apex down, and objects inside a closed mesh.
 TEST(FclProbe, ConesAndMeshesAgainstAHalfSpaceAreNotAskedOfFcl) {
   const Pose apex_down(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitX()));
   const Cone cone{0.1, 0, 0.2};
@@ -113,7 +113,7 @@ TEST(FclProbe, ConesAndMeshesAgainstAHalfSpaceAreNotAskedOfFcl) {
 TEST(FclProbe, TwoSpheresThatOverlapHaveTheDepthOfTheirOverlap) {
   const PairDistance answer =
       Distance(Sphere{0.05}, kOrigin, Sphere{0.05}, MakeTranslation(0.098, 0, 0));
-  EXPECT_NEAR(answer.distance_m, -0.002, 1e-12);  // unsigned -1, signed -0.001999991
+  EXPECT_NEAR(answer.distance_m, -0.002, 1e-12);  // FCL: -1 unsigned, -0.001999991 signed
   EXPECT_NEAR(answer.normal.x(), 1, 1e-12);
 }
 
@@ -154,7 +154,8 @@ TEST(FclProbe, AnOpenMeshHasNoInside) {
   EXPECT_EQ(answer.trust, Trust::kSurfaceOnly);
 }
 
-// collide() measures depth along the centre ray: 2 mm wrong on a 2 mm overlap of cylinders.
+// FCL's collide() measures depth along the ray between centres: 2 mm wrong for cylinders that
+// overlap by 2 mm.
 TEST(FclProbe, CrossedCylindersHaveTheLeastDepth) {
   const Pose lying = MakePose(
       {0.02, 0.098, 0.03}, Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX())) *
@@ -167,7 +168,8 @@ TEST(FclProbe, CrossedCylindersHaveTheLeastDepth) {
   EXPECT_NEAR(fcl.distance_m, exact.Distance(a.get(), b.get(), 1e3).distance_m, 1e-9);
 }
 
-// Signed distance ends the process by an assertion on some overlaps of rotated boxes and hulls.
+// FCL's signed distance fails an assertion, which ends the process, for some overlaps of rotated
+// boxes and hulls.
 TEST(FclProbe, DeepAndTouchingOverlapsAreAnsweredWithoutAnAssertion) {
   std::mt19937 random(4);
   for (const CatalogueShape& a : Catalogue()) {
@@ -182,7 +184,8 @@ TEST(FclProbe, DeepAndTouchingOverlapsAreAnsweredWithoutAnAssertion) {
   }
 }
 
-// FCL gives the witness on the mesh first, and those of a sphere in frames of their own.
+// FCL returns the witness on the mesh first, and those of a sphere in the frames of their own
+// shapes.
 TEST(FclProbe, WitnessesOnAMeshBelongToTheMesh) {
   const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
   const Pose X_WM = MakeTranslation(3, 0, 0);
@@ -195,16 +198,16 @@ TEST(FclProbe, WitnessesOnAMeshBelongToTheMesh) {
   }
 }
 
-// GJK stops 14 mm too far where a box squarely faces a triangle of a mesh.
+// GJK stops 14 mm too far if a box squarely faces a triangle of a mesh.
 TEST(FclProbe, ABoxThatFacesAMeshIsLabelledAsBestEffort) {
   const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
   const PairDistance answer =
       Distance(Box{{0.5, 0.5, 0.5}}, kOrigin, cube, MakeTranslation(3, 0, 0));
   EXPECT_EQ(answer.trust, Trust::kDegraded);
-  EXPECT_GE(answer.distance_m, 2.25 - 1e-9);  // its witnesses are real points: never too near
+  EXPECT_GE(answer.distance_m, 2.25 - 1e-9);  // witnesses are real points: never too near
 }
 
-// Where GJK stops early between convex shapes, the bound of the answer grows by as much.
+// If GJK stops early between convex shapes, the bound of the answer grows by as much.
 TEST(FclProbe, AnEarlyStopBetweenConvexShapesIsWithinTheBoundStated) {
   std::mt19937 random(7);
   const Engine& exact = GetEngine(EngineKind::kExact);

@@ -1,5 +1,5 @@
-// What FCL 0.7.0 itself answers where we do not ask it: the reasons why. A newer FCL that fails here
-// has been mended, and the wall may come down.
+// Answers of FCL 0.7.0 that the engine does not use, with the reasons why. If a newer FCL fails a
+// test here, its defect is fixed, and the workaround may be removed.
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/continuous_collision.h>
 #include <gtest/gtest.h>
@@ -16,8 +16,9 @@ Pose TurnedBy(double angle_rad) {
   return Pose(Eigen::AngleAxisd(angle_rad, Vector3::UnitZ()).toRotationMatrix());
 }
 
-// With its defaults FCL's continuous collision moves the translation alone, in ten steps: a rod that
-// turns through a post on the spot is called free. Hence motions are not FCL's to answer.
+// With its defaults FCL's continuous collision only moves the translation, in ten steps, and
+// reports that a rod turning on the spot through a post is free. Motions are therefore not checked
+// with FCL.
 TEST(FclRawProbe, ContinuousCollisionMissesTheRodThatTurnsThroughAPost) {
   const fcl::Boxd rod(1, 0.05, 0.05), post(0.05, 0.05, 1);
   const Pose X_WP = MakeTranslation(0.28, 0.28, 0);
@@ -30,14 +31,14 @@ TEST(FclRawProbe, ContinuousCollisionMissesTheRodThatTurnsThroughAPost) {
   const Pose halfway = TurnedBy(std::numbers::pi / 4);
   fcl::CollisionResultd there;
   EXPECT_GT(fcl::collide(&rod, halfway, &post, X_WP, fcl::CollisionRequestd(), there), 0u);
-  // Ours sees the state halfway as what it is.
+  // The exact engine finds the collision at the middle state.
   const Engine& exact = GetEngine(EngineKind::kExact);
   const PlacedShape our_rod = Place(exact, Box{{1, 0.05, 0.05}}, halfway);
   const PlacedShape our_post = Place(exact, Box{{0.05, 0.05, 1}}, X_WP);
   EXPECT_TRUE(exact.Collides(our_rod.get(), our_post.get()));
 }
 
-// Round shapes of one centre: FCL's contact has a normal of length 0.
+// For concentric round shapes FCL's contact has a normal of length 0.
 TEST(FclRawProbe, AContactOfConcentricSpheresHasNoNormal) {
   const fcl::Sphered sphere(0.5);
   const fcl::CollisionRequestd request(/*num_max_contacts=*/1, /*enable_contact=*/true);
@@ -47,7 +48,7 @@ TEST(FclRawProbe, AContactOfConcentricSpheresHasNoNormal) {
   EXPECT_EQ(result.getContact(0).normal.norm(), 0);
 }
 
-// What touches, by a rounding more or less, or lies concentric, has a unit normal from every engine.
+// Every engine returns a unit normal for shapes that touch up to rounding, or are concentric.
 TEST(FclRawProbe, NoEngineOfOursGivesATouchingContactWithoutANormal) {
   const Shape shapes[] = {Sphere{0.5}, Box{{1, 1, 1}}, Cylinder{0.5, 1}, Cone{0.5, 0.5, 1},
                           Capsule{0.5, 1}};

@@ -19,13 +19,14 @@ void ExpectSoundHull(const std::vector<Vector3>& points, double size_m) {
   ASSERT_FALSE(hull.triangles.empty());
   EXPECT_TRUE(IsWatertight(hull));
   EXPECT_GT(SignedVolume_m3(hull), 0);
-  // Euler: V - E + F = 2 with E = 3 F / 2.
+  // Euler's formula: V - E + F = 2 with E = 3 F / 2.
   EXPECT_EQ(2 * hull.vertices.size(), hull.triangles.size() + 4);
-  const double rounding_m = 1e-11 * size_m;  // ten times what ConvexHull3 promises
+  const double rounding_m = 1e-11 * size_m;  // ten times the promise of ConvexHull3
   for (const TriangleMesh::Triangle& t : hull.triangles) {
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
     if (!SureNormal(a, b, c)) continue;
-    // In extended precision: the planes of slivers are no surer than their heights.
+    // In extended precision, because the planes of slivers are as inaccurate as their heights are
+    // small.
     using Long = Eigen::Matrix<long double, 3, 1>;
     const Long at = a.cast<long double>();
     const Long normal =
@@ -43,7 +44,7 @@ TEST(ConvexHull3, OfRandomPointsHoldsThemAll) {
     std::vector<Vector3> points;
     for (int i = 0; i < 10 + 20 * k; ++i) {
       points.push_back(Vector3{normal(random), normal(random), normal(random)});
-      if (k % 2 == 1) points.back().normalize();  // every point a corner
+      if (k % 2 == 1) points.back().normalize();  // every point is a corner
     }
     ExpectSoundHull(points, 8);
   }
@@ -63,8 +64,8 @@ TEST(ConvexHull3, OfGridsAndPrismsHoldsThemAll) {
   ExpectSoundHull(prism, 3);
 }
 
-// Boxes whose edges, and faces where there are more parts, are cut; turned and rounded, so that none
-// of those points lies on the box any more: its hull has slivers as thin as the rounding.
+// Grid points of rotated boxes, rounded in different ways. No point on an edge or face is exactly
+// on the box, so the hull has slivers as thin as the rounding.
 TEST(ConvexHull3, OfTurnedBoxesThatWereRoundedHoldsAllTheirPoints) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
@@ -97,11 +98,11 @@ TEST(ConvexHull3, OfAPrismOverACircleTakesNoCubeOfItsCorners) {
   }
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(ConvexHull3(prism).vertices.size(), prism.size());
-  // 0.8 s on a busy machine; the search through all faces at each step took 13 s.
+  // measured: 0.8 s on a busy machine; searching all faces at each step took 13 s.
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
 }
 
-// A box whose bottom edge has a corner in its middle, kept watertight by a triangle without area.
+// A box with a vertex in the middle of a bottom edge, kept watertight by a triangle without area.
 TriangleMesh BoxWithACornerOnAnEdge() {
   TriangleMesh mesh = Tessellate(Box{{1, 1, 1}});
   const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -1,4 +1,4 @@
-// Work on meshes that is ended in the middle, and values that are built once.
+// Tests work on meshes that is stopped midway, and values that are built once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 namespace cwm {
 namespace {
 
-// Says that it is time to end at the n-th look.
+// Ends the work at the n-th check.
 class EndsAtLook : public WorkCounter {
  public:
   explicit EndsAtLook(int look) : left_(look) {}
@@ -42,7 +42,7 @@ class EndsAtLook : public WorkCounter {
 
 constexpr int kNever = 1 << 30;
 
-// A closed sheet of two sides with so many squares along an edge.
+// A closed sheet with two sides and `squares` squares along an edge.
 TriangleMesh Pillow(std::uint32_t squares) {
   TriangleMesh mesh;
   const std::uint32_t corners = squares + 1;
@@ -76,7 +76,7 @@ TEST(SortInPieces, OrdersAsStdSortDoes) {
   }
 }
 
-// Closed, of triangles that share places but no indices, as those of an STL.
+// A closed mesh of triangles that share positions but no indices, as in an STL file.
 TriangleMesh SpindleOfLooseTriangles(std::uint32_t sides) {
   TriangleMesh mesh;
   const auto at = [sides](std::uint32_t k) {
@@ -162,7 +162,7 @@ TEST(BuiltOnce, WhatWasEndedIsBuiltByTheNext) {
   EXPECT_EQ(*value.Get([] { return 2; }), 2);
 }
 
-// Who waits for another one's building leaves when its own time is over.
+// A thread that waits for another one's build leaves when its own time is over.
 TEST(BuiltOnce, AWaitEndsWithItsOwnCounter) {
   const BuiltOnce<int> value;
   std::atomic<bool> under_way = false, may_end = false;

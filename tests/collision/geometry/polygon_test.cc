@@ -29,7 +29,7 @@ TEST(Polygon, SquareHasItsAreaAndBorder) {
 }
 
 TEST(Polygon, KnowsCrossedFoldedAndTouchingBorders) {
-  EXPECT_TRUE(IsSimple({{0, 0}, {1, 0}, {2, 0}, {2, 2}}));  // a flat corner is no harm
+  EXPECT_TRUE(IsSimple({{0, 0}, {1, 0}, {2, 0}, {2, 2}}));  // a corner of 180 degrees is allowed
   EXPECT_FALSE(IsSimple({{0, 0}, {1, 1}, {1, 0}, {0, 1}}));
   EXPECT_FALSE(IsSimple({{0, 0}, {2, 0}, {1, 0}, {1, 1}}));
   EXPECT_FALSE(IsSimple({{0, 0}, {2, 0}, {2, 2}, {1, 0}, {0, 2}}));

@@ -19,7 +19,7 @@ Polygon Star(std::mt19937& random, int count, const Vector2& centre, double radi
     const double angle = 2 * std::numbers::pi * i / count;
     polygon.push_back(centre + radius * share(random) * Vector2(std::cos(angle), std::sin(angle)));
   }
-  if (count % 2 == 1) std::reverse(polygon.begin(), polygon.end());  // either way round
+  if (count % 2 == 1) std::reverse(polygon.begin(), polygon.end());  // both orientations
   return polygon;
 }
 
@@ -91,7 +91,7 @@ TEST(ConvexPieces, HoldExactlyThePointsOfRandomRegions) {
       if (region.DistanceToBorder_m(p) < 1e-9) continue;
       const auto holders = std::count_if(pieces.begin(), pieces.end(),
                                          [&](const Polygon& piece) { return Contains(piece, p); });
-      // A point within rounding of a diagonal may count for both sides or for none.
+      // A point within rounding of a diagonal may count for both sides or for neither.
       ASSERT_EQ(holders, region.Holds(p) ? 1 : 0) << k << " " << p.transpose();
     }
   }
@@ -119,7 +119,7 @@ TEST(ConvexPieces, OfAThousandVerticesTakeMilliseconds) {
   RecordProperty(
       "elapsed_us",
       static_cast<int>(std::chrono::duration_cast<std::chrono::microseconds>(elapsed).count()));
-  EXPECT_LT(elapsed, std::chrono::seconds(1));  // a few ms where measured
+  EXPECT_LT(elapsed, std::chrono::seconds(1));  // measured: a few milliseconds
 }
 
 TEST(Validation, RefusesPlatesOfTooManyVerticesBeforeLookingAtThem) {

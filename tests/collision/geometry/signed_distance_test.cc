@@ -68,7 +68,7 @@ TEST(SignedDistance, NearestPointLiesOnTheSurfaceAlongTheNormal) {
   std::uniform_real_distribution<double> coordinate(-2, 2);
   for (const Shape& shape : Solids()) {
     for (int k = 0; k < 300; ++k) {
-      // Points of the axes and planes of symmetry too, where the gradient is not unique.
+      // Includes points on the axes and planes of symmetry, where the gradient is not unique.
       Vector3 p(coordinate(random), coordinate(random), coordinate(random));
       for (int axis = 0; axis < 3; ++axis) {
         if ((k >> axis & 1) != 0) p[axis] = 0;
@@ -101,7 +101,7 @@ TEST(ConvexHull3, HoldsItsPointsAndIsWatertight) {
   std::mt19937 random(6);
   std::uniform_int_distribution<int> grid(0, 5);
   for (int k = 0; k < 100; ++k) {
-    std::vector<Vector3> points;  // of a grid: many coplanar and collinear ones
+    std::vector<Vector3> points;  // on a grid: many coplanar and collinear points
     for (int i = 0; i < 60; ++i) points.emplace_back(grid(random), grid(random), grid(random));
     const Convex hull{std::make_shared<const TriangleMesh>(ConvexHull3(points))};
     ASSERT_TRUE(IsWatertight(*hull.hull));

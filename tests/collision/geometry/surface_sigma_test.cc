@@ -24,10 +24,11 @@ TEST(SurfaceSigma, IsTheSumOfWhatMovesTheSurface) {
   // The rim is 0.05 m from the centre.
   EXPECT_DOUBLE_EQ(SurfaceSigma_m(Fitted(Cylinder{0.03, 0.08}, {0, 0, 0.002, 0.1, 0, 0, 0.001})),
                    0.002 + 0.05 * 0.1 + 0.001);
-  // Its apex is as far below as half of its length again: the wider rim's slant is 0.05 m.
+  // The apex is half the length below the cone; the slant to the wider rim is 0.05 m.
   EXPECT_DOUBLE_EQ(SurfaceSigma_m(Fitted(Cone{0.015, 0.03, 0.02}, {0, 0.002, 0, 0, 0.1, 0, 0.02})),
                    0.002 + 0.05 * (0.1 + 0.02));
-  // An apex that is known badly along the axis moves the flank by the sine of the half angle, 0.6.
+  // An error of the apex along the axis moves the surface by the sine of the half angle, 0.6, times
+  // it.
   EXPECT_NEAR(SurfaceSigma_m(Fitted(Cone{0.015, 0.03, 0.02}, {0, 0, 0.04, 0, 0, 0, 0})), 0.6 * 0.04,
               1e-12);
   EXPECT_DOUBLE_EQ(SurfaceSigma_m(Fitted(
@@ -39,13 +40,13 @@ TEST(SurfaceSigma, IsTheSumOfWhatMovesTheSurface) {
 
 TEST(SurfaceSigma, IsTheScatterWhereTheDeviationsAreUnknownAndNothingWithoutAFit) {
   EXPECT_EQ(SurfaceSigma_m(Fitted(Sphere{0.1}, {})), kRms_m);
-  EXPECT_EQ(SurfaceSigma_m(Fitted(Sphere{0.1}, {1, 1, 1})), kRms_m);  // not those of a sphere
+  EXPECT_EQ(SurfaceSigma_m(Fitted(Sphere{0.1}, {1, 1, 1})), kRms_m);  // not of a sphere
   EXPECT_EQ(SurfaceSigma_m(Fitted(Capsule{0.1, 0.1}, {1, 1, 1})), kRms_m);
   EXPECT_EQ(SurfaceSigma_m(Fitted(Cone{0.1, 0.1, 1}, {1, 1, 1, 1, 1, 1, 1})), kRms_m);
   EXPECT_EQ(SurfaceSigma_m({.X_OS = Pose::Identity(), .shape = Sphere{0.1}}), 0);
 }
 
-// The rim of a cone, found by its apex, axis and angle, deviates by no more than is said.
+// Finds the rim of a cone from its apex, axis and angle, and compares its deviation with the bound.
 TEST(SurfaceSigma, BoundsWhatRandomDeviationsDoToARim) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
@@ -68,7 +69,7 @@ TEST(SurfaceSigma, BoundsWhatRandomDeviationsDoToARim) {
   const double deviation_m = std::sqrt(squares / kCount);
   const double said_m = SurfaceSigma_m(Fitted(cone, sigma));
   EXPECT_LE(deviation_m, said_m);
-  EXPECT_GE(deviation_m, 0.4 * said_m);  // all terms are there, in quadrature for these
+  EXPECT_GE(deviation_m, 0.4 * said_m);  // for these sigmas every term counts, added in quadrature
 }
 
 }  // namespace

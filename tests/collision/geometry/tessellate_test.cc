@@ -28,7 +28,7 @@ TEST(Tessellate, MakesClosedOutwardMeshesWithinTheDeviation) {
     const std::string name(NameOf(KindOf(shape)));
     EXPECT_TRUE(IsWatertight(mesh)) << name;
     EXPECT_GT(SignedVolume_m3(mesh), 0) << name;
-    if (KindOf(shape) == ShapeKind::kHalfSpace) continue;  // a slab stands for it
+    if (KindOf(shape) == ShapeKind::kHalfSpace) continue;  // tessellated as a slab
     for (const TriangleMesh::Triangle& t : mesh.triangles) {
       const Vector3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
       for (const Vector3& p : {a, Vector3((a + b) / 2), Vector3((a + b + c) / 3)}) {
@@ -40,7 +40,7 @@ TEST(Tessellate, MakesClosedOutwardMeshesWithinTheDeviation) {
 }
 
 TEST(Tessellate, StatesTheDeviationThatItsChordsReallyHave) {
-  constexpr double kLarge_m = 50;  // kMaxSegments cannot hold the default
+  constexpr double kLarge_m = 50;  // kMaxSegments does not suffice for the default
   for (const Shape& shape : std::vector<Shape>{
            Sphere{0.7}, Sphere{kLarge_m}, Cylinder{0.5, 1.2}, Cylinder{kLarge_m, 1},
            Cone{0.6, 0, 1}, Cone{kLarge_m - 1, kLarge_m, 100}, Capsule{kLarge_m, 1}}) {

@@ -7,7 +7,7 @@
 namespace cwm {
 namespace {
 
-// Each triangle with vertices of its own, as STL has them.
+// The mesh with separate vertices for each triangle, as in an STL file.
 TriangleMesh Unshared(const TriangleMesh& mesh) {
   TriangleMesh loose;
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
@@ -30,7 +30,6 @@ TEST(IsWatertight, AsksForPlacesNotForIndices) {
   TriangleMesh loose = Unshared(cube);
   ASSERT_EQ(loose.vertices.size(), 36u);
   EXPECT_TRUE(IsWatertight(loose));
-  //SE
   TriangleMesh open = loose;
   open.triangles.pop_back();
   EXPECT_FALSE(IsWatertight(open));
@@ -50,7 +49,7 @@ TEST(IsWatertight, PassesOverTrianglesWhoseCornersCoincide) {
   EXPECT_TRUE(IsWatertight(pole));
 }
 
-// Welded, the common edge would have four triangles.
+// If positions were merged, the common edge would have four triangles.
 TEST(IsWatertight, HoldsOfSolidsThatTouchAlongAnEdge) {
   TriangleMesh two = Cube(0);
   TriangleMesh other = Cube(1);

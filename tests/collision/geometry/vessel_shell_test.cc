@@ -10,7 +10,7 @@
 namespace cwm {
 namespace {
 
-// A mug of 80 mm, its wall 4 mm thick, its floor 6 mm.
+// A mug of 80 mm with a wall of 4 mm and a floor of 6 mm.
 VesselShell Mug() {
   return {.outer = {{0.035, -0.04}, {0.04, 0.04}},
           .inner = {{0.036, 0.04}, {0.031, -0.034}, {0, -0.034}},

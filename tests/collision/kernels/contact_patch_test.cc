@@ -22,9 +22,11 @@ using ::testing::SizeIs;
 
 constexpr double kRounding_m = 1e-12;
 constexpr double kDepth_m = 1e-3;
-// Of what iterative kernels say of shapes of some decimetres: collision/README.md.
+// measured: the accuracy of iterative kernels for shapes of some decimetres, see
+// collision/README.md.
 constexpr double kIterative_m = 1e-8;
-// Of the deepest point of round shapes: collision/kernels/README.md, 5e-6 of the size.
+// measured: the accuracy of the deepest point of round shapes, 5e-6 of the size, see
+// collision/kernels/README.md.
 constexpr double kWitness_m = 1e-6;
 
 struct Solid {
@@ -70,7 +72,7 @@ Plate SquarePlate(double half_m, double thickness_m) {
 }
 
 const Box kBox{{0.2, 0.1, 0.3}};
-const Pose kSunk = MakeTranslation(0.4, -0.2, 0.15 - kDepth_m);  // the box, in what ends at z = 0
+const Pose kSunk = MakeTranslation(0.4, -0.2, 0.15 - kDepth_m);  // the box, sunk below z = 0
 
 TEST(ContactPatch, OfABoxFlatOnAHalfSpaceIsItsFourCorners) {
   for (const Shape& box : {Shape(kBox), HullOf(kBox)}) {
@@ -102,7 +104,7 @@ TEST(ContactPatch, OfABoxFlatOnAnythingFlatHasItsFourCorners) {
       const auto contacts = ContactsOf(table, {box, kSunk});
       const std::string_view name = NameOf(KindOf(table.shape));
       ASSERT_GE(contacts.size(), 4u) << name;
-      ASSERT_LE(contacts.size(), 5u) << name;  // the deepest may lie within
+      ASSERT_LE(contacts.size(), 5u) << name;  // the deepest may be inside the patch
       for (const double x : {0.3, 0.5}) {
         for (const double y : {-0.25, -0.15}) {
           EXPECT_TRUE(Holds(contacts, {x, y, 0}, kIterative_m)) << name;
@@ -247,7 +249,7 @@ TEST(ContactPatch, SpansPiecesOfAPlateButNoHole) {
   for (const double x : {-0.8, 0.8}) {
     for (const double y : {-0.8, 0.8}) EXPECT_TRUE(Holds(contacts, {x, y, 0}, kIterative_m));
   }
-  // What is in the hole touches one side, at none of the cuts between the pieces.
+  // A box in the hole touches one side, and none of the cuts between the pieces.
   const auto inside =
       ContactsOf({frame}, {Box{{0.2, 0.2, 0.2}}, MakeTranslation(0.4 + kDepth_m, 0, 0)});
   EXPECT_GE(inside.size(), 4u);
@@ -314,7 +316,7 @@ bool HoldsAllBut(std::size_t first, const std::vector<PairDistance>& contacts,
                      });
 }
 
-// Which point of two faces is told as the deepest is left open, the others are not.
+// Either of two equally deep points may be the first; all others must agree.
 void ExpectSamePatch(const std::vector<PairDistance>& told,
                      const std::vector<PairDistance>& expected) {
   EXPECT_GE(told.size(), 2u);
@@ -418,7 +420,7 @@ TEST(ContactPatch, OfAMeshOnItsLegsIsTheirTips) {
   }
 }
 
-// A field of triangles, more than are looked at one by one.
+// A field of more triangles than are examined one by one.
 TEST(ContactPatch, OfAMeshOfManyTrianglesSpansThemAll) {
   constexpr int kSide = 100;
   TriangleMesh field;
@@ -444,12 +446,12 @@ TEST(ContactPatch, OfAMeshOfManyTrianglesSpansThemAll) {
   for (const PairDistance& contact : contacts) EXPECT_EQ(contact.trust, Trust::kSurfaceOnly);
 }
 
-// Any shapes in any poses, many of them aligned.
+// Random shapes in random poses, many of them aligned.
 TEST(ContactPatch, LiesOnBothSurfacesAndBeginsWithTheDeepest) {
   constexpr std::array kKinds = {ShapeKind::kSphere, ShapeKind::kBox,      ShapeKind::kCylinder,
                                  ShapeKind::kCone,   ShapeKind::kCapsule,  ShapeKind::kConvex,
                                  ShapeKind::kPlate,  ShapeKind::kHalfSpace};
-  constexpr double kShare = 1e-6;  // of the size: what a hull's faces may be out of plane
+  constexpr double kShare = 1e-6;  // of the size: flatness of a hull's faces
   RandomPairs random(11);
   int patches = 0;
   for (int i = 0; i < 20'000; ++i) {

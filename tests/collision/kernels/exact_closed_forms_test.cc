@@ -1,5 +1,5 @@
-// The pairs that have a formula, against the same geometry in extended precision: what is lost is
-// rounding alone.
+// Pairs with a closed form, against the same geometry in extended precision: only rounding may be
+// lost.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace cwm::collision {
 namespace {
 
-// Of the pair's extent: some thousand roundings of double.
+// derived: relative to the pair's extent, some thousand roundings of double.
 constexpr double kRelative = 1e-12;
 
 PairDistance Solve(const PosedPair& pair) {
@@ -27,7 +27,7 @@ double ErrorShare(const PosedPair& pair) {
   return static_cast<double>(std::abs(error)) / ExtentOf(pair);
 }
 
-// Moves B along the normal so that the distance becomes about the one asked for.
+// Moves B along the normal so that the distance becomes about `distance_m`.
 void MoveTo(PosedPair& pair, double distance_m) {
   const PairDistance answer = Solve(pair);
   pair.X_FB.translation() += (distance_m - answer.distance_m) * answer.normal;
@@ -68,8 +68,8 @@ TEST_P(ClosedForm, IsRightToTwelveDigitsForHandSizedShapesInAndOutOfContact) {
   EXPECT_LE(worst, kRelative);
 }
 
-// Axes that nearly are one line, or cross with next to nothing between them, where feet of
-// perpendiculars lose their digits.
+// Axes that are nearly collinear, or cross with almost no gap, so that feet of perpendiculars lose
+// digits.
 TEST(ClosedFormInHardPoses, CapsulesWithNearlyParallelAxesKeepTwelveDigits) {
   RandomPairs random(44);
   double worst = 0;
@@ -87,7 +87,7 @@ TEST(ClosedFormInHardPoses, CapsulesWithNearlyParallelAxesKeepTwelveDigits) {
   EXPECT_LE(worst, kRelative);
 }
 
-// The direction away from an edge is lost in rounding long before the distance to it is.
+// Rounding destroys the direction away from an edge long before the distance to it.
 TEST(ClosedFormInHardPoses, ASphereNextToAnEdgeKeepsTwelveDigits) {
   RandomPairs random(45);
   for (const Shape& shape :

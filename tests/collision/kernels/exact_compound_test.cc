@@ -1,4 +1,4 @@
-// Plates with holes, meshes open and closed, and rays.
+// Plates with holes, open and closed meshes, and rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ TEST(ExactPlate, StopsABoxThatIsWiderThanItsHole) {
       Solve(kFrame, kHere, Box{{1.2, 0.2, 0.5}}, MakeTranslation(0, 0, 0.24));
   EXPECT_NEAR(answer.distance_m, -0.01, 1e-9);
   EXPECT_NEAR(answer.normal.z(), 1, 1e-9);
-  EXPECT_EQ(answer.trust, Trust::kExact);  // pieces and hull part by the same translation
+  EXPECT_EQ(answer.trust, Trust::kExact);  // the same translation separates pieces and hull
 }
 
 TEST(ExactPlate, StatesABoundWhereOnlyPiecesAreKnown) {
@@ -45,7 +45,7 @@ TEST(ExactPlate, StatesABoundWhereOnlyPiecesAreKnown) {
 }
 
 TEST(ExactMesh, AgreesWithTheSolidThatItTessellates) {
-  // Boxes are tessellated without deviation, so both must agree to rounding when apart.
+  // Boxes are tessellated exactly, so both must agree up to rounding if separated.
   RandomPairs random(3);
   for (int k = 0; k < 300; ++k) {
     const ShapeKind kinds[] = {ShapeKind::kSphere, ShapeKind::kBox,     ShapeKind::kCylinder,
@@ -62,7 +62,8 @@ TEST(ExactMesh, AgreesWithTheSolidThatItTessellates) {
       ASSERT_NEAR(answer.distance_m, solid.distance_m, tolerance_m) << k;
       continue;
     }
-    // The true depth lies between the answer and its bound; an exact answer claims its tolerance.
+    // The true depth is between the answer and its bound; an exact answer has its tolerance as
+    // bound.
     ASSERT_LE(-answer.distance_m, -solid.distance_m + tolerance_m) << k;
     const double bound_m = answer.trust == Trust::kExact ? kExactTolerance_m : answer.bound_m;
     ASSERT_GE(-answer.distance_m + bound_m, -solid.distance_m - tolerance_m) << k;
@@ -76,7 +77,7 @@ TEST(ExactMesh, HoldsWhatLiesInside) {
        {Shape(Sphere{0.1}), Shape(Box{{0.2, 0.2, 0.2}}), Shape(Capsule{0.1, 0.2}), Shape(crate)}) {
     const PairDistance answer = Solve(room, kHere, inner, MakeTranslation(0.3, 0, 0));
     EXPECT_LT(answer.distance_m, -0.5) << NameOf(KindOf(inner));
-    EXPECT_LE(answer.bound_m, 2.0);  // no farther than across the room
+    EXPECT_LE(answer.bound_m, 2.0);  // at most the width of the room
     EXPECT_LT(Solve(inner, MakeTranslation(0.3, 0, 0), room, kHere).distance_m, -0.5);
   }
 }
@@ -115,7 +116,7 @@ TEST(ExactRay, FromAHundredKilometresMeetsTheSurfaceWhereOneFromNearbyDoes) {
           X_FS * random.VectorOfLength(0.2 * size * random.Uniform(0, 1)) - 4 * size * direction;
       const auto from_near = ExactRay({*exact, X_FS}, {near, direction});
       const auto from_far = ExactRay({*exact, X_FS}, {near - kFar_m * direction, direction});
-      // The direction of a ray from so far is known to its rounding, 1e-11 m here: edges may be missed.
+      // The direction of such a distant ray is rounded, here by 1e-11 m, so it may miss edges.
       if (!from_near || !from_far) continue;
       const double facing = std::abs(from_near->normal.dot(direction));
       if (facing < 0.1 || !from_far->normal.isApprox(from_near->normal, 1e-3)) continue;
@@ -158,7 +159,7 @@ TEST(ExactRay, MeetsTheSurfaceFromOutsideAndInside) {
       const Vector3 at = X_SF * Vector3(origin + hit->distance_m * ray.direction);
       EXPECT_LE(std::abs(SignedDistance_m(shape, at)), 1e-9 * size) << NameOf(KindOf(shape));
       EXPECT_NEAR(hit->normal.norm(), 1, 1e-12);
-      // Grazing rays march for ever; no march ends behind the hit.
+      // A grazing ray marches without end, but no march passes the hit.
       EXPECT_LE(t, hit->distance_m + 1e-6 * size) << NameOf(KindOf(shape));
       if (std::abs(hit->normal.dot(ray.direction)) < 1e-2) continue;
       EXPECT_EQ(hit->normal.dot(ray.direction) > 0, start < 0) << NameOf(KindOf(shape));

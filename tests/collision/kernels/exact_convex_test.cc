@@ -1,4 +1,4 @@
-// Convex pairs in poses that hurt, proven by certificates. The worst errors are the table of
+// Convex pairs in difficult poses, with certificates. The worst errors are the table in
 // collision/kernels/README.md, asserted here.
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ PairDistance Solve(const PosedPair& pair) {
   return ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
 }
 
-// Moves B so that the pair touches, up to an offset that rounding or a grip would leave.
+// Moves B so that the pair touches, up to an offset as from rounding or from a grip.
 void Kiss(RandomPairs& random, PosedPair& pair) {
   constexpr std::array<double, 13> kOffsets_m = {0,    1e-15, -1e-15, 1e-12, -1e-12, 1e-9, -1e-9,
                                                  1e-7, -1e-7, 1e-5,   -1e-5, 1e-3,   -1e-3};
@@ -27,26 +27,29 @@ void Kiss(RandomPairs& random, PosedPair& pair) {
   pair.X_FB.translation() -= (answer.distance_m - offset_m) * answer.normal;
 }
 
-// Worst errors allowed.
+// Allowed worst errors, as shares of the size of the pair.
 struct Limits {
-  double distance_share;  // separated: against the certificate; overlapping: along the normal
+  double distance_share;  // separated: by the certificate; overlapping: along the normal
   double depth_share;     // against the least overlap that a search finds
-  double witness_share;   // all as shares of the size of the pair
+  double witness_share;   // distance of the witness points
 };
 
-// Formulas, which exact_closed_forms_test.cc holds to 1e-12. Here the certificate itself rounds in
-// poses 10 m away (1e-15 m each, a few of them) against shapes of a millimetre, and a face's normal
-// is given at edges nearer than 1e-11.
+// derived: exact_closed_forms_test.cc bounds closed forms to 1e-12. Here the certificate itself
+// rounds in poses 10 m away (1e-15 m each, a few of them) for shapes of a millimetre, and a face's
+// normal is given at edges nearer than 1e-11.
 constexpr Limits kClosedForm = {1e-11, 1e-11, 1e-8};
-// Capsules of which the axes cross at 1e-9 rad and 1e-12 m: no direction is better known than that.
+// derived: the axes of capsules may cross at 1e-9 rad and 1e-12 m; their direction is not more
+// accurate.
 constexpr Limits kCapsules = {1e-9, 1e-9, 1e-8};
-// Polyhedra by GJK and an expanding polytope with the gap of 1e-9; needles and sheets lever it.
+// derived: GJK and an expanding polytope with a gap of 1e-9 for polyhedra; needles and sheets
+// magnify it.
 constexpr Limits kPolyhedra = {2e-9, 2e-9, 5e-8};
-// Round shapes: a gap of 1e-9 of the size leaves the witness free by sqrt(2e-9) of it, 4.5e-5, on
-// a curvature of the size; 1.6e-5 was the worst of 300,000 pairs. Where the search runs out of work on millimetres, its bound still keeps the promise below and it
-// is called exact, though not as a share of the size.
+// derived: a gap of 1e-9 of the size lets the witness of a round shape move by sqrt(2e-9) of it,
+// 4.5e-5, for a curvature of the size. measured: 1.6e-5 was the worst of 300,000 pairs. If the
+// search runs out of work for shapes of millimetres, its bound still keeps kPromise_m below and the
+// answer is called exact, though not as a share of the size.
 constexpr Limits kRound = {2e-8, 5e-7, 4.5e-5};
-// What kExact promises, whatever the size: see pair_answer.h.
+// The accuracy of kExact for any size, see pair_answer.h.
 constexpr double kPromise_m = 1e-7;
 
 Limits LimitsFor(ShapeKind a, ShapeKind b) {
@@ -65,7 +68,7 @@ Limits LimitsFor(ShapeKind a, ShapeKind b) {
 using KindPair = std::tuple<ShapeKind, ShapeKind>;
 class ExactConvexPair : public ::testing::TestWithParam<KindPair> {};
 
-constexpr int kPairs = 150;  // so that the sanitizers finish within ten seconds
+constexpr int kPairs = 150;  // chosen: the sanitizers finish within ten seconds
 constexpr int kSearchedPairs = 15;
 
 bool AreEndless(ShapeKind a, ShapeKind b) {
@@ -89,7 +92,7 @@ TEST_P(ExactConvexPair, IsProvenInAnyPoseAndWhenKissing) {
     ASSERT_TRUE(answer.trust == Trust::kExact || answer.trust == Trust::kBounded) << k;
     const Vector3 gap = answer.point_b - answer.point_a - answer.distance_m * answer.normal;
     ASSERT_LE(gap.norm(), 1e-11 * size) << k;
-    if (has_half_space) continue;  // its overlap along any other normal has no end
+    if (has_half_space) continue;  // the overlap along any other normal is infinite
     const AnswerErrors errors = ErrorsOf(pair, answer);
     ASSERT_LE(errors.distance_m, std::max(kPromise_m, limits.distance_share * size)) << k;
     worst_distance = std::max(worst_distance, errors.distance_m / size);
@@ -132,11 +135,11 @@ TEST_P(ExactConvexPair, SwapsWithItsArgumentsAndMovesWithTheFrame) {
     const PairDistance swapped = Solve({pair.b, pair.a, pair.X_FB, pair.X_FA});
     const Pose X_GF = random.AnyPose(3);
     const PairDistance moved = Solve({pair.a, pair.b, X_GF * pair.X_FA, X_GF * pair.X_FB});
-    // Twice the gap of the search, of shapes up to 50 m together, beside what is stated.
+    // Twice the gap of the search for shapes up to 50 m together, plus the bounds of the answers.
     const double tolerance_m = 1e-7 + answer.bound_m + swapped.bound_m + moved.bound_m;
     ASSERT_NEAR(swapped.distance_m, answer.distance_m, tolerance_m) << k;
     ASSERT_NEAR(moved.distance_m, answer.distance_m, tolerance_m) << k;
-    if (!(answer.distance_m > 1e-3)) continue;  // overlap may part equally well in several ways
+    if (!(answer.distance_m > 1e-3)) continue;  // an overlap may have several normals
     ASSERT_GT(swapped.normal.dot(-answer.normal), 1 - 1e-6) << k;
   }
 }

@@ -10,12 +10,12 @@ namespace cwm::collision {
 namespace {
 
 TEST(ExactFuzz, FindsNothingWrongInPairsThatHurt) {
-  const PairFuzz fuzz = FuzzPairs(7, 20'000);  // 10 million in the benchmark
+  const PairFuzz fuzz = FuzzPairs(7, 20'000);  // the benchmark uses 10 million
   EXPECT_EQ(fuzz.pairs, 20'000);
   EXPECT_EQ(fuzz.failures, 0) << fuzz.first;
 }
 
-// By how much the two still overlap when B has moved along the normal by the depth.
+// The overlap that remains after B has moved along the normal by the depth.
 double LeftOver_m(const PosedPair& pair) {
   const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
   const PairDistance answer = ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
@@ -24,7 +24,7 @@ double LeftOver_m(const PosedPair& pair) {
 
 constexpr int kPairs = 2'000;
 
-// Places on a long axis are known to a rounding of its length, which is much for a small box.
+// Positions on a long axis are rounded relative to its length, which matters for a small box.
 TEST(ExactFuzz, PartsALongCapsuleFromASmallBoxThatItRunsThrough) {
   RandomPairs random(3);
   for (int k = 0; k < kPairs; ++k) {
@@ -38,7 +38,7 @@ TEST(ExactFuzz, PartsALongCapsuleFromASmallBoxThatItRunsThrough) {
   }
 }
 
-// A gap of so little tells no direction by itself.
+// Such a small gap does not define a direction.
 TEST(ExactFuzz, PartsASphereFromThePlateWhoseSideItsCentreNearlyTouches) {
   RandomPairs random(5);
   for (int k = 0; k < kPairs; ++k) {

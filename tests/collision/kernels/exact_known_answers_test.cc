@@ -1,4 +1,4 @@
-// Distances that anyone can work out by hand.
+// Distances that can be computed by hand.
 #include <gtest/gtest.h>
 
 #include "collision/geometry/validation.h"
@@ -81,7 +81,7 @@ TEST(ExactKnownAnswers, HalfSpacesThatFaceEachOtherAreAGapOrALayer) {
     EXPECT_NEAR(up.dot(answer.point_b - X_FB.translation()), 0, kTolerance_m);
     EXPECT_EQ(ExactOverlap({*half, X_FA}, {*half, X_FB}), gap_m < 0);
   }
-  // Touching is no collision.
+  // Touching is not a collision.
   const Pose X_FC = MakePose({0, 0, 0}, Quaternion(0, 1, 0, 0));
   EXPECT_FALSE(ExactOverlap({*half, Pose::Identity()}, {*half, X_FC}));
 }

@@ -11,7 +11,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr double kExact_m = 1e-7;  // what Trust::kExact promises
+constexpr double kExact_m = 1e-7;  // the accuracy of Trust::kExact
 
 TEST(ExactDistance, OfAHallFloorIsAsRightAsThatOfATile) {
   std::mt19937 random(6);
@@ -37,7 +37,7 @@ TEST(ExactDistance, OfAHallFloorIsAsRightAsThatOfATile) {
       worst_m = std::max(worst_m, std::abs(answer.distance_m - truth_m));
     }
   }
-  EXPECT_LT(worst_m, 1e-9);  // of shapes of 0.3 m at most
+  EXPECT_LT(worst_m, 1e-9);  // for shapes of up to 0.3 m
 }
 
 TEST(ExactDistance, BesideALargeBoxIsThatToItsNearestFaceEdgeOrCorner) {
@@ -58,7 +58,7 @@ TEST(ExactDistance, OfLargeRoundShapesStatesWhatItLeavesOpen) {
   const auto silo = PrepareExact(Cylinder{100, 200}), ground = PrepareExact(HalfSpace{});
   const Pose I = Pose::Identity();
   for (int k = 0; k < 100; ++k) {
-    // On top of the silo its lid is a plane.
+    // Above the silo its lid acts as a plane.
     const auto cup = PrepareExact(Cone{0.03, 0.05, 0.1});
     const Quaternion q(place(engine), place(engine), place(engine), place(engine));
     const Pose X_WC = MakePose({50 * place(engine), 50 * place(engine), 0.3}, q.normalized());
@@ -69,8 +69,8 @@ TEST(ExactDistance, OfLargeRoundShapesStatesWhatItLeavesOpen) {
   }
 }
 
-// A barrel of 0.1 mm and a rod of 1.4 m, a picometre apart: the corners that they leave GJK are so
-// thin that rounding once put the nearest point 0.3 um nearer than a plane between them allows.
+// A barrel of 0.1 mm and a rod of 1.4 m, a picometre apart. The simplices of GJK are so thin that
+// rounding once put the nearest point 0.3 um nearer than a separating plane allows.
 TEST(ExactDistance, OfAGrainBesideARodIsNoNearerThanAPlaneBetweenThem) {
   const auto grain = PrepareExact(Cylinder{0.00013441536157768414, 0.00010228078464367771});
   const auto rod = PrepareExact(Capsule{9.7488182196107484e-05, 1.3786670202733937});
@@ -95,7 +95,7 @@ TEST(ExactRay, HitsAHullWithACornerOnAnEdgeAndRoundedCorners) {
   int hits = 0;
   for (int k = 0; k < 2000; ++k) {
     const Vector3 target(place(random), place(random), place(random));
-    if (target.head<2>().norm() > 0.0495) continue;  // inside of the chords
+    if (target.head<2>().norm() > 0.0495) continue;  // inside the chords
     const Vector3 origin = Vector3(place(random), place(random), place(random)).normalized();
     const Ray ray{origin, (target - origin).normalized()};
     const auto hit = ExactRay({*rounded, Pose::Identity()}, ray);

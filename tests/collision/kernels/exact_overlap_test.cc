@@ -1,4 +1,4 @@
-// Yes or no is the sign of the distance, whatever the pair and however near to touching.
+// The overlap check gives the sign of the distance, for every pair and however near to touching.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -15,11 +15,11 @@ namespace {
 constexpr std::array kConvex = {ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::kCylinder,
                                 ShapeKind::kCone, ShapeKind::kCapsule};
 
-// Depths of round shapes are right to this share of the size: a search for them may call a touching
-// pair overlapping, or the other way round.
+// derived: the depth of round shapes is accurate to this share of the size, so a search may report
+// a touching pair as overlapping, or the other way round.
 constexpr double kIterative = 2e-9;
 
-// Counts of pairs by what was asserted of them.
+// The numbers of pairs for which the sign was checked.
 struct Told {
   int overlapping = 0;
   int apart = 0;
@@ -32,7 +32,8 @@ void ExpectTheSign(const Shape& a, const Pose& X_FA, const Shape& b, const Pose&
   for (const auto& [first, second] :
        {std::pair(&placed_a, &placed_b), std::pair(&placed_b, &placed_a)}) {
     const bool overlap = ExactOverlap(*first, *second);
-    // However near: the search for a distance ends where it is proven to be positive, as here.
+    // Holds however near the pair is: with limit 0 the distance search also ends once the distance
+    // is proven positive.
     EXPECT_EQ(overlap, ExactDistance(*first, *second, 0).distance_m < 0)
         << size_m << ", kinds " << a.index() << " and " << b.index();
     const double distance_m = ExactDistance(*first, *second).distance_m;
@@ -54,7 +55,7 @@ TEST(ExactOverlap, IsTheSignOfTheDistanceOfConvexShapes) {
         PosedPair pair = random.Pair(kind_a, kind_b);
         const double size_m = SizeOf(pair);
         ExpectTheSign(pair.a, pair.X_FA, pair.b, pair.X_FB, size_m, told);
-        // And where they all but touch, on either side.
+        // The pair is also tested just before and just after touching.
         const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
         const PairDistance answer = ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
         const double offset_m = size_m * kOffsets[static_cast<std::size_t>(k) % kOffsets.size()];

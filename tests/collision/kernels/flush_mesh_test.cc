@@ -1,5 +1,5 @@
-// Closed meshes of whole steps: their faces are flush, their surfaces touch and often cross nowhere, and
-// which cells they fill tells whether they share room.
+// Closed meshes on a grid: their faces are flush, and their surfaces touch and often do not cross.
+// The cells that they fill tell if they overlap.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,9 +18,9 @@ namespace {
 
 using Cell = std::array<int, 3>;
 
-constexpr double kStep_m = 0.125;  // sums of steps are not rounded
+constexpr double kStep_m = 0.125;  // sums of steps are exact
 
-// A plate of whole steps as a mesh, and the cells that it fills.
+// A plate on the grid as a mesh, and the cells that it fills.
 struct Block {
   std::set<Cell> cells;
   std::shared_ptr<const ExactGeometry> geometry;
@@ -65,7 +65,7 @@ void ExpectTold(const Block& a, const Block& b, const Pose& X_FA, const Pose& X_
   EXPECT_EQ(distance.distance_m < 0, overlap) << distance.distance_m;
   if (!overlap) return;
   EXPECT_NE(distance.trust, Trust::kSurfaceOnly);
-  // The least that both share is a cell.
+  // The smallest overlap is a cell.
   EXPECT_GE(-distance.distance_m + distance.bound_m, kStep_m * (1 - 1e-9));
 }
 
@@ -97,7 +97,7 @@ TEST(FlushMeshes, AreToldWhereverTheyLie) {
     for (const Block& b : blocks) {
       for (int k = 0; k < 5 * 5 * 5; ++k) {
         const Cell shift = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2};
-        if (!ShareRoom(a, b, shift)) continue;  // what touches may overlap by rounding
+        if (!ShareRoom(a, b, shift)) continue;  // rounding may make touching blocks overlap
         const Vector3 by = kStep_m * Vector3(shift[0], shift[1], shift[2]);
         ExpectTold(a, b, X_WF, X_WF * MakeTranslation(by.x(), by.y(), by.z()), true);
       }
@@ -105,7 +105,7 @@ TEST(FlushMeshes, AreToldWhereverTheyLie) {
   }
 }
 
-// Where a ray down onto (x, 0.02, .) hits the mesh, and the z of its normal there.
+// The z coordinates of the hit and of its normal, for a ray down onto (x, 0.02, .).
 std::pair<double, double> HeightAndNormal(const TriangleMesh& mesh, double x) {
   const auto solid =
       PrepareExact(Mesh{.mesh = std::make_shared<const TriangleMesh>(mesh), .watertight = true});
@@ -139,7 +139,7 @@ TEST(ClosedMeshes, WoundInwardTellOfTheirSurfaceAsThoseWoundOutward) {
   const auto up =
       ::testing::Pair(::testing::DoubleNear(0.5, 1e-12), ::testing::DoubleNear(1, 1e-12));
   EXPECT_THAT(HeightAndNormal(CubeAt(0, 1, true), 0.1), up);
-  // Beside one another, whichever is the larger.
+  // Next to each other, whichever is larger.
   for (const double other_m : {0.5, 3.0}) {
     for (const bool is_inward : {false, true}) {
       const TriangleMesh both = Together(CubeAt(0, 1, is_inward), {CubeAt(9, other_m, !is_inward)});

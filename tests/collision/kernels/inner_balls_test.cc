@@ -13,7 +13,7 @@ namespace {
 constexpr double kSize_m = 0.2;  // a link's
 constexpr double kSpared_m = 1e-6;
 
-// An L of two boxes, whose hull has a hollow.
+// An L of two boxes, whose hull contains free space.
 Mesh Angle() {
   TriangleMesh mesh;
   const std::array<Vector2, 6> outline = {Vector2{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}};

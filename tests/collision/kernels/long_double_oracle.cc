@@ -16,7 +16,7 @@ using Point = Eigen::Matrix<Real, 3, 1>;
 using Point2 = Eigen::Matrix<Real, 2, 1>;
 using Turn = Eigen::Matrix<Real, 3, 3>;
 
-// B in the frame of A, of poses taken as exact.
+// B in the frame of A; the poses are taken as exact.
 struct Relative {
   Point p;
   Turn R;
@@ -41,7 +41,7 @@ P OnSegment(const P& a, const P& b, const P& p) {
   return a + std::clamp<Real>((p - a).dot(along) / squared, 0, 1) * along;
 }
 
-// The half of a truncated cone's section right of the axis, corner by corner upwards.
+// The distance from the right half of a truncated cone's section, whose corners are listed upwards.
 Real ToCone(const Cone& cone, const Point& p) {
   const Real half = Real(cone.length_m) / 2;
   const std::array<Point2, 4> corners = {Point2(0, -half), Point2(cone.radius_bottom_m, -half),
@@ -81,7 +81,7 @@ struct ToPoint {
   Real operator()(const Mesh&) const { return NAN; }
 };
 
-// How far a shape reaches along a unit direction in its own frame.
+// The extent of a shape along a unit direction in its own frame.
 struct Reach {
   Point n;
   Real radial() const { return std::hypot(n.x(), n.y()); }
@@ -110,7 +110,8 @@ struct Reach {
   Real operator()(const Mesh&) const { return NAN; }
 };
 
-// The least value of a convex function on [0, 1], by thirds: 120 steps leave 1e-21 of the interval.
+// The minimum of a convex function on [0, 1], by ternary search: 120 steps leave 1e-21 of the
+// interval.
 template <class F>
 Real LeastOfConvex(const F& f) {
   Real low = 0, high = 1;
@@ -135,13 +136,13 @@ Real CapsuleToCapsule(const Capsule& a, const Capsule& b, const Relative& X) {
          a.radius_m - b.radius_m;
 }
 
-// A core that enters the box leaves it by the least of the faces of their sum: those of the box,
-// and those that its edges span with the core.
+// A core inside the box leaves it across the nearest face of their Minkowski sum: the box's faces,
+// and the faces that its edges span with the core.
 Real BoxToCapsule(const Box& a, const Capsule& b, const Relative& X) {
   const Point half = a.size_m.cast<Real>() / 2, along = X.R.col(2) * (Real(b.length_m) / 2);
   const Real apart = LeastOfConvex(
       [&](Real t) { return std::max<Real>(0, ToBox(half, X.p + (2 * t - 1) * along)); });
-  constexpr Real kMeeting = 1e-16L;  // of the size: far below what is asserted
+  constexpr Real kMeeting = 1e-16L;  // of the size: far below the asserted accuracy
   if (apart > kMeeting * half.maxCoeff()) return apart - b.radius_m;
   Real least = -std::numeric_limits<Real>::infinity();
   const auto consider = [&](const Point& axis) {
@@ -158,7 +159,7 @@ Real BoxToCapsule(const Box& a, const Capsule& b, const Relative& X) {
   return least - b.radius_m;
 }
 
-// In the order that the formulas are written in; nothing for the other order.
+// The distance if the order of the shapes is that of the formulas; empty for the other order.
 std::optional<Real> Ordered(const Shape& a, const Pose& X_FA, const Shape& b, const Pose& X_FB) {
   const Relative X = InA(X_FA, X_FB);
   if (const auto* sphere = std::get_if<Sphere>(&b)) {

@@ -1,4 +1,4 @@
-// What convex solids around a pair tell of its distance: never more than there is.
+// Lower bounds from convex solids around a pair: never larger than the distance.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -11,14 +11,14 @@
 namespace cwm::collision {
 namespace {
 
-// A ball whose vertices are drawn in, some of them far.
+// A ball whose vertices are moved inwards, some of them far.
 Shape DentedMesh(RandomPairs& random) {
   TriangleMesh mesh = Tessellate(Shape(Sphere{0.1}), 1e-3);
   for (Vector3& vertex : mesh.vertices) vertex *= 1 - random.Uniform(0, 0.4);
   return MakeMesh(std::move(mesh));
 }
 
-// With too many vertices for a hull of its own: the box around it stands in.
+// A mesh with too many vertices for a hull; its bounding box is used instead.
 Shape LargeMesh() { return MakeMesh(Tessellate(Shape(Sphere{0.1}), 1e-5)); }
 
 Shape OpenMesh() {

@@ -1,4 +1,4 @@
-// What hulls tell of meshes is what the triangles tell, however near.
+// Answers from hulls of meshes must equal those from the triangles, however near the meshes are.
 #include "collision/kernels/mesh_hulls.h"
 
 #include <gtest/gtest.h>
@@ -17,9 +17,9 @@
 namespace cwm::collision {
 namespace {
 
-constexpr double kSize_m = 0.2;  // of the shapes, a link's
+constexpr double kSize_m = 0.2;  // size of the shapes, as of a link
 
-// Each vertex moved towards the origin by up to a share of its distance.
+// Moves each vertex towards the origin by up to a share of its distance.
 TriangleMesh Dented(TriangleMesh mesh, double share, RandomPairs& random) {
   for (Vector3& vertex : mesh.vertices) vertex *= 1 - random.Uniform(0, share);
   return mesh;
@@ -102,7 +102,7 @@ bool FacePartsOnlyWhatIsApart(const BoxedMesh& a, const BoxedMesh& b, const Pose
   return parts;
 }
 
-// The plain answer is that of the distance without a limit, which is one of triangles.
+// The expected answer is the sign of the distance without a limit, which comes from the triangles.
 void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                           Told& told) {
   const Pose I = Pose::Identity();
@@ -147,7 +147,7 @@ TEST(MeshHulls, TellWhatTheTrianglesTell) {
       for (int k = 0; k < kPairs; ++k) {
         Pose X_AB = random.AnyPose(1.6 * kSize_m);
         ExpectThePlainAnswer(a, b, X_AB, told);
-        // Again, with less than five millimetres between them or a little overlap.
+        // Again, with less than five millimetres between them or a small overlap.
         const PairDistance answer = ExactDistance({a, Pose::Identity()}, {b, X_AB});
         const double offset_m = kOffsets_m[static_cast<std::size_t>(k) % kOffsets_m.size()];
         X_AB.translation() -=
@@ -219,7 +219,7 @@ TEST(VertexLanes, FindWhatAPlainLoopFinds) {
   RandomPairs random(53);
   for (const int count : {1, 2, 15, 16, 17, 31, 152, 153}) {
     std::vector<Vector3> vertices;
-    // On a coarse grid, where many lie equally far.
+    // On a coarse grid, where many vertices are equally far.
     for (int k = 0; k < count; ++k) {
       const int x = random.Index(3), y = random.Index(3), z = random.Index(3);
       vertices.emplace_back(x, y, z);
@@ -235,7 +235,7 @@ TEST(VertexLanes, FindWhatAPlainLoopFinds) {
   }
 }
 
-// Of corners in a plane across the direction the order of the sums decides.
+// For vertices in a plane across the direction, the order of the sums decides.
 TEST(VertexLanes, FindWhatAPlainLoopFindsWhereRoundingDecides) {
   RandomPairs random(54);
   for (int k = 0; k < 500; ++k) {

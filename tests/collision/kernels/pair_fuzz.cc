@@ -10,10 +10,10 @@
 namespace cwm::collision {
 namespace {
 
-constexpr int kHullEvery = 16;  // hulls take longer to make than to ask
+constexpr int kHullEvery = 16;  // hulls take longer to build than to query
 constexpr double kLeastDecade = -4, kMostDecade = 2;
-// What is called exact is right to 1e-7 m, or to a share of the size where rounding is more: the
-// table of collision/kernels/README.md.
+// derived: exact answers are accurate to 1e-7 m, or to a share of the size if rounding is larger,
+// see the table in collision/kernels/README.md.
 constexpr double kPromise_m = 1e-7, kShare = 2e-8, kUnit = 1e-12;
 
 bool IsBounded(ShapeKind kind) { return kind != ShapeKind::kHalfSpace; }
@@ -27,11 +27,11 @@ ShapeKind AnyKind(RandomPairs& random) {
   return kQuick[static_cast<std::size_t>(random.Index(static_cast<int>(kQuick.size())))];
 }
 
-// Empty where nothing is wrong.
+// The fault of an answer; empty if there is none.
 std::string WrongWith(RandomPairs& random, PosedPair pair) {
   const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
   PairDistance answer = ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
-  if (random.Index(2) == 0) {  // kissing, up to what rounding leaves
+  if (random.Index(2) == 0) {  // touching, up to rounding
     constexpr std::array<double, 5> kOffsets_m = {0, 1e-12, -1e-12, 1e-9, -1e-9};
     const double offset_m = kOffsets_m[static_cast<std::size_t>(random.Index(5))];
     pair.X_FB.translation() -= (answer.distance_m - offset_m) * answer.normal;
@@ -50,7 +50,7 @@ std::string WrongWith(RandomPairs& random, PosedPair pair) {
     return "yes or no is not the sign of the distance";
   }
   if (!bounded || answer.distance_m >= 0) return "";
-  // Moved along the normal by the depth, B lies beyond A: the normal is an axis that parts them.
+  // Moved along the normal by the depth, B is beyond A: the normal is a separating axis.
   const double left_m = OverlapAlong(pair, answer.normal) + answer.distance_m;
   return left_m > right_to_m ? "moving does not separate" : "";
 }
@@ -62,7 +62,7 @@ PairFuzz FuzzPairs(unsigned seed, std::int64_t pairs) {
   PairFuzz fuzz;
   while (fuzz.pairs < pairs) {
     const ShapeKind a = AnyKind(random), b = AnyKind(random);
-    if (!IsBounded(a) && !IsBounded(b)) continue;  // a layer, or no depth: not asked, not counted
+    if (!IsBounded(a) && !IsBounded(b)) continue;  // a layer, or no depth: not tested
     ++fuzz.pairs;
     std::string wrong;
     try {

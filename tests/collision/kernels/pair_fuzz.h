@@ -1,5 +1,5 @@
-// The exact kernels over pairs that hurt: sizes over six decades, half of the pairs kissing, two
-// thirds aligned or nearly so.
+// Tests the exact kernels with difficult pairs: sizes over six decades, half of the pairs touching,
+// two thirds aligned or nearly so.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,12 @@ namespace cwm::collision {
 
 struct PairFuzz {
   std::int64_t pairs = 0, failures = 0;
-  std::string first;  // of the failures: which kinds, and what is wrong
+  std::string first;  // the first failure: kinds and fault
 };
 
-// A failure is something thrown, a number that is none, a normal that is not unit, a yes or no that
-// is not the sign of the distance, or a depth by which the pair does not part along the normal.
+// Tests `pairs` random pairs. Failures are an exception, a number that is not finite, a normal that
+// is not a unit vector, an overlap check that contradicts the sign of the distance, and a depth
+// that does not separate the pair along the normal.
 PairFuzz FuzzPairs(unsigned seed, std::int64_t pairs);
 
 }  // namespace cwm::collision

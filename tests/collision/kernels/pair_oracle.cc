@@ -54,7 +54,7 @@ double RadiusOf(const Shape& shape) {
   return reach;
 }
 
-// Pattern search on the sphere of directions, of bounded work.
+// Pattern search on the sphere of directions, with bounded work.
 double Descend(const PosedPair& pair, Vector3 n, double step) {
   double best = OverlapAlong(pair, n);
   for (int round = 0; round < 60 && step > 1e-10; ++round) {
@@ -92,8 +92,7 @@ double SizeOf(const PosedPair& pair) {
 }
 
 double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m) {
-  // The ridges of long shapes are narrow: a search that steps over them misses what a finer one
-  // finds.
+  // The ridges of long shapes are narrow, and a search with large steps misses them.
   double least_m = OverlapAlong(pair, n);
   for (double step = 1e-3; step >= 1e-8 && least_m > enough_m; step *= 0.1) {
     least_m = std::min(least_m, Descend(pair, n, step));
@@ -104,7 +103,7 @@ double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m
 AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer) {
   const double on_a = SignedDistance_m(pair.a, pair.X_FA.inverse() * answer.point_a);
   const double on_b = SignedDistance_m(pair.b, pair.X_FB.inverse() * answer.point_b);
-  // The direction of a tiny gap is made of rounding; the best one is next to it.
+  // The direction of a tiny gap consists of rounding; the best direction is near it.
   const double proven_m = -answer.distance_m + 1e-12 * SizeOf(pair);
   const double least = answer.distance_m > 0 ? LeastOverlapNear(pair, answer.normal, proven_m)
                                              : OverlapAlong(pair, answer.normal);

@@ -7,7 +7,7 @@
 namespace cwm::collision {
 
 double RandomPairs::Dimension() {
-  // One shape in four has its dimensions chosen apart from the other's: needles and sheets.
+  // One dimension in four is independent of the scale: needles and sheets.
   if (all_alike_) return Uniform(0.05, 0.2);
   if (Index(4) == 0) return std::pow(10, Uniform(least_, most_));
   return scale_m_ * Uniform(0.2, 1);
@@ -87,7 +87,7 @@ PosedPair RandomPairs::Pair(ShapeKind a, ShapeKind b) {
   const double size =
       a == ShapeKind::kHalfSpace || b == ShapeKind::kHalfSpace ? 1 : SizeOf({pair.a, pair.b}) / 6;
   Pose X_AB = AnyPose(2 * size);
-  // Offsets along the axes of A, or none at all, make faces and axes meet.
+  // Offsets along the axes of A, or no offset, make faces and axes meet.
   const int style = Index(4);
   if (style == 0) {
     const int axis = Index(3);

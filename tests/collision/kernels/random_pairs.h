@@ -1,6 +1,6 @@
-// Random shapes in poses that hurt: far, near, kissing, sunk into each other, parallel, aligned.
-// Draws are taken in the order of statements and of braced lists alone, so that every compiler
-// makes the same pairs: C++ leaves the order of a call's arguments and of operands open.
+// Random shapes in difficult poses: far, near, touching, overlapping, parallel, aligned. Numbers
+// are drawn only in the order of statements and braced lists, so that every compiler makes the same
+// pairs; C++ leaves the order of arguments and operands open.
 #pragma once
 
 #include <random>
@@ -11,7 +11,7 @@ namespace cwm::collision {
 
 class RandomPairs {
  public:
-  // Dimensions from 10^`least` to 10^`most` metres.
+  // Dimensions are from 10^`least` to 10^`most` metres.
   explicit RandomPairs(unsigned seed, double least = -3, double most = 1)
       : random_(seed), least_(least), most_(most) {}
 
@@ -20,27 +20,28 @@ class RandomPairs {
   }
   int Index(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
 
-  // Dimensions are spread evenly over the orders of magnitude, or all alike.
+  // A random dimension: one in four log-uniform over the range, the others of the scale of the
+  // pair.
   double Dimension();
   Shape ConvexShape(ShapeKind kind);
   Vector3 Direction();
   Vector3 VectorOfLength(double length);
-  Matrix3 RotationBy(double angle_rad);  // about any axis
-  // Any rotation, one of the 24 of the cube, or one of these turned by 1e-4 to 1e-14 rad.
+  Matrix3 RotationBy(double angle_rad);  // about a random axis
+  // A random rotation, one of the 24 of the cube, or one of these rotated by 1e-4 to 1e-14 rad.
   Matrix3 Rotation();
   Pose AnyPose(double reach_m);
 
-  // A is placed anywhere, B within twice of both sizes, often aligned with A.
+  // A pair with A anywhere and B within twice the size of both, often aligned with A.
   PosedPair Pair(ShapeKind a, ShapeKind b);
 
-  // Shapes of which each dimension is 5 to 20 cm, any rotation, within 2 m of the origin.
+  // A pair with dimensions of 5 to 20 cm, in random rotations, within 2 m of the origin.
   PosedPair HandSizedPair(ShapeKind a, ShapeKind b);
 
  private:
   std::mt19937_64 random_;
   double least_, most_;
   double scale_m_ = 1;
-  bool all_alike_ = false;  // no dimension leaves the scale
+  bool all_alike_ = false;  // all dimensions are of the same scale
 };
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-// What is inside of a mesh, and meshes inside of meshes.
+// The inside of a mesh, and meshes inside meshes.
 #include "collision/kernels/triangle_tree.h"
 
 #include <gtest/gtest.h>

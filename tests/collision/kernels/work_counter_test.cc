@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Says that it is time to end after so many steps, and how often it was asked from then on.
+// Ends the work after a number of steps, and counts the checks after that.
 class EndsAfter : public WorkCounter {
  public:
   explicit EndsAfter(std::size_t steps) : left_(steps) {}
@@ -46,7 +46,7 @@ class EndsAfter : public WorkCounter {
 
 constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
 
-// A closed ball of triangles, dented so that it is not convex, or round.
+// A closed ball of triangles, dented so that it is not convex, or round if `dent` is 0.
 TriangleMesh DentedBall(int rings, double radius_m, double dent = 0.05) {
   TriangleMesh mesh;
   const int around = 2 * rings;
@@ -75,12 +75,12 @@ Shape OpenBall(double radius_m) {
   return Mesh{std::make_shared<const TriangleMesh>(DentedBall(40, radius_m)), false};
 }
 
-// All of it is about as far from its middle.
+// All its points are about equally far from the centre.
 Shape OpenRoundBall() {
   return Mesh{std::make_shared<const TriangleMesh>(DentedBall(100, 0.5, 0)), false};
 }
 
-// A plate of some pieces for each tooth.
+// A plate with several pieces per tooth.
 Shape Comb(int teeth) {
   Plate comb{{{0, -0.1}, {1, -0.1}}, {}, 0.05};
   for (int i = teeth - 1; i >= 0; --i) {
@@ -109,13 +109,13 @@ struct LongPair {
   Pose X_FB;
 };
 
-// Of which each takes thousands of steps.
+// Pairs that take thousands of steps each.
 std::vector<LongPair> LongPairs() {
   const Pose turned = MakePose({0.05, 0.1, 0.02},
                                Quaternion(Eigen::AngleAxisd(0.3, Vector3(1, 2, 3).normalized())));
   return {{"surfaces", OpenBall(0.5), OpenBall(0.45), Pose::Identity()},
           {"surface and hull", OpenBall(0.5), ManyCorners(500), Pose::Identity()},
-          // Of a box only what is near its corners is looked at.
+          // For a box, only triangles near its corners would be examined.
           {"surface and capsule", OpenRoundBall(), Capsule{0.1, 1e-3}, Pose::Identity()},
           {"surface and ball", OpenRoundBall(), Sphere{0.1}, Pose::Identity()},
           {"surface and plate", OpenBall(0.3), Comb(50), turned},
@@ -136,9 +136,9 @@ std::vector<Ask> Questions() {
           }};
 }
 
-// What is left when it is said: to leave one loop within another, and the next one.
+// chosen: checks allowed after the end, to leave a loop within another and the next one.
 constexpr int kAskedInVain = 8;
-// A look at the clock is due after 64 us: no step may count for many times that.
+// derived: the clock is checked every 64 us, so no single step may count for many times that.
 constexpr std::size_t kMostAtOnce = 4096;
 
 TEST(WorkCounter, EndsEverySearchAtOnceWhereverItIs) {
@@ -181,7 +181,7 @@ TEST(WorkCounter, ChangesNoAnswerWhileItLetsGoOn) {
   }
 }
 
-// Every corner looked at.
+// The lowest corner, from all of them.
 double LowestCorner_m(const TriangleMesh& mesh, const Pose& X_HM) {
   double lowest_m = kInfinity;
   for (const Vector3& v : mesh.vertices) lowest_m = std::min(lowest_m, (X_HM * v).z());

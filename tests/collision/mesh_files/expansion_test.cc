@@ -1,5 +1,5 @@
-// Small files that would become large, or take long: what they may become is bounded by their bytes
-// before it is made.
+// Small files that would become large, or take long. The size of the result is limited by the size
+// of the file before it is allocated.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,8 +22,8 @@ using testing::GlbBinary;
 using testing::GlbJson;
 using ::testing::HasSubstr;
 
-// Each of the files below takes minutes, or all memory, where its kind is not bounded, and some
-// milliseconds where it is: under sanitizers, and on a busy machine, still less than this.
+// chosen: each of the files below takes minutes, or all memory, without the limit that it tests,
+// and some milliseconds with it; under sanitizers and on a busy machine still less than this.
 constexpr double kMaxProcessor_s = 10;
 
 class MeshExpansion : public ::testing::Test {
@@ -86,10 +86,10 @@ TEST_F(MeshExpansion, FacesOfTwoBytesATriangleAreRefused) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("one for each 4 of its"));
 }
 
-// Ear clipping takes the square of the corners: here 4096 squared for each 20 kB.
+// The work of ear clipping is the square of the corners: here 4096 squared per 20 kB.
 TEST_F(MeshExpansion, ManyFacesOfManyCornersAreRefused) {
   std::string text, face = "f";
-  for (int i = 0; i < 4096; ++i) {  // a comb: simple, with every second corner blunt
+  for (int i = 0; i < 4096; ++i) {  // a comb: simple, and every second corner is blunt
     absl::StrAppend(&text, "v ", i, " ", i % 2 == 0 ? 5000 - i : 0, " ", 0, "\n");
     absl::StrAppend(&face, " ", i + 1);
   }
@@ -106,7 +106,7 @@ std::string ColladaWithPrimitives(const std::string& primitives) {
 
 constexpr char kVertexInput[] = "<input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/>";
 
-// Kept, the counts would be as many as both lists have together, multiplied.
+// The counts would take the product of the lengths of both lists if they were kept.
 TEST_F(MeshExpansion, ColladaPolylistsWithoutCornersAreRefused) {
   const std::string list =
       absl::StrCat("<polylist>", kVertexInput, "<vcount>", Repeated("0 ", 100'000), "</vcount>",
@@ -142,7 +142,7 @@ TEST_F(MeshExpansion, ElementsWithVeryManyAttributesAreRefused) {
       HasSubstr("must have at most 32 attributes in an element"));
 }
 
-// Each child once had the places of all elements above it: 7 kB for each 4 bytes.
+// Formerly each child stored the places of all elements above it: 7 kB for each 4 bytes.
 TEST_F(MeshExpansion, DeepElementsWithManyChildrenTakeNoMoreThanFlatOnes) {
   const std::string open = "<node name=\"" + Repeated("n", 60) + "\">";
   const std::string deep = Repeated(open, 90) + Repeated("<a/>", 200'000) + Repeated("</node>", 90);

@@ -1,4 +1,4 @@
-// GLB files beyond what all formats have in common: modes, transforms, and what is refused.
+// GLB files beyond the features that all formats share: modes, transforms, refusals.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,8 +31,8 @@ std::string RefusalWith(const std::string& from, const std::string& to) {
   return mesh.ok() ? "" : std::string(mesh.status().message());
 }
 
-// The first `count` indices of a list of 0, 1, 2, ..., in that mode; without indices where `indices`
-// is false.
+// Reads the first `count` indices of 0, 1, 2, ... in the given mode, or, if `indices` is false, the
+// vertices without indices.
 absl::StatusOr<TriangleMesh> ReadInMode(int mode, int count, bool indices = true) {
   TriangleMesh mesh;
   for (int i = 0; i < 12; ++i) mesh.vertices.emplace_back(i / 2, i % 2, 0);  // a band
@@ -57,8 +57,8 @@ double UpwardArea(const TriangleMesh& mesh) {
   return area;
 }
 
-// The band of 5 squares that a strip runs along has its area with one sign alone if every second
-// triangle is turned round, as section 3.7.2.1 says.
+// All triangles of a strip along the band of 5 squares have the same orientation only if every
+// second one is reversed, as section 3.7.2.1 says.
 TEST(GlbFile, ReadsStripsWithEverySecondTriangleTurnedRound) {
   for (const bool indices : {true, false}) {
     const auto strip = ReadInMode(5, 12, indices);
@@ -68,7 +68,7 @@ TEST(GlbFile, ReadsStripsWithEverySecondTriangleTurnedRound) {
   }
 }
 
-// The corners of the band seen from its first one: the shoelace formula over 0, 1, 2, ..., 11.
+// A fan around the band's first corner.
 TEST(GlbFile, ReadsFansAroundTheirFirstCorner) {
   const auto fan = ReadInMode(6, 4);
   ASSERT_TRUE(fan.ok()) << fan.status();
@@ -97,12 +97,12 @@ TEST(GlbFile, RefusesPrimitivesOfTooFewCorners) {
 }
 
 TEST(GlbFile, AppliesTheTransformsOfNodesInTheStandardsOrder) {
-  // Scaled by 2 along x, turned by 90 degrees about z, then moved: x comes to lie along y.
+  // Scaled by 2 along x, rotated by 90 degrees about z, then translated: x becomes y.
   const std::string half = absl::StrCat(std::sqrt(0.5));
   const std::string parts = absl::StrCat(R"([{"mesh":0,"translation":[5,6,7],"rotation":[0,0,)",
                                          half, ",", half, R"(],"scale":[2,1,1]}])");
   const std::string matrix =
-      R"([{"mesh":0,"matrix":[0,2,0,0,-1,0,0,0,0,0,1,0,5,6,7,1]}])";  // the same, by columns
+      R"([{"mesh":0,"matrix":[0,2,0,0,-1,0,0,0,0,0,1,0,5,6,7,1]}])";  // the same, column-major
   for (const std::string& nodes : {parts, matrix}) {
     const auto mesh = ReadMeshFile(Glb(GlbJson(kBox, nodes), GlbBinary(kBox)), "a.glb");
     ASSERT_TRUE(mesh.ok()) << mesh.status();

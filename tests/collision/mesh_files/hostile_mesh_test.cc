@@ -1,4 +1,4 @@
-// Mesh files that would crash, starve or mislead what reads them.
+// Mesh files that would crash, starve or mislead a reader.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -155,7 +155,7 @@ TEST(HostileMesh, ColladaListsMustHoldNumbersAndCountsFitTheFile) {
 TEST(HostileMesh, NoOtherFileIsRead) {
   const std::string there = GlbWith(R"("buffers":[{)", R"("buffers":[{"uri":"/etc/passwd",)");
   EXPECT_EQ(RefusalOf(there, "a.glb"), "its buffer must be its own binary chunk");
-  // Materials beside an OBJ are not missed.
+  // A missing material file of an OBJ is ignored.
   EXPECT_EQ(RefusalOf("mtllib /etc/passwd\n" + Obj(kBox), "a.obj"), "");
 }
 
@@ -242,7 +242,7 @@ TEST(HostileMesh, GlbContainersThatLieAreRefused) {
       HasSubstr("key twice"));
 }
 
-// Whatever comes, there is an answer: a mesh whose triangles use its vertices, or a rule.
+// Every input gives a mesh with valid indices, or an error.
 TEST(HostileMesh, FilesWithBytesChangedAtRandomAreReadOrRefused) {
   std::mt19937 random(7);
   for (const auto& [name, bytes] : {std::pair("a.stl", BinaryStl(kBox)),

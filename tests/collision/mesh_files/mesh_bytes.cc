@@ -40,7 +40,7 @@ std::string BinaryStl(const TriangleMesh& mesh) {
   std::string bytes(80, 'x');
   Append(static_cast<std::uint32_t>(mesh.triangles.size()), bytes);
   for (const auto& triangle : mesh.triangles) {
-    AppendPoint(Vector3::Zero(), bytes);  // a normal that says nothing, as many tools write it
+    AppendPoint(Vector3::Zero(), bytes);  // a normal of zero, as many tools write it
     for (const std::uint32_t v : triangle) AppendPoint(mesh.vertices[v], bytes);
     Append(std::uint16_t{0}, bytes);
   }

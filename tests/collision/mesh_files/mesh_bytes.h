@@ -1,4 +1,4 @@
-// Mesh files made in memory, for tests of what reads them.
+// Mesh files made in memory, for tests of readers.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace cwm::collision::testing {
 
-// The corners of a box in the first octant, its 12 triangles outward-wound.
+// A box in the first octant with 12 triangles, oriented outward.
 TriangleMesh BoxMesh(const Vector3& size_m);
 
 std::string BinaryStl(const TriangleMesh& mesh);
@@ -17,13 +17,13 @@ std::string Obj(const TriangleMesh& mesh);
 struct ColladaForm {
   std::string unit_m = "1";
   std::string up_axis = "Z_UP";
-  std::string matrix = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";  // of the node that holds the mesh
-  std::string scene_nodes = {};                            // in place of that node
+  std::string matrix = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";  // of the node of the mesh
+  std::string scene_nodes = {};                            // replaces that node
   std::string library_nodes = {};
 };
 std::string Collada(const TriangleMesh& mesh, const ColladaForm& form = {});
 
-// The JSON of a GLB with that mesh; `nodes` and `scene_nodes` as JSON lists.
+// The JSON of a GLB with that mesh; `nodes` and `scene_nodes` are JSON lists.
 std::string GlbJson(const TriangleMesh& mesh, const std::string& nodes = "[{\"mesh\":0}]",
                     const std::string& scene_nodes = "[0]");
 std::string GlbBinary(const TriangleMesh& mesh);

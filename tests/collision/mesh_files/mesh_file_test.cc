@@ -17,7 +17,8 @@ using testing::Glb;
 using testing::Obj;
 using testing::TextStl;
 
-// Files hold single precision: 2^-24 of a coordinate, and one more rounding where nodes turn it.
+// derived: files have single precision, 2^-24 of a coordinate, and rotated nodes add another
+// rounding.
 constexpr double kRounding_m = 2 * 0x1p-24;
 
 const Vector3 kSize_m(0.5, 0.25, 1);  // exact in single precision
@@ -70,9 +71,9 @@ TEST(MeshFile, DropsTrianglesThatUseAPlaceTwiceAndKeepsSlivers) {
   mesh.triangles.push_back({3, 3, 7});
   const Vector3 middle = (mesh.vertices[1] + mesh.vertices[2]) / 2;
   mesh.vertices.push_back(middle);
-  mesh.triangles[0] = {0, 2, 8};  // the face's diagonal is split on one side alone
+  mesh.triangles[0] = {0, 2, 8};  // the diagonal of the face is split on one side only
   mesh.triangles.push_back({0, 8, 1});
-  mesh.triangles.push_back({8, 2, 1});  // without an area, closes the gap
+  mesh.triangles.push_back({8, 2, 1});  // closes the gap without an area
   const auto read = ReadMeshFile(BinaryStl(mesh), "part.stl");
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->triangles.size(), 14u);
@@ -89,7 +90,8 @@ double AreaOf(const TriangleMesh& mesh) {
 }
 
 TEST(MeshFile, CutsPolygonsIntoTrianglesThatCoverThem) {
-  // A square with a notch to its middle, from the corner beside the notch: a fan would leave it.
+  // A square with a notch to its centre, starting at the corner beside the notch; a fan would leave
+  // the square.
   const auto mesh = ReadMeshFile(
       "v 2 2 1\nv 1 1 1\nv 0 2 1\nv 0 0 1\nv 2 0 1\nf -5 -4/1 -3//1 -2/1/1 -1 # notch\n",
       "notch.obj");
@@ -98,7 +100,7 @@ TEST(MeshFile, CutsPolygonsIntoTrianglesThatCoverThem) {
   EXPECT_NEAR(AreaOf(*mesh), 3, 1e-12);
   for (const auto& t : mesh->triangles) {
     const Vector3 &a = mesh->vertices[t[0]], &b = mesh->vertices[t[1]], &c = mesh->vertices[t[2]];
-    EXPECT_GT((b - a).cross(c - a).z(), 0);  // wound as the polygon
+    EXPECT_GT((b - a).cross(c - a).z(), 0);  // oriented like the polygon
   }
 }
 
@@ -138,8 +140,8 @@ TEST(UpAxis, IsWhatAColladaFileSaysAndYOfGlb) {
             "Collada: asset: up_axis: holds \"UP\", must be X_UP, Y_UP or Z_UP");
 }
 
-// By the drawing in Collada's manual: Y_UP looks along -z with x to the right, X_UP along -z with y
-// to the left.
+// From the drawing in Collada's specification: Y_UP looks along -z with x to the right, X_UP along
+// -z with y to the left.
 TEST(UpAxis, IsTurnedToZWithoutMirroring) {
   const TriangleMesh axes{.vertices = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .triangles = {{0, 1, 2}}};
   using Vertices = std::vector<Vector3>;
@@ -152,7 +154,7 @@ TEST(UpAxis, IsTurnedToZWithoutMirroring) {
 }
 
 TEST(MeshFile, AppliesTheTransformsOfNodesBelowEachOther) {
-  // Half the size, then moved: the inner node acts first.
+  // Scaled by a half, then translated: the inner node acts first.
   const char kNodes[] =
       "<node id=\"a\"><matrix>1 0 0 2 0 1 0 0 0 0 1 0 0 0 0 1</matrix><node id=\"b\"><matrix>"
       "0.5 0 0 0 0 0.5 0 0 0 0 0.5 0 0 0 0 1</matrix><instance_geometry url=\"#part\"/></node>"

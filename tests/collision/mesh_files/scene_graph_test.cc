@@ -9,7 +9,7 @@ namespace {
 using ::testing::HasSubstr;
 using Graph = std::vector<std::vector<int>>;
 
-// Each node above `length` uses the next one `times` times.
+// A graph in which each node except the last uses the next one `times` times.
 Graph Chain(int length, int times) {
   Graph graph(length);
   for (int i = 0; i + 1 < length; ++i) graph[i].assign(times, i + 1);
@@ -29,7 +29,7 @@ TEST(SceneGraph, AllowsAHundredNodesBelowEachOtherAndNoMore) {
 
 TEST(SceneGraph, MeasuresDepthThroughNodesThatWereMeasuredBefore) {
   Graph graph = Chain(60, 1);  // nodes 0 to 59
-  graph.emplace_back();        // 60 leads over 41 more to node 0
+  graph.emplace_back();        // node 60 leads over 40 more to node 0
   for (int i = 0; i < 40; ++i) {
     graph.back().push_back(static_cast<int>(graph.size()));
     graph.emplace_back();
@@ -46,7 +46,7 @@ TEST(SceneGraph, RefusesCircles) {
 TEST(SceneGraph, RefusesGraphsThatUnfoldWithoutEnd) {
   EXPECT_TRUE(CheckSceneGraph(Chain(16, 2)).ok());  // 65 535 nodes
   EXPECT_THAT(std::string(CheckSceneGraph(Chain(17, 2)).message()), HasSubstr("100000"));
-  EXPECT_FALSE(CheckSceneGraph(Chain(90, 10)).ok());  // 10^89: counting must not overflow
+  EXPECT_FALSE(CheckSceneGraph(Chain(90, 10)).ok());  // 10^89 nodes: the count must not overflow
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ std::shared_ptr<const RobotGeometry> RobotOf(const std::string& elements) {
   return PrepareRobot(*MakeRobotModel(*description, nullptr), std::nullopt);
 }
 
-// One joint of each kind that moves, one after the other, and one that follows the first.
+// Moving joints of each kind in a chain, and one that mimics the first.
 std::shared_ptr<const RobotGeometry> Snake() {
   const std::string at = "<origin xyz=\"0.3 0.1 0\" rpy=\"0.4 0.2 -0.7\"/>";
   const std::string axis = "<axis xyz=\"0.3 -0.5 0.8\"/>";
@@ -40,7 +40,7 @@ std::shared_ptr<const RobotGeometry> Snake() {
                 at + axis + limits + "<mimic joint=\"turn\" multiplier=\"-1.5\" offset=\"0.2\"/>"));
 }
 
-// What a hand that a drone carries may be: driven, turned, flown about and slid out, one after the other.
+// A hand carried by a mobile base: planar, revolute, floating and prismatic joints in a chain.
 std::shared_ptr<const RobotGeometry> Rover() {
   const std::string at = "<origin xyz=\"0.3 0.1 0\" rpy=\"0.4 0.2 -0.7\"/>";
   const std::string axis = "<axis xyz=\"0.3 -0.5 0.8\"/>";
@@ -62,7 +62,7 @@ std::vector<double> RandomState(const RobotModel& model, std::mt19937& random) {
   return state;
 }
 
-// Points on the parts' boxes, in the part's frame of the body.
+// A random point in the part's bounding box, in the part's frame of the body.
 Vector3 PointOf(const PreparedPart& part, std::mt19937& random) {
   std::uniform_real_distribution<double> share(0, 1);
   const Vector3 s(share(random), share(random), share(random));
@@ -89,7 +89,7 @@ TEST(RigidMotion, NoPointTravelsFartherThanItsPart) {
       closest = std::max(closest, moved_m / bound_m);
     }
   }
-  EXPECT_GT(closest, 0.5);  // it is a bound, not just any number
+  EXPECT_GT(closest, 0.5);  // the bound is not too loose
 }
 
 TEST(RigidMotion, NoPointTravelsFartherAlongADirectionThanItsPart) {
@@ -158,7 +158,7 @@ void ExpectNoPointTravelsFartherThanItsPart(const RobotGeometry& of) {
       EXPECT_LE(moved_m, bound_m + kRounding_m) << part;
       if (part == 4) closest = std::max(closest, moved_m / bound_m);
       for (std::int32_t other = 0; other < part; ++other) {
-        // As the other part sees it.
+        // The travel in the frame of the other part.
         const auto seen_from = static_cast<std::size_t>(robot->link_of_part[other]);
         const double seen_m = (X_to[seen_from].inverse() * X_to[link] * p -
                                X_from[seen_from].inverse() * X_from[link] * p)
@@ -183,7 +183,7 @@ void ExpectNoPointTravelsFartherAlongADirection(const RobotGeometry& robot) {
   for (int k = 0; k < 500; ++k) {
     const std::vector<double> first = RandomState(model, random);
     std::vector<double> last = RandomState(model, random);
-    // Joints that stand leave those behind them steady.
+    // Joints that do not move leave those behind them steady.
     for (std::size_t v = 0; v < last.size(); ++v) {
       if (model.links[static_cast<std::size_t>(model.variables[v].link)].urdf_index <= k % 5) {
         last[v] = first[v];
@@ -254,7 +254,7 @@ TEST(JointMotion, AFloatingJointMovesAsARigidBodyDoes) {
     std::vector<Pose> X_WL(2);
     motion.Place(fraction, X_WL);
     EXPECT_TRUE(X_WL[1].isApprox(X_WB, 1e-12));
-    // Of a rotation there are two quaternions; which of them a row has says nothing of the way.
+    // Two quaternions stand for the same rotation; the sign must not change the path.
     for (std::size_t q = 3; q < 7; ++q) to[q] = -to[q];
     JointMotion(model, body, Pose::Identity(), from, to).Place(fraction, X_WL);
     EXPECT_TRUE(X_WL[1].isApprox(X_WB, 1e-12));
@@ -270,7 +270,7 @@ TEST(JointMotion, APlanarJointGoesStraightAndTurnsTheShortWay) {
   std::vector<Pose> X_WL(2);
   motion.Place(0.5, X_WL);
   EXPECT_TRUE(X_WL[1].translation().isApprox(Vector3(2, 0, 0), 1e-12));
-  EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // by way of pi, not of 0
+  EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // through pi, not 0
   // About its own origin, however far that is from the joint's.
   EXPECT_NEAR(motion.Travel_m(1),
               std::hypot(2, 4) + 0.1 * std::sqrt(3) * (2 * std::numbers::pi - 6), 1e-12);
@@ -284,10 +284,10 @@ TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
                            std::vector<double>{-3.0});
   std::vector<Pose> X_WL(2);
   motion.Place(0.5, X_WL);
-  EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // by way of pi, not of 0
+  EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // through pi, not 0
 }
 
-// The follower cannot pass pi: no state on the short way is within its limits.
+// The mimic joint cannot pass pi, so no state on the short way is within its limits.
 TEST(JointMotion, TurnsTheLongWayWhereAFollowerHasLimits) {
   const auto robot = RobotOf(Ball("a") + Ball("b") + Ball("c") +
                              JointText("roll", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/>") +
@@ -299,7 +299,7 @@ TEST(JointMotion, TurnsTheLongWayWhereAFollowerHasLimits) {
                            std::vector<double>{-3.0});
   std::vector<Pose> X_WL(3);
   motion.Place(0.5, X_WL);
-  EXPECT_NEAR(X_WL[1].linear()(0, 0), 1, 1e-12);  // by way of 0
+  EXPECT_NEAR(X_WL[1].linear()(0, 0), 1, 1e-12);  // through 0
 }
 
 TEST(JointMotion, EndsWhereItsRowIsWhateverFollowsAContinuousJoint) {

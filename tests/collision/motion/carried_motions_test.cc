@@ -1,4 +1,4 @@
-// Motions of robots that carry objects, and of what stands on something, against dense samples.
+// Motions of robots with attached objects, and of objects on supports, against dense samples.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,13 +17,13 @@ using testing::Arm;
 using ::testing::ElementsAre;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
-constexpr int kSamples = 400;  // of each edge
+constexpr int kSamples = 400;  // per edge
 
 Change Of(decltype(Change::what) what) {
   return {.what = std::move(what), .expected_object_revision = {}};
 }
 
-// The three balls of robot_text.h, the last of which holds a long box far off its link.
+// The three balls of robot_text.h; a long box is attached to the last one, far from its link.
 SnapshotPtr WithBox(const SnapshotPtr& world) {
   const std::vector<Change> changes = {
       Of(testing::PutArm("arm", Arm(testing::Robot(testing::ThreeBalls()), "<robot name=\"r\"/>"))),
@@ -102,7 +102,7 @@ TEST(CarriedMotions, AreNeverWrongByDenseSamples) {
   EXPECT_GT(of_box, 5) << "the box is what meets the world now and then";
 }
 
-// A cup of 0.1 m that stands `deep_m` in its table, on its way along `way`.
+// A cup of 0.1 m that is `deep_m` deep in its table and moves along `way`.
 MotionColumns CupOnTable(double deep_m, const Vector3& way, const QueryOptions& options = {}) {
   Change cup = PutOf("cup", {{.X_FS = Pose::Identity(), .shape = Cylinder{0.03, 0.1}}},
                      MakeTranslation(0, 0, 0.05 - deep_m));
@@ -132,7 +132,7 @@ TEST(SupportTolerance, LetsGoOfWhatAnObjectStandsIn) {
 TEST(SupportTolerance, EndsAtItsDepth) {
   const MotionColumns told = CupOnTable(0.001, {0, 0, -0.02});
   ASSERT_THAT(told.verdict, ElementsAre(MotionVerdict::kContact));
-  const double met = 0.004 / 0.02;  // 5 mm deep
+  const double met = 0.004 / 0.02;  // at a depth of 5 mm
   EXPECT_LE(told.lo[0], met);
   EXPECT_GE(told.hi[0], met - 1e-6);
   EXPECT_LE(told.hi[0] - told.lo[0], kBracket + 1e-12);

@@ -27,7 +27,7 @@ std::shared_ptr<const WorldSnapshot> BallAtOrigin() {
       {PutOf("ball", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, Pose::Identity())});
 }
 
-// From x = -1 to 1, past the ball at the origin by `aside_m`.
+// Moves from x = -1 to 1, past the ball at the origin at a distance of `aside_m`.
 MotionColumns Past(double aside_m, const QueryOptions& options = {}) {
   const QueryBody body = BallBody();
   Edges edges;
@@ -39,15 +39,16 @@ MotionColumns Past(double aside_m, const QueryOptions& options = {}) {
 TEST(CheckMotions, BracketsTheFirstContact) {
   const MotionColumns columns = Past(0.1);
   ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
-  const double truth = 0.5 * (1 - std::sqrt(0.04 - 0.01));  // at a distance of two radii
+  const double truth = 0.5 * (1 - std::sqrt(0.04 - 0.01));  // where the distance is two radii
   EXPECT_LE(columns.lo[0], truth);
   EXPECT_GE(columns.hi[0], truth);
   EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
   EXPECT_EQ(columns.object[0], 0);
 }
 
-// The one that is met first is known to be met before the other one is looked at, up to there alone:
-// by other fractions, of which the last that is free lies behind the first contact.
+// The contact with the first ball is known before the second ball is followed, and only up to it.
+// The second ball is measured at other fractions; the last free one of these is behind the first
+// contact.
 TEST(CheckMotions, IsFreeOfAllThatItMeetsNearlyAtOnce) {
   const double first = 0.915468, second = 0.9155;
   const std::vector<Placed<>> ball = {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
@@ -63,8 +64,8 @@ TEST(CheckMotions, IsFreeOfAllThatItMeetsNearlyAtOnce) {
   EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
 }
 
-// A box that slides over a ball and turns comes nearer by eight millimetres an edge. Where one of
-// the halves falls just before they meet, the gap there is less than what is proven.
+// A box that slides over a ball and turns comes nearer by eight millimetres over the edge. If a
+// halving point is just before the contact, the gap there is smaller than what can be proven.
 TEST(CheckMotions, BracketsAContactThatAHalfFallsJustBefore) {
   constexpr double kHalf = 12022.0 / 16384;
   const Box box{.size_m = {0.1, 0.08, 0.2}};
@@ -104,7 +105,7 @@ TEST(CheckMotions, TellsNoClearanceThatItDidNotLookFor) {
   EXPECT_LT(columns.clearance_m[0], 0.1);
 }
 
-// Down onto a floor: a half-space that does not turn travels as far as its frame.
+// Moves onto a floor: a half-space that does not turn travels as far as its frame.
 TEST(CheckMotions, AHalfSpaceSlides) {
   const auto world = WorldOf(
       {PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}}, Pose::Identity())});
@@ -119,7 +120,7 @@ TEST(CheckMotions, AHalfSpaceSlides) {
                                                       MotionVerdict::kContact));
   EXPECT_LE(columns.lo[0], 2.0 / 3);
   EXPECT_GE(columns.hi[0], 2.0 / 3);
-  EXPECT_EQ(columns.hi[2], 0);  // beside each other from the beginning
+  EXPECT_EQ(columns.hi[2], 0);  // coincident planes from the beginning
 }
 
 TEST(CheckMotions, GrazesWhereItAllButTouches) {
@@ -133,8 +134,8 @@ TEST(CheckMotions, KeepsTheMargin) {
   EXPECT_EQ(Past(0.25, {.margin_m = 0.0499}).verdict[0], MotionVerdict::kFree);
 }
 
-// Of a ball and a disc a thousand times larger the search leaves some micrometres open, within which
-// no motion is free.
+// For a ball and a disc a thousand times larger the search leaves some micrometres open, within
+// which no motion is free.
 TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
   const QueryBody body = BodyFromShapes({{.shape = Capsule{0.05, 0.004}}});
   Pose X_WDisc = MakeTranslation(712 * 0.8, 712 * 0.2, 712);
@@ -166,7 +167,7 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
   }
 }
 
-// A ball of which the surface is known to 5 mm.
+// A ball whose surface has a standard deviation of 5 mm.
 Change FittedBall(const std::string& name, double x_m) {
   auto model = std::make_shared<HybridModel>();
   model->shapes.push_back({.X_OS = Pose::Identity(),
@@ -179,7 +180,7 @@ Change FittedBall(const std::string& name, double x_m) {
   return {.what = std::move(put), .expected_object_revision = {}};
 }
 
-// Past what is at the origin, `aside_m` from its centre.
+// Moves past the object at the origin, at a distance of `aside_m` from its centre.
 MotionVerdict PastWithSigmas(const WorldSnapshot& world, const QueryBody& body, double aside_m,
                              double sigmas) {
   Edges edges;
@@ -194,7 +195,7 @@ TEST(CheckMotions, DeviationsOfAFitAreMarginsToo) {
   EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 0), MotionVerdict::kFree);
   EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 1.99), MotionVerdict::kFree);
   EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 2.01), MotionVerdict::kContact);
-  // They come on top of a rule's margin.
+  // The standard deviations are added to the margin of a rule.
   const std::vector<Change> rule = {
       {.what = SetPairMargin{{{"*"}, {"ball"}}, 0.005}, .expected_object_revision = {}}};
   const auto ruled = *Apply(world, rule);
@@ -259,7 +260,7 @@ TEST(CheckMotions, BeginsInContact) {
   EXPECT_EQ(columns.hi[0], 0);
 }
 
-// A rod that turns by a quarter sweeps over a thin post that it touches at neither end.
+// A rod that turns by a quarter sweeps over a thin post, which it touches at neither end.
 TEST(CheckMotions, ARodThatTurnsMeetsThePostOnItsWay) {
   const QueryBody rod = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Box{{2, 0.01, 0.01}}}});
   const double at_rad = 0.3, radius_m = 0.01;
@@ -274,7 +275,8 @@ TEST(CheckMotions, ARodThatTurnsMeetsThePostOnItsWay) {
   edges.push_back(std::make_unique<RigidMotion>(rod, turned(0), turned(-1.5)));
   const MotionColumns columns = *CheckMotions(*world, rod, edges, {});
   ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
-  // The rod's side reaches the post where the angle between them is asin of both half widths.
+  // The rod's side reaches the post at the angle asin of the sum of both half widths over the
+  // distance.
   const double truth = (at_rad - std::asin((radius_m + 0.005) / 0.8)) / 1.5;
   EXPECT_LE(columns.lo[0], truth);
   EXPECT_GE(columns.hi[0], truth);

@@ -28,7 +28,7 @@ std::shared_ptr<const WorldSnapshot> TwoBalls() {
              MakeTranslation(3, 0, 0))});
 }
 
-// From (x, y) to (x, y)...
+// Checks paths through places (x, y).
 MotionColumns Along(const std::vector<std::pair<double, double>>& places,
                     const std::vector<Path>& paths, const QueryOptions& options = {}) {
   std::vector<Pose> poses;
@@ -92,7 +92,7 @@ TEST(CheckPaths, OfOneEdgeAreEdges) {
 }
 
 TEST(CheckPaths, TellTheFirstContact) {
-  // Around the first ball, through the second, and back through the first.
+  // Passes around the first ball, through the second, and back through the first.
   const MotionColumns columns =
       Along({{-1, 0}, {-1, 1}, {2, 1}, {2, 0}, {4, 0}, {-1, 0}}, {{.row_count = 6}});
   EXPECT_THAT(columns.verdict, ElementsAre(MotionVerdict::kContact));
@@ -121,7 +121,7 @@ TEST(CheckPaths, GrazeWhereNoLaterEdgeMeetsAnything) {
                                        {-1, grazing_m},
                                        {1, grazing_m},
                                        {1, 0},
-                                       {5, 0}},  // and then meets the other ball
+                                       {5, 0}},  // then meets the other ball
                                       {{.row_count = 4}, {.first_row = 4, .row_count = 4}});
   EXPECT_THAT(columns.verdict, ElementsAre(MotionVerdict::kGrazing, MotionVerdict::kContact));
   EXPECT_THAT(columns.segment, ElementsAre(1, 2));
@@ -138,7 +138,7 @@ TEST(CheckPaths, ThatTimeDoesNotSufficeForAreNotComputed) {
   EXPECT_THAT(columns.segment, ElementsAre(-1));
 }
 
-// A path is not finished once it is stopped, however free it was till then.
+// A path that is stopped has no answer, even if it was free so far.
 TEST(CheckPaths, StopWithinALongPath) {
   const std::size_t rows = 200'000;
   std::vector<Pose> poses;
@@ -188,7 +188,8 @@ class ArmPaths : public ::testing::Test {
 
 TEST_F(ArmPaths, MeetTheWorldAndThemselves) {
   const QueryBody body = BodyFromRobot(*robot_, RobotScope::kBoth);
-  // Free; through the post at pi / 2; bent back until the hand meets the base.
+  // The first path is free; the second goes through the post at pi / 2; the third bends until the
+  // hand meets the base.
   const std::vector<double> states = {0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 0, 0, 3};
   const MotionColumns columns =
       Check(states, {{}, {.first_row = 2, .row_count = 3}, {.first_row = 5}}, body);
@@ -201,7 +202,7 @@ TEST_F(ArmPaths, MeetTheWorldAndThemselves) {
 
 TEST_F(ArmPaths, AreOutOfLimitsFirstOfAll) {
   const QueryBody body = BodyFromRobot(*robot_, RobotScope::kBoth);
-  // In contact from the first row on; beyond its limits in the third.
+  // The first row is in contact; the third is outside the limits.
   const std::vector<double> states = {1.57, 0, 1.6, 0, 3.1, 0, 3.2, 0};
   const MotionColumns columns = Check(states, {{.row_count = 4}, {}}, body);
   EXPECT_THAT(columns.verdict, ElementsAre(MotionVerdict::kOutOfLimits, MotionVerdict::kContact));
@@ -209,7 +210,7 @@ TEST_F(ArmPaths, AreOutOfLimitsFirstOfAll) {
   EXPECT_THAT(columns.object, ElementsAre(-1, 0));
 }
 
-// The bounds of a motion are those of the parts that ask: far spheres travel far.
+// The bounds of a motion use the parts of the body that moves: far spheres travel far.
 TEST_F(ArmPaths, OfSpheresAreThoseOfTheSpheres) {
   SphereModel spheres;
   spheres.links.resize(model_->links.size());

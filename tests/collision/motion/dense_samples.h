@@ -1,4 +1,4 @@
-// Answers about edges against the states on their way.
+// Compares answers about edges with states along them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace cwm::collision {
 
-// The body at fractions of an edge.
+// The body at several fractions of an edge.
 class PlacesOf : public BodyRows {
  public:
   PlacesOf(const BodyMotion& motion, std::vector<double> fractions)
@@ -26,7 +26,7 @@ class PlacesOf : public BodyRows {
   const std::vector<double> fractions_;
 };
 
-// What dense sampling says of an edge, against its verdict.
+// The numbers of verdicts that were compared with dense samples.
 struct Told {
   int free = 0, contact = 0, other = 0;
 };

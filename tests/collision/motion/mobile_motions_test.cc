@@ -1,4 +1,4 @@
-// Motions of robots that drive and fly, against dense samples.
+// Motions of mobile and flying robots, against dense samples.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,13 +20,13 @@ using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
 
-// A long box: where it turns, its ends sweep.
+// A long box, whose ends sweep if it turns.
 std::string Beam(const std::string& name) {
   return "<link name=\"" + name +
          "\"><collision><geometry><box size=\"0.5 0.06 0.06\"/></geometry></collision></link>\n";
 }
 
-// A robot and a body of it that asks.
+// A robot and a body of it.
 struct Asking {
   explicit Asking(const std::string& elements) {
     const auto description = ReadUrdf(Robot(elements), NoMeshes);
@@ -40,7 +40,7 @@ struct Asking {
   QueryBody body;
 };
 
-// A beam that drives over a plane and carries another one at the end of an arm.
+// A mobile beam on a plane, with another beam at the end of an arm.
 Asking Driver() {
   const std::string up = "<axis xyz=\"0 0 1\"/>";
   return Asking(Links("w") + Beam("base") + Beam("hand") +
@@ -50,7 +50,7 @@ Asking Driver() {
                           "<limit lower=\"-3\" upper=\"3\"/>"));
 }
 
-// One that flies, with a gripper that slides out.
+// A flying beam with a gripper that slides out.
 Asking Flyer() {
   return Asking(Links("w") + Beam("base") + Beam("hand") +
                 JointText("fly", "floating", "w", "base", "") +
@@ -59,7 +59,7 @@ Asking Flyer() {
                           "<limit lower=\"-0.3\" upper=\"0.3\"/>"));
 }
 
-// Within 0.9 m of the origin; joints that have limits within them.
+// Positions within 0.9 m of the origin; values of joints with limits within these.
 std::vector<double> RandomState(const RobotModel& model, std::mt19937& random) {
   constexpr int kQw = 6;  // the last of a floating joint's variables
   std::vector<double> state;
@@ -117,7 +117,7 @@ TEST(MobileMotions, AreWholePathsToo) {
     const MotionColumns by_edge = *CheckMotions(*world, asking.body, edges, {});
     int contacts = 0;
     for (std::size_t k = 0; k < kPaths; ++k) {
-      std::int32_t first = -1;  // edge in contact
+      std::int32_t first = -1;  // first edge in contact
       for (std::size_t i = 0; i + 1 < kRows && first < 0; ++i) {
         const bool meets = by_edge.verdict[k * kRows + i] == MotionVerdict::kContact;
         if (meets) first = static_cast<std::int32_t>(i);
@@ -133,7 +133,8 @@ TEST(MobileMotions, AreWholePathsToo) {
   }
 }
 
-// On the spot by way of the half turn. The hand reaches 0.45 m ahead, and nothing so far behind.
+// Turns on the spot through the half turn. The hand reaches 0.45 m ahead; nothing reaches that far
+// behind.
 TEST(MobileMotions, MeetWhatLiesOnTheShortWay) {
   const Asking driver = Driver();
   const std::vector<double> rows = {0, 0, 2.5, 0, 0, 0, -2.5, 0};
@@ -151,7 +152,7 @@ TEST(MobileMotions, MeetWhatLiesOnTheShortWay) {
   EXPECT_THAT(verdict(0.4), ElementsAre(MotionVerdict::kFree));
 }
 
-// All numbers are binary fractions: a gap of none is exactly that.
+// All numbers are binary fractions, so that a gap of 0 is exact.
 TEST(MobileMotions, SlideOnTheFloorAtAnyLength) {
   const Asking box(Links("w") +
                    "<link name=\"base\"><collision><geometry><box size=\"0.5 0.25 0.125\"/>"
@@ -178,7 +179,7 @@ TEST(MobileMotions, SlideOnTheFloorAtAnyLength) {
   }
 }
 
-// A robot that stands ten kilometres from its joint's origin turns there, not about that.
+// A robot ten kilometres from its joint's origin turns about its own origin.
 TEST(MobileMotions, TurnFarFromTheOriginAsTheyDoThere) {
   const Asking driver = Driver();
   const std::vector<double> rows = {1e4, 0, 0, 0, 1e4, 0, 1, 0};

@@ -1,4 +1,4 @@
-// How far answers about motions may be believed: as far as those about the states on their way.
+// The accuracy of answers about motions, compared with that of the states along them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ Change Ball(const std::string& name, double x_m) {
   return PutOf(name, {{.shape = Sphere{0.1}}}, MakeTranslation(x_m, 0, 0));
 }
 
-// Of a box of 2 m without its lid: a surface, open at the top.
+// A box of 2 m without its lid: an open mesh.
 Change Bin(double x_m) {
   TriangleMesh mesh = BoxMesh({2, 2, 2});
   std::erase_if(mesh.triangles, [&](const TriangleMesh::Triangle& triangle) {
@@ -32,7 +32,7 @@ Change Bin(double x_m) {
   return PutOf("bin", {{.shape = MakeMesh(std::move(mesh))}}, MakeTranslation(x_m, 0, 0));
 }
 
-// The ball along x.
+// Moves the ball along x.
 MotionAnswer Along(const SnapshotPtr& world, double from_m, double to_m,
                    const QueryOptions& options = {}) {
   const QueryBody body = BallBody();
@@ -74,8 +74,8 @@ TEST(MotionTrust, OfDoubtIsThatOfThePairThatIsDoubted) {
   EXPECT_EQ(through.trust, Trust::kSurfaceOnly);
 }
 
-// Which of two pairs in contact is named may differ from that of a state; how far a pair is believed
-// does not.
+// If two pairs are in contact, the answers for a motion and for a state may name different ones,
+// but have the same accuracy.
 TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
   std::mt19937 random(7);
   const SnapshotPtr world = RandomWorld(24, random, true);
@@ -84,7 +84,7 @@ TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
   for (int k = 0; k < 400; ++k) {
     const QueryOptions options = {.margin_m = k % 2 == 0 ? 0 : 0.02};
     Pose from = RandomPose(random, 0.9), to = RandomPose(random, 0.9);
-    // In the middle of an object: how deep that is, of which bounds are known alone, is not asked.
+    // Starts in the middle of an object, where the depth, which is only bounded, does not matter.
     const auto middle = static_cast<std::size_t>(k / 4) % world->objects().size();
     if (k % 4 < 2) from.translation() = world->objects()[middle]->X_WO.translation();
     const RigidMotion motion(body, from, to);
@@ -131,7 +131,7 @@ TEST(MotionTrust, OfAPathIsTheWeakestOfItsEdgesUnlessItMeetsSomething) {
   EXPECT_EQ(TrustOfPaths(world, {1.2, 3, 7}, {{.row_count = 3}})[0], Trust::kExact);  // at the ball
 }
 
-// One that merely stands for another: no verdict says anything certain about that.
+// Spheres only stand for the robot, so no verdict is certain about the robot.
 TEST(MotionTrust, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
   const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
   const auto model = *MakeRobotModel(*description, nullptr);
@@ -141,7 +141,7 @@ TEST(MotionTrust, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
   spheres.links[static_cast<std::size_t>(*model->FindLink("e"))] = {{.radius_m = 0.1}};
   const SnapshotPtr world =
       WorldOf({PutOf("post", {{.shape = Sphere{0.1}}}, MakeTranslation(0, 1, 0))});
-  // Free, through the post at pi / 2, and beyond the limits.
+  // The paths are free, through the post at pi / 2, and outside the limits.
   const std::vector<double> states = {0, 0, 1, 0, 1, 0, 2, 0, 0, 0, 3.2, 0};
   const std::vector<Path> paths = {{}, {.first_row = 2}, {.first_row = 4}};
   const JointRows rows(*model, model->all, {.base = DefaultVariables(*model), .rows = states});

@@ -1,4 +1,4 @@
-// Motions along what they touch. All numbers are binary fractions: a gap of none is exactly that.
+// Motions in contact with surfaces. All numbers are binary fractions, so that a gap of 0 is exact.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -70,7 +70,7 @@ TEST(TouchingMotions, MeetTheFloorThatTheySinkInto) {
   }
 }
 
-// A half-space that asks reaches to infinity.
+// A half-space as the moving body, which reaches to infinity.
 TEST(TouchingMotions, OfAHalfSpaceAreThoseOfItsPlane) {
   const auto world = WorldOf({PutOf("ball", {{.shape = Sphere{0.25}}}, MakeTranslation(0, 0, 1))});
   for (const double turn_rad : {0.0, 1.0}) {
@@ -98,7 +98,7 @@ Plate Angle() {
           .thickness_m = 0.25};
 }
 
-// A box that slides along one inner edge towards the other and meets it at x = 0.3125.
+// A box that slides along one inner edge reaches the other at x = 0.3125.
 constexpr double kMeets_m = 0.3125;
 
 MotionAnswer InAngle(double from_m, double to_m) {
@@ -118,7 +118,8 @@ TEST(TouchingMotions, MeetTheWallThatTheySlideTo) {
   }
 }
 
-// What reaches around the body has no plane between the two: proven is as much as work suffices for.
+// No plane separates a body from a shape that reaches around it, so the motion is proven only as
+// far as the work allows.
 TEST(TouchingMotions, AreUndecidedInACornerWhateverTheLength) {
   for (const double length_m : kLengths_m) {
     const MotionVerdict told = InAngle(0.5, 0.5 + length_m).verdict;

@@ -1,5 +1,5 @@
-// What is told of a row does not depend on the rows that are asked together with it, whichever way
-// they are answered.
+// The answer for a row does not depend on the other rows of the batch, whichever way the rows are
+// answered.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 using testing::JointText;
 
-// Of a column, the rows one after the other.
+// The columns of several batches, one after the other.
 struct Answers {
   std::vector<Verdict> verdict;
   std::vector<std::int32_t> object, body_part, object_part, variable;
@@ -37,7 +37,7 @@ struct Answers {
     append(object_part, more.object_part);
     append(trust, more.trust);
     append(variable, more.variable);
-    variable.resize(verdict.size(), -1);  // of batches where no row is out of limits
+    variable.resize(verdict.size(), -1);  // batches without rows out of limits
   }
 };
 
@@ -47,7 +47,8 @@ TriangleMesh OpenBox(const Vector3& size_m) {
   return mesh;
 }
 
-// Four turns one after the other, each with a box, a cylinder, a ball or what the file "link.stl" is.
+// Four rotary joints in a chain, with a box, a cylinder, a ball and the mesh of the file
+// "link.stl".
 std::shared_ptr<const RobotModel> ArmWith(const TriangleMesh& mesh) {
   const auto link = [](const std::string& name, const std::string& geometry) {
     return "<link name=\"" + name + "\"><collision><origin xyz=\"0 0 0.1\"/><geometry>" + geometry +
@@ -74,8 +75,7 @@ std::shared_ptr<const RobotModel> ArmWith(const TriangleMesh& mesh) {
   return *MakeRobotModel(*description, nullptr);
 }
 
-// All kinds of shapes about the arm, none at its foot, and with them open surfaces, as scans leave
-// them.
+// Shapes of all kinds around the arm, none at its base, including open meshes as in scans.
 std::shared_ptr<const WorldSnapshot> Room(std::mt19937& random) {
   std::vector<Change> changes;
   const auto put = [&](const std::string& name, const Shape& shape) {
@@ -96,7 +96,8 @@ std::shared_ptr<const WorldSnapshot> Room(std::mt19937& random) {
 
 class BatchSizes : public ::testing::Test {
  protected:
-  // Asks all rows in batches of each size; all tell the same. Trusts of free rows that came up.
+  // Checks all rows in batches of each size, which must give the same answers. Returns the trusts
+  // of free rows.
   std::set<Trust> ExpectSameInAnyBatch(const WorldSnapshot& world, const QueryBody& body,
                                        const RobotModel& model, const QueryOptions& options) {
     const std::size_t width = model.all.variables.size();
@@ -179,7 +180,7 @@ TEST_F(BatchSizes, DoNotMatterToARobotOfSpheres) {
   const auto world = Room(random_);
   QueryBody body = BodyFromSpheres(*robot, *robot->spheres_around, RobotScope::kBoth);
   ExpectSameInAnyBatch(*world, body, *model, {});
-  // The same of a robot that is its spheres.
+  // The same for a body whose spheres are the robot itself.
   body.best_trust = Trust::kExact;
   const auto of_free = ExpectSameInAnyBatch(*world, body, *model, {});
   EXPECT_EQ(of_free, (std::set<Trust>{Trust::kExact, Trust::kSurfaceOnly}));

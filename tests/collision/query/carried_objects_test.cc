@@ -1,4 +1,4 @@
-// Robots that carry objects, and robots that others meet.
+// Robots with attached objects, and robots as obstacles.
 #include "collision/query/carried_objects.h"
 
 #include <gmock/gmock.h>
@@ -23,8 +23,8 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
-// Links "base" (a box of 0.2 m at the origin), "rod" (turns about the base's z; a ball of 0.05 m at
-// x = 0.5), and "hand" (fixed to the rod at x = 1, a ball of 0.05 m).
+// Links "base" (a box of 0.2 m at the origin), "rod" (turns about the base's z axis; a ball of 0.05
+// m at x = 0.5), and "hand" (fixed to the rod at x = 1; a ball of 0.05 m).
 const char* const kUrdf =
     "<robot name=\"arm\"><link name=\"base\"><collision><geometry><box size=\"0.2 0.2 0.2\"/>"
     "</geometry></collision></link>"
@@ -53,7 +53,7 @@ Change Robot(const std::string& name, const Pose& X_WB = Pose::Identity()) {
   return Of(put);
 }
 
-// A box of 0.1 m held 0.2 m beyond the hand.
+// A box of 0.1 m, attached 0.2 m beyond the hand.
 Change Held(const std::string& name) {
   return PutOf(name, {{.X_FS = Pose::Identity(), .shape = Box{{0.1, 0.1, 0.1}}}},
                MakeTranslation(0, 0, 5));
@@ -113,7 +113,7 @@ TEST(CarriedObjects, MeetWhatTheBareArmDoesNot) {
 TEST(CarriedObjects, AreNoObstaclesToTheirRobot) {
   const SnapshotPtr world = WorldOf({Robot("arm"), Held("box"), Attach("box", Pose::Identity())});
   EXPECT_THAT(Check(*world, {0, 0}), ElementsAre(kFree)) << "around the very hand";
-  // To others they are.
+  // For other bodies both are obstacles.
   const QueryBody ball = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.01}}});
   const Pose at = world->Find("box")->X_WO * MakeTranslation(0, 0.048, 0.048);
   const auto told = *CheckCollisions(*world, ball, {&at, 1}, {});
@@ -125,7 +125,7 @@ TEST(CarriedObjects, MeetTheLinksThatTheyMayNotTouch) {
   const auto world = [](std::vector<std::string> touch) {
     return WorldOf({Robot("arm"), Held("box"), Attach("box", MakeTranslation(-0.3, 0, 0), touch)});
   };
-  // Drawn in by 0.2 m the box is at the ball of the rod.
+  // When it is drawn in by 0.2 m, the box touches the ball of the rod.
   const std::vector<double> drawn_in = {0, -0.2};
   EXPECT_THAT(Check(*world({}), {0, 0}), ElementsAre(kFree));
   EXPECT_THAT(Check(*world({}), drawn_in), ElementsAre(kHit));
@@ -185,7 +185,7 @@ TEST(CarriedObjects, MayReachIntoWhatSupportsThem) {
   EXPECT_THAT(Check(*world(0.001), {0, 0}, options), ElementsAre(kHit));
   const auto ruled = With(world(0.001), {Of(SetPairMargin{{{"box"}, {"table"}}, 0.0})});
   EXPECT_THAT(Check(*ruled, {0, 0}), ElementsAre(kHit)) << "the rule goes before";
-  // Contacts are of the margin, distances are geometric.
+  // Contacts use the margin, distances are geometric.
   const Asked asked = ArmIn(*world(0.0049), {0, 0});
   EXPECT_THAT(GetContacts(*world(0.0049), asked.body, asked.Rows(), {})->distance_m, IsEmpty());
   const auto nearest = *GetDistances(*world(0.0049), asked.body, asked.Rows(), {});
@@ -203,7 +203,7 @@ TEST(AskingObjects, MayReachIntoWhatSupportsThem) {
   EXPECT_THAT(CheckCollisions(*world, cup, poses, {})->verdict, ElementsAre(kFree, kHit));
 }
 
-// Of many small triangles that overlap, only some are measured: none need be as deep as the mesh.
+// Only some of many small overlapping triangles are measured, and none need be as deep as the mesh.
 TEST(AskingObjects, WithOpenMeshesAreNotFreeWhereTheyAreSunkIntoWhatSupportsThem) {
   TriangleMesh open = Tessellate(Sphere{0.1}, 5e-5);
   open.triangles.pop_back();
@@ -262,7 +262,7 @@ TEST(RobotsOfTheWorld, AreMetByShapesRaysAndPoints) {
 
 TEST(RobotsOfTheWorld, AreMetByOtherRobotsWhereTheirStatePutsThem) {
   const SnapshotPtr world = WorldOf({Robot("arm"), Robot("other", MakeTranslation(0, 2.05, 0))});
-  // Straight up the hand comes to (0, 1): the other's lies at (1, 2.05).
+  // Straight up, this hand is at (0, 1), and the other robot's is at (1, 2.05).
   EXPECT_THAT(Check(*world, {kRight, 0}), ElementsAre(kFree));
   SetRobotState set{
       .name = "other", .X_WB = {}, .joints = {.named = {}, .values = {{"turn", -kRight}}}};
@@ -282,7 +282,7 @@ TEST(RobotsOfTheWorld, AreMetByOtherRobotsWhereTheirStatePutsThem) {
       << "the base is a metre away, and only it keeps 0.8";
 }
 
-// Many states are shown to be free in lanes; a term of any pair switches these off.
+// The SIMD code decides many states; its verdicts must be those of the pair by pair path.
 TEST(RobotsOfTheWorld, AreMetInLanesAsPairByPair) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);
@@ -313,7 +313,7 @@ TEST(RobotsOfTheWorld, BreakTiesByNameAmongObjects) {
   const auto between = [](const std::string& name) {
     return WorldOf({Robot(name, MakeTranslation(-1, 0, 0)), Ball("m", {0, 0.5, 0})});
   };
-  // As far from the hand as from the ball.
+  // The point is equally far from the hand and from the ball.
   const Vector3 point(0, 0.25, 0);
   const auto named = [&](const SnapshotPtr& world) {
     const auto told = *SamplePoints(*world, {&point, 1}, {});
@@ -340,8 +340,8 @@ TEST(CarriedObjects, OfSpheresAreAskedExactly) {
   for (std::size_t k = 0; k < 300; ++k) ASSERT_EQ(told.verdict[k], k % 2 == 0 ? kFree : kHit) << k;
 }
 
-// Objects with margins on two links, one of which stands on what it may sink into, and rules of pairs
-// that allow and that set less than the request's margin: spheres prove no more than the pairs.
+// Attached objects with margins on two links, one of which may sink into its support, and rules
+// that allow pairs or set margins below the request's: spheres must prove no more than the pairs.
 TEST(CarriedObjects, AreAskedInLanesAsPairByPair) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);
@@ -375,11 +375,12 @@ TEST(CarriedObjects, AreAskedInLanesAsPairByPair) {
     EXPECT_GT(std::ranges::count(in_lanes.verdict, kFree), 200);
     EXPECT_GT(std::ranges::count(in_lanes.verdict, kHit), 200);
   }
-  const QueryOptions less{.margin_m = 0.0005};  // than that of a rule
+  const QueryOptions less{.margin_m = 0.0005};  // less than the rule's
   EXPECT_FALSE(SphereCheck::Make(*world, of_links.body, states, less).has_value());
 }
 
-// What a robot that carries a box says equals what its links and the box say one by one.
+// The answer for a robot with an attached box equals the combined answers for its links and the
+// box.
 TEST(CarriedObjects, SayWhatLinksAndBoxSayByThemselves) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);

@@ -20,7 +20,7 @@ TEST(CastRays, ARayEndsAtTheFirstSurfaceAndTheWayThereIsFree) {
   const auto world = RandomWorld(30, random, /*with_meshes=*/true);
   std::vector<RayRow> rays;
   for (int i = 0; i < 300; ++i) {
-    // From anywhere, at one of the objects give or take a few centimetres.
+    // From random origins, aimed at one of the objects with an error of a few centimetres.
     const Vector3 origin = RandomPose(random, 1.5).translation();
     const Vector3 target = world->objects()[i % world->objects().size()]->X_WO.translation() +
                            RandomPose(random, 0.05).translation();
@@ -29,8 +29,8 @@ TEST(CastRays, ARayEndsAtTheFirstSurfaceAndTheWayThereIsFree) {
   const RayColumns columns = *CastRays(*world, rays, {});
   ASSERT_EQ(columns.completed, rays.size());
   int hits = 0;
-  // A hit lies on the surface of the object named, and nothing before it: a thin sphere moved along
-  // the ray stays free of every object.
+  // A hit is on the surface of the named object, and nothing is in front of it: a thin sphere that
+  // moves along the ray is free of every object up to there.
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const double clear_m =
         columns.hit[i] ? columns.distance_m[i] : std::min(3.0, rays[i].max_distance_m);
@@ -56,7 +56,7 @@ TEST(CastRays, ARayEndsAtTheFirstSurfaceAndTheWayThereIsFree) {
     for (double t = 0; t < clear_m - 1e-3; t += 0.01) {
       along.emplace_back(Eigen::Translation3d(rays[i].origin + t * rays[i].direction));
     }
-    // From outside: rays that start inside a solid hit its far side.
+    // Only for rays from outside: rays that start inside a solid hit its far side.
     const QueryBody tip = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{1e-9}}});
     const auto verdicts = CheckCollisions(*world, tip, along, {})->verdict;
     if (verdicts.empty() || verdicts[0] == Verdict::kCollision) continue;

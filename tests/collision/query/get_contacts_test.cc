@@ -24,7 +24,8 @@ PairName PairOf(const PairColumns& columns, std::size_t k) {
   return {columns.object[k], columns.body_part[k], columns.object_part[k]};
 }
 
-// Distances below the margin of all pairs, asked one by one without any broadphase, deepest first.
+// The distances of all pairs below the margin, computed one by one without a broad phase, deepest
+// first.
 std::vector<double> BruteDepths(const WorldSnapshot& world, const QueryBody& body, const Pose& X_WB,
                                 double margin_m) {
   const Engine& exact = GetEngine(EngineKind::kExact);
@@ -87,9 +88,9 @@ TEST(GetContacts, OfABoxOnAFloorAreItsCorners) {
   const PairColumns columns = *GetContacts(*world, kBlock, at, {});
   EXPECT_THAT(columns.row_begin, ElementsAre(0, 4, 4));
   EXPECT_THAT(columns.distance_m, Each(::testing::DoubleNear(-kDepth_m, kRounding_m)));
-  std::set<std::pair<int, int>> corners;  // centimetres
+  std::set<std::pair<int, int>> corners;  // in centimetres
   for (std::size_t k = 0; k < 4; ++k) {
-    // From the block down to the floor.
+    // The normal points from the block down to the floor.
     EXPECT_EQ(columns.normal[3 * k + 2], -1);
     EXPECT_NEAR(columns.point_body[3 * k + 2], -kDepth_m, kRounding_m);
     EXPECT_NEAR(columns.point_object[3 * k + 2], 0, kRounding_m);
@@ -100,7 +101,7 @@ TEST(GetContacts, OfABoxOnAFloorAreItsCorners) {
                                    std::pair(50, 5)));
 }
 
-// A block in the corner of a floor and a wall that it reaches less deep into.
+// A block in the corner of a floor and a wall, less deep in the wall.
 TEST(GetContacts, FurtherPointsOfOnePairPushOutNoOther) {
   const auto world =
       WorldOf({PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}}, Pose::Identity()),

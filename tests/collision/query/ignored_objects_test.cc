@@ -1,4 +1,4 @@
-// Names that a question leaves out.
+// Queries that ignore objects by name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

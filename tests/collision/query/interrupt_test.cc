@@ -12,7 +12,7 @@
 namespace cwm::collision {
 namespace {
 
-// Looks are due after 64 units of 32 steps.
+// derived: a check of the clock is due after 64 units of 32 steps.
 constexpr std::size_t kStepsBetweenLooks = std::size_t{64} * 32;
 
 TEST(Interrupt, LooksAfterSoMuchWorkWhateverItsPortions) {
@@ -20,17 +20,17 @@ TEST(Interrupt, LooksAfterSoMuchWorkWhateverItsPortions) {
     std::stop_source stop;
     const TimeLimit limit{QueryOptions{}};
     Interrupt interrupt(stop.get_token(), limit);
-    EXPECT_FALSE(interrupt.After(1));  // has looked
+    EXPECT_FALSE(interrupt.After(1));  // this call checks the clock
     stop.request_stop();
     std::size_t steps = 0;
     while (!interrupt.MustEndAfter(portion)) steps += portion;
     EXPECT_LE(steps, kStepsBetweenLooks + 64 * portion);
-    EXPECT_TRUE(interrupt.MustEndAfter(1));  // and says so from then on
+    EXPECT_TRUE(interrupt.MustEndAfter(1));  // and stays true
     EXPECT_EQ(interrupt.reason(), Interrupt::Reason::kStopped);
   }
 }
 
-// A caller that goes away while a row is placed, and counts how many are.
+// Rows that request a stop while one of them is placed, and count how many are placed.
 class RowsThatStop : public BodyRows {
  public:
   RowsThatStop(Pose X_WB, std::stop_source& stop) : X_WB_(std::move(X_WB)), stop_(stop) {}
@@ -84,7 +84,7 @@ TEST(Interrupt, LooksAfterEachPairOfManyCorners) {
   }
 }
 
-// A row in the middle of which time is up is not told.
+// A row during which the time runs out is not answered.
 TEST(Interrupt, WithinAPairLeavesThePrefix) {
   Plate comb{{{0, -0.1}, {1, -0.1}}, {}, 0.05};
   for (int i = 199; i >= 0; --i) {

@@ -1,5 +1,5 @@
-// A robot of 500 links: more than the bits by which lanes name what they leave open, which then stand
-// for several links and pairs each.
+// A robot of 500 links: more than there are tag bits, each of which then stands for several links
+// and pairs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ constexpr int kLinks = 500, kBoxEvery = 5;
 
 std::string NameOfLink(int k) { return "link" + std::to_string(k); }
 
-// A snake of 500 links of 2 cm that turn about z and y in turn, every fifth with a box.
+// A snake of 500 links of 2 cm that turn about z and y alternately; every fifth has a box.
 std::string Snake() {
   std::string text;
   for (int k = 0; k < kLinks; ++k) {
@@ -56,7 +56,7 @@ class ManyLinks : public ::testing::Test {
                               RandomPose(random, 4)));
     }
     world_ = WorldOf(changes);
-    // Bent by little all the same way: from stretched out to rolled up.
+    // Bent slightly, always the same way: from stretched out to rolled up.
     std::vector<double> rows;
     for (int row = 0; row < kRows; ++row) {
       std::normal_distribution<double> bend(0.04 * row / kRows, 0.03 * row / kRows);
@@ -96,7 +96,7 @@ TEST_F(ManyLinks, HaveThePlainVerdictsAndPairs) {
   }
 }
 
-// Of spheres that are the robot, lanes tell of collisions, too.
+// If the spheres are the robot itself, the SIMD code also reports collisions.
 TEST_F(ManyLinks, OfSpheresHaveThePlainVerdicts) {
   const JointRows rows(*model_, model_->all, {.base = DefaultVariables(*model_), .rows = rows_});
   SphereModel spheres;

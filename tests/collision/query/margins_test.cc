@@ -1,4 +1,5 @@
-// Distances of exactly the margin, by numbers that are exact: collision is less than it, strictly.
+// Distances of exactly the margin, with exact numbers: a collision is strictly less than the
+// margin.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ TEST(Margins, OfExactlyTheDistanceAreKept) {
   }
 }
 
-// How deep is not asked, which of a mesh is known but for bounds.
+// The depth is not measured, which for a mesh would only be bounded.
 TEST(Margins, LeaveAsCertainWhatOverlapsAnyway) {
   const auto world = WorldOf({PutOf("mesh", {{.shape = MakeMesh(ElbowMesh())}}, Pose::Identity())});
   const QueryBody ball = BodyFromShapes({{.shape = Sphere{0.25}}});

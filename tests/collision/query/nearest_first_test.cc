@@ -1,4 +1,4 @@
-// Distances of what has many parts: the nearest pair whatever order they are asked in.
+// Distances of bodies with many parts: the nearest pair must not depend on the order of evaluation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,7 +62,7 @@ TEST(NearestFirst, TheNearestPartsOfABodyAreThoseOfBruteForce) {
 }
 
 TEST(NearestFirst, OfEquallyNearPartsTheFirstAreNamed) {
-  // Balls in a row, neighbours all as near; the last pair of them comes first.
+  // Balls in a row with equal gaps between neighbours; the last pair of them comes first.
   std::vector<Placed<>> balls;
   for (int k = 0; k < 6; ++k) {
     balls.push_back({.X_FS = MakeTranslation(0.5 * k, 0, 0), .shape = Sphere{0.125}});
@@ -78,7 +78,7 @@ TEST(NearestFirst, OfEquallyNearPartsTheFirstAreNamed) {
 }
 
 TEST(NearestFirst, OfEquallyNearObjectsTheFirstByNameAreNamed) {
-  // Each ball of the body has a ball straight above it, put in the opposite order of their names.
+  // Each ball of the body has a ball straight above it, added in reverse order of their names.
   std::vector<Placed<>> balls;
   std::vector<Change> changes;
   for (int k = 0; k < 6; ++k) {

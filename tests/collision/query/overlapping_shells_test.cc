@@ -1,5 +1,5 @@
-// Points in and rays through one mesh of several closed shells that overlap or lie within each
-// other: the solid is their union, and what lies within it is no surface.
+// Points in, and rays through, a mesh of several closed shells that overlap or contain each other.
+// The solid is their union, and faces inside it are not part of the surface.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ struct CubePlace {
 
 constexpr double kGrid_m = 0.01;
 
-// Places on the surface of the union of cubes, so dense that each point of it has one within
+// Points on the surface of the union of cubes, so dense that every surface point has one within
 // kGrid_m.
 std::vector<Vector3> SurfaceOfUnion(const std::vector<CubePlace>& cubes) {
   std::vector<Vector3> places;
@@ -81,8 +81,8 @@ struct Told {
   int exact_inside = 0, bounded = 0, degraded = 0;
 };
 
-// Of each point what is told holds: EXACT is the distance of the union, BOUNDED no deeper than its
-// bound says.
+// Checks the label of each point: EXACT is the distance of the union, BOUNDED is no deeper than its
+// bound.
 Told ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& cubes) {
   const std::vector<Vector3> surface = SurfaceOfUnion(cubes);
   std::mt19937 random(7);
@@ -131,7 +131,8 @@ TEST(OverlappingShells, DepthsAboutACubeWithinACubeAreLabelledForWhatTheyAre) {
   const Told told = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
   EXPECT_GT(told.exact_inside, 100);
   EXPECT_GT(told.bounded, 100);
-  // In the inner cube, on its surface, and next to it outside: all 0.3 m deep or deeper.
+  // In the inner cube, on its surface, and just outside it; the true depth is at least 0.28 m
+  // everywhere.
   for (const double z_m : {0.1, 0.2 - 1e-7, 0.2, 0.2 + 1e-7, 0.22}) {
     const PointColumns columns = SampleOne(*world, {0.01, 0.02, z_m});
     EXPECT_EQ(columns.trust[0], Trust::kBounded) << z_m;
@@ -147,7 +148,8 @@ TEST(OverlappingShells, ACavityIsExactAllOver) {
   const auto world = WorldOfMesh(Joined({Cube(1, {0, 0, 0}), Turned(Cube(0.4, {0, 0, 0}))}));
   std::mt19937 random(11);
   std::vector<Vector3> points = RandomPoints(2000, random, 0.6);
-  // Next to the edges and corners of the cavity, which are the nearest places from inside the wall.
+  // Points near the edges and corners of the cavity, which are the nearest surface from inside the
+  // wall.
   for (const Vector3& off : RandomPoints(200, random, 1e-3)) {
     points.emplace_back(Vector3(0.2, 0.2, 0.1) + off);
     points.emplace_back(Vector3(0.2, 0.2, 0.2) + off);
@@ -166,16 +168,17 @@ TEST(OverlappingShells, ACavityIsExactAllOver) {
   }
 }
 
-// Where the ray leaves the union, or enters it.
+// The place at which the ray leaves or enters the union.
 RayColumns Cast(const WorldSnapshot& world, const Vector3& origin, const Vector3& direction) {
   return *CastRays(world, std::vector<RayRow>{{origin, direction.normalized()}}, {});
 }
 
 TEST(OverlappingShells, RaysFromInsideEndWhereTheyLeaveTheUnion) {
   const auto nested = WorldOfMesh(Joined({Cube(1, {0, 0, 0}), Cube(0.4, {0, 0, 0})}));
-  // From the inner cube, from its surface, from between the two past and through the inner one.
+  // From the inner cube, from its surface, and from between the two cubes, past and through the
+  // inner one.
   for (const double from_m : {0.0, 0.1, 0.2, 0.3, -0.2, -0.3, -0.45}) {
-    // Along the diagonal of a face as well, where two triangles meet.
+    // Also along the diagonal of a face, where two triangles meet.
     for (const double aside_m : {0.0, 0.01}) {
       const RayColumns ray = Cast(*nested, {from_m, aside_m, aside_m}, Vector3::UnitX());
       ASSERT_TRUE(ray.hit[0]) << from_m;
@@ -221,7 +224,7 @@ TEST(OverlappingShells, RaysInACavityMeetItsWall) {
   EXPECT_NEAR(wall.normal[0], -1, 1e-12);
   const RayColumns through = Cast(*world, {-0.4, 0.02, 0}, Vector3::UnitX());
   EXPECT_NEAR(through.distance_m[0], 0.2, 1e-12);
-  // From the wall's own surface nothing lies between.
+  // On the wall's own surface the distance is 0.
   EXPECT_NEAR(Cast(*world, {0.2, 0.02, 0.01}, Vector3::UnitX()).distance_m[0], 0, 1e-12);
 }
 

@@ -1,4 +1,4 @@
-// Questions under rules of pairs, against the same rules read pair by pair.
+// Queries under pair rules, compared with rules that are evaluated pair by pair.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ SnapshotPtr With(const SnapshotPtr& world, const std::vector<Change>& changes) {
   return *Apply(world, changes);
 }
 
-// A rule, as its documentation reads.
+// The meaning of a rule, written from its documentation.
 bool IsNamed(const NamedThing& thing, const std::string& name, const std::string& link) {
   return thing.name == "*" ||
          (thing.name == name && !name.empty() && (thing.link.empty() || thing.link == link));
@@ -61,7 +61,7 @@ int Names(const NamedPair& pair) {
   return count;
 }
 
-// Nothing where the pair may collide, else its margin.
+// The margin of the pair; empty if it may collide.
 std::optional<double> MarginByHand(const WorldSnapshot& world, const QueryOptions& options,
                                    const Part& x, const Part& y, double usual_m) {
   const PairRule* best = nullptr;
@@ -79,7 +79,7 @@ std::optional<double> MarginByHand(const WorldSnapshot& world, const QueryOption
   return best != nullptr ? *best->margin_m : usual_m;
 }
 
-// Balls of 0.1 m radius, 0.5 m apart along x: a fixed one and two that follow.
+// Three balls of 0.1 m radius, 0.5 m apart along x: a fixed one and two on rotary joints.
 std::shared_ptr<const RobotGeometry> BallArm() {
   const std::string arm = "<origin xyz=\"0.5 0 0\"/>";
   const std::string limits = "<axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\"/>";
@@ -98,7 +98,7 @@ class Drawn {
 
   double Below(double most) { return std::uniform_real_distribution<>(0, most)(random_); }
   int Index(int count) { return static_cast<int>(random_() % static_cast<unsigned>(count)); }
-  // Some of things that are there, some of others.
+  // A random item, which may or may not exist.
   NamedThing Thing() {
     const int which = Index(10);
     if (which == 0) return {"*"};
@@ -114,7 +114,7 @@ class Drawn {
   std::mt19937 random_;
 };
 
-// Objects with margins and fits, and rules.
+// A world of objects with margins and fits, and rules.
 SnapshotPtr RuledWorld(Drawn& draw, int rules) {
   std::vector<Change> changes;
   const auto plain = RandomWorld(12, draw.random(), /*with_meshes=*/true);
@@ -143,7 +143,7 @@ SnapshotPtr RuledWorld(Drawn& draw, int rules) {
   return WorldOf(changes);
 }
 
-// The parts of a body where a row has them, and their names.
+// The parts of a body at a row, and their names.
 struct ByHand {
   const WorldSnapshot& world;
   const QueryBody& body;
@@ -171,7 +171,7 @@ struct ByHand {
 
   struct Seen {
     double distance_m, margin_m;
-    int object;  // kItself
+    int object;  // may be kItself
     int body_part, object_part;
   };
   std::vector<Seen> Pairs() const {
@@ -204,7 +204,7 @@ struct ByHand {
   }
 };
 
-// What a row's answers must be, and are.
+// Compares the answers for a row with the expected ones.
 void CompareRow(const ByHand& hand, const CollisionColumns& verdicts, const PairColumns& distances,
                 const PairColumns& contacts, std::size_t row) {
   const std::vector<ByHand::Seen> pairs = hand.Pairs();
@@ -331,11 +331,11 @@ TEST(PairRulesOfQuestions, AMarginReplacesThoseOfBothAndOfTheRequest) {
 TEST(PairRulesOfQuestions, TheMorePreciseMarginHolds) {
   const auto world = With(TwoBalls(), {Margin({"*"}, {"*"}, 0.5), Margin({"*"}, {"near"}, 0.04)});
   const std::vector<Pose> poses = {MakeTranslation(-0.25, 0, 0)};
-  // 0.04 of the near one, but 0.5 of the other, which is 0.55 m away.
+  // Margin 0.04 for the near ball; 0.5 for the other, which is 0.55 m away.
   EXPECT_THAT(CheckCollisions(*world, BallBody(), poses, {})->verdict, ElementsAre(Verdict::kFree));
   const auto of_two =
       With(TwoBalls(), {Margin({"near"}, {"off"}, 0.2), Margin({"near"}, {"*"}, 0.4)});
-  // "near" asks at 0.3 m from "off": the rule with both names holds.
+  // "near" is the body, 0.3 m from "off": the rule with both names applies.
   EXPECT_THAT(CheckCollisions(*of_two, BodyFromObject(*of_two->Find("near")),
                               std::vector<Pose>{Pose::Identity()}, {})
                   ->verdict,
@@ -358,7 +358,7 @@ TEST(PairRulesOfQuestions, DeviationsOfAFitAreMarginsToo) {
   EXPECT_EQ(verdict(world, 0), Verdict::kFree);
   EXPECT_EQ(verdict(world, 1.99), Verdict::kFree);
   EXPECT_EQ(verdict(world, 2.01), Verdict::kCollision);
-  // They come on top of a rule's margin.
+  // The standard deviations are added to the margin of a rule.
   const auto ruled = With(world, {Margin({"*"}, {"ball"}, 0.005)});
   EXPECT_EQ(verdict(ruled, 0.99), Verdict::kFree);
   EXPECT_EQ(verdict(ruled, 1.01), Verdict::kCollision);

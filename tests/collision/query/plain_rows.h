@@ -1,4 +1,4 @@
-// Hides that rows are states of joints, so that each is asked plainly.
+// Hides that the rows are joint states, so that each is answered without the SIMD code.
 #pragma once
 
 #include <cstddef>

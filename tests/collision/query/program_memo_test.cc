@@ -1,4 +1,4 @@
-// Compiled programs that are kept: found again for the same question, never for another.
+// Compiled programs that are kept are found for an equal query, and never for another.
 #include "collision/spheres/program_memo.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ TEST_F(ProgramMemoTest, FindsTheSameForTheSameQuestionWhateverTheGroupsOwnValues
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(first->lanes.spheres.size(), 2u);
   EXPECT_EQ(Find(), first);
-  base_[1] = 1.5;  // is read from the rows
+  base_[1] = 1.5;  // comes from the rows
   EXPECT_EQ(Find(), first);
 }
 

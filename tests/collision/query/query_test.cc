@@ -19,7 +19,7 @@ using ::testing::IsEmpty;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// All pairs, asked one by one without any broadphase, in the order that ties break.
+// All pairs, computed one by one without a broad phase, in the order that breaks ties.
 struct BrutePair {
   double distance_m;
   int object, body_part, object_part;
@@ -170,7 +170,7 @@ TEST(Query, TheMarginOfTheObjectThatAsksCountsAsMuchAsThatOfTheOther) {
     EXPECT_EQ(CheckCollisions(*world, body, at, options)->verdict[0], Verdict::kCollision) << name;
     EXPECT_EQ(GetContacts(*world, body, at, options)->row_begin[1], 1u) << name;
     EXPECT_NEAR(GetDistances(*world, body, at, options)->distance_m[0], 0.03, 1e-12) << name;
-    options.margin_m = -0.03;  // the pair's margin is 2 cm then, the gap 3
+    options.margin_m = -0.03;  // the pair's margin is then 2 cm, the gap 3 cm
     EXPECT_EQ(CheckCollisions(*world, body, at, options)->verdict[0], Verdict::kFree) << name;
     EXPECT_EQ(GetContacts(*world, body, at, options)->row_begin[1], 0u) << name;
   }
@@ -218,7 +218,7 @@ TEST(Query, EquallyNearObjectsAreNamedInTheOrderOfTheirNames) {
   EXPECT_THAT(GetDistances(*world, probe, at, options)->object, ElementsAre(0, 1, 2, 3));
 }
 
-// As STL has it: each triangle with vertices of its own.
+// The mesh with separate vertices for each triangle, as in an STL file.
 TriangleMesh Unshared(const TriangleMesh& mesh) {
   TriangleMesh loose;
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
@@ -262,7 +262,7 @@ TEST(Query, APairThatTheEngineCannotAnswerIsNamed) {
   for (const char* part : {"row 1", "BULLET", "mesh", "'m'", "shapes[0]", "body part 0"}) {
     EXPECT_THAT(std::string(refused.status().message()), HasSubstr(part));
   }
-  EXPECT_TRUE(GetContacts(*world, mesh, at, options).ok());  // out of reach: it does not come up
+  EXPECT_TRUE(GetContacts(*world, mesh, at, options).ok());  // out of reach: the pair is skipped
   const std::vector<Pose> touching = {MakeTranslation(0, 0, 0.9)};
   EXPECT_EQ(CheckCollisions(*world, mesh, touching, options).status().code(),
             absl::StatusCode::kUnimplemented);
@@ -300,14 +300,14 @@ TEST(Query, YesAndNoOfASearchOfFclAreLabelledAsBestEffort) {
   const CollisionColumns told = *CheckCollisions(*world, box, at, options);
   EXPECT_EQ(told.trust[0], Trust::kExact) << "by their boxes";
   EXPECT_EQ(told.trust[2], Trust::kDegraded);
-  // With a margin it is proven by a distance.
+  // With a margin the verdict is proven by a distance.
   options.margin_m = 0.01;
   EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
   options = {};
   EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
 }
 
-// A floor, a slope and a ceiling, asked with a half-space that faces down.
+// A floor, a slope and a ceiling, checked with a half-space that faces down.
 TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
   const Shape half = HalfSpace{};
   const Quaternion down(0, 1, 0, 0);
@@ -336,18 +336,18 @@ TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
   }
 }
 
-// A truncated cone that FCL and Bullet hold as a prism of 64 sides around it.
+// A truncated cone that FCL and Bullet represent as a circumscribed prism of 64 sides.
 TEST(Query, AStateWithinTheBoundOfAStandInIsUndecidedByFclAndBullet) {
   const Cone cup{0.04, 0.07, 0.12};
   const auto world =
       WorldOf({PutOf("cup", {{.X_FS = Pose::Identity(), .shape = cup}}, Pose::Identity())});
   const QueryBody ball = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.05}}});
-  // Diagonally, where the boxes around both overlap, towards one of the prism's edges.
+  // Diagonal positions, where the bounding boxes overlap, towards an edge of the prism.
   const auto beside = [](double gap_m) {
     const double along_m = (0.07 + 0.05 + gap_m) / std::sqrt(2);
     return MakeTranslation(along_m, along_m, 0.06);
   };
-  // The prism reaches 0.07 (1 / cos(pi / 64) - 1) = 8.4e-5 m beyond the cone.
+  // The prism exceeds the cone by 0.07 (1 / cos(pi / 64) - 1) = 8.4e-5 m.
   const std::vector<Pose> at = {beside(-1e-3), beside(1e-4), beside(1e-3)};
   for (const EngineChoice engine : {EngineChoice::kFcl, EngineChoice::kBullet}) {
     QueryOptions options;
@@ -381,7 +381,7 @@ TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
         EXPECT_EQ(told.verdict[row], nearest_m < margin_m ? Verdict::kCollision : Verdict::kFree)
             << row << ' ' << nearest_m;
       }
-      // What is undecided: FCL's distances to meshes within the margin's reach.
+      // FCL's distances to meshes within the margin's reach are undecided.
       EXPECT_GE(decided, margin_m == 0 ? 149 : 110);
     }
   }
@@ -445,7 +445,7 @@ TEST(Query, TheDepthOfSeveralPartsIsLabelledAsABound) {
   const PairColumns columns = *GetDistances(*world, probe, at, {});
   EXPECT_NEAR(columns.distance_m[0], -0.1, 1e-12);
   EXPECT_THAT(columns.trust, ElementsAre(Trust::kBounded));
-  // Out sideways the probe must move sqrt(0.2^2 - 0.1^2): within the bound stated.
+  // To leave sideways the probe must move sqrt(0.2^2 - 0.1^2), which the bound must include.
   EXPECT_GE(columns.bound_m[0], std::sqrt(0.03) - 0.1);
 }
 

@@ -1,4 +1,4 @@
-// Worlds and bodies for the tests of questions.
+// Worlds and bodies for tests of queries.
 #pragma once
 
 #include <random>
@@ -26,7 +26,7 @@ inline std::shared_ptr<const WorldSnapshot> WorldOf(const std::vector<Change>& c
   return *Apply(std::make_shared<const WorldSnapshot>(), changes);
 }
 
-// `count` objects of the catalogue's bounded shapes, every third one of two parts.
+// A world of `count` objects with the catalogue's bounded shapes; every third has two parts.
 inline std::shared_ptr<const WorldSnapshot> RandomWorld(int count, std::mt19937& random,
                                                         bool with_meshes) {
   std::vector<Change> changes;

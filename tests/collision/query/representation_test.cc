@@ -1,4 +1,4 @@
-// Which objects count, and which parts of them: of those asked, of what asks and of what it carries.
+// The objects and parts that a query uses: of obstacles, of the body, and of its attached objects.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// A ball at its origin, and a measured cube of 0.2 m whose middle is at y = 1.
+// A ball at the object's origin, and a measured cube of 0.2 m centred at y = 1.
 Change Hybrid(const std::string& name) {
   auto model = std::make_shared<HybridModel>();
   model->shapes.push_back({.X_OS = Pose::Identity(),
@@ -59,7 +59,7 @@ TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepres
 TEST(Representation, ChoosesThePartsOfTheObjectThatAsks) {
   const auto world = WorldOf({Hybrid("thing"), Post("post", 5, 0)});
   const QueryBody thing = BodyFromObject(*world->Find("thing"));
-  // With its ball in the post, with its cube in it, clear of it.
+  // With its ball in the post, with its cube in it, and clear of it.
   const std::vector<Pose> poses = {MakeTranslation(5, 0, 0), MakeTranslation(5, -1, 0),
                                    MakeTranslation(5, 1, 0)};
   const auto verdicts = [&](Representation representation) {
@@ -103,13 +103,13 @@ TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
                                      .touch_links = {}},
                 .expected_object_revision = {}};
   Change arm{.what = testing::PutArm("arm", Arm()), .expected_object_revision = {}};
-  // Where the cube is; the tip stands at the origin, its boxes are links and count in any case.
+  // The post is at the cube. The tip is at the origin; its boxes are links and always count.
   const auto world = WorldOf({arm, Hybrid("thing"), attach, Post("post", 0, 1)});
   const WorldRobotPtr robot = world->FindRobot("arm");
   const QueryBody body = WithCarriedObjects(BodyFromRobot(*robot, RobotScope::kWorld), *world,
                                             *robot, RobotScope::kWorld);
   const JointGroup& all = robot->model().all;
-  for (const std::size_t count : {1, 300}) {  // plainly and with lanes
+  for (const std::size_t count : {1, 300}) {  // without and with the SIMD code
     std::vector<double> values;
     for (std::size_t i = 0; i < count; ++i) {
       values.insert(values.end(), robot->state.begin(), robot->state.end());

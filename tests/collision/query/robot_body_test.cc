@@ -42,7 +42,7 @@ class BallArm : public ::testing::Test {
 
   std::shared_ptr<const RobotModel> model_;
   std::shared_ptr<const RobotGeometry> robot_;
-  // Beyond the outstretched arm, whose last ball ends at x = 1.1.
+  // A post beyond the outstretched arm, whose last ball ends at x = 1.1.
   std::shared_ptr<const WorldSnapshot> world_ = WorldOf({PutOf(
       "post", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, MakeTranslation(0, 1, 0))});
   static constexpr double kToPost = std::numbers::pi / 2;
@@ -56,7 +56,7 @@ TEST_F(BallArm, MeetsTheWorldWhereItsStateBringsIt) {
 }
 
 TEST_F(BallArm, MeetsItselfWhereItIsBentBack) {
-  // The first and the last ball touch where 2 * 0.5 * sin(x / 2) = 0.2 for x = pi - |elbow|.
+  // The first and the last ball touch if 2 * 0.5 * sin(x / 2) = 0.2 for x = pi - |elbow|.
   const double touching = std::numbers::pi - 2 * std::asin(0.2);
   const std::vector<double> rows = {0, 0.999 * touching, 0, 1.001 * touching};
   const CollisionColumns columns = Check(rows, RobotScope::kBoth);
@@ -111,7 +111,7 @@ TEST_F(BallArm, IsToItselfLikeOneMoreObject) {
   const PairColumns contacts = *GetContacts(*world_, body, joint_rows, {.margin_m = 10});
   EXPECT_EQ(std::ranges::count(contacts.object, kItself), 1);
   EXPECT_EQ(std::ranges::count(contacts.object, 0), 3);
-  // From the link that is earlier in the URDF to the later one.
+  // The normal points from the link that is earlier in the URDF to the later one.
   const Vector3 normal(contacts.normal[0], contacts.normal[1], contacts.normal[2]);
   const Vector3 later =
       0.5 * Vector3(std::cos(1), std::sin(1), 0) + 0.5 * Vector3(std::cos(3.6), std::sin(3.6), 0);
@@ -127,7 +127,7 @@ TEST_F(BallArm, AGroupWithoutVariablesHasItsBaseAsTheOnlyRow) {
   EXPECT_THAT(CheckCollisions(*world_, body, rows, {})->verdict, ElementsAre(Verdict::kCollision));
 }
 
-// Spheres that are the links' shapes answer as those do, and claim nothing.
+// Spheres equal to the links' shapes give the same answers as these, but claim no accuracy.
 TEST_F(BallArm, OfSpheresAnswersAsItsSpheresAreAndClaimsNothing) {
   SphereModel spheres;
   for (const ModelLink& link : model_->links) {
@@ -156,7 +156,7 @@ TEST_F(BallArm, OfSpheresAnswersAsItsSpheresAreAndClaimsNothing) {
   }
 }
 
-// A sphere beside its link is where it was given.
+// A sphere beside its link is at the given position.
 TEST_F(BallArm, OfSpheresHasThemWhereTheyAreGivenInTheirLinks) {
   SphereModel spheres;
   spheres.links.resize(model_->links.size());
@@ -165,7 +165,7 @@ TEST_F(BallArm, OfSpheresHasThemWhereTheyAreGivenInTheirLinks) {
                          {.center_L = {0.3, 0, 0}, .radius_m = 0.1}};
   const QueryBody body = BodyFromSpheres(*robot_, spheres, RobotScope::kBoth);
   EXPECT_TRUE(body.self_pairs.empty()) << "one link alone has any";
-  const std::vector<double> outstretched = {kToPost, 0};  // the hand is the post's ball
+  const std::vector<double> outstretched = {kToPost, 0};  // the hand is in the post's ball
   const JointRows rows(*model_, model_->all, States(outstretched));
   const PairColumns near = *GetContacts(*world_, body, rows, {.margin_m = 1});
   ASSERT_EQ(near.distance_m.size(), 2u);
@@ -173,7 +173,8 @@ TEST_F(BallArm, OfSpheresHasThemWhereTheyAreGivenInTheirLinks) {
   EXPECT_NEAR(near.distance_m[1], 0.3 - 0.2, 1e-12);
 }
 
-// Without bounds, without a broadphase: every part against every part of the world and itself.
+// The verdict without bounds or broad phase: every part against every part of the world and of the
+// body.
 Verdict Plainly(const WorldSnapshot& world, const QueryBody& body, const std::vector<Pose>& X_WL,
                 const Engine& engine) {
   const int slot = static_cast<int>(engine.kind());

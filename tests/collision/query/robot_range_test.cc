@@ -1,4 +1,5 @@
-// States that a robot cannot be in: what its joints have no limits against, and followers do.
+// States outside the range of coordinates, which limits of joints and of mimic joints do not
+// exclude.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +29,8 @@ std::shared_ptr<const RobotGeometry> Load(const std::string& elements) {
   return PrepareRobot(*model, std::nullopt);
 }
 
-// A rail whose limits are none, and a carriage that a turn of a wheel moves by `multiplier`.
+// A rail with limits beyond the range of coordinates, and a carriage that mimics it with
+// `multiplier`.
 std::shared_ptr<const RobotGeometry> Rail(const std::string& multiplier) {
   return Load(
       Ball("a") + Ball("b") + Ball("c") +
@@ -64,7 +66,7 @@ TEST(RobotRange, IsLeftByFollowersWhereverTheyEndUp) {
               ElementsAre(Verdict::kFree, Verdict::kOutOfLimits, Verdict::kOutOfLimits));
 }
 
-// So many that lanes would take them.
+// Enough rows for the SIMD code.
 TEST(RobotRange, IsTheSameInLanes) {
   std::mt19937 random(3);
   for (const double base_x_m : {0.0, 9.999e5, 1e6 - 1}) {
@@ -83,7 +85,7 @@ TEST(RobotRange, IsTheSameInLanes) {
   }
 }
 
-// An arm whose hand follows its elbow: by its own limits not as far as the elbow goes.
+// An arm whose hand mimics its elbow, with limits of its own that are narrower than the elbow's.
 TEST(FollowersOfARobot, HaveLimitsThatAStateMayLeave) {
   const auto arm = Load(
       Ball("a") + Ball("b") + Ball("c") +

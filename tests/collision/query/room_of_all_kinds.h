@@ -1,4 +1,4 @@
-// A room of all kinds of shapes for the tests of points, and the oracle: all parts, one after the
+// A room with shapes of all kinds for the tests of points, and the oracle: all parts, one after the
 // other.
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace cwm::collision {
 
-// Both sides round coordinates of a few metres some dozen times.
+// derived: both sides round coordinates of a few metres some dozen times.
 inline constexpr double kRounding_m = 1e-13;
 
 inline VesselShell Cup() {

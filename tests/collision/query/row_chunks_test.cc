@@ -1,5 +1,5 @@
-// Batches in chunks: how the chunks end, and that every question has the same bytes on any number
-// of threads.
+// Batches in chunks: how chunks end, and that every query gives the same bytes on any number of
+// threads.
 #include "collision/query/row_chunks.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// Ends chunks as the test says.
+// Ends chunks as the test's script says.
 class ScriptedWorker : public ChunkWorker {
  public:
   using Script = std::function<ChunkEnd(const RowChunk&)>;
@@ -58,7 +58,7 @@ TEST(AnswerTogether, EndsWithTheFirstChunkThatIsNotWhole) {
   for (const int threads : {1, 2, 4}) {
     const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
       if (chunk.index == 3) {
-        std::this_thread::sleep_for(milliseconds(5));  // others are done with later ones
+        std::this_thread::sleep_for(milliseconds(5));  // others finish later chunks meanwhile
         return {4};
       }
       return Whole(chunk);
@@ -135,7 +135,7 @@ void ExpectSame(const RayColumns& a, const RayColumns& b) {
   EXPECT_EQ(a.object_part, b.object_part);
 }
 
-// Questions of several chunks each, among all kinds of shapes.
+// Queries of several chunks each, in a world with shapes of all kinds.
 class BatchTest : public ::testing::Test {
  protected:
   BatchTest() {
@@ -147,7 +147,7 @@ class BatchTest : public ::testing::Test {
     }
   }
 
-  // What `ask` answers on one thread, it answers on several.
+  // Expects the same answers from `ask` on one thread and on several.
   template <class Ask>
   void ExpectSameOnAnyNumberOfThreads(const Ask& ask) {
     QueryOptions options{.margin_m = 0.02, .max_results = 3};
@@ -159,13 +159,13 @@ class BatchTest : public ::testing::Test {
     }
   }
 
-  // A question whose time is up on the way has a prefix of the full answer, `first(n)` that of its
-  // first n rows.
+  // Expects a query whose time runs out to return a prefix of the full answer; `first(n)` answers
+  // its first n rows.
   template <class Ask, class First>
   void ExpectPrefixes(std::size_t rows, const Ask& ask, const First& first) {
     for (const int threads : {1, 2, 4}) {
       QueryOptions options{.threads = threads};
-      // As long as it takes for some of it, however slow the machine is.
+      // The budget grows until some rows are answered, however slow the machine is.
       std::chrono::duration<double> budget = std::chrono::microseconds(200);
       auto some = ask(options);
       for (some->completed = 0; some->completed == 0; budget *= 1.25) {
@@ -217,10 +217,11 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfDistances) {
       });
 }
 
-// With a tenth of the time for each, no more than ten are answered, and those that threads had begun.
+// If each answer takes a tenth of the time limit, at most ten are counted, besides those that
+// threads had begun.
 TEST_F(BatchTest, AnswersEndWhereHandingThemOverTakesTheTimeThatIsLeft) {
-  constexpr std::size_t kLongestChunk = 1024;  // most are counted at the end of a chunk
-  constexpr std::size_t kBetweenLooks = 64;    // at the clock
+  constexpr std::size_t kLongestChunk = 1024;  // most rows are counted at the end of a chunk
+  constexpr std::size_t kBetweenLooks = 64;    // rows between checks of the clock
   for (const int threads : {1, 2}) {
     const auto options = [&] {
       return QueryOptions{.threads = threads,
@@ -244,7 +245,8 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfRays) {
       [&](std::size_t rows) { return CastRays(*world_, std::span(many).first(rows), {}); });
 }
 
-// Every row has a verdict: those behind the prefix are not computed, whoever had computed them.
+// Every row has a verdict: rows behind the prefix are not computed, even if a thread had computed
+// them.
 TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfChecks) {
   std::vector<Pose> many;
   for (int i = 0; i < 40; ++i) many.insert(many.end(), poses_.begin(), poses_.end());

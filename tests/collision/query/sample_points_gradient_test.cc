@@ -10,8 +10,8 @@ namespace cwm::collision {
 namespace {
 
 TEST_F(SamplePointsTest, GradientsAreThoseOfCentralDifferencesAwayFromKinks) {
-  // A tenth of the reach of kinks: differences stay on one side of them. Rounding of distances of a
-  // metre leaves 1e-9, curvature of features of a millimetre 1e-8.
+  // derived: a tenth of the reach of kinks, so that differences stay on one side of them. Rounding
+  // of distances of a metre leaves 1e-9, curvature of features of a millimetre 1e-8.
   constexpr double kStep_m = 0.1 * kKinkReach_m;
   const PointColumns columns = *SamplePoints(*world_, points_, {});
   int kinks = 0;
@@ -127,7 +127,7 @@ TEST(SamplePoints, OrdinaryPlacesAreNoKinksHoweverManyTrianglesMeetThere) {
       {"below it", MakeMesh(BoxMesh(box.size_m)), {0, 0, 0.04}},
       {"on it", MakeMesh(BoxMesh(box.size_m)), {0, 0, 0.05}},
       {"nearest to a mesh's corner", MakeMesh(BoxMesh(box.size_m)), {0.3, 0.2, 0.1}},
-      // Where a neighbour's rim is almost as near as the place itself, 1e-4 m aside.
+      // The rim of a neighbouring face is almost as near, 1e-4 m beside the nearest place.
       {"beside a mesh's edge", MakeMesh(BoxMesh(box.size_m)), {0.02, 0.1 - 1e-4, 0.15}},
       {"nearest to a corner of many triangles", ball, 2 * ball.mesh->vertices[5]},
   };
@@ -146,7 +146,8 @@ TEST(SamplePoints, VesselsHaveTheDistanceOfTheirProfileAndKinksInTheMiddle) {
   for (const Vector3& p : RandomPoints(500, random, 0.08)) {
     EXPECT_NEAR(SampleOne(*world, p).distance_m[0], SignedDistance_m(Cup(), p), kRounding_m);
   }
-  // Half way up the wall is nearest all around; far above, the rim is; below the foot, the foot.
+  // Half way up, the wall is equally near all around; far above, the rim is; below the foot, the
+  // foot is nearest.
   EXPECT_EQ(SampleOne(*world, {0, 0, 0.02}).state[0], SampleState::kKink);
   EXPECT_EQ(SampleOne(*world, {0, 0, 0.2}).state[0], SampleState::kKink);
   EXPECT_EQ(SampleOne(*world, {0.01, 0.02, 0.02}).state[0], SampleState::kSmooth);
@@ -161,7 +162,7 @@ TEST(SamplePoints, MidwayBetweenTwoObjectsIsAKinkOfTheFirstByName) {
   EXPECT_EQ(at.state[0], SampleState::kKink);
   EXPECT_EQ(world->objects()[at.object[0]]->name, "a");
   EXPECT_LT((GradientOf(at, 0) + Vector3::UnitX()).norm(), 1e-12);
-  // Distances differ by twice the way to the middle.
+  // The distances differ by twice the distance from the middle.
   EXPECT_EQ(SampleOne(*world, {0.49 * kKinkReach_m, 0, 0}).state[0], SampleState::kKink);
   EXPECT_EQ(SampleOne(*world, {0.51 * kKinkReach_m, 0, 0}).state[0], SampleState::kSmooth);
 }

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The same bytes in all columns.
+// Expects the same bytes in all columns.
 void ExpectSame(const PointColumns& a, const PointColumns& b) {
   EXPECT_EQ(a.completed, b.completed);
   EXPECT_EQ(a.state, b.state);
@@ -127,7 +127,7 @@ TEST(SamplePoints, TheRepresentationSaysWhichPartsCount) {
   EXPECT_NEAR(at(Representation::kSurfaces).distance_m[0], 0.1, 1e-12);
 }
 
-// A corner that sinks 50 nm below two faces beside it: convex as far as validation asks, but not by the
+// A vertex 50 nm below two adjacent faces: convex to the tolerance of validation, but not by the
 // planes of the slivers there.
 TEST(SamplePoints, AHullIsThatOfItsCorners) {
   TriangleMesh hull = Tessellate(Box{{1, 1, 1}});
@@ -135,7 +135,7 @@ TEST(SamplePoints, AHullIsThatOfItsCorners) {
   hull.vertices.emplace_back(0, -0.5 + 1e-6, 0.5 - 5e-8);
   for (TriangleMesh::Triangle& t : hull.triangles) {
     const Vector3 a = hull.vertices[t[0]], b = hull.vertices[t[1]], c = hull.vertices[t[2]];
-    if (a.z() + b.z() + c.z() < 1.4) continue;  // of the top
+    if (a.z() + b.z() + c.z() < 1.4) continue;  // top faces only
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t from = t[i], to = t[(i + 1) % 3], apex = t[(i + 2) % 3];
       if (hull.vertices[from].y() > -0.4 || hull.vertices[to].y() > -0.4) continue;
@@ -165,7 +165,7 @@ TEST(SamplePoints, MarginsDoNotEnter) {
 
 TEST(SamplePoints, WhereAnotherSolidCoversTheWayOutTheDepthIsABound) {
   const std::vector<Placed<>> box = {{.X_FS = Pose::Identity(), .shape = Box{{1, 1, 0.2}}}};
-  // One upon the other, 0.2 m and 0.2 m: together 0.4 m.
+  // Two boxes on top of each other, 0.2 m each: together 0.4 m.
   const auto world = WorldOf({PutOf("lower", box, MakeTranslation(0, 0, 0.1)),
                               PutOf("upper", box, MakeTranslation(0, 0, 0.3))});
   const PointColumns covered = SampleOne(*world, {0, 0, 0.17});
@@ -173,7 +173,7 @@ TEST(SamplePoints, WhereAnotherSolidCoversTheWayOutTheDepthIsABound) {
   EXPECT_EQ(covered.trust[0], Trust::kBounded);
   ASSERT_EQ(covered.bounds.size(), 1u);
   EXPECT_EQ(covered.bounds[0].row, 0u);
-  // The union's depth, below, is 0.17.
+  // The depth in the union, downwards, is 0.17.
   EXPECT_GE(covered.bounds[0].bound_m, 0.14);
   const PointColumns free = SampleOne(*world, {0, 0, 0.03});
   EXPECT_EQ(free.trust[0], Trust::kExact);
@@ -194,7 +194,7 @@ TEST(SamplePoints, ACoverCountsHoweverMuchNearerOtherSolidsAre) {
 }
 
 TEST_F(SamplePointsTest, NoPointIsDeeperThanItsBoundSays) {
-  // Boxes that overlap: the union's depth by the nearest of many points outside.
+  // The depth in the union of overlapping boxes, from the nearest of many points outside.
   std::vector<Change> changes;
   for (int i = 0; i < 12; ++i) {
     changes.push_back(PutOf("box" + std::to_string(i),
@@ -219,7 +219,7 @@ TEST_F(SamplePointsTest, NoPointIsDeeperThanItsBoundSays) {
     double way_out_m = kInfinity;
     for (const Vector3& q : outside) way_out_m = std::min(way_out_m, (q - points[i]).norm());
     EXPECT_GE(way_out_m, -columns.distance_m[i]);
-    // Points outside lie 1 cm apart in the mean, nowhere 3 cm.
+    // Points outside are 1 cm apart on average, and nowhere 3 cm.
     EXPECT_LE(way_out_m, -columns.distance_m[i] + bound_m[i] + 0.03) << i;
   }
 }
@@ -265,7 +265,7 @@ TEST_F(SamplePointsTest, ATimeBudgetCompletesAPrefix) {
   QueryOptions options;
   for (const int threads : {1, 2}) {
     options.threads = threads;
-    // As long as it takes for the first of them, and a little more: however slow the machine is.
+    // The budget grows until the first points are answered, however slow the machine is.
     std::chrono::duration<double> budget = std::chrono::milliseconds(10);
     PointColumns some;
     for (; some.completed == 0; budget *= 1.25) {

@@ -1,4 +1,4 @@
-// Robots of spheres in lanes: the verdicts of the plain path, state by state.
+// Robots of spheres in SIMD lanes must give the verdicts of the plain path, state by state.
 #include "collision/query/sphere_check.h"
 
 #include <gmock/gmock.h>
@@ -34,8 +34,8 @@ std::shared_ptr<const RobotModel> ModelOf(const std::string& text) {
   return *MakeRobotModel(*description, nullptr);
 }
 
-// A rail, a turn without limits, three more turns of which the last two go together, and a tool that
-// hangs askew.
+// A rail, a rotary joint without limits, three more rotary joints of which the last two are
+// coupled, and an inclined tool.
 std::shared_ptr<const RobotModel> Arm() {
   const auto turn = [](const std::string& axis, const std::string& more) {
     return "<origin xyz=\"0.1 0.05 0.2\" rpy=\"0.3 -0.2 0.7\"/><axis xyz=\"" + axis + "\"/>" + more;
@@ -90,7 +90,7 @@ std::vector<double> RandomRows(const JointGroup& group, std::size_t count, std::
   return rows;
 }
 
-// How often each verdict came, which all have to agree on.
+// Counts the verdicts, on which all variants must agree.
 std::array<std::size_t, 5> ExpectPlainVerdicts(const WorldSnapshot& world, const QueryBody& body,
                                                const JointRows& rows, QueryOptions options) {
   EXPECT_TRUE(SphereCheck::Make(world, body, rows, options).has_value());
@@ -110,7 +110,7 @@ std::array<std::size_t, 5> ExpectPlainVerdicts(const WorldSnapshot& world, const
 
 class SphereCheckTest : public ::testing::Test {
  protected:
-  // Of states around those where the world is just touched, found by halving.
+  // Tests states around those at which the world is just touched, found by bisection.
   void ExpectPlainVerdictsAtContact(const WorldSnapshot& world) {
     const std::size_t width = model_->all.variables.size();
     std::vector<double> rows;
@@ -182,8 +182,8 @@ TEST_F(SphereCheckTest, HasTheSameVerdictsOnAnyNumberOfThreads) {
   }
 }
 
-// Boxes, cylinders, balls and capsules in all directions and on level ground, of which one has a
-// margin of its own and one is larger than all that the arm reaches.
+// Boxes, cylinders, balls and capsules in all directions and on level ground; one has a margin of
+// its own, and one is larger than the arm's reach.
 std::vector<Change> Solids(std::mt19937& random) {
   std::vector<Change> changes;
   const std::vector<Shape> kinds = {Box{{0.1, 0.2, 0.05}}, Cylinder{0.06, 0.2}, Sphere{0.07},
@@ -222,7 +222,7 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsOfAHundredThousandStatesOnEveryInstru
   EXPECT_TRUE(answers(HWY_SSE4) && answers(HWY_AVX2) && answers(HWY_AVX3));
 }
 
-// Turned by any number of quarters about each axis.
+// A rotation by any number of quarter turns about each axis.
 Quaternion Quarters(std::mt19937& random) {
   Quaternion turned = Quaternion::Identity();
   for (int axis = 0; axis < 3; ++axis) {
@@ -233,8 +233,7 @@ Quaternion Quarters(std::mt19937& random) {
   return turned;
 }
 
-// The same kinds, of which most stand at right angles to each other, askew to the arm, on a floor
-// without end.
+// The same kinds, most at right angles to each other but not to the arm, on an infinite floor.
 std::vector<Change> Shelves(std::mt19937& random) {
   const Quaternion askew(Eigen::AngleAxisd(0.6, Vector3::UnitZ()));
   const std::vector<Shape> kinds = {Box{{0.1, 0.2, 0.05}}, Cylinder{0.06, 0.2},
@@ -270,8 +269,8 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsWithinAMicrometreOfContact) {
   ExpectPlainVerdictsAtContact(*WorldOf(Solids(random_)));
 }
 
-// An arm whose joints stand at right angles to each other, as most robots' do, each in one of the 24
-// ways to do so, with slides among the turns.
+// An arm whose joints are at right angles to each other, as in most robots, in one of the 24
+// orientations each, with prismatic joints in between.
 std::shared_ptr<const RobotModel> StraightArm(std::mt19937& random) {
   const std::string names = "abcdefgh";
   std::string joints;

@@ -11,7 +11,7 @@
 namespace cwm::collision {
 namespace {
 
-// What KeepsApart may miss, and how near sampled turns come to the nearest.
+// The tolerance of KeepsApart, and the number of sampled angles.
 constexpr double kMissed_m = 1e-3;
 constexpr int kTurns = 400;
 
@@ -26,7 +26,7 @@ struct Chain {
     return turned(near, near_rad) * (turned(far, far_rad) * p_B) - p_A;
   }
 
-  // The least of many states, the far joint all the way around.
+  // The least distance over many states, with the far joint all the way around.
   double Sampled_m() const {
     double least_m = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= kTurns; ++i) {
@@ -39,7 +39,7 @@ struct Chain {
     }
     return least_m;
   }
-  // No state is farther from a sampled one than half a step of each joint.
+  // A bound on the distance of a state from the nearest sampled one: half a step of each joint.
   double SampledApart_m() const {
     const double reach_B_m = far.X_PF.translation().norm() + p_B.norm();
     const double step = (near.upper_rad - near.lower_rad + 2 * std::numbers::pi) / kTurns / 2;
@@ -86,7 +86,7 @@ TEST_F(TurningPairTest, KeepsApartWhatIsFartherByAMillimetre) {
 }
 
 TEST_F(TurningPairTest, KnowsTheLimitsOfTheNearJoint) {
-  // Two arms of 0.2 m on parallel axes 0.5 m apart, the near one turned away.
+  // Two arms of 0.2 m on parallel axes 0.5 m apart, with the near one turned away.
   TurningJoint near, far;
   far.X_PF.translation().x() = 0.5;
   const Vector3 p_A(-0.2, 0, 0), p_B(0.2, 0, 0);

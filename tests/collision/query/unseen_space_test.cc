@@ -1,4 +1,4 @@
-// What space that no sensor has seen counts as.
+// The treatment of unseen space in queries.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,13 +15,13 @@ Change Unseen(const std::string& name, std::vector<Placed<>> shapes, const Pose&
   return change;
 }
 
-// A box that nobody has looked into from x = 0.9 to 1.1, and in it a ball from 1.08 to 1.12.
+// A box of unseen space from x = 0.9 to 1.1, and a ball in it from 1.08 to 1.12.
 std::shared_ptr<const WorldSnapshot> BallThatLooksOutOfUnseenSpace() {
   return WorldOf({Unseen("a_shadow", {{.shape = Box{{0.2, 1, 1}}}}, MakeTranslation(1, 0, 0)),
                   PutOf("ball", {{.shape = Sphere{0.02}}}, MakeTranslation(1.1, 0, 0))});
 }
 
-// A small ball in free space, in the shadow alone, in both, and in the ball alone.
+// Checks a small ball in free space, in the unseen box only, in both, and in the ball only.
 CollisionColumns Check(UnseenSpace unseen) {
   const std::vector<Pose> poses = {MakeTranslation(0, 0, 0), MakeTranslation(0.95, 0, 0),
                                    MakeTranslation(1.09, 0, 0), MakeTranslation(1.125, 0, 0)};

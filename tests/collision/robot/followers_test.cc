@@ -1,4 +1,4 @@
-// The limits of joints that follow others.
+// The limits of mimic joints.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ std::string Mimic(const std::string& joint, const std::string& numbers = "") {
   return "<mimic joint=\"" + joint + "\" " + numbers + "/>";
 }
 
-// A finger and one that follows it.
+// A finger and a joint that mimics it.
 ModelPtr Gripper(const std::string& finger, const std::string& follower,
                  const std::string& kind = "revolute") {
   const auto robot = ReadUrdf(Robot(Links("abc") + JointText("finger", kind, "a", "b", finger) +
@@ -45,7 +45,7 @@ TEST(Followers, AreWithinTheirOwnLimitsUpToTheTolerance) {
   const ModelPtr gripper =
       Gripper(Limit("0", "0.8"),
               Limit("-1.2", "0.1") + Mimic("finger", "multiplier=\"-2\" offset=\"0.1\""));
-  const double most = (1.2 + 0.1) / 2;  // where the other one is at -1.2
+  const double most = (1.2 + 0.1) / 2;  // the mimic joint is at -1.2 there
   EXPECT_TRUE(IsWithin(*gripper, 0));
   EXPECT_TRUE(IsWithin(*gripper, most));
   EXPECT_TRUE(IsWithin(*gripper, most + 0.99 * kFollowerTolerance / 2));
@@ -99,8 +99,8 @@ TEST(Followers, AlongAChainLimitWhatItEndsAt) {
   EXPECT_FALSE(IsWithin(*model, -0.501));
 }
 
-// As files are that work with MoveIt, which looks at no limits of followers: a wrong sign, a <limit>
-// of effort and speed alone, a constant elsewhere.
+// Limits in files that work with MoveIt, which ignores the limits of mimic joints: a wrong sign, a
+// <limit> of effort and speed only, a constant outside the limits.
 TEST(Followers, ThatContradictWhatTheyFollowAreNotKept) {
   for (const std::string& follower :
        {Limit("0", "0.8") + Mimic("finger", "multiplier=\"-1\""),
@@ -118,7 +118,7 @@ TEST(Followers, ThatContradictWhatTheyFollowAreNotKept) {
   EXPECT_TRUE(IsWithin(*still, 0.7));
 }
 
-// Two fingers of 4 cm each, as grippers have them.
+// Grippers with two fingers, like real ones.
 TEST(Followers, OfOrdinaryGrippersLeaveTheirRangeWhole) {
   const ModelPtr panda =
       Gripper(Limit("0.0", "0.04"), Limit("0.0", "0.04") + Mimic("finger"), "prismatic");

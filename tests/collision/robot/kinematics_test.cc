@@ -20,7 +20,7 @@ using testing::NoMeshes;
 using testing::Robot;
 using ModelPtr = std::shared_ptr<const RobotModel>;
 
-// A dozen products of rotations, each off by a few units in the last place.
+// derived: a dozen products of rotations, each with an error of a few units in the last place.
 constexpr double kRounding = 1e-14;
 
 ModelPtr ModelOf(const std::string& elements, const std::string& srdf = "") {
@@ -60,7 +60,7 @@ const Vector3 kAxis = Vector3(1, -2, 2) / 3;
 const char kAxisText[] = "<axis xyz=\"1 -2 2\"/>";
 const Pose kBase = Shift({1, 2, 3}) * Turn(Vector3(0.6, 0, 0.8), 1.2);
 
-// The pose of the only other link under a joint of that kind.
+// The pose of the second of two links under a joint of that kind.
 Pose PoseUnder(const std::string& kind, const std::vector<double>& variables) {
   const ModelPtr model = ModelOf(Links("ab") + JointText("j", kind, "a", "b",
                                                          std::string(kOriginText) + kAxisText +
@@ -106,7 +106,7 @@ TEST(Kinematics, QuaternionsOfFloatingJointsAreNormalised) {
   EXPECT_TRUE(none.isApprox(Shift({1, 0, 0}), 0));
 }
 
-// A tree in which the file names children first: two branches, a follower on the second.
+// A tree whose file names children first: two branches, with a mimic joint on the second.
 const std::string kTree =
     Links("edcba") +
     JointText("de", "revolute", "d", "e",
@@ -159,7 +159,7 @@ TEST(Kinematics, MovingAGroupGivesThePosesOfTheWholeStateAndTouchesNoOtherLink) 
   EXPECT_TRUE(PoseOf(*model, poses, "b").isApprox(PoseOf(*model, expected, "b"), 0));
   EXPECT_TRUE(PoseOf(*model, poses, "c").isApprox(PoseOf(*model, expected, "c"), 0));
   EXPECT_TRUE(PoseOf(*model, poses, "d").isApprox(PoseOf(*model, expected, "d") * marked, 0));
-  // e follows ab and hangs on d, which is where the mark says.
+  // The joint above e mimics ab, and its parent is d, which is the marked link.
   EXPECT_TRUE(PoseOf(*model, poses, "e")
                   .isApprox(PoseOf(*model, expected, "d") * marked *
                                 PoseOf(*model, expected, "d").inverse() *
@@ -170,7 +170,7 @@ TEST(Kinematics, MovingAGroupGivesThePosesOfTheWholeStateAndTouchesNoOtherLink) 
 TEST(Kinematics, TheFirstVariableOutsideItsLimitsIsNamed) {
   const ModelPtr model = ModelOf(kTree);
   ASSERT_THAT(model->all.joints, ElementsAre("ad", "ab", "bc"));
-  const int ad = 0, ab = 1, bc = 2;  // 0 to 1, -3 to 3, any angle
+  const int ad = 0, ab = 1, bc = 2;  // limits 0 to 1, -3 to 3, none
   const auto first = [&](double of_ad, double of_ab, double of_bc) {
     return OutOfLimits(*model, std::vector<double>{of_ad, of_ab, of_bc});
   };
@@ -203,7 +203,7 @@ TEST(Kinematics, DefaultsAreZeroOrTheMiddleOfLimitsThatExcludeIt) {
   EXPECT_EQ(OutOfLimits(*model, values), std::nullopt);
 }
 
-// Every kind that lanes take, about z and about another axis, with one that follows.
+// Every kind of joint that the SIMD code takes, about z and about another axis, with a mimic joint.
 std::string ManyJoints() {
   const std::string limits = "<limit lower=\"-9e9\" upper=\"9e9\"/>";
   return Links("abcdefg") + JointText("j1", "revolute", "a", "b", kOriginText + limits) +
@@ -217,7 +217,7 @@ std::string ManyJoints() {
 }
 
 TEST(LinkPosesOfStates, AreThoseOfEachState) {
-  constexpr double kOfSines = 1e-13;  // of six joints, each off by a few units in the last place
+  constexpr double kOfSines = 1e-13;  // six joints, a few units in the last place each
   const std::string whole = Links("ab") + JointText("j", "floating", "a", "b", kOriginText);
   for (const ModelPtr& model : {ModelOf(ManyJoints()), ModelOf(whole)}) {
     const std::size_t width = model->variables.size(), links = model->links.size();
@@ -226,7 +226,7 @@ TEST(LinkPosesOfStates, AreThoseOfEachState) {
     for (const std::size_t count : {1U, 3U, 8U, 21U}) {
       std::vector<double> states(count * width);
       for (double& v : states) v = value(random);
-      states.back() = 1e7;  // many turns: more than lanes take
+      states.back() = 1e7;  // many turns: too many for the SIMD code
       std::vector<Pose> together(count * links), alone(links);
       LinkPosesOfStates(*model, kBase, states, together);
       for (std::size_t k = 0; k < count; ++k) {

@@ -15,7 +15,7 @@ using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
 
-// Fingers ab and ac (= 0.01 - 2 ab), a joint ad outside of their group, and ae, which is fixed.
+// Fingers ab and ac (= 0.01 - 2 ab), a joint ad outside their group, and a fixed joint ae.
 std::shared_ptr<const RobotModel> HandWith(const std::string& positions) {
   auto robot = ReadUrdf(
       Robot(Links("abcde") + JointText("ab", "prismatic", "a", "b") +

@@ -1,4 +1,4 @@
-// The Franka Panda of MotionBenchMaker, which the repository does not hold.
+// The Franka Panda from MotionBenchMaker, which is not in the repository.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct PandaFiles {
   MeshSource meshes;
 };
 
-// Nothing where motion_bench_maker is not in CWM_DATA.
+// Empty if motion_bench_maker is not in CWM_DATA.
 std::optional<PandaFiles> ReadPandaFiles();
 
 }  // namespace cwm::collision::testing

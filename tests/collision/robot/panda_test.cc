@@ -96,7 +96,7 @@ TEST_F(Panda, ChecksThePairsThatItsSrdfLeaves) {
       }
     }
   }
-  // Link 7, hand and fingers are one body; the SRDF disables the pairs among them anyway.
+  // Link 7, hand and fingers are one body; the SRDF also disables their pairs.
   std::set<std::pair<std::string, std::string>> actual;
   for (const LinkPair& pair : model_->self_pairs) {
     actual.insert(std::minmax(model_->links[pair.first].name, model_->links[pair.second].name));
@@ -108,7 +108,7 @@ TEST_F(Panda, ChecksThePairsThatItsSrdfLeaves) {
   EXPECT_EQ(actual.count({"panda_hand", "panda_link0"}), 1u);
 }
 
-// Modified Denavit-Hartenberg parameters of the Panda, from the Franka Control Interface
+// cited: modified Denavit-Hartenberg parameters of the Panda from the Franka Control Interface
 // documentation, "Robot and interface specifications": a, d, alpha of joints 1 to 7.
 struct DhRow {
   double a_m, d_m, alpha_rad;
@@ -136,7 +136,8 @@ Eigen::Matrix4d DhTransform(const DhRow& row, double theta) {
 }
 
 TEST_F(Panda, StandsWhereTheParametersOfItsMakerPutIt) {
-  // The URDF's right angles have twelve digits; seven of them on an arm of a metre.
+  // derived: the URDF gives right angles with twelve digits; seven of them act on an arm of a
+  // metre.
   constexpr double kDigits_m = 7 * 1e-11;
   std::mt19937 random(11);
   std::uniform_real_distribution<double> angle(-3, 3);

@@ -1,4 +1,4 @@
-// Robots that would take much more than their files once they are prepared.
+// Robots that would take much more memory than their files once they are prepared.
 #include "collision/robot/prepared_budget.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ std::string RefusalOf(const absl::Status& status) {
   return std::string(status.message());
 }
 
-// 2000 triangles that share no corner.
+// 2000 triangles without common corners.
 std::string Stl() {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < 6000; i += 3) {
@@ -61,7 +61,7 @@ TEST(PreparedBudget, OneScaleOfAMeshCountsOnce) {
   EXPECT_EQ(StatusOf(Robot(text + "</link>"), Stl()), absl::OkStatus());
 }
 
-// A mesh that is named a thousand times takes no memory again, but its triangles are looked at again.
+// A mesh used a thousand times takes no further memory, but its triangles are visited each time.
 TEST(PreparedBudget, TrianglesThatAreLookedAtOftenCount) {
   std::string text = "<link name=\"a\">";
   for (int i = 0; i < 1000; ++i) text += MeshText("2 1 1");

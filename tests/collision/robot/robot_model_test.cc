@@ -41,7 +41,7 @@ std::vector<std::string> LinksOf(const RobotModel& model) {
   return names;
 }
 
-// As "ab", the two names of each pair.
+// The two names of each pair, such as "ab".
 std::vector<std::string> PairsOf(const RobotModel& model) {
   std::vector<std::string> pairs;
   for (const LinkPair& pair : model.self_pairs) {
@@ -51,7 +51,7 @@ std::vector<std::string> PairsOf(const RobotModel& model) {
 }
 
 TEST(RobotModel, KeepsTheOrderOfAUrdfThatListsParentsFirst) {
-  // Breadth and depth are mixed; a walk of either kind would reorder this.
+  // Neither breadth-first nor depth-first: either walk would change the order.
   const ModelPtr model = ModelOf(
       Links("abcde") + JointText("j1", "fixed", "b", "e") + JointText("j2", "fixed", "a", "c") +
       JointText("j3", "fixed", "a", "b") + JointText("j4", "fixed", "c", "d"));
@@ -140,7 +140,7 @@ TEST(RobotModel, GroupsHoldVariablesInOrderAndTheLinksThatTheyMove) {
   const JointGroup& tip = *model->FindGroup("tip");
   EXPECT_THAT(tip.joints, ElementsAre("bc"));
   EXPECT_THAT(tip.variables, ElementsAre(1));
-  // c and d hang on bc, e follows it, f hangs on e.
+  // c and d are below bc, the joint of e mimics it, and f is below e.
   EXPECT_THAT(tip.moved_links, ElementsAre(2, 3, 4, 5));
   const JointGroup& mixed = *model->FindGroup("mixed");
   EXPECT_THAT(mixed.joints, ElementsAre("ab", "ef"));
@@ -162,10 +162,10 @@ TEST(RobotModel, StatesHoldTheVariablesOfTheirGroupAlone) {
   EXPECT_EQ(group.states[0].name, "s");
   EXPECT_THAT(group.states[0].variables, ElementsAre(1, 2, 3));
   EXPECT_THAT(group.states[0].values, ElementsAre(1, 2, 3));
-  EXPECT_EQ(model->left_out.size(), 2u);  // "ab", and "cd", which follows it
+  EXPECT_EQ(model->left_out.size(), 2u);  // "ab", and "cd", which mimics it
 }
 
-// A chain of balls a - b - c - d, with a revolute joint between each two.
+// A chain of balls a - b - c - d, with revolute joints between them.
 const std::string kChain =
     Ball("a") + Ball("b") + Ball("c") + Ball("d") + JointText("ab", "revolute", "a", "b") +
     JointText("bc", "revolute", "b", "c") + JointText("cd", "revolute", "c", "d");
@@ -192,7 +192,7 @@ TEST(SelfPairs, DefaultsOfLinksComeBeforePairsThatAreEnabledAndThoseBeforePairsD
 }
 
 TEST(SelfPairs, LinksWithoutGeometryHaveNoPairsAndPassNeighbourhoodOn) {
-  // b is a bare frame between two joints: a and c touch where it is, a and d do not.
+  // b has no geometry and lies between two joints: a and c touch there, a and d do not.
   const ModelPtr model = ModelOf(
       Ball("a") + Links("b") + Ball("c") + Ball("d") + JointText("ab", "revolute", "a", "b") +
       JointText("bc", "revolute", "b", "c") + JointText("cd", "revolute", "c", "d"));

@@ -17,7 +17,7 @@ inline std::string Links(const std::string& names) {  // one letter each
   return text;
 }
 
-// A link with a ball of a radius of 0.1 m.
+// A link with a ball of 0.1 m radius.
 inline std::string Ball(const std::string& name) {
   return "<link name=\"" + name +
          "\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>\n";
@@ -30,8 +30,9 @@ inline std::string JointText(const std::string& name, const std::string& kind,
          "\"/><child link=\"" + child + "\"/>" + more + "</joint>\n";
 }
 
-// Balls of 0.1 m radius 0.5 m apart along x: a fixed one, one that turns about the first's z, and one
-// that turns about the second's z. Bent back by more than 156 degrees the last meets the first.
+// Three balls of 0.1 m radius, 0.5 m apart along x: one is fixed, one turns about the first's z
+// axis, and one turns about the second's z axis. If the last joint bends by more than 156 degrees,
+// the last ball meets the first.
 inline std::string ThreeBalls() {
   const std::string arm = "<origin xyz=\"0.5 0 0\"/>";
   const std::string limits = "<axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\"/>";
@@ -42,7 +43,7 @@ inline std::string ThreeBalls() {
          JointText("lower", "fixed", "d", "e", arm);
 }
 
-// For robots without meshes.
+// A mesh source for robots without meshes.
 inline absl::StatusOr<std::string> NoMeshes(std::string_view) {
   return absl::NotFoundError("must be one of the files sent along");
 }

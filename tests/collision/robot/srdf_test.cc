@@ -16,7 +16,7 @@ using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
 
-// a -ab- b -bc- c -cd(fixed)- d, and a -ae- e -ef(planar)- f; g hangs on d and follows ab.
+// a -ab- b -bc- c -cd(fixed)- d, and a -ae- e -ef(planar)- f; g is below d and mimics ab.
 RobotDescription Tree() {
   return *ReadUrdf(
       Robot(Links("abcdefg") + JointText("ab", "revolute", "a", "b") +
@@ -47,14 +47,14 @@ TEST(Srdf, GroupsAreResolvedInTheOrderOfTheRobot) {
   EXPECT_THAT(GroupOf("<joint name=\"bc\"/><joint name=\"ab\"/><joint name=\"bc\"/>"),
               ElementsAre("ab", "bc"));
   EXPECT_THAT(GroupOf("<link name=\"d\"/><link name=\"b\"/>"), ElementsAre("ab", "cd"));
-  EXPECT_THAT(GroupOf("<link name=\"a\"/>"), IsEmpty());  // the root hangs on nothing
+  EXPECT_THAT(GroupOf("<link name=\"a\"/>"), IsEmpty());  // the root has no joint above it
 }
 
 TEST(Srdf, ChainsHoldTheJointsBetweenTheirLinks) {
   EXPECT_THAT(GroupOf("<chain base_link=\"b\" tip_link=\"d\"/>"), ElementsAre("bc", "cd"));
   EXPECT_THAT(GroupOf("<chain base_link=\"a\" tip_link=\"g\"/>"),
               ElementsAre("ab", "bc", "cd", "dg"));
-  // Upwards and round the corner, as MoveIt takes them.
+  // Chains may go up, and up and down, as in MoveIt.
   EXPECT_THAT(GroupOf("<chain base_link=\"d\" tip_link=\"b\"/>"), ElementsAre("bc", "cd"));
   EXPECT_THAT(GroupOf("<chain base_link=\"f\" tip_link=\"c\"/>"),
               ElementsAre("ab", "bc", "ae", "ef"));
@@ -91,7 +91,7 @@ TEST(Srdf, ReadsStatesEndEffectorsPairsAndTheRest) {
   EXPECT_EQ(semantic->virtual_joints[0].type, "floating");
   EXPECT_EQ(semantic->virtual_joints[0].parent_frame, "world");
   EXPECT_EQ(semantic->virtual_joints[0].child_link, "a");
-  EXPECT_THAT(semantic->groups[0].joints, ElementsAre("ab", "ef"));  // nothing of the virtual one
+  EXPECT_THAT(semantic->groups[0].joints, ElementsAre("ab", "ef"));  // without the virtual joint
   ASSERT_EQ(semantic->states.size(), 1u);
   EXPECT_EQ(semantic->states[0].name, "home");
   EXPECT_EQ(semantic->states[0].group, "arm");

@@ -46,7 +46,7 @@ TEST(CheckReach, RefusesLinksThatJointsMayTakeTooFar) {
             "");
 }
 
-// Fixed joints cannot turn: there and back is back.
+// Fixed joints cannot turn, so a way there and back ends where it began.
 TEST(CheckReach, TakesFixedJointsForWhatTheyAreTogether) {
   EXPECT_EQ(RefusalOf(Links("abcd") + JointText("j", "fixed", "a", "b", Far("900000")) +
                       JointText("k", "fixed", "b", "c", Far("-900000")) +
@@ -83,7 +83,7 @@ TEST(StateRange, NamesTheFollowerThatGoesTooFar) {
             "magnitude");
 }
 
-// What no number is, nothing compares with.
+// Comparisons with NaN must not hide a fault.
 TEST(StateRange, FindsLinksThatAreNowhere) {
   const ModelPtr model = *Load(Links("ab") + JointText("j", "prismatic", "a", "b", kWide));
   const double infinity = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// What a URDF may not say, and in which words it is told.
+// Errors of URDF files, with their messages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ std::string RefusalOfText(const std::string& xml, const MeshSource& meshes = NoM
   return std::string(robot.status().message());
 }
 
-// Of what is too large for the limits.
+// The error of a robot that exceeds the limits.
 std::string ExcessOfText(const std::string& xml, const MeshSource& meshes,
                          const RobotLimits& limits) {
   const auto robot = ReadUrdf(xml, meshes, limits);
@@ -95,7 +95,7 @@ TEST(UrdfRefusals, AReferenceMustBeToWhatXmlDefines) {
   };
   EXPECT_EQ(name_of("&lt;a&gt; &amp; &quot;&apos;&#98;&#x63;"), "<a> & \"'bc");
   EXPECT_EQ(name_of("&amp;arm;"), "&arm;");
-  // No references, if not quite XML: everybody else takes them as they stand.
+  // Not references, although not proper XML either: other readers accept them unchanged.
   for (const char* plain : {"a & b", "a&b", "a&", "?x=1&y=2;", "&;"}) {
     EXPECT_EQ(name_of(plain), plain);
   }
@@ -183,7 +183,7 @@ TEST(UrdfRefusals, LinksMustFormOneTree) {
               HasSubstr("is part of a cycle"));
   EXPECT_EQ(RefusalOf(Links("a") + JointText("j", "fixed", "a", "a")),
             "urdf: joint \"j\": is part of a cycle, links and joints must form a tree");
-  // A cycle beside a sound tree, and a link that hangs on the cycle: the cycle is named.
+  // A cycle beside a valid tree, and a link below the cycle: the error names the cycle.
   EXPECT_THAT(RefusalOf(Links("abcd") + JointText("j", "fixed", "b", "c") +
                         JointText("k", "fixed", "c", "b") + JointText("l", "fixed", "c", "d")),
               AllOf(HasSubstr("is part of a cycle"), ::testing::Not(HasSubstr("\"l\""))));

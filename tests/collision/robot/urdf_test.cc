@@ -205,7 +205,7 @@ TEST(Urdf, TakesFiveHundredLinksInAnyOrder) {
   }
   const RobotDescription robot = Read(joints + links);
   EXPECT_EQ(robot.links.size(), 500u);
-  EXPECT_EQ(robot.links.front().name, "link499");  // as the file says
+  EXPECT_EQ(robot.links.front().name, "link499");  // as in the file
   EXPECT_EQ(robot.joints.size(), 499u);
 }
 

@@ -1,4 +1,4 @@
-// Objects that are attached to links, through changes of both.
+// Attached objects under changes of objects and robots.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ class Attachments : public ::testing::Test {
     const auto fault = FaultOf(Refusal(std::move(what)));
     return fault.has_value() ? fault->field : "no fault";
   }
-  // By the kinematics alone.
+  // The link's pose from the kinematics alone.
   Pose LinkPose(const std::string& link) const {
     const WorldRobotPtr arm = world->FindRobot("arm");
     std::vector<Pose> X_WL(arm->model().links.size());
@@ -173,7 +173,7 @@ TEST_F(Attachments, EndWithTheRobot) {
 TEST_F(Attachments, AreOfWhatTheListSaysSoFar) {
   Do({Of(SetElbow("arm", 0.5)), Of(ToTip("cup")), Of(SetElbow("arm", 0)), Of(DetachObject{"cup"}),
       Of(SetElbow("arm", 1))});
-  // It was taken along from 0.5 to 0, and no farther.
+  // The object moved with the arm from 0.5 to 0, and not after it was detached.
   const Pose now = world->Find("cup")->X_WO;
   EXPECT_GT((now.translation() - Vector3(0.3, 0.2, 0.1)).norm(), 0.1);
   EXPECT_NEAR(now.translation().norm(), Vector3(0.3, 0.2, 0.1).norm(), 1e-12);

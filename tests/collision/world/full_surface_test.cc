@@ -24,7 +24,7 @@ std::shared_ptr<const PreparedModel> ModelOf(std::vector<Placed<Shape>> shapes) 
   return Prepare(std::move(model));
 }
 
-// A mug: a cup, a measured scrap, a handle with a mesh, a handle without.
+// A mug: a cup, a measured surface, a handle with a mesh, and a handle without one.
 std::shared_ptr<const PreparedModel> Mug() {
   auto model = std::make_shared<HybridModel>();
   const Pose tilted(Eigen::AngleAxisd(0.3, Vector3::UnitX()));
@@ -48,7 +48,7 @@ TEST(FullSurface, HoldsShapesSurfacesAndHandlesEachWithItsOwnVertices) {
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) ASSERT_LT(corner, mesh.vertices.size());
   }
-  // The last part is the handle without a mesh: its box, where it is in the object's frame.
+  // The last part is the handle without a mesh: its bounding box, in the object's frame.
   Aabb handle_O;
   for (std::size_t i = mesh.vertices.size() - 8; i < mesh.vertices.size(); ++i) {
     handle_O.extend(mesh.vertices[i]);

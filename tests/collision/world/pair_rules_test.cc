@@ -75,7 +75,7 @@ TEST(PairRules, WhatChangesNothingMakesNoRevision) {
   EXPECT_EQ(MustApply(world, {Withdraw("no", "body"), Margin("no", "body", std::nullopt)}), world);
   EXPECT_EQ(MustApply(world, {Allow("x", "y"), Withdraw("y", "x")}), world);
   EXPECT_EQ(MustApply(world, {Expire(kNoon - std::chrono::seconds(1))}), world);
-  EXPECT_NE(MustApply(world, {Allow("arm", "cup")}), world);  // for ever now
+  EXPECT_NE(MustApply(world, {Allow("arm", "cup")}), world);  // now without expiry
 }
 
 TEST(PairRules, EndByWithdrawalUnsettingAndExpiry) {

@@ -1,4 +1,4 @@
-// What a prepared robot knows ahead of questions: spheres that contain its links.
+// The spheres that contain the links of a prepared robot.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ Vector3 RandomPointOf(const TriangleMesh& mesh, std::mt19937& random) {
   return a + u * (mesh.vertices[triangle[1]] - a) + v * (mesh.vertices[triangle[2]] - a);
 }
 
-// Points of the surface, and of what is inside: of an open mesh all of its box.
+// Samples points of the surface and of the inside; for an open mesh, of its whole box.
 void ExpectContained(const Shape& shape, const Pose& X_LP, const TriangleTree* tree,
                      const std::vector<LinkSphere>& spheres, std::mt19937& random) {
   const TriangleMesh surface = Tessellate(shape, 1e-5);

@@ -1,4 +1,4 @@
-// A small robot with a joint of every sort that states care about, for tests of worlds.
+// A small robot with a joint of every kind that states distinguish, for tests of worlds.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@
 
 namespace cwm::collision::testing {
 
-// Links base, upper, fore, left, right, tip and free; the base and the upper one have a ball each,
-// the tip two boxes. Variables: elbow (revolute), slide (prismatic), grip (prismatic, which the
-// joint "other" mimics with factor -1) and the seven of "float"; "bolt" is fixed.
+// Links base, upper, fore, left, right, tip and free; base and upper have a ball each, tip has two
+// boxes. Variables: elbow (revolute), slide (prismatic), grip (prismatic; the joint "other" mimics
+// it with factor -1) and the seven of "float"; "bolt" is fixed.
 inline std::string ArmUrdf(const std::string& name = "arm", const std::string& radius = "0.1") {
   const auto ball = [&](const std::string& link) {
     return "<link name=\"" + link +

@@ -33,7 +33,7 @@ PutObject Ball(const std::string& name) {
   return put;
 }
 
-// A rail whose limits are none.
+// A rail with limits beyond the range of coordinates.
 constexpr char kRail[] =
     "<robot name=\"rail\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"prismatic\">"
     "<parent link=\"a\"/><child link=\"b\"/><limit lower=\"-1e9\" upper=\"1e9\"/></joint></robot>";
@@ -134,7 +134,7 @@ TEST_F(WorldRobots, MoveWithoutNewGeometry) {
   EXPECT_EQ(after->create_revision, Revision{1});
   EXPECT_EQ(after->state_revision, Revision{2});
   EXPECT_EQ(before->state[0], 0) << "older snapshots answer as they did";
-  // The state alone: the base stays.
+  // Sets only the state; the base stays.
   Do({Of(SetElbow("arm", 0.5))});
   EXPECT_EQ(world->FindRobot("arm")->X_WB.translation(), Vector3(1, 2, 3));
 }
@@ -175,7 +175,7 @@ TEST_F(WorldRobots, AndObjectsDoNotShareNames) {
   EXPECT_EQ(FieldAtFault(Ball("arm")), "name");
   EXPECT_THAT(std::string(Refusal({Of(Ball("arm"))}).message()), HasSubstr("a robot"));
   EXPECT_THAT(std::string(Refusal({Of(PutArm("ball"))}).message()), HasSubstr("an object"));
-  // Once the list has freed the name, it is free.
+  // A name is free once an earlier change of the list has freed it.
   Do({Of(RemoveObject{"ball"}), Of(PutArm("ball")), Of(RemoveRobot{"arm"}), Of(Ball("arm"))});
   EXPECT_THAT(Names(), ElementsAre("ball"));
   EXPECT_NE(world->Find("arm"), nullptr);
@@ -265,7 +265,7 @@ TEST(SameRobot, TellsApartWhatAnyAnswerCould) {
       *arm, *with("type=\"fixed\"><parent", "type=\"fixed\"><origin xyz=\"1 0 0\"/><parent")));
 }
 
-// Of what is yet to come nothing is known.
+// Links of robots that do not exist yet are not checked.
 TEST_F(WorldRobots, HaveTheLinksThatRulesOfPairsName) {
   const auto allow = [](NamedThing a, NamedThing b, bool withdraw = false) {
     return AllowCollision{
@@ -284,7 +284,7 @@ TEST_F(WorldRobots, HaveTheLinksThatRulesOfPairsName) {
             "pair.b.link is 'tipp', must be a link of robot 'arm'");
   EXPECT_EQ(rule(allow({"ball", "tip"}, {"*"})),
             "pair.a.link is 'tip', must be empty: 'ball' is an object, which has no links");
-  // What was said of a link that is no more can be ended.
+  // A rule for a link that no longer exists can be withdrawn.
   const std::size_t before = world->pair_rules().size();
   Do({Of(allow({"arm", "gone"}, {"cup"}, /*withdraw=*/true)),
       Of(SetPairMargin{.pair = {{"arm", "gone"}, {"cup"}}, .margin_m = {}})});

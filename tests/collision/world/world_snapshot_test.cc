@@ -82,7 +82,7 @@ TEST(Apply, AMoveChangesThePoseRevisionAloneAndSharesTheGeometry) {
   EXPECT_EQ(cup->geometry_revision, Revision{1});
   EXPECT_EQ(cup->pose_revision, Revision{2});
   EXPECT_NEAR(cup->bounds_W.min().x(), 2.9, 1e-12);
-  EXPECT_EQ(after->Find("pot"), before->Find("pot"));  // the very same value
+  EXPECT_EQ(after->Find("pot"), before->Find("pot"));  // the same pointer
 }
 
 TEST(Apply, AReplacedModelChangesTheGeometryRevisionAlone) {
@@ -98,7 +98,7 @@ TEST(Apply, WhatHasNoEffectReturnsTheBaseItself) {
   const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
   EXPECT_EQ(MustApply(world, {}), world);
   EXPECT_EQ(MustApply(world, {Move("cup", 0)}), world);
-  EXPECT_EQ(MustApply(world, {Of(Put("cup", Sphere{0.1}))}), world);  // equal, prepared anew
+  EXPECT_EQ(MustApply(world, {Of(Put("cup", Sphere{0.1}))}), world);  // equal, prepared again
   EXPECT_EQ(MustApply(world, {Move("cup", 1), Move("cup", 0)}), world);
   EXPECT_EQ(MustApply(world, {Of(Put("new", Sphere{1})), Remove("new")}), world);
 }
@@ -221,7 +221,7 @@ TEST(Difference, NamesWhatWasAddedMovedReplacedAndRemoved) {
 }
 
 TEST(WorldObject, BoundsOfATiltedSlabAreTight) {
-  // A slab of 2 m x 1 m x 0.02 m tilted by one degree: FCL's bounding sphere makes it 2.236 m high.
+  // A slab of 2 m x 1 m x 0.02 m tilted by one degree; FCL's bounding sphere makes it 2.236 m high.
   const double tilt_rad = std::numbers::pi / 180;
   const Pose X_WO = MakePose({0, 0, 0}, Quaternion(Eigen::AngleAxisd(tilt_rad, Vector3::UnitX())));
   const auto world = MustApply(Empty(), {Of(Put("slab", Box{{2, 1, 0.02}}, X_WO))});
@@ -260,7 +260,7 @@ TEST(Prepare, MakesAPartOfEachShapeSurfaceAndHandle) {
   }
 }
 
-// Objects named in no order, as many as asked for.
+// `count` objects, added in an order that is not that of their names.
 SnapshotPtr Crowd(int count) {
   const auto model = ModelOf(Sphere{0.01});
   std::vector<Change> changes;
@@ -332,7 +332,7 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
   EXPECT_EQ(told, expected);
 }
 
-// No less than the truth, and no more than rounding up to single precision makes of it.
+// The margin is at least the largest one, and at most that rounded up to single precision.
 void ExpectWidest(const WorldSnapshot& world, double expected_m) {
   EXPECT_GE(world.objects().widest_margin_m(), expected_m);
   EXPECT_LE(world.objects().widest_margin_m(), expected_m * (1 + 0x1p-23));
@@ -351,7 +351,7 @@ TEST(Snapshot, KnowsTheWidestMarginOfItsObjects) {
   also_wide.margin_m = 0.3;
   const auto two = MustApply(both, {Of(also_wide)});
   const auto one = MustApply(two, {Remove("wide")});
-  ExpectWidest(*one, 0.3);  // another one has it too
+  ExpectWidest(*one, 0.3);  // another object has it too
   ExpectWidest(*MustApply(one, {Remove("narrow")}), 0);
   ExpectWidest(*Empty(), 0);
 }

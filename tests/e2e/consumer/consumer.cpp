@@ -1,4 +1,4 @@
-// Asks a server how far a ball at the origin is from the world "default".
+// Queries the distance of a ball at the origin from the world "default".
 #include <cwm/client.h>
 
 #include <cstdio>

@@ -1,5 +1,5 @@
-// Grasps that the planner wrote, opened in the page: grippers where their poses say, in the colour of their quality, and what
-// became of them since; files that are none.
+// Grasps written by the planner and opened in the page: grippers at their poses, coloured by
+// quality, and their state in the present world; also files that are not grasps.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, afterEach, before, beforeEach, test } from "node:test";
@@ -48,7 +48,7 @@ async function drawn(count: number): Promise<void> {
 
 const notes = (): Promise<string[]> => page.page.$$eval(".grasp .note", (all) => all.map(({ textContent }) => textContent ?? ""));
 
-// How many lines each takes, and none is cut.
+// The number of lines of each text; none is cut.
 const lines = (...selectors: string[]): Promise<number[]> => page.page.evaluate((all) => all.map((selector) => {
   const place = document.querySelector<HTMLElement>(selector);
   if (!place || place.scrollWidth > place.clientWidth) return 0;
@@ -62,14 +62,14 @@ const lines = (...selectors: string[]): Promise<number[]> => page.page.evaluate(
   return bottoms.size;
 }), selectors);
 
-// A can and a box, each a hand's breadth wide at most, and a crate that no gripper takes.
+// A can and a box, each at most a hand's breadth wide, and a crate that no gripper can grasp.
 async function putThings(): Promise<void> {
   await server.cwm("put", "can", "--cylinder", "0.03,0.14", "--at", "0,0,0.07");
   await server.cwm("put", "bar", "--box", "0.04,0.2,0.1", "--at", "0.6,0,0.05");
   await server.cwm("put", "crate", "--box", "0.3,0.3,0.3", "--at", "0,0.6,0.15");
 }
 
-// In the window, the middle of a box of the gripper.
+// The position in the window of the middle of one of the gripper's boxes.
 async function middleOf(box: { centre: number[] } | undefined, pose: Pose): Promise<{ x: number; y: number }> {
   const { elements: X } = matrixOf(pose);
   const [a = 0, b = 0, c = 0] = box?.centre ?? [];
@@ -199,7 +199,7 @@ test("a file that holds no grasps is refused by the field, and what was open sta
     assert.equal((await page.facts()).grippers, 2);
   }
   await page.keep("grasps-refused");
-  // A name is text, whatever it says.
+  // A name is shown as text, whatever it contains.
   await openGrasps(server.write("odd.json", changed((of) => { of.objects[0].name = "<img src=x onerror=alert(1)>"; })));
   await until("it was shown", async () => (await page.page.textContent(".ranking") ?? "").includes("<img src=x"));
   assert.equal(await page.page.isVisible(".grasps .error"), false);

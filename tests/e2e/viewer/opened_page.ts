@@ -1,4 +1,4 @@
-// The page in a headless Chromium, as a user sees it, and what it tells of itself.
+// The page in a headless Chromium, as a user sees it, and the facts that it reports about itself.
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { chromium, type Browser, type Page } from "playwright-core";
@@ -47,7 +47,7 @@ declare global {
   interface Window { cwmViewer: Viewer; }
 }
 
-// Where what was looked at is kept.
+// The folder for screenshots.
 const pictures = process.env["CWM_PICTURES"] ?? "build/pictures";
 
 const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
@@ -57,7 +57,7 @@ export function openBrowser(): Promise<Browser> {
   return chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
 }
 
-// `isReady` is asked in the page; without it, whether the viewer runs.
+// `isReady` is evaluated in the page; by default it tells whether the viewer runs.
 export interface Wishes {
   colorScheme?: "light" | "dark";
   viewport?: { width: number; height: number };
@@ -96,12 +96,12 @@ export class OpenedPage {
 
   async names(): Promise<string[]> { return (await this.objects()).map(({ name }) => name).sort(); }
 
-  // Where a place of the world is in the window.
+  // The position in the window of a point of the world.
   project(x: number, y: number, z: number): Promise<{ x: number; y: number }> {
     return this.page.evaluate(([a = 0, b = 0, c = 0]) => window.cwmViewer.project(a, b, c), [x, y, z]);
   }
 
-  // Once the page shows the revision, all meshes included, and draws no more.
+  // Waits until the page shows the revision with all meshes and has stopped drawing.
   async settle(revision: number): Promise<void> {
     await until(`the page showed revision ${revision}`, async () => Number((await this.facts()).revision) >= revision);
     await until("everything was drawn", async () => (await this.objects()).every(({ is_drawn, is_shown }) => is_drawn || !is_shown));
@@ -114,7 +114,8 @@ export class OpenedPage {
     });
   }
 
-  // Until all that was to be drawn has been: where software draws, that takes longer than to say what.
+  // Waits until everything is drawn; with software rendering that takes longer than issuing the
+  // commands.
   async finishDrawing(): Promise<void> {
     await this.page.evaluate(() => {
       const gl = document.querySelector("canvas")?.getContext("webgl2");
@@ -122,7 +123,7 @@ export class OpenedPage {
     });
   }
 
-  // The window as pixels, by way of a page without a policy.
+  // The window's pixels, decoded in a page without a security policy.
   async pixels(): Promise<(x: number, y: number) => Rgb> {
     const png = (await this.page.screenshot()).toString("base64");
     const { width, data } = await this.blank.evaluate(async (text) => {
@@ -147,7 +148,7 @@ export class OpenedPage {
     await this.page.screenshot({ path: join(pictures, `${name}.png`) });
   }
 
-  // For readers: small.
+  // Keeps a small picture for the documentation.
   async keepSmall(name: string): Promise<void> {
     const png = (await this.page.screenshot()).toString("base64");
     const webp = await this.blank.evaluate(async (text) => {
@@ -173,7 +174,7 @@ export class OpenedPage {
   }
 }
 
-// The colour circle, 0 to 360; undefined for greys.
+// The hue, 0 to 360; undefined for greys.
 export function hue([r, g, b]: Rgb): number | undefined {
   const most = Math.max(r, g, b);
   const chroma = most - Math.min(r, g, b);
@@ -185,7 +186,7 @@ export function hue([r, g, b]: Rgb): number | undefined {
 export const rgbOf = (color: string): Rgb =>
   [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16)) as unknown as Rgb;
 
-// By how much two hues differ, 0 to 180; Infinity where one is a grey.
+// The difference of two hues, 0 to 180; Infinity if one is a grey.
 export function hueDifference(a: Rgb, b: Rgb): number {
   const [one, other] = [hue(a), hue(b)];
   if (one === undefined || other === undefined) return Infinity;

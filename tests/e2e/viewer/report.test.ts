@@ -1,5 +1,5 @@
-// The page that `cwm report` writes, under a user's hands: turned, zoomed and brought home with mouse and keys, in all four
-// pictures at once. What is drawn in them is compared with the world in report_page_test.
+// The page of `cwm report` under a user's hands: all four pictures are turned, zoomed and reset
+// together with mouse and keys. Their contents are compared with the world in report_page_test.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -31,14 +31,14 @@ after(async () => {
   await browser.close();
 });
 
-// Where the four pictures are in the window.
+// The four pictures' places in the window.
 const panes = (): Promise<{ x: number; y: number; width: number; height: number }[]> =>
   opened.page.$$eval(".pane .view", (all) => all.map((view) => {
     const { x, y, width, height } = view.getBoundingClientRect();
     return { x, y, width, height };
   }));
 
-// By pane, the share of its pixels that differ; the cross of axes in the corner is left out.
+// The share of changed pixels per pane, without the axes in the corner.
 async function changed(from: Pixels, to: Pixels): Promise<number[]> {
   return (await panes()).map(({ x, y, width, height }) => {
     let [unlike, all] = [0, 0];
@@ -53,13 +53,13 @@ async function changed(from: Pixels, to: Pixels): Promise<number[]> {
   });
 }
 
-// To a hundredth of a pixel.
+// Rounded to a hundredth of a pixel.
 const crosses = async (): Promise<string[]> => {
   const all = await opened.page.$$eval(".pane .view svg", (crosses) => crosses.map(({ innerHTML }) => innerHTML));
   return all.map((cross) => cross.replace(/-?\d+\.\d+(e-?\d+)?/g, (number) => String(Math.round(100 * Number(number)) / 100 || 0)));
 };
 
-// The window once nothing moves in it any more.
+// The window's pixels once nothing moves any more.
 async function still(): Promise<Pixels> {
   let before = await opened.pixels();
   let last = before;

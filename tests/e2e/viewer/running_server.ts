@@ -27,7 +27,7 @@ export class RunningServer {
   private child: ChildProcess | undefined;
   private log = "";
 
-  // On the same port as before, if it ran before; with a token where one is given.
+  // Starts on the previous port if it ran before; with a token if one is given.
   async start(token = ""): Promise<void> {
     const viewer = this.url === "" ? "127.0.0.1:0" : new URL(this.url).host;
     this.log = "";
@@ -39,11 +39,11 @@ export class RunningServer {
     this.url = /http:\S+/.exec(this.log)?.[0] ?? "";
   }
 
-  // Its connections stay and nothing comes of them, as where a cable is pulled; until it goes on.
+  // Stops the process without closing its connections, like a pulled cable, until goOn.
   freeze(): void { this.child?.kill("SIGSTOP"); }
   goOn(): void { this.child?.kill("SIGCONT"); }
 
-  // Throws where it does not end by itself.
+  // Throws if the server does not end by itself.
   async stop(): Promise<void> {
     const child = this.child;
     if (!child) return;
@@ -60,13 +60,13 @@ export class RunningServer {
     rmSync(this.folder, { recursive: true });
   }
 
-  // What it prints; throws with what it says of an error.
+  // The output of the command; throws with its error message.
   async cwm(...words: string[]): Promise<string> {
     const { stdout } = await run(program("cwm"), ["--addr", this.address, ...words], { maxBuffer: 1 << 28 });
     return stdout;
   }
 
-  // What the grasp planner finds, as the file that it writes.
+  // The grasp planner's result as the contents of its file.
   async grasps(...words: string[]): Promise<string> {
     const path = join(this.folder, "grasps.json");
     await run(program("cwm-grasp"), ["--addr", this.address, "--json", path, ...words]);
@@ -81,7 +81,7 @@ export class RunningServer {
     await this.cwm("call", "ApplyChanges", `@${this.write("changes.json", JSON.stringify({ changes }))}`);
   }
 
-  // Ingests the demo's kitchen as a camera sees it.
+  // Ingests the demo's kitchen as seen by a camera.
   async ingestKitchen(): Promise<void> {
     const cloud = join(this.folder, "kitchen.pcd");
     await run(program("cwm-simulator"), ["--scene", "kitchen", "--out", cloud, "--truth", join(this.folder, "kitchen.json")]);

@@ -1,4 +1,4 @@
-// The viewer's page as a user meets it: what it shows must be what the server has.
+// The viewer's page as a user sees it: it must show what the server has.
 import assert from "node:assert/strict";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import type { Browser } from "playwright-core";
@@ -30,7 +30,7 @@ const listed = async (): Promise<Listed[]> => (await server.json("objects"))["ob
 
 const revision = async (): Promise<number> => Number((await server.json("objects"))["revision"]);
 
-// Light falls on a colour and changes how bright it is, little of its hue.
+// Lighting changes a colour's brightness, but little of its hue.
 const sameHue_deg = 14;
 
 function assertHue(actual: Rgb, color: string, what: string): void {
@@ -62,7 +62,7 @@ test("every object that the server lists is there, in the list and in the pictur
   assert.match(await page.ask("distance sphere 0.05 at 0.35 -0.1 1.25 max-results 2"), /away/);
   await page.settle(2);
   await page.keepSmall("viewer-question");
-  // Seen again, and nothing else is new: said all the same.
+  // The object is seen again and nothing else changes; the page must still report it.
   const lastSeen = async (): Promise<string> => /Last seen(.*?UTC)/.exec(await page.page.textContent(".details") ?? "")?.[1] ?? "";
   const before = await lastSeen();
   assert.notEqual(before, "");
@@ -71,7 +71,8 @@ test("every object that the server lists is there, in the list and in the pictur
   assert.deepEqual(page.complaints, []);
 });
 
-// Side by side along x at y = 0: each is `half` wide to either side of its middle when seen from -y.
+// Objects side by side along x at y = 0; each extends `half` to either side of its middle when seen
+// from -y.
 const row = [
   { name: "ball", half: 0.1, shape: { sphere: { radius_m: 0.1 } } },
   { name: "block", half: 0.1, shape: { box: { size_x_m: 0.2, size_y_m: 0.1, size_z_m: 0.2 } } },
@@ -99,7 +100,8 @@ test("each kind of shape is where it is, as wide as it is, in its colour, and no
       else assertGround(pixels(x, y), what);
     }
   }
-  // The cone is wide above and narrow below: between its radii there is cone above alone.
+  // The cone is wide at the top and narrow at the bottom: between its two radii only the top is
+  // visible.
   const cup = row.findIndex(({ name }) => name === "cup");
   const above = await page.project(spacing_m * cup + 0.085, 0, 0.58);
   const below = await page.project(spacing_m * cup + 0.085, 0, 0.42);
@@ -124,7 +126,8 @@ test("a change shows within 200 ms", async () => {
     });
     times_ms.push((await page.facts()).last_update_ms - began);
   }
-  // From before the command line begins to after the picture is drawn, on a machine that does other things too: the best.
+  // The time from starting the command to the drawn picture; the best of several, since the machine
+  // has other load.
   assert.ok(Math.min(...times_ms) <= 200, `${times_ms} ms`);
   const crate = (await page.objects())[0];
   assert.ok(crate && Math.abs((crate.low[0] ?? 0) + 0.1 - 0.35) < 1e-5, "it is where it was moved to");
@@ -212,7 +215,8 @@ test("a question is answered as the command line answers it, and drawn", async (
   assert.match(await page.ask("distance object nobody"), /OBJECT_UNKNOWN|nobody/);
   assert.match(await page.ask("distance sphere -1 at 0 0 0"), /radius_m/, "the field that the server names");
   assert.match(await page.ask("how far is it"), /begins with distance, contacts, check or ray/);
-  // Put away before it is answered: in one task, so that no answer comes between.
+  // The answer's panel is closed before the next answer: in one task, so that no answer comes
+  // between.
   await page.page.click(".answer .close");
   await page.page.fill(".line", "distance sphere 0.05 at 0.5 0 1");
   await page.page.focus(".line");
@@ -233,7 +237,7 @@ test("a click tells what was hit, and an older revision can be looked at", async
   await page.page.waitForSelector(".details:not([hidden])");
   const details = await page.page.textContent(".details") ?? "";
   for (const word of [/crate/, /user/, /0\.000\s*0\.000\s*0\.500/, /200\.0/, /Margin10\.0 mm/]) assert.match(details, word);
-  // Who is at a button of the details stays there while the world changes.
+  // The focus on a button of the details stays there while the world changes.
   await page.page.focus(".details header button");
   await server.cwm("move", "ball", "--to", "0.7,0,0.5");
   await server.cwm("allow", "crate", "ball");
@@ -241,7 +245,7 @@ test("a click tells what was hit, and an older revision can be looked at", async
   await page.settle(5);
   assert.match(await page.page.textContent(".details") ?? "", /0\.600.*may touch ball/);
   assert.equal(await page.page.evaluate(() => document.activeElement?.textContent), "Frame");
-  // Rules of then, not of now.
+  // The rules of the displayed revision, not of the latest.
   for (const [revision, isRuled] of [["3", false], ["4", true], ["2", false]] as const) {
     await page.page.fill(".timeline input", revision);
     await until(`revision ${revision} was shown`, async () => (await page.facts()).revision === revision);
@@ -268,14 +272,14 @@ test("what is unticked is not drawn, and the keys find what they promise", async
   await page.page.getByLabel("Show crate").click();
   await page.settle(2);
   assertGround((await page.pixels())(x, y), "where the crate was");
-  // What is gone is not hidden when something else comes by its name.
+  // A new object with the name of a removed, hidden one is not hidden.
   await server.cwm("remove", "crate");
   await page.settle(3);
   await server.cwm("put", "crate", "--box", "0.2,0.2,0.2", "--at", "0,0,0.5");
   await page.settle(4);
   assert.ok((await page.objects()).every(({ is_shown }) => is_shown));
   assert.ok(await page.page.getByLabel("Show crate").isChecked());
-  // The tree is one stop of the tabulator; arrows go on from there.
+  // The tree is one tab stop; arrow keys move within it.
   const stops = (): Promise<(string | null)[]> =>
     page.page.$$eval(".tree [tabindex='0']", (all) => all.map(({ textContent }) => textContent));
   assert.equal((await stops()).length, 1);
@@ -291,7 +295,7 @@ test("what is unticked is not drawn, and the keys find what they promise", async
   await page.page.keyboard.press("ArrowLeft");
   assert.deepEqual(await stops(), [await focused()]);
   await page.page.keyboard.press("ArrowRight");
-  // Whoever is at a row stays there when others come, and in the tree when it goes itself.
+  // The focus stays on its row when other rows are added, and in the tree when its row is removed.
   await page.page.keyboard.press("ArrowDown");
   assert.equal(await focused(), "ball");
   await server.cwm("put", "apple", "--sphere", "0.1", "--at", "1.2,0,0.5");
@@ -346,7 +350,7 @@ test("the page is light or dark as the system is, and remembers what the user ch
   assert.ok(await brightness() > 200);
   const { cloud_points } = await page.facts();
   assert.ok(cloud_points > 0);
-  // A server that is busy is asked again until it is not.
+  // A busy server is asked again until it answers.
   const asked = new Map<string, number>();
   await page.page.route("**/geometry/*", async (route) => {
     const url = route.request().url();

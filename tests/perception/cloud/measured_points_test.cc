@@ -65,7 +65,8 @@ TEST(SensorNoise, ThatIsGivenIsNoLessThanFloatsResolve) {
   EXPECT_EQ(sigma_m(3e-4), 3e-4);
 }
 
-// How far a flat support may show off its plane is the sensor's own: a Kinect warps, others do not.
+// The expected distance of a flat support's points from its plane depends on the sensor: a Kinect
+// warps, others do not.
 TEST(SensorNoise, TellsWhatAFlatSupportLooksLike) {
   OrientedPoints points;
   points.sigma_m = {0.01f, 1e-5f};
@@ -75,7 +76,7 @@ TEST(SensorNoise, TellsWhatAFlatSupportLooksLike) {
   EXPECT_EQ(points.MostOffPlane_m(1), kUnevenness_m) << "no table is as even as a scanner sees";
 }
 
-// The same disparity is a larger angle in a narrower image.
+// The same disparity error is a larger angle in a narrower image.
 TEST(SensorNoise, OfARealSenseFollowsTheWidthOfItsImage) {
   PointCloud cloud = Cloud(std::vector<Vector3f>(4, Vector3f(0, 0, 2)));
   const SensorNoise real_sense{.model = SensorModel::kRealSense};

@@ -22,7 +22,7 @@ Vector3f Ray(int u, int v) {
           (static_cast<float>(v) - kHeight / 2.0f) / kFocal_px, 1};
 }
 
-// depth(ray) tells z along the ray, NaN for none; white noise along the ray.
+// depth(ray) returns z along the ray, NaN for no return; the noise is white and along the ray.
 template <class Depth>
 MeasuredPoints Image(Depth&& depth, double noise_m, const SensorNoise& told) {
   std::mt19937 random(3);
@@ -48,7 +48,7 @@ double Angle_rad(const Vector3f& a, const Vector3f& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// A plane through (0, 0, 0.8).
+// The depth of a plane through (0, 0, 0.8).
 auto PlaneDepth(const Vector3f& normal) {
   return [normal](const Vector3f& ray) { return 0.8f * normal.z() / normal.dot(ray); };
 }
@@ -70,11 +70,12 @@ TEST(ImageNormals, OfANoisyPlaneStayWithinTheirStatedSigma) {
     squares += std::pow(Angle_rad(measured.oriented.normals[i], normal), 2);
     stated += std::pow(measured.oriented.normal_sigma_rad[i], 2);
   }
-  // White noise is milder than the correlated noise that sigma is stated for; two axes scatter.
+  // White noise averages out better than the correlated noise that sigma is stated for; errors have
+  // two axes.
   EXPECT_LT(squares, 2 * stated);
 }
 
-// Its pixels are 1.5 mm apart: more than seven standard deviations.
+// The pixels are 1.5 mm apart: more than seven standard deviations.
 TEST(ImageNormals, OfASensorWithLessNoiseThanAPixelIsWide) {
   constexpr double kFine_m = 1e-4;
   const Vector3f normal = Vector3f(0.3f, -0.7f, -0.7f).normalized();
@@ -109,7 +110,7 @@ TEST(ImageNormals, OfASphereArePointsMinusCenter) {
 }
 
 TEST(ImageNormals, DoNotReachAcrossADepthJump) {
-  // Two planes that face the sensor, 5 cm apart: a normal that mixed them would lean.
+  // Two planes face the sensor, 5 cm apart: a normal estimated from both would lean.
   MeasuredPoints measured =
       Image([](const Vector3f& ray) { return ray.x() < 0 ? 0.8f : 0.85f; }, 0);
   EstimateImageNormals(measured, {.max_threads = 2});
@@ -119,8 +120,8 @@ TEST(ImageNormals, DoNotReachAcrossADepthJump) {
   }
 }
 
-// 8 mm of noise, as of time of flight at 0.8 m, asks for neighbours 2 cm away, and not for all of the
-// 5.6 cm that a Kinect's seven deviations would be.
+// 8 mm of noise, as a time-of-flight sensor has at 0.8 m, needs neighbours within 2 cm, not within
+// the 5.6 cm that seven of a Kinect's standard deviations would be.
 TEST(ImageNormals, OfACoarseSensorKeepAnEdgeApart) {
   constexpr double kCoarse_m = 0.008;
   constexpr float kSlope = 0.7f, kClear_m = 0.035f;
@@ -138,7 +139,8 @@ TEST(ImageNormals, OfACoarseSensorKeepAnEdgeApart) {
   EXPECT_GT(checked, 1000);
 }
 
-// Whose beams err one by one: all that a window holds tells of its plane, and is told to.
+// The errors of a laser's beams are independent: every point of a window adds information about its
+// plane, and the stated sigma accounts for it.
 TEST(ImageNormals, OfALaserScatterAsTheySay) {
   const SensorNoise laser{.model = SensorModel::kTiltingLaser};
   const Vector3f normal = Vector3f(0.3f, -0.4f, -0.8f).normalized();
@@ -149,7 +151,7 @@ TEST(ImageNormals, OfALaserScatterAsTheySay) {
     squares += std::pow(Angle_rad(measured.oriented.normals[i], normal), 2);
     stated += std::pow(measured.oriented.normal_sigma_rad[i], 2);
   }
-  // Two axes scatter.
+  // Errors have two axes.
   EXPECT_LT(squares, 1.2 * 2 * stated);
   EXPECT_GT(squares, 0.5 * 2 * stated);
 }
@@ -173,9 +175,9 @@ TEST(ImageNormals, KeepTheDirectionOfGivenOnesAndTurnThemToTheSensor) {
   }
 }
 
-// The rule of window_normals.h, pixel by pixel and in doubles.
+// The rule of window_normals.h, pixel by pixel and in double precision.
 struct PlainNormal {
-  Vector3 normal = Vector3::Zero();  // where points nearly on a line do not amplify rounding
+  Vector3 normal = Vector3::Zero();  // zero where nearly collinear points would amplify rounding
   double sigma_rad = 0;
 };
 
@@ -217,7 +219,7 @@ PlainNormal NormalInWindow(const MeasuredPoints& measured, int row, int column) 
       static_cast<float>(count * step * step) / measured.oriented.points_per_sample);
   if (count < 3) return out;
   const Matrix3 covariance = products / count - sum * sum.transpose() / (count * count);
-  // Ten roundings of 6e-8, times this condition: less than a milliradian.
+  // Ten rounding errors of 6e-8, times this condition number, are less than a milliradian.
   constexpr double kWorstCondition = 1000;
   const double least = covariance.selfadjointView<Eigen::Lower>().eigenvalues()(0);
   if (!(least > covariance.trace() / kWorstCondition)) return out;
@@ -247,7 +249,7 @@ TEST(ImageNormals, AgreeWithPlainSumsOverEachWindow) {
       const Vector3f& n = measured.oriented.normals[static_cast<std::size_t>(i)];
       const float sigma_rad = measured.oriented.normal_sigma_rad[static_cast<std::size_t>(i)];
       ++compared;
-      // A neighbour right at the radius may count in floats and not in doubles.
+      // A neighbour right at the radius may count in single precision and not in double.
       off += std::abs(sigma_rad - plain.sigma_rad) > 1e-6;
       if (plain.normal.isZero()) continue;
       ++conditioned;

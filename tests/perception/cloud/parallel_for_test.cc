@@ -50,7 +50,7 @@ TEST(ParallelFor, GivesAThreadBackBeforeItsNextRange) {
 TEST(ParallelFor, StartsNoMoreThreadsThanItMayUseNow) {
   std::mutex mutex;
   std::set<std::thread::id> seen;
-  const Work work{.max_threads = 8, .threads_now = [] { return 0; }};  // never below one
+  const Work work{.max_threads = 8, .threads_now = [] { return 0; }};  // clamped to one
   ParallelFor(100, 1, work, [&](std::size_t, std::size_t) {
     const std::lock_guard lock(mutex);
     seen.insert(std::this_thread::get_id());
@@ -95,7 +95,8 @@ TEST(ParallelFor, RunsOnNoMoreThreadsThanTheLoopAroundWasGiven) {
   EXPECT_LE(most, 2);
 }
 
-// On how many threads a loop of two ranges runs that wait for each other: forever on one thread.
+// The number of threads that run a loop of two ranges that wait for each other; never returns on
+// one thread.
 int ThreadsThatMeet(const Work& work) {
   std::mutex mutex;
   std::set<std::thread::id> seen;
@@ -118,7 +119,8 @@ TEST(ParallelFor, LeavesItsThreadsToTheLoopWithinWhereThereIsOneRange) {
   EXPECT_EQ(threads, 2);
 }
 
-// Loops until two threads have run one: forever where there is only one.
+// Repeats a loop until two threads have taken part in it; never returns if there is only one
+// thread.
 void LoopUntilTwoThreadsRan(const Work& work) {
   std::mutex mutex;
   std::set<std::thread::id> seen;
@@ -135,7 +137,7 @@ TEST(ParallelFor, TakesTheThreadThatTheLoopAroundHasNoMoreRangesFor) {
   const Work work{.max_threads = 2};
   bool taken = false;
   ParallelFor(2, 1, work, [&](std::size_t begin, std::size_t) {
-    if (begin == 0) return;  // the thread of this range soon has none
+    if (begin == 0) return;  // this range ends at once and frees its thread
     LoopUntilTwoThreadsRan(work);
     taken = true;
   });

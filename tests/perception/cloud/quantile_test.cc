@@ -1,4 +1,4 @@
-// The small things that every stage counts with.
+// The small functions that every stage uses: quantiles, Morton keys, random bits.
 #include "perception/cloud/quantile.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ TEST(Median, IsTheUpperOneOfTwo) {
   EXPECT_EQ(Median(std::vector<float>{}), 0);
 }
 
-// Bit by bit, as the definition says.
+// The key built bit by bit, as its definition says.
 std::uint64_t Interleaved(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   std::uint64_t key = 0;
   for (int bit = 0; bit < kMortonBitsPerAxis; ++bit) {
@@ -49,7 +49,7 @@ TEST(MortonKey, InterleavesTheBitsOfTheAxes) {
 }
 
 TEST(NextRandomBits, AreThoseOfThePublishedGenerator) {
-  // The first three of seed 1234567 by the authors' reference implementation.
+  // The first three values for seed 1234567 from the authors' reference implementation.
   std::uint64_t state = 1234567;
   EXPECT_EQ(NextRandomBits(state), 6457827717110365317ULL);
   EXPECT_EQ(NextRandomBits(state), 3203168211198807973ULL);

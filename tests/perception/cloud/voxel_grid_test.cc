@@ -137,7 +137,7 @@ TEST(MortonKey, IsUndoneBitByBit) {
 TEST(VoxelGrid, FindsNothingWhereNothingIs) {
   const VoxelGrid grid = VoxelGrid::Build(RandomPoints(10), 0.01f);
   EXPECT_EQ(grid.Find({-5, 0, 0}), kNoIndex);
-  // No other coordinates are taken for those of a cell, however their bits are cut.
+  // No other coordinates match those of a cell, however their bits are truncated.
   const VoxelGrid::Cell& first = grid.cell(0);
   EXPECT_EQ(grid.Find({first.x() + (1 << 21), first.y(), first.z()}), kNoIndex);
   EXPECT_EQ(grid.Find({first.x(), first.y() - (1 << 21), first.z()}), kNoIndex);

@@ -12,13 +12,13 @@ namespace {
 
 using Eigen::Vector3f;
 
-// At 0.8 m pixels are 1.52 mm apart; seven sigma, the radius, are 4.6 of them.
+// At 0.8 m pixels are 1.52 mm apart; the radius of seven sigma is 4.6 pixels.
 constexpr int kColumnCount = 21, kRowCount = 16, kMiddleColumn = 10, kMiddleRow = 8;
 constexpr float kPixelAngle_rad = 1 / 525.0f, kFaceDepth_m = 0.8f, kRangeSigma_m = 0.001f;
 constexpr float kWindowRadius_m = 0.007f;
 constexpr float kNoPoint = std::numeric_limits<float>::quiet_NaN();
 
-// depth_m(column, row) tells z where the pixel's ray ends.
+// depth_m(column, row) returns z at the end of the pixel's ray.
 template <class Depth>
 PointPlanes PlanesWith(const Depth& depth_m, float sigma_m = kRangeSigma_m) {
   PointPlanes planes{.width = kColumnCount,
@@ -76,7 +76,8 @@ TEST(EstimateRow, TellsSigmaByThePointsThatErrByThemselves) {
               2 * kRangeSigma_m / (kWindowRadius_m * 9), 1e-5);
   EXPECT_NEAR(NormalsOfRow(planes, 0).sigma_rad[0], 2 * kRangeSigma_m / (kWindowRadius_m * 5),
               1e-5);
-  // Of every second pixel, 5 x 5 of them, each stands for 4, and 12 for one that errs by itself.
+  // A sample of every second pixel has 5 x 5 of them; each stands for 4 pixels, and 12 pixels for
+  // one independent error.
   planes.sample_px = std::sqrt(12.0f);
   const RowNormals normals = NormalsOfRow(planes, kMiddleRow);
   EXPECT_NEAR(normals.sigma_rad[kMiddleColumn],
@@ -91,7 +92,7 @@ TEST(EstimateRow, LeavesOutWhatLiesBehindAJump) {
   for (int column = 0; column < kColumnCount; ++column) {
     EXPECT_LT((NormalAt(normals, column) + Vector3f::UnitZ()).norm(), 1e-3f) << column;
   }
-  // Its window ends at the jump: five columns of nine.
+  // The window ends at the jump: it holds five columns of nine.
   EXPECT_NEAR(normals.sigma_rad[kMiddleColumn - 1],
               2 * kRangeSigma_m / (kWindowRadius_m * std::sqrt(45.0f)), 1e-5);
 }
@@ -109,7 +110,7 @@ TEST(EstimateRow, KnowsNoNormalOfALineOrOfALonePoint) {
   const RowNormals point = NormalsOfRow(PlanesWith(alone), kMiddleRow);
   EXPECT_TRUE(NormalAt(point, kMiddleColumn).isZero());
   EXPECT_NEAR(point.sigma_rad[kMiddleColumn], 2.0f / 7, 1e-5);
-  // A right angle is all that a normal can err by.
+  // A right angle is the largest error that a normal can have.
   const RowNormals vague = NormalsOfRow(PlanesWith(alone, 0.02f), kMiddleRow);
   EXPECT_EQ(vague.sigma_rad[kMiddleColumn], kUnknownSigma_rad);
 }

@@ -12,15 +12,15 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLidHeight_m = 0.1, kLidRadius_m = 0.04;
-constexpr double kSeenArc_rad = 140 * kDegree;  // of a wall, beside +x, where the sensor is
+constexpr double kSeenArc_rad = 140 * kDegree;  // of the wall, around +x, where the sensor is
 constexpr int kWallRows = 28;                   // from 9 to 90 mm of height
 const Vector3 kFromAside(2, 0, 2.1), kFromAbove(0, 0, 2.1);
-// chosen: on 31 sectors a rim of 1000 points is known to half a millimetre.
+// chosen: with 1000 points on 31 sectors, a rim is known to half a millimetre.
 constexpr double kRimError_m = 0.0005;
-// derived: of slopes that are tried, the distance from one to the next.
+// derived: the distance between two slopes that are tried.
 constexpr double kSlopeError = kMinSlope / 2;
 
-// A wall below the lid's edge, of that slope.
+// A wall of this slope below the edge of the lid.
 ConeModel WallBelow(double slope) {
   const double middle_m = 0.0495;
   return {.point = Vector3(0, 0, middle_m),

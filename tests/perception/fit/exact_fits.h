@@ -1,4 +1,4 @@
-// What fits are made from, of exact points, for the tests of fits.
+// The input of fits, made of exact points, for the tests of fits.
 #pragma once
 
 #include <numeric>
@@ -9,7 +9,7 @@
 
 namespace cwm::perception {
 
-// Seen by a Kinect; all points are available until a test takes some away.
+// Points seen by a Kinect; all are available until a test takes some away.
 struct ExactFits {
   explicit ExactFits(const ExactPoints& exact)
       : points(exact.Model()),
@@ -20,17 +20,18 @@ struct ExactFits {
     std::iota(all.begin(), all.end(), 0u);
   }
 
-  // From the frame in which the points were made to that of the model points, and back.
+  // From the frame in which the points were made to the frame of the model points, and back.
   Vector3 Local(const Vector3& p) const { return p - points.origin_L; }
   Vector3 Made(const Vector3& p) const { return p + points.origin_L; }
-  // Of those, in the frame in which they were made: the listed ones that hold.
+  // The number of listed points for which `holds` is true, given their position in the frame in
+  // which they were made.
   template <class Holds>
   std::size_t CountOf(const std::vector<std::uint32_t>& listed, const Holds& holds) const {
     std::size_t count = 0;
     for (std::uint32_t i : listed) count += holds(Made(points.p[i])) ? 1 : 0;
     return count;
   }
-  // Takes those away that hold.
+  // Makes the points for which `holds` is true unavailable.
   template <class Holds>
   void TakeAway(const Holds& holds) {
     for (std::uint32_t i : all) {

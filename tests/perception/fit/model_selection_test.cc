@@ -10,10 +10,10 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kSeenRows = 33;  // of walls: 96 mm
+constexpr int kSeenRows = 33;  // rows of points on walls: 96 mm
 constexpr double kSeenArc = 140 * kDegree;
 
-// What is selected where a model was found first.
+// Runs the model selection on a scene of exact points.
 struct SelectionOf {
   explicit SelectionOf(const ExactPoints& exact)
       : fits(exact), candidates(fits.points, fits.connectivity, 1) {}
@@ -49,7 +49,8 @@ TEST(CurvedEvidence, IsTheArcThatTheInliersFill) {
     local.point = fits.Local(wall.point);
     return MeasureEvidence(local, fit, fits.Context());
   };
-  // From 3 to 97 % of 120 degrees, 113 degrees, to the nearest column of 3 mm, 3.4 degrees.
+  // From the 3rd to the 97th percentile of 120 degrees: 113 degrees, to the nearest column of 3 mm
+  // (3.4 degrees).
   const CurvedEvidence third = of_wall(part);
   EXPECT_EQ(third.radius_m, 0.05);
   EXPECT_NEAR(third.arc_rad, 112.8 * kDegree, 3.5 * kDegree);
@@ -58,7 +59,7 @@ TEST(CurvedEvidence, IsTheArcThatTheInliersFill) {
   const CurvedEvidence whole = of_wall(ring);
   EXPECT_NEAR(whole.chord_m, 0.1, 1e-9);
   EXPECT_NEAR(whole.sagitta_m, 0.05, 1e-9);
-  // 95 % of the area of a cap of 40 degrees lie within 38.9 degrees of its middle.
+  // 95 % of the area of a cap of 40 degrees lies within 38.9 degrees of its middle.
   const SphereModel ball{.radius_m = 0.05};
   cap.AddCap(ball, 40 * kDegree, 500);
   const ExactFits fits(cap);
@@ -70,19 +71,19 @@ TEST(CurvedEvidence, IsTheArcThatTheInliersFill) {
 }
 
 TEST(CurvedEvidence, IsSignificantBeyondWhatNoiseBendsAndWarpLifts) {
-  // A sixth of a turn: its chord is the radius.
+  // On a sixth of a turn the chord equals the radius.
   const CurvedEvidence arc{.radius_m = 0.05,
                            .arc_rad = 60 * kDegree,
                            .chord_m = 0.05,
                            .sagitta_m = 0.05 * (1 - std::cos(30 * kDegree))};
-  // 1/R is 20 per metre; four times 26.8 * 1 mm / (5 * (5 cm)^2) are 8.6, without the 5 they are 43.
+  // 1/R is 20 per metre. Four times 26.8 * 1 mm / (5 * (5 cm)^2) is 8.6; without the 5 it is 43.
   EXPECT_TRUE(IsSignificant(arc, 0.001, 25));
   EXPECT_FALSE(IsSignificant(arc, 0.001, 1));
   EXPECT_FALSE(IsSignificant(arc, 0.001, 25, 10));
   CurvedEvidence narrow = arc;
   narrow.arc_rad = 34 * kDegree;
   EXPECT_FALSE(IsSignificant(narrow, 0.001, 25));
-  // Of 4 mm radius: 0.54 mm high, which the sensor's warp is too.
+  // A radius of 4 mm: the arc is 0.54 mm high, no more than the sensor's warp.
   const CurvedEvidence thin{
       .radius_m = 0.004, .arc_rad = 60 * kDegree, .chord_m = 0.004, .sagitta_m = 0.00054};
   EXPECT_FALSE(IsSignificant(thin, 1e-5, 100));

@@ -15,7 +15,7 @@ const ConeModel kCanAbove{.point = Vector3(0, 0, 0.3), .radius_m = 0.04};
 constexpr int kCanRows = 30, kRowsAbove = 11;
 constexpr double kCanArc_rad = 140 * kDegree;
 
-// One wall in two pieces, a hand's breadth between them.
+// One wall in two pieces, about 10 cm apart.
 ExactPoints WallInTwoPieces() {
   ExactPoints exact;
   exact.seen.viewpoint = Vector3(1, 0, 0.3);
@@ -24,7 +24,7 @@ ExactPoints WallInTwoPieces() {
   return exact;
 }
 
-// A square of 9 cm that leans by this about y.
+// A square of 9 cm that leans by `lean_rad` about y.
 ExactPoints LeaningSquare(double lean_rad) {
   ExactPoints exact;
   exact.seen.viewpoint = Vector3(0, 0, 1);
@@ -81,15 +81,15 @@ TEST(FitShape, RefusesWhatIsTooSmallOrTooWide) {
   EXPECT_TRUE(is_found({}));
   EXPECT_FALSE(is_found({.max_radius_m = 0.039}));
   EXPECT_FALSE(is_found({.min_radius_m = 0.041}));
-  // More than the larger piece has, not more than both.
+  // More than the larger piece has, but not more than both have.
   EXPECT_TRUE(is_found({.min_inliers = kCanRows * 34}));
   EXPECT_FALSE(is_found({.min_inliers = kCanRows * 34 + 1}));
   fits.TakeAway([](const Vector3&) { return true; });
   EXPECT_FALSE(is_found({}));
 }
 
-// 80 independent samples. A lean of 0.3 degrees moves them by 0.14 sigma rms and costs less than
-// two parameters, ln 80 each; one of two degrees moves them by 0.9 sigma and costs 66.
+// 80 independent samples. A lean of 0.3 degrees moves them by 0.14 sigma rms, which costs less than
+// the two parameters (ln 80 each); a lean of two degrees moves them by 0.9 sigma and costs 66.
 TEST(FinishFit, MakesANormalPointUpWhereThatCostsLittle) {
   const ExactFits nearly(LeaningSquare(0.3 * kDegree)), leaning(LeaningSquare(2 * kDegree));
   const ShapeFit snapped = FinishedPlane(nearly, 0.3 * kDegree);
@@ -115,7 +115,8 @@ TEST(Criterion, WeighsSquaresInSigmaAndParametersByIndependentSamples) {
   EXPECT_NEAR(plain.value, 2 * 10 + 3 * std::log(10), 1e-9);
   EXPECT_NEAR(plain.rms_sigma, std::sqrt(2), 1e-9);
   EXPECT_EQ(CriterionOf(2, 0, 3, context).value, 0);
-  // One sigma below half of the 1200 points; the others, 100 samples in all, face elsewhere.
+  // One sigma below half of the 1200 points. The others, which make it 100 samples in all, face
+  // elsewhere.
   const PlaneModel floor{.point = fits.Local(Vector3(0, 0, -0.001))};
   const Criterion of_one = EvaluateCriterion(floor, AxisFreedom::kFree, context, fits.all);
   EXPECT_NEAR(of_one.value, 100 * (1 + 9) / 2.0 + 3 * std::log(100), 1e-3);

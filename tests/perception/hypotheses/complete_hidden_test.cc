@@ -11,7 +11,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kYaw_rad = 0.3588;  // faces the sensor of HandBuilt
+constexpr double kYaw_rad = 0.3588;  // towards the sensor of HandBuilt
 
 // A box of 10 x 10 x 20 cm on a table, 20 cm behind a board that hides its lower 13 cm.
 class BoxBehindABoard : public ::testing::Test {
@@ -31,7 +31,7 @@ class BoxBehindABoard : public ::testing::Test {
             .fit = FitQuality{.observed_fraction = 0.5, .parameter_sigma = {0.001, 0.002, 0.003}}};
   }
 
-  // From now on the scene is this one.
+  // Makes `scene` the current one.
   void See(const HandBuilt& scene, HypothesisId thing) {
     const SceneState state = scene.State();
     points_ = Subset(state.points(), state.Get(thing).points);
@@ -65,7 +65,7 @@ TEST_F(BoxBehindABoard, ReachesTheTableWhicheverWayItsAxisPoints) {
     EXPECT_TRUE(std::get<Box>(longer.shape).size_m.isApprox(Vector3(0.1, 0.1, 0.2), 1e-6));
     EXPECT_LT((longer.X_OS.translation() - Vector3(0, 0, 0.1)).norm(), 1e-6);
     ASSERT_TRUE(longer.fit.has_value());
-    // Half of 0.06 square metres was seen, of 0.1 now.
+    // Half of 0.06 m^2 was seen; the longer box has 0.1 m^2.
     EXPECT_NEAR(longer.fit->observed_fraction, 0.3, 1e-6);
     EXPECT_EQ(longer.fit->parameter_sigma, (std::vector<double>{0.001, 0.002, 0}));
   }
@@ -78,21 +78,21 @@ TEST_F(BoxBehindABoard, StaysShortWhereRaysPassBelow) {
 }
 
 TEST_F(BoxBehindABoard, StaysShortWhereItCannotStandOnTheTable) {
-  // A stem below it carries it.
+  // Points of a stem below the box show that the stem carries it.
   OrientedPoints with_stem = points_;
   ASSERT_GT(with_stem.size(), 40u);
   for (std::size_t k = 0; k < 20; ++k) {
     with_stem.points[k] = {0, 0, 0.02f + 0.002f * static_cast<float>(k)};
   }
   ExpectLeftAlone(Completed(Fitted(Upper()), with_stem), Fitted(Upper()));
-  // It would end in an apex 25 mm below.
+  // The cone would end in an apex 25 mm below.
   const ShapePart cone = Fitted(Standing(Cone{0.01, 0.05, 0.1}, 0, 0, 0.1));
   ExpectLeftAlone(Completed(cone), cone);
-  // It lies.
+  // The cylinder lies.
   ShapePart lying = Fitted(Standing(Cylinder{0.05, 0.1}, 0, 0, 0.1));
   lying.X_OS.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
   ExpectLeftAlone(Completed(lying), lying);
-  // Nothing of it was measured.
+  // No point of the box was measured.
   ExpectLeftAlone(Completed(Fitted(Upper()), {}), Fitted(Upper()));
 }
 

@@ -12,7 +12,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// Three objects of 3, 2 and 1 points and a residual of 4 on one support of 2; one point is rejected.
+// Three objects of 3, 2 and 1 points and a residual of 4 on one support of 2; one point is
+// rejected.
 SegmentedScene SomeScene() {
   SegmentedScene scene;
   scene.points.points.resize(13);
@@ -96,7 +97,7 @@ TEST(SceneState, StandsOnTheSupportWhereItsModelReachesIt) {
 TEST(BrokenInvariants, TellOfPointsWithoutAnOwnerAndWithTwo) {
   SegmentedScene scene = SomeScene();
   scene.things[0].points.pop_back();
-  scene.things[1].points.push_back(0);  // the support's
+  scene.things[1].points.push_back(0);  // belongs to the support
   const auto broken = BrokenInvariants(SceneState(std::move(scene)));
   ASSERT_THAT(broken, SizeIs(2));
   EXPECT_THAT(broken[0], HasSubstr("no owner"));

@@ -1,4 +1,4 @@
-// Inputs that hold no shape.
+// Inputs that contain no shape.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// Localised sampling (paper, section V): where the samples of the search come from.
+// Localised sampling (section V of the paper): the octree cells from which the search draws its
+// samples.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kDraws = 20000;
 
-// A square of 30 cm, strewn evenly.
+// Points spread evenly over a square of 30 cm.
 ModelPoints Square(std::size_t count) {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> draw(0, 0.3f);
@@ -64,7 +65,7 @@ TEST_F(DrawingSamples, TakesFourDifferentAvailablePointsOfOneCell) {
   EXPECT_GT(found, kDraws / 2);
 }
 
-// Shapes of every size are met: small cells hold a small one, the root a large one.
+// Shapes of every size are sampled: small cells contain a small one, the root a large one.
 TEST_F(DrawingSamples, TakesCellsOfEveryLevelEquallyOften) {
   std::map<int, int> drawn_at;
   std::map<int, double> expected_at;
@@ -72,7 +73,8 @@ TEST_F(DrawingSamples, TakesCellsOfEveryLevelEquallyOften) {
     const auto sample = DrawSample(octree_, available_, random_);
     if (sample) ++drawn_at[LevelOf(sample->cell)];
   }
-  // Around a random point, one of its levels from the smallest cell of four points to the root.
+  // Each draw takes one of the levels around a random point, from the smallest cell of four points
+  // to the root.
   for (std::uint32_t point = 0; point < points_.size(); ++point) {
     std::uint32_t smallest = octree_.LeafOf(point);
     const auto count = [&] {
@@ -86,7 +88,8 @@ TEST_F(DrawingSamples, TakesCellsOfEveryLevelEquallyOften) {
   }
   ASSERT_GE(expected_at.size(), 4u);
   for (const auto& [level, expected] : expected_at) {
-    // Few cells of the smallest size are left by four attempts at four different points.
+    // Draws in the smallest cells often fail, because four different ones of their few points are
+    // rarely found.
     const double lost = level + 2 >= static_cast<int>(expected_at.size()) ? 0.3 * expected : 0;
     EXPECT_NEAR(drawn_at[level], expected, 4 * std::sqrt(expected) + lost) << level;
   }

@@ -1,4 +1,4 @@
-// How far points fill a direction.
+// How far points reach along a direction.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLength_m = 0.2;
-// Half of the bins of 4 mm in which points are counted; most of one where they are few.
+// Half of the 4 mm bins in which points are counted, and a whole bin where points are few.
 constexpr double kHalfBin_m = 0.002, kBin_m = 0.004;
 
-// Points on the x axis from 0 to kLength_m: as many at its far end, in as much length, as `far` of those
-// at its near end; each off by noise of 2 mm.
+// Points on the x axis from 0 to kLength_m with noise of 2 mm. The density at the far end is `far`
+// times the density at the near end.
 ModelPoints Fading(double far, int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -32,7 +32,7 @@ TEST(FindContradiction, SaysNothingAgainstASolidWhoseTopWasSeen) {
 }
 
 TEST(FindContradiction, CountsRaysThatRunDeeperThanTheGateOnly) {
-  // Points inside of the block: below its top by a tenth less and more than what is allowed.
+  // Points inside the block: below its top by a tenth less and by a tenth more than is allowed.
   const Contradiction shallow = FindContradiction(Block(0), SquareAt(-0.9 * kMaxDepth_m));
   EXPECT_GT(shallow.looked, 100u);
   EXPECT_EQ(shallow.rays, 0u);
@@ -47,14 +47,14 @@ TEST(FindContradiction, SeesRaysThatCrossTheSolidOnTheirWay) {
   EXPECT_EQ(found.rays, found.looked);
 }
 
-// A plug of 14 mm in the mouth of a pot: nothing of it is 10 mm deep.
+// A plug of 14 mm in the mouth of a pot: no point inside it is 10 mm deep.
 TEST(FindContradiction, SeesRaysThatCrossWhatIsThin) {
   Solid plug;
   plug.shape = Cylinder{.radius_m = 0.2, .length_m = 0.014};
   const Contradiction through = FindContradiction(plug, SquareAt(-0.1));
   EXPECT_GT(through.looked, 100u);
   EXPECT_EQ(through.rays, through.looked);
-  // Its own surface, as far inside as noise takes it.
+  // The plug's own surface, displaced inwards by noise.
   const Contradiction own = FindContradiction(plug, SquareAt(0.007 - 0.004));
   EXPECT_EQ(own.rays, 0u);
 }
@@ -67,7 +67,7 @@ FreeRay Level(double height_m) {
   return ray;
 }
 
-// None of the places along them lies in the block.
+// None of the sample positions along the rays lies in the block.
 TEST(PassedDeep, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
   FreeRays free;
   free.weight = 7;

@@ -1,4 +1,4 @@
-// What lies touches its support.
+// An object that lies touches its support.
 #include "perception/fit/ground_contact.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kRadius_m = 0.03, kLength_m = 0.12;
-constexpr double kContact_m = 0.0015;  // as sure as the update makes it: 1 mm, and its linearising
+constexpr double kContact_m = 0.0015;  // accuracy of the update: 1 mm, and its linearisation error
 
 // The upper half of a can that lies along x on z = 0, seen from above.
 OrientedPoints LyingCan() {
@@ -80,7 +80,7 @@ struct Fixture {
 
 TEST(GroundContact, RaisesWhatSinksAndLowersWhatFloatsWithinItsUncertainty) {
   const Fixture f;
-  // Tilted so that one end sinks by 3 mm and the other floats as high.
+  // Tilted so that one end sinks by 3 mm and the other floats by as much.
   const ShapeFit tilted = f.Fit(f.Can(kRadius_m, 0.05, kRadius_m), 0.01);
   ASSERT_LT(f.LowestEnd_m(tilted), -0.002);
   const auto rested = RestOnGround(tilted, f.Context(), f.Available());

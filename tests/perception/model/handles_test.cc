@@ -12,13 +12,14 @@ namespace {
 constexpr double kSpacing_m = 0.002;
 constexpr double kRadius_m = 0.04;
 
-// A cup at the origin, upright.
+// An upright cup at the origin.
 std::vector<ShapePart> Cup() {
   return {{.X_OS = Pose::Identity(), .shape = Cylinder{.radius_m = kRadius_m, .length_m = 0.1}}};
 }
 
-// A straight bar of `length_m` along z and a square of `width_m` across, its near side `gap_m` from
-// the cup's wall, its points `kSpacing_m` apart: the two faces that a sensor at (1, 1, 0) sees.
+// A straight bar of `length_m` along z with a square cross section of `width_m`. Its near side is
+// `gap_m` from the cup's wall and its points are `kSpacing_m` apart, on the two faces that a sensor
+// at (1, 1, 0) sees.
 OrientedPoints Bar(double gap_m, double width_m, double length_m) {
   OrientedPoints points;
   points.viewpoint = Vector3(1, 1, 0);
@@ -59,7 +60,8 @@ TEST(FindHandles, FindsAnElongatedClusterAtTheWall) {
   EXPECT_TRUE(std::all_of(parts.begin(), parts.end(), [](std::int32_t p) { return p == 1; }));
 }
 
-// Half a ring of 26 mm radius and 12 mm thickness, standing out from the wall: no longer than wide.
+// Half a ring of 26 mm radius and 12 mm thickness that stands out from the wall: no longer than
+// wide.
 TEST(FindHandles, FindsTheEarOfAMug) {
   OrientedPoints ear;
   ear.viewpoint = Vector3(0, -1, 0);
@@ -101,7 +103,7 @@ TEST(FindHandles, RefusesWhatIsFarThickShortOrFew) {
 }
 
 TEST(FindHandles, TakesNothingThatLiesOnTheGround) {
-  const OrientedPoints bar = Bar(0.01, 0.016, 0.06);  // 3 cm below the origin and above it
+  const OrientedPoints bar = Bar(0.01, 0.016, 0.06);  // from 3 cm below the origin to 3 cm above it
   std::vector<std::int32_t> parts;
   const Ground along{.known = true, .up = Vector3::UnitX(), .point = {kRadius_m + 0.022, 0, 0}};
   EXPECT_TRUE(Find(bar, parts, along).empty());
@@ -110,7 +112,8 @@ TEST(FindHandles, TakesNothingThatLiesOnTheGround) {
 }
 
 TEST(FindHandles, TakesNoPatchThatContinuesTheWall) {
-  // Above the cup's end, on its wall prolonged: 60 mm high, 15 mm wide and bent like the wall.
+  // Above the end of the cup, where its wall would continue: 60 mm high, 15 mm wide and bent like
+  // the wall.
   OrientedPoints patch;
   for (double z = 0.055; z <= 0.115; z += kSpacing_m / 2) {
     for (double angle_rad = -0.2; angle_rad <= 0.2; angle_rad += kSpacing_m / 2 / kRadius_m) {
@@ -124,7 +127,8 @@ TEST(FindHandles, TakesNoPatchThatContinuesTheWall) {
   EXPECT_TRUE(Find(patch, parts).empty());
 }
 
-// All points are those of `small`, besides many of the cup's.
+// The solids left of a cup and `small`: all `points` belong to `small`, besides many points of the
+// cup.
 std::vector<ShapePart> Dropped(const OrientedPoints& points, const ShapePart& small,
                                std::vector<std::int32_t>& parts) {
   constexpr std::size_t kOfCup = 20000;

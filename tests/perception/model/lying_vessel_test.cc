@@ -1,4 +1,4 @@
-// Vessels that lie or lean become shells, as those that stand do, where one looks into them.
+// Vessels that lie or lean become shells, as upright ones do, if the sensor looks into them.
 #include "perception/vessels/lying_vessel.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ struct Lying {
   std::string name;
   VesselWall wall;
   double tilt_deg = 0, yaw_deg = 0;
-  double axis_deg = 0;  // allowed: as well as its depth and what is seen of it tell
+  double axis_deg = 0;  // tolerance: how well its depth and its visible part determine the axis
 };
 
 void PrintTo(const Lying& lying, std::ostream* out) { *out << lying.name; }
@@ -90,7 +90,7 @@ TEST(FindLyingWall, IsNoneOfALyingCan) {
   }
 }
 
-// Where the mouth turns away, nobody knows that there is one.
+// A mouth that is turned away cannot be recognised.
 TEST(FindLyingWall, IsNoneOfAMugWhoseMouthIsNotSeen) {
   const ScannedObject scan =
       ScanOnTable(TiltedVessel(MugWall(), 90, 0), kDistance_m, kElevation_rad, 1);

@@ -1,4 +1,4 @@
-// The octree, the candidate list, and connectivity against what they stand for.
+// The octree, the candidate list and connectivity, compared with brute force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,14 +47,14 @@ SeenFrom Side(RandomDraws& draws) {
   return draws.Uniform() < 0.5 ? SeenFrom::kOutside : SeenFrom::kInside;
 }
 
-// A unit vector normal to `n`.
+// A random unit vector perpendicular to `n`.
 Vector3 Across(const Vector3& n, RandomDraws& draws) {
   const double angle_rad = draws.Uniform(0, 2 * std::numbers::pi);
   const Matrix3 basis = BasisFromZ(n);
   return std::cos(angle_rad) * basis.col(0) + std::sin(angle_rad) * basis.col(1);
 }
 
-// Models of one kind at random that touch the point with its normal: they have inliers.
+// A random model of one kind that touches the point with its normal, so that it has inliers.
 template <class M>
 M Touching(const SamplePoint& at, RandomDraws& draws);
 template <>
@@ -128,7 +128,8 @@ TYPED_TEST(OctreeInliers, AreThoseOfBruteForce) {
   }
 }
 
-// Four at once or one by one, on a range that does not begin or end at a multiple of four.
+// The distances are the same four at a time or one by one, on ranges that do not begin or end at a
+// multiple of four.
 TYPED_TEST(OctreeInliers, HaveTheVeryDistancesOfTheModel) {
   const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
   const PointLanes lanes(points);
@@ -149,7 +150,7 @@ TYPED_TEST(OctreeInliers, HaveTheVeryDistancesOfTheModel) {
     ASSERT_EQ(hits.size(), brute.size()) << trial;
     for (std::size_t k = 0; k < hits.size(); ++k) {
       ASSERT_EQ(hits[k].at, brute[k].at) << trial;
-      ASSERT_EQ(hits[k].distance_m, brute[k].distance_m) << trial;  // not a bit apart
+      ASSERT_EQ(hits[k].distance_m, brute[k].distance_m) << trial;  // equal bit by bit
     }
     found += hits.size();
   }

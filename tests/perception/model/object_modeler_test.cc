@@ -1,4 +1,4 @@
-// Whole objects: what a Kinect sees of known solids on a table becomes those solids again.
+// Whole objects: a Kinect's view of known solids on a table gives those solids back.
 #include "perception/modeler/object_modeler.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kDistance_m = 0.75;
 constexpr double kElevation_rad = 35 * std::numbers::pi / 180;
-// One standard deviation of a Kinect at 0.75 m is 1.4 mm; a surface of 3000 points holds 250
+// One standard deviation of a Kinect at 0.75 m is 1.4 mm. A surface of 3000 points has 250
 // independent ones, of which a radius, a height or an edge uses a few dozen: 3 * 1.4 / sqrt(30),
 // and as much again for the slow warp of the sensor.
 constexpr double kSize_m = 0.0016 + 0.0014;
@@ -57,7 +57,7 @@ TEST(ModelObject, CylinderOnTheTableIsFoundWithItsCap) {
   EXPECT_EQ(fit.parameter_sigma.size(), 7u);
   EXPECT_LT(fit.rms_m, 2 * kNoise.AxialSigma_m(kDistance_m));
   EXPECT_LE(fit.rms_m, fit.max_residual_m);
-  // Half of the wall, the cap, and not the foot.
+  // Half of the wall and the cap are seen; the foot is not.
   EXPECT_GT(fit.observed_fraction, 0.3);
   EXPECT_LT(fit.observed_fraction, 0.8);
 }
@@ -94,7 +94,7 @@ TEST(ModelObject, CupOfWhichLittleButTheLidShowsIsACone) {
   EXPECT_NEAR(found->length_m, cup.length_m, kEdge_m);
 }
 
-// Normals are estimated in windows as wide as it is.
+// Normals are estimated in windows as wide as the can.
 TEST(ModelObject, NarrowCanIsACylinderAndNoBox) {
   const Cylinder can{.radius_m = 0.018, .length_m = 0.09};
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -118,7 +118,8 @@ TEST(ModelObject, CanUnderItsLidIsACylinderAndNoPlate) {
   }
 }
 
-// A wide cup whose wall hides behind its lid: what is seen of it is a disc, and not its corners.
+// The visible lid of a wide cup, behind which its wall is hidden, is modelled as a disc and not as
+// a board with corners.
 TEST(ModelObject, LidAloneIsADisc) {
   const Cone cup{.radius_bottom_m = 0.03, .radius_top_m = 0.05, .length_m = 0.12};
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -126,7 +127,7 @@ TEST(ModelObject, LidAloneIsADisc) {
         Model(ScanOnTable(OfOnePart(cup, 0.06), 0.9, 84 * std::numbers::pi / 180, seed));
     ASSERT_EQ(model.shapes.size(), 1u) << seed;
     const auto* disc = std::get_if<Cylinder>(&model.shapes[0].shape);
-    if (disc == nullptr) {  // or all of it
+    if (disc == nullptr) {  // or the whole cup
       EXPECT_TRUE(std::holds_alternative<Cone>(model.shapes[0].shape)) << seed;
       continue;
     }
@@ -138,7 +139,7 @@ TEST(ModelObject, LidAloneIsADisc) {
   }
 }
 
-// Of a can that leans and is seen from its end, the end says where its axis points.
+// The visible end of a leaning can gives the direction of its axis.
 TEST(ModelObject, LeaningCanSeenFromItsEndIsACylinder) {
   const Cylinder can{.radius_m = 0.0325, .length_m = 0.1};
   const double lean_rad = 35 * std::numbers::pi / 180;
@@ -157,8 +158,8 @@ TEST(ModelObject, LeaningCanSeenFromItsEndIsACylinder) {
   }
 }
 
-// The thin solid of a face that inclines towards the sensor reaches below what it stands on where the
-// face meets it: the face is kept all the same.
+// The thin solid of a face that inclines towards the sensor reaches below the ground where the face
+// meets it. The face is kept all the same.
 TEST(ModelObject, LoneFaceIsKeptDownToTheGround) {
   const double tilt_rad = 37 * std::numbers::pi / 180;
   SimulatedObject object = OfOnePart(Box{.size_m = {0.18, 0.17, 0.04}}, 0);
@@ -196,7 +197,7 @@ TEST(ModelObject, VisibleFacesBecomeABoxWithItsHiddenFaces) {
   EXPECT_NEAR(found->size_m.x(), 0.12, kEdge_m);
   EXPECT_NEAR(found->size_m.y(), 0.08, kEdge_m);
   EXPECT_NEAR(found->size_m.z(), 0.10, kEdge_m);
-  // x of the box's frame is the axis nearest to +x of the world, z is up.
+  // x of the box's frame is the axis nearest to +x of the world; z is up.
   EXPECT_GT(model.shapes[0].X_OS.linear()(0, 0), std::cos(0.5 + 0.05));
   EXPECT_GT(model.shapes[0].X_OS.linear()(2, 2), 0.999);
 }
@@ -204,7 +205,7 @@ TEST(ModelObject, VisibleFacesBecomeABoxWithItsHiddenFaces) {
 TEST(ModelObject, SecondScanOfABoxFlipsNoFrame) {
   SimulatedObject object = OfOnePart(Box{.size_m = {0.10, 0.10, 0.10}}, 0.05);
   object.X_WO.linear() = Eigen::AngleAxisd(0.4, Vector3::UnitZ()).toRotationMatrix();
-  constexpr double kTurn_rad = 0.1;  // of noise; a flip is a quarter turn
+  constexpr double kTurn_rad = 0.1;  // noise; a flip is a quarter turn
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const ObjectModel model = Model(ScanOnTable(object, kDistance_m, kElevation_rad, seed));
     ASSERT_NE(OnlyShape<Box>(model), nullptr) << "seed " << seed;
@@ -229,7 +230,7 @@ TEST(ModelObject, BoxesNeverBecomeRound) {
   }
 }
 
-// A bow of capsules in the plane x of its own frame and along z, that reaches `reach_m` out.
+// A bow of capsules in the xz plane of its own frame that reaches `reach_m` out.
 void AddBow(const Pose& X_ObjectBow, double reach_m, double radius_m, SimulatedObject& object) {
   constexpr int kSegments = 8;
   const auto on_arc = [&](int i) {
@@ -245,11 +246,11 @@ void AddBow(const Pose& X_ObjectBow, double reach_m, double radius_m, SimulatedO
   }
 }
 
-// Whether or not its bow is fitted as a box or a bit of a cylinder first.
+// True also if the modeler first fits the bow as a box or as a piece of a cylinder.
 TEST(ModelObject, MugHasAHandle) {
   SimulatedObject mug = OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05);
   AddBow(Pose(Eigen::Translation3d(0.04, 0, 0.05)), 0.03, 0.006, mug);
-  // The handle to the side, where it is seen against the table.
+  // The handle points to the side, where it is seen against the table.
   mug.X_WO.linear() = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitZ()).matrix();
   for (const double distance_m : {0.65, 0.8, 1.0}) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -268,7 +269,7 @@ TEST(ModelObject, MugHasAHandle) {
   }
 }
 
-// Handles stand out from the wall on either side, where they pull most at its width.
+// Handles stand out from the wall on either side, where their points would widen it most.
 TEST(ModelObject, PotIsAsWideAsItsWallBesideItsHandles) {
   const Cylinder wall{.radius_m = 0.09, .length_m = 0.08};
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
@@ -336,7 +337,7 @@ TEST(ModelObject, SameSeedGivesTheSameModel) {
   EXPECT_EQ(a.part_of_point, b.part_of_point);
 }
 
-// An object that is found as one shape of its kind, and the switch that turns the kind off.
+// An object that is modelled as one shape of its kind, and the option that turns the kind off.
 struct Switch {
   Shape shape;
   double height_of_center_m = 0;

@@ -1,4 +1,4 @@
-// Rays that passed an object tell where it is not.
+// Rays that passed an object show where it is not.
 #include "perception/fit/passing_rays.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 const Vector3 kEye(-0.8, 0, 0.8);
 constexpr float kSigma_m = 0.0015f;
-constexpr double kHeight_m = 0.1, kRadius_m = 0.04;  // of the disc that is seen, over z = 0
+constexpr double kHeight_m = 0.1, kRadius_m = 0.04;  // of the visible disc, above z = 0
 
 ModelPoints DiscAtHeight() {
   OrientedPoints points;
@@ -39,7 +39,7 @@ PassingRays To(const Eigen::Vector3f& end) {
 }
 
 Pose StandsAtOrigin(const ModelPoints& points) {
-  Pose X_SM = Pose::Identity();  // of a solid as high as the disc, centred in its height
+  Pose X_SM = Pose::Identity();  // of a solid as high as the disc, its origin half-way up
   X_SM.translation() = points.origin_L - Vector3(0, 0, 0.5 * kHeight_m);
   return X_SM;
 }
@@ -82,7 +82,7 @@ TEST(RaysPast, ThinManyAndKeepTheirWeight) {
   EXPECT_LE(about.rays.size(), 320U);
   EXPECT_GT(about.rays.size(), 160U);
   EXPECT_NEAR(about.weight * static_cast<double>(about.rays.size()), 4000, about.weight);
-  many.about = 400;  // the others are below it: as dense as these, but for their number
+  many.about = 400;  // the others are below: as dense as these, apart from their number
   const FreeRays below = RaysPast(points, LevelGround(points), many);
   EXPECT_LE(below.rays.size(), 960U);
   EXPECT_GT(below.rays.size(), 2 * about.rays.size());
@@ -118,7 +118,8 @@ TEST(MayComeNear, AsksForThePartOfTheLineThatTheRayIs) {
   EXPECT_TRUE(MayComeNear({0.54, 0, 0}, 0.05, ray));
 }
 
-// A pole as thick as the way between two places of the ray is long: neither needs to be in it.
+// A pole as thick as the distance between two sample positions of the ray: neither position has to
+// lie in it.
 TEST(NearestTo, FindsTheDeepestPlaceBetweenTheOnesGiven) {
   FreeRay ray;
   for (int k = 0; k < kFreePlaces; ++k) {
@@ -134,7 +135,7 @@ TEST(NearestTo, FindsTheDeepestPlaceBetweenTheOnesGiven) {
   EXPECT_NEAR(out.clearance_m, 0.014, 1e-5);
 }
 
-// The ray meets the ground beside the foot of a cup and within that of a can of the same top.
+// The ray meets the ground beside the foot of a cup and inside the foot of a can with the same top.
 TEST(NearestTo, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
   const ModelPoints points = DiscAtHeight();
   const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));

@@ -7,7 +7,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kNear_m = 0.001;  // points without noise; the rings are medians of steps of 6 mm
+constexpr double kNear_m = 0.001;  // points have no noise; rings are medians of steps of 6 mm
 
 OrientedPoints SeenFromAbove() {
   OrientedPoints points;

@@ -1,4 +1,4 @@
-// The rim of a disc, and what it tells the wall below it.
+// The rim of a disc, and how it corrects the wall below it.
 #include "perception/fit/rim.h"
 
 #include <gtest/gtest.h>
@@ -12,17 +12,18 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kRange_m = 0.8;       // of the sensor to the face, 45 degrees above it
+constexpr double kRange_m = 0.8;       // from the sensor to the face, which it sees from 45 degrees
 constexpr double kPixel_m = 0.0015;    // of a Kinect there
 constexpr double kLateral_m = 0.0012;  // noise across the ray there
 constexpr double kRadius_m = 0.04;
-// A circle of 160 pixels of edge, half of it used: each errs by the noise across the ray.
+// The edge of the circle is 160 pixels long, half of which is used; each errs by the noise across
+// the ray.
 constexpr double kRadiusSigma_m = kLateral_m / 8.9442719;  // sqrt(80)
 
 const Vector3 kViewpoint = kRange_m / std::numbers::sqrt2 * Vector3(-1, 0, 1);
 
-// A level face at z = 0 as the pixels of a sensor see it: a grid that is stretched along the view,
-// each point moved by noise across the ray, those inside the outline kept.
+// A level face at z = 0 as the pixels of a sensor see it: the points of a grid that is stretched
+// along the view, moved by noise across the ray; those inside the outline are kept.
 template <class Inside>
 OrientedPoints Face(const Inside& inside, std::uint64_t seed) {
   OrientedPoints points;
@@ -44,14 +45,14 @@ OrientedPoints Face(const Inside& inside, std::uint64_t seed) {
 
 bool InDisc(const Vector2& p) { return p.norm() < kRadius_m; }
 
-// What a fit sees of these points.
+// The input of a fit, made of these points.
 struct Fixture {
   explicit Fixture(const OrientedPoints& face)
       : points(ThinForSearch(face, face.size())), octree(points), connectivity(points) {}
 
   Vector3 Local(const Vector3& p) const { return p - points.origin_L; }
   PlaneModel Level() const { return {.point = Local(Vector3::Zero()), .normal = Vector3::UnitZ()}; }
-  // A wall below the face that knows its axis and its radius badly.
+  // A wall below the face whose axis and radius are inaccurate.
   ConeModel BadWall() const {
     return {.point = Local(Vector3(0.002, -0.001, -0.05)),
             .axis = Vector3::UnitZ(),
@@ -77,7 +78,7 @@ TEST(Rim, TellsRadiusAndCentreOfADiscFromItsFarEdge) {
     const auto rim =
         MeasureRim(fixture.Level(), fixture.BadWall(), kWallSigma_m, fixture.Context());
     ASSERT_TRUE(rim) << "seed " << seed;
-    // Along the view centre and radius are less certain, as half of the edge is used: 3 times.
+    // Half of the edge is used, so centre and radius are less certain along the view: 3 times.
     EXPECT_NEAR(rim->radius_m, kRadius_m, 3 * 3 * kRadiusSigma_m) << "seed " << seed;
     const Vector2 off =
         (rim->basis.transpose() * (rim->center - fixture.Local(Vector3::Zero()))).head<2>();
@@ -85,7 +86,8 @@ TEST(Rim, TellsRadiusAndCentreOfADiscFromItsFarEdge) {
     squares += error.dot(rim->covariance.inverse() * error);
     EXPECT_LT(std::sqrt(rim->covariance(0, 0)), kWallSigma_m) << "no news to its wall";
   }
-  // In reported variances: of three values the mean is 3, and of 20 scans it deviates by 0.55.
+  // In units of the reported variances the mean of three values is 3; over 20 scans it deviates by
+  // 0.55.
   EXPECT_LT(squares / kScans, 3 + 3 * 0.55);
 }
 
@@ -103,7 +105,7 @@ TEST(Rim, IsNotLookedForWhereTheWallShows) {
   const Fixture from_above(face);
   ConeModel wall = from_above.BadWall();
   EXPECT_TRUE(MeasureRim(from_above.Level(), wall, kWallSigma_m, from_above.Context()));
-  wall.slope = -2;  // wider below: its normals point up, to the sensor
+  wall.slope = -2;  // wider below: its normals point up, towards the sensor
   wall.radius_m += 2 * 0.05;
   EXPECT_FALSE(MeasureRim(from_above.Level(), wall, kWallSigma_m, from_above.Context()));
 }
@@ -119,7 +121,7 @@ TEST(Rim, CorrectsItsWallByWhatEachIsSureOf) {
   const CylinderModel fused = FuseRim(wall, *rim, covariance);
   EXPECT_NEAR(fused.radius_m, kRadius_m, 3 * 3 * kRadiusSigma_m);
   EXPECT_LT(covariance(4, 4), before(4, 4) / 4);
-  // A wall that is sure of itself and elsewhere is not the rim's.
+  // A wall with a small covariance that lies elsewhere is not changed by the rim.
   Eigen::MatrixXd sure = 1e-10 * Eigen::MatrixXd::Identity(5, 5);
   EXPECT_EQ(FuseRim(wall, *rim, sure).radius_m, wall.radius_m);
 }

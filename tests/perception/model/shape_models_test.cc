@@ -1,5 +1,5 @@
-// Each shape model against its definition: distances, gradients, minimal samples, box tests, and
-// refinement.
+// Each shape model compared with its definition: distances, gradients, minimal samples, box tests
+// and refinement.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +47,7 @@ ConeModel RandomModel(RandomDraws& draws) {
           .slope = draws.Uniform(-0.5, 0.5)};
 }
 
-// A point of the surface within 5 cm of its reference plane and 60 degrees of a side.
+// A point of the surface within 5 cm of its reference plane and within 60 degrees of one side.
 template <class M>
 Vector3 SurfacePointOf(const M& model, RandomDraws& draws) {
   if constexpr (std::is_same_v<M, PlaneModel>) {
@@ -102,7 +102,7 @@ TYPED_TEST(ShapeModelLaws, GradientIsTheDerivativeOfTheDistance) {
 }
 
 TYPED_TEST(ShapeModelLaws, MinimalSampleGivesTheSurfaceBack) {
-  constexpr double kAmplified = 1e-6;  // rounding through nearly parallel normals
+  constexpr double kAmplified = 1e-6;  // rounding, amplified by nearly parallel normals
   RandomDraws draws(3, 0);
   int found = 0;
   for (int trial = 0; trial < 200; ++trial) {
@@ -145,9 +145,9 @@ TYPED_TEST(ShapeModelLaws, BoxTestNeverLosesAPointWithinTheGate) {
   EXPECT_GT(pruned, 300);
 }
 
-// Pruning pays only if boxes wholly inside of a shape are pruned like those outside. Distances
-// change by at most a step's length, so a box farther off than the gate and its half diagonal
-// holds no inlier, and every box test can tell that.
+// Pruning pays only if boxes that lie entirely inside a shape are pruned like those outside. A
+// distance changes by at most the length of a step, so a box farther away than the gate plus its
+// half diagonal holds no inlier, and every box test can detect that.
 TYPED_TEST(ShapeModelLaws, BoxTestPrunesWhatIsClearOfTheShellOnEitherSide) {
   RandomDraws draws(9, 0);
   constexpr double kGate_m = 0.004;
@@ -185,7 +185,7 @@ TYPED_TEST(ShapeModelLaws, RefinementRecoversTheSurfaceWithinThreeSigma) {
     typename TypeParam::Parameters step = TypeParam::Parameters::Constant(0.01);
     const auto refined = Refine(truth.Moved(step), points, all, RefineOptions{});
     ASSERT_TRUE(refined);
-    // Where the points are, the surface errs by sigma sqrt(k / n) on average (least squares).
+    // At the points, the surface errs by sigma sqrt(k / n) on average (least squares).
     double squares = 0;
     for (std::uint32_t i : all) {
       const double error_m = refined->model.Distance_m(points.p[i]) - truth.Distance_m(points.p[i]);

@@ -1,4 +1,4 @@
-// Open vessels as a Kinect sees them become shells; what is closed does not.
+// Open vessels seen by a Kinect become shells; closed objects do not.
 #include "perception/vessels/shell_fit.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDistance_m = 0.75;
 constexpr double kElevation_rad = 40 * std::numbers::pi / 180;
-// Two reported deviations of the radius: the slow warp of 1.3 mm and the wall's thickness.
+// Two reported standard deviations of the radius: the slow warp of 1.3 mm and the wall's thickness.
 constexpr double kRadius_m = 0.002;
 constexpr double kHeight_m = 0.006;  // edges are ragged by the lateral noise, 1.1 mm on either side
 
@@ -52,7 +52,7 @@ void ExpectShell(const VesselWall& wall, std::uint64_t seed) {
   EXPECT_NEAR(part->vessel->height_m(), height_m, kHeight_m) << seed;
   EXPECT_GT(part->vessel->wall_thickness_m, 0.0015);
   EXPECT_LT(part->vessel->wall_thickness_m, 0.007);
-  // The foot is on the table, the axis where the vessel stands, up.
+  // The foot is on the table, the axis is where the vessel stands and points up.
   const Pose& X = part->X_OS;
   EXPECT_NEAR(X.translation().head<2>().norm(), 0, 0.003);
   EXPECT_GT(X.linear()(2, 2), 0.998);
@@ -118,7 +118,7 @@ TEST(Shell, LeavesWhatItHoldsToItself) {
   const ShapePart* part = OnlyVessel(model);
   ASSERT_NE(part, nullptr);
   EXPECT_NEAR(part->vessel->rim_radius_m(), 0.075, 2 * kRadius_m);
-  // Above the ball it is free, though what the bowl holds reaches over the floor.
+  // The space above the ball is free, although the bowl's content rises above the floor.
   const Pose X_SW = part->X_OS.inverse();
   EXPECT_GT(SignedDistance_m(*part->vessel, X_SW * Vector3(0, 0, 0.07)), 0.01);
 }

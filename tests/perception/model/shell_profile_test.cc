@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kStep_m = 0.006, kThickness_m = 0.004;
 
-// Of a straight wall of 40 mm radius between two heights.
+// The outline of a straight wall of 40 mm radius between two heights.
 ShellOutline Wall(double low_m, double high_m) {
   ShellOutline outline{.step_m = kStep_m, .rim_z_m = high_m, .thickness_m = kThickness_m};
   for (double z_m = low_m; z_m < high_m; z_m += kStep_m) {
@@ -48,7 +48,7 @@ TEST(MakeShell, EndsWhereItWasSeenWhereRaysPassedBelow) {
   const auto made = MakeShell(outline);
   ASSERT_TRUE(made);
   EXPECT_NEAR(made->shell.height_m(), 0.05, 1e-12);
-  outline = Wall(0.02, 0.1);  // a support's band, and what lies in the shadow of the foot
+  outline = Wall(0.02, 0.1);  // the band of a support, and the part in the shadow of the foot
   outline.foot = ShellFoot::kOfWhatIsSeen;
   ASSERT_TRUE(MakeShell(outline));
   EXPECT_NEAR(MakeShell(outline)->shell.height_m(), 0.1, 1e-12);
@@ -80,7 +80,7 @@ TEST(MakeShell, NarrowsUnderABowlAsItsInsideDoes) {
   ASSERT_TRUE(made);
   EXPECT_LT(made->shell.foot_radius_m(), 0.045);
   EXPECT_NEAR(made->shell.rim_radius_m(), 0.075, 0.001);
-  // Everywhere about as thick as the wall.
+  // The wall is about equally thick everywhere.
   const Vector3 middle(0.04, 0, 0.01 + 10 * 0.04 * 0.04 - made->middle_z_m);
   EXPECT_NEAR(SignedDistance_m(made->shell, middle), 0, 0.002);
   EXPECT_LT(SignedDistance_m(made->shell, middle - Vector3(0, 0, 0.002)), 0);

@@ -10,7 +10,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kSpacing_m = 0.001;
-constexpr double kCell_m = 0.004;  // the least
+constexpr double kCell_m = 0.004;  // minimum cell width
 const Vector3 kViewpoint(0, 0, 1);
 
 TEST(Slenderness, OfAStripIsItsLengthAndWidth) {
@@ -34,13 +34,14 @@ TEST(Slenderness, FollowsABend) {
     }
   }
   const Slenderness found = MeasureSlenderness(arc, kViewpoint, kSpacing_m);
-  // Ways over touching cells turn by 45 degrees and keep to the inner side: within 10 % of the arc.
+  // Paths over adjacent cells turn by 45 degrees and keep to the inner side: within 10 % of the
+  // arc.
   EXPECT_NEAR(found.length_m, std::numbers::pi * kRadius_m, 0.1 * std::numbers::pi * kRadius_m);
   EXPECT_NEAR(found.width_m, kWidth_m, kCell_m);
 }
 
 TEST(Slenderness, IsThatOfTheStripWhenAPointLiesApart) {
-  // The first of all cells: nothing of the strip is reached from it.
+  // The first of all cells; no cell of the strip can be reached from it.
   std::vector<Eigen::Vector3f> strip{{-0.02f, -0.02f, -0.02f}};
   for (double x = 0; x < 0.1; x += kSpacing_m) {
     for (double y = 0; y < 0.012; y += kSpacing_m) {

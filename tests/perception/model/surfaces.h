@@ -7,8 +7,9 @@
 
 namespace cwm::perception {
 
-// One object on a table at z = 0, seen by a Kinect from `distance_m` at `elevation_rad` above the
-// table, in W: its true points with estimated normals, and the rays that went by to the table.
+// One object on a table at z = 0, seen by a Kinect from `distance_m` away at `elevation_rad` above
+// the table, in W: its true points with estimated normals, and the rays that passed it and ended on
+// the table.
 struct ScannedObject {
   OrientedPoints points;
   PassingRays passing;

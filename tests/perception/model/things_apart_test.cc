@@ -1,4 +1,5 @@
-// What is no handle, and what is not two solids: whole objects as a Kinect sees them, and solids alone.
+// Bumps that are no handles and surfaces that are not two solids: whole objects as a Kinect sees
+// them, and solids alone.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ ObjectModel Model(const SimulatedObject& object, std::uint64_t seed) {
   return ModelObject(scan.points, scan.X_WSupport, SensorNoise{}, ModelerOptions{});
 }
 
-// On its side, as far round as yaw.
+// A cup that lies on its side, turned by `yaw_rad`.
 SimulatedObject LyingCup(double yaw_rad) {
   constexpr double kBottom_m = 0.031, kTop_m = 0.047, kLength_m = 0.078;
   const double slope = (kTop_m - kBottom_m) / kLength_m, lean_rad = std::atan(slope);
@@ -47,7 +48,7 @@ TEST(ModelObject, ALyingCupHasNoHandleHoweverItIsTurned) {
   }
 }
 
-// Two balls on a table, which just do not touch; `azimuth_rad` is where the small one lies.
+// Two balls on a table that just do not touch; the small one lies in the direction `azimuth_rad`.
 SimulatedObject TwoBalls(double azimuth_rad) {
   constexpr double kLarge_m = 0.05, kSmall_m = 0.021, kApart_m = kLarge_m + kSmall_m + 0.002;
   const double level_m = std::sqrt(kApart_m * kApart_m - std::pow(kLarge_m - kSmall_m, 2));
@@ -77,7 +78,7 @@ TEST(HandlesOfVessel, AreNoBalls) {
     looks_like_one +=
         !HandlesOfVessel(*vessel, scan.points, Ground(), shapes, unknown, kUnbounded).empty();
   }
-  EXPECT_GT(looks_like_one, 0);  // where nobody knows that it is a ball
+  EXPECT_GT(looks_like_one, 0);  // if it is not recognised as a ball
 }
 
 Solid At(double x_m, const Shape& shape) {
@@ -91,7 +92,7 @@ TEST(AnyOverlap, OfTwoBallsWhereOneIsAndNotOfNeighbours) {
   const Sphere ball{0.045};
   EXPECT_TRUE(AnyOverlap({At(0, ball), At(0.004, Sphere{0.042})}));
   EXPECT_FALSE(AnyOverlap({At(0, ball), At(0.09, ball)}));
-  EXPECT_FALSE(AnyOverlap({At(0, ball), At(0.08, ball)}));  // 10 mm deep: as deep as noise puts it
+  EXPECT_FALSE(AnyOverlap({At(0, ball), At(0.08, ball)}));  // 10 mm deep, which noise can cause
 }
 
 TEST(AnyOverlap, OfASmallSolidWithinALargeOne) {
@@ -101,7 +102,7 @@ TEST(AnyOverlap, OfASmallSolidWithinALargeOne) {
   EXPECT_FALSE(AnyOverlap({At(0, large), At(0.12, Cylinder{0.02, 0.05})}));
 }
 
-// Two boxes of one height that touch: their tops are one surface, which no crease and no jump cuts.
+// Two touching boxes of one height: their tops are one surface without a crease or a jump.
 TEST(ModelObject, FindsBothOfTwoBoxesWhoseTopsRunIntoEachOther) {
   const Vector3 first_m(0.12, 0.07, 0.06), second_m(0.05, 0.14, 0.06);
   SimulatedObject boxes = OfOnePart(Box{first_m}, 0.5 * first_m.z());
@@ -116,7 +117,7 @@ TEST(ModelObject, FindsBothOfTwoBoxesWhoseTopsRunIntoEachOther) {
     ASSERT_EQ(model.shapes.size(), 2u) << seed;
     for (const ShapePart& part : model.shapes) {
       ASSERT_TRUE(std::holds_alternative<Box>(part.shape)) << seed;
-      // As high as they are, and no larger than one of them.
+      // As high as the true boxes, and no larger than one of them.
       EXPECT_NEAR(std::get<Box>(part.shape).size_m.z(), 0.06, 0.006) << seed;
       EXPECT_LT(std::get<Box>(part.shape).size_m.maxCoeff(), 0.15) << seed;
     }
@@ -144,7 +145,7 @@ TEST(ModelObject, ACylinderThatLeansIsOne) {
     ASSERT_EQ(model.shapes.size(), 1u) << "yaw " << 45 * k;
     ASSERT_TRUE(std::holds_alternative<Cylinder>(model.shapes[0].shape)) << "yaw " << 45 * k;
     EXPECT_NEAR(std::get<Cylinder>(model.shapes[0].shape).radius_m, kRadius_m, 0.002);
-    // Few points show the rims, at grazing angles: their heights are known to 5 sigma.
+    // Few points show the rims, at grazing angles, so the length is known to 5 sigma.
     EXPECT_NEAR(std::get<Cylinder>(model.shapes[0].shape).length_m, kLength_m,
                 0.0075 / std::cos(kLean_rad));
   }
@@ -153,7 +154,7 @@ TEST(ModelObject, ACylinderThatLeansIsOne) {
 TEST(ProlongedDistance, RunsOnBeyondTheEnds) {
   EXPECT_NEAR(ProlongedDistance_m(Cylinder{0.03, 0.1}, Vector3(0, 0.032, 5)), 0.002, 1e-12);
   EXPECT_NEAR(ProlongedDistance_m(Box{{0.2, 0.3, 0.4}}, Vector3(3, 0.149, -7)), 0.001, 1e-12);
-  // 45 degrees: a millimetre farther out is 1 / sqrt 2 off.
+  // At 45 degrees, a point a millimetre farther out is 1 / sqrt 2 mm away.
   EXPECT_NEAR(ProlongedDistance_m(Cone{0.1, 0.3, 0.2}, Vector3(1.201, 0, 1)), 0.001 / std::sqrt(2),
               1e-9);
 }

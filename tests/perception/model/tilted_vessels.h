@@ -1,4 +1,4 @@
-// Vessels for the table, tilted, as they lie on one.
+// Tilted vessels, as they lie on a table.
 #pragma once
 
 #include <numbers>
@@ -15,11 +15,12 @@ VesselWall PanWall();
 VesselWall GlassWall();
 VesselWall BowlWall();
 
-// Tilted about y, then turned about z; its lowest point on z = 0, its middle above the origin. At a
-// tilt of 90 it opens to x, turned by 180 to -x, where cameras of tests are.
+// The vessel is tilted about y and then turned about z; its lowest point is on z = 0, its middle
+// above the origin. With a tilt of 90 degrees it opens towards x; turned by 180 degrees, towards
+// -x, where the tests' cameras are.
 SimulatedObject TiltedVessel(const VesselWall& wall, double tilt_deg, double yaw_deg);
 
-// Between unit vectors.
+// The angle between two unit vectors, in degrees.
 double AngleBetween_deg(const Vector3& a, const Vector3& b);
 
 }  // namespace cwm::perception

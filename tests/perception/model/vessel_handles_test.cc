@@ -32,7 +32,7 @@ class VesselHandles : public ::testing::Test {
   std::size_t wall_points_ = 0;
 };
 
-// A quarter of an ellipse, out and upwards, wide where it begins.
+// A quarter of an ellipse that leads outwards and upwards and is wide where it begins.
 void AddSpout(OrientedPoints& points) {
   const auto place = [](double share) {
     const double turn_rad = 0.5 * std::numbers::pi * share;
@@ -48,8 +48,8 @@ TEST_F(VesselHandles, FindTheEarButForItsRoots) {
   AddTube(Ear(), 0.01, mug_);
   const auto handles = Find();
   ASSERT_EQ(handles.size(), 1u);
-  EXPECT_GE(handles[0].front(), wall_points_);  // none of the wall
-  // What lies within 3 sigma of the wall, 4.5 mm of 30, is not told from it.
+  EXPECT_GE(handles[0].front(), wall_points_);  // no point of the wall
+  // Points within 3 sigma of the wall, 4.5 mm of 30, cannot be told from it.
   EXPECT_GT(static_cast<double>(handles[0].size()),
             0.8 * static_cast<double>(mug_.size() - wall_points_));
 }
@@ -64,7 +64,7 @@ TEST_F(VesselHandles, AreNoSpouts) {
   EXPECT_TRUE(Find().empty());
 }
 
-// As slim as a handle, and as high as the mug: known by its free end.
+// As slim as a handle and as high as the mug: its free end shows that it is a spout.
 TEST_F(VesselHandles, AreNoSlimSpouts) {
   AddTube({{0, kMugRadius_m, 0.05}, {0, kMugRadius_m + 0.04, 0.06}}, 0.016, mug_);
   AddTube({{0, kMugRadius_m + 0.04, 0.06}, {0, kMugRadius_m + 0.055, 0.1}}, 0.012, mug_);
@@ -78,7 +78,7 @@ TEST_F(VesselHandles, AreFoundAmongPointsThatAnotherThingTook) {
   other.viewpoint = mug_.viewpoint;
   AddTube(Ear(), 0.01, other);
   const std::size_t of_ear = other.size();
-  AddMug(Vector2(0, 0.3), other);  // beside it; its own ears are none of the first one's
+  AddMug(Vector2(0, 0.3), other);  // beside it; its own ear does not count as the first one's
   const auto handles = vessel->FindHandlesIn(other, kUnbounded);
   ASSERT_EQ(handles.size(), 1u);
   EXPECT_LT(handles[0].back(), of_ear);
@@ -119,7 +119,7 @@ TEST_F(VesselHandles, AreFoundBesideABoxThatTouchesThem) {
 }
 
 TEST_F(VesselHandles, AreOneAcrossAGap) {
-  // What hides 15 mm of the bar belongs to another thing.
+  // Another object hides 15 mm of the bar.
   AddTube({{0, kMugRadius_m, 0.09}, {0, kMugRadius_m + 0.12, 0.11}}, 0.015, mug_);
   AddTube({{0, kMugRadius_m + 0.135, 0.1125}, {0, kMugRadius_m + 0.18, 0.12}}, 0.015, mug_);
   const auto handles = Find();
@@ -156,8 +156,9 @@ TEST(SeenWidth, OfAStripIsItsWidthHoweverItIsSlanted) {
           strip.push_back(Vector3(x, y, 1 + slope * x).cast<float>());
         }
       }
-      // Full with 85 %, a disc is 1.35 times as wide as the strip that it juts out of; besides, a
-      // spacing of 1 mm on either side, and the density that a narrow strip's border thins out.
+      // A disc that is filled by 85 % is 1.35 times as wide as the strip that it juts out of. A
+      // spacing of 1 mm on either side is added, and the density falls towards the border of a
+      // narrow strip.
       EXPECT_NEAR(SeenWidth_m(strip, Vector3::Zero()), 1.35 * width_m, 0.004)
           << slope << " " << width_m;
       EXPECT_NEAR(SeenPitch_m(strip, Vector3::Zero()), 0.001, 0.0003);
@@ -177,7 +178,7 @@ TEST(SeenWidth, TellsTheWideEndFromTheSlimOne) {
   const std::vector<char> wide = SeenAsWide(points, Vector3::Zero(), 0.03, 0);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3 p = points[i].cast<double>();
-    // Discs jut out of the square by a little, and leave its corners.
+    // Discs jut out of the square a little and miss its corners.
     if (p.x() > 0.065) {
       EXPECT_FALSE(wide[i]) << p.transpose();
     } else if (p.x() > 0.015 && p.x() < 0.035 && std::abs(p.y()) < 0.01) {

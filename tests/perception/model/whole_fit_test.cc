@@ -18,13 +18,13 @@ namespace cwm::perception {
 namespace {
 
 const Vector3 kEye(-0.6, -0.3, 0.7);
-constexpr double kFoot_m = 0.006;   // is lost in the band of the support
-constexpr double kExact_m = 0.001;  // of exact points: the descent ends well within their sigma
-constexpr Account kFarAway{.value = 1e6, .loss = 1e3};  // of a rival that every start beats
+constexpr double kFoot_m = 0.006;   // hidden in the band of the support
+constexpr double kExact_m = 0.001;  // for exact points: the descent ends well within their sigma
+constexpr Account kFarAway{.value = 1e6, .loss = 1e3};  // an alternative that every start beats
 constexpr double kSigma_m = 0.0015;
 
-// What the eye sees of a solid on z = 0: random points moved to the nearest of the surface, whose
-// normals say nothing.
+// The points that the eye sees of a solid on z = 0: random points moved to the nearest surface,
+// with normals that carry no information.
 OrientedPoints SeenOf(WholeKind kind, const WholeParameters& x, double noise_m,
                       std::uint64_t seed = 1) {
   const WholeSolid solid = Place(kind, x);
@@ -88,7 +88,7 @@ double FarthestFrom_m(const Solid& solid, const ModelPoints& points) {
   return farthest_m;
 }
 
-// Which parameters are sizes, that no choice of a frame changes.
+// The indices of the parameters that are sizes, which no choice of a frame changes.
 std::vector<Eigen::Index> SizesOf(WholeKind kind) {
   switch (kind) {
     case WholeKind::kBall:
@@ -103,7 +103,7 @@ std::vector<Eigen::Index> SizesOf(WholeKind kind) {
       return {3, 4, 5};
     case WholeKind::kLeaningCylinder:
       return {4, 5};
-    case WholeKind::kUprightBox:  // width and depth may change places
+    case WholeKind::kUprightBox:  // width and depth may be swapped
       return {5};
     case WholeKind::kTiltedBox:
       return {};
@@ -175,7 +175,7 @@ TEST(FitWhole, GivesUpWhereEveryStartIsFarWorseThanItsRival) {
   EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, account, f.Context()).has_value());
 }
 
-// Of a box whose far half something hides: no point pulls at the end that nobody saw.
+// The far half of the box is hidden: no point constrains the end that was not seen.
 TEST(FitWhole, EndsABoxWhereItsPointsEnd) {
   WholeParameters box(6);
   box << 0, 0, 0, 0.2, 0.06, 0.05;
@@ -197,7 +197,8 @@ TEST(FitWhole, EndsABoxWhereItsPointsEnd) {
   EXPECT_NEAR(std::get<Box>(fit->solid.shape).size_m.maxCoeff(), 0.13, 4 * kSigma_m);
 }
 
-// Nothing thinner than twice the least radius is a box: one of that thickness would stand for it.
+// A box needs twice the minimum radius as its thickness: a sheet is no box, since a box of that
+// thickness would stand for it.
 TEST(FitWhole, MakesNoBoxOfASheet) {
   WholeParameters sheet(6);
   sheet << 0, 0, 0.7, 0.16, 0.003, 0.12;
@@ -208,7 +209,7 @@ TEST(FitWhole, MakesNoBoxOfASheet) {
   EXPECT_TRUE(FitWhole(WholeKind::kUprightBox, {}, kFarAway, thick.Context()).has_value());
 }
 
-// Of a beaker that narrows to a foot of 4 mm, which would tip: nothing so slim at its foot is offered.
+// A beaker that narrows to a foot of 4 mm would tip over; no cone with so slim a foot is proposed.
 TEST(FitWhole, StandsNoConeOnItsTip) {
   WholeParameters cone(5);
   cone << 0, 0, 0.12, 0.04, 0.3;
@@ -255,8 +256,8 @@ TEST(FitToMore, LeavesAFitToAllPointsAlone) {
   EXPECT_EQ(fit->parameters, before);
 }
 
-// Straight down the ray scatters a point across the top by the range's noise alone, along it by the
-// lateral noise.
+// A ray straight down moves a point off the top by the noise of the range alone; at grazing
+// incidence it moves it off by the lateral noise.
 TEST(TakeNoiseAcross, TurnsFromTheNoiseOfTheRangeToTheLateralOne) {
   const WholeSolid table{.X_GS = Pose::Identity(), .shape = Box{.size_m = {2, 2, 0.02}}};
   const SensorNoise noise;
@@ -281,11 +282,11 @@ TEST(FitWhole, AsksForAGround) {
   EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, kFarAway, context).has_value());
 }
 
-// Only the round top of a cup is in view; rays beside it meet the ground.
+// Only the round top of a cup is visible; the rays beside it meet the ground.
 struct RoundTop {
   static constexpr double kRadius_m = 0.05, kHeight_m = 0.1, kSlope = 0.25;
 
-  // Rays to the ground around the foot of the cup, some of them within that of a can.
+  // Rays to the ground around the foot of the cup, some of which end within the foot of a can.
   static PassingRays RaysBesideTheCup() {
     PassingRays rays;
     rays.weight = 20;
@@ -321,7 +322,8 @@ struct RoundTop {
   }
 
  private:
-  // Behind the cup: its ray comes within the radius of the axis, at that height.
+  // True if the end is behind the cup: its ray comes nearer to the axis than the cup's radius at
+  // that height.
   static bool IsHidden(const Vector3& end) {
     const Vector3 ray = (end - kEye).normalized();
     for (double t = 0; t < (end - kEye).norm(); t += 0.001) {
@@ -347,8 +349,8 @@ TEST(FitWhole, TellsACupFromACanByTheRaysBesideItsFoot) {
   EXPECT_GT(SlopeOf(cup->kind, cup->parameters), RoundTop::kSlope - 0.05);
 }
 
-// Of a can of which only what is higher than this is in view: what it stands on is further below, or
-// something hides its foot.
+// Only the part of a can above this height is visible: either the ground is lower, or something
+// hides the foot.
 TEST(BetterSolid, StandsOnNoGroundBelowWhichRaysPassed) {
   constexpr float kInView_m = 0.2f;
   const Vector3 foot(0, 0, 0);
@@ -369,7 +371,7 @@ TEST(BetterSolid, StandsOnNoGroundBelowWhichRaysPassed) {
   const auto blind = BetterSolid(context, {});
   ASSERT_TRUE(blind.has_value());
   EXPECT_NEAR(std::get<Cylinder>(blind->solid.shape).length_m, 0.3, 0.005);
-  // Beside it, and as many through the lower half of what was supplied.
+  // Rays beside the can, and as many through the lower half of the part that was completed.
   PassingRays rays;
   rays.weight = 10;
   for (const double aside_m : {-0.1, -0.06, 0.0, 0.06, 0.1}) {
@@ -385,7 +387,7 @@ TEST(BetterSolid, StandsOnNoGroundBelowWhichRaysPassed) {
   EXPECT_FALSE(BetterSolid(context, {}).has_value());
 }
 
-// 10 by 15 cm across the x axis, of a wall that is bent about the z axis by this much at its sides.
+// A wall of 10 by 15 cm across the x axis that is bent about the z axis by `bend_m` at its sides.
 OrientedPoints WallBentBy(double bend_m, double noise_m) {
   RandomDraws random(3, 0);
   OrientedPoints points;
@@ -452,7 +454,7 @@ TEST(FitWhole, CountsWhatTheSlowWarpIsLikelyToDoForLittle) {
   EXPECT_LT(value(of_warped) - value(f), 0.5 * (value(of_rough) - value(f)));
 }
 
-// The parameters of a kind make a solid, and the solid its parameters.
+// The parameters of a kind make a solid, and the solid gives the parameters back.
 TEST(WholeKind, ParametersSurviveTheSolid) {
   for (const Case& c :
        {Case{"", WholeKind::kUprightCone, {0.01, 0.02, 0.1, 0.045, 0.15}},

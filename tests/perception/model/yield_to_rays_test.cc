@@ -1,4 +1,4 @@
-// Round solids end where rays were seen to pass.
+// Round solids shrink where rays were seen to pass.
 #include "perception/whole/yield_to_rays.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 const Vector3 kEye(-0.8, 0, 0.8);
 constexpr double kRadius_m = 0.1, kLength_m = 0.12;
 
-// Upright at the origin; the points are of no account but for where they were seen from.
+// An upright tin at the origin; of the points only the viewpoint matters.
 struct Tin {
   Tin() : octree(points), connectivity(points) {
     points.viewpoint = kEye;
@@ -25,7 +25,7 @@ struct Tin {
     solid.parameter_sigma = {0.001, 0.001, 0.001, 0.01, 0.01, 0, 0.001};
   }
 
-  // From the sensor through the plane of the lid at that place and on.
+  // The ray from the sensor through this place in the plane of the lid, and beyond.
   static FreeRay Over(double x, double y) {
     const Vector3 at(x, y, kLength_m);
     const Vector3 way = (at - kEye).normalized();
@@ -36,7 +36,8 @@ struct Tin {
     return ray;
   }
 
-  // Rays that pass beside it, and so many over its lid, evenly from x to its far rim.
+  // Adds `beside` rays that pass beside the tin and `over` rays over its lid, evenly from `from_x`
+  // to its far rim.
   void See(int beside, int over, double from_x) {
     for (int k = 0; k < beside; ++k) free.rays.push_back(Over(0.05, 0.15 + 0.001 * k));
     for (int k = 0; k < over; ++k) {
@@ -96,8 +97,8 @@ TEST(YieldToRays, HasNoSideThatFacesASensorAboveIt) {
   EXPECT_EQ(RadiusOf(tin.Yielded()), kRadius_m);
 }
 
-// A tin on the table, whose lid a real Kinect shows to end before its far rim: there it sees the
-// table behind.
+// A tin on a table whose lid seems to end before its far rim, as in images of real Kinects: the
+// image shows the table behind it instead.
 struct ShortLid {
   static constexpr double kTrue_m = 0.09, kHigh_m = 0.08;
 
@@ -137,7 +138,7 @@ TEST(YieldToRays, TinsEndWhereTheirLidsAreShort) {
       ASSERT_NE(tin, nullptr);
       const double x_m = model.shapes.front().X_OS.translation().x();
       EXPECT_NEAR(x_m - tin->radius_m, -ShortLid::kTrue_m, kNoise_m);
-      // A third of the rays that run into it may stay.
+      // A third of the rays that cross it may stay.
       EXPECT_GT(x_m + tin->radius_m, ShortLid::kTrue_m - short_m - 0.003);
       EXPECT_LT(x_m + tin->radius_m, ShortLid::kTrue_m - short_m / 3 + kNoise_m);
     }

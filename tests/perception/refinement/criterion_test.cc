@@ -21,7 +21,7 @@ ShapePart SphereAround(const Vector3& middle) {
 
 const std::vector<ShapePart> kOneSphere = {SphereAround(Vector3::Zero())};
 
-// So many points, all of them so far off the sphere around the origin.
+// `count` points, all at the distance `off_m` from the sphere around the origin.
 OrientedPoints OffSphere(std::size_t count, float off_m) {
   OrientedPoints points;
   points.points.assign(count, Eigen::Vector3f(0, 0, 0.1f + off_m));
@@ -47,18 +47,18 @@ TEST(CostOf, IsHalfOfTheSquaresPerSampleAndOfWhatTheParametersCost) {
   // Another solid, far away, costs its six parameters.
   const std::vector<ShapePart> two = {kOneSphere.front(), SphereAround({1, 0, 0})};
   EXPECT_NEAR(CostOf(two, FirstOf(120), all, kWithoutWarp), 0.5 * (40 + 15 * of_ten), 1e-3);
-  // A sensor that warps is believed less.
+  // Points of a sensor that warps are given less weight.
   const double square = 0.004 * 0.004 / (0.002 * 0.002 + kSlowWarp_m * kSlowWarp_m);
   EXPECT_NEAR(CostOf(kOneSphere, FirstOf(120), all, {.model = SensorModel::kKinect}),
               0.5 * (10 * square + 9 * of_ten), 1e-3);
 }
 
 TEST(CostOf, CountsNinePerPointWhereNoShapeIsNear) {
-  // More points than are looked at one by one.
+  // More points than are evaluated one by one.
   const OrientedPoints many = OffSphere(1200, 0);
   EXPECT_NEAR(CostOf({}, FirstOf(1200), many, kWithoutWarp), 0.5 * (900 + 3 * std::log(100.0)),
               1e-3);
-  // A scene is two samples at least.
+  // A scene counts as at least two samples.
   const OrientedPoints few = OffSphere(6, 0);
   EXPECT_NEAR(CostOf({}, FirstOf(6), few, kWithoutWarp), 0.5 * (4.5 + 3 * std::log(2.0)), 1e-3);
 }
@@ -94,10 +94,10 @@ TEST(CriterionGain, IsWhatTwoObjectsCostMoreThanTheOneThatExplainsThemBoth) {
     const std::array product = {OfShapes(shapes, 120)};
     return CriterionGain({state, merge, product, context});
   };
-  // Nine parameters less.
+  // Nine parameters fewer.
   const double saved = 0.5 * 9 * std::log(10.0);
   EXPECT_NEAR(gain_of(kOneSphere), saved, 1e-3);
-  // And ten samples that nothing explains any more.
+  // Nine parameters fewer, and ten samples that no shape explains any more.
   EXPECT_NEAR(gain_of({SphereAround({1, 0, 0})}), saved - 0.5 * 90, 1e-3);
 }
 

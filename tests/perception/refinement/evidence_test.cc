@@ -33,7 +33,7 @@ void AddPointAt(const Vector3& p, OrientedPoints& points) {
 }
 
 TEST(MisfitOf, IsTheMeanSquareToTheNearestSurfaceAndNineAtMost) {
-  // The surface of the small ball lies within the large one.
+  // The surface of the small ball lies inside the large one.
   const std::vector<ShapePart> balls = {BallAt(0, 1), BallAt(0.5, 0.1)};
   const Vector3 on_small(0.5, 0, 0.1);
   EXPECT_NEAR(DistanceToShapes_m(balls, on_small + Vector3(0, 0, 0.05)), 0.05, 1e-9);
@@ -50,7 +50,7 @@ TEST(MisfitOf, IsTheMeanSquareToTheNearestSurfaceAndNineAtMost) {
   EXPECT_DOUBLE_EQ(MisfitOf({}, {0, 1}, points), 9);
 }
 
-// Two balls of 5 cm, an object each, of 48 points.
+// Two balls of 5 cm, of 48 points each, as two objects.
 SceneState TwoBalls() {
   SegmentedScene scene;
   scene.supports.emplace_back();
@@ -89,8 +89,8 @@ TEST(AllAccountedFor, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
     return AllAccountedFor({state, merge, product, context});
   };
   EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.05)}));
-  EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.051)}));   // a quarter of a variance off
-  EXPECT_FALSE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.052)}));  // one variance
+  EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.051)}));   // a quarter of sigma squared
+  EXPECT_FALSE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.052)}));  // one sigma squared
   EXPECT_FALSE(accounts({BallAt(0, 0.05)}));
   EXPECT_FALSE(accounts({BallAt(0.3, 0.05)}));
 }

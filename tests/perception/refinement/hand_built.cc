@@ -18,8 +18,9 @@ namespace {
 const Vector3 kEye(-0.8, -0.3, 0.8);
 constexpr float kSigma_m = 0.0015f;
 constexpr float kPitch_rad = 0.002f;
-constexpr int kDrawsPerSolid = 3000;  // of which the sensor sees about a third
-// Enough points for a pass to spend on two objects: it may model one in four of all anew.
+constexpr int kDrawsPerSolid = 3000;  // the sensor sees about a third of them
+// Enough points that a pass may model two objects anew: it may spend a quarter of all points on
+// that.
 constexpr double kTableHalf_m = 0.5, kTableSpacing_m = 0.006;
 constexpr double kMinFacing = 0.1;  // cosine
 
@@ -40,7 +41,7 @@ void AddPoint(const Vector3& p, const Vector3& n, OrientedPoints& points) {
   points.cloud_index.push_back(static_cast<std::uint32_t>(points.cloud_index.size()));
 }
 
-// Whether the way from a point to the eye is so deep in a solid somewhere.
+// True if the line of sight from p to the eye runs deeper than `depth_m` inside the solid anywhere.
 bool RunsInto(const Vector3& p, const Placed<>& solid, double depth_m) {
   constexpr int kSteps = 100;
   const Vector3 way = kEye - p;
@@ -91,7 +92,8 @@ void HandBuilt::Rest(HypothesisId upper, HypothesisId lower, double foot_height_
   members_[upper.value].on = {lower, foot_height_m};
 }
 
-// Nothing is on the way from the eye. `member`: whose point it is, which its own surface may graze.
+// True if no solid lies between the eye and p. `member` is the one that p belongs to; the line of
+// sight may graze its surface.
 bool HandBuilt::IsVisible(const Vector3& p, std::size_t member) const {
   constexpr double kInside_m = 0.002;
   for (std::size_t m = 0; m < members_.size(); ++m) {
@@ -102,7 +104,7 @@ bool HandBuilt::IsVisible(const Vector3& p, std::size_t member) const {
   return true;
 }
 
-// Rows of points on the surface: random places of the bounds, moved to the nearest of it.
+// Samples points on the surface: random places of the bounds, moved to the nearest surface point.
 void HandBuilt::Sample(std::size_t member, OrientedPoints& points, SegmentedScene& scene) const {
   RandomDraws draws(member + 1, 0);
   SegmentedThing& thing = scene.things.emplace_back();
@@ -178,7 +180,7 @@ Placed<> Standing(const Shape& shape, double x_m, double y_m, double foot_m, dou
 
 namespace {
 
-// All passes but one are disabled.
+// The names of all passes except `pass`, which are to be disabled.
 std::vector<std::string> AllBut(std::string_view pass) {
   std::vector<std::string> others = PassNames();
   std::erase(others, std::string(pass));

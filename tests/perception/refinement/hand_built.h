@@ -1,5 +1,5 @@
-// A scene whose hypotheses are put together by hand: points sampled on solids, no scanner, no
-// segmentation. For tests of single passes.
+// A scene whose hypotheses are put together by hand, without scanner and segmentation: points
+// sampled on solids. For tests of single passes.
 #pragma once
 
 #include <cstdint>
@@ -18,20 +18,21 @@ class HandBuilt {
  public:
   HandBuilt();
 
-  // A hypothesis of what is seen of the solids, on the table unless `support` is -1. All solids that
-  // hide something of each other have to be known before: AddOccluder. Returns its id.
+  // Adds a hypothesis of the visible points of these solids, on the table unless `support` is -1,
+  // and returns its id. Every solid that hides a part of them must be known before (AddOccluder).
   HypothesisId Add(const std::vector<Placed<>>& solids, std::int32_t support = 0);
-  // Hides what lies behind it; its points are of no hypothesis that a test looks at, but its own.
+  // Adds a solid that hides what lies behind it. Its points belong to a hypothesis of its own,
+  // which tests do not look at.
   HypothesisId AddOccluder(const Placed<>& solid);
-  // Says what a hypothesis rests on.
+  // Makes `upper` rest on `lower`, with its foot at this height.
   void Rest(HypothesisId upper, HypothesisId lower, double foot_height_m);
 
-  // The hypotheses, without models. Sight is known.
+  // The hypotheses, without models. The sight map is known.
   SceneState State() const;
-  // The same with models that have these shapes: a point is explained by the nearest within 3 sigma.
-  // Entries are in the order of ids; an empty one leaves all points unexplained.
+  // The same with models of these shapes: a point is explained by the nearest shape within 3 sigma.
+  // Entries are in the order of ids; an empty entry leaves all points unexplained.
   SceneState StateWith(const std::vector<std::vector<Placed<>>>& shapes) const;
-  // The same with models as the modeler finds them.
+  // The same with the models that the modeler finds.
   SceneState Modelled() const;
 
  private:
@@ -47,7 +48,7 @@ class HandBuilt {
   std::vector<Member> members_;
 };
 
-// An upright solid whose foot is at this height above the table.
+// An upright solid with its foot at this height above the table.
 Placed<> Standing(const Shape& shape, double x_m, double y_m, double foot_m = 0,
                   double yaw_rad = 0);
 

@@ -35,7 +35,7 @@ TEST(AllPasses, HaveNamesOfTheirOwn) {
   EXPECT_EQ(std::ranges::adjacent_find(names), names.end());
 }
 
-// A rod that lies behind a post, of which both ends are seen.
+// A rod that lies behind a post; both of its ends are seen.
 class RodBehindAPost : public ::testing::Test {
  protected:
   static Placed<> Rod(double from_m, double to_m, double radius_m) {
@@ -88,7 +88,7 @@ TEST(SplitStandingSolids, LeavesOneRodOfTwoPieces) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{one, other}}), "split.standing_solids"), IsEmpty());
 }
 
-// What rested on the split object rests on the part below it.
+// An object that rested on the split object rests on the part below it.
 TEST(SplitStandingSolids, ReseatsWhatRestedOnThem) {
   HandBuilt scene;
   const Placed<> low = Standing(Box{{0.08, 0.08, 0.06}}, 0, 0);
@@ -129,7 +129,7 @@ TEST(SplitStackedBoxes, LeavesOneBoxAlone) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{box}}), "split.stacked_boxes"), IsEmpty());
 }
 
-// A model in which the second solid's points are the first's handle.
+// A model in which the points of the second solid form a handle of the first.
 SceneState WithHandle(const HandBuilt& scene, const Placed<>& host, const Placed<>& handle) {
   const SceneState state = scene.StateWith({{host, handle}});
   auto model = std::make_shared<HypothesisModel>(*state.hypotheses().front()->model);
@@ -159,7 +159,8 @@ TEST(SplitUnexplainedParts, LeavesWhatDoesNotStand) {
               SizeIs(1));
 }
 
-// Only the sides of the lower box show, under the upper one: one box of both hides them.
+// Only the sides of the lower box show, below the upper one; the model of both as one box hides
+// that there are two.
 TEST(SplitUnexplainedParts, FindsTheBoxUnderOneThatOverhangs) {
   HandBuilt scene;
   const Placed<> low = Standing(Box{{0.08, 0.07, 0.06}}, 0, 0);
@@ -176,7 +177,7 @@ TEST(SplitUnexplainedParts, FindsTheBoxUnderOneThatOverhangs) {
   EXPECT_NEAR((*upper)->resting.foot_height_m, 0.06, 0.004);
 }
 
-// Noise and warp lift the table about an object's foot off its plane.
+// Noise and warp lift the table around an object's foot off its plane.
 TEST(SplitUnexplainedParts, LeavesWhatDoesNotRise) {
   HandBuilt scene;
   const Placed<> can = Standing(Cylinder{0.05, 0.11}, 0, 0);
@@ -185,7 +186,7 @@ TEST(SplitUnexplainedParts, LeavesWhatDoesNotRise) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{can}}), "split.unexplained_parts"), IsEmpty());
 }
 
-// Points of the one that the other explains change their owner.
+// Points of one hypothesis that the other explains change their owner.
 TEST(ReassignPoints, GivesPointsBackToTheirSolid) {
   HandBuilt scene;
   const Placed<> can = Standing(Cylinder{0.035, 0.11}, 0, 0);
@@ -195,7 +196,7 @@ TEST(ReassignPoints, GivesPointsBackToTheirSolid) {
   const SceneState right = scene.StateWith({{can}, {box}});
   const ObjectHypothesis& owner = right.Get(HypothesisId{0});
   const ObjectHypothesis& other = right.Get(HypothesisId{1});
-  // A strip of the can is taken for the box's.
+  // A strip of the can is assigned to the box.
   SceneState::Change change;
   ObjectHypothesis less = owner, more = other;
   PointSet strip;
@@ -225,7 +226,7 @@ TEST(ReassignPoints, GivesPointsBackToTheirSolid) {
   EXPECT_TRUE(returned);
 }
 
-// Four walls, of which two show their insides.
+// Four walls, two of which show their insides.
 TEST(MergeTrayWalls, MakesATrayOfItsWalls) {
   constexpr double kThick_m = 0.004, kHigh_m = 0.08;
   const Placed<> back = Standing(Box{{kThick_m, 0.3, kHigh_m}}, 0.1, 0);
@@ -254,7 +255,8 @@ TEST(MergeTrayWalls, LeavesSolidBoxesAlone) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{one}, {other}}), "merge.tray_walls"), IsEmpty());
 }
 
-// A bar that is seen on both sides of a post, one half as a handle of what stands beside it.
+// A bar that is seen on both sides of a post; one half is taken for a handle of the object beside
+// it.
 TEST(ReturnHandles, GivesARodsEndBack) {
   HandBuilt scene;
   const auto rod = [](double from_m, double to_m) {

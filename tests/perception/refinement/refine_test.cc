@@ -1,4 +1,4 @@
-// The driver, with passes whose proposals and gains a test decides.
+// The driver, with passes whose proposals and gains are set by the test.
 #include "perception/refinement/refine.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// Merges the pairs that it is told to, for the gain that it is told.
+// Proposes to merge the given pairs, each with the given gain.
 class MergePairs : public RefinementPass {
  public:
   struct Pair {
@@ -81,7 +81,7 @@ class Driver : public ::testing::Test {
     return Refine(*state_, passes, {}, {.options = options, .modeler = modeler, .work = work});
   }
 
-  // Keeps the pass of the test, whose counts it looks at afterwards.
+  // Forwards to the test's pass, whose counts are read after the run.
   class Forward : public RefinementPass {
    public:
     explicit Forward(const MergePairs& pass) : pass_(pass) {}
@@ -121,7 +121,8 @@ TEST_F(Driver, RefusesWhatGainsNothing) {
   EXPECT_EQ(refined.trials[0].outcome, Trial::Outcome::kNoGain);
 }
 
-// Neither within a round nor in the next one, while its hypotheses live.
+// A refused proposal is modelled once, in this round and in the next ones, as long as its
+// hypotheses live.
 TEST_F(Driver, ModelsARefusedProposalOnce) {
   const MergePairs pass({{{0}, {1}, 0}, {{2}, {3}, 1}});
   Run(pass);

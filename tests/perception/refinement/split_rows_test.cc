@@ -17,7 +17,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-// Packets of one height, one of which stands back by some millimetres: seen as one box.
+// Packets of one height, seen as one box; one of them stands back by some millimetres.
 TEST(SplitRows, CutsWhereTheFrontJumps) {
   HandBuilt scene;
   const Placed<> left = Standing(Box{{0.08, 0.09, 0.12}}, 0.008, 0.045);

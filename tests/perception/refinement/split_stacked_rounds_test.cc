@@ -45,7 +45,7 @@ TEST(SplitStackedRounds, MakesTwoOfACupOnACan) {
   EXPECT_THAT(refined.state.objects(), SizeIs(2));
 }
 
-// What is too low or too slim to stand alone is a lid or a neck.
+// A part that is too low or too slim to stand alone is a lid or a neck.
 TEST(SplitStackedRounds, LeavesLidsAndNecksToTheirBodies) {
   for (const Cylinder& upper : {Cylinder{0.04, 0.012}, Cylinder{0.013, 0.06}}) {
     HandBuilt scene;
@@ -73,14 +73,14 @@ TEST(SplitStackedRounds, RestsEachStoreyOnTheOneBelow) {
   EXPECT_NEAR(storeys[0].resting.foot_height_m, 0, 1e-9);
   EXPECT_NEAR(storeys[1].resting.foot_height_m, 0.05, 0.004);
   EXPECT_NEAR(storeys[2].resting.foot_height_m, 0.11, 0.004);
-  EXPECT_EQ(proposals.front().consumes.front().heir, 2u);  // what stood on all stands on the top
+  EXPECT_EQ(proposals.front().consumes.front().heir, 2u);  // what stood on it stands on the top
   PointSet all;
   for (const Product& storey : storeys) {
     all.insert(all.end(), storey.points.begin(), storey.points.end());
   }
   std::ranges::sort(all);
   EXPECT_EQ(all, state.Get(stack).points);
-  // The top of a can is of that can, though the next one begins at the same height.
+  // The top face of a can belongs to that can, although the next one begins at the same height.
   const auto is_lowest_top = [&](std::uint32_t i) {
     return state.points().normals[i].z() > 0.99f &&
            std::abs(state.points().points[i].z() - 0.05f) < 0.001f;

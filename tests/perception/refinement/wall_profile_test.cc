@@ -15,7 +15,7 @@ using ::testing::SizeIs;
 
 constexpr double kSigma_m = 0.0008;
 
-// A wall of 12 cm, a point each 3 mm, with the noise that it claims.
+// A wall of 12 cm with a point every 3 mm and noise of the claimed sigma.
 std::vector<ProfilePoint> Wall(const std::function<double(double)>& offset_m,
                                std::uint64_t seed = 1) {
   RandomDraws draws(seed, 0);

@@ -26,7 +26,8 @@ TEST(CandidateList, BoundsAScoreFromTheFirstSubset) {
     ASSERT_EQ(list.candidates().size(), 1u);
     EXPECT_EQ(list.candidates()[0].subsets_done, 1u);
     held += list.candidates()[0].bound >= 900 ? 1 : 0;
-    // A share of half in 128 points scatters by 0.044, and the bound adds 2.5 times as much.
+    // The share of one half among 128 points scatters by 0.044, and the bound adds 2.5 times as
+    // much.
     EXPECT_LT(list.candidates()[0].bound, 1500);
     EXPECT_NEAR(list.Leader()->bound, 900, 1e-6);
   }
@@ -39,7 +40,7 @@ TEST(CandidateList, ScoresTheLargerPieceOfWhatFellApartByItsSquaredDistances) {
   const ModelPoints points = strip.Model();
   const Connectivity connectivity(points);
   CandidateList list(points, connectivity, 1);
-  list.Add(PlaneAtHeight(0.0015, points));  // half the gate away from all
+  list.Add(PlaneAtHeight(0.0015, points));  // half the gate away from all points
   ASSERT_EQ(list.Leader()->inliers.size(), 1800u);
   EXPECT_NEAR(list.Leader()->score, 1800 * 0.75, 0.01);
   const auto x_m = [&points](std::uint32_t i) { return points.p[i].x() + points.origin_L.x(); };
@@ -66,7 +67,7 @@ TEST(CandidateList, RefusesOneKindOnOnePlaceAlone) {
   CandidateList list(points, connectivity, 1);
   list.Add(PlaneAtHeight(0, points));
   list.Add(PlaneAtHeight(0.2, points));
-  // Touches the middle of the large square, and its corners lie 1.9 mm off.
+  // The sphere touches the middle of the large square, whose corners lie 1.9 mm away from it.
   list.Add(SphereModel{.center = Vector3(0, 0, -1) - points.origin_L, .radius_m = 1});
   const Candidate leader = *list.Leader();
   ASSERT_TRUE(IsPlane(leader.model));

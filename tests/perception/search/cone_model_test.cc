@@ -13,14 +13,14 @@ namespace {
 
 constexpr double kExact = 1e-12;
 
-// A slope of 3 to 4, so that the wall's length over its height is 5 to 4. Its apex is at z = -0.04.
+// With a slope of 3 to 4, the wall's length is to its height as 5 to 4. The apex is at z = -0.04.
 const ConeModel kThreeToFour{.radius_m = 0.03, .slope = 0.75};
 
 Vector3 PlaceAtTurn(double turn_rad, double radius_m, double z_m) {
   return {radius_m * std::cos(turn_rad), radius_m * std::sin(turn_rad), z_m};
 }
 
-// Points of the wall 120 degrees from each other, 2 cm above each other.
+// Points of the wall 120 degrees apart from each other, each 2 cm above the one before.
 std::array<SamplePoint, 3> ConeSampleOf(const ConeModel& cone) {
   std::array<SamplePoint, 3> sample;
   for (int k = 0; k < 3; ++k) {
@@ -32,7 +32,8 @@ std::array<SamplePoint, 3> ConeSampleOf(const ConeModel& cone) {
   return sample;
 }
 
-// Seen around an axis through (0.1, 0.2), 5 cm from it; `facing` is 1 where the normal leads away.
+// Samples around an axis through (0.1, 0.2), 5 cm from it; `facing` is 1 if the normal points away
+// from it.
 std::vector<SamplePoint> AroundUpright(const std::vector<double>& facing) {
   std::vector<SamplePoint> sample;
   for (std::size_t k = 0; k < facing.size(); ++k) {
@@ -46,15 +47,15 @@ std::vector<SamplePoint> AroundUpright(const std::vector<double>& facing) {
 TEST(ConeModel, MeasuresAcrossItsWallAndHasOneNappe) {
   EXPECT_NEAR(kThreeToFour.RadiusAt_m(0.04), 0.06, kExact);
   EXPECT_NEAR(kThreeToFour.Distance_m(Vector3(0, 0.06, 0.04)), 0, kExact);
-  const Vector3 beside(0.03 + 0.0125, 0, 0);  // 12.5 mm level, 10 mm to the wall
+  const Vector3 beside(0.03 + 0.0125, 0, 0);  // 12.5 mm horizontally, 10 mm to the wall
   EXPECT_NEAR(kThreeToFour.Distance_m(beside), 0.01, kExact);
   EXPECT_NEAR((kThreeToFour.Normal(beside) - Vector3(0.8, 0, -0.6)).norm(), 0, kExact);
   EXPECT_NEAR(kThreeToFour.Distance_m(Vector3(0, 0, 0)), -0.024, kExact);
   EXPECT_NEAR(kThreeToFour.Normal(Vector3(0, 0, 0)).norm(), 1, kExact);
   EXPECT_NEAR(kThreeToFour.Distance_m(Vector3(0, 0, -0.04)), 0, kExact);
-  // Where the other nappe would be, 4 cm below the apex.
+  // A point where the other nappe would be, 4 cm below the apex.
   EXPECT_GT(kThreeToFour.Distance_m(Vector3(0.03, 0, -0.08)), 0.03);
-  // The same surface, told at another point of its axis.
+  // The same surface, with another point of its axis as the reference.
   const ConeModel centred = kThreeToFour.Centred(Vector3(0.5, 0.1, 0.04));
   EXPECT_NEAR((centred.point - Vector3(0, 0, 0.04)).norm(), 0, kExact);
   EXPECT_NEAR(centred.radius_m, 0.06, kExact);
@@ -94,7 +95,7 @@ TEST(MeetOnAxis, FindsWhereTheNormalsMeetAndTheSideTheyAgreeOn) {
   ASSERT_TRUE(inside);
   EXPECT_EQ(inside->side, SeenFrom::kInside);
   EXPECT_NEAR(inside->radius_m, 0.05, 1e-9);
-  EXPECT_FALSE(MeetOnAxis(AroundUpright({1, -1, 1, 1}), Vector3::UnitZ()));  // of a few all agree
+  EXPECT_FALSE(MeetOnAxis(AroundUpright({1, -1, 1, 1}), Vector3::UnitZ()));  // all must agree
   const std::vector<SamplePoint> parallel = {{Vector3(0, 0, 0), Vector3::UnitX()},
                                              {Vector3(0, 0.05, 0), Vector3::UnitX()}};
   EXPECT_FALSE(MeetOnAxis(parallel, Vector3::UnitZ()));

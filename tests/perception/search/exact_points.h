@@ -1,4 +1,5 @@
-// Points of known surfaces, without noise and evenly spread, for the tests of the search and of fits.
+// Points of known surfaces, without noise and evenly spread, for the tests of the search and of
+// fits.
 #pragma once
 
 #include <cmath>
@@ -13,7 +14,7 @@ namespace cwm::perception {
 
 struct ExactPoints {
   static constexpr double kPitch_m = 0.003;  // between neighbours
-  // As they claim: gates are 3 mm and 15 degrees wide.
+  // The claimed accuracy: gates are 3 mm and 15 degrees wide.
   static constexpr float kSigma_m = 0.001f, kNormalSigma_rad = 0.02f;
 
   OrientedPoints seen;
@@ -26,7 +27,7 @@ struct ExactPoints {
     seen.cloud_index.push_back(static_cast<std::uint32_t>(seen.cloud_index.size()));
   }
 
-  // So many points along the first and the second direction across the normal (BasisFromZ).
+  // Adds `first` by `second` points along the two directions across the normal (BasisFromZ).
   void AddGrid(const Vector3& middle, const Vector3& normal, int first, int second) {
     const Matrix3 basis = BasisFromZ(normal);
     for (int i = 0; i < first; ++i) {
@@ -38,7 +39,7 @@ struct ExactPoints {
     }
   }
 
-  // Level, facing up.
+  // Adds a level disc that faces up.
   void AddDisc(const Vector3& middle, double radius_m, int count) {
     for (int k = 0; k < count; ++k) {
       const double away_m = radius_m * std::sqrt((k + 0.5) / count);
@@ -46,7 +47,7 @@ struct ExactPoints {
     }
   }
 
-  // The cap about the top, of so many radians from it.
+  // Adds the cap of the sphere around its top, up to `half_rad` from it.
   void AddCap(const SphereModel& sphere, double half_rad, int count) {
     for (int k = 0; k < count; ++k) {
       const double rise = 1 - (k + 0.5) / count * (1 - std::cos(half_rad));
@@ -56,8 +57,8 @@ struct ExactPoints {
     }
   }
 
-  // Rows of the wall from half a height below its reference point to half a height above it, each
-  // an arc about the direction +x. The axis is z.
+  // Adds rows of the wall from half of its height below the reference point to half above it, each
+  // an arc around the direction +x. The axis is z.
   void AddWall(const ConeModel& wall, int rows, double arc_rad) {
     const int columns = ColumnsOf(wall, arc_rad);
     for (int i = 0; i < rows; ++i) {
@@ -74,11 +75,12 @@ struct ExactPoints {
     return static_cast<int>(std::lround(wall.radius_m * arc_rad / kPitch_m)) + 1;
   }
 
-  // All of them.
+  // The search input made of all points.
   ModelPoints Model() const { return ThinForSearch(seen, seen.size()); }
 
  private:
-  // Turned by it from one to the next, points on rings of equal area lie evenly.
+  // The golden angle: points on rings of equal area that are turned by it from one to the next are
+  // spread evenly.
   static constexpr double kGolden_rad = std::numbers::pi * 2 * (2 - std::numbers::phi);
 
   static Vector3 Level(double turn_rad) { return {std::cos(turn_rad), std::sin(turn_rad), 0}; }

@@ -22,8 +22,8 @@ using ::testing::IsEmpty;
 
 constexpr double kOfFloats = 1e-7;
 
-// Four corners of a cube of 10 cm and the one across, after one that is not finite and before one
-// without a normal; the first claims no noise, the last the most.
+// Four corners of a cube of 10 cm and the opposite corner, between a point that is not finite and
+// one without a normal. The first corner claims no noise, the last claims the most.
 OrientedPoints CornersOfACube() {
   ExactPoints exact;
   exact.Add(Vector3(std::numeric_limits<double>::quiet_NaN(), 0, 0), Vector3::UnitZ());
@@ -40,13 +40,13 @@ OrientedPoints CornersOfACube() {
 
 TEST(ModelPoints, AreTheUsableOnesInMortonOrderAboutTheirMean) {
   const ModelPoints points = ThinForSearch(CornersOfACube(), 100);
-  // x counts least: the origin, along x, along y, along z, across.
+  // x is the least significant: the origin, along x, along y, along z, the opposite corner.
   EXPECT_THAT(points.index, ElementsAre(5, 4, 3, 2, 1));
   EXPECT_NEAR((points.origin_L - Vector3(0.04, 0.04, 0.04)).norm(), 0, kOfFloats);
   EXPECT_NEAR((points.p[1] - Vector3(0.06, -0.04, -0.04)).norm(), 0, kOfFloats);
   EXPECT_NEAR((points.viewpoint - Vector3(-0.04, -0.04, 0.96)).norm(), 0, kOfFloats);
   EXPECT_EQ(points.weight, 1);
-  // Of the gaps of 1, sqrt(2), sqrt(2) and sqrt(2) edges.
+  // The median of gaps of 1, sqrt(2), sqrt(2) and sqrt(2) edges.
   EXPECT_NEAR(points.spacing_m, 0.1 * std::numbers::sqrt2, kOfFloats);
   EXPECT_NEAR(points.gate_m[0], 0.0045, kOfFloats);
   EXPECT_NEAR(points.gate_m[1], 0.003, kOfFloats);

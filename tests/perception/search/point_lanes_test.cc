@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// On the z axis at these heights, facing up; gates of 2.5 mm.
+// Points on the z axis at these heights, facing up, with gates of 2.5 mm.
 ModelPoints OnTheZAxis(const std::vector<double>& heights_m) {
   ModelPoints points;
   for (double z_m : heights_m) {
@@ -45,7 +45,7 @@ TEST(PointLanes, TellPlacesInTheListAndSignedDistances) {
   EXPECT_EQ(hits[1].distance_m, 0.001);
 }
 
-// What fills up the last group of four lies on this plane too.
+// The padding of the last group of four lies on this plane too.
 TEST(PointLanes, KeepToTheRangesAndTheirOrder) {
   const PointLanes lanes(OnTheZAxis(std::vector<double>(11, 0.0)));
   EXPECT_THAT(PlacesHit(lanes, PlaneModel{}, {{8, 11}, {1, 3}}), ElementsAre(8, 9, 10, 1, 2));

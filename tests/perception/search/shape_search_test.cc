@@ -8,15 +8,15 @@
 namespace cwm::perception {
 namespace {
 
-// 30 x 30 points at z = 0.
+// Adds 30 x 30 points at z = 0.
 void AddSquareTo(ExactPoints& exact) { exact.AddGrid(Vector3(0, 0, 0), Vector3::UnitZ(), 30, 30); }
 
-// The upper part of a ball beside the square and above it.
+// Adds the upper part of a ball beside the square and above it.
 void AddBallTo(ExactPoints& exact) {
   exact.AddCap({.center = Vector3(0.3, 0, 0.05), .radius_m = 0.05}, 60 * kDegree, 400);
 }
 
-// What a search is made of.
+// A search with all of its input.
 struct SearchOf {
   SearchOf(const ExactPoints& exact, const ModelerOptions& wanted)
       : points(exact.Model()),
@@ -82,7 +82,7 @@ TEST(ShapeSearch, LooksForNothingSmallerThanAShapeMustBe) {
   EXPECT_FALSE(in_vain.search.capped());
 }
 
-// A shape is never missed with no probability at all.
+// No amount of work makes the probability to miss a shape zero.
 TEST(ShapeSearch, TellsWhenTheWorkRanOutFirst) {
   ExactPoints square;
   AddSquareTo(square);

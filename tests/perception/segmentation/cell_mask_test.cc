@@ -10,7 +10,7 @@
 namespace cwm::perception {
 namespace {
 
-// Rows of '#' and '.', the first is row 0.
+// The mask of rows of '#' and '.'; the first row is row 0.
 CellMask MaskOf(const std::vector<std::string>& rows) {
   CellMask mask =
       CellMask::Empty(static_cast<int>(rows.front().size()), static_cast<int>(rows.size()));
@@ -62,7 +62,8 @@ TEST(TraceOutline, OfARingHasItsHole) {
   ASSERT_EQ(outline.holes.size(), 1u);
   EXPECT_TRUE(IsSimpleRegion(outline.border, outline.holes));
   EXPECT_TRUE(Contains(outline.holes[0], {2, 2}));
-  // Midway between cells: 25 cells less an eighth at each corner, less the diamond of the hole.
+  // The outline runs midway between cells: 25 cells less an eighth at each corner and less the
+  // hole's diamond.
   EXPECT_DOUBLE_EQ(Area(outline), 25 - 4 * 0.125 - 0.5);
 }
 

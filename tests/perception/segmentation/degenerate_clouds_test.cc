@@ -13,7 +13,7 @@ using Eigen::Vector3f;
 
 enum class Layout { kUnorganised, kImage };
 
-// Segments and checks that each finite point is in exactly one place.
+// Segments the points and checks that each finite point is in exactly one place.
 void ExpectAllCounted(std::vector<Vector3f> points, Layout layout = Layout::kUnorganised) {
   PointCloud cloud;
   cloud.width = static_cast<int>(points.size());
@@ -81,7 +81,7 @@ TEST(DegenerateClouds, NoiseThatFillsARoom) {
   ExpectAllCounted(points, Layout::kImage);
 }
 
-// Planes go through it, but no surface.
+// Planes fit the noise, but it has no surface.
 TEST(DegenerateClouds, DenseNoiseHoldsNoSupport) {
   std::mt19937 random(8);
   std::uniform_real_distribution<float> draw(-0.6f, 0.6f);

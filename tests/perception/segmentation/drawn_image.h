@@ -15,8 +15,8 @@ struct DrawnFormat {
   float focal_px;
 };
 
-// What a Kinect at the origin that looks along z measures: the depth at (row, column), NaN where
-// nothing returns. All normals are against z, as those of a wall that faces it.
+// The measurement of a Kinect at the origin that looks along z: the depth at (row, column), NaN for
+// no return. All normals point against z, like those of a wall that faces the sensor.
 inline MeasuredPoints DrawnImage(const DrawnFormat& format,
                                  const std::function<float(int, int)>& depth_m) {
   PointCloud cloud;
@@ -34,7 +34,7 @@ inline MeasuredPoints DrawnImage(const DrawnFormat& format,
   return measured;
 }
 
-// Of a node, its pixel's.
+// The row and the column of the pixel of a node.
 inline int RowOf(const MeasuredPoints& measured, std::size_t node) {
   return static_cast<int>(measured.oriented.cloud_index[node]) / measured.width;
 }
@@ -42,7 +42,7 @@ inline int ColumnOf(const MeasuredPoints& measured, std::size_t node) {
   return static_cast<int>(measured.oriented.cloud_index[node]) % measured.width;
 }
 
-// Of what is told per node: of a column, all of whose pixels that return have the same.
+// The value that all returning pixels of a column share, from values per node.
 inline std::int32_t OfColumn(const MeasuredPoints& measured,
                              const std::vector<std::int32_t>& of_node, int column) {
   std::vector<std::int32_t> found;

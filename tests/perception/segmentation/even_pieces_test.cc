@@ -20,17 +20,17 @@ class WallOfColumns {
     pieces_.of_node.assign(measured_.oriented.size(), kNoIndex);
   }
 
-  // All of a piece are from its first column to before its last one.
+  // Makes the columns from `first` to before `last` a piece.
   void Add(int first, int last) { Label(first, last, pieces_.piece_count++); }
   void Label(int first, int last, std::int32_t piece) {
     ForEach(first, last, [&](std::size_t i) { pieces_.of_node[i] = piece; });
   }
-  // Between this column and the next one, but for the first `even_rows` rows.
+  // Makes a crease between this column and the next one, except in the first `even_rows` rows.
   void Crease(int column, int even_rows) {
     ForEach(column, column + 2,
             [&](std::size_t i) { crease_[i] = RowOf(measured_, i) >= even_rows; });
   }
-  // As if the columns were seen at 70 degrees.
+  // Tilts the normals as if the columns were seen at 70 degrees.
   void Slant(int first, int last) {
     ForEach(first, last, [&](std::size_t i) {
       measured_.oriented.normals[i] = Eigen::Vector3f(0.94f, 0, -0.342f);
@@ -61,7 +61,8 @@ class WallOfColumns {
   Pieces pieces_;
 };
 
-// Of 600 nodes each: a good part of their outlines are 30 links, three for each row but the last.
+// Pieces of 600 nodes: a sufficient part of their outlines is 30 links, three for each row but the
+// last.
 TEST(JoinEvenPieces, JoinsWhatSharesAGoodPartOfItsOutlineWithoutACrease) {
   for (const int even_rows : {0, 5, 15, 30}) {
     WallOfColumns wall(0);
@@ -79,7 +80,7 @@ TEST(JoinEvenPieces, LeavesSupportsAndGapsAndClosesUpTheNumbers) {
   WallOfColumns wall(1);
   wall.Label(0, 10, 0);
   wall.Add(10, 20);
-  wall.Add(20, 28);  // one with the one before
+  wall.Add(20, 28);  // joins the one before
   wall.Add(32, 40);  // beyond nodes that are in no piece
   const Pieces joined = wall.Join();
   EXPECT_EQ(joined.piece_count, 3);
@@ -90,8 +91,8 @@ TEST(JoinEvenPieces, LeavesSupportsAndGapsAndClosesUpTheNumbers) {
   EXPECT_EQ(wall.At(joined, 35), 2);
 }
 
-// Of 150 nodes: 10 links with what is on its left and 4 with what is on its right are no good part
-// of its outline.
+// A piece of 150 nodes: 10 links with the piece on its left and 4 with the one on its right are not
+// a sufficient part of its outline.
 TEST(JoinEvenPieces, GivesWhatIsSeenAtAGrazingAngleToTheOneThatItSharesMostWith) {
   for (const bool is_grazing : {false, true}) {
     WallOfColumns wall(0);
@@ -108,8 +109,8 @@ TEST(JoinEvenPieces, GivesWhatIsSeenAtAGrazingAngleToTheOneThatItSharesMostWith)
   }
 }
 
-// The larger piece is of a long plane that passes so far behind the other one: warp of 12 standard
-// deviations of 1.5 mm is 18 mm.
+// The larger piece belongs to a long plane that passes `off_m` behind the other piece. The warp
+// allows 12 standard deviations of 1.5 mm: 18 mm.
 TEST(JoinEvenPieces, JoinsNoPieceOfALongPlaneWithWhatLiesOffIt) {
   for (const double off_m : {0.01, 0.03}) {
     WallOfColumns wall(0);

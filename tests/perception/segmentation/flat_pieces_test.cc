@@ -1,4 +1,4 @@
-// A support that faces the sensor, and what lies beside it in the view.
+// A support that faces the sensor, and the pieces beside it in the view.
 #include "perception/segmentation/flat_pieces.h"
 
 #include <gtest/gtest.h>
@@ -14,16 +14,16 @@ namespace cwm::perception {
 namespace {
 
 constexpr DrawnFormat kBesideFormat{.width = 100, .height = 80, .focal_px = 262};
-constexpr float kSupportDepth_m = 0.8f;  // a pixel is 3 mm wide there, and a standard deviation 1.5
-constexpr int kFirstBeside = 50;         // the first column that is not the support's
-constexpr float kBesidePitch_rad = 0.0076f;  // of directions: two pixels
+constexpr float kSupportDepth_m = 0.8f;  // a pixel is 3 mm wide there, sigma is 1.5 mm
+constexpr int kFirstBeside = 50;         // the first column beside the support
+constexpr float kBesidePitch_rad = 0.0076f;  // of the sight map: two pixels
 
 struct DrawnColumn {
   float depth_m = std::nanf("");
   std::int32_t piece = kNoIndex;
 };
 
-// All columns before kFirstBeside are the support's, number 0; the others are told.
+// All columns before kFirstBeside belong to the support, piece 0; `column` gives the others.
 class BesideASupport {
  public:
   explicit BesideASupport(const std::function<DrawnColumn(int)>& column) {
@@ -67,8 +67,8 @@ class BesideASupport {
   Pieces pieces_;
 };
 
-// A slope that ends so high above the support: usual are 6 standard deviations up, 9 mm, and below
-// it all of 12.
+// A slope that ends `end_m` above the support. Up to 6 standard deviations above it (9 mm) are
+// usual; below it, up to 12.
 TEST(AbsorbFlatPieces, TakesWhatIsLinkedUnlessItRisesOrSinksMoreThanWarp) {
   for (const float end_m : {0.008f, 0.03f, -0.015f, -0.04f}) {
     const BesideASupport scene([&](int u) {
@@ -82,7 +82,8 @@ TEST(AbsorbFlatPieces, TakesWhatIsLinkedUnlessItRisesOrSinksMoreThanWarp) {
   }
 }
 
-// A strip of ten columns across a gap: of 9 mm, less than two cells of 15 mm, or of 12 cm.
+// A strip of ten columns across a gap of 9 mm, less than two cells of 15 mm, or across a gap of 12
+// cm.
 TEST(AbsorbFlatPieces, TakesWhatIsNotLinkedOnlyOnThePlaneAndBesideTheSupport) {
   struct Strip {
     int first;
@@ -105,8 +106,8 @@ TEST(AbsorbFlatPieces, TakesWhatIsNotLinkedOnlyOnThePlaneAndBesideTheSupport) {
   }
 }
 
-// As of a table behind a box: 12 cm farther on its plane, with something before or behind that
-// between.
+// As a table behind a box: 12 cm farther on the support's plane, with something in front of that
+// plane or behind it in between.
 TEST(AbsorbFlatPieces, TakesWhatLiesBehindHiddenPlacesAndClosesUpTheNumbers) {
   using Sensor = BesideASupport::Sensor;
   for (const float between_m : {0.5f, 1.5f}) {

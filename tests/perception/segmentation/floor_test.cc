@@ -1,4 +1,4 @@
-// One thing over or beside a table, which is seen from above its edge.
+// One object above or beside a table that is seen from above its edge.
 #include "perception/segmentation/floor.h"
 
 #include <gtest/gtest.h>
@@ -13,25 +13,25 @@ namespace {
 
 constexpr double kFloorStep_m = 0.005;
 constexpr float kFloorCell_m = 1.25f * kFloorStep_m;    // wider than a step: no cell stays empty
-constexpr float kFloorPitch_rad = 1.5f * kFloorStep_m;  // of directions: all is 0.8 m away or more
+constexpr float kFloorPitch_rad = 1.5f * kFloorStep_m;  // of the sight map; points are 0.8 m away
 constexpr double kFloorSide_m = 0.6;
-const Vector3 kFloorCorner(0.6, -0.3, -0.8);  // the table's, from the sensor
+const Vector3 kFloorCorner(0.6, -0.3, -0.8);  // of the table, from the sensor
 
 // All places are measured from the table's corner.
 class OverAFloor {
  public:
   OverAFloor() { AddLevel({0, 0, 0}, kFloorSide_m, kFloorSide_m, kTable); }
 
-  // Upright and facing the sensor, from its lower corner.
+  // Adds an upright rectangle that faces the sensor, given its lower corner.
   OverAFloor& AddFront(const Vector3& corner_m, double width_m, double height_m) {
     return AddUpright(corner_m, width_m, height_m, kThing);
   }
-  // The front and the top of a box of 10 cm.
+  // Adds the front and the top of a box of 10 cm.
   OverAFloor& AddBox(const Vector3& corner_m) {
     AddLevel(corner_m + 0.1 * Vector3::UnitZ(), 0.1, 0.1, kThing);
     return AddFront(corner_m, 0.1, 0.1);
   }
-  // What hides the places behind it.
+  // Adds a screen that hides the places behind it.
   OverAFloor& AddScreen(const Vector3& corner_m, double width_m, double height_m) {
     return AddUpright(corner_m, width_m, height_m, kScreen);
   }
@@ -100,8 +100,8 @@ TEST(Floor, CarriesABoxUnlessOneSeesBelowIt) {
   EXPECT_FALSE(OverAFloor().AddBox({0.2, 0.25, 0.15}).CarriesTheThing());
 }
 
-// The screen is 15 cm before the box. Rays past its lower and its upper edge meet the box's front
-// at the table's height and 15 cm above.
+// The screen is 15 cm in front of the box. Rays past its lower and its upper edge meet the box's
+// front at the table's height and 15 cm above it.
 TEST(Floor, CarriesWhatNobodySeesBelow) {
   EXPECT_TRUE(OverAFloor()
                   .AddBox({0.2, 0.25, 0.15})
@@ -109,7 +109,7 @@ TEST(Floor, CarriesWhatNobodySeesBelow) {
                   .CarriesTheThing());
 }
 
-// Two cells of a footprint of 1 cm are a thing's: 2 cm^2.
+// A footprint of at least two cells of 1 cm (2 cm^2) makes an object.
 TEST(Floor, CarriesNothingWithoutAFootprint) {
   EXPECT_FALSE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.01, 0.1).CarriesTheThing());
   EXPECT_TRUE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.04, 0.1).CarriesTheThing());

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kCell_m = 0.015;
 
-// Of cells on the plane z = 1: a square of 20 x 20 less its corner quarter, and less a hole.
+// The footprint of cells on the plane z = 1: a square of 20 x 20 without one quarter and without a
+// hole.
 class FootprintOfAnL : public ::testing::Test {
  protected:
   FootprintOfAnL() {

@@ -1,5 +1,6 @@
-// Two parts of a front 1 m away and a pole between them, 30 cm nearer to the sensor: what keeps them
-// apart although the pole hides all that is between. More is in join_test.cc.
+// Two parts of a front 1 m away with a pole between them, 30 cm nearer to the sensor: the reasons
+// to keep them apart although the pole hides everything between them. More cases are in
+// join_test.cc.
 #include "perception/segmentation/join_hidden.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +36,8 @@ TEST(JoinBehindAPole, KeepsFrontsApartThatAreTurned) {
   }
 }
 
-// Specks of 1.4 cm^2 are too small for a test of their own, but part of what they were joined with.
+// Specks of 1.4 cm^2 are too small to be tested themselves, but belong to the whole that they were
+// joined with.
 TEST(JoinBehindAPole, KeepsTwoWholesApartAndGivesAPartToAWhole) {
   for (const int wholes : {1, 2}) {
     PiecesByHand seen;
@@ -53,7 +55,7 @@ TEST(JoinBehindAPole, KeepsTwoWholesApartAndGivesAPartToAWhole) {
   }
 }
 
-// Below 3.5 cm^2 a piece fixes no plane: 1.6 cm square are 2.6.
+// A piece below 3.5 cm^2 does not determine a plane: a square of 1.6 cm has 2.6 cm^2.
 TEST(JoinBehindAPole, JoinsNoPartThatIsTooSmallToFixAPlane) {
   for (const double side_m : {0.016, 0.04}) {
     PiecesByHand seen;

@@ -1,5 +1,4 @@
-// What is one object although it was cut: pieces made by hand, seen from the origin of the level
-// frame.
+// Pieces of one object are joined: pieces made by hand, seen from the origin of the level frame.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,12 +16,13 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr double kStep_m = 0.004;  // between points, and so the edge of what each stands for
+constexpr double kStep_m = 0.004;  // between points, and the edge of the square each stands for
 constexpr float kCell_m = 1.25f * kStep_m;    // wider than a step, so that no cell stays empty
-constexpr float kPitch_rad = 1.5f * kStep_m;  // of directions: the nearest points are 0.8 m away
+constexpr float kPitch_rad = 1.5f * kStep_m;  // of the sight map: the nearest points are 0.8 m away
 constexpr float kSigma_m = 0.0015f;
 
-// Points by u and v in [0, 1], in steps of `kStep_m` along sides of these lengths.
+// A surface parametrised by u and v in [0, 1], sampled in steps of `kStep_m` along sides of these
+// lengths.
 struct Patch {
   double length_u_m, length_v_m;
   std::function<Vector3(double, double)> point, normal;
@@ -48,8 +48,8 @@ Patch Top(double z_m, const Vector2& x_m, const Vector2& y_m) {
           [](double, double) { return Vector3(Vector3::UnitZ()); }};
 }
 
-// An upright wall around (1, 0): angles in degrees from the direction to the sensor; `outward` is
-// 1 for an outside and -1 for an inside.
+// An upright wall around (1, 0). Angles are in degrees from the direction to the sensor; `outward`
+// is 1 for an outside and -1 for an inside.
 Patch Wall(double radius_m, const Vector2& angle_deg, const Vector2& z_m, double outward) {
   const auto direction = [=](double u) {
     const double angle = (angle_deg.x() + u * (angle_deg.y() - angle_deg.x())) * kDegree;
@@ -66,7 +66,7 @@ Patch Wall(double radius_m, const Vector2& angle_deg, const Vector2& z_m, double
 Patch Disc(double radius_m, double z_m) {
   return {2 * radius_m, 2 * radius_m,
           [=](double u, double v) {
-            // Squares mapped to discs (Shirley and Chiu need no more than this for even spread).
+            // Squares mapped to discs; an even spread does not need more.
             const double a = 2 * u - 1, b = 2 * v - 1;
             return Vector3(1 + radius_m * a * std::sqrt(1 - b * b / 2),
                            radius_m * b * std::sqrt(1 - a * a / 2), z_m);
@@ -76,7 +76,8 @@ Patch Disc(double radius_m, double z_m) {
 
 class Seen {
  public:
-  // The number of the piece. Joining looks at no more points than kMaxSamples of each.
+  // Adds a piece and returns its number. Joining looks at no more than kMaxSamples points of each
+  // piece.
   std::size_t Add(const Patch& patch) {
     PieceView piece;
     const int columns = static_cast<int>(patch.length_u_m / kStep_m);
@@ -102,7 +103,7 @@ class Seen {
     return views_.pieces.size() - 1;
   }
 
-  // Along sides of 8 cm or so.
+  // Links two pieces as along a common side of about 8 cm.
   void Touch(std::size_t a, std::size_t b) { Link(a, b, 60); }
 
   void Link(std::size_t a, std::size_t b, int links) {
@@ -175,7 +176,7 @@ TEST(JoinAcrossOccluders, KeepsFacesApartThatNoPlaneExplains) {
   }
 }
 
-// As of two things, one of which stands out by a sigma: noise leaves a few links across the step.
+// As two objects, one of which stands out by one sigma: noise leaves a few links across the step.
 TEST(JoinAcrossOccluders, JoinsPartsOfOneFaceThatTouchAlongTheirSidesAlone) {
   for (const int links : {4, 60}) {
     Seen seen;
@@ -196,7 +197,7 @@ TEST(JoinAcrossOccluders, KeepsFacesApartThatAreFartherThanObjectsAreLarge) {
   }
 }
 
-// Boxes of one height: nearly all that is seen of low ones is their tops.
+// Boxes of one height: of low boxes, mostly the tops are seen.
 TEST(JoinAcrossOccluders, KeepsLevelTopsApartThatTogetherAreLongerThanObjectsAre) {
   for (const double length_m : {0.15, 0.25}) {
     Seen seen;
@@ -234,7 +235,7 @@ TEST(JoinAcrossOccluders, KeepsCansOfDifferentRadiusApart) {
   EXPECT_FALSE(seen.OccludersJoin(left, right));
 }
 
-// A cup of 4 cm radius: its outside before, its inside behind, its floor between.
+// A cup of 4 cm radius: its outside in front, its inside behind, its floor in between.
 TEST(JoinVessels, JoinsTheWallsAndTheFloorOfACup) {
   Seen seen;
   const std::size_t outside = seen.Add(Wall(0.04, {-80, 80}, kHeights, 1));
@@ -271,12 +272,12 @@ TEST(JoinVessels, JoinsOutsidesOfOneAxisOnlyWhereTheyTouch) {
   }
 }
 
-// A support and pieces as cells of a grid, which JoinPieces needs for its borders.
+// A support and pieces as cells of a grid, which JoinPieces needs for the borders between pieces.
 class Cells {
  public:
   static constexpr std::int32_t kSupport = 0;
 
-  // The number of the piece; the first one is the support.
+  // Adds a piece and returns its number; the first one is the support.
   std::int32_t Add(const Patch& patch) {
     const int columns = static_cast<int>(std::round(patch.length_u_m / kStep_m));
     const int rows = static_cast<int>(std::round(patch.length_v_m / kStep_m));
@@ -293,10 +294,10 @@ class Cells {
     }
     return count_++;
   }
-  // Says that the piece is a patch of the support.
+  // Declares the piece a patch of the support.
   void IsPatch(std::int32_t piece) { patch_of_[piece] = kSupport; }
 
-  // The object of each piece, in the order in which they were added.
+  // The object of each piece, in the order in which the pieces were added.
   std::vector<std::int32_t> Join() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
     const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
@@ -323,7 +324,7 @@ class Cells {
   std::int32_t count_ = 0;
 };
 
-// The front of a box of 12 cm, 8 cm over a support that does not touch it.
+// The front of a box of 12 cm, 8 cm above a support that does not touch it.
 Cells BoxOverSupport() {
   Cells cells;
   cells.Add(Top(-0.7, {0.7, 0.9}, {-0.1, 0.1}));

@@ -1,4 +1,5 @@
-// Walls about one upright axis, 1 m before the sensor: what joins with the inside of a vessel.
+// Walls around one upright axis, 1 m in front of the sensor: the pieces that join with a vessel's
+// inside.
 #include "perception/segmentation/join_vessels.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,7 @@
 namespace cwm::perception {
 namespace {
 
-// What is seen of walls: outsides before the axis, insides behind it.
+// The visible arcs of walls: outsides in front of the axis, insides behind it.
 const Vector2 kBefore_rad(-80 * kDegree, 80 * kDegree), kBehind_rad(110 * kDegree, 250 * kDegree);
 constexpr double kInside_m = 0.037, kOutside_m = 0.04;  // radii
 
@@ -19,7 +20,7 @@ DisjointSets JoinedVessels(const PiecesByHand& seen) {
   return objects;
 }
 
-// Of a bowl that is seen from above nothing else shows.
+// A bowl that is seen from above shows only its inside.
 TEST(VesselInsides, TakeTheFloorWithinThemAndNothingBeside) {
   PiecesByHand seen;
   const std::size_t support = seen.AddEmpty();
@@ -32,7 +33,7 @@ TEST(VesselInsides, TakeTheFloorWithinThemAndNothingBeside) {
   EXPECT_EQ(joined.Root(support), support);
 }
 
-// Upright and facing the sensor before the axis, 6.4 or 16 cm^2 large.
+// Pieces of 6.4 or 16 cm^2 in front of the axis, upright and facing the sensor.
 TEST(VesselInsides, TakeSmallScrapsAndLeaveWhatMayBeAThing) {
   for (const double width_m : {0.016, 0.04}) {
     PiecesByHand seen;
@@ -44,7 +45,7 @@ TEST(VesselInsides, TakeSmallScrapsAndLeaveWhatMayBeAThing) {
 }
 
 TEST(VesselInsides, JoinOutsidesWhoseRimsAreAtTheirHeight) {
-  for (const double drop_m : {0.01, 0.035}) {  // one rim's heights differ by up to 2 cm
+  for (const double drop_m : {0.01, 0.035}) {  // the heights of one rim differ by up to 2 cm
     PiecesByHand seen;
     const std::size_t outside = seen.AddWall(kOutside_m, kBefore_rad, {-0.6, -0.5}, 1);
     const std::size_t inside = seen.AddWall(kInside_m, kBehind_rad, {-0.58, -0.5 - drop_m}, -1);
@@ -53,7 +54,7 @@ TEST(VesselInsides, JoinOutsidesWhoseRimsAreAtTheirHeight) {
   }
 }
 
-// Vessels for a table are up to 30 cm in radius.
+// Vessels have a radius of up to 30 cm.
 TEST(VesselInsides, JoinNothingOfWhatIsWiderThanVesselsAre) {
   for (const double radius_m : {0.25, 0.35}) {
     PiecesByHand seen;

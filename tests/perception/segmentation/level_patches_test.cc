@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kRangeSigma_m = 0.0025f;
-constexpr float kGrazingNoise_sigma = 4;  // a Kinect's at ten degrees
+constexpr float kGrazingNoise_sigma = 4;  // of a Kinect at ten degrees
 
 // Adds points whose normals face the sensor at the origin, with noise along the ray.
 void AddPoints(const Vector3f& corner, const Vector3f& along, const Vector3f& across,
@@ -28,7 +28,7 @@ void AddPoints(const Vector3f& corner, const Vector3f& along, const Vector3f& ac
   }
 }
 
-// The share of its cells that are turned.
+// The share of the cells whose normals are turned upright.
 double TurnedShare(const OrientedPoints& points) {
   CoarseCloud coarse = MakeCoarseCloud(points);
   const TurnedCells turned = TurnLevelPatches(Vector3f::UnitZ(), coarse, {});

@@ -11,7 +11,7 @@ namespace cwm::perception {
 namespace {
 
 struct CellRange {
-  int first, last;  // all but the last
+  int first, last;  // `last` is not included
 };
 
 class DrawnCells {
@@ -44,7 +44,8 @@ std::vector<std::pair<double, double>> SortedCorners(const Polygon& polygon) {
   return corners;
 }
 
-// A square of three cells: midway to its neighbours, its corners cut off.
+// A square of three cells: its outline runs midway to the neighbouring cells, with the corners cut
+// off.
 TEST(OutlineTracing, RunsMidwayBetweenCellsAndRoundHolesTheOtherWay) {
   const Outline outline = DrawnCells(3).Fill({0, 3}, {0, 3}).Clear({1, 2}, {1, 2}).Trace();
   EXPECT_EQ(
@@ -59,8 +60,8 @@ TEST(OutlineTracing, RunsMidwayBetweenCellsAndRoundHolesTheOtherWay) {
   EXPECT_EQ(outline.corner_count(), 12u);
 }
 
-// A ring without one corner: its ends touch in a corner alone, between which its inside is open. By
-// blocks of four cells, row by row: 1.25 + 2.75 + 1.75 + 0.75.
+// A ring without one corner: its ends touch in a corner only, where its inside is open to the
+// outside. The area by blocks of four cells, row by row: 1.25 + 2.75 + 1.75 + 0.75.
 TEST(OutlineTracing, PartsWhatTouchesInACornerAlone) {
   const Outline outline =
       DrawnCells(3).Fill({0, 3}, {0, 3}).Clear({1, 2}, {1, 2}).Clear({2, 3}, {2, 3}).Trace();
@@ -69,8 +70,8 @@ TEST(OutlineTracing, PartsWhatTouchesInACornerAlone) {
   EXPECT_DOUBLE_EQ(SignedArea_m2(outline.border), 6.5);
 }
 
-// 20 cells square. Of its octagon four corners lie less than half a cell from lines between the
-// others; a hole of one cell is thinner than the tolerance.
+// A square of 20 cells. Four corners of its octagon lie less than half a cell from the lines
+// between the others; a hole of one cell is thinner than the tolerance.
 TEST(OutlineTracing, SimplifiesASquareToFourCornersAndDropsTheHolesThatNeedTheMost) {
   const auto square = [] { return DrawnCells(20).Fill({0, 20}, {0, 20}); };
   const Outline pierced = square().Clear({10, 11}, {10, 11}).Trace();
@@ -89,8 +90,8 @@ TEST(OutlineTracing, SimplifiesASquareToFourCornersAndDropsTheHolesThatNeedTheMo
   EXPECT_LT(SignedArea_m2(fewer.holes[0]), 0);
 }
 
-// An L of 40 cells has six corners, none nearer than 8 cells to a line between others; with one
-// less its concavity is filled.
+// An L of 40 cells has six corners, none nearer than 8 cells to a line between the others. With one
+// corner less its concavity is filled.
 TEST(OutlineTracing, GivesUpConcavitiesAtLastAndLeavesNothingAsItIs) {
   const Outline ell = DrawnCells(40).Fill({0, 40}, {0, 40}).Clear({20, 40}, {20, 40}).Trace();
   const Outline concave = Simplified(ell, {.tolerance = 1, .most_corners = 6});

@@ -1,4 +1,4 @@
-// Pieces of points that are set by hand, as the tests for joining look at them.
+// Pieces made by hand, in the form that the joining rules take.
 #pragma once
 
 #include <cmath>
@@ -9,18 +9,19 @@
 
 namespace cwm::perception {
 
-// Seen from the origin of the level frame, 4 mm between the points, without noise.
+// Pieces seen from the origin of the level frame, with 4 mm between points and without noise.
 class PiecesByHand {
  public:
   static constexpr double kSpacing_m = 0.004;
-  static constexpr float kDirections_rad = 0.006f;  // of a map: the nearest points are 0.8 m away
+  static constexpr float kDirections_rad = 0.006f;  // of the sight map: the nearest are 0.8 m away
 
-  // All of these return the number of the piece.
+  // All of these add a piece and return its number.
 
-  // As of a support.
+  // A piece without points, as a support is.
   std::size_t AddEmpty() { return Append({}); }
 
-  // The upright rectangle at x = `x_m` that faces the sensor, turned about its upright middle.
+  // The upright rectangle at x = `x_m` that faces the sensor, turned about its vertical centre
+  // line.
   std::size_t AddFront(double x_m, const Vector2& y_m, const Vector2& z_m, double turn_rad = 0) {
     const double middle_m = y_m.mean();
     const Vector3 normal(-std::cos(turn_rad), std::sin(turn_rad), 0);
@@ -37,8 +38,8 @@ class PiecesByHand {
     });
   }
 
-  // An upright round wall about (1, 0), by angles from the direction to the sensor: its outside
-  // where `outward` is 1, its inside where it is -1.
+  // An upright round wall around (1, 0), with angles from the direction to the sensor: its outside
+  // if `outward` is 1, its inside if it is -1.
   std::size_t AddWall(double radius_m, const Vector2& angle_rad, const Vector2& z_m,
                       double outward) {
     return Add({radius_m * (angle_rad.y() - angle_rad.x()), z_m.y() - z_m.x()},
@@ -66,7 +67,7 @@ class PiecesByHand {
     return views_.pieces.size() - 1;
   }
 
-  // Points by their shares of both lengths.
+  // Adds points at shares of both lengths.
   std::size_t Add(const Vector2& lengths_m, const std::function<Point(double, double)>& point_at) {
     const auto columns = std::lround(lengths_m.x() / kSpacing_m);
     const auto rows = std::lround(lengths_m.y() / kSpacing_m);

@@ -1,4 +1,4 @@
-// Images of few faces, cut into pieces.
+// Images of a few faces, cut into pieces.
 #include "perception/segmentation/pieces.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ constexpr float kTableDepth_m = 0.8f, kThingDepth_m = 0.7f;
 
 enum class HasTable { kNo, kYes };
 
-// With the normals that are estimated. The table, if any, is what lies at kTableDepth_m and faces
+// An image with estimated normals. The table, if any, is all that lies at kTableDepth_m and faces
 // the sensor.
 class CutImage {
  public:
@@ -47,7 +47,7 @@ class CutImage {
   }
 
   const Pieces& pieces() const { return pieces_; }
-  // Of a pixel; all pixels return.
+  // The piece at a pixel; all pixels return.
   std::int32_t At(int row, int column) const {
     return pieces_.of_node[static_cast<std::size_t>(row * measured_.width + column)];
   }
@@ -61,7 +61,7 @@ bool IsInSquare(int row, int column, int first, int last) {
   return row >= first && row < last && column >= first && column < last;
 }
 
-// Of a box 12 cm wide, and 25 pixels that are too few for anything.
+// A box 12 cm wide, and a patch of 25 pixels that is too small for a piece.
 TEST(CutIntoPieces, GivesEachNodeToTheTableOrTheBoxOnItUnlessTooLittleHangsTogether) {
   const auto is_box = [](int v, int u) { return IsInSquare(v, u, 40, 80); };
   const auto is_speck = [](int v, int u) { return IsInSquare(v, u, 10, 15); };
@@ -101,7 +101,7 @@ TEST(CutIntoPieces, CutsFacesAlongAConcaveCreaseAndNotAlongAConvexEdge) {
   }
 }
 
-// A frame 18 cm wide, through whose opening of 9 cm the table is seen.
+// A frame 18 cm wide; the table is seen through its opening of 9 cm.
 TEST(CutIntoPieces, MakesAPatchOfWhatIsPartedFromTheRestOfItsSupport) {
   const auto is_inside = [](int v, int u) { return IsInSquare(v, u, 45, 75); };
   const CutImage cut(kTableFormat, HasTable::kYes, [&](int v, int u) {
@@ -117,7 +117,8 @@ TEST(CutIntoPieces, MakesAPatchOfWhatIsPartedFromTheRestOfItsSupport) {
   EXPECT_NE(cut.At(60, 35), patch);
 }
 
-// Every border node of a square of 100 has three links across; a tenth of all are 12.
+// Every border node of a square of 100 nodes has three links across the border; a tenth of all
+// links is 12.
 TEST(PieceBorders, AreNodesBesideOtherPiecesAndContactsFromATenthOfTheOutlineOn) {
   const MeasuredPoints wall =
       DrawnImage({.width = 20, .height = 10, .focal_px = 262}, [](int, int) { return 0.8f; });

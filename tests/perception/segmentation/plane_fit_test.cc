@@ -39,7 +39,7 @@ TEST(FitPlane, RecoversThePlaneWithinThreeSigmaDespiteFortyPercentOutliers) {
   const OrientedPoints points = NoisyPlane(kInliers, 400);
   const auto plane = FitPlane(points, All(points), 1);
   ASSERT_TRUE(plane);
-  // Offset at the middle: sigma / sqrt(n); slope: sigma / (sqrt(n) rms lever of 0.29 m).
+  // Offset at the middle: sigma / sqrt(n); slope: sigma / (sqrt(n) times the rms lever of 0.29 m).
   const double offset_sigma = kSigma_m / std::sqrt(double{kInliers});
   EXPECT_NEAR(plane->Height_m(Vector3(0, 0, 0.5)), 0, 3 * offset_sigma);
   EXPECT_LT(std::acos(std::min(1.0, plane->normal.z())), 3 * std::sqrt(2.0) * offset_sigma / 0.29);

@@ -1,4 +1,4 @@
-// What stands on a support: its footprint, its foot and the empty space below it.
+// Objects on a support: their footprint, their foot and the empty space below them.
 #include "perception/segmentation/regions.h"
 
 #include <gtest/gtest.h>
@@ -15,12 +15,13 @@ namespace {
 
 constexpr double kStep_m = 0.004;
 constexpr float kCell_m = 1.25f * kStep_m;    // wider than a step, so that no cell stays empty
-constexpr float kPitch_rad = 1.5f * kStep_m;  // of directions: the nearest points are 0.9 m away
-constexpr double kTop_m = -0.8;               // the table's, below the sensor at the origin
+constexpr float kPitch_rad = 1.5f * kStep_m;  // of the sight map: the nearest points are 0.9 m away
+constexpr double kTop_m = -0.8;               // of the table, below the sensor at the origin
 const Vector3 kCorner(0.6, -0.3, kTop_m);
 const Vector2 kSize_m(0.6, 0.6);
 
-// Upright, across the view in its middle; what lies behind it and below its shadow is not seen.
+// An upright screen across the view, in its middle. Points behind it and below its shadow's edge
+// are not seen.
 struct Screen {
   double distance_m, half_width_m, height_m;  // the distance from the table's corner
 
@@ -31,7 +32,7 @@ struct Screen {
   }
 };
 
-// A table and one thing over it.
+// A table and one object above it.
 class TableScene {
  public:
   explicit TableScene(std::optional<Screen> screen = std::nullopt) : screen_(screen) {
@@ -48,7 +49,7 @@ class TableScene {
     }
   }
 
-  // The front and the top of a box; its low front corner is measured from the table's corner.
+  // Adds the front and the top of a box; its low front corner is measured from the table's corner.
   TableScene& AddBox(const Vector3& corner_m, const Vector3& size_m) {
     const Vector3 low = kCorner + corner_m;
     for (double y = 0.5 * kStep_m; y < size_m.y(); y += kStep_m) {
@@ -62,8 +63,8 @@ class TableScene {
     return *this;
   }
 
-  // What of a ball is seen from above: all that is farther up than this from its equator. It touches
-  // the table, or hangs so high above it.
+  // Adds the part of a ball that is seen from above: everything higher than `from_rad` above its
+  // equator. The ball touches the table or hangs `hangs_m` above it.
   TableScene& AddBall(const Vector2& at_m, double radius_m, double from_rad, double hangs_m) {
     const Vector3 middle = kCorner + Vector3(at_m.x(), at_m.y(), radius_m + hangs_m);
     for (double up_rad = from_rad; up_rad < 0.5 * std::numbers::pi; up_rad += kStep_m / radius_m) {
@@ -77,7 +78,7 @@ class TableScene {
     return *this;
   }
 
-  // Points that belong to no piece, apart from everything.
+  // Adds points that belong to no piece, apart from everything else.
   TableScene& AddStray(int count) {
     for (int i = 0; i < count; ++i) {
       const int column = i % 5, row = i / 5 % 5, layer = i / 25;
@@ -109,7 +110,7 @@ class TableScene {
                        SightMap(graph.nodes(), kPitch_rad));
   }
 
-  // Of the one thing.
+  // The support of the only segment; -2 if there is none.
   std::int32_t SupportOfTheBox() const {
     const Regions regions = Form();
     EXPECT_EQ(regions.segments.size(), 1u);
@@ -143,19 +144,20 @@ TEST(FormRegions, ABoxThatTheTableIsSeenBelowHangsInTheAir) {
 }
 
 TEST(FormRegions, ABoxStandsWhereMostOfItIsOverTheTable) {
-  // 3 cm over the border count as the table's: 58 and 38 of 100 mm lie within those.
+  // 3 cm beyond the border still count as the table: 58 and 38 of 100 mm lie within that.
   EXPECT_EQ(TableScene().AddBox({0.2, 0.572, 0.004}, kBox_m).SupportOfTheBox(), 0);
   EXPECT_EQ(TableScene().AddBox({0.2, 0.592, 0.004}, kBox_m).SupportOfTheBox(), -1);
 }
 
 TEST(FormRegions, AFootprintOfOneLeafIsTooSmallAndOneOfTwoIsNot) {
-  // Inside one leaf of 1 cm of the table, and over two of them (kMinThing_m2).
+  // The footprints lie in one leaf of 1 cm of the table and in two leaves (kMinThing_m2).
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.008, 0.1}).SupportOfTheBox(), -1);
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.018, 0.1}).SupportOfTheBox(), 0);
 }
 
 TEST(FormRegions, ABoxInTheShadowOfAnotherThingStandsOnTheTable) {
-  // Its upper half is all that is seen, and no table beside it: the shadow reaches over the border.
+  // Only the box's upper half is seen, and no table beside it: the shadow reaches beyond the
+  // border.
   const Regions regions =
       TableScene(Screen{.distance_m = 0.2, .half_width_m = 0.2, .height_m = 0.3})
           .AddBox({0.4, 0.25, 0.004}, {0.1, 0.1, 0.28})
@@ -171,8 +173,8 @@ TEST(FormRegions, ABallOfWhichNoFootIsSeenStandsWhereItTouches) {
 }
 
 TEST(FormRegions, AThingThatReachesOutOfTheViewStandsOnTheTableUnlessItIsSeenBelow) {
-  // 5 of 20 cm are over what is seen of the table; where its foot and the rest of it are, nothing is
-  // measured.
+  // 5 of 20 cm are above the visible part of the table. Nothing is measured where the foot and the
+  // rest are.
   EXPECT_EQ(TableScene().AddBox({-0.15, 0.2, 0.1}, {0.2, 0.2, 0.2}).SupportOfTheBox(), 0);
   EXPECT_EQ(TableScene().AddBox({-0.15, 0.2, -0.4}, {0.2, 0.2, 0.6}).SupportOfTheBox(), -1);
 }

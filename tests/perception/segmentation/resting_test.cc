@@ -1,4 +1,4 @@
-// What a camera sees of boxes from the front and above: their near faces and tops.
+// Boxes seen by a camera in front of them and above: their near faces and tops.
 #include "perception/segmentation/resting.h"
 
 #include <gtest/gtest.h>
@@ -11,11 +11,11 @@ namespace {
 constexpr double kStep_m = 0.004;
 constexpr float kSigma_m = 0.0015f;
 
-// Depth runs along x, away from the camera.
+// A box with depth along x, away from the camera.
 struct SeenBox {
   Vector3 low, high;
   bool top_seen = true;
-  double seen_from_m = 0;  // what is nearer to the support is hidden
+  double seen_from_m = 0;  // below this height the box is hidden
 };
 
 class Resting {
@@ -24,7 +24,7 @@ class Resting {
     segments_.push_back({.nodes = NodesOf(box), .supported_by = 0});
     return *this;
   }
-  // One sees below its foot: no support carries it.
+  // Adds a box under whose foot the camera sees: no support carries it.
   Resting& AddHanging(const SeenBox& box) {
     hanging_.push_back({.nodes = NodesOf(box)});
     return *this;
@@ -80,7 +80,7 @@ TEST(FindWhatTheyRestOn, ASmallBoxOnALargeOne) {
   EXPECT_NEAR(scene.segments()[1].foot_height_m, 0.08, 0.01);
 }
 
-// A crease takes the upper one's lowest nodes.
+// A crease removes the lowest nodes of the upper box.
 TEST(FindWhatTheyRestOn, AtTheHeightOfTheFaceBelow) {
   Resting stack;
   stack.Add({{0, 0, 0}, {0.2, 0.25, 0.08}})

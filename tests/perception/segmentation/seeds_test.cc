@@ -1,4 +1,5 @@
-// Two faces, one behind the other by a step of few sigma, that hang together where the step has a gap.
+// Two faces, one behind the other by a step of a few sigma, that are connected through a gap in the
+// step.
 #include "perception/segmentation/seeds.h"
 
 #include <gtest/gtest.h>
@@ -17,9 +18,9 @@ using Eigen::Vector3f;
 constexpr int kWidth = 90, kHeight = 60;
 constexpr float kFocal_px = 525;
 constexpr float kBehind_m = 0.8f;
-constexpr float kStep_m = 0.012f;  // 4 sigma, what the graph calls a step, are 4.4 mm here
+constexpr float kStep_m = 0.012f;  // the graph calls 4 sigma a step, which is 4.4 mm here
 
-// The depth at (row, column); NaN where nothing returns. Every pixel faces the sensor.
+// An image with the depth at (row, column), NaN for no return. Every pixel faces the sensor.
 MeasuredPoints Image(const std::function<float(int, int)>& depth_m) {
   PointCloud cloud;
   cloud.width = kWidth;
@@ -36,7 +37,7 @@ MeasuredPoints Image(const std::function<float(int, int)>& depth_m) {
   return measured;
 }
 
-// Of nodes that are at no step.
+// The seeds of the nodes that are not at a step.
 Seeds SeedsOf(const MeasuredPoints& measured) {
   const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
   const std::vector<char> crease(graph.size(), 0);
@@ -49,15 +50,15 @@ Seeds SeedsOf(const MeasuredPoints& measured) {
   return seeds;
 }
 
-// The seed of the node at a pixel where something returns.
+// The seed of the node at a pixel that returns.
 std::int32_t SeedAt(const Seeds& seeds, const MeasuredPoints& measured, int row, int column) {
   const auto pixel = static_cast<std::size_t>(row) * kWidth + static_cast<std::size_t>(column);
   const std::int32_t node = measured.image[pixel];
   return seeds.of_node[static_cast<std::size_t>(node)];
 }
 
-// The right half lies nearer. In `gap` rows from row 20 on depth runs evenly from the one to the other,
-// by 4 mm a pixel.
+// The right half lies nearer. In `gap` rows from row 20 on, the depth changes evenly from one half
+// to the other, by 4 mm per pixel.
 float TwoFaces(int row, int column, int gap) {
   if (row < 20 || row >= 20 + gap) return column < 45 ? kBehind_m : kBehind_m - kStep_m;
   const float across = std::clamp(static_cast<float>(column - 43) / 3, 0.0f, 1.0f);
@@ -85,8 +86,8 @@ TEST(Seeds, OfOneSurfaceIsOneWhereHalfOfItsBorderIsEven) {
   EXPECT_EQ(SeedAt(seeds, measured, 30, 10), SeedAt(seeds, measured, 30, 80));
 }
 
-// Five pixels wide, with one right in its middle that noise moved: what is left beside it is beside a
-// step as well.
+// Five pixels wide, with one pixel in the middle that noise moved: the pixels left beside it are
+// beside a step as well.
 TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
   const MeasuredPoints measured = Image([](int v, int u) {
     if (v < 28 || v > 32) return std::nanf("");

@@ -1,4 +1,4 @@
-// The interpreter against the virtual scanner's ground truth.
+// The segmentation compared with the virtual scanner's ground truth.
 #include "perception/segmentation/segment_scene.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,8 @@
 namespace cwm::perception {
 namespace {
 
-// The best overlap that a scored object must reach: what the scorer of the data calls a match.
+// The smallest overlap with which a scored object counts as matched, as in the scorer of the data
+// set.
 constexpr double kLeastOverlap = 0.75;
 
 SimulatedObject BoxAt(const std::string& name, const Vector3& size_m, const Vector3& middle_m) {
@@ -34,7 +35,7 @@ SimulatedScene Table(std::vector<SimulatedObject> objects) {
   return scene;
 }
 
-// From 0.9 m at 45 degrees, x of the image to the world's -y.
+// A camera at 0.9 m and 45 degrees; x of the image points to the world's -y.
 PinholeCamera Camera() {
   PinholeCamera camera;
   const Vector3 forward = Vector3(1, 0, -1).normalized(), right(0, -1, 0);
@@ -56,7 +57,7 @@ int ObjectCount(const SegmentedScene& scene) {
   return count;
 }
 
-// Index of the thing with most of a true object's points.
+// The index of the segmented object with most of a true object's points.
 std::size_t ThingOf(const SegmentedScene& scene, const SimulatedCloud& truth, std::int32_t object) {
   std::vector<std::size_t> shared;
   for (const SegmentedThing& thing : scene.things) {
@@ -67,7 +68,7 @@ std::size_t ThingOf(const SegmentedScene& scene, const SimulatedCloud& truth, st
   return static_cast<std::size_t>(std::max_element(shared.begin(), shared.end()) - shared.begin());
 }
 
-// Intersection over union of a true object with the thing that covers it best.
+// Intersection over union of a true object with the segmented object that covers it best.
 double BestOverlap(const SegmentedScene& scene, const SimulatedCloud& truth, std::int32_t object) {
   double all = 0, best = 0;
   for (std::size_t i = 0; i < truth.cloud.size(); ++i) {
@@ -114,7 +115,8 @@ TEST(SegmentScene, JoinsABoxThatAnOccluderCutsInTwo) {
                         BoxAt("before", {0.05, 0.08, 0.2}, {-0.05, 0, 0.1})}));
 }
 
-// A wall behind the counter, cut apart by what stands before it, and the cabinet's front below.
+// A wall behind the counter that objects in front of it cut apart, and the front of the cabinet
+// below.
 TEST(SegmentScene, KeepsWallsAndFrontsFromBeingObjects) {
   const SimulatedScene kitchen = KitchenCounter();
   const SimulatedCloud truth = Scan(kitchen, KitchenCamera(), {});
@@ -139,7 +141,7 @@ TEST(SegmentScene, MeasuresUpAndTheSupportItself) {
       Scan(Table({BoxAt("box", {0.1, 0.1, 0.1}, {0, 0, 0.05})}), camera, {});
   const SegmentedScene scene = Segmented(truth.cloud);
   const Vector3 up_L = scene.R_LC * camera.X_WC.linear().transpose() * Vector3::UnitZ();
-  // The scanner's warp of 1.3 mm over 0.2 m tilts what is seen by less than half a degree.
+  // The scanner's warp of 1.3 mm over 0.2 m tilts the scene by less than half a degree.
   EXPECT_GT(up_L.z(), std::cos(0.01));
   ASSERT_EQ(scene.supports.size(), 1u);
   const double top = scene.supports[0].plate.X_FS.translation().z();
@@ -167,7 +169,7 @@ TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
   EXPECT_GT(BestOverlap(scene, shuffled, 2), kLeastOverlap);
 }
 
-// Normals that are none are estimated, as where a cloud has none.
+// Invalid normals are estimated anew, as in a cloud without normals.
 TEST(SegmentScene, TakesNoNormalsThatAreNotANumberOrOfNoLength) {
   const PointCloud bare =
       Scan(Table({BoxAt("box", {0.1, 0.1, 0.15}, {0, 0.2, 0.075})}), Camera(), {}).cloud;

@@ -29,7 +29,7 @@ TEST(SightMap, TellsInFrontOnAndBehind) {
   const SightMap sight(Wall(), kPitch_rad);
   EXPECT_EQ(sight.Look({1, 0.2f, 0.3f}, kTolerance_m), Visibility::kSeenThrough);
   EXPECT_EQ(sight.Look({3, 0.2f, 0.3f}, kTolerance_m), Visibility::kHidden);
-  // On the wall, straight ahead: a cell of directions spans no range there.
+  // On the wall straight ahead, where a cell of directions spans no range.
   EXPECT_EQ(sight.Look({2, 0, 0}, kTolerance_m), Visibility::kOnSurface);
 }
 
@@ -39,7 +39,8 @@ TEST(SightMap, KnowsNothingWhereNothingCameBack) {
   EXPECT_EQ(sight.Look({0.1f, 1, -1}, kTolerance_m), Visibility::kNoReturn);
 }
 
-// A board of 0.6 m square 1 m in front of the sensor, and of the wall what `is_seen` behind it.
+// A board of 0.6 m square 1 m in front of the sensor, and behind it the hidden part of the wall if
+// `is_seen`.
 OrientedPoints WallBehindABoard(bool is_seen) {
   OrientedPoints points;
   const OrientedPoints wall = Wall();
@@ -57,8 +58,8 @@ TEST(SeenFromOnePlace, IsNotWhatLiesBehindAnother) {
   EXPECT_FALSE(IsSeenFromOnePlace(WallBehindABoard(true), kPitch_rad));
 }
 
-// A table's top 1 m below the sensor at the origin, seen where |y| > `half_gap`; the floor `drop`
-// below it is seen where `floor` says so.
+// The top of a table 1 m below the sensor at the origin, seen at |y| > `half_gap_m`. In the gap,
+// the rays end on the floor `drop_m` below it, on a nearer object, or nowhere.
 struct GapScene {
   OrientedPoints points;
   std::vector<std::uint32_t> left, right;
@@ -78,7 +79,7 @@ GapScene TableWithGap(float half_gap_m, float drop_m, Between between) {
       } else if (between == Between::kNothing) {
         continue;
       } else {
-        // Along the ray to the place: beyond it, or before it.
+        // Along the ray to the place: beyond it or in front of it.
         scene.points.points.push_back(place * (between == Between::kFloor ? 1 + drop_m : 0.9f));
       }
       scene.points.sigma_m.push_back(0.0015f);

@@ -1,4 +1,5 @@
-// What of a scene belongs to a wall: what lies on its plane and hangs together behind what hides it.
+// The parts of a scene that belong to a wall: they lie on its plane and are connected behind what
+// hides the wall.
 #include "perception/segmentation/structures.h"
 
 #include <gtest/gtest.h>
@@ -10,15 +11,15 @@ namespace {
 
 constexpr double kStep_m = 0.02;
 constexpr float kCell_m = 1.25f * kStep_m;    // wider than a step, so that no cell stays empty
-constexpr float kPitch_rad = 2 * kStep_m;     // of directions: the nearest points are 1 m away
-constexpr double kWall_m = 2, kBehind_m = 4;  // before the sensor, which looks along x
-constexpr double kHalfHeight_m = 0.2;         // 20 cm of it reach less far than a wall
+constexpr float kPitch_rad = 2 * kStep_m;     // of the sight map: the nearest points are 1 m away
+constexpr double kWall_m = 2, kBehind_m = 4;  // in front of the sensor, which looks along x
+constexpr double kHalfHeight_m = 0.2;         // 20 cm of it are less than a wall's minimum
 
-// Upright rectangles that face the sensor, each a piece; what a nearer one hides is not seen. They are
-// given the nearest first.
+// Upright rectangles that face the sensor, each a piece; a nearer one hides those behind it. They
+// are added in the order of their distance, the nearest first.
 class Rectangles {
  public:
-  // From y = `from_m` to `to_m`, kHalfHeight_m up and down.
+  // Adds a rectangle from y = `from_m` to `to_m`, kHalfHeight_m up and down.
   std::int32_t Add(double at_m, double from_m, double to_m) {
     for (double y = from_m + 0.5 * kStep_m; y < to_m; y += kStep_m) {
       for (double z = -kHalfHeight_m + 0.5 * kStep_m; z < kHalfHeight_m; z += kStep_m) {

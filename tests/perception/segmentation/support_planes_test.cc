@@ -1,4 +1,4 @@
-// Level rectangles over each other and side by side, without noise.
+// Level rectangles above each other and side by side, without noise.
 #include "perception/segmentation/support_planes.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class LevelCloud {
     }
     return *this;
   }
-  // Upright at x = `x_m`, facing -x.
+  // Adds an upright rectangle at x = `x_m` that faces -x.
   LevelCloud& AddFront(double x_m, const Vector2& y_m, const Vector2& z_m) {
     for (double y = y_m.x() + 0.5 * kStepOfLevels_m; y < y_m.y(); y += kStepOfLevels_m) {
       for (double z = z_m.x() + 0.5 * kStepOfLevels_m; z < z_m.y(); z += kStepOfLevels_m) {
@@ -41,13 +41,13 @@ class LevelCloud {
     }
     return *this;
   }
-  // All normals point the other way.
+  // Reverses all normals.
   LevelCloud& TurnNormals() {
     for (Eigen::Vector3f& n : points_.normals) n = -n;
     return *this;
   }
 
-  // Nobody knows where the sensor was.
+  // Finds the supports when the sensor's position is unknown.
   std::vector<SupportPlane> Find() const {
     return FindSupportPlanes(MakeCoarseCloud(points_), Vector3::UnitZ(), nullptr, {});
   }
@@ -78,13 +78,13 @@ TEST(FindSupportPlanes, FindsATableAndAShelfHighAboveItTheLargerFirst) {
   EXPECT_NEAR(found[1].area_m2, 0.16, 0.02);
 }
 
-// 20 or 30 cm over a table of 60 x 60 cm, of which nothing is seen below a solid.
+// 20 or 30 cm above a table of 60 x 60 cm, which is not seen below a solid object.
 TEST(FindSupportPlanes, LeavesOutTopsOfObjectsButNotBoardsThatOneSeesUnder) {
   constexpr LevelSquare kSmall{0.2, 0.38}, kBoard{0.15, 0.45}, kLarge{0.1, 0.5};
   EXPECT_EQ(LevelCloud().AddLevel(0, kWholeTable, kSmall).AddLevel(0.2, kSmall).Find().size(), 1u);
   EXPECT_EQ(LevelCloud().AddLevel(0, kWholeTable, kBoard).AddLevel(0.3, kBoard).Find().size(), 1u);
   EXPECT_EQ(LevelCloud().AddLevel(0, kWholeTable).AddLevel(0.3, kBoard).Find().size(), 2u);
-  // It leaves less of the table than is much more than its top: its front tells.
+  // The large box leaves too little of the table around it; its front shows that it is solid.
   LevelCloud solid;
   solid.AddLevel(0, kWholeTable, kLarge).AddLevel(0.2, kLarge);
   EXPECT_EQ(solid.Find().size(), 2u);
@@ -93,7 +93,7 @@ TEST(FindSupportPlanes, LeavesOutTopsOfObjectsButNotBoardsThatOneSeesUnder) {
   EXPECT_NEAR(table[0].plane.offset_m, 0, 1e-3);
 }
 
-// Of one height: gaps of up to 30 cm are closed where nobody knows where the sensor was.
+// Patches of one height: gaps of up to 30 cm are closed if the sensor's position is unknown.
 TEST(FindSupportPlanes, MakesOneSupportOfWhatIsOnlyPartedByAGapThatMayBeAShadow) {
   for (const double gap_m : {0.2, 0.4}) {
     const std::vector<SupportPlane> found =
@@ -111,7 +111,7 @@ TEST(FindSupportPlanes, FindsNothingInAWallOrInWhatIsSmallerThanAnObject) {
   EXPECT_TRUE(LevelCloud().AddLevel(0, {0, 0.1}).Find().empty());
 }
 
-// Of 24 x 18 cm, in cells of 15 mm.
+// A patch of 24 x 18 cm, in cells of 15 mm.
 TEST(SketchCoarseCloud, FillsTheSameCellsWithFewerOfThePoints) {
   const MeasuredPoints image =
       DrawnImage({.width = 157, .height = 118, .focal_px = 525}, [](int, int) { return 0.8f; });

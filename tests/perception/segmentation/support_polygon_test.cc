@@ -1,4 +1,5 @@
-// Supports of the virtual scanner's scenes: where the plates are, and where they are not.
+// Supports of the virtual scanner's scenes: the places that their plates cover and those that they
+// leave out.
 #include "perception/segmentation/support_polygon.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kTop_m = 0.9;
-constexpr double kHeightError_m = 0.01;  // more than 5 sigma at 1.2 m; no two tops here are nearer
+constexpr double kHeightError_m = 0.01;  // more than 5 sigma at 1.2 m; no two tops are nearer
 
 Polygon Rectangle(const Vector2& low, const Vector2& high) {
   return {low, {high.x(), low.y()}, high, {low.x(), high.y()}};
@@ -35,7 +36,8 @@ SimulatedObject Block(const Vector3& size_m, const Vector3& middle_m) {
           .X_WO = MakeTranslation(middle_m.x(), middle_m.y(), middle_m.z())};
 }
 
-// From 0.85 m above the top and 0.75 m before its middle; x of the image to the world's -y.
+// A camera 0.85 m above the top and 0.75 m in front of its middle; x of the image points to the
+// world's -y.
 PinholeCamera Camera() {
   PinholeCamera camera;
   const Vector3 forward = Vector3(0.75, 0, -0.85).normalized(), right(0, -1, 0);
@@ -70,7 +72,7 @@ class SupportsOf {
     return some;
   }
 
-  // Of a place in a top to the nearest plate of that height; 0 or less on it.
+  // The distance of a place in a top from the nearest plate of that height; 0 or less on the plate.
   double Outside_m(const Vector2& place, double height_m = kTop_m) const {
     const Vector3 p_L = Vector3(place.x(), place.y(), height_m) - Camera().X_WC.translation();
     double outside = std::numeric_limits<double>::infinity();
@@ -83,7 +85,7 @@ class SupportsOf {
   SegmentedScene scene_;
 };
 
-// True to one and a half cells of 7.5 mm, and to what lateral noise and mixed pixels blur.
+// One and a half cells of 7.5 mm, plus the blur by lateral noise and mixed pixels.
 constexpr double kBorderError_m = 0.02;
 
 const Polygon kLShape = {{-0.35, -0.4}, {0.4, -0.4}, {0.4, 0},
@@ -120,7 +122,7 @@ TEST(SupportPolygon, LeavesTwoTablesWithAVisibleGapTwo) {
   EXPECT_LT(supports.Outside_m({0, -0.2}), 0);
 }
 
-// A pole at the near border hides a strip of the table as far as the other border.
+// A pole at the near border hides a strip of the table as far as the opposite border.
 SimulatedObject Pole() { return Block({0.08, 0.1, 0.65}, {-0.34, 0, kTop_m + 0.325}); }
 
 TEST(SupportPolygon, JoinsATableThatAnObjectCutsInTwo) {
@@ -133,7 +135,7 @@ TEST(SupportPolygon, JoinsATableWhoseMiddleReturnsNothing) {
   SimulatedCloud scan = ScanOf({Slab(Rectangle({-0.35, -0.4}, {0.25, 0.4}))});
   for (std::size_t i = 0; i < scan.cloud.size(); ++i) {
     const Vector3 p_W = Camera().X_WC * scan.cloud.points[i].cast<double>();
-    // Shiny, and its mirror image of the ceiling out of range.
+    // A shiny strip that mirrors the ceiling, which is out of range.
     if (scan.object[i] == 0 && std::abs(p_W.y()) < 0.06) {
       scan.cloud.points[i].setConstant(std::numeric_limits<float>::quiet_NaN());
     }
@@ -149,7 +151,8 @@ TEST(SupportPolygon, HasTheHoleThatTheFloorIsSeenThrough) {
       ScanOf({Slab(Rectangle({-0.35, -0.4}, {0.35, 0.4}), kTop_m, {hole})}).cloud);
   ASSERT_EQ(supports.At(kTop_m).size(), 1u);
   ASSERT_EQ(supports.At(kTop_m)[0].shape.holes.size(), 1u);
-  // Beside the hole's near wall, which is 3 cm high: the floor right behind it is hidden.
+  // The measured place is near the hole's near wall, which is 3 cm high: the floor right behind
+  // that is hidden.
   EXPECT_GT(supports.Outside_m({0.05, 0}), 0.1 - 0.03 - kBorderError_m);
   for (const Vector2& place :
        {Vector2(-0.2, 0), Vector2(0.25, 0), Vector2(0, 0.3), Vector2(0, -0.3)}) {
@@ -179,7 +182,7 @@ TEST(SupportPolygon, FindsAShelfAndATableAtOnce) {
   EXPECT_GT(supports.Outside_m({-0.1, 0.1}, shelf_m), 0.1);
 }
 
-// Low enough to be the top of a carton on the floor, but for what is seen under it.
+// As low as the top of a carton on the floor, but the floor is seen under it.
 TEST(SupportPolygon, OfALowTableUnderWhichTheFloorIsSeen) {
   const double top_m = 0.38;
   const SupportsOf supports(ScanOf({Slab(Rectangle({0.2, -0.4}, {0.8, 0.4}), top_m)}).cloud);
@@ -201,7 +204,7 @@ TEST(SupportPolygon, IsNoneOfACartonOnTheFloor) {
   const double top_m = 0.38;
   const SupportsOf carton(ScanOf({Block({0.6, 0.8, top_m}, {0.5, 0, top_m / 2})}).cloud);
   EXPECT_TRUE(carton.At(top_m).empty());
-  // Nor of two of one height, between which the floor is seen.
+  // Two cartons of one height between which the floor is seen are not a table either.
   const SupportsOf two(ScanOf({Block({0.6, 0.3, top_m}, {0.5, -0.2, top_m / 2}),
                                Block({0.6, 0.3, top_m}, {0.5, 0.2, top_m / 2})})
                            .cloud);

@@ -22,7 +22,7 @@ constexpr int kWidth = 160, kHeight = 120;
 constexpr float kFocal_px = 131;  // a quarter of a Kinect's image
 constexpr float kCrease_rad = 20 * std::numbers::pi_v<float> / 180;
 
-// Boxes before a wall, as rough as a Kinect sees them, with gaps.
+// Boxes in front of a wall, as rough as a Kinect sees them, with gaps.
 MeasuredPoints Blocks(int seed) {
   std::mt19937 random(static_cast<unsigned>(seed));
   std::uniform_real_distribution<float> uniform(0, 1);
@@ -51,7 +51,7 @@ bool IsFrontal(const OrientedPoints& nodes, std::size_t i) {
          kSteepIncidence_cos * nodes.points[i].norm();
 }
 
-// What the header says of ForEachLinked, pixel by pixel.
+// True if two pixels are linked by the rule that the header states for ForEachLinked.
 bool AreLinked(const MeasuredPoints& measured, std::size_t a, std::size_t b) {
   const OrientedPoints& nodes = measured.oriented;
   const float sigma = std::max(nodes.sigma_m[a], nodes.sigma_m[b]);
@@ -158,7 +158,7 @@ TEST(ConnectedSets, HoldWhatCanBeReachedWithinAClassInTheOrderOfFirstNodes) {
   EXPECT_EQ(FindConnectedSets(graph, classes, {}).of_node, sets.of_node);  // on one thread
 }
 
-// A wall at 0.8 m, its right half nearer by `step_m`, as fine as a Kinect sees it.
+// A wall at 0.8 m whose right half is nearer by `step_m`, at a Kinect's resolution.
 MeasuredPoints Step(float step_m) {
   constexpr float kKinect_px = 525;
   PointCloud cloud;

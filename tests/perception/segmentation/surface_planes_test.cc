@@ -1,4 +1,4 @@
-// Walls that face the sensor, with a gap, a step or a bend at their middle.
+// Walls that face the sensor, with a gap, a step or a bend in their middle.
 #include "perception/segmentation/surface_planes.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ SurfacePlanes PlanesOfDrawn(const MeasuredPoints& measured) {
   return PlanesOfSurface(measured, range_m, {});
 }
 
-// The pixel in the middle does not return.
+// A wall whose middle pixel does not return.
 MeasuredPoints WallWithAGap() {
   return DrawnImage(kPlanesFormat,
                     [](int v, int u) { return IsMiddle(v, u) ? std::nanf("") : kPlanesDepth_m; });
@@ -53,7 +53,7 @@ TEST(PlanesOfSurface, HoldWhatIsMeasuredAndNothingWhereNothingIsKnown) {
   EXPECT_TRUE(std::isnan(planes.normal_x.Row(0)[0]));
 }
 
-// A bit for each of kBeside: the row above, left and right, the row below.
+// One bit for each of kBeside: the row above, left and right, the row below.
 TEST(LinkRow, LinksAllThatIsBesideButWhatIsNotThere) {
   const SurfacePlanes planes = PlanesOfDrawn(WallWithAGap());
   RowLinks middle(planes.width), above(planes.width), top(planes.width);
@@ -70,7 +70,7 @@ TEST(LinkRow, LinksAllThatIsBesideButWhatIsNotThere) {
   for (std::size_t u = 0; u < 60; ++u) EXPECT_EQ(middle.steps[u], 0) << u;
 }
 
-// What noise explains are 6 mm, and what is no jump 14.5 mm.
+// Noise explains 6 mm; up to 14.5 mm is no jump.
 TEST(LinkRow, EndsAtAStepThatItTellsFromNoiseAndFromAJump) {
   struct Step {
     float step_m;
@@ -93,8 +93,8 @@ TEST(LinkRow, EndsAtAStepThatItTellsFromNoiseAndFromAJump) {
   }
 }
 
-// Two faces that lean by 15 degrees to either side of the middle column, towards the sensor where
-// `turn` is 1. The pixel in the middle does not return.
+// Two faces that lean by 15 degrees to either side of the middle column, towards the sensor if
+// `turn` is 1. The middle pixel does not return.
 SurfacePlanes BentWall(float turn) {
   const float slope = turn * std::tan(15 * static_cast<float>(kDegree));
   MeasuredPoints measured = DrawnImage(kPlanesFormat, [&](int v, int u) {

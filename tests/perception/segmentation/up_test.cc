@@ -1,4 +1,5 @@
-// Up, told by scenes of the virtual scanner: right, upside down, and by whose word.
+// The up direction, checked on scenes of the virtual scanner: right, upside down, given or
+// estimated.
 #include "perception/segmentation/up.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +18,8 @@
 namespace cwm::perception {
 namespace {
 
-// The scanner's warp of 1.3 mm over 0.2 m tilts what is seen by less than half a degree; of a
-// patch of 0.4 m by less than one.
+// The scanner's warp of 1.3 mm over 0.2 m tilts a scene by less than half a degree, a patch of 0.4
+// m by less than one degree.
 constexpr double kUpError_rad = 1 * kDegree;
 
 SimulatedObject Block(const Vector3& size_m, const Vector3& middle_m) {
@@ -27,7 +28,7 @@ SimulatedObject Block(const Vector3& size_m, const Vector3& middle_m) {
           .X_WO = MakeTranslation(middle_m.x(), middle_m.y(), middle_m.z())};
 }
 
-// Its top is at z = 0.
+// A table whose top is at z = 0.
 SimulatedObject TableTop() { return Block({1.2, 1.6, 0.03}, {0, 0, -0.015}); }
 
 SimulatedScene TableWithThings() {
@@ -35,7 +36,7 @@ SimulatedScene TableWithThings() {
            Block({0.1, 0.1, 0.12}, {0.15, 0.15, 0.06})}};
 }
 
-// 1.5 m above a camera that looks at it from below.
+// A ceiling 1.5 m above a camera that looks at it from below.
 SimulatedScene Ceiling() { return {{Block({6, 6, 0.2}, {0, 0, 1.6})}}; }
 
 PinholeCamera CameraAt(const Pose& X_WC) {
@@ -104,7 +105,8 @@ TEST(GivenUp, ThatIsUpsideDownIsTakenTheOtherWayRound) {
   }
 }
 
-// From straight above, or by a camera on its side, the image does not tell: things that stand do.
+// Seen from straight above or by a camera on its side, the image does not show which side is up;
+// objects that stand on the table do.
 TEST(GivenUp, ThatIsUpsideDownIsToldByWhatStandsWhereTheImageIsSilent) {
   for (const PinholeCamera& camera :
        {LookingDown(90 * kDegree), Rolled(LookingDown(45 * kDegree), 90 * kDegree)}) {
@@ -121,7 +123,7 @@ TEST(GivenUp, IsKeptUnderACeiling) {
   EXPECT_LT(UpError_rad(scene, camera), 1e-6);
 }
 
-// A room: what is level besides, seen from above, says that the sensor stands upright.
+// A room: another level surface, seen from above, shows that the sensor stands upright.
 TEST(GivenUp, IsNotDoubtedWhereAFloorIsSeenToo) {
   PinholeCamera camera = CameraAt(LookAt(Vector3::Zero(), Vector3(1, 0, 0)));
   camera.focal_px = 250;  // as wide as it is high: both are seen
@@ -139,7 +141,7 @@ TEST(GivenUp, OfAGivenOrientationIsDoubtedButNotTurned) {
   EXPECT_EQ(scene.R_LC, *options.R_LC);
 }
 
-// It may have been seen from several places: nothing is turned for it.
+// The cloud may be merged from several viewpoints: its frame is not turned.
 TEST(GivenUp, OfACloudThatIsNoImageIsDoubtedByWhatStandsAlone) {
   const PinholeCamera camera = LookingDown(35 * kDegree);
   SegmentOptions options;
@@ -159,7 +161,7 @@ TEST(EstimatedUp, IsKnownFromATableAndFromThingsThatStand) {
   EXPECT_EQ(Segmented(Shuffled(things), {}).up_source, UpSource::kSupport);
 }
 
-// A box's side shows upwards in the image as the normals of supports do, but it is small.
+// A box's side points upwards in the image as the normals of supports do, but it is small.
 TEST(EstimatedUp, OfATableSeenFromStraightAboveOrByACameraOnItsSide) {
   for (const PinholeCamera& camera :
        {LookingDown(90 * kDegree), Rolled(LookingDown(90 * kDegree), 90 * kDegree),
@@ -193,7 +195,8 @@ TEST(EstimatedUp, OfAnImageInABodysFrame) {
   EXPECT_GT(scene.R_LC(0, 0), 0.5) << "the world's x is along the view";
 }
 
-// Walls are larger than what stands before them, but not what things stand on.
+// Walls are larger than the objects in front of them, but not larger than the support of those
+// objects.
 TEST(EstimatedUp, OfACounterBeforeAWall) {
   SimulatedScene counter = TableWithThings();
   counter.objects.push_back(Block({0.1, 3, 3}, {0.65, 0, 0}));

@@ -11,7 +11,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kPromised_m = 1e-6;  // as hull_distance.h says
+constexpr double kPromised_m = 1e-6;  // as hull_distance.h promises
 
 Vector3 RandomPoint(RandomDraws& draws, double reach_m) {
   const double x = draws.Uniform(-reach_m, reach_m);
@@ -39,7 +39,7 @@ std::vector<Shape> ConvexShapes() {
                 .thickness_m = 0.02}};
 }
 
-// The distance of a ball to a shape is that of its centre less its radius.
+// The distance of a ball from a shape is that of its centre less its radius.
 TEST(HullDistance, OfABallIsTheSignedDistanceOfItsCentre) {
   RandomDraws draws(1, 0);
   for (const Shape& shape : ConvexShapes()) {
@@ -59,7 +59,7 @@ TEST(HullDistance, OfABallIsTheSignedDistanceOfItsCentre) {
   }
 }
 
-// A distance is at most that of any surface point of one to the other, and nearly reaches it.
+// The distance is at most that of any vertex of one shape's mesh from the other shape.
 TEST(HullDistance, IsTheLeastOverTheSurfaceOfTheOther) {
   constexpr double kMesh_m = 2e-4;  // deviation of the inscribed meshes
   RandomDraws draws(2, 0);
@@ -76,7 +76,7 @@ TEST(HullDistance, IsTheLeastOverTheSurfaceOfTheOther) {
       }
       const double found_m = HullDistance_m(a, b);
       EXPECT_LE(found_m, std::max(0.0, least_m) + 1e-9);
-      // The direction along which the two are that far apart proves it from below.
+      // The distance is symmetric.
       EXPECT_NEAR(found_m, HullDistance_m(b, a), 2 * kPromised_m);
       if (least_m <= 0) {
         EXPECT_EQ(found_m, 0);

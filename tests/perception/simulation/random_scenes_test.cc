@@ -21,7 +21,8 @@ struct Surface {
   Aabb bounds_W;
 };
 
-// Points all over a part's surface, at most `spacing_m` apart: its mesh, each triangle as a grid.
+// Points all over a part's surface, at most `spacing_m` apart: each triangle of its mesh is sampled
+// as a grid.
 Surface Sample(const SimulatedObject& object, const Placed<>& part, double spacing_m) {
   const Pose X_WS = object.X_WO * part.X_FS;
   const TriangleMesh mesh = Tessellate(part.shape, 0.0005);
@@ -42,8 +43,8 @@ Surface Sample(const SimulatedObject& object, const Placed<>& part, double spaci
   return surface;
 }
 
-// Neither generator nor test knows the other's rule: surfaces are sampled here, and asked how deep
-// they lie in the other solid.
+// The depth of the surface's deepest point inside the object. The check is independent of the
+// generator's rule: it samples surfaces and asks how deep they lie in the other solid.
 double DeepestIn_m(const Surface& surface, const SimulatedObject& object) {
   double deepest_m = 0;
   for (const Placed<>& part : object.parts) {
@@ -68,7 +69,7 @@ struct FamilyOfScenes {
   std::string name;
   int least_things = 0;
   int most_things = 0;
-  int least_on_others = 0;  // things that rest on others, in the scenes that are looked at
+  int least_on_others = 0;  // objects that rest on others, over the examined scenes
 };
 
 class RandomScenes : public ::testing::TestWithParam<FamilyOfScenes> {
@@ -213,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(Families, TouchingThings, kTouchingFamilies, kNameOfFam
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// Drawn once for all tests that look at many.
+// Many scenes, drawn once for all tests that use them.
 const std::vector<SimulatedView>& ManyTables() {
   constexpr std::uint64_t kOfEach = 30;
   static const std::vector<SimulatedView> views = [] {
@@ -233,7 +234,7 @@ TEST(RandomTables, AreSeenFromCloseByAndFromAbove) {
     const double down_rad = -std::asin(X_WC.linear()(2, 2));
     EXPECT_GE(down_rad, 20 * kDegree);
     EXPECT_LE(down_rad, 70 * kDegree);
-    // The axis meets the world's z axis 50 mm above the table.
+    // The optical axis meets the world's z axis 50 mm above the table.
     const double top_m = BoundsInWorld(view.scene.objects[0]).max().z();
     const double distance_m = (X_WC.translation() - Vector3(0, 0, top_m + 0.05)).norm();
     EXPECT_GE(distance_m, 0.6);
@@ -241,7 +242,7 @@ TEST(RandomTables, AreSeenFromCloseByAndFromAbove) {
   }
 }
 
-// Tilted: no axis of the solid is upright.
+// True if no axis of the solid is upright.
 bool IsTilted(const SimulatedObject& thing) {
   const Matrix3 R_WS = (thing.X_WO * thing.parts[0].X_FS).linear();
   if (std::holds_alternative<Box>(thing.parts[0].shape)) {
@@ -270,7 +271,7 @@ TEST(RandomTables, LayOrLeanAboutAThirdOfTheThings) {
 }
 
 TEST(RandomTables, HideAFifthOfThingsThatStandApartAtMost) {
-  // The generator counts on every fourth pixel of rows and columns.
+  // The generator counts every fourth pixel of rows and columns.
   constexpr double kCoarseness = 0.05;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const SimulatedView view = RandomScene(SceneFamily::kTable, seed);
@@ -306,8 +307,8 @@ TEST(HiddenShares, CountWhatOthersCover) {
                            .X_WO = MakeTranslation(0, 0, depth_m)};
   };
   SimulatedScene scene{.objects = {board("far", 0.4, 2), board("near", 0.1, 1)}};
-  // Of 0.4 m at 2 m the near one covers (0.1 / 1)^2 / (0.4 / 2)^2, but for a border of pixels and
-  // the boards' thickness.
+  // The near board covers (0.1 / 1)^2 / (0.4 / 2)^2 of the far one, apart from a border of pixels
+  // and the boards' thickness.
   EXPECT_NEAR(HiddenShares(scene, PinholeCamera())[0], 0.25, 0.02);
   EXPECT_EQ(HiddenShares(scene, PinholeCamera())[1], 0);
   scene.objects[0].X_WO.translation().z() = -1;

@@ -62,7 +62,7 @@ TEST_P(RayCasting, HitsTheSurfaceWhereTheSignedDistanceFirstVanishes) {
     const Vector3 target = RandomPoint(draws, 0.3);
     ray.direction = draws.Uniform(0.1, 2) * (target - ray.origin).normalized();
     const auto hit = CastRay(shape, ray);
-    // Nothing solid lies before the hit, or before 3 m where there is none.
+    // Nothing solid lies before the hit, or within 3 m if there is no hit.
     const double end = hit ? hit->t : 3 / ray.direction.norm();
     for (int step = 0; step < kSteps; ++step) {
       const Vector3 p = ray.origin + end * step / kSteps * ray.direction;

@@ -1,4 +1,4 @@
-// The ways in which each kind of sensor errs beside its plain noise.
+// The errors of each kind of sensor beside its plain noise.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// Solid beyond the plane through a point with that normal, which looks towards the camera.
+// A half space beyond the plane through a point; the normal points towards the camera.
 SimulatedObject Wall(const char* name, const Vector3& through_C, const Vector3& normal_C) {
   Pose X_CS = Pose::Identity();
   X_CS.linear() = BasisFromZ(normal_C.normalized());
@@ -33,7 +33,8 @@ SimulatedScene FlatWall(double depth_m) {
   return {.objects = {Wall("wall", {0, 0, depth_m}, -Vector3::UnitZ())}};
 }
 
-// Two walls that meet at a right angle in a vertical edge 1 m before the camera, seen into.
+// Two walls that meet at a right angle in a vertical edge 1 m in front of the camera, which looks
+// into the corner.
 SimulatedScene Corner() {
   return {.objects = {Wall("left", {0, 0, 1}, {1, 0, -1}), Wall("right", {0, 0, 1}, {-1, 0, -1})}};
 }
@@ -53,7 +54,7 @@ TEST(Multipath, LeavesFlatWallsAndConvexEdgesAlone) {
     const RangeImage image = Render(scene, camera);
     const std::vector<float> bias_m = MultipathBias(image, camera);
     ASSERT_EQ(bias_m.size(), image.pixels.size());
-    // Normals as floats: facing each other by rounding alone.
+    // Normals are floats: the faces see each other only by rounding.
     EXPECT_LT(*std::max_element(bias_m.begin(), bias_m.end()), 1e-5F);
     EXPECT_GE(*std::min_element(bias_m.begin(), bias_m.end()), 0);
   }
@@ -68,7 +69,7 @@ TEST(Multipath, RoundsAConcaveCorner) {
   EXPECT_GT(beside_m, edge_m + 0.002F);  // the walls move back more than the edge does
   EXPECT_LT(beside_m, 0.1F);
   EXPECT_LT(at(636), beside_m);  // and less again far from the corner
-  // Symmetric, but for the grid of patches.
+  // Symmetric, apart from the grid of patches.
   EXPECT_NEAR(at(320 - 48), beside_m, 0.3 * beside_m);
 }
 
@@ -104,7 +105,7 @@ TEST(TimeOfFlight, MeasuresCornersTooFar) {
   EXPECT_NEAR(sum_m / count, expected_m, 4 * sigma_m + 0.2 * expected_m);
 }
 
-// Where the lines of a laser meet a floor, all points of a line are shifted together.
+// All points of one of a laser's scan lines on a floor are shifted together.
 TEST(TiltingLaser, JittersByWholeLines) {
   const PinholeCamera camera{.focal_px = 525};
   const SimulatedScene ramp = {.objects = {Wall("ramp", {0, 0, 2}, {0, -1, -1})}};
@@ -122,7 +123,7 @@ TEST(TiltingLaser, JittersByWholeLines) {
     for (int u = 0; u < camera.width; ++u) {
       const std::size_t i = static_cast<std::size_t>(v) * camera.width + u;
       if (!scan.cloud.points[i].allFinite() || scan.object[i] < 0) continue;
-      // The range error, in units of what one radian of tilt does to the range there.
+      // The range error, in units of the range change by one radian of tilt.
       const Vector3 p = ideal.cloud.points[i].cast<double>();
       const double error_m = scan.cloud.points[i].norm() - p.norm();
       sum += error_m;
@@ -139,12 +140,12 @@ TEST(TiltingLaser, JittersByWholeLines) {
   variance_of_lines /= lines;
   variance_within /= lines;
   beams_per_line /= lines;
-  // Within a line each beam errs by itself, by the axial sigma; a line's mean would then vary by
-  // that over its beams, and varies by far more.
+  // Within a line the beams err independently, by the axial sigma. If that were all, a line's mean
+  // would vary by that sigma over the root of its beam count; it varies by far more.
   EXPECT_NEAR(std::sqrt(variance_within), laser.AxialSigma_m(2), 0.1 * laser.AxialSigma_m(2));
   EXPECT_GT(variance_of_lines, 3 * variance_within / beams_per_line);
-  // At 45 degrees of incidence and about 2 m, 0.05 to 0.1 degrees are 1.7 to 3.5 mm of range; the
-  // ramp is nearer at the top and farther at the bottom of the image: within a factor of two.
+  // At 45 degrees of incidence and about 2 m, 0.05 to 0.1 degrees are 1.7 to 3.5 mm of range. The
+  // ramp is nearer at the top of the image and farther at its bottom: within a factor of two.
   EXPECT_GT(std::sqrt(variance_of_lines), 0.5 * 2 * std::tan(0.05 * kDegree));
   EXPECT_LT(std::sqrt(variance_of_lines), 2 * 3 * std::tan(0.10 * kDegree));
 }
@@ -210,7 +211,7 @@ TEST(ShinyObjects, ReturnNothingAndHideWhatIsBehind) {
   for (const bool noiseless : {true, false}) {
     const SimulatedCloud scan = Scan(scene, PinholeCamera(), {.noiseless = noiseless});
     EXPECT_EQ(std::count(scan.object.begin(), scan.object.end(), 1), 0);
-    // The middle of the ball, 20 pixels around: not the wall behind it either.
+    // The middle of the ball, 20 pixels around: the wall behind it does not appear there either.
     for (int v = 220; v < 260; ++v) {
       for (int u = 300; u < 340; ++u) {
         ASSERT_FALSE(scan.cloud.points[static_cast<std::size_t>(v) * 640 + u].allFinite());
@@ -239,7 +240,7 @@ TEST(Shuffling, KeepsEveryReturnWithItsTruth) {
   };
   EXPECT_EQ(sorted(scan), sorted(shuffled));
   EXPECT_EQ(static_cast<std::size_t>(shuffled.cloud.width), shuffled.cloud.points.size());
-  // Neighbours in the list are strangers: their mean distance is that of random pairs, decimetres.
+  // Neighbours in the list are unrelated: their mean distance is that of random pairs, decimetres.
   double sum_m = 0;
   for (std::size_t i = 1; i < shuffled.cloud.points.size(); ++i) {
     sum_m += (shuffled.cloud.points[i] - shuffled.cloud.points[i - 1]).norm();
@@ -275,7 +276,7 @@ TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
     const double angle_rad = Eigen::AngleAxisd(error.linear()).angle();
     EXPECT_GE(angle_rad, 0.2 * kDegree);
     EXPECT_LE(angle_rad, 0.5 * kDegree);
-    // What the camera looks at is a point of its axis: the shift there is the translation alone.
+    // The camera's target is a point of its axis; the shift there is the translation alone.
     double least_m = 1;
     for (double depth_m = 0.3; depth_m < 3; depth_m += 0.001) {
       const Vector3 p_W = views.X_WC[i] * Vector3(0, 0, depth_m);
@@ -287,12 +288,12 @@ TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
 }
 
 TEST(SeveralViews, AreTakenFromFreeSpace) {
-  constexpr double kRoom_m = 0.05;  // for the camera itself
+  constexpr double kRoom_m = 0.05;  // of free space for the camera itself
   for (const SceneFamily family :
        {SceneFamily::kTable, SceneFamily::kClutter, SceneFamily::kKitchen, SceneFamily::kVessels}) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       SimulatedView view = RandomScene(family, seed);
-      view.camera.width = 8;  // where the cameras are is all that matters
+      view.camera.width = 8;  // only the positions of the cameras matter
       view.camera.height = 6;
       view.camera.focal_px = 6.5;
       view.camera.center_x_px = 3.5;
@@ -316,7 +317,8 @@ TEST(SeveralViews, ShowMoreOfAnObjectThanOne) {
   const PinholeCamera camera = KitchenCamera();
   const auto sides_seen = [&](int count) {
     const RegisteredViews views = ScanFromSeveral(scene, camera, count, {.noiseless = true});
-    // Headings under which points lie around the axis of the soup can, in degrees.
+    // The directions, in steps of 5 degrees around the axis of the soup can, in which it has
+    // points.
     const auto soup = std::find_if(scene.objects.begin(), scene.objects.end(),
                                    [](const auto& object) { return object.name == "soup"; });
     std::map<int, int> headings;
@@ -324,12 +326,12 @@ TEST(SeveralViews, ShowMoreOfAnObjectThanOne) {
       if (views.cloud.object[i] != soup - scene.objects.begin()) continue;
       const Vector3 p_O =
           soup->X_WO.inverse() * camera.X_WC * views.cloud.cloud.points[i].cast<double>();
-      if (p_O.z() > 0.1) continue;  // its lid, which is 0.11 m up, is seen from everywhere
+      if (p_O.z() > 0.1) continue;  // its lid at 0.11 m is seen from everywhere
       ++headings[static_cast<int>(std::atan2(p_O.y(), p_O.x()) / kDegree / 5)];
     }
     return headings.size();
   };
-  EXPECT_GT(sides_seen(3), sides_seen(1) + 5);  // 40 degrees to each side, in steps of 5
+  EXPECT_GT(sides_seen(3), sides_seen(1) + 5);  // 40 degrees more on each side, in steps of 5
 }
 
 TEST(LookAt, LooksAtTheTargetLevelly) {

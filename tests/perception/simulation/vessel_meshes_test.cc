@@ -16,10 +16,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A regular polygon of n corners on a circle covers this share of it.
+// The share of a circle that a regular polygon of n corners on it covers.
 double PolygonShare(int corners) { return std::sin(2 * kPi / corners) / (2 * kPi / corners); }
 
-constexpr int kWallSegments = 96;  // as vessel_meshes.cc has them
+constexpr int kWallSegments = 96;  // as in vessel_meshes.cc
 constexpr int kTubeSegments = 16;
 
 double FrustumVolume_m3(double r0, double r1, double height) {
@@ -65,7 +65,7 @@ TEST(TubeMesh, KeepsItsThicknessInABend) {
   }
   const TriangleMesh mesh = MakeTube(points);
   ASSERT_TRUE(IsWatertight(mesh));
-  // Guldin: section times the way of its middle, here a chain of chords.
+  // Guldin's rule: section times the path of its centre, here a chain of chords.
   const double way = 24 * 2 * 0.03 * std::sin(kPi / 48);
   const double expected = PolygonShare(kTubeSegments) * kPi * 0.004 * 0.006 * way;
   EXPECT_NEAR(SignedVolume_m3(mesh), expected, 0.005 * expected);  // mitres at the chords' ends
@@ -89,8 +89,8 @@ TEST_P(Vessels, AreWatertightPartsWithOneHandleThatStandOnTheirFoot) {
   }
 }
 
-// The handle's ends are in the wall: nothing of a handle or spout shows inside the vessel, and a
-// handle is neither floating nor a second body.
+// The handle's ends are in the wall: no handle or spout shows inside the vessel, and a handle
+// neither floats nor is a second body.
 TEST_P(Vessels, HaveHandlesAndSpoutsThatGrowOutOfTheWall) {
   RandomDraws draws(4, 0);
   for (int i = 0; i < 3; ++i) {
@@ -102,7 +102,7 @@ TEST_P(Vessels, HaveHandlesAndSpoutsThatGrowOutOfTheWall) {
         const double distance_m = SignedDistance_m(body, p);
         nearest_m = std::min(nearest_m, distance_m);
         if (distance_m <= 0) continue;  // in the wall
-        // From inside the vessel the way outwards is barred.
+        // From inside the vessel the way outwards is blocked.
         const Ray outwards{.origin = p, .direction = {p.x(), p.y(), 0}};
         EXPECT_FALSE(CastRay(body, outwards)) << vessel.name << " " << p.transpose();
       }

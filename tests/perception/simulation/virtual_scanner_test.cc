@@ -14,7 +14,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kWarpRms_m = 0.0013;                  // as virtual_scanner.h says
+constexpr double kWarpRms_m = 0.0013;                  // as in virtual_scanner.h
 constexpr double kRandomDropOut = 0.015;               // of the pixels, beside steep faces
 constexpr double kCorrelationArea_px = 4 * 4 * 2 * 2;  // integral of the correlation over the image
 
@@ -27,7 +27,7 @@ SimulatedScene Wall(double depth_m, double tilt_rad) {
   return {.objects = {wall}};
 }
 
-// A narrow lens: all rays meet the wall at nearly one angle.
+// A camera with a narrow lens, whose rays all meet the wall at nearly the same angle.
 PinholeCamera NarrowCamera() {
   return {
       .width = 320, .height = 240, .focal_px = 5250, .center_x_px = 159.5, .center_y_px = 119.5};
@@ -35,7 +35,7 @@ PinholeCamera NarrowCamera() {
 
 bool IsReturn(const Eigen::Vector3f& p) { return p.allFinite(); }
 
-// Error of a point on the wall along its own ray.
+// The error of a point on the wall along its own ray.
 double RangeError_m(const Eigen::Vector3f& p_C, const SimulatedObject& wall) {
   const Vector3 p = p_C.cast<double>();
   const Vector3 normal = wall.X_WO.linear().col(2);
@@ -46,7 +46,7 @@ double RangeError_m(const Eigen::Vector3f& p_C, const SimulatedObject& wall) {
 struct ErrorImage {
   int width = 0;
   int height = 0;
-  std::vector<double> error_m;  // NaN where nothing returned
+  std::vector<double> error_m;  // NaN for no return
 };
 
 ErrorImage ErrorsOn(const SimulatedScene& wall, const SimulatedCloud& scan) {
@@ -74,7 +74,8 @@ double MeanProduct(const ErrorImage& image, int du, int dv) {
 
 double Rms(const ErrorImage& image) { return std::sqrt(MeanProduct(image, 0, 0)); }
 
-// Independent draws in the image; squares of correlated values are less correlated than values.
+// The number of independent draws in the image. Squares of correlated values are less correlated
+// than the values.
 double IndependentDraws(const ErrorImage& image) {
   return image.width * image.height / kCorrelationArea_px;
 }
@@ -150,10 +151,10 @@ TEST(VirtualScanner, MakesSlantedSurfacesNoisierByTheLateralNoise) {
   const SensorNoise noise{.model = SensorModel::kTimeOfFlight};
   PinholeCamera camera = NarrowCamera();
   const ErrorImage image = ErrorsOn(wall, Scan(wall, camera, {.noise = noise}));
-  // The displacement across the ray becomes a range error by the tangent of the slant.
+  // A displacement across the ray becomes a range error by the tangent of the slant.
   const double expected_m = std::hypot(noise.AxialSigma_m(1.2, tilt_rad),
                                        noise.LateralSigma_m(1.2, tilt_rad) * std::tan(tilt_rad));
-  // The narrow lens sees depths of 1.2 m +- 5 %, and 3 sigma of the draws come on top.
+  // The narrow lens sees depths of 1.2 m +- 5 %, and 3 sigma of the draws are added.
   EXPECT_NEAR(Rms(image), expected_m,
               expected_m * (0.05 + 3 / std::sqrt(2 * IndependentDraws(image))));
 }

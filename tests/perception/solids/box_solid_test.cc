@@ -7,8 +7,8 @@
 namespace cwm::perception {
 namespace {
 
-// 12 by 8 by 6 cm, turned about z. Its front (-x), its side (-y) and its top are seen, the walls
-// from `shown_m` above its foot on.
+// A box of 12 by 8 by 6 cm, turned about z. Its front (-x), its side (-y) and its top are seen, the
+// walls only from `shown_m` above its foot.
 struct BoxInView {
   BoxInView(double foot_m, double shown_m) {
     X.linear() = Eigen::AngleAxisd(0.3, Vector3::UnitZ()).toRotationMatrix();
@@ -30,7 +30,7 @@ struct BoxInView {
   std::vector<ShapeFit> fits;
 };
 
-// Where x, y and z are least, which walls and foot tell.
+// The corner with the least x, y and z, which the walls and the foot determine.
 Vector3 LowCornerOf(const Solid& box) {
   return box.X_MS * Vector3(-0.5 * std::get<Box>(box.shape).size_m);
 }
@@ -42,7 +42,7 @@ TEST(FindBoxFaces, AreThoseOfAnOuterCornerTheLargestFirst) {
   EXPECT_EQ(FindBoxFaces(box.fits, {0, 1, 0}, context), (BoxFaces{2, 0}));
   EXPECT_FALSE(FindBoxFaces(box.fits, {0, 1, 1}, context));
   EXPECT_FALSE(FindBoxFaces({}, {}, context));
-  // Of an inner corner they are none, and of faces that do not touch.
+  // Faces of an inner corner and faces that do not touch make no box.
   SeenFits corner(Vector3(0.6, 0, 0.6));
   const ShapeFit floor = corner.AddFace({0, -0.05, 0}, {0.1, 0, 0}, {0, 0.1, 0});
   const ShapeFit wall = corner.AddFace({0, -0.05, 0}, {0, 0.1, 0}, {0, 0, 0.1});

@@ -17,8 +17,8 @@ Solid PlacedAt(const Vector3& middle, const Shape& shape) {
 
 Aabb BoundsOf(const Solid& solid) { return TightBounds(solid.shape, solid.X_MS); }
 
-// A bar along x whose top is seen from -5 to 5 cm and from 7 to 15 cm, something in between: the
-// solid is that of the first piece.
+// A bar along x whose top is seen from -5 to 5 cm and from 7 to 15 cm, with something between them.
+// The solid is made of the first piece.
 struct HalfOfABar {
   HalfOfABar() {
     seen.AddFace({-0.05, -0.025, 0.06}, {0.1, 0, 0}, {0, 0.05, 0});
@@ -34,7 +34,7 @@ struct HalfOfABar {
   const Solid piece = PlacedAt({0, 0, 0.03}, Box{{0.1, 0.05, 0.06}});
 };
 
-// Across the bar below its top, at this place of its length.
+// A ray across the bar below its top, at this place along it.
 FreeRay RayAcross(double x_m) { return RayBetween({x_m, -0.2, 0.03}, {x_m, 0.2, 0.03}); }
 
 TEST(ReachOwnPoints, LengthensABoxToWhereItIsSeenAgainUnlessRaysRunThrough) {
@@ -61,7 +61,7 @@ TEST(ReachOwnPoints, LeavesThePointsOfOtherSolidsAndNoSolidsAlone) {
   EXPECT_TRUE(bar.Reached({}).empty());
 }
 
-// A wall of which more is seen below its foot, down to 5 cm below the origin.
+// A wall that continues below the foot of its solid, down to 5 cm below the origin.
 TEST(ReachOwnPoints, ReachesDownToTheGroundAndNotBelow) {
   for (const double ground_m : {-0.05, 0.0}) {
     SeenFits seen(Vector3(0, -0.6, 0.6));

@@ -38,7 +38,7 @@ TEST(MakePlaneSolid, IsAsDeepAsTheGroundOrASideTellsAndElseThin) {
     EXPECT_EQ(IsLoneFace(solid->shape), depth_m == kLoneThickness_m);
     EXPECT_EQ(solid->inliers, face.inliers);
   }
-  // A top whose side is in view 4 cm down, as no face of its own.
+  // The side below the top is visible 4 cm down, but is not a face of its own.
   SeenFits seen(Vector3(-0.5, 0, 0.6));
   const ShapeFit top = seen.AddFace({-0.06, -0.04, 0.3}, {0.12, 0, 0}, {0, 0.08, 0});
   seen.AddFace({-0.06, 0.04, 0.26}, {0, -0.08, 0}, {0, 0, 0.04});
@@ -75,7 +75,7 @@ TEST(MakePlaneSolid, IsAPlateOverARoundFaceAndNothingOverAFrameThatRaysPass) {
   EXPECT_GT(SignedArea_m2(plate.outline), 0.95 * area_m2);
   EXPECT_EQ(plate.thickness_m, kLoneThickness_m);
   EXPECT_NEAR(solid->X_MS.translation().z(), 0.3, kSeenExact_m) << "a plate's top is its face";
-  // Of a frame of 20 by 10 cm nothing but its border is seen.
+  // Only the border of a frame of 20 by 10 cm is seen.
   SeenFits seen(kAbove);
   std::vector<std::uint32_t> border;
   const auto add = [&](double x, double y) {

@@ -7,7 +7,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kByItsRim_m = 3e-4;  // of a sure wall, what the rim of its cap may move
+constexpr double kByItsRim_m = 3e-4;  // how far the rim of its cap may move a sure wall
 const Vector3 kAslant(-0.6, 0, 0.6);
 
 // A can of 3 cm radius whose wall is seen from 2 to 9 cm above the ground.
@@ -24,7 +24,7 @@ struct WallOfACan {
   std::vector<char> used;
 };
 
-// Throws where it is none, which fails the test.
+// The cylinder of the solid; throws if there is none, which fails the test.
 Cylinder CylinderOf(const std::optional<Solid>& solid) {
   return std::get<Cylinder>(solid.value().shape);
 }

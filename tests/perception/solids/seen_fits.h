@@ -1,4 +1,4 @@
-// Exact points on surfaces with the fits through them, put together by hand, for the tests of
+// Exact points on surfaces with the fits through them, put together by hand for the tests of
 // solids: no noise, no search.
 #pragma once
 
@@ -14,9 +14,9 @@
 
 namespace cwm::perception {
 
-// Ends are known to half a bin of what ExtentAlong counts in.
+// Ends are known to half a bin of the histogram that ExtentAlong uses.
 inline constexpr double kSeenEnd_m = 0.0025;
-// What exact points tell.
+// The accuracy of values that exact points determine.
 inline constexpr double kSeenExact_m = 1e-9;
 
 inline const Ground kFloorAtZero{.known = true};
@@ -30,11 +30,11 @@ inline FreeRay RayBetween(const Vector3& from, const Vector3& to) {
   return ray;
 }
 
-// In the frame M; points are 4 mm apart, with a sigma of 1.5 mm.
+// Points and fits in the frame M; points are 4 mm apart, with a sigma of 1.5 mm.
 class SeenFits {
  public:
   static constexpr double kApart_m = 0.004, kSigma_m = 0.0015;
-  // Of each parameter of a fit.
+  // The standard deviation of each parameter of a fit.
   static constexpr double kFitSigma = 1e-4;
 
   explicit SeenFits(const Vector3& viewpoint) {
@@ -55,7 +55,7 @@ class SeenFits {
     return at;
   }
 
-  // A grid from edge to edge of a rectangle, whose normal is the cross product of its sides.
+  // Adds a grid from edge to edge of a rectangle, whose normal is the cross product of its sides.
   ShapeFit AddFace(const Vector3& corner, const Vector3& along, const Vector3& across) {
     const PlaneModel plane{.point = corner + 0.5 * (along + across),
                            .normal = along.cross(across).normalized()};
@@ -72,7 +72,7 @@ class SeenFits {
     return Fit(plane, std::move(on));
   }
 
-  // A level disc, seen from above, which so many points fill evenly (Vogel 1979).
+  // Adds a level disc, seen from above, which `count` points fill evenly (Vogel 1979).
   ShapeFit AddDisc(const Vector3& center, double radius_m, int count) {
     constexpr double kTurn_rad = 2 * std::numbers::pi * (std::numbers::phi - 1);
     std::vector<std::uint32_t> on;
@@ -88,7 +88,7 @@ class SeenFits {
     return AddDisc(center, radius_m, static_cast<int>(area_m2 / (kApart_m * kApart_m)));
   }
 
-  // Of a wall between two heights above its reference point, what looks at the sensor.
+  // Adds the part of a wall, between two heights above its reference point, that faces the sensor.
   std::vector<std::uint32_t> AddWall(const ConeModel& wall, double low_m, double high_m) {
     const Matrix3 basis = BasisFromZ(wall.axis);
     const auto rings = std::lround((high_m - low_m) / kApart_m);
@@ -118,7 +118,7 @@ class SeenFits {
     return fit;
   }
 
-  // Of all points so far; it holds until more are added.
+  // The context of all points so far; valid until more are added.
   FitContext Context(const Ground& ground = {}, const FreeRays& free = {}) {
     connectivity_.emplace(points_);
     return {points_, octree_, *connectivity_, noise_, options, work_, ground, free};
@@ -130,7 +130,7 @@ class SeenFits {
 
  private:
   ModelPoints points_;
-  const Octree octree_{ModelPoints()};  // solids ask for none
+  const Octree octree_{ModelPoints()};  // solids do not use it
   std::optional<Connectivity> connectivity_;
   const SensorNoise noise_;
   const Work work_;

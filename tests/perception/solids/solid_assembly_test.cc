@@ -21,7 +21,8 @@ struct SeenBlock {
   Solid solid;
 };
 
-// A twentieth of its 441 points may be measured within it, and three more; as many rays may pass it.
+// A twentieth of its 441 points, and three more, may be measured inside the block; as many rays may
+// cross it.
 TEST(IsCrossed, ByMoreRaysThanMixedPixelsExplain) {
   SeenBlock block;
   for (int k = 0; k < 20; ++k) block.seen.AddPoint({0.002 * k, 0, -0.05}, Vector3::UnitZ());

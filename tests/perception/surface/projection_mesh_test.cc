@@ -18,8 +18,8 @@ constexpr double kApart_m = 0.01;
 constexpr int kPerRow = 20;
 const Eigen::AngleAxisf kTilt(0.6f, Eigen::Vector3f(1, 2, 0).normalized());
 
-// Rows of points on a tilted plane, every other row shifted by half a spacing, and every other point
-// off the plane by `off_m`. The rows begin at `begin_m`.
+// Rows of points on a tilted plane, with every other row shifted by half a spacing and every other
+// point off the plane by `off_m`. The rows begin at `begin_m`.
 std::vector<Eigen::Vector3f> TiltedRows(float off_m, float begin_m = 0) {
   constexpr auto kStep_m = static_cast<float>(kApart_m);
   std::vector<Eigen::Vector3f> points;
@@ -60,7 +60,7 @@ TEST(MeshByProjection, CoversAPlaneWithShortEdges) {
     const float longest_m = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     EXPECT_LE(longest_m, kMaxEdge * kApart_m * 1.001);
   }
-  // Each of 19 strips of 19 steps; triangles in the notches between the rows' ends add to that.
+  // Each of 19 strips of 19 steps; triangles in the notches at the rows' ends are added to that.
   const double strips_m2 = 19 * 19 * kApart_m * kApart_m;
   EXPECT_GT(area_m2, 0.9 * strips_m2);
   EXPECT_LT(area_m2, 1.1 * strips_m2);
@@ -79,7 +79,7 @@ TEST(MeshByProjection, SmoothsNoiseAndMovesNoVertexFar) {
 TEST(MeshByProjection, BridgesNoGapThatIsWiderThanAnEdge) {
   std::vector<Eigen::Vector3f> points = TiltedRows(0);
   const auto first_of_other = static_cast<std::uint32_t>(points.size());
-  // The rows of the first sheet end at 195 mm, and the other's begin four spacings from there.
+  // The rows of the first sheet end at 195 mm; those of the other begin four spacings from there.
   const std::vector<Eigen::Vector3f> other = TiltedRows(0, 0.235f);
   points.insert(points.end(), other.begin(), other.end());
   const ProjectionMesh mesh = MeshByProjection(points, kApart_m);

@@ -28,7 +28,7 @@ OrientedPoints PointsOf(std::vector<Eigen::Vector3f> positions) {
   return points;
 }
 
-// The cap of a sphere of 8 cm radius around the origin that a sensor above sees, `count` points,
+// The cap of a sphere of 8 cm radius around the origin that a sensor above it sees: `count` points,
 // displaced along the radius by uniform noise of kSigma_m.
 OrientedPoints SpherePatch(int count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -45,7 +45,7 @@ OrientedPoints SpherePatch(int count, std::uint64_t seed) {
   return PointsOf(std::move(positions));
 }
 
-// The oracle: distance to the nearest of all triangles by dense sampling of barycentric
+// The reference: the distance from the nearest of all triangles by dense sampling of barycentric
 // coordinates. An upper bound that is at most one sampling step too large.
 constexpr int kOracleSteps = 12;
 double DistanceByOracle(const TriangleMesh& mesh, const Vector3& p) {
@@ -87,7 +87,7 @@ TriangleQuality Inspect(const TriangleMesh& mesh, const Vector3& viewpoint) {
   return quality;
 }
 
-// What holds for every surface, whatever the points.
+// Checks the properties that every surface has, whatever the points.
 void ExpectSound(const OrientedPoints& points, const Surface& surface,
                  const SurfaceOptions& options) {
   const auto violation = FindViolation(surface.mesh);
@@ -121,10 +121,10 @@ TEST(SurfaceReconstruction, LiesOnTheSphereThatWasMeasured) {
     const auto& v = surface.mesh.vertices;
     area_m2 += 0.5 * (v[b] - v[a]).cross(v[c] - v[a]).norm();
   }
-  // Vertices are means of several points: better than one point.
+  // Vertices are means of several points, so more accurate than one point.
   EXPECT_LT(std::sqrt(squares / surface.mesh.vertices.size()), kSigma_m);
-  // The cap's area is 2 pi r^2 (1 - cos 60); chords and the ragged border cost less than a tenth,
-  // and overlaps are none.
+  // The cap's area is 2 pi r^2 (1 - cos 60). Chords and the ragged border cost less than a tenth of
+  // it, and no triangles overlap.
   const double cap_m2 = std::numbers::pi * 0.08 * 0.08;
   EXPECT_GT(area_m2, 0.9 * cap_m2);
   EXPECT_LT(area_m2, 1.05 * cap_m2);
@@ -158,7 +158,7 @@ TEST(SurfaceReconstruction, WidensTheSpacingUntilTheCapHolds) {
   EXPECT_GE(surface.explained.size(), points.size() * 99 / 100);
 }
 
-// A sample of them tells by how much.
+// A sample of the points determines how much wider the spacing must be.
 TEST(SurfaceReconstruction, WidensTheSpacingOfManyPointsNoFartherThanTheCapAsks) {
   const OrientedPoints points = SpherePatch(200'000, 5);
   const SurfaceOptions options{.max_triangles = 300};
@@ -250,7 +250,7 @@ TEST(SurfaceReconstruction, OfNothingIsNothing) {
   EXPECT_TRUE(surface.explained.empty());
 }
 
-// Half a metre square of points that scatter by 2 cm: most of them alone in a cell of 4 mm.
+// Half a metre square of points that scatter by 2 cm: most of them are alone in a cell of 4 mm.
 TEST(SurfaceReconstruction, VerticesAreNoNearerThanTheNoise) {
   constexpr float kCoarseSigma_m = 0.02F;
   std::mt19937_64 random(5);
@@ -262,9 +262,9 @@ TEST(SurfaceReconstruction, VerticesAreNoNearerThanTheNoise) {
   OrientedPoints points = PointsOf(std::move(positions));
   points.sigma_m.assign(points.size(), kCoarseSigma_m);
   const Surface surface = ReconstructSurface(points, {});
-  // Cells of sigma in six layers, 25 x 25 each; two triangles a vertex.
+  // Cells of sigma in six layers, 25 x 25 each; two triangles per vertex.
   EXPECT_LT(surface.mesh.triangles.size(), 2u * 6 * 25 * 25);
-  // Within 3 sigma, but for 0.3 % of a normal distribution and what the mesh itself is off.
+  // Within 3 sigma, apart from 0.3 % of a normal distribution and the mesh's own error.
   EXPECT_GT(surface.explained.size(), 0.99 * 20'000);
 }
 

@@ -35,8 +35,8 @@ TEST(Thin, GivesEveryPointAVertexBesideIt) {
   const std::vector<Eigen::Vector3f> points = RandomPoints(3000);
   const ThinnedPoints thinned = Thin(points, kSpacing_m);
   ASSERT_EQ(thinned.vertex_of_cell.size(), thinned.grid.size());
-  // The diagonal of the point's cell, in which the cell's centroid lies too, and where another
-  // vertex was kept instead of that centroid, the distance to it.
+  // The diagonal of the point's cell, which also contains the cell's centroid, plus the distance
+  // from the centroid to the vertex that was kept in its place.
   const double farthest_m = (std::sqrt(3.0) + kMinVertexGap) * kSpacing_m;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::int32_t vertex = thinned.vertex_of_cell[thinned.grid.CellOfPoint(i)];

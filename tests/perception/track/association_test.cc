@@ -38,8 +38,8 @@ std::string Word(What what) {
   return "";
 }
 
-// The contract that holds always: each known object that the user does not own, each support and
-// each object exactly once.
+// Checks the contract that holds always: each known object that the user does not own, each support
+// and each detected object appears exactly once.
 void ExpectEachOnce(const std::vector<Association>& result, const std::vector<KnownObject>& known,
                     const SceneInterpretation& scene) {
   std::vector<int> of_known(known.size(), 0);
@@ -61,7 +61,7 @@ void ExpectEachOnce(const std::vector<Association>& result, const std::vector<Kn
   for (const int count : of_object) EXPECT_EQ(count, 1);
 }
 
-// What happened to each known object by name, and to each new detection as "new <name>".
+// The outcome for each known object by name, and for each new detection as "new <name>".
 std::map<std::string, std::string> Verdicts(const std::vector<KnownObject>& known,
                                             const TrueScan& seen, const PointCloud& cloud) {
   const auto result = Associate(known, seen.scene, cloud, kNoise);
@@ -150,7 +150,7 @@ TEST_F(TrackingTheKitchen, PutsAMovedModelOntoItsNewPlace) {
     // Errors of the known fit (1 mm) and of the new points (warp 1.3 mm), 3 sigma of both.
     EXPECT_LT((a.X_WO.translation() - X_WO.translation()).norm(),
               3 * std::hypot(0.001, 0.0013) * 1.7);
-    // The same over the lever of the box's half length, 65 mm.
+    // The same over the lever arm of half the box's length, 65 mm.
     EXPECT_LT(RotationAngle_rad(a.X_WO.linear(), X_WO.linear()), 3 * 0.0016 / 0.065);
   }
   EXPECT_EQ(mentioned, 1);
@@ -212,7 +212,7 @@ TEST_F(TrackingTheKitchen, ReplacesAnObjectThatAnotherOneStandsFor) {
 TEST_F(TrackingTheKitchen, KeepsTheNameOfWhatIsHidden) {
   SimulatedScene after = before_;
   SimulatedObject screen{.name = "screen", .parts = {{.shape = Box{.size_m = {0.02, 0.26, 0.36}}}}};
-  // Before the soda can, seen from the camera.
+  // In front of the soda can, seen from the camera.
   screen.X_WO = MakePose({0.70, 0.34, 0.9 + 0.18}, Quaternion::Identity());
   after.objects.push_back(screen);
   auto verdicts = Verdicts(known_, ScanAndInterpret(after, camera_, 2));
@@ -303,7 +303,7 @@ TEST_F(TrackingTheKitchen, KeepsTwoObjectsThatWereSeenAsOne) {
   EXPECT_EQ(verdicts, AllKept(known_));
 }
 
-// The known objects and the scan, with the sensor, moved together.
+// Moves the known objects and the scan, with its sensor, together.
 void Shift(const Vector3& by, std::vector<KnownObject>& known, SceneInterpretation& scene) {
   for (KnownObject& object : known) object.X_WO.translation() += by;
   scene.X_WC.translation() += by;
@@ -312,7 +312,7 @@ void Shift(const Vector3& by, std::vector<KnownObject>& known, SceneInterpretati
 }
 
 TEST_F(TrackingTheKitchen, JudgesTheSameFarFromTheWorldsOrigin) {
-  const Vector3 far(1e5, -1e5, 1e5);  // as in UTM coordinates: floats are 8 mm apart there
+  const Vector3 far(1e5, -1e5, 1e5);  // as UTM coordinates: floats are 8 mm apart there
   // Poses are rounded to 1.5e-11 m there; refinement divides by directions known to a thousandth.
   constexpr double kRounding_m = 1e-7;
   SimulatedScene after = before_;
@@ -381,7 +381,7 @@ TEST(TrackingTables, KeepsNearlyEverythingOnRandomTables) {
     kept += static_cast<int>(std::count_if(verdicts.begin(), verdicts.end(),
                                            [](const auto& v) { return v.second == "keep"; }));
   }
-  ASSERT_GE(all, 10 * 4);  // a table and three objects each, or this tests little
+  ASSERT_GE(all, 10 * 4);  // a table and three objects each
   EXPECT_GE(kept, all * 98 / 100) << kept << " of " << all;
 }
 

@@ -13,8 +13,8 @@ Pose PlaceOf(const HeadOnBox& box) {
   return MakePose(kHeadOnSensor_W + box.middle_L, Quaternion::Identity());
 }
 
-// Where a ray with this direction per metre of depth meets the front of the box: its depth, or more
-// than the wall's where it misses.
+// The depth at which a ray meets the front of the box, given its direction per metre of depth; more
+// than the wall's depth if it misses.
 double DepthOfFront_m(const HeadOnBox& box, const Vector3& direction) {
   const double depth_m = box.middle_L.z() - 0.5 * box.size_m.z();
   const Vector3 from_middle = depth_m * direction - box.middle_L;

@@ -1,5 +1,5 @@
-// Scans that are put together by hand: boxes before a wall, seen straight on and without noise. For
-// tests of what tracking makes of detections.
+// Scans that are put together by hand: boxes in front of a wall, seen straight on and without
+// noise. For tests of how tracking associates detections.
 #pragma once
 
 #include <memory>
@@ -11,12 +11,12 @@
 
 namespace cwm::perception {
 
-// The sensor is here and looks along z. All axes are the world's. It claims a sigma of 2 mm, so that
-// gates are 6 mm.
+// The sensor's position; it looks along z, and all axes are parallel to the world's. It claims a
+// sigma of 2 mm, so that gates are 6 mm.
 inline const Vector3 kHeadOnSensor_W(1, 2, 3);
 inline constexpr double kWallDepth_m = 1.5;
 
-// Edges along the axes; the middle in the level frame.
+// A box with edges along the axes and its middle in the level frame.
 struct HeadOnBox {
   Vector3 middle_L = Vector3::Zero();
   Vector3 size_m = Vector3::Zero();
@@ -25,14 +25,14 @@ struct HeadOnBox {
 std::shared_ptr<const HybridModel> ModelOfBox(const HeadOnBox& box);
 KnownObject KnownBox(const std::string& name, const HeadOnBox& box);
 
-// The wall, and the fronts of the boxes: other sides are seen too edge-on to return. Points are 5 mm
-// apart at 1.3 m.
+// A scan of the wall and of the fronts of the boxes; their other sides are too edge-on to return.
+// Points are 5 mm apart at 1.3 m.
 class HeadOnScan {
  public:
   explicit HeadOnScan(std::vector<HeadOnBox> boxes);
 
   const ScanEvidence& evidence() const { return evidence_; }
-  // What is seen of a box, and the model of the whole.
+  // The detection of a box: its visible points, and the model of the whole box.
   DetectedObject Detected(std::size_t box) const;
   // A scene of all boxes, in their order.
   SceneInterpretation Scene() const;
@@ -40,7 +40,7 @@ class HeadOnScan {
  private:
   struct Image {
     PointCloud cloud;
-    std::vector<int> owner;  // per point the box, -1 for the wall
+    std::vector<int> owner;  // per point the index of its box, -1 for the wall
   };
   static Image See(const std::vector<HeadOnBox>& boxes);
 

@@ -1,4 +1,4 @@
-// Tracking behind the real interpreter: its own segmentation and fits, twice.
+// Tracking behind the real interpreter, with its own segmentation and fits, on two scans.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,8 @@ struct InterpretedScan {
   SceneInterpretation scene;
 };
 
-// The scan is taken in the kitchen; the sensor is told to be `offset` away from there.
+// Scans the kitchen and interprets the scan; the reported sensor pose is `offset` away from the
+// true one.
 InterpretedScan ScanAndInterpret(const SimulatedScene& scene, std::uint64_t seed,
                                  const Vector3& offset = Vector3::Zero()) {
   InterpretOptions options;
@@ -52,7 +53,7 @@ std::vector<KnownObject> Remember(const SceneInterpretation& scene) {
 
 struct Tally {
   std::map<What, int> count;
-  std::string words;  // what was not kept
+  std::string words;  // everything that was not kept
 };
 
 Tally Count(const std::vector<KnownObject>& known, const InterpretedScan& seen) {
@@ -100,7 +101,7 @@ TEST(InterpretedScans, AreJudgedTheSameFarFromTheWorldsOrigin) {
     EXPECT_EQ(judged[0][i].object, judged[1][i].object) << i;
     kept += judged[0][i].what == What::kKeep ? 1 : 0;
   }
-  EXPECT_GE(kept, 5);  // it is no comparison of worlds that nothing was found in
+  EXPECT_GE(kept, 5);  // a comparison of empty worlds would test nothing
 }
 
 TEST(InterpretedScans, AreKeptUnderFreshNoise) {

@@ -1,5 +1,5 @@
-// Interpretations made of the scanner's ground truth: what a good segmentation and good fits give,
-// so that tracking is judged alone.
+// Interpretations made of the scanner's ground truth, like those of a good segmentation and good
+// fits, so that tracking is tested alone.
 #pragma once
 
 #include <string>
@@ -18,15 +18,15 @@ struct TrueScan {
   std::vector<std::string> support_names;  // of scene.supports
 };
 
-// Scans under Kinect noise and interprets by the truth. Models carry errors of 1 mm (one standard
-// deviation) in place and size, as fits do. Objects with fewer than 30 points are not detected.
+// Scans with Kinect noise and interprets by the truth. Models have errors of 1 mm (one standard
+// deviation) in place and size, as fits have. Objects with fewer than 30 points are not detected.
 TrueScan ScanAndInterpret(const SimulatedScene& scene, const PinholeCamera& camera,
                           std::uint64_t seed);
 
-// What a world holds that took everything from one scan.
+// The known objects of a world that took everything from one scan.
 std::vector<KnownObject> Remember(const TrueScan& scan);
 
-// Index of the object of this name.
+// The index of the object of this name.
 int IndexOf(const SimulatedScene& scene, const std::string& name);
 int IndexOf(const std::vector<KnownObject>& known, const std::string& name);
 int IndexOf(const TrueScan& scan, const std::string& object_name);

@@ -68,7 +68,7 @@ TEST(ModelSurface, SamplesLieOnTheSurfaceEvenly) {
     EXPECT_NEAR(sample.normal_O.dot(kPlace.linear() * at.normal), 1, 1e-9);
     if (std::abs((kPlace.linear().transpose() * sample.normal_O).x()) > 0.9) ++on_largest;
   }
-  // The faces across x hold 0.12 of 0.22 square metres.
+  // The faces across x have 0.12 of 0.22 square metres.
   EXPECT_NEAR(on_largest / static_cast<double>(samples.size()), 0.12 / 0.22, 0.03);
 }
 
@@ -103,8 +103,8 @@ TEST(Align, DoesNotSpinACan) {
   const Pose guess = MakeTranslation(0.006, 0.004, -0.003);
   const Pose found = Align(points_L, surface, guess, 0.007);
   EXPECT_LT(found.translation().norm(), 1e-4);
-  // Nothing fixes the turn. A shift may be made by turning about the points' centre in part, but by
-  // no more than half of it over the radius.
+  // The turn is not constrained. A part of the shift may be made by turning about the points'
+  // centre, but no more than half of it over the radius.
   EXPECT_LT(RotationAngle_rad(found.linear(), Matrix3::Identity()),
             0.5 * guess.translation().norm() / 0.035);
 }

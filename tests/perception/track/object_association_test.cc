@@ -20,8 +20,8 @@ const Vector3 kPacket_m(0.2, 0.2, 0.1);
 
 HeadOnBox PacketAt(double x_m, double y_m) { return {{x_m, y_m, 1.35}, kPacket_m}; }
 
-// The only entry for a known object, or for an object of the scene; one of nothing where there is
-// none or several.
+// The only entry for a known object or for an object of the scene; an invalid entry if there is
+// none or there are several.
 Association OfKnown(const std::vector<Association>& all, int known) {
   EXPECT_EQ(std::ranges::count(all, known, &Association::known), 1);
   const auto found = std::ranges::find(all, known, &Association::known);
@@ -36,7 +36,7 @@ Association OfObject(const std::vector<Association>& all, int object) {
 TEST(AssociateObjects, KeepsMovesAndAddsByPlaceAndNotByOrder) {
   const std::vector<KnownObject> known = {KnownBox("left", PacketAt(-0.35, -0.2)),
                                           KnownBox("right", PacketAt(0.35, -0.2))};
-  // The right one where it was, the left one elsewhere, and a smaller one.
+  // The right one is in its place, the left one elsewhere, and a smaller one is new.
   const HeadOnScan scan(
       {PacketAt(0.35, -0.2), {{0, 0.25, 1.3}, {0.06, 0.06, 0.1}}, PacketAt(-0.3, 0.25)});
   const auto result = AssociateObjects(known, scan.Scene(), scan.evidence());
@@ -74,7 +74,7 @@ TEST(AssociateObjects, LetsRaysJudgeWhatIsNotDetected) {
 }
 
 TEST(AssociateObjects, ReplacesAModelThatExplainsSomeOfWhatStandsInItsPlace) {
-  const HeadOnScan scan({{{0, 0.15, 1.35}, {0.2, 0.5, 0.1}}});  // of which the known one is 40 %
+  const HeadOnScan scan({{{0, 0.15, 1.35}, {0.2, 0.5, 0.1}}});  // the known one is 40 % of it
   const std::vector<KnownObject> known = {KnownBox("packet", PacketAt(0, 0))};
   const auto result = AssociateObjects(known, scan.Scene(), scan.evidence());
   ASSERT_THAT(result, SizeIs(1));
@@ -87,14 +87,14 @@ TEST(AssociateObjects, ReplacesAModelThatExplainsSomeOfWhatStandsInItsPlace) {
 TEST(AssociateObjects, GivesADetectionToOneAloneAndMakesNothingOfWhatIsExplained) {
   const HeadOnScan scan({PacketAt(0, 0)});
   SceneInterpretation scene = scan.Scene();
-  // Ties go by name; the other one is there as well, for rays end on it.
+  // Ties are broken by name; the other one is there as well, because rays end on it.
   std::vector<KnownObject> known = {KnownBox("b", PacketAt(0, 0)), KnownBox("a", PacketAt(0, 0))};
   auto result = AssociateObjects(known, scene, scan.evidence());
   EXPECT_THAT(result, SizeIs(2));
   EXPECT_EQ(OfKnown(result, 1).object, 0);
   EXPECT_EQ(OfKnown(result, 0).object, -1);
   EXPECT_EQ(OfKnown(result, 0).what, Outcome::kKeep);
-  // Of two pieces the larger one stands for the object, though it comes last.
+  // The larger of two pieces stands for the object, although it comes last.
   known.pop_back();
   scene.objects.push_back(scene.objects[0]);
   const auto is_left = [](const Eigen::Vector3f& p) { return p.x() < -0.05f; };  // a quarter
@@ -105,7 +105,7 @@ TEST(AssociateObjects, GivesADetectionToOneAloneAndMakesNothingOfWhatIsExplained
   EXPECT_EQ(OfKnown(result, 0).object, 1);
   EXPECT_EQ(OfObject(result, 0).what, Outcome::kExplained);
   EXPECT_EQ(OfObject(result, 0).known, -1);
-  // A user's object explains both, and is not spoken of.
+  // A user's object explains both, and does not appear in the result.
   known[0].owned_by_user = true;
   result = AssociateObjects(known, scene, scan.evidence());
   EXPECT_THAT(result, SizeIs(2));

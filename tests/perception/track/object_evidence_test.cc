@@ -39,7 +39,7 @@ TEST(ObjectEvidence, FitsTheSameBoxInItsPlaceAndWhereverItIsPut) {
   }
   EXPECT_NEAR(evidence.LargestShift_m(1, evidence.detected[0].X_LO), 0.9, 1e-9);
   EXPECT_NEAR(evidence.LargestShift_m(0, evidence.known[0].X_LO), 0, 1e-9);
-  // 15 cm nearer to the sensor, it ends before the points, and rays pass through it.
+  // 15 cm nearer to the sensor, the box ends in front of the points, and rays pass through it.
   const Pose nearer = MakeTranslation(0, 0, -0.15) * evidence.known[0].X_LO;
   const PlacedFit moved = evidence.FitAt(0, nearer, 0);
   EXPECT_DOUBLE_EQ(moved.explained_share, 0);
@@ -47,14 +47,14 @@ TEST(ObjectEvidence, FitsTheSameBoxInItsPlaceAndWhereverItIsPut) {
   EXPECT_FALSE(evidence.IsAsGoodAsDetected(moved, 0));
 }
 
-// One detection of the fronts of two boxes side by side.
+// One detection covers the fronts of two boxes side by side.
 TEST(ObjectEvidence, TellsWhatUsersAndWhatStandsExplainOfADetection) {
   const HeadOnBox left{{-0.1, 0, 1.35}, kCube_m}, right{{0.1, 0, 1.35}, kCube_m};
   const HeadOnScan scan({{{0, 0, 1.35}, {0.4, 0.2, 0.1}}});
   const SceneInterpretation scene = scan.Scene();
   KnownObject users = KnownBox("user's", left);
   users.owned_by_user = true;
-  // Beyond its edge, a user's box explains what is within 10 mm: 21 of 40 cm.
+  // A user's box explains points within 10 mm beyond its edge: 21 of 40 cm.
   const std::vector<KnownObject> alone = {users};
   const ObjectEvidence one(alone, scene, scan.evidence());
   EXPECT_THAT(one.known, SizeIs(0));
@@ -68,7 +68,7 @@ TEST(ObjectEvidence, TellsWhatUsersAndWhatStandsExplainOfADetection) {
   EXPECT_DOUBLE_EQ(two.StandingShare(0), 1);
 }
 
-// What is left over of a known support is residual geometry, but no flat thing that lies on it.
+// Leftover points of a known support are residual geometry, but a flat object on it is not.
 TEST(ObjectEvidence, LetsKnownSupportsExplainResidualGeometryAlone) {
   const HeadOnScan scan({kMiddleBox});
   SceneInterpretation scene = scan.Scene();
@@ -84,8 +84,8 @@ TEST(ObjectEvidence, LetsKnownSupportsExplainResidualGeometryAlone) {
   EXPECT_DOUBLE_EQ(as_residual.UserShare(0), 0);
 }
 
-// A tray whose wide floor lay 9 mm before a wall, with a box in its middle; now the wall alone is
-// there, and seems to be the floor.
+// A tray whose wide floor lay 9 mm in front of a wall, with a box in its middle, is gone. Only the
+// wall is left, and looks like the tray's floor.
 TEST(ObjectEvidence, BelievesNoRaysThatEndOnASupport) {
   HybridModel tray;
   tray.shapes.push_back({.X_OS = MakeTranslation(0, 0, -0.004), .shape = Box{{0.4, 0.4, 0.01}}});

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTolerance_m = 0.01;
 
-// A ball of 10 cm radius at 1 m before a wall at 2 m.
+// A ball of 10 cm radius at 1 m, in front of a wall at 2 m.
 PointCloud BallBeforeWall() {
   SimulatedScene scene;
   scene.objects.push_back({.name = "ball", .parts = {{.shape = Sphere{.radius_m = 0.1}}}});

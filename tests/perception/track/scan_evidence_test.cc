@@ -1,4 +1,4 @@
-// Gates of tracking follow from the sensor that took the scan.
+// The gates of tracking follow from the sensor that took the scan.
 #include "perception/track/scan_evidence.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TEST(ScanEvidence, ASmallestMoveIsTheLargerOfWarpAndWhatAFitLeavesOfTheNoise) {
     return EvidenceOf(noise).SmallestMove_m(kPlace_L);
   };
   EXPECT_DOUBLE_EQ(smallest({.model = SensorModel::kKinect}), 3 * std::sqrt(2) * kSlowWarp_m);
-  // Of kMinInformed independent samples.
+  // The noise of a fit to kMinInformed independent samples.
   const SensorNoise fine{.model = SensorModel::kConstant, .constant_sigma_m = 0.0003};
   EXPECT_NEAR(smallest(fine), 3 * std::sqrt(2) * 0.0003 / std::sqrt(kMinInformed), 1e-9);
   EXPECT_GT(smallest({.model = SensorModel::kTimeOfFlight}), 3 * std::sqrt(2) * kSlowWarp_m);

@@ -26,7 +26,7 @@ std::shared_ptr<const HybridModel> PlateModel(const Polygon& outline) {
   return std::make_shared<const HybridModel>(std::move(model));
 }
 
-// A table of 0.6 m by 0.5 m, 0.9 m high, before the kitchen's camera.
+// A table of 0.6 m by 0.5 m, 0.9 m high, in front of the kitchen's camera.
 class TrackingATable : public ::testing::Test {
  protected:
   static constexpr double kHeight_m = 0.9;

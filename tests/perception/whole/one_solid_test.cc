@@ -36,7 +36,7 @@ TEST(AccountOf, CountsPointsOfNoSolidAsFarAwayAndEachParameter) {
   EXPECT_NEAR(beside(triangle) - alone, 7 * std::log(samples), 1e-6);
 }
 
-// A wall and a top that were taken for two boards.
+// A wall and a top that were fitted as two boards.
 TEST(PreferOneSolid, PutsACanInThePlaceOfBoardsOnAKnownGroundAlone) {
   const SeenOnGround seen(kCornerEye, {kCan}, kSeenPoints);
   const Assembly boards{

@@ -18,7 +18,7 @@ constexpr double kTopOfPart_m = 0.002;
 const Placed<> kHighBox{MakeTranslation(-0.0515, 0, 0.05), Box{{0.097, 0.08, 0.1}}};
 const Placed<> kLowBox{MakeTranslation(0.0515, 0, 0.025), Box{{0.097, 0.08, 0.05}}};
 
-// Few kinds are enough for boxes, and quick.
+// With reduced effort: its few kinds of solids are enough for boxes, and fast.
 SeenOnGround InHaste(const std::vector<Placed<>>& solids) {
   SeenOnGround seen(kFrontEye, solids, kPartedPoints);
   seen.options.in_haste = true;

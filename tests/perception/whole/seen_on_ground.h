@@ -1,5 +1,5 @@
-// What an eye sees of solids that stand on z = 0 and hide nothing of each other: exact points spread
-// evenly over their surfaces, for the tests of whole solids.
+// The visible points of solids that stand on z = 0 and do not hide each other: exact points spread
+// evenly over their surfaces, for the tests of fits of whole solids.
 #pragma once
 
 #include <cmath>
@@ -15,14 +15,14 @@ namespace cwm::perception {
 
 class SeenOnGround {
  public:
-  // So many points in all, as many of each solid. Poses are in the frame of the ground.
+  // `count` points in all, equally many of each solid. Poses are in the frame of the ground.
   SeenOnGround(const Vector3& eye, const std::vector<Placed<>>& solids, std::size_t count)
       : points_(ThinForSearch(Seen(eye, solids, count), count)),
         octree_(points_),
         connectivity_(points_) {}
 
   FitContext Context() const { return ContextOf(points_); }
-  // Of some of the points, as Subset has them.
+  // The context of a subset of the points (see Subset).
   FitContext ContextOf(const ModelPoints& points) const {
     return {points,
             octree_,
@@ -33,7 +33,7 @@ class SeenOnGround {
             Ground{.known = true, .point = -points_.origin_L}};
   }
 
-  // As an assembled solid, in the frame of the points.
+  // The solid as an assembly has it, in the frame of the points.
   Solid Assembled(const Placed<>& placed) const {
     Solid solid;
     solid.X_MS = Eigen::Translation3d(-points_.origin_L) * placed.X_FS;
@@ -41,7 +41,7 @@ class SeenOnGround {
     return solid;
   }
 
-  // In the frame of the ground.
+  // The middle of a solid, in the frame of the ground.
   Vector3 MiddleOf(const Solid& solid) const { return solid.X_MS.translation() + points_.origin_L; }
 
   const ModelPoints& points() const { return points_; }
@@ -51,9 +51,9 @@ class SeenOnGround {
  private:
   static OrientedPoints Seen(const Vector3& eye, const std::vector<Placed<>>& solids,
                              std::size_t count) {
-    constexpr double kFoot_m = 0.006;    // is lost in the band of the support
-    constexpr double kShell_m = 0.001;   // about a surface, from where places move onto it
-    constexpr double kMinToEye_m = 0.1;  // along the normal: nothing is seen at a glance
+    constexpr double kFoot_m = 0.006;    // hidden in the band of the support
+    constexpr double kShell_m = 0.001;   // points begin this near to a surface, then move onto it
+    constexpr double kMinToEye_m = 0.1;  // along the normal: grazing faces are not seen
     OrientedPoints points;
     points.viewpoint = eye;
     RandomDraws random(1, 0);

@@ -25,7 +25,7 @@ PointsOnGround OfPoints(const std::vector<Vector3>& places) {
   return points;
 }
 
-// That half of a can of 3 cm radius and 10 cm height which looks to -x.
+// The half of a can of 3 cm radius and 10 cm height that faces -x.
 std::vector<Vector3> HalfOfACan() {
   std::vector<Vector3> places;
   for (int row = 1; row <= 10; ++row) {
@@ -50,12 +50,12 @@ TEST(StartsOf, PassThroughTheHalfThatIsSeenOfACanAndLeanConesToBothSides) {
   std::vector<double> slopes;
   for (const WholeParameters& x : cups) slopes.push_back(SlopeOf(WholeKind::kUprightCone, x));
   std::ranges::sort(slopes);
-  // A circle and an extent, either way, and the cup.
+  // A circle and an extent, each leaning to either side, and the cup's own slope.
   const double lean = kSlopeSpread * std::sqrt(2 / std::numbers::pi);
   EXPECT_THAT(slopes, Pointwise(DoubleNear(kStartExact), {-lean, -lean, lean, lean, 0.2}));
 }
 
-// Of a can that lies the end alone is in view.
+// Only the end of a lying can is visible.
 TEST(StartsOf, ReachAwayFromTheSensorBehindTheEndOfWhatLies) {
   std::vector<Vector3> end;
   for (int i = -6; i <= 6; ++i) {
@@ -92,8 +92,8 @@ TEST(StartsOf, CoverTheTopOfABoxAndAreNoneOfALineOrOfNothing) {
   }
 }
 
-// A square face half way up, which looks to +x and up: what leans may begin with it. Known solids are
-// given in the frame of the model points.
+// A square face half-way up that faces +x and up: a leaning solid may begin with it. Known solids
+// are given in the frame of the model points.
 TEST(StartsOf, ReachFromAKnownFaceToTheGround) {
   PointsOnGround points = OfPoints(HalfOfACan());
   points.X_MG = MakePose({0.1, 0, -0.2}, Quaternion(Eigen::AngleAxisd(0.3, Vector3::UnitX())));

@@ -51,7 +51,7 @@ TEST(EncodedMeshes, KeepNothingOfTheDead) {
   encoded.Keep(mortal, Bytes(500));
   const void* const address = mortal.get();
   mortal = nullptr;
-  // A later source at the same address is another one.
+  // A later source at the same address is a different one.
   const EncodedMeshes::Source reborn(std::shared_ptr<void>(), address);
   EXPECT_EQ(encoded.Find(reborn), nullptr);
   encoded.Keep(Living(), Bytes(10));

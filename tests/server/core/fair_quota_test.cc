@@ -11,7 +11,7 @@ ClientId Client(std::int64_t connection, std::uint32_t uid) {
   return {.connection = connection, .uid = uid};
 }
 
-// How many a client gets that takes one after the other.
+// The number of units that a client gets by taking one after the other.
 std::int64_t TakeAll(FairQuota& quota, const ClientId& client) {
   std::int64_t taken = 0;
   while (!quota.Take(HolderOf(client), 1)) ++taken;
@@ -20,8 +20,8 @@ std::int64_t TakeAll(FairQuota& quota, const ClientId& client) {
 
 TEST(FairQuota, LeavesRoomForNewcomersHoweverManyAreGreedy) {
   FairQuota quota({.limit = 1'000, .member_share = 1});
-  // Each takes as much as it leaves: of all, then of the three quarters that a user gets of it and of
-  // what is free.
+  // Each client takes as much as it leaves: first of the total, then of its group's three quarters
+  // and of the free amount.
   EXPECT_EQ(TakeAll(quota, Client(1, 7)), 500);
   EXPECT_EQ(TakeAll(quota, Client(2, 7)), 200);
   EXPECT_GT(TakeAll(quota, Client(3, 7)), 20);

@@ -15,7 +15,7 @@ Task Of(std::int64_t connection, double cost_s) {
   return task;
 }
 
-// The connections in the order in which they are served.
+// The clients' connections in the order in which their tasks are served.
 std::string Order(FairTasks& tasks) {
   std::string order;
   while (!tasks.empty()) order += std::to_string(tasks.Pop().client.connection);

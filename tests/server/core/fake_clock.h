@@ -1,4 +1,4 @@
-// Time that stands still until the test moves it on.
+// A clock that stands still until the test advances it.
 #pragma once
 
 #include <functional>

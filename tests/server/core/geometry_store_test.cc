@@ -44,7 +44,7 @@ TEST(MeshEncoding, HashIsThatOfTheBytes) {
   EXPECT_EQ(HashOf(mesh), HashOf(std::make_shared<const TriangleMesh>(Tetrahedron())));
 }
 
-// Allocators hand the address of a mesh that died to the next one.
+// Allocators reuse the address of a freed mesh for the next one.
 TEST(MeshEncoding, HashOfAnAddressUsedAgainIsThatOfTheNewMesh) {
   for (int i = 1; i <= 1000; ++i) {
     const auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(i));
@@ -78,7 +78,7 @@ TEST(GeometryStore, RefusesMalformedMeshesByName) {
   TriangleMesh twice = Tetrahedron();
   twice.triangles[0] = {1, 1, 2};
   std::string lying = EncodeMesh(Tetrahedron());
-  lying[0] = '\5';  // one vertex more than there is
+  lying[0] = '\5';  // one vertex more than the data has
   std::string huge = EncodeMesh(Tetrahedron());
   huge.replace(0, 8, std::string(8, '\xff'));
   const std::string whole = EncodeMesh(Tetrahedron());
@@ -163,7 +163,7 @@ TEST(GeometryStore, WhatOthersPutTooStays) {
 TEST(GeometryStore, AHolderOfWhatHadToGoTakesNothingFromWhoPutItAnew) {
   GeometryStore store(std::int64_t{4} * 30);
   auto held = store.PutForHolder(BlobFormat::kLabelsU32, Labels(20));
-  ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(25)).ok());  // needs the room
+  ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(25)).ok());  // needs the memory
   EXPECT_FALSE(store.Get(held->hash).ok());
   ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(20)).ok());
   held->hold.reset();
@@ -222,7 +222,7 @@ TEST(GeometryStore, KnowsAMeshWhileAnyOfItsEqualsLives) {
   EXPECT_FALSE(store.Get(hash).ok());
 }
 
-// A client that writes what an object happens to use will ask for it after the object is gone.
+// A client that writes a mesh that an object already uses will read it after the object is gone.
 TEST(GeometryStore, HoldsWhatWasWrittenThoughItWasOfferedBefore) {
   GeometryStore store(kRoomy);
   auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(4));
@@ -308,7 +308,7 @@ TEST(GeometryStore, MakesTheSurfaceOfAModelOnceAndNamesItsBytes) {
   EXPECT_EQ(mesh->vertices[7], Vector3(0.5, 1, 1.5));
   EXPECT_EQ(*store.SurfaceOf(model), *surface) << "the same in memory";
   EXPECT_EQ(store.encoded_count(), 1);
-  // An equal model makes equal bytes.
+  // Equal models have equal bytes.
   EXPECT_EQ((*store.SurfaceOf(PreparedOf({Box{{1, 2, 3}}, Sphere{0.1}})))->hash, (*surface)->hash);
   EXPECT_EQ(store.encoded_count(), 2);
 }

@@ -14,7 +14,7 @@ namespace cwm::server {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kHasOwnHeap = true;  // of the sanitizer
+constexpr bool kHasOwnHeap = true;  // the sanitizer's heap
 #elif defined(__has_feature)
 constexpr bool kHasOwnHeap = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
 #else
@@ -30,7 +30,7 @@ std::size_t ResidentBytes() {
 
 using Blocks = std::vector<std::unique_ptr<char[]>>;
 
-// Blocks too small to be mapped alone, all touched.
+// Blocks too small to be mapped on their own, all touched.
 Blocks MakeBlocks(std::size_t bytes) {
   constexpr std::size_t kBlock_bytes = 100'000;
   Blocks blocks;
@@ -41,7 +41,7 @@ Blocks MakeBlocks(std::size_t bytes) {
   return blocks;
 }
 
-// Worlds are made by one thread and freed by another.
+// Worlds are created by one thread and freed by another.
 TEST(ReturnFreedMemory, GivesBackWhatThreadsHaveFreed) {
   if (kHasOwnHeap) GTEST_SKIP() << "the sanitizer has a heap of its own";
   KeepFreedMemory();

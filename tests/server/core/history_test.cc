@@ -13,7 +13,7 @@ using collision::Revision;
 
 const Clock::time_point kStart{};
 
-// A history that is fed with real changes.
+// A history fed with real changes.
 class Recorder {
  public:
   explicit Recorder(Retention retention)

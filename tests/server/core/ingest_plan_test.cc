@@ -1,4 +1,4 @@
-// Plans from hand-made associations: what the tracker decided is given, what becomes of it is told.
+// Plans from hand-made associations: given the tracker's decisions, the plan is checked.
 #include "server/core/ingest_plan.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ PutObject Perceived(const std::string& name, ObjectKind kind, const std::string&
 
 class IngestPlanTest : public ::testing::Test {
  protected:
-  // By name, so `known` of an association is: 0 "box", 1 "table", 2 "users".
+  // Objects are ordered by name, so an association's `known` is: 0 "box", 1 "table", 2 "users".
   IngestPlanTest() {
     PutObject box = Perceived("box", ObjectKind::kObject, "table");
     box.margin_m = 0.01;
@@ -207,11 +207,12 @@ TEST_F(IngestPlanTest, WhatAUserExplainsMakesNothing) {
 TEST_F(IngestPlanTest, AssociationsThatDoNotFitTheSceneAreAnInternalError) {
   const std::vector<std::vector<Association>> broken = {
       {keep_table},                                                   // none for the object
-      {keep_table, keep_box, {.what = What::kAdd, .object = 0}},      // two for it
+      {keep_table, keep_box, {.what = What::kAdd, .object = 0}},      // two for the object
       {keep_table, keep_box, {.what = What::kAdd, .object = 1}},      // no such object
-      {keep_table, {.what = What::kKeep, .known = 3, .object = 0}},   // no such known one
-      {keep_table, {.what = What::kMove, .known = -1, .object = 0}},  // of what?
-      {keep_table, keep_box, {.what = What::kAdd}},                   // of nothing
+      {keep_table, {.what = What::kKeep, .known = 3, .object = 0}},   // no such known object
+      {keep_table, {.what = What::kMove, .known = -1, .object = 0}},  // a move without a known
+                                                                      // object
+      {keep_table, keep_box, {.what = What::kAdd}},                   // neither known nor detected
   };
   for (const auto& associations : broken) {
     Decide(associations);

@@ -1,4 +1,4 @@
-// Scans into one world while others write to it. Run under the thread sanitizer.
+// Scans into a world while others write to it. Run under the thread sanitizer.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -18,7 +18,7 @@ namespace {
 constexpr int kScanners = 2;
 constexpr int kScans = 4;  // each: a second or so under the sanitizer
 
-// The writer never rests, so that the optimistic tries fail and the scan must be matched under the
+// The writer never pauses, so that the optimistic tries fail and the scan must be matched under the
 // writer's turn.
 TEST(IngestRace, ScansComeThroughAmongOtherWrites) {
   World world("w", "uid", {});
@@ -39,7 +39,7 @@ TEST(IngestRace, ScansComeThroughAmongOtherWrites) {
   }
   threads.emplace_back([&] {
     barrier.Arrive();
-    // Out of the sensor's view.
+    // Outside the sensor's view.
     int n = 0;
     do {
       EXPECT_TRUE(world.Apply(std::vector{Put("users", -10 - 0.001 * ++n)}, {}).ok());
@@ -47,7 +47,7 @@ TEST(IngestRace, ScansComeThroughAmongOtherWrites) {
     } while (scanning > 0);
   });
   for (std::thread& thread : threads) thread.join();
-  // However they interleaved, two boxes and a table were found once.
+  // However they interleaved, two boxes and a table were found exactly once.
   EXPECT_EQ(NamesIn(*world.Snapshot()),
             (std::vector<std::string>{"object_1", "object_2", "support_1", "users"}));
   for (const char* name : {"object_1", "object_2", "support_1"}) {
@@ -56,7 +56,7 @@ TEST(IngestRace, ScansComeThroughAmongOtherWrites) {
   }
 }
 
-// Of two first scans of a sensor without a pose, one makes the world's frame.
+// Only one of two first scans of a sensor without a pose defines the world frame.
 TEST(IngestRace, FirstScansOfOneSensorAgreeOnItsPose) {
   const TableScan scan = ScanTable(TwoBoxes());
   for (int round = 0; round < 3; ++round) {

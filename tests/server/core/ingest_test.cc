@@ -104,7 +104,7 @@ TEST_F(IngestTest, WhatMovedMovesAndTheRestIsNotTouched) {
   EXPECT_EQ(after->geometry, right->geometry) << "a move rebuilds nothing";
   EXPECT_EQ(after->geometry_revision, Revision{1});
   EXPECT_EQ(after->pose_revision, Revision{2});
-  // The scanner's grid is 6 mm at this distance; the move was 180 mm.
+  // The scanner's grid is 6 mm at this distance; the object moved by 180 mm.
   constexpr double kGrid_m = 0.01;
   EXPECT_NEAR(after->X_WO.translation().x(), 0.15, kGrid_m);
   EXPECT_NEAR(after->X_WO.translation().y(), -0.1, kGrid_m);
@@ -168,7 +168,7 @@ TEST_F(IngestTest, SegmentOnlyWritesNothing) {
 }
 
 TEST_F(IngestTest, UsersObjectsAreNeverTouched) {
-  // A user's box where nothing is (rays pass through it), and one where "right" stands.
+  // One user's box in empty space (rays pass through it), and one where "right" is.
   const perception::SimulatedScene scene = TwoBoxes();
   collision::Change right = Put("users_right");
   auto& put = std::get<collision::PutObject>(right.what);
@@ -194,7 +194,7 @@ TEST_F(IngestTest, UsersObjectsAreNeverTouched) {
 
 // The sensor's pose.
 
-// Answers with the truth and notes which pose it was given.
+// Returns the truth and records the pose that it was given.
 class NotingInterpreter {
  public:
   explicit NotingInterpreter(TableScan scan) : scan_(std::move(scan)) {}
@@ -245,7 +245,7 @@ TEST_F(IngestTest, TheFirstEstimateIsKeptUntilAPoseIsGiven) {
   EXPECT_EQ(noting.given_x_m.back(), std::nullopt) << "each sensor has its own";
 }
 
-// Of a bare wall or a single point nobody knows where up is: what the next scans show tells.
+// From a bare wall or a single point the up direction is unknown; later scans can show it.
 TEST_F(IngestTest, AGuessedPoseIsNotKept) {
   TableScan wall = ScanTable(TwoBoxes());
   wall.truth.pose_is_guess = true;
@@ -260,7 +260,8 @@ TEST_F(IngestTest, AGuessedPoseIsNotKept) {
   EXPECT_TRUE(world.PoseOf("head").has_value());
 }
 
-// An up that speaks against an earlier estimate was told by somebody: it makes another one.
+// An up direction that contradicts an earlier estimate comes from a user, so it causes a new
+// estimate.
 TEST_F(IngestTest, AnUpThatContradictsAKeptEstimateReplacesIt) {
   const TableScan scan = ScanTable(TwoBoxes());
   NotingInterpreter noting(scan);
@@ -290,7 +291,7 @@ TEST_F(IngestTest, AGivenPoseRulesOverAnUp) {
   EXPECT_TRUE(world.PoseOf("head")->given);
 }
 
-// What a scan shows does not depend on what was ingested before, but for what somebody told.
+// The result of segment-only depends on no earlier scan, only on poses that were given.
 TEST_F(IngestTest, SegmentOnlyUsesNoEstimateOfEarlierScans) {
   const TableScan scan = ScanTable(TwoBoxes());
   NotingInterpreter noting(scan);
@@ -305,7 +306,7 @@ TEST_F(IngestTest, SegmentOnlyUsesNoEstimateOfEarlierScans) {
   EXPECT_EQ(noting.given_x_m.back(), scan.truth.X_WC.translation().x());
 }
 
-// A kept pose is what it was when it was kept: an estimate knows no floor.
+// A kept estimate stays an estimate: it does not know the floor.
 TEST_F(IngestTest, TheInterpreterIsToldWhetherTheKeptPoseWasGiven) {
   using Source = perception::InterpretOptions::PoseSource;
   const TableScan scan = ScanTable(TwoBoxes());
@@ -338,7 +339,7 @@ TEST_F(IngestTest, WhetherASupportIsReachableStaysKnownUntilItChanges) {
 TEST_F(IngestTest, ARefusedScanKeepsNoPoseAndSeesNothing) {
   const TableScan scan = ScanTable(TwoBoxes());
   TableScan bad = scan;
-  // No world holds an object beyond its largest coordinate.
+  // No world accepts an object beyond the largest coordinate.
   bad.truth.objects[0].X_WO.translation().x() = 1e9;
   const auto outcome = Ingest(world, RequestFor(bad), TruthOf(bad), {});
   EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInvalidArgument) << outcome.status();
@@ -346,7 +347,7 @@ TEST_F(IngestTest, ARefusedScanKeepsNoPoseAndSeesNothing) {
   EXPECT_FALSE(world.observations().Of("support_1").last.has_value());
 }
 
-// Two first scans of one sensor at once would make two world frames.
+// Two simultaneous first scans of a sensor would define two world frames.
 TEST_F(IngestTest, AScanWhoseSensorGotAPoseMeanwhileIsInterpretedAnew) {
   const TableScan scan = ScanTable(TwoBoxes());
   NotingInterpreter noting(scan);

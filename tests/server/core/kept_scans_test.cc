@@ -37,7 +37,7 @@ std::vector<std::uint32_t> LabelsIn(const GeometryStore& store, const std::strin
 
 class KeptScansTest : public ::testing::Test {
  protected:
-  // The i-th of `count` points lies at (i, offset, 1) and has the label i.
+  // The i-th of `count` points is at (i, offset, 1) and has the label i.
   KeptScan RowOf(int count, float offset = 0, std::int64_t revision = 1,
                  const std::string& sensor = "head") {
     IngestRequest request;
@@ -74,7 +74,7 @@ TEST_F(KeptScansTest, FinitePointsLieInTheWorldWithTheirLabels) {
   EXPECT_EQ(scan.kept_count, 3);
   const auto points = PointsIn(store, scan.points.hash);
   ASSERT_EQ(points.size(), 3u);
-  // A quarter turn about z: (x, y, z) goes to (-y, x, z).
+  // A quarter turn about z: (x, y, z) becomes (-y, x, z).
   constexpr float kSinglePrecision_m = 1e-5F;
   EXPECT_LT((points[0] - Eigen::Vector3f(8, 21, 33)).norm(), kSinglePrecision_m);
   EXPECT_LT((points[1] - Eigen::Vector3f(5, 24, 36)).norm(), kSinglePrecision_m);

@@ -100,7 +100,7 @@ TEST(ReadRobot, SaysWhichLimitIsTooSmall) {
   expect(mesh, {.max_triangles = 3}, "at most 3 triangles together");
 }
 
-// 3.3 kB of which 700 MB were made: 2^15 uses of a tetrahedron, at two scales.
+// A file of 3.3 kB that expands to 700 MB: 2^15 uses of a tetrahedron, at two scales.
 TEST(ReadRobot, RefusesASmallMeshFileThatBecomesLarge) {
   const auto mesh = [](const std::string& scale) {
     return "<collision><geometry><mesh filename=\"a.dae\" scale=\"" + scale +
@@ -115,7 +115,7 @@ TEST(ReadRobot, RefusesASmallMeshFileThatBecomesLarge) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("\"a.dae\": must have at most 12"));
 }
 
-// Both are within the limits of a file; the second copy is not within those of the robot.
+// Each copy is within the limits of a file, but the second one exceeds those of the robot.
 TEST(ReadRobot, RefusesScaledCopiesOfAMeshThatTogetherBecomeLarge) {
   std::string triangles = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", copies;
   for (int i = 0; i < 10'000; ++i) triangles += "f 1 2 3\n";

@@ -1,4 +1,4 @@
-// A budget that ends at a look of its own, for tests of what is read and done under one.
+// A budget that ends at a chosen check, for tests of code that reads and works under a budget.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace cwm::server {
 
-// As a caller who goes away before the n-th look, counted from 1.
+// Behaves like a caller who cancels before the n-th check, counted from 1.
 class EndsAtLook : public WorkBudget {
  public:
   explicit EndsAtLook(std::int64_t look) : look_(look) {}

@@ -1,4 +1,4 @@
-// Rules of pairs in what a world remembers and tells: history, watches, errors.
+// Pair rules in a world's history, watches and errors.
 #include <gtest/gtest.h>
 
 #include "server/core/approximate_bytes.h"
@@ -31,7 +31,7 @@ Change Margin(const std::string& a, const std::string& b, std::optional<double> 
   return Of(SetPairMargin{.pair = {{a}, {b}}, .margin_m = margin_m});
 }
 
-// A revision each.
+// The changes of each revision.
 std::vector<std::vector<Change>> Story() {
   return {{Put("cup"), Allow("cup", "arm", kNoon)},
           {Margin("cup", "arm", 0.1), Margin("*", "cup", 0.2)},
@@ -66,7 +66,7 @@ TEST(PairRuleHistory, WatchesOfBothModesTellRulesFromEveryRevision) {
   for (const auto& changes : Story()) ASSERT_TRUE(world.Apply(changes, {}).ok());
   for (int r = 0; r <= 6; ++r) {
     for (const WatchMode mode : {WatchMode::kLossless, WatchMode::kCoalesced}) {
-      // What a client had at that revision, by a watch from the very beginning.
+      // The client's copy at that revision, from a watch of the whole history.
       const auto whole = world.Watch({.from_revision = Revision{0}}, [] {});
       Replica replica(start);
       for (int i = 0; i < r; ++i) replica.Take(**(*whole)->Next());
@@ -108,7 +108,7 @@ TEST(PairRuleHistory, MemoryOfReplacedRulesIsCounted) {
   for (int i = 1; i <= 200; ++i) {
     ASSERT_TRUE(world.Apply(std::vector{Margin("a", "b0", i)}, {}).ok());
   }
-  // Each holds a thousand rules of its own, of half a kilobyte at the most.
+  // Each revision has a thousand rules of its own, of at most half a kilobyte each.
   const std::int64_t kept = 201 - world.oldest_exact().value;
   EXPECT_GE(kept, 30);
   EXPECT_LE(kept, 120);

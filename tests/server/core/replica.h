@@ -1,4 +1,4 @@
-// A copy of a world kept by watching it: the oracle of watches. Checks each step as it comes.
+// A copy of a world maintained by a watch: the oracle of watch tests. Checks each step.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ class Replica {
   Replica() = default;
   explicit Replica(const collision::WorldSnapshot& start) { Reset(start); }
 
-  // Reads until there is nothing more; the status that ended the watch, if one did.
+  // Reads until there is nothing more; returns the status that ended the watch, if any.
   absl::Status ReadAll(WatchCursor& watch) {
     while (true) {
       const auto step = watch.Next();
@@ -62,7 +62,7 @@ class Replica {
   const collision::PairRules& rules() const { return rules_; }
 
  private:
-  // Of objects or robots.
+  // For deltas of objects or robots.
   template <class Delta, class Ptr>
   static void TakeDeltas(const std::vector<Delta>& deltas, std::map<std::string, Ptr>& members) {
     std::string previous;

@@ -1,4 +1,4 @@
-// Robots in what a world remembers and tells: history, watches, names, errors.
+// Robots in a world's history, watches, names and errors.
 #include <gtest/gtest.h>
 
 #include "server/core/approximate_bytes.h"
@@ -29,7 +29,8 @@ class RobotHistory : public ::testing::Test {
     const auto outcome = world.Apply(changes, {});
     ASSERT_TRUE(outcome.ok()) << outcome.status();
   }
-  // Six revisions: put with an object, moved, made anew, another one beside it, one gone.
+  // Six revisions: a robot is put with an object, moved, made anew, joined by another one, replaced
+  // and removed.
   void WriteAll() {
     Write({Of(PutArm("arm")), Put("a")});
     Write({Of(SetElbow("arm", 0.5))});
@@ -81,7 +82,7 @@ TEST_F(RobotHistory, WatchesOfBothModesTellRobotsFromEveryRevision) {
   EXPECT_EQ(from_the_start.robots(), world.Snapshot()->robots());
   for (int r = 0; r <= 6; ++r) {
     for (const WatchMode mode : {WatchMode::kLossless, WatchMode::kCoalesced}) {
-      // What a client had at that revision, by a watch from the very beginning.
+      // The client's copy at that revision, from a watch of the whole history.
       const auto whole = world.Watch({.from_revision = Revision{0}}, [] {});
       Replica replica(*starts[0]);
       for (int i = 0; i < r; ++i) replica.Take(**(*whole)->Next());
@@ -122,7 +123,7 @@ TEST_F(RobotHistory, CountsWhatItAloneHolds) {
   const auto moved = world.Snapshot()->FindRobot("arm");
   EXPECT_EQ(delta(nullptr, first), 0);
   EXPECT_GT(delta(first, moved), 0);
-  // Four shapes for three engines, and the model: what a motion shares.
+  // The memory shared with a moved robot: four shapes for three engines, and the model.
   EXPECT_GT(delta(first, nullptr), delta(first, moved) + 4'000);
 }
 

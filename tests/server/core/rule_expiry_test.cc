@@ -1,4 +1,4 @@
-// Allowances that end by themselves, by the real clock. Run under the thread sanitizer.
+// Allowances that expire by themselves, by the real clock. Run under the thread sanitizer.
 #include "server/core/rule_expiry.h"
 
 #include <gtest/gtest.h>
@@ -17,9 +17,9 @@ using collision::Change;
 using collision::Revision;
 using std::chrono::milliseconds;
 
-// Far above what waking a thread takes, even under a sanitizer on a loaded machine.
+// Far longer than waking a thread takes, even under a sanitizer on a loaded machine.
 constexpr auto kPatience = std::chrono::seconds(20);
-// Far above what the calls before an expiry take there: it comes after them.
+// Far longer than the calls before an expiry take there, so that it comes after them.
 constexpr auto kSoon = milliseconds(1'000), kLater = milliseconds(2'000);
 
 Change AllowFor(const std::string& a, milliseconds time) {
@@ -53,7 +53,7 @@ TEST_F(RuleExpiryTest, EachEndMakesARevisionWhenItIsDueAndNotBefore) {
   EXPECT_GE(std::chrono::steady_clock::now() - begin, kLater - milliseconds(10));
   ASSERT_EQ(last->pair_rules().size(), 1u);
   EXPECT_EQ(last->pair_rules()[0].pair.b.name, "c");
-  // Who asked before has the world as it was.
+  // An earlier snapshot keeps the rules as they were.
   EXPECT_EQ(outcome->snapshot->pair_rules().size(), 3u);
 }
 
@@ -79,8 +79,7 @@ TEST_F(RuleExpiryTest, ADeletedWorldExpiresNoMoreAndOthersDo) {
   EXPECT_EQ(gone->Snapshot()->revision(), Revision{1});
 }
 
-// A wall clock that was set after the allowance had been accepted is an hour away from where it
-// was.
+// Simulates a wall clock that is set by an hour after the allowance was accepted.
 TEST_F(RuleExpiryTest, AWallClockThatIsSetBackOrForwardChangesNothing) {
   const auto world = Make("w");
   const auto steady_now = std::chrono::steady_clock::now();
@@ -142,7 +141,7 @@ TEST(RuleExpiry, IsRightForWritersThatRaceWithItAndEndsWithThem) {
     EXPECT_TRUE(world->Snapshot()->pair_rules().empty());
     ASSERT_TRUE(world->Apply(std::vector{AllowFor("late", milliseconds(20))}, {}).ok());
   }
-  // The registry is gone and the world is not: it still takes changes, and nothing expires.
+  // The registry is gone but the world still exists: it accepts changes, and nothing expires.
   std::this_thread::sleep_for(milliseconds(60));
   ASSERT_TRUE(world->Apply(std::vector{AllowFor("later", milliseconds(20))}, {}).ok());
 }

@@ -1,5 +1,5 @@
-// Lets threads go at the same moment, so that they really race: no lock and no wake-up between them
-// and the code under test.
+// Starts threads at the same moment, so that they really race: there is no lock and no wake-up
+// between the barrier and the code under test.
 #pragma once
 
 #include <atomic>

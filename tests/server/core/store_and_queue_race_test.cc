@@ -22,7 +22,7 @@ TriangleMesh Triangle(double edge_m) {
 }
 
 TEST(GeometryStoreRace, WritersReadersAndObjectsShareOneStore) {
-  GeometryStore store(1'000);  // three triangles: most are let go of again
+  GeometryStore store(1'000);  // room for three triangles, so most are dropped again
   SpinBarrier barrier(kThreads);
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {

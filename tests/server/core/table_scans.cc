@@ -15,7 +15,7 @@ std::shared_ptr<const HybridModel> ModelOf(const perception::SimulatedObject& ob
   return std::make_shared<const HybridModel>(std::move(model));
 }
 
-// A quarter of the Kinect's pixels each way over the same field of view.
+// A quarter of the Kinect's resolution in each direction, with the same field of view.
 perception::PinholeCamera CoarseCamera() {
   perception::PinholeCamera camera;
   camera.width = 160;

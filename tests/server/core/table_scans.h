@@ -1,5 +1,5 @@
-// Scans of a table by the virtual scanner, with the interpretation that its ground truth gives:
-// what a perfect interpreter would find. Noiseless and coarse, so that association takes
+// Scans of a table by the virtual scanner, with the interpretation from its ground truth, as a
+// perfect interpreter would return it. Noiseless and coarse, so that association takes
 // milliseconds.
 #pragma once
 
@@ -18,7 +18,7 @@ void AddBox(perception::SimulatedScene& scene, const std::string& name, double x
             const Vector3& size_m);
 perception::SimulatedScene TwoBoxes();  // "left" at y = +0.2, "right" at y = -0.2
 
-// From x = -0.7, looking down at the table by 40 degrees.
+// At x = -0.7, looking down at the table by 40 degrees.
 Pose TableCamera_X_WC();
 
 struct TableScan {
@@ -27,9 +27,9 @@ struct TableScan {
 };
 TableScan ScanTable(const perception::SimulatedScene& scene);
 
-// The scan as a request from the sensor "head", whose pose is given.
+// An ingest request for the scan from the sensor "head", whose pose is given.
 IngestRequest RequestFor(const TableScan& scan);
-// Answers with the scan's truth, whatever it is asked.
+// An interpreter that always returns the scan's truth.
 Interpreter TruthOf(const TableScan& scan);
 
 }  // namespace cwm::server

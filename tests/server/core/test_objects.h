@@ -21,7 +21,7 @@ inline std::shared_ptr<const collision::PreparedModel> PreparedBox(double edge_m
   return collision::Prepare(BoxModel(edge_m));
 }
 
-// One model for all objects of tests that are not about geometry.
+// A model shared by all objects in tests that do not depend on geometry.
 inline const std::shared_ptr<const collision::PreparedModel>& SharedBox() {
   static const auto& box = *new std::shared_ptr<const collision::PreparedModel>(PreparedBox());
   return box;

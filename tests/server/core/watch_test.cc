@@ -1,4 +1,5 @@
-// Watches by etcd's guarantees: ordered, unique, reliable, atomic, resumable, bookmarkable.
+// Tests watches against etcd's guarantees: ordered, unique, reliable, atomic, resumable,
+// bookmarkable.
 #include "server/core/watch.h"
 
 #include <gtest/gtest.h>
@@ -102,7 +103,7 @@ TEST_F(WatchTest, CoalescedMovesOnByABookmarkWhenAllIsAsItWas) {
   EXPECT_EQ(step.revision, Revision{3});
 }
 
-// An object that is removed and put again is another one: both halves must be told.
+// An object that is removed and put again is a different one, so both events must be reported.
 TEST_F(WatchTest, CoalescedTellsAnObjectThatWasMadeAnew) {
   Write({Put("a")});
   const auto watch = MustWatch({.mode = WatchMode::kCoalesced});
@@ -232,7 +233,7 @@ TEST_F(WatchTest, AnEndedWatchIsNotWoken) {
   EXPECT_EQ(wakes, 0);
 }
 
-// A reader may do all its work in `wake`: no lock of the world is held.
+// A reader may do all its work in `wake`, since no lock of the world is held.
 TEST_F(WatchTest, WakeMayReadWriteAndWatch) {
   std::unique_ptr<WatchCursor> watch;
   std::vector<Revision> read;

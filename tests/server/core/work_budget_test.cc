@@ -24,7 +24,7 @@ TEST(WorkBudget, SaysWhyItEnded) {
   EXPECT_TRUE(forever.status().ok());
 
   WorkBudget late(Clock::now() - std::chrono::seconds(1), {});
-  EXPECT_TRUE(late.MustEndAfter(1));  // the first step looks
+  EXPECT_TRUE(late.MustEndAfter(1));  // the first step checks
   EXPECT_TRUE(absl::IsDeadlineExceeded(late.status()));
   EXPECT_EQ(DetailsOf(late.status()).reason, "TIME_BUDGET_SPENT");
 
@@ -34,7 +34,7 @@ TEST(WorkBudget, SaysWhyItEnded) {
   stop.request_stop();
   EXPECT_TRUE(cancelled.MustEndNow());
   EXPECT_TRUE(absl::IsCancelled(cancelled.status()));
-  EXPECT_TRUE(cancelled.MustEndAfter(0));  // and says so from then on
+  EXPECT_TRUE(cancelled.MustEndAfter(0));  // and stays ended
 }
 
 TEST(WorkBudget, LooksOnceForSoManySteps) {
@@ -55,7 +55,7 @@ TEST(MeshFacts, AreComputedOncePerStoredMeshAndGoWithIt) {
     EXPECT_EQ(first->facts->IsWatertight(*first->mesh, nullptr), true);
     EXPECT_TRUE(second->facts->HullOf(second->mesh, nullptr)->fault.empty());
   }
-  EXPECT_EQ(first->facts->computed(), 2);  // one of each
+  EXPECT_EQ(first->facts->computed(), 2);  // one computation of each fact
   EXPECT_EQ(store.encoded_count(), 0);
 }
 
@@ -78,7 +78,7 @@ TEST(GeometryStore, AnUploadEndsWithItsBudgetAndStoresNothing) {
   EXPECT_FALSE(stored->already_known);
 }
 
-// A list that takes long is applied before the writer's turn is taken, all or nothing.
+// A long list is applied before the writer's turn is taken, all or nothing.
 TEST(World, ALongListEndsWithItsBudgetAndChangesNothing) {
   const auto world = std::make_shared<World>("w", "uid", Retention{});
   std::vector<collision::Change> changes;

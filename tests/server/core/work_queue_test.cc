@@ -21,7 +21,7 @@ TEST(WorkQueue, DrainingFinishesWhatWasAccepted) {
   EXPECT_EQ(done, 100);
   EXPECT_EQ(queue.waiting(), 0u);
   EXPECT_FALSE(queue.TryPush([&] { ++done; }));
-  queue.Drain();  // again is harmless
+  queue.Drain();  // draining again is harmless
   EXPECT_EQ(done, 100);
 }
 
@@ -73,7 +73,7 @@ TEST(WorkQueue, TellsHowLongItHasBeenIdle) {
     release.get_future().wait();
   }));
   started.get_future().wait();
-  EXPECT_EQ(queue.IdleFor(), Clock::duration::zero());  // under way
+  EXPECT_EQ(queue.IdleFor(), Clock::duration::zero());  // a task is running
   const Clock::time_point released = Clock::now();
   release.set_value();
   queue.Drain();

@@ -1,4 +1,4 @@
-// Worlds pay for what they hold, and give it back.
+// Worlds are charged for their memory and give it back.
 #include <gtest/gtest.h>
 
 #include "server/core/error.h"
@@ -12,7 +12,7 @@ constexpr std::int64_t kMebibyte = 1 << 20;
 
 class WorldMemoryTest : public ::testing::Test {
  protected:
-  // The status of putting objects one by one, until one is refused or all are there.
+  // Puts objects one by one until one is refused or all are put; returns the last status.
   absl::Status PutMany(World& world, int count, const std::string& stem = "box_", double x_m = 0) {
     for (int i = 0; i < count; ++i) {
       const collision::Change put = Put(stem + std::to_string(i), x_m);
@@ -43,7 +43,7 @@ TEST_F(WorldMemoryTest, ForgetsItsPastBeforeItRefusesWhatComes) {
   const auto world = registry_.FindOrCreate("w");
   ASSERT_TRUE(world.ok());
   ASSERT_TRUE(PutMany(**world, 50).ok());
-  // Objects of the same names, again and again: what they replace is the past.
+  // Objects of the same names are replaced again and again; the replaced ones belong to the past.
   for (int round = 0; round < 200; ++round) {
     ASSERT_TRUE(PutMany(**world, 50, "box_", round).ok()) << round;
   }
@@ -57,7 +57,7 @@ TEST_F(WorldMemoryTest, TakesThePastOfOtherWorldsToo) {
   const auto first = registry.FindOrCreate("first");
   const auto second = registry.FindOrCreate("second");
   ASSERT_TRUE(first.ok() && second.ok());
-  // The first world's past takes all that it may.
+  // The first world's history takes as much memory as allowed.
   ASSERT_TRUE(PutMany(**first, 10).ok());
   for (int i = 0; (*first)->oldest_exact().value == 0; ++i) {
     ASSERT_TRUE(PutMany(**first, 10, "box_", i).ok()) << i;
@@ -65,7 +65,7 @@ TEST_F(WorldMemoryTest, TakesThePastOfOtherWorldsToo) {
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(PutMany(**first, 10, "box_", -i).ok()) << i;
   const collision::Revision kept = (*first)->oldest_exact();
   ASSERT_LT(kept, (*first)->Snapshot()->revision());
-  // What the second has room for in the end is more than what was free before.
+  // In the end the second world uses more memory than was free before.
   PutMany(**second, 1'000).IgnoreError();
   EXPECT_EQ((*first)->oldest_exact(), (*first)->Snapshot()->revision());
   EXPECT_EQ((*first)->Snapshot()->objects().size(), 10u) << "and nothing of the present";
@@ -83,7 +83,8 @@ TEST_F(WorldMemoryTest, RefusesObjectsBeyondTheAccountAndStaysAsItWas) {
   const std::size_t count = (*world)->Snapshot()->objects().size();
   EXPECT_GT(count, 5u);
   EXPECT_LE(memory->world_bytes(), memory->limit_bytes());
-  // Room that is made can be used, once the past has gone that held it: the newest event stays.
+  // Freed memory can be reused once the history that holds it was dropped, except for the newest
+  // event.
   for (const char* name : {"box_0", "box_1"}) {
     const collision::Change remove = Remove(name);
     ASSERT_TRUE((*world)->Apply({&remove, 1}, {}).ok());

@@ -42,7 +42,7 @@ void Join(std::vector<std::thread>& threads) {
   for (std::thread& thread : threads) thread.join();
 }
 
-// What a transport does with a watch: sleeps until woken, then reads all there is.
+// Uses a watch like a transport: sleeps until woken, then reads everything.
 class WatchLoop {
  public:
   WatchLoop(World& world, const WatchOptions& options) {
@@ -52,7 +52,7 @@ class WatchLoop {
   }
   bool started() const { return watch_ != nullptr; }
 
-  // Until the watch ends, or the revision has been read.
+  // Runs until the watch ends or the revision has been read.
   absl::Status RunUntil(Revision revision) {
     while (true) {
       signal_->Wait();
@@ -152,7 +152,8 @@ TEST(WorldRace, ReadersSeeWholeChangesAndRevisionsThatOnlyGrow) {
       if (a != nullptr) {
         ASSERT_EQ(a->X_WO.translation(), b->X_WO.translation());
       }
-      // What was seen can be had by its revision: nothing is published before it is in the history.
+      // A published revision can be read exactly, since it enters the history before it is
+      // published.
       const auto exact = world.At(Exactly{last}, Clock::time_point::max(), {});
       if (exact.ok()) {
         ASSERT_EQ(*exact, snapshot);
@@ -211,7 +212,7 @@ TEST(WorldRace, EveryWatchEndsUpWithTheWritersWorld) {
   }
 }
 
-// A client that loses its connection again and again misses nothing.
+// A client that loses its connection repeatedly misses nothing.
 TEST(WorldRace, AWatchThatResumesAgainAndAgainMissesNothing) {
   World world("w", "uid", {});
   const Revision end{std::int64_t{kWriters} * kWrites};
@@ -259,10 +260,10 @@ TEST(WorldRace, DeletingEndsWatchesWritersAndWaiters) {
     std::atomic<std::int64_t> written{0};
     auto watches = Race(kWatches, barrier, [&](int i) {
       WatchLoop loop(world, {.mode = ModeOf(i)});
-      if (!loop.started()) return;  // it was deleted first
+      if (!loop.started()) return;  // the world was deleted first
       const absl::Status status = loop.RunUntil({std::numeric_limits<std::int64_t>::max()});
       EXPECT_EQ(DetailsOf(status).reason, "WORLD_DELETED");
-      // All that was acknowledged has been delivered.
+      // All acknowledged writes have been delivered.
       EXPECT_EQ(loop.replica.objects(), world.Snapshot()->objects());
     });
     auto writers = Race(kWriters, barrier, [&](int i) {

@@ -114,7 +114,7 @@ TEST_F(WorldTest, ARetryGetsTheFirstReplyAndChangesNothing) {
   EXPECT_EQ(world.Snapshot()->revision(), Revision{2});
 }
 
-// The expected revision was right when the write was made; its retry must not fail on it.
+// The expected revision was right for the first try; the retry must not fail because of it.
 TEST_F(WorldTest, ARetryIsReplayedThoughItsExpectedRevisionIsPast) {
   const WriteOptions options{
       .expected_revision = Revision{0}, .request_id = "r1", .request_digest = "d"};
@@ -257,7 +257,7 @@ TEST_F(WorldTest, UpdatePassesARefusalOn) {
 }
 
 TEST_F(WorldTest, NamesAreNeverGivenTwice) {
-  MustApply({Put("object_2")});  // a user was first
+  MustApply({Put("object_2")});  // a user took the name first
   EXPECT_EQ(world.NextName("object"), "object_1");
   EXPECT_EQ(world.NextName("object"), "object_3");
   EXPECT_EQ(world.NextName("support"), "support_1");
@@ -274,7 +274,7 @@ TEST_F(WorldTest, ObservationsMakeNoRevisionAndGoWithTheObject) {
   const std::vector<Sighting> seen = {{.name = "a"}, {.name = "ghost"}};
   Observations& observations = world.observations();
   observations.Mark(seen, noon, *world.Snapshot());
-  observations.Mark(seen, noon - std::chrono::hours(1), *world.Snapshot());  // came late
+  observations.Mark(seen, noon - std::chrono::hours(1), *world.Snapshot());  // arrived late
   EXPECT_EQ(world.Snapshot()->revision(), Revision{1});
   EXPECT_EQ(observations.Of("a").last, noon);
   EXPECT_EQ(observations.Of("b").last, std::nullopt);

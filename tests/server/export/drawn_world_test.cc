@@ -1,4 +1,4 @@
-// GLB and PLY, read back by other readers.
+// GLB and PLY, read back by independent readers.
 #include "server/export/drawn_world.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ nlohmann::json JsonOf(const std::string& glb) {
   return nlohmann::json::parse(glb.substr(20, length));
 }
 
-// Of all solids of the world that have an end.
+// The distance of p_W from all bounded solids of the world.
 double Distance_m(const collision::WorldSnapshot& world, const Vector3& p_W) {
   double nearest_m = std::numeric_limits<double>::infinity();
   for (const auto& object : world.objects()) {

@@ -1,4 +1,4 @@
-// What a scene says beside its objects: the robot, who may touch whom.
+// The content of a scene besides its objects: the robot, allowed collisions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -171,7 +171,7 @@ TEST(PlanningSceneTest, HasSoManyAllowedNamesAndNoMore) {
               AllOf(HasSubstr("2049 names"), HasSubstr("at most 2048")));
 }
 
-// The caller may go away at any time: whatever the work does then, it ends with what it is told.
+// The caller may cancel at any time; the work then ends with the callback's status.
 TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
   const auto world = WorldWith({{collision::testing::PutArm("crane"), std::nullopt},
                                 PutBall("cup", collision::ObjectKind::kUser),
@@ -192,7 +192,7 @@ TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
   };
   ASSERT_TRUE(make(1'000).ok());
   const int all = asked;
-  EXPECT_EQ(all, 3 * 1 + 7 + 2 + 1 + 5);  // the cup thrice, links, rules, defaults, rows
+  EXPECT_EQ(all, 3 * 1 + 7 + 2 + 1 + 5);  // three for the cup, links, rules, defaults, rows
   for (int times = 0; times < all; ++times) {
     EXPECT_TRUE(absl::IsCancelled(make(times))) << times;
     EXPECT_EQ(asked, times + 1);

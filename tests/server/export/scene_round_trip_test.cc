@@ -1,4 +1,4 @@
-// Every shape out in both formats and back in, compared by distances.
+// Every shape written in both formats and read back, compared by signed distances.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

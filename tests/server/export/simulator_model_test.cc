@@ -1,4 +1,4 @@
-// URDF and SDFormat, read back and compared by distances.
+// URDF and SDFormat, read back and compared by signed distances.
 #include "server/export/simulator_model.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-// STL files hold floats.
+// STL files contain floats.
 constexpr double kFloat_m = 1e-7;
 constexpr std::int64_t kAnyTriangles = 1'000'000;
 
@@ -44,7 +44,7 @@ absl::StatusOr<std::string> FileOf(const ModelFiles& model, std::string_view nam
   return absl::NotFoundError("must be one of the files beside");
 }
 
-// What was read of one object.
+// The parts of one object as read from the file.
 using Parts = std::vector<Placed<>>;
 
 double DistanceIn(const Parts& parts, const Vector3& p_W) {
@@ -55,7 +55,7 @@ double DistanceIn(const Parts& parts, const Vector3& p_W) {
   return nearest_m;
 }
 
-// `without`: a case that is not compared.
+// `without`: the name of a case that is not compared.
 void ExpectSameGeometry(const std::map<std::string, Parts>& read, const std::string& without) {
   const auto world = WorldOfAll();
   std::mt19937 random(3);
@@ -63,7 +63,7 @@ void ExpectSameGeometry(const std::map<std::string, Parts>& read, const std::str
   ASSERT_EQ(read.size(), world->objects().size());
   for (const Case& c : Cases()) {
     if (c.name == without) continue;
-    // Every cone becomes a mesh here.
+    // Every cone becomes a mesh in these formats.
     const bool is_cone = std::holds_alternative<Cone>(c.shape);
     const double tolerance_m =
         kFloat_m + (is_cone ? std::max(c.tolerance_m, kDefaultDeviation_m) : c.tolerance_m);
@@ -96,7 +96,8 @@ TEST(UrdfExport, KeepsEveryShapeWhereItIs) {
     }
   }
   ExpectSameGeometry(read, "HalfSpace");
-  // Its top is the plane's, as far as its sides and its bottom are farther.
+  // The box's top face is the plane, so distances agree where the sides and the bottom are farther
+  // away.
   const auto world = WorldOfAll();
   const Parts& ground = read.at("HalfSpace");
   for (const Vector3& p : {Vector3(0.1, 0.2, 0.3), Vector3(0.2, -0.1, 0.2)}) {

@@ -1,4 +1,4 @@
-// A world with every shape, for what writes worlds as files.
+// A world with every shape, for tests of file formats.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace cwm::server {
 
-// Poses go through quaternions.
+// Poses are converted to quaternions and back.
 inline constexpr double kRounding_m = 1e-12;
 
 inline double DistanceInObject(const collision::WorldObject& object, const Vector3& p_W) {
@@ -39,7 +39,7 @@ struct Case {
 };
 
 inline std::vector<Case> Cases() {
-  const Polygon square = {{0.1, 0}, {0.5, 0.3}, {0.2, 0.7}, {-0.2, 0.4}};  // turned by 3:4
+  const Polygon square = {{0.1, 0}, {0.5, 0.3}, {0.2, 0.7}, {-0.2, 0.4}};  // rotated by atan(3/4)
   const Polygon hole = {{0.1, 0.3}, {0.2, 0.3}, {0.15, 0.4}};
   const Polygon crooked = {{0, 0}, {1, 0}, {1, 1}, {0, 1.01}};
   const double round_m = kDefaultDeviation_m + kRounding_m;
@@ -60,7 +60,7 @@ inline std::vector<Case> Cases() {
           {"Mesh", MakeMesh(Tetrahedron()), kRounding_m}};
 }
 
-// Each case as an object of one part, with its pose as its own, and as one of two parts.
+// Each case as an object of one part whose pose is the object's, and as one of two parts.
 inline std::shared_ptr<const collision::WorldSnapshot> WorldOfAll() {
   const Pose X_WO = MakePose({0.1, -0.2, 1.0 / 3}, Quaternion(0.5, 0.1, -0.7, 0.5).normalized());
   const Pose X_OS = MakePose({0.3, 0, 0.1}, Quaternion(0.2, 0.9, 0, 0.4).normalized());

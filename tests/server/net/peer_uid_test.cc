@@ -86,10 +86,11 @@ std::uint16_t PortOf(const Socket& socket) {
   sockaddr_storage storage{};
   socklen_t size = sizeof(storage);
   EXPECT_EQ(getsockname(socket.fd(), reinterpret_cast<sockaddr*>(&storage), &size), 0);
-  return ntohs(reinterpret_cast<const sockaddr_in&>(storage).sin_port);  // lies alike in IPv6
+  return ntohs(reinterpret_cast<const sockaddr_in&>(storage).sin_port);  // the port has the same
+                                                                         // offset in IPv6
 }
 
-// -1 where the protocol is not there.
+// Returns -1 if the protocol is not available.
 int Connect(const Address& address, int protocol = 0) {
   const int fd = socket(address.family(), SOCK_STREAM | SOCK_CLOEXEC, protocol);
   if (fd >= 0 && connect(fd, address.get(), address.size) != 0) {
@@ -101,7 +102,7 @@ int Connect(const Address& address, int protocol = 0) {
 
 Socket Accept(const Socket& listener) { return Socket(accept(listener.fd(), nullptr, nullptr)); }
 
-// How a peer reaches a listener.
+// A way in which a peer connects to a listener.
 struct Way {
   std::string name;
   std::string bound;
@@ -163,7 +164,7 @@ TEST(PeerUid, IsThatOfTheUserAtAUnixSocket) {
   EXPECT_EQ(PeerUid(Accept(listener).fd()), kNobody);
 }
 
-// The kernel says user 0 of a socket that was closed: a stranger would be root.
+// The kernel reports user 0 for a closed socket; a stranger would be taken for root.
 TEST(PeerUid, IsUnknownWhenThePeerHasClosedItsSocket) {
   const Socket listener = Listen(InternetAddress("127.0.0.1", 0));
   Socket peer(Connect(InternetAddress("127.0.0.1", PortOf(listener))));
@@ -181,9 +182,9 @@ TEST(PeerUid, StaysKnownWhileThePeerHasClosedOneDirectionOnly) {
   EXPECT_EQ(PeerUid(accepted.fd()), geteuid());
 }
 
-// The peer's half of the connection is gone a minute after it was closed, while ours stays;
-// TCP_REPAIR takes it away at once. The kernel then offers who listens on the peer's port, whoever
-// that is.
+// The peer's half of the connection disappears a minute after it was closed, while ours stays;
+// TCP_REPAIR removes it at once. The kernel then returns the listener on the peer's port, whoever
+// owns it.
 TEST(PeerUid, IsNotThatOfAListenerOnThePeersPort) {
   const Socket listener = Listen(InternetAddress("127.0.0.1", 0));
   Socket peer(Connect(InternetAddress("127.0.0.1", PortOf(listener))));

@@ -43,7 +43,7 @@ class AcceptLoopTest : public RunningServer {
  protected:
   AcceptLoopTest() : RunningServer(Limits{}, Retention{}, FewConnections()) {}
 
-  // The channel of the fixture connects with its first call.
+  // The fixture's channel connects with its first call.
   void ExpectOneConnection() { EXPECT_EQ(Stats(*admin_).connections_open(), 1); }
 
   static v1::GetStatsResponse Stats(v1::AdminService::Stub& admin) {
@@ -70,8 +70,8 @@ TEST_F(AcceptLoopTest, WhatSaysNothingIsClosedAndWhatSpeaksStays) {
 }
 
 TEST_F(AcceptLoopTest, WhatIsNoHttp2IsClosedAtOnce) {
-  // A stream begun before the settings; another frame of the connection; a wrong byte after right
-  // ones.
+  // The last cases: a stream begun before the settings, another frame of the connection, a wrong
+  // byte after right ones.
   const std::string preface = Http2Beginning().substr(0, 24);
   for (const std::string& garbage :
        {std::string("GET / HTTP/1.1\r\n\r\n"), std::string("\x16\x03\x01", 3), std::string("X"),
@@ -158,7 +158,7 @@ TEST_F(AcceptLoopTest, TheServerLooksAtItselfThoughNobodyElseIsAdmitted) {
   }
 }
 
-// A server of its own that notes who calls it.
+// A test server that records who calls it.
 class WhoCalls final : public v1::AdminService::CallbackService {
  public:
   explicit WhoCalls(const Runtime& runtime) : runtime_(runtime) {}
@@ -254,7 +254,7 @@ TEST_P(ClientOfTest, ACallWithinTheProcessIsNobodys) {
   EXPECT_EQ(Ask(server_->InProcessChannel({})), ClientId{});
 }
 
-// Leaves the process so many more descriptors while it lives.
+// Limits the process to `more` further descriptors during its lifetime.
 class FewDescriptors {
  public:
   explicit FewDescriptors(int more) {

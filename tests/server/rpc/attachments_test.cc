@@ -1,4 +1,4 @@
-// Objects that are attached to robots, and robots that others meet, over a real socket.
+// Objects attached to robots, and robots as obstacles, over a real socket.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ using collision::testing::Robot;
 using collision::testing::ThreeBalls;
 using ::testing::ElementsAre;
 
-// The arm "r" of balls of 0.1 m at x = 0, 0.5 and 1 (links a, c, e), and boxes with edges of 0.2 m:
-// "cup" far away and "post" at x = 1.4.
+// The arm "r" has balls of 0.1 m radius at x = 0, 0.5 and 1 (links a, c, e). There are two boxes
+// with edges of 0.2 m: "cup" far away and "post" at x = 1.4.
 class AttachmentsTest : public RunningServer {
  protected:
   void SetUp() override {
@@ -37,7 +37,7 @@ class AttachmentsTest : public RunningServer {
     const grpc::Status status = writer->Finish();
     ASSERT_TRUE(status.ok()) << status.error_message();
   }
-  // 0.25 m beyond the hand, unless it is said otherwise: 5 cm beside it.
+  // By default 0.25 m beyond the hand, i.e. 5 cm beside it.
   static v1::Change Attach(const std::string& link = "e", double x_m = 0.25) {
     v1::Change change;
     v1::AttachObject& attach = *change.mutable_attach();

@@ -1,4 +1,4 @@
-// The limits of a connection that gRPC did not accept itself: those of the server hold for it.
+// The server's limits also apply to connections that gRPC did not accept itself.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -75,7 +75,7 @@ TEST_F(ChannelArgumentsTest, MetadataOverTheLimitIsRefusedAndTheServerGoesOn) {
 
 TEST_F(ChannelArgumentsTest, CompressedCallsAreRefusedAndNeverInflated) {
   v1::ApplyChangesRequest request;
-  request.set_world(std::string(std::size_t{8} << 20, 'a'));  // 8 kB of gzip
+  request.set_world(std::string(std::size_t{8} << 20, 'a'));  // 8 kB compressed
   for (const auto algorithm : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP}) {
     Call call;
     call.set_compression_algorithm(algorithm);

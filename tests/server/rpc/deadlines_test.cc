@@ -20,8 +20,7 @@ using ::testing::Lt;
 
 constexpr int kRows = 65'536, kResults = 16;
 
-// Distances that take a tenth of a second or some, and a reply of 98 MB, which takes longer than
-// that.
+// Distances that take a few tenths of a second, and a reply of 98 MB, which takes longer than that.
 class DeadlineTest : public RunningServer {
  protected:
   DeadlineTest() {
@@ -33,7 +32,7 @@ class DeadlineTest : public RunningServer {
   static bool IsPart(const v1::GetDistancesResponse& answer) {
     return answer.completed_count() > 0 && answer.completed_count() < kRows;
   }
-  // The answer is part of what `full` is, and some of it is there.
+  // Expects a non-empty, incomplete answer that is a prefix of `full`.
   void ExpectPrefix(const v1::GetDistancesResponse& part, const v1::GetDistancesResponse& full) {
     EXPECT_THAT(part.completed_count(), AllOf(Gt(0), Lt(kRows)));
     const std::string_view begins(part.columns().row_begin());
@@ -48,8 +47,9 @@ class DeadlineTest : public RunningServer {
   v1::GetDistancesRequest request_;
 };
 
-// Calls ask(timeout), which tells whether part of the answer came in time, with shares of what all of it
-// takes on this machine until one did. What else the machine does may keep some of them from it.
+// Calls ask(timeout), which returns true if a part of the answer came in time, with growing shares
+// of the full answer's time on this machine until one succeeds. Other load of the machine may make
+// some of them fail.
 template <class Ask>
 void ExpectPartInTime(Clock::duration whole, const Ask& ask) {
   constexpr int kTimes = 3;
@@ -61,7 +61,7 @@ void ExpectPartInTime(Clock::duration whole, const Ask& ask) {
   FAIL() << "no deadline was kept";
 }
 
-// Without room for the reply, every deadline that came before the whole of it ended in
+// If no time were reserved for the reply, every deadline before the full answer would end with
 // DEADLINE_EXCEEDED.
 TEST_F(DeadlineTest, ADeadlineInABatchGivesThePrefix) {
   v1::GetDistancesResponse full;
@@ -122,7 +122,8 @@ TEST_F(DeadlineTest, ATimeBudgetInABatchGivesThePrefix) {
   v1::GetDistancesResponse full;
   Call unhurried;
   ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
-  // 100 ms are a part of it on a machine that does nothing else; on others the first rows take longer.
+  // 100 ms is a part of the time on an otherwise idle machine; elsewhere the first rows take
+  // longer.
   for (const int budget_ms : {100, 200, 400, 800}) {
     request_.mutable_options()->mutable_time_budget()->set_nanos(budget_ms * 1'000'000);
     Call call;
@@ -130,7 +131,7 @@ TEST_F(DeadlineTest, ATimeBudgetInABatchGivesThePrefix) {
     ASSERT_TRUE(query_->GetDistances(&call, request_, &part).ok());
     if (part.completed_count() == 0) continue;
     ExpectPrefix(part, full);
-    // 65 536 rows of 101 bytes for each of 16 results, at 4 ns a byte.
+    // 65 536 rows of 101 bytes for each of 16 results, at 4 ns per byte.
     EXPECT_LT(part.completed_count(), kRows / 4 * budget_ms / 100);
     return;
   }

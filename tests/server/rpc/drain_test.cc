@@ -1,4 +1,4 @@
-// How calls end when the server stops.
+// The end of calls when the server stops.
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// The target for a server whose clients have nothing under way.
+// The target for a server whose clients have no calls in progress.
 constexpr auto kSoon = std::chrono::seconds(1);
 constexpr auto kLong = std::chrono::minutes(1);
 
@@ -56,12 +56,12 @@ TEST_F(DrainTest, IdleConnectionsDoNotHoldItUp) {
   EXPECT_LT(TimeOfStop(kLong), kSoon);
 }
 
-// What became of the calls that clients made while the server stopped.
+// Results of the calls that clients made while the server stopped.
 struct Outcomes {
   std::atomic<int> answered = 0;
-  std::atomic<int> told = 0;                 // that the server drains, and when to come back
-  std::atomic<int> closed = 0;               // UNAVAILABLE of the transport
-  std::atomic<int> closed_though_early = 0;  // the same of a call that had begun before the stop
+  std::atomic<int> told = 0;                 // refused with SERVER_DRAINING and the time to retry
+  std::atomic<int> closed = 0;               // UNAVAILABLE from the transport
+  std::atomic<int> closed_though_early = 0;  // the same for a call that had begun before the stop
   std::atomic<int> other = 0;
 };
 
@@ -106,7 +106,7 @@ TEST_F(DrainTest, EachCallOfBusyClientsEndsWithItsAnswerOrWithTheReason) {
     ASSERT_TRUE(application.worlds.FindOrCreate("").ok());
     std::atomic<bool> stops = false;
     std::vector<std::jthread> clients;
-    const auto shared = DialAlone();  // by three, whose calls meet on one connection
+    const auto shared = DialAlone();  // shared by three clients, whose calls use one connection
     for (int i = 0; i < 6; ++i) {
       const auto channel = i < 3 ? shared : DialAlone();
       clients.emplace_back([&outcomes, &stops, channel, i] {
@@ -128,7 +128,7 @@ TEST_F(DrainTest, EachCallOfBusyClientsEndsWithItsAnswerOrWithTheReason) {
   EXPECT_EQ(outcomes.other, 0);
 }
 
-// What a robot's, a cloud's and a mesh's upload are after their first message.
+// Uploads of a robot, a cloud and a mesh after their first message.
 TEST_F(DrainTest, HalfOpenUploadsEndAtOnce) {
   Call cloud_call;
   v1::IngestCloudResponse cloud_reply;
@@ -145,7 +145,7 @@ TEST_F(DrainTest, HalfOpenUploadsEndAtOnce) {
   v1::LoadRobotRequest robot_header;
   robot_header.mutable_header()->set_urdf("<robot name='r'><link name='l'/></robot>");
   ASSERT_TRUE(robot->Write(robot_header));
-  std::this_thread::sleep_for(milliseconds(100));  // until all three have come
+  std::this_thread::sleep_for(milliseconds(100));  // until all three have arrived
   EXPECT_LT(TimeOfStop(kLong), kSoon);
   ExpectDraining(cloud->Finish());
   ExpectDraining(robot->Finish());
@@ -188,9 +188,9 @@ TEST_F(DrainTest, WhatWaitsForItsTurnIsRefusedAndWhatHasBegunIsAnswered) {
       }
     });
   }
-  std::this_thread::sleep_for(milliseconds(300));  // until all have come
+  std::this_thread::sleep_for(milliseconds(300));  // until all have arrived
   std::jthread stopper([this] { server_->Stop(kLong); });
-  std::this_thread::sleep_for(milliseconds(700));  // longer than it waits for who does nothing
+  std::this_thread::sleep_for(milliseconds(700));  // longer than it waits for idle clients
   EXPECT_EQ(answered + told, 0);
   release.release();
   writers.clear();
@@ -236,7 +236,7 @@ TEST_F(DrainTest, WorkThatIsStoppedAfterTheGraceSaysWhy) {
 
 TEST_F(DrainTest, AClientThatReadsNothingDoesNotHoldItUp) {
   for (int i = 0; i < 300; ++i) PutBox("box_" + std::to_string(i), i);
-  // The answers are longer than what gRPC and the socket take in for a client that does not read.
+  // The answers exceed the buffers of gRPC and the socket for a client that does not read.
   v1::GetDistancesRequest much;
   *much.mutable_subject() = SphereAt(std::vector<double>(50'000, 0.5));
   Call stream_call(kLong);

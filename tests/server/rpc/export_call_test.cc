@@ -1,4 +1,4 @@
-// Worlds as files, over a real socket.
+// Exports of worlds as files, over a real socket.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ class ExportTest : public RunningServer {
     return exported;
   }
 
-  // So many sheets, each of the same mesh.
+  // Puts `count` sheets that share a mesh.
   void PutSheets(int count, const TriangleMesh& mesh) {
     const auto stored = application_.geometry.Put(BlobFormat::kMeshF64, EncodeMesh(mesh));
     ASSERT_TRUE(stored.ok()) << stored.status();
@@ -59,7 +59,7 @@ class ExportTest : public RunningServer {
   }
 };
 
-// Long unread, a file is let go and made again.
+// A file that is not read for long is freed and made again.
 TEST_F(ExportTest, IsTheSameForAReaderThatPauses) {
   PutSheets(1, Strip(200'000));
   v1::ExportWorldRequest request;
@@ -81,7 +81,7 @@ TEST_F(ExportTest, IsTheSameForAReaderThatPauses) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   EXPECT_LT(held(), messages.back().total_bytes() / 2);
-  PutBox("another", 1);  // a later revision is not what the reader began with
+  PutBox("another", 1);  // the reader's file is of the earlier revision
   v1::ExportWorldResponse message;
   while (reader->Read(&message)) messages.push_back(message);
   EXPECT_TRUE(reader->Finish().ok());
@@ -121,7 +121,7 @@ TEST_F(ExportTest, SendsFilesOneAfterTheOther) {
   ASSERT_TRUE(exported.status.ok()) << exported.status.error_message();
   ASSERT_GT(exported.messages.size(), 1u);
   const auto& files = exported.messages[0].files();
-  ASSERT_EQ(files.size(), 2);  // both sheets are of one mesh
+  ASSERT_EQ(files.size(), 2);  // both sheets share a mesh
   EXPECT_EQ(files[0].name(), "");
   EXPECT_EQ(files[1].name(), "default_meshes/0_sheet0.stl");
   EXPECT_EQ(files[1].byte_count(), 84 + 50 * 49'998);
@@ -156,7 +156,7 @@ TEST_F(ExportTest, SaysAThousandWarningsAndHowManyMore) {
   const auto& warnings = exported.messages[0].warnings();
   ASSERT_EQ(warnings.size(), 1'001);
   EXPECT_EQ(warnings[0], "cup0: left out, it is attached to r");
-  // Of the 1 004 cups, and of the robot.
+  // The warnings of 1 004 cups and of the robot.
   EXPECT_EQ(warnings[1'000], "and 5 more");
 }
 
@@ -214,7 +214,7 @@ class OneExportTest : public ExportTest {
 };
 
 TEST_F(OneExportTest, CancelledInTheMiddleMakesRoomForAnother) {
-  PutSheets(1, Strip(600'000));  // more than lies in the buffers of a socket
+  PutSheets(1, Strip(600'000));  // more than the buffers of a socket hold
   Call call;
   const auto reader = world_->ExportWorld(&call, {});
   v1::ExportWorldResponse message;
@@ -226,7 +226,7 @@ TEST_F(OneExportTest, CancelledInTheMiddleMakesRoomForAnother) {
   EXPECT_TRUE(DetailsIn(refused.status).has_retry);
   call.TryCancel();
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
-  // The server hears of it a moment later, a longer one where it shares its cores.
+  // The server notices a moment later, or somewhat more on a busy machine.
   v1::ExportWorldRequest unknown;
   unknown.set_world("nobody");
   bool admitted = false;

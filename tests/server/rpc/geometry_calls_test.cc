@@ -166,7 +166,7 @@ TEST_F(GeometryTest, AKnownHashIsAnsweredWithoutTheData) {
   ASSERT_TRUE(Write(header, Chunks(bytes), &response).ok());
   header.set_hash(response.hash());
   {
-    // No data, no half-close: the answer comes on the header alone.
+    // No data and no half-close: the answer comes after the header alone.
     Call call(std::chrono::seconds(10));
     const auto writer = world_->WriteGeometry(&call, &response);
     v1::WriteGeometryRequest request;
@@ -179,7 +179,7 @@ TEST_F(GeometryTest, AKnownHashIsAnsweredWithoutTheData) {
   }
   header.set_total_bytes(header.total_bytes() + 1);
   EXPECT_EQ(FieldIn(Write(header, {}, &response)), "header.total_bytes");
-  // An unknown one takes its data as ever.
+  // The data of an unknown blob is received as usual.
   const std::string other = EncodeMesh(Strip(50));
   header = HeaderOf(other);
   header.set_hash(Sha256Hex(other));

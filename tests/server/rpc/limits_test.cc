@@ -1,5 +1,5 @@
-// No client takes memory or places from the others: each refusal says what is full and when to come
-// again, and others are answered meanwhile.
+// No client can use up the memory or the places of others: each refusal says what is full and when
+// to retry, and other clients are answered meanwhile.
 #include <gmock/gmock.h>
 
 #include <list>
@@ -55,7 +55,7 @@ TEST_F(LittleMemoryTest, RefusesWhatWorldsHaveNoRoomForAndGoesOn) {
   EXPECT_TRUE(DetailsIn(status).has_retry);
   EXPECT_GT(worlds, 2);
   EXPECT_LE(application_.memory->world_bytes(), application_.memory->worlds_limit_bytes());
-  // Everything else goes on, and what is deleted makes room.
+  // Everything else continues, and deletions free memory.
   Call get;
   v1::GetWorldRequest request;
   request.set_world("w0");
@@ -99,11 +99,11 @@ TEST_F(LittleMemoryTest, EndsAnUploadThatSendsNothing) {
   request.mutable_header()->set_name("arm");
   request.mutable_header()->set_urdf("<robot name='arm'><link name='base'/></robot>");
   ASSERT_TRUE(upload->Write(request));
-  // Without a word more: it is the server that ends the call.
+  // The client sends nothing more; the server ends the call.
   const grpc::Status status = upload->Finish();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
   EXPECT_EQ(ReasonIn(status), "UPLOAD_STALLED");
-  // The call gives back what it held a moment after its client has heard of it.
+  // The call releases its memory a moment after its client has received the status.
   for (int i = 0; i < 1'000 && application_.memory->client_bytes() > 0; ++i) {
     std::this_thread::sleep_for(milliseconds(5));
   }
@@ -149,7 +149,7 @@ TEST_F(FewUploadsTest, AreCountedForEachConnection) {
   EXPECT_EQ(ReasonIn(status), "TOO_MANY_UPLOADS") << status.error_message();
   EXPECT_TRUE(DetailsIn(status).has_retry);
   Call other;
-  grpc::ChannelArguments alone;  // with a connection of its own
+  grpc::ChannelArguments alone;  // uses a connection of its own
   alone.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   const auto stub = v1::WorldService::NewStub(
       grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), alone));

@@ -42,7 +42,7 @@ TEST(ListenAddress, RefusesWhatIsNoAddress) {
   EXPECT_FALSE(CheckListenAddress("unix:/" + std::string(200, 'a')).ok());
 }
 
-// A socket that somebody bound at the path and left there.
+// Binds a socket at the path and leaves its file there.
 void LeaveSocket(const std::string& path) {
   const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};

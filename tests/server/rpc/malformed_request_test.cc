@@ -1,4 +1,4 @@
-// Bytes that are no message of the method's type, for every method there is.
+// Bytes that are not a message of the method's type, for every method.
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <grpcpp/generic/generic_stub.h>
@@ -15,7 +15,7 @@ constexpr char kNoMessage[] = "\xff\xff\xff";  // the beginning of a tag
 
 class MalformedRequestTest : public RunningServer {
  protected:
-  // What comes of a call that sends these messages and then no more.
+  // The result of a call that sends these messages and then closes.
   struct Answer {
     grpc::Status status;
     std::vector<std::string> messages;
@@ -140,7 +140,7 @@ TEST_F(MalformedRequestTest, AMethodThatIsNotThereStaysUnimplemented) {
             grpc::StatusCode::UNIMPLEMENTED);
 }
 
-// They are kept as long as the stream, of which a client may have hundreds.
+// The stream keeps its request, and a client may have hundreds of streams.
 TEST_F(MalformedRequestTest, RequestsOfStreamsThatAreLargeAreRefused) {
   const std::string large(std::size_t{1} << 20, 'a');
   const auto expect_refused = [](const grpc::Status& status) {

@@ -1,4 +1,4 @@
-// Small requests that mention large meshes often.
+// Small requests that refer to large meshes many times.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -9,7 +9,7 @@
 namespace cwm::server {
 namespace {
 
-// Closed, of 2 * `sides` triangles.
+// A closed mesh of 2 * `sides` triangles.
 TriangleMesh Spindle(std::uint32_t sides) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 1}, {0, 0, -1}};
@@ -66,7 +66,7 @@ TEST_F(MentionsTest, OfOneMeshInWritesAndQuestionsPrepareItOnce) {
   EXPECT_EQ(Computed(hash), 1);
 }
 
-// What a call leaves half computed is computed by the next.
+// The next call completes a computation that was interrupted.
 TEST_F(MentionsTest, PastItsDeadlineAWriteHasNoEffectAndTheNextOneHas) {
   const std::string hash = Store(50'000);
   Call hurried(std::chrono::milliseconds(20));

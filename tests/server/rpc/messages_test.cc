@@ -1,4 +1,4 @@
-// Bytes become requests within the time that their call may take.
+// Parsing of requests observes the time budget of their call.
 #include "server/rpc/messages.h"
 
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@ v1::ApplyChangesRequest ManyMoves(int count) {
 }
 
 TEST(ParseRequest, FillsTheMessageAndFreesTheBytes) {
-  const v1::ApplyChangesRequest sent = ManyMoves(5000);  // of several pieces
+  const v1::ApplyChangesRequest sent = ManyMoves(5000);  // several pieces
   grpc::ByteBuffer bytes = BufferOf(sent.SerializeAsString());
   v1::ApplyChangesRequest received;
   WorkBudget unlimited;

@@ -57,7 +57,7 @@ class ObjectSurfaceTest : public RunningServer {
     EXPECT_TRUE(status.ok()) << status.error_message();
     return response.revision();
   }
-  // A mesh of over two chunks.
+  // Puts an object whose mesh takes more than two chunks.
   std::int64_t PutBalls(const std::string& name) {
     v1::Object object;
     object.set_name(name);

@@ -1,4 +1,4 @@
-// Rules of pairs over a real socket: changes, questions, watches, expiry.
+// Pair rules over a real socket: changes, queries, watches, expiry.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ v1::Change Margin(const std::string& a, const std::string& b, double margin_m) {
   return change;
 }
 
-// Boxes of edge 0.2 m at x = 0 and x = 2; a sphere of radius 0.1 m asks.
+// Boxes with edges of 0.2 m at x = 0 and x = 2; the query's body is a sphere of radius 0.1 m.
 class PairRulesTest : public RunningServer {
  protected:
   PairRulesTest() {
@@ -43,7 +43,7 @@ class PairRulesTest : public RunningServer {
     if (revision != nullptr) *revision = response.revision();
     return status;
   }
-  // As it is, or as it was at a revision.
+  // The latest world, or the world at a revision.
   v1::GetWorldResponse World(std::int64_t revision = 0) {
     Call call;
     v1::GetWorldRequest request;
@@ -52,7 +52,7 @@ class PairRulesTest : public RunningServer {
     EXPECT_TRUE(world_->GetWorld(&call, request, &response).ok());
     return response;
   }
-  // At the left box, 0.05 m beside it, and far from both.
+  // Verdicts at the left box, 0.05 m beside it, and far from both.
   std::vector<int> Verdicts(const v1::QueryOptions& options) {
     Call call;
     v1::CheckCollisionsRequest request;
@@ -76,13 +76,13 @@ TEST_F(PairRulesTest, OfTheWorldHoldForEveryQuestion) {
   EXPECT_EQ(revision, 4);
   EXPECT_THAT(Verdicts({}), ElementsAre(kFree, kFree, kFree));
   ASSERT_TRUE(Apply(Allow("*", "left"), &revision).ok());
-  EXPECT_EQ(revision, 4);  // says nothing new
+  EXPECT_EQ(revision, 4);  // changes nothing
   const v1::GetWorldResponse world = World();
   EXPECT_EQ(world.revision(), 4);
   ASSERT_EQ(world.pair_rules_size(), 1);
   EXPECT_TRUE(world.pair_rules(0).allowed());
   EXPECT_EQ(world.pair_rules(0).margin_m(), 0.06);
-  // The world as it was before.
+  // The world at an earlier revision.
   v1::QueryOptions before;
   before.mutable_at_revision()->set_exact(3);
   EXPECT_THAT(Verdicts(before), ElementsAre(kHit, kHit, kFree));
@@ -145,7 +145,7 @@ TEST_F(PairRulesTest, RefusalsNameTheField) {
   EXPECT_EQ(FieldIn(query_->CheckCollisions(&call, request, &response)),
             "options.overlay[0].allow.pair.b.name");
   EXPECT_EQ(World().pair_rules_size(), 0);
-  // No world is made by a rule alone.
+  // A rule alone does not create a world.
   v1::ApplyChangesRequest elsewhere;
   elsewhere.set_world("elsewhere");
   *elsewhere.add_changes() = Allow("a", "b");
@@ -208,7 +208,7 @@ TEST_F(PairRulesTest, ARetryDoesNotAllowForLonger) {
   EXPECT_EQ(World().pair_rules(0).expires().nanos(), expires.nanos());
 }
 
-// An hour before it is due nothing keeps the server from ending.
+// An allowance with an hour left does not keep the server from stopping.
 TEST_F(PairRulesTest, WhatIsToExpireDoesNotKeepTheServer) {
   v1::Change change = Allow("a", "b");
   change.mutable_allow()->mutable_expires_after()->set_seconds(3'600);

@@ -53,7 +53,7 @@ class PerceptionTest : public RunningServer {
     chunk->set_crc32c(Crc32c(chunk->data()));
     return request;
   }
-  // Header, chunks, finish as a good client sends them.
+  // Header, chunks and finish of a valid upload.
   static Messages Upload(const v1::IngestCloudHeader& header, const std::string& bytes,
                          std::size_t chunk_bytes = 1 << 20) {
     Messages messages(1);
@@ -64,7 +64,7 @@ class PerceptionTest : public RunningServer {
     messages.emplace_back().mutable_finish();
     return messages;
   }
-  // Three chunks, for spoiling.
+  // An upload of three chunks, to be corrupted by tests.
   static Messages SmallUpload() {
     const std::vector<Eigen::Vector3f> points(30, Eigen::Vector3f(0, 0, 1));
     return Upload(HeaderFor(points), BytesOf(points), 120);
@@ -87,7 +87,7 @@ class PerceptionTest : public RunningServer {
     header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
     return Send(Upload(header, BytesOf(scan.cloud.points)), response);
   }
-  // 0 where there is no such blob.
+  // The size of a blob; 0 if there is no such blob.
   std::int64_t BytesOfBlob(const std::string& hash) {
     Call call;
     v1::ReadGeometryRequest read;
@@ -98,7 +98,7 @@ class PerceptionTest : public RunningServer {
     while (reader->Read(&piece)) bytes += static_cast<std::int64_t>(piece.data().size());
     return bytes;
   }
-  // The small box that a hostile client has to leave alone.
+  // Expects the small box that a hostile client must not change.
   void ExpectUntouched() { ExpectRevision(1); }
 };
 
@@ -119,7 +119,7 @@ TEST_F(PerceptionTest, AScanBecomesSupportsAndObjectsAndTheSameScanChangesNothin
   EXPECT_EQ(response.report().points_in(), 640 * 480);
   EXPECT_FALSE(response.changes().added().empty());
   EXPECT_GT(response.stages_size(), 0);
-  // 640 x 480 labels are above a mebibyte: they travel by hash.
+  // 640 x 480 labels are larger than a mebibyte, so they are sent by hash.
   EXPECT_EQ(BytesOfBlob(response.labels_hash()), 4 * 640 * 480);
   status = Send(Upload(header, bytes), &response);
   ASSERT_TRUE(status.ok()) << status.error_message();
@@ -207,7 +207,7 @@ TEST_F(PerceptionTest, ACloudOverTheLimitIsRefusedOnItsHeader) {
   request.mutable_header()->set_point_count(20'000'001);
   request.mutable_header()->set_total_bytes(12 * std::int64_t{20'000'001});
   ASSERT_TRUE(writer->Write(request));
-  // No data, no half-close: the answer comes on the header alone.
+  // No data and no half-close: the answer comes after the header alone.
   const grpc::Status status = writer->Finish();
   EXPECT_EQ(FieldIn(status), "header.point_count");
   EXPECT_THAT(status.error_message(), HasSubstr("must be from 1 to 20000000"));
@@ -217,7 +217,7 @@ TEST_F(PerceptionTest, ACloudOverTheLimitIsRefusedOnItsHeader) {
 TEST_F(PerceptionTest, AClientThatGoesHalfWayLeavesNothing) {
   PutBox("witness", 0);
   const Messages small = SmallUpload();
-  // Each announces 240 MB: nine of them are more than all uploads together may hold.
+  // Each announces 240 MB: nine of them exceed what all uploads together may hold.
   v1::IngestCloudRequest header;
   *header.mutable_header() = HeaderFor({});
   header.mutable_header()->set_point_count(20'000'000);
@@ -232,7 +232,7 @@ TEST_F(PerceptionTest, AClientThatGoesHalfWayLeavesNothing) {
     EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
   ExpectUntouched();
-  // What they held is free again, soon: the next one is refused for its own fault alone.
+  // Their memory is free again soon: the next one is refused only for its own error.
   grpc::StatusCode code = grpc::StatusCode::RESOURCE_EXHAUSTED;
   for (int i = 0; i < 100 && code == grpc::StatusCode::RESOURCE_EXHAUSTED; ++i) {
     Call call;
@@ -338,8 +338,8 @@ TEST_F(PerceptionTest, OnlyAScanThatIsWrittenMakesAWorld) {
   EXPECT_EQ(Worlds(*world_).worlds(0).world_uid(), response.world_uid());
 }
 
-// The meshes of what is in no world end with it, but for those that the reply names: surfaces, and
-// the shells of vessels.
+// The meshes of provisional objects are freed with them, except for those named in the reply:
+// surfaces, and the walls of vessels.
 TEST_F(PerceptionTest, EveryMeshThatAProvisionalReplyNamesCanBeRead) {
   const perception::SimulatedView view =
       perception::RandomScene(perception::SceneFamily::kVessels, 1);
@@ -373,7 +373,7 @@ TEST_F(PerceptionTest, EveryMeshThatAProvisionalReplyNamesCanBeRead) {
   }
 }
 
-// What a robot on the floor reaches is known where the floor is: not from an estimate.
+// Reachability is known only if the floor is known, which an estimated pose does not provide.
 TEST_F(PerceptionTest, SupportsAreReachableOrNotOnceThePoseWasGivenWhereverTheyAreShown) {
   const auto scan = Scan();
   const std::string bytes = BytesOf(scan.cloud.points);
@@ -392,7 +392,7 @@ TEST_F(PerceptionTest, SupportsAreReachableOrNotOnceThePoseWasGivenWhereverTheyA
     return response.objects();
   };
   header.set_world("estimated");
-  for (int i = 0; i < 2; ++i) {  // the second reuses the estimate of the first
+  for (int i = 0; i < 2; ++i) {  // the second scan reuses the estimate of the first
     ASSERT_TRUE(Send(Upload(header, bytes)).ok());
     for (const v1::Object& support : supports("estimated")) {
       EXPECT_FALSE(support.has_reachable()) << support.name();
@@ -410,7 +410,7 @@ TEST_F(PerceptionTest, SupportsAreReachableOrNotOnceThePoseWasGivenWhereverTheyA
   pose->set_qz(q.z());
   pose->set_qw(q.w());
   ASSERT_TRUE(Send(Upload(header, bytes)).ok());
-  header.clear_x_world_sensor();  // kept, and known to have been given
+  header.clear_x_world_sensor();  // the pose is kept, and known to be given
   ASSERT_TRUE(Send(Upload(header, bytes)).ok());
   v1::WatchWorldRequest watch_request;
   watch_request.set_world("given");
@@ -444,7 +444,7 @@ TEST_F(PerceptionTest, ADeadlineEndsTheWorkBeforeItStrikes) {
     stopped = true;
     return absl::StatusOr<perception::SceneInterpretation>(absl::CancelledError("stopped"));
   };
-  // A tenth of it is left for the reply.
+  // A tenth of the deadline is left for the reply.
   Call call(std::chrono::seconds(2));
   v1::IngestCloudResponse response;
   const auto writer = perception_->IngestCloud(&call, &response);
@@ -453,7 +453,7 @@ TEST_F(PerceptionTest, ADeadlineEndsTheWorkBeforeItStrikes) {
   const grpc::Status status = writer->Finish();
   EXPECT_TRUE(stopped);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
-  // The server's own words: a deadline that struck would carry no reason.
+  // From the server: gRPC's own DEADLINE_EXCEEDED would carry no reason.
   EXPECT_EQ(ReasonIn(status), "TIME_BUDGET_SPENT");
 }
 
@@ -464,13 +464,13 @@ TEST_F(PerceptionTest, AFullQueueOfCloudsSaysWhenToComeBackAndQueriesGoOn) {
     finish.acquire();
     return absl::StatusOr<perception::SceneInterpretation>(absl::InvalidArgumentError("no"));
   };
-  constexpr int kMost = 100;  // more than the queue and its thread hold
+  constexpr int kMost = 100;  // more than the queue and its thread can hold
   std::atomic<int> refused = 0;
   std::vector<std::jthread> senders;
   for (int i = 0; i < kMost && refused == 0; ++i) {
     senders.emplace_back([&] {
       const grpc::Status status = Send(SmallUpload());
-      if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT) return;  // it had its turn
+      if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT) return;  // its turn came
       EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
       EXPECT_EQ(ReasonIn(status), "QUEUE_FULL");
       EXPECT_TRUE(DetailsIn(status).has_retry);

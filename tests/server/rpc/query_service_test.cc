@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kExact_m = 1e-7;  // what an answer that is labelled EXACT promises
+constexpr double kExact_m = 1e-7;  // the accuracy of answers labelled EXACT
 
 std::vector<double> Doubles(const std::string& bytes) {
   std::vector<double> values(bytes.size() / sizeof(double));
@@ -20,7 +20,7 @@ std::vector<double> Doubles(const std::string& bytes) {
   return values;
 }
 
-// Boxes of edge 0.2 m at x = 0 and x = 2; a sphere of radius 0.1 m asks.
+// Boxes with edges of 0.2 m at x = 0 and x = 2; the query's body is a sphere of radius 0.1 m.
 class QueryTest : public RunningServer {
  protected:
   QueryTest() {
@@ -47,7 +47,7 @@ TEST_F(QueryTest, DistancesHaveTheClosedFormForEveryEngine) {
     EXPECT_EQ(response.revision(), 2);
     const auto distances = Doubles(response.columns().distance_m());
     ASSERT_EQ(distances.size(), 2u);
-    // Bullet's answers are BOUNDED by some 1e-4 m; the others are exact.
+    // Bullet's answers are BOUNDED by about 1e-4 m; the others are exact.
     const double tolerance = engine == v1::ENGINE_BULLET ? 1e-3 : kExact_m;
     EXPECT_NEAR(distances[0], 0.5 - 0.1 - 0.1, tolerance) << v1::Engine_Name(engine);
     EXPECT_NEAR(distances[1], 2 - 1.4 - 0.1 - 0.1, tolerance) << v1::Engine_Name(engine);
@@ -266,7 +266,7 @@ TEST_F(QueryTest, ABatchThatCouldFillTheMemoryIsRefusedByItsOption) {
   contacts.mutable_options()->set_max_contacts(256);
   Call call;
   EXPECT_TRUE(query_->GetContacts(&call, contacts, &ignored).ok());
-  // Two objects: no row has more than two answers, whatever it asks for.
+  // With two objects no row has more than two answers, whatever limit it gives.
   v1::GetDistancesRequest distances;
   *distances.mutable_subject() = SphereAt(std::vector<double>(65'536, 0.5));
   distances.mutable_options()->set_max_results(64);

@@ -50,7 +50,7 @@ TEST(RequestLog, ShowsNamesWithoutControlCharactersAndCutsThem) {
   EXPECT_EQ(Shown(std::string(1'000, 'x')), "\"" + std::string(128, 'x') + "...\"");
 }
 
-// Lines go to `lines` instead of the terminal.
+// Captures log lines instead of writing them to the terminal.
 class LoggingServerTest : public RunningServer {
  protected:
   LoggingServerTest() : before_(spdlog::default_logger()) {
@@ -61,7 +61,7 @@ class LoggingServerTest : public RunningServer {
     server_ = nullptr;
     spdlog::set_default_logger(before_);
   }
-  // Once nothing more is written.
+  // The captured lines; stops the server first, so that no more are written.
   std::string Lines() {
     server_ = nullptr;
     return lines_.str();

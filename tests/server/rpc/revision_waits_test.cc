@@ -19,7 +19,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// As many as one client may have at a time.
+// The most waits of one client.
 const std::int64_t kMaxWaits = Limits().max_client_waits;
 
 class RevisionWaitsTest : public ::testing::Test {
@@ -34,7 +34,7 @@ class RevisionWaitsTest : public ::testing::Test {
   RevisionWait ForOne(Clock::time_point deadline = Clock::time_point::max()) {
     return {.world = world(), .revision = collision::Revision{1}, .deadline = deadline, .stop = {}};
   }
-  // What a wait comes to.
+  // The final status of a wait.
   absl::Status EndOf(RevisionWait wait) {
     const auto end = std::make_shared<std::promise<absl::Status>>();
     auto told = end->get_future();
@@ -78,7 +78,7 @@ TEST_F(RevisionWaitsTest, TakeNoPlaceOfThoseWhoComeMeanwhile) {
   std::promise<void> release;
   std::shared_future<void> released = release.get_future().share();
   std::promise<void> begun;
-  ASSERT_TRUE(queue_.TryPush([&begun, released] {  // its one thread is busy
+  ASSERT_TRUE(queue_.TryPush([&begun, released] {  // keeps its only thread busy
     begun.set_value();
     released.wait();
   }));
@@ -92,7 +92,8 @@ TEST_F(RevisionWaitsTest, TakeNoPlaceOfThoseWhoComeMeanwhile) {
   }
   Publish();
   while (queue_.waiting() < static_cast<std::size_t>(kMaxWaits)) std::this_thread::sleep_for(1ms);
-  // The places of others are all free, and they wait for one of the crowd each, not for all of it.
+  // All places of other clients are free, and each of their tasks waits for one admitted call, not
+  // for all of them.
   std::vector<int> admitted_before;
   std::latch done(4);
   for (int i = 0; i < 4; ++i) {
@@ -101,7 +102,7 @@ TEST_F(RevisionWaitsTest, TakeNoPlaceOfThoseWhoComeMeanwhile) {
       done.count_down();
     })) << i;
   }
-  // Those who waited keep their place until they begin.
+  // Admitted calls keep their place until they begin.
   EXPECT_EQ(EndOf({.world = world(),
                    .revision = collision::Revision{2},
                    .deadline = Clock::time_point::max(),
@@ -139,10 +140,10 @@ TEST_F(RevisionWaitsTest, ARevisionThatIsThereIsWorkAsAnyOther) {
   EXPECT_EQ(DetailsOf(EndOf(ForOne())).reason, "SERVER_DRAINING");
 }
 
-// The same over the wire.
+// The same over a socket.
 class WaitingClientsTest : public RunningServer {
  protected:
-  // All are answered, however slow the machine is.
+  // All calls are answered, however slow the machine is.
   static Limits Patient() {
     Limits limits;
     limits.max_queue_wait = std::chrono::minutes(5);
@@ -150,7 +151,7 @@ class WaitingClientsTest : public RunningServer {
   }
   WaitingClientsTest() : RunningServer(Patient(), {}) {}
 
-  // Enough rows for the queue of 64 to fill up while the first are answered.
+  // Enough rows that the queue of 64 fills up while the first calls are answered.
   static v1::GetDistancesRequest AtLeast(std::int64_t revision, std::size_t rows) {
     v1::GetDistancesRequest request;
     *request.mutable_subject() = SphereAt(std::vector<double>(rows, 0.5));
@@ -197,9 +198,9 @@ TEST_F(WaitingClientsTest, AllWhoWaitForOneRevisionAreAnsweredAndNobodyElseIsRef
     const grpc::Status status = query_->GetDistances(&call, now, &response);
     EXPECT_TRUE(status.ok()) << status.error_message();
   };
-  // One that looks for a free place must not come before the last of them and take it.
+  // A probe for a free place must not arrive before the last of them and take its place.
   for (int i = 0; i < 100; ++i) ask_now();
-  // All wait once one more is refused.
+  // All of them wait once one more call is refused.
   const v1::GetDistancesRequest one_more = AtLeast(2, 1);
   const auto is_refused = [&] {
     Call call(50ms);

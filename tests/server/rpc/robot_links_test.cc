@@ -18,7 +18,7 @@ constexpr double kRounding = 1e-12;
 
 class RobotLinksTest : public RunningServer {
  protected:
-  // The elbow turns by 0.5 about x, the slide is out by 0.25 along it; the base stands at x = 1.
+  // The elbow is turned by 0.5 rad about x, the slide extended by 0.25 m; the base is at x = 1.
   void LoadArm() {
     v1::LoadRobotHeader header;
     header.set_urdf(ArmUrdf());

@@ -1,4 +1,4 @@
-// Robots that ask, and motions, over a real socket.
+// Queries about robots and motions, over a real socket.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,8 +35,8 @@ std::string Bytes(const std::vector<Number>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
 }
 
-// The arm "r" of three balls at the origin, and a box with edges of 0.2 m at (1, 0, 0), which the
-// hand is in where both joints are at 0.
+// The arm "r" of three balls at the origin, and a box with edges of 0.2 m at (1, 0, 0), which
+// contains the hand if both joints are at 0.
 class RobotQueries : public RunningServer {
  protected:
   using RunningServer::RunningServer;
@@ -73,7 +73,7 @@ class RobotQueries : public RunningServer {
   }
   static std::vector<double> RandomRows(std::size_t count) {
     std::mt19937 random(5);
-    std::uniform_real_distribution<double> angle(-3.05, 3.05);  // some beyond the limits
+    std::uniform_real_distribution<double> angle(-3.05, 3.05);  // some are beyond the limits
     std::vector<double> rows;
     for (std::size_t k = 0; k < 2 * count; ++k) rows.push_back(angle(random));
     return rows;
@@ -290,7 +290,7 @@ TEST_F(RobotQueries, MotionsAreFreeOrMeetSomething) {
   EXPECT_EQ(response.rows(1).verdict(), v1::MOTION_VERDICT_CONTACT);
   EXPECT_EQ(response.rows(1).object(), "post");
   EXPECT_EQ(response.rows(1).body_link(), "e");
-  // The hand's ball meets the box's side, which is 0.1 m beside the line to its centre.
+  // The hand's ball touches the box's side, 0.1 m beside the line to its centre.
   const double at_rad = 1 - 2 * response.rows(1).hi();
   EXPECT_NEAR(std::sin(at_rad), 0.2, 0.002);
   EXPECT_EQ(response.rows(2).verdict(), v1::MOTION_VERDICT_CONTACT);
@@ -310,8 +310,8 @@ TEST_F(RobotQueries, MotionsAreFreeOrMeetSomething) {
   EXPECT_FALSE(paths.rows(0).has_variable());
 }
 
-// A ball half a metre ahead of what turns from heading 2.5 to -2.5 at (x, 0): by way of the half
-// turn.
+// A ball half a metre in front of a link that turns at (x, 0) from heading 2.5 to -2.5: the short
+// way passes through pi.
 TEST_F(RobotQueries, MotionsOfPlanarAndFloatingJointsTurnTheShortWay) {
   PutBox("box", 10);
   const double z = std::sin(1.25), w = std::cos(1.25);
@@ -355,7 +355,7 @@ TEST_F(RobotQueries, MotionsOfShapesAndObjectsKeepMarginsAndLeaveOutWhatTheyAreT
   v1::CheckMotionsRequest request;
   v1::Subject::WorldObject* cart = request.mutable_subject()->mutable_object();
   cart->set_name("cart");
-  // Past the post at a distance of 0.01 m, to its own place.
+  // Passes the post at a distance of 0.01 m and through the cart's own place.
   cart->mutable_x_world_object()->set_data(
       Bytes<double>({-5, 0.21, 0, 0, 0, 0, 1, 5, 0.21, 0, 0, 0, 0, 1}));
   v1::CheckMotionsResponse free = Move(request);
@@ -381,7 +381,7 @@ TEST_F(RobotQueries, MotionsOfShapesAndObjectsKeepMarginsAndLeaveOutWhatTheyAreT
             std::string({v1::MOTION_VERDICT_FREE, v1::MOTION_VERDICT_CONTACT}));
 }
 
-// A name that is wrong would ignore nothing, unnoticed.
+// Otherwise a misspelled name would silently ignore nothing.
 TEST_F(RobotQueries, LinksOfPairsThatAreIgnoredAreThere) {
   v1::CheckCollisionsRequest request;
   *request.mutable_subject() = Arm({0, 0});

@@ -66,7 +66,7 @@ class RobotServiceTest : public RunningServer {
   grpc::Status Load(const v1::LoadRobotHeader& header, const Files& files = {}) {
     std::vector<v1::LoadRobotRequest> messages(1);
     *messages[0].mutable_header() = header;
-    constexpr std::size_t kChunk = 40;  // so that a mesh is several
+    constexpr std::size_t kChunk = 40;  // so that a mesh takes several chunks
     for (const auto& [name, bytes] : files) {
       messages.push_back(FileOf(name, static_cast<std::int64_t>(bytes.size())));
       for (std::size_t at = 0; at < bytes.size(); at += kChunk) {
@@ -85,7 +85,7 @@ class RobotServiceTest : public RunningServer {
     const grpc::Status status = Load(header, files);
     ASSERT_TRUE(status.ok()) << status.error_message();
   }
-  // Refused, and the server goes on as if nothing had been.
+  // Expects a refusal that leaves the server unaffected.
   void ExpectBadFile(const std::string& urdf, const std::string& rule) {
     const grpc::Status status = LoadUrdf(urdf);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();

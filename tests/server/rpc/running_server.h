@@ -1,4 +1,4 @@
-// A real server on a real Unix socket, with its clients.
+// A real server on a real Unix socket, with its client stubs.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -28,9 +28,9 @@ class RunningServer : public ::testing::Test {
 
   std::shared_ptr<grpc::Channel> Dial() const;
 
-  // Puts a box with edges of 0.2 m at (x, 0, 0); the revision that it made.
+  // Puts a box with edges of 0.2 m at (x, 0, 0); returns the revision.
   std::int64_t PutBox(const std::string& name, double x_m, const std::string& world = "");
-  // The world is still there and answers.
+  // Expects that the world still exists and is at this revision.
   void ExpectRevision(std::int64_t revision, const std::string& world = "");
 
   testing::ScratchDirectory scratch_;
@@ -44,14 +44,14 @@ class RunningServer : public ::testing::Test {
   std::unique_ptr<v1::WorldService::Stub> world_;
 };
 
-// A file of a tetrahedron as OBJ.
+// A tetrahedron as an OBJ file.
 inline constexpr char kTetrahedron[] =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
-// A strip of triangles, of some 36 bytes a vertex (35 as text).
+// A strip of triangles, with about 36 bytes per vertex (35 as text).
 TriangleMesh Strip(std::uint32_t vertex_count);
 
-// A call that does not hang a test.
+// A client context with a deadline, so that no test hangs.
 class Call : public grpc::ClientContext {
  public:
   explicit Call(std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
@@ -69,10 +69,10 @@ struct Details {
 };
 Details DetailsIn(const grpc::Status& status);
 std::string ReasonIn(const grpc::Status& status);
-// The one field at fault; empty when there is none or more.
+// The field at fault; empty unless there is exactly one.
 std::string FieldIn(const grpc::Status& status);
 
-// A sphere of radius 0.1 m asking at each x along the x axis.
+// A sphere of radius 0.1 m at each x on the x axis.
 v1::Subject SphereAt(const std::vector<double>& x_m);
 
 }  // namespace cwm::server

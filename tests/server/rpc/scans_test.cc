@@ -16,7 +16,7 @@ class ScansTest : public RunningServer {
  protected:
   using RunningServer::RunningServer;
 
-  // The virtual scanner's kitchen, every `step`-th point of it.
+  // Every `step`-th point of the virtual scanner's kitchen.
   static std::vector<Eigen::Vector3f> Kitchen(std::size_t step) {
     const auto scan =
         perception::Scan(perception::KitchenCounter(), perception::KitchenCamera(), {});
@@ -109,7 +109,7 @@ TEST_F(ScansTest, AScanIsShownAsItLiesInTheWorldWithItsLabels) {
   for (int i = 0; i < scan.objects_size(); ++i) {
     EXPECT_EQ(scan.objects(i), ingested.objects(i).name());
   }
-  // The reply has a label for every point, the scan for every finite one.
+  // The reply has a label for every point, the kept scan for every finite one.
   std::string finite_labels;
   std::size_t next = 0;
   const std::string xyz = Read(scan.points_hash(), v1::GEOMETRY_FORMAT_POINTS_F32);
@@ -126,7 +126,7 @@ TEST_F(ScansTest, AScanIsShownAsItLiesInTheWorldWithItsLabels) {
     const Eigen::Vector3d p_WP = q_WC * points[i].cast<double>() + p_WC;
     worst_m = std::max(worst_m, (shown.cast<double>() - p_WP).norm());
   }
-  constexpr double kSinglePrecision_m = 2e-6;  // of a few metres
+  constexpr double kSinglePrecision_m = 2e-6;  // at a few metres
   EXPECT_LT(worst_m, kSinglePrecision_m);
   EXPECT_TRUE(Read(scan.labels_hash(), v1::GEOMETRY_FORMAT_LABELS_U32) == finite_labels);
 }

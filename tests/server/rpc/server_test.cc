@@ -57,7 +57,7 @@ TEST_F(ServerTest, DrainingEndsWatchesAndStreamsAndRefusesWhatComes) {
   *request.mutable_get_distances()->mutable_subject() = SphereAt({0.5});
   v1::StreamQueriesResponse response;
   ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
-  // A grace beyond the test's own time limit: what drains returns without using it up.
+  // The grace exceeds the test's time limit: draining returns without using it up.
   std::jthread stopper([this] { server_->Stop(std::chrono::hours(1)); });
   ASSERT_TRUE(watch->Read(&message));
   EXPECT_TRUE(message.has_bookmark());
@@ -72,7 +72,7 @@ TEST_F(ServerTest, DrainingEndsWatchesAndStreamsAndRefusesWhatComes) {
   EXPECT_EQ(admin_->GetServerInfo(&late, {}, &info).error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
-// Holds the writer's turn of a world while it lives.
+// Holds a world's writer's turn during its lifetime.
 class HeldTurn {
  public:
   explicit HeldTurn(std::shared_ptr<World> world)
@@ -98,7 +98,7 @@ class HeldTurn {
 
 TEST_F(ServerTest, AFullQueueOfWritesSaysWhenToComeBackAndReadsGoOn) {
   PutBox("a", 0);
-  constexpr int kMost = 1'000;  // more than the queue and its threads hold
+  constexpr int kMost = 1'000;  // more than the queue and its threads can hold
   std::vector<std::jthread> writers;
   std::atomic<int> refused = 0;
   std::atomic<int> written = 0;
@@ -120,7 +120,7 @@ TEST_F(ServerTest, AFullQueueOfWritesSaysWhenToComeBackAndReadsGoOn) {
         EXPECT_TRUE(DetailsIn(status).has_retry);
         ++refused;
       });
-      ExpectRevision(1);  // a read beside them
+      ExpectRevision(1);  // a read meanwhile
     }
     EXPECT_GT(refused, 0);
     EXPECT_EQ(written, 0);
@@ -166,7 +166,7 @@ TEST_F(ServerTest, AThousandStreamsAreOpenAtOnceAndNotOneMore) {
 }
 
 TEST_F(ServerTest, AServerThatStopsLeavesTheSocketOfItsSuccessor) {
-  // A cloud that is being understood keeps the first server in its grace.
+  // A cloud being interpreted keeps the first server in its grace period.
   std::binary_semaphore begun{0};
   std::binary_semaphore finish{0};
   application_.interpret = [&](const auto&, const auto&, std::stop_token) {
@@ -198,7 +198,7 @@ TEST_F(ServerTest, AServerThatStopsLeavesTheSocketOfItsSuccessor) {
   std::jthread stopper([this] { server_->Stop(std::chrono::hours(1)); });
   Application next{.limits = {}, .retention = {}, .interpret = {}};
   absl::StatusOr<std::unique_ptr<Server>> successor = absl::UnknownError("");
-  for (int i = 0; i < 1'000 && !successor.ok(); ++i) {  // until the first listens no more
+  for (int i = 0; i < 1'000 && !successor.ok(); ++i) {  // until the first no longer listens
     successor = Server::Start(next, {.addresses = {address_}});
     if (!successor.ok()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
@@ -213,7 +213,7 @@ TEST_F(ServerTest, AServerThatStopsLeavesTheSocketOfItsSuccessor) {
   EXPECT_TRUE(admin->GetServerInfo(&call, {}, &info).ok());
 }
 
-// Every round meets the streams somewhere else: reading, queued, answering, writing.
+// In each round the drain meets the streams in another state: reading, queued, answering, writing.
 TEST(DrainingTest, BusyStreamsEndOnceWhereverTheDrainMeetsThem) {
   constexpr int kRounds = 40;
   constexpr int kStreams = 8;
@@ -248,7 +248,7 @@ TEST(DrainingTest, BusyStreamsEndOnceWhereverTheDrainMeetsThem) {
       std::this_thread::sleep_for(std::chrono::microseconds(100 * round));
       (*server)->Stop(std::chrono::minutes(1));
     }
-    // The code of a drained stream, and of a connection that closed before its end was read.
+    // The code of a drained stream and of a connection that closed before its end was read.
     for (const grpc::Status& end : ends) {
       EXPECT_EQ(end.error_code(), grpc::StatusCode::UNAVAILABLE) << end.error_message();
     }

@@ -33,7 +33,7 @@ TEST(SocketLock, LeavesNoFileBehindAndCanBeTakenAgain) {
   EXPECT_NE(access((path + ".lock").c_str(), F_OK), 0);
 }
 
-// Each makes, locks, removes and makes the file again: at no time do two hold one.
+// Each thread repeatedly creates, locks and removes the file: at no time do two hold the lock.
 TEST(SocketLock, IsHeldByOneAtATimeThoughItsFileComesAndGoes) {
   constexpr int kThreads = 8;
   constexpr int kRounds = 100;
@@ -48,7 +48,7 @@ TEST(SocketLock, IsHeldByOneAtATimeThoughItsFileComesAndGoes) {
       threads.emplace_back([&] {
         for (int round = 0; round < kRounds; ++round) {
           const auto lock = SocketLock::Take(path);
-          if (!lock.ok()) continue;  // out of patience on a busy machine
+          if (!lock.ok()) continue;  // timed out on a busy machine
           ++taken;
           const int now = ++holders;
           if (now > most) most = now;
@@ -80,7 +80,7 @@ TEST(SocketLock, SaysWhereNoFileCanBeMade) {
 
 class SocketLockOfStranger : public ::testing::Test {
  protected:
-  // Why the lock is not taken.
+  // The reason why the lock is refused.
   std::string Refusal() {
     const auto lock = SocketLock::Take(socket_);
     EXPECT_TRUE(absl::IsFailedPrecondition(lock.status())) << lock.status();
@@ -97,7 +97,7 @@ class SocketLockOfStranger : public ::testing::Test {
   const std::string file_ = socket_ + ".lock";
 };
 
-// In a directory that everybody writes to, another user may have been there first.
+// In a world-writable directory another user may have created the file first.
 TEST_F(SocketLockOfStranger, AFileOfAnotherUserIsNotBelievedAndNotWrittenTo) {
   if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a file another user's";
   ASSERT_EQ(chmod(scratch_.path().c_str(), 01777), 0);

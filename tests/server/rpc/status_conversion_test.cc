@@ -16,7 +16,7 @@ TEST(StatusConversion, EveryCodeKeepsItsNumber) {
     const grpc::Status converted = ToGrpcStatus(status);
     EXPECT_EQ(static_cast<int>(converted.error_code()), code);
     EXPECT_EQ(converted.error_message(), "why");
-    // Programs always find a reason.
+    // Every error has a reason for programs.
     EXPECT_EQ(ReasonIn(converted), absl::StatusCodeToString(status.code()));
     v1::Status packed;
     ASSERT_TRUE(packed.ParseFromString(converted.error_details()));

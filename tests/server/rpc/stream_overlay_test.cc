@@ -1,4 +1,4 @@
-// What a stream supposes: for its own questions, whatever revision they ask.
+// Overlays of streams: they apply to the stream's own queries, at any revision.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kExact_m = 1e-9;
 
-// Distances along one stream, each to the nearest of all that it sees.
+// Distances along one stream, each to the nearest obstacle.
 class StreamOverlayTest : public RunningServer {
  protected:
   StreamOverlayTest() {
@@ -64,7 +64,7 @@ TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
   EXPECT_EQ(opened.answer_case(), v1::StreamQueriesResponse::ANSWER_NOT_SET);
   EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
   EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
-  // Whatever the revision: it is applied to what is asked.
+  // The overlay applies to whichever revision is queried.
   PutBox("between", 0.85);
   EXPECT_NEAR(NearestToHalf_m(), 0.15, kExact_m);
   v1::StreamQueriesRequest before = AtHalf();
@@ -72,23 +72,23 @@ TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
   const v1::StreamQueriesResponse earlier = Ask(before);
   EXPECT_EQ(earlier.get_distances().revision(), 2);
   EXPECT_NEAR(Nearest_m(earlier.get_distances()), 0.2, kExact_m);
-  // A question's own comes after it.
+  // A query's own overlay is applied after it.
   v1::StreamQueriesRequest both = AtHalf();
   v1::Change* own = both.mutable_get_distances()->mutable_options()->add_overlay();
   own->mutable_remove()->set_name("near");
   both.mutable_get_distances()->mutable_options()->add_ignore("between");
   EXPECT_NEAR(Nearest_m(Ask(both).get_distances()), 0.3, kExact_m);
-  // Another one takes its place, with the question that it comes with.
+  // Another overlay replaces it, from the query in the same message on.
   v1::StreamQueriesRequest other = AtHalf();
   *other.mutable_overlay()->add_changes() = PutBoxChange("nearer", 0.8);
   EXPECT_NEAR(Nearest_m(Ask(other).get_distances()), 0.1, kExact_m);
-  // Nobody else sees it, and no revision is made.
+  // Other clients do not see it, and no revision is made.
   v1::GetDistancesResponse response;
   Call unary;
   ASSERT_TRUE(query_->GetDistances(&unary, AtHalf().get_distances(), &response).ok());
   EXPECT_NEAR(Nearest_m(response), 0.15, kExact_m);
   ExpectRevision(3);
-  // None any more.
+  // An empty overlay removes it.
   EXPECT_FALSE(Ask(Supposing({})).has_error());
   EXPECT_NEAR(NearestToHalf_m(), 0.15, kExact_m);
 }
@@ -140,9 +140,10 @@ TEST_F(StreamOverlayTest, AllowsForATimeAndNoLonger) {
   *first.mutable_overlay()->add_changes() = change;
   EXPECT_EQ(verdict(first), v1::VERDICT_FREE);
   std::this_thread::sleep_for(kAllowed);
-  // Of the very revision that was asked before.
+  // The query is about the same revision as before.
   EXPECT_EQ(verdict(check), v1::VERDICT_COLLISION);
-  // Said for good first, then for a time: the latter counts. A withdrawal before it stays one.
+  // If an allowance is first permanent and then temporary, the latter counts. A withdrawal before
+  // it does not expire with it.
   v1::StreamQueriesRequest twice = check;
   *twice.mutable_overlay()->add_changes() = change;
   twice.mutable_overlay()->mutable_changes(0)->mutable_allow()->clear_expires_after();
@@ -153,7 +154,7 @@ TEST_F(StreamOverlayTest, AllowsForATimeAndNoLonger) {
   allow.mutable_changes(0)->mutable_allow()->clear_expires_after();
   std::this_thread::sleep_for(kAllowed);
   EXPECT_EQ(verdict(check), v1::VERDICT_COLLISION);
-  // What the world allows stays allowed when what a stream supposed is over.
+  // Allowances of the world remain after an overlay's allowance has expired.
   Call call;
   v1::ApplyChangesResponse allowed;
   ASSERT_TRUE(world_->ApplyChanges(&call, allow, &allowed).ok());
@@ -176,7 +177,7 @@ TEST_F(StreamOverlayTest, IsOfNoOtherWorldThatComesToHaveTheName) {
   EXPECT_EQ(Ask(AtHalf()).error().reason(), "WORLD_REPLACED");
   Ask(Supposing({PutBoxChange("near", 0.9)}));
   EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
-  // One given before there is a world is of the first.
+  // An overlay set before the world exists applies to the first world of that name.
   v1::StreamQueriesRequest early = Supposing({PutBoxChange("near", 0.9)});
   early.mutable_overlay()->set_world("later");
   Ask(early);

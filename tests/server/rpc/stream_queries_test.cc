@@ -1,4 +1,4 @@
-// StreamQueries answers as the unary calls do, bit by bit.
+// StreamQueries answers are bitwise equal to those of the unary calls.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,8 +21,8 @@ std::string Bytes(const std::vector<double>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double));
 }
 
-// A world with a shape of each kind, some metres of it, and a tool of two shapes that asks all over
-// it: near, touching and deep inside.
+// A world with a shape of each kind, a few metres wide, and a tool of two shapes that is queried
+// all over it: near, touching and deep inside.
 class StreamQueriesTest : public RunningServer {
  protected:
   StreamQueriesTest() {
@@ -113,7 +113,7 @@ class StreamQueriesTest : public RunningServer {
   template <class Request, class Response>
   using Method = grpc::Status (v1::QueryService::Stub::*)(grpc::ClientContext*, const Request&,
                                                           Response*);
-  // Sends the question both ways.
+  // Sends the query both ways.
   template <class Request, class Response>
   void ExpectTheSame(Method<Request, Response> method, const Request& request,
                      Request* (v1::StreamQueriesRequest::*question)(),
@@ -130,7 +130,7 @@ class StreamQueriesTest : public RunningServer {
     if (status.ok()) {
       ++answered_;
       EXPECT_FALSE(streamed.has_error()) << streamed.error().message();
-      // Bytes of columns, and doubles of rows as their bits: no tolerance.
+      // Bytes of columns, and doubles of rows bit by bit: no tolerance.
       EXPECT_EQ((streamed.*answer)().SerializeAsString(), unary.SerializeAsString());
       return;
     }
@@ -225,7 +225,7 @@ TEST_F(StreamQueriesTest, SamplesAreThoseOfTheUnaryCallAndSoAreTheRefusalsOfEngi
   EXPECT_EQ(answered_, 4) << "AUTO and EXACT, in two forms";
 }
 
-// What the other tests compare says something: there are hits, misses and depths among it.
+// Ensures that the comparisons are meaningful: there are hits, misses and penetrations.
 TEST_F(StreamQueriesTest, TheQuestionsMeetTheWorldInEveryWay) {
   v1::CheckCollisionsRequest check;
   *check.mutable_subject() = Tool();

@@ -6,14 +6,14 @@
 namespace cwm::server {
 namespace {
 
-// One open watch.
+// An open watch.
 class Watch {
  public:
   Watch(v1::WorldService::Stub& stub, const v1::WatchWorldRequest& request)
       : reader_(stub.WatchWorld(&call_, request)) {}
   ~Watch() { call_.TryCancel(); }
 
-  // The next message that is no bookmark of idleness.
+  // The next message that is not a bookmark.
   v1::WatchWorldResponse Next() {
     v1::WatchWorldResponse message;
     do {
@@ -63,8 +63,7 @@ TEST_F(WatchTest, ResumesAfterARevision) {
   EXPECT_EQ(watch.Next().revision(), 5);
 }
 
-// A server that was restarted knows nothing of the world before, and neither does a world's
-// successor.
+// Neither a restarted server nor a world's successor knows the earlier history.
 TEST_F(WatchTest, ARevisionOfAnotherHistoryIsRefused) {
   for (int i = 0; i < 3; ++i) PutBox("before", i);
   const std::string before = Uid();
@@ -86,7 +85,7 @@ TEST_F(WatchTest, ARevisionOfAnotherHistoryIsRefused) {
   EXPECT_EQ(unsaid.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(FieldIn(unsaid), "world_uid");
   EXPECT_THAT(unsaid.error_message(), ::testing::HasSubstr("revision 3"));
-  // The first of this one, and the beginning of any.
+  // The first revision of this world, and revision 0 of any world.
   v1::WatchWorldRequest request;
   request.set_from_revision(1);
   request.set_world_uid(Uid());
@@ -146,7 +145,7 @@ v1::ApplyChangesRequest ManyBoxes(int count, double size_m) {
 
 TEST_F(WatchTest, ARevisionThatIsTooLargeForOneMessageComesInPieces) {
   constexpr int kBoxes = 20'000;
-  constexpr std::size_t kMostBytes = 4 << 20;  // what clients of gRPC receive by default
+  constexpr std::size_t kMostBytes = 4 << 20;  // the default receive limit of gRPC clients
   PutBox("a", 0);
   Watch watch(*world_, {});
   watch.Next();
@@ -236,7 +235,7 @@ TEST_F(ShortHistoryTest, EventsThatAreNoLongerKeptAreCompacted) {
 }
 
 TEST_F(ShortHistoryTest, ALosslessReaderThatIsTooSlowIsEndedAndHoldsNobodyUp) {
-  // Far more than what sockets and gRPC's flow control hold for a client that does not read.
+  // Far more than sockets and gRPC's flow control hold for a client that does not read.
   constexpr int kRevisions = 100;
   PutBox("a", 0);
   Watch watch(*world_, {});
@@ -284,7 +283,7 @@ TEST_F(FewWatchersTest, OneTooManyIsToldToComeBackAndCanOnceAnotherLeaves) {
     EXPECT_TRUE(DetailsIn(status).has_retry);
   }
   first.Cancel();
-  // The server hears of it a moment later.
+  // The server notices a moment later.
   bool admitted = false;
   for (int i = 0; i < 1'000 && !admitted; ++i) {
     Watch next(*world_, {});

@@ -125,7 +125,7 @@ TEST_F(WorldServiceTest, ARetryGetsTheFirstReplyBeforeItsChangesAreLookedAt) {
   *request.add_changes() = PutBoxChange("a", 0);
   v1::ApplyChangesResponse response;
   ASSERT_TRUE(Apply(request, &response).ok());
-  // What was good may be so no longer: a mesh that it names is gone, or a limit is lower.
+  // A retry is not validated again: a mesh that it names may be gone, or a limit lower.
   application_.limits.max_changes = 0;
   const grpc::Status retry = Apply(request, &response);
   EXPECT_TRUE(retry.ok()) << retry.error_message();
@@ -281,7 +281,7 @@ TEST_F(WorldServiceTest, ATokenIsBoundToItsFilter) {
     request.set_page_token(forged);
     EXPECT_EQ(FieldIn(List(request, &page)), "page_token") << forged;
   }
-  // What no name, no list of kinds and no token needs is refused before anything is made of it.
+  // Lengths that no name, list of kinds or token needs are refused before any work.
   request.set_page_token(std::string(1025, 'a'));
   EXPECT_EQ(FieldIn(List(request, &page)), "page_token");
   request.clear_page_token();
@@ -340,7 +340,7 @@ TEST_F(WorldServiceTest, NobodyWaitsForARevisionOfAWorldThatWasReplaced) {
   const std::string old_uid = "0123456789abcdef0123456789abcdef";
   v1::AtRevision future;
   future.set_at_least(99);
-  // An answer that waited would be DEADLINE_EXCEEDED.
+  // A call that waited would end with DEADLINE_EXCEEDED.
   {
     Call call(std::chrono::seconds(5));
     v1::ListObjectsRequest request;
@@ -376,7 +376,7 @@ TEST_F(WorldServiceTest, NobodyWaitsForARevisionOfAWorldThatWasReplaced) {
   EXPECT_EQ(response.error().reason(), "WORLD_REPLACED");
 }
 
-// More waits than any queue has threads: reads and queries go on beside them.
+// More waits than any queue has threads: reads and queries continue meanwhile.
 TEST_F(WorldServiceTest, WaitingForARevisionHoldsNoWorker) {
   constexpr int kWaits = 40;
   PutBox("a", 0);

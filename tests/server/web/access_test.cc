@@ -31,7 +31,8 @@ TEST(Access, HostsThatAreThisServerAreLetIn) {
   }
 }
 
-// Who owns "robot" in some network the laptop visits could make it lead here: there is no token.
+// The owner of "robot" in some network that the laptop visits could make the name lead here, and on
+// loopback there is no token.
 TEST(Access, OnLoopbackItsOwnNamesAndAddressesAreLetInAlone) {
   const ThisMachine robot{.names = {"robot.lab.example", "robot", "robot.local"},
                           .addresses = {"192.168.1.7"}};
@@ -42,7 +43,7 @@ TEST(Access, OnLoopbackItsOwnNamesAndAddressesAreLetInAlone) {
   for (const Case& one :
        {Case{{"127.0.0.1", 8640}, {"127.0.0.1", 8640}}, Case{{"::1", 8640}, {"::1", 8640}},
         Case{{"localhost", 8640}, {"127.0.0.1", 8640}},
-        Case{{"robot", 8640}, {"127.0.1.1", 8640}}}) {  // as in Debian's hosts
+        Case{{"robot", 8640}, {"127.0.1.1", 8640}}}) {  // as in Debian's /etc/hosts
     const Access access(one.asked, one.bound, "", robot);
     SCOPED_TRACE(one.asked.Text() + " " + one.bound.Text());
     for (const char* host : {"localhost:8640", "127.0.0.1:8640", "127.0.1.1:8640",

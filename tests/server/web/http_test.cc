@@ -22,7 +22,7 @@ class HttpTest : public RunningViewer {
  protected:
   using RunningViewer::RunningViewer;
 
-  // Of random-looking bytes, so that a chunk at a wrong place shows.
+  // Pseudo-random bytes, so that a misplaced chunk is detected.
   std::string PutBlob(std::size_t labels) {
     std::string bytes;
     for (std::uint32_t i = 0; i < labels; ++i) {
@@ -84,7 +84,7 @@ TEST_F(HttpTest, WhoTakesGzipGetsIt) {
     EXPECT_FALSE(plain.fields.contains("content-encoding")) << accepted;
     EXPECT_EQ(plain.fields.at("vary"), "Accept-Encoding");
   }
-  // What is known of one is not known of the other.
+  // Each of the two representations has its own ETag.
   const HttpAnswer zipped = Ask("/viewer.js", {{"Accept-Encoding", "gzip"}});
   const std::string etag = zipped.fields.at("etag");
   EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", etag}}).status, 200);
@@ -96,7 +96,7 @@ TEST_F(HttpTest, HeadTellsTheSameWithoutTheBody) {
   const std::string bytes = PutBlob(700'000);
   for (const std::string& target : {std::string("/"), "/geometry/" + Sha256Hex(bytes)}) {
     RawConnection connection(port());
-    for (int round = 0; round < 2; ++round) {  // and the connection goes on
+    for (int round = 0; round < 2; ++round) {  // the connection stays open
       ASSERT_TRUE(connection.Send(RequestText(port(), "HEAD", target)));
       const HttpAnswer head = connection.Receive(/*to_head=*/true);
       EXPECT_EQ(head.status, 200);
@@ -240,7 +240,7 @@ TEST_F(HttpTest, BeyondLoopbackATokenIsMade) {
   EXPECT_EQ(weak.status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-// As the system tells without the server.
+// Checks independently of the server whether the system supports IPv6.
 bool HasIPv6() {
   const int probe = socket(AF_INET6, SOCK_STREAM, 0);
   if (probe < 0) return false;
@@ -257,7 +257,7 @@ TEST_F(HttpTest, OnAllInterfacesOfIPv6ThoseOfIPv4AreHeardToo) {
   options.files = Files();
   options.token = "a-token-of-a-user";
   const auto open = ViewerServer::Start(options, server_->InProcessChannel());
-  if (!HasIPv6()) {  // a machine without it is told what cannot be listened on
+  if (!HasIPv6()) {  // a machine without IPv6 gets an error that names the address
     ASSERT_FALSE(open.ok());
     EXPECT_NE(open.status().message().find("[::]"), std::string::npos) << open.status();
     return;
@@ -334,7 +334,7 @@ TEST_F(SmallLimits, ARequestThatDribblesIsCutShort) {
   ExpectServes();
 }
 
-// Of the page's own files, larger than what the kernel takes at once.
+// A file of the page that is larger than what the kernel takes at once.
 class LargeFile : public HttpTest {
  protected:
   static PageFiles Files() {
@@ -357,7 +357,7 @@ TEST_F(LargeFile, ComesWholeOnASlowLineAndNotAtAllWhereNobodyReads) {
   for (RawConnection* connection : {&slow, &never}) {
     ASSERT_TRUE(connection->Send(RequestText(port(), "GET", "/viewer.js")));
   }
-  // Longer than a reader may take nothing, all together.
+  // Altogether longer than a reader may take no byte.
   std::size_t taken = 0;
   for (int i = 0; i < 8; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(400));

@@ -1,4 +1,4 @@
-// A real server with a viewer in front, in the test's own process, and a page that talks to it.
+// A real server with a viewer in the test's own process, and a page that talks to it.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace cwm::server {
 
-// What a page does: calls over its socket.
+// Behaves like a page: makes calls over its socket.
 class ViewerPage {
  public:
   explicit ViewerPage(int port, testing::WebSocketOptions options = {})
@@ -33,7 +33,7 @@ class ViewerPage {
     message.set_cancel(true);
     EXPECT_TRUE(socket_.Send(message.SerializeAsString()));
   }
-  // Empty when nothing came.
+  // Empty if nothing was received.
   v1::ViewerResponse Next(std::chrono::milliseconds patience = std::chrono::seconds(20)) {
     v1::ViewerResponse response;
     const auto bytes = socket_.Read(patience);
@@ -42,7 +42,7 @@ class ViewerPage {
     }
     return response;
   }
-  // Messages until the end of a call that is alone.
+  // All messages until the end of the only call.
   std::pair<std::vector<std::string>, v1::ViewerCallEnd> Call(const std::string& method,
                                                               const std::string& request) {
     std::vector<std::string> messages;
@@ -93,7 +93,7 @@ class RunningViewer : public RunningServer {
                           const std::string& method = "GET") const {
     return testing::Ask(port(), target, fields, method);
   }
-  // Somebody else is served as ever.
+  // Expects that other clients are served as usual.
   void ExpectServes() {
     EXPECT_EQ(Ask("/").status, 200);
     v1::ListWorldsResponse worlds;

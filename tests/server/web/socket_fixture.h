@@ -1,4 +1,4 @@
-// Pages over their sockets, and what closes one.
+// Pages with their sockets, and checks of how a socket is closed.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ class SocketTest : public RunningViewer {
     const auto status = world_->ApplyChanges(&call, request, &response);
     ASSERT_TRUE(status.ok()) << status.error_message();
   }
-  // What is wrong closes the socket with a code and a reason, and harms nobody else.
+  // Expects that the socket is closed with a code and a reason.
   void ExpectClosed(testing::WebSocketClient& socket, int code, const std::string& reason) {
     while (socket.Read()) {
     }

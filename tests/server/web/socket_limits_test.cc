@@ -1,4 +1,4 @@
-// What a page may cost: calls, watches, time, bytes that wait for it.
+// Limits of a page: calls, watches, time, waiting bytes.
 #include <thread>
 
 #include "tests/server/web/socket_fixture.h"
@@ -54,7 +54,7 @@ TEST_F(SocketTest, APageWatchesTwoWorldsAtMost) {
   EXPECT_EQ(refused.call_id(), 3U);
   EXPECT_EQ(refused.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(refused.end().message(), HasSubstr("2 watches of this socket"));
-  // Who goes from world to world is not held up by what is about to end.
+  // Watches that are about to end do not delay a page that switches from world to world.
   for (std::uint64_t id = 4; id < 12; ++id) {
     page.Cancel(id == 4 ? 1 : id - 1);
     page.Begin(id, kWatch, WatchRequest());
@@ -102,7 +102,7 @@ TEST_F(FewWatchers, BrowsersAndProgramsTakeNoneFromEachOther) {
   EXPECT_EQ(ReasonIn(one_too_many->Finish()), "TOO_MANY_WATCHERS");
   second.Cancel(1);
   EXPECT_EQ(second.Next().end().code(), grpc::StatusCode::CANCELLED);
-  // The services hear of it a moment later.
+  // The services notice a moment later.
   v1::ViewerResponse admitted;
   for (std::uint64_t id = 3; id < 500 && admitted.message().empty(); ++id) {
     second.Begin(id, kWatch, WatchRequest());
@@ -126,7 +126,7 @@ TEST_F(ShortCalls, ACallEndsInTimeAndAWatchDoesNot) {
   ViewerPage page(port());
   page.Begin(1, kWatch, WatchRequest());
   EXPECT_EQ(page.Next().call_id(), 1U);
-  v1::GetObjectRequest waits;  // for a revision that does not come
+  v1::GetObjectRequest waits;  // for a revision that is never made
   waits.set_name("a");
   waits.mutable_at_revision()->set_at_least(1'000);
   page.Begin(2, kGet, waits.SerializeAsString());
@@ -157,7 +157,7 @@ TEST_F(SmallSockets, MoreThanThereMayBeAreRefused) {
   auto second = std::make_unique<WebSocketClient>(port());
   EXPECT_EQ(second->status(), 101);
   EXPECT_EQ(WebSocketClient(port()).status(), 503);
-  // A browser tells its page nothing of that; it may ask without opening one.
+  // A browser hides the reason from its page, which can request it without opening a socket.
   const testing::HttpAnswer why = Ask("/socket");
   EXPECT_EQ(why.status, 503);
   EXPECT_THAT(why.body, HasSubstr("socket: there are 2 already, must be at most as many"));
@@ -205,7 +205,7 @@ TEST_F(SmallSockets, WhoTakesNoBytesIsGone) {
   ExpectServes();
 }
 
-// Ten answers of 1 MiB at once for a page that reads none of them for a second.
+// Ten answers of 1 MiB at once for a page that reads nothing for a second.
 class FewBytes : public SocketTest {
  protected:
   static constexpr std::uint64_t kCalls = 10;
@@ -222,7 +222,7 @@ class FewBytes : public SocketTest {
   struct Outcome {
     std::uint64_t whole = 0;
     std::uint64_t ended = 0;
-    std::string why;  // the last of them did
+    std::string why;  // the reason of the last ended call
   };
   static Outcome TakeAll(ViewerPage& page, milliseconds pause = {}) {
     Outcome outcome;
@@ -265,7 +265,7 @@ class FewBytes : public SocketTest {
   }
 };
 
-// Of each call one message waits at most: of sixteen they could be 256 MiB.
+// At most one message per call waits: with sixteen calls that could be 256 MiB.
 TEST_F(FewBytes, WhatWaitsForASlowPageIsBounded) {
   const Outcome outcome = AskAndPause();
   EXPECT_THAT(outcome.why,
@@ -296,8 +296,8 @@ TEST_F(SmallBurst, ABurstIsBoundedToo) {
   EXPECT_GE(outcome.ended, 3U);
 }
 
-// Of a page that takes 40 MiB/s, each message waits for a quarter of a second, of which more are
-// there at any time than may be for long.
+// For a page that reads 40 MiB/s, each message waits for a quarter of a second, so at any time more
+// bytes wait than are allowed for long.
 class SteadyReader : public FewBytes {
  protected:
   SteadyReader() : FewBytes(Limits(kPause)) {}
@@ -320,7 +320,7 @@ TEST_F(SteadyReader, APageThatKeepsUpIsServedHoweverMuchThereIs) {
   EXPECT_GT(std::chrono::steady_clock::now() - start, kPause) << "longer than may be";
 }
 
-// Each refusal is an answer: without a bound, who asks and never reads would fill the memory.
+// Each refusal is an answer: without a limit, a page that never reads would fill the memory.
 TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
   RawConnection asks(port());
   ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/socket",
@@ -335,7 +335,7 @@ TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
   ASSERT_LT(payload.size(), 126U);
   std::string frame = "\x82";
   frame += static_cast<char>(0x80 | payload.size());
-  frame += std::string(4, '\0') + payload;  // masked by nothing
+  frame += std::string(4, '\0') + payload;  // masked with zeros
   std::string many;
   for (int i = 0; i < 10'000; ++i) many += frame;
   std::size_t sent = 0;
@@ -345,7 +345,7 @@ TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
   ExpectServes();
 }
 
-// A page that sleeps gets the newest state when it wakes, not what it slept through.
+// A page that sleeps gets the newest state when it wakes, not the intermediate ones.
 TEST_F(SocketTest, ASlowPageGetsNewerStatesNotMoreOfThem) {
   constexpr int kBoxes = 50;
   constexpr int kMoves = 3'000;

@@ -96,7 +96,7 @@ TEST_F(SocketTest, AWatchTellsWhatAWatchOfGrpcTells) {
       MoveBox("a", 100 + i);
     }
   }
-  // How revisions are put into messages differs from reader to reader; what they tell does not.
+  // Readers get revisions in different messages, but the same events.
   const auto events_until = [](std::int64_t revision, auto next) {
     std::vector<std::string> events;
     for (;;) {
@@ -156,9 +156,9 @@ TEST_F(SocketTest, CallsRunBesideEachOtherAndEndWhenCancelled) {
   const v1::ViewerResponse cancelled = page.Next();
   EXPECT_EQ(cancelled.call_id(), 1U);
   EXPECT_EQ(cancelled.end().code(), grpc::StatusCode::CANCELLED);
-  page.Cancel(1);            // is over
-  page.Cancel(99);           // never was
-  page.Begin(1, kList, "");  // the name is free again
+  page.Cancel(1);            // is over already
+  page.Cancel(99);           // never existed
+  page.Begin(1, kList, "");  // the id can be used again
   EXPECT_EQ(page.Next().call_id(), 1U);
 }
 
@@ -216,13 +216,13 @@ TEST_F(SocketTest, AMessageThatIsTooLargeIsRefused) {
   ExpectClosed(socket, 1009, "");
 }
 
-// Handshakes of programs that do not know what they do.
+// Handshakes of faulty programs.
 TEST_F(SocketTest, BadHandshakesAndFramesEndTheConnection) {
   const testing::HttpFields good = {{"Connection", "Upgrade"},
                                     {"Upgrade", "websocket"},
                                     {"Sec-WebSocket-Version", "13"},
                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}};
-  for (std::size_t spoiled = 0; spoiled < 3; ++spoiled) {  // keys may be any
+  for (std::size_t spoiled = 0; spoiled < 3; ++spoiled) {  // any key is valid
     testing::HttpFields fields = good;
     fields[spoiled].second = "nonsense";
     const auto answer = Ask("/socket", fields);
@@ -231,11 +231,12 @@ TEST_F(SocketTest, BadHandshakesAndFramesEndTheConnection) {
   }
   const std::string frames[] = {
       std::string("\x82\x05hello", 7),                                      // not masked
-      std::string("\xff\x80\0\0\0\0", 6),                                   // of no kind
+      std::string("\xff\x80\0\0\0\0", 6),                                   // an unknown opcode
       std::string("\x82\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14),  // of 2^63 bytes
       std::string("\x89\xfe\x01\x00\0\0\0\0", 8),                           // a ping of 256 bytes
-      std::string("\x80\x80\0\0\0\0", 6),                                   // goes on with nothing
-      std::string("\x88\x81\0\0\0\0\x03", 7),  // closes with half a code
+      std::string("\x80\x80\0\0\0\0", 6),                                   // a continuation of
+                                                                            // nothing
+      std::string("\x88\x81\0\0\0\0\x03", 7),  // closes with half of a code
   };
   for (const std::string& frame : frames) {
     RawConnection connection(port());
@@ -257,7 +258,7 @@ TEST_F(SocketTest, OriginsOfOthersAreRefused) {
 
 TEST_F(SocketTest, WhoGoesLeavesNoCallBehind) {
   PutBox("a", 1);
-  for (int i = 0; i < 300; ++i) {  // more than there may be watchers at a time
+  for (int i = 0; i < 300; ++i) {  // more than the limit of watches
     ViewerPage page(port());
     page.Begin(1, kWatch, WatchRequest());
     EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage) << i;

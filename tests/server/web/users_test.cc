@@ -53,7 +53,7 @@ TEST_F(UsersTest, AnotherUserIsRefusedEverywhereAndToldTheWayOut) {
   EXPECT_EQ(testing::WebSocketClient(port()).status(), 101);
 }
 
-// A connection belongs to who made it, and ends with the refusal.
+// A connection belongs to the user who made it, and ends after the refusal.
 TEST_F(UsersTest, ARefusedConnectionEnds) {
   OtherUser asks_twice(kNobody, [&]() -> std::string {
     RawConnection connection(port());
@@ -80,7 +80,7 @@ class UsersInACrowd : public UsersTest {
   UsersInACrowd() : UsersTest({.connections = 2 * kOfUser, .connections_of_user = kOfUser}) {}
 };
 
-// All connections but the first would be the stranger's, and that one would make room for it.
+// Without the limit per user, the stranger could replace all other connections, this one included.
 TEST_F(UsersInACrowd, WhoOpensManyConnectionsPushesOutNoneOfAnotherUsers) {
   RawConnection early(port());
   ASSERT_TRUE(early.Send(RequestText(port(), "GET", "/")));

@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// A world of objects a, b, c; answers name c twice and a once.
+// A world of objects a, b, c; the answers name c twice and a once.
 class Answers : public ::testing::Test {
  protected:
   Answers() {
@@ -89,7 +89,7 @@ TEST_F(Answers, BoundsAreLeftOutWhereAllIsExact) {
 TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
   pairs_.trust = {collision::Trust::kExact, collision::Trust::kSurfaceOnly,
                   collision::Trust::kDegraded};
-  pairs_.bound_m = {1e-9, 0.1, 0.5};  // of a degraded answer it is that of an engine's part of it
+  pairs_.bound_m = {1e-9, 0.1, 0.5};  // for a degraded answer, of the part that an engine computed
   for (const Precision precision : {Precision::kDouble, Precision::kSingle}) {
     v1::GetDistancesResponse columns;
     ToProto(pairs_, Context(Form::kColumns, precision), &columns);
@@ -150,7 +150,7 @@ TEST_F(Answers, VerdictsNameThePairThatTold) {
   EXPECT_EQ(rows.rows(1).object_part(), 2);
 }
 
-// Time was up: of the rows behind nothing is known, and nothing is said to be trusted.
+// The time was over: nothing is known of later rows, and they claim no accuracy.
 TEST_F(Answers, RowsThatAreNotComputedHaveNoTrust) {
   const collision::CollisionColumns answers{
       .verdict = {collision::Verdict::kFree, collision::Verdict::kNotComputed},
@@ -197,7 +197,7 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
   EXPECT_EQ(rows.rows(1).object(), "c");
 }
 
-// Link 0 meets object c, and then link 2 of the robot itself.
+// Link 0 touches object c, and then link 2 of the robot itself.
 TEST_F(Answers, OfARobotNameItsLinks) {
   AnswerContext context = Context(Form::kColumns);
   context.body.links = {"base", "arm", "hand"};
@@ -290,7 +290,7 @@ TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
   EXPECT_EQ(columns.body_part(), BytesOf(motions_.body_part));
 }
 
-// 0.1 / 7 and 0.7 are less, 0.1 and 0.3 more as floats than as doubles: bounds stay bounds.
+// As floats 0.1 / 7 and 0.7 are smaller, 0.1 and 0.3 larger than as doubles; bounds stay bounds.
 TEST_F(MotionAnswers, SinglePrecisionKeepsBoundsBounds) {
   v1::CheckMotionsResponse columns;
   ToProto(motions_, Context(Form::kColumns, Precision::kSingle), &columns);

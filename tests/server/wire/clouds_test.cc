@@ -23,7 +23,7 @@ void AddField(v1::CloudLayout* layout, const char* name, int offset, v1::FieldTy
   field->set_type(type);
 }
 
-// Points of x y z in single precision.
+// Points with x y z in single precision.
 v1::IngestCloudHeader PackedHeader(std::int64_t count) {
   v1::IngestCloudHeader header;
   AddField(header.mutable_layout(), "x", 0, v1::FIELD_TYPE_F32);
@@ -98,7 +98,7 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
   EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({nan, nan, nan, 0, 0, 1})).ok());
 }
 
-// The interpreter doubts the unit by the whole cloud: single precision holds it.
+// The interpreter judges the unit from the whole cloud, and single precision can hold the values.
 TEST(WireCloud, MillimetresAsFloatsAreLeftToTheInterpreter) {
   const auto plan = Convert(PackedHeader(2));
   ASSERT_TRUE(plan.ok());

@@ -28,7 +28,7 @@ concept HasFields = requires(Path&& path) {
   std::forward<Path>(path).Field("name");
 };
 
-// What a temporary returned would name a path that is gone.
+// The result of a call on a temporary would refer to a path that no longer exists.
 TEST(FieldPath, TemporariesHaveNoFields) {
   EXPECT_TRUE(HasFields<const FieldPath&>);
   EXPECT_FALSE(HasFields<FieldPath>);

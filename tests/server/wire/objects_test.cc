@@ -171,7 +171,7 @@ TEST_F(WireEvents, AMoveIsSmallAndEverythingElseIsAPut) {
   const auto move = EventOf(before, collision::Place(moved));
   EXPECT_EQ(move.move().name(), "ball");
   EXPECT_EQ(move.pose_revision(), 2);
-  // A name, a pose, a revision: what a move may cost on the wire.
+  // A name, a pose and a revision: all that a move needs on the wire.
   EXPECT_LT(move.ByteSizeLong(), 100u);
   collision::WorldObject hidden = moved;
   hidden.state = collision::ObjectState::kOccluded;

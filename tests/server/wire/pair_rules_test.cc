@@ -135,7 +135,7 @@ TEST(WirePairRules, SayWhatTheyAre) {
   EXPECT_FALSE(nothing.allowed() || nothing.has_expires() || nothing.has_margin_m());
 }
 
-// More than one message holds.
+// More rules than one message can hold.
 TEST(WirePairRules, AreTheLastOfAnInitialStateAndOfEvents) {
   const World world{"w", "uid", Retention{}};
   GeometryStore store{std::int64_t{1} << 20};

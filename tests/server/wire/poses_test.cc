@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Round trips go through a unit quaternion and back: a few units in the last place.
+// Round trips convert to a unit quaternion and back: a few units in the last place.
 constexpr double kRoundTrip = 1e-14;
 constexpr std::int64_t kManyRows = 65'536;
 
@@ -111,7 +111,7 @@ TEST(PoseRows, SurviveARoundTripInSinglePrecision) {
   const auto back = FromProto(rows, kManyRows, {});
   ASSERT_TRUE(back.ok());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    // Seven roundings of at most 2^-24 each enter an element of the matrix.
+    // Each element of the matrix is affected by seven roundings of at most 2^-24.
     EXPECT_TRUE((*back)[i].isApprox(poses[i], 8 * std::ldexp(1.0, -24)));
   }
 }

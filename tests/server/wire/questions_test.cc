@@ -167,7 +167,7 @@ TEST_F(Subjects, RowsAreForFewRows) {
   EXPECT_TRUE(CheckForm(Form::kColumns, 1'025, limits_).ok());
 }
 
-// Every row of the largest batch may have the default's contacts, and not one more.
+// Every row of the largest batch may have the default number of contacts, but not one more.
 TEST_F(Subjects, ABatchHasALimitOfAnswersThatTheErrorNames) {
   EXPECT_TRUE(CheckAnswers({"max_contacts", 16, 65'536}, Form::kColumns, limits_).ok());
   const auto refused = CheckAnswers({"max_contacts", 17, 65'536}, Form::kColumns, limits_);

@@ -15,7 +15,7 @@
 namespace cwm::server {
 namespace {
 
-// A closed fan of so many triangles.
+// A closed fan with two triangles per side.
 TriangleMesh Spindle(std::uint32_t sides) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 1}, {0, 0, -1}};
@@ -37,7 +37,7 @@ v1::Change PutOfMentions(const std::string& hash, int mentions) {
   return change;
 }
 
-// The request that blocked everybody: some bytes for each mention of one large mesh.
+// A request that once blocked everybody: a few bytes for each reference to one large mesh.
 TEST(Mentions, OfOneMeshPrepareItOnce) {
   GeometryStore store(std::int64_t{1} << 30);
   const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(Spindle(20'000)));
@@ -92,7 +92,7 @@ TEST(RequestCost, GrowsWithRowsPartsAndWhatHasToBePrepared) {
   EXPECT_LT(EstimatedCost_s(changes, source), 1.1 * of_mesh_s);  // prepared once
   const auto found = store.FindMesh(stored->hash);
   found->facts->IsWatertight(*found->mesh, nullptr);
-  EXPECT_LT(EstimatedCost_s(changes, source), 0.1 * of_mesh_s);  // and by now it is
+  EXPECT_LT(EstimatedCost_s(changes, source), 0.1 * of_mesh_s);  // prepared by now
 }
 
 TEST(RequestCost, AboveTheLimitNamesBoth) {
@@ -104,7 +104,7 @@ TEST(RequestCost, AboveTheLimitNamesBoth) {
   const ErrorDetails details = DetailsOf(refused);
   EXPECT_EQ(details.reason, "REQUEST_TOO_COSTLY");
   EXPECT_EQ(details.metadata.at("max_request_cost_s"), "2.0");
-  EXPECT_FALSE(details.retry_after_s.has_value());  // to come again as it is helps nobody
+  EXPECT_FALSE(details.retry_after_s.has_value());  // a retry of the same request cannot succeed
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Robots that ask, and the motions of what asks.
+// Robots as subjects of queries, and motions of subjects.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using collision::testing::ArmUrdf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// "left" has spheres for its base alone and stands at x = 1 with the elbow at 0.3; "bare" has none.
+// "left" has spheres only for its base; its base is at x = 1 and its elbow at 0.3. "bare" has none.
 class RobotSubjects : public ::testing::Test {
  protected:
   RobotSubjects() {
@@ -160,7 +160,7 @@ TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
   ASSERT_GT(double{most}, 0.0873);
   std::vector<float> rows;
   std::vector<bool> is_inside;
-  while (is_inside.size() < 400) {  // lanes take as many
+  while (is_inside.size() < 400) {  // enough to fill the SIMD lanes
     for (const float elbow : {most, least, 0.0F, std::nextafter(most, 1.0F),
                               std::nextafter(least, -1.0F), std::nextafter(most, 0.0F)}) {
       rows.insert(rows.end(), {elbow, 0.1F});
@@ -243,7 +243,7 @@ TEST_F(RobotSubjects, FaultsAreNamed) {
   ExpectFault("robot.rows.data", "has 3 bytes, must be a multiple of 16 (2 F64 a row, since");
   robot_.mutable_rows()->set_scalar(static_cast<v1::Scalar>(7));
   ExpectFault("robot.rows.scalar", "is 7");
-  SetRows(std::vector<double>(6, 0.0));  // three rows of two, said to be two of three
+  SetRows(std::vector<double>(6, 0.0));  // three rows of two values, declared as two rows of three
   robot_.mutable_rows()->set_scalar(v1::SCALAR_F64);
   robot_.mutable_rows()->set_width(3);
   ExpectFault("robot.rows.width",
@@ -347,7 +347,7 @@ TEST_F(MotionRequests, RefusePoints) {
 TEST_F(MotionRequests, MoveFloatingJoints) {
   robot_.clear_group();
   std::vector<double> rows(20, 0.0);
-  rows[9] = rows[18] = 1;  // unturned, then turned by half about z
+  rows[9] = rows[18] = 1;  // first not turned, then turned by half a turn about z
   rows[10 + 3] = 0.5;
   SetRows(rows);
   const auto motion = ConvertMotions();

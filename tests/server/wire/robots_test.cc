@@ -200,7 +200,7 @@ TEST_F(WireRobotEvents, TheInitialStateTellsRobotsAfterAllObjects) {
     model->shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}});
     return collision::Prepare(std::move(model));
   }();
-  // More than one message holds: each object some hundred bytes.
+  // More than one message can hold: each object has about a hundred bytes.
   for (int i = 100'000; i < 110'000; ++i) {
     collision::WorldObject object;
     object.name = "object_" + std::to_string(i);

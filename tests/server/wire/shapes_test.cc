@@ -65,7 +65,7 @@ TEST(WireShape, VesselsAreMeshesThatTellTheirRimAndTheirWall) {
   ASSERT_EQ(proto.vessel().inner_profile_size(), 3);
   EXPECT_EQ(proto.vessel().inner_profile(1).x(), 0.031);
   EXPECT_EQ(proto.vessel().outer_profile_size(), 2);
-  // What a user puts has no descriptor: it is a mesh.
+  // Vessels put by a user have no descriptor: they are read as meshes.
   const auto back = FromProto(proto, store, {});
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->vessel, nullptr);
@@ -85,7 +85,7 @@ TEST(WireShape, PartsKeepTheirRoleAndLoseTheirFit) {
   const auto back = FromProto(proto, store, {});
   ASSERT_TRUE(back.ok());
   EXPECT_EQ(back->role, PartRole::kCompleted);
-  EXPECT_FALSE(back->fit.has_value());  // what a client sends is no measurement
+  EXPECT_FALSE(back->fit.has_value());  // a client's shape is not a measurement
 }
 
 TEST(WireShape, RefusesBrokenDimensionsByTheirField) {

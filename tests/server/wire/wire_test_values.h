@@ -1,4 +1,4 @@
-// Bytes of rows, and what errors say, for tests of the conversions.
+// Bytes of rows, and the content of errors, for tests of conversions.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ std::vector<Number> NumbersIn(const std::string& bytes) {
   return values;
 }
 
-// The one field that an INVALID_ARGUMENT INVALID_FIELD names; empty for any other status.
+// The field that an INVALID_ARGUMENT INVALID_FIELD names; empty for any other status.
 inline std::string FieldAtFault(const absl::Status& status) {
   const ErrorDetails details = DetailsOf(status);
   if (!absl::IsInvalidArgument(status) || details.reason != "INVALID_FIELD") return "";

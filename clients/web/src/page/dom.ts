@@ -14,12 +14,12 @@ export function withTitle<Made extends HTMLElement>(made: Made, title: string): 
   return made;
 }
 
-// Numbers side by side, each in a column of its own.
+// Adjacent numbers, each in a column of its own.
 export function numbers(values: readonly string[]): HTMLElement {
   return element("span", "numbers", ...values.map((value) => element("span", "", value)));
 }
 
-// A patch of a thing's colour.
+// A patch in an object's colour.
 export function swatch(color: string): HTMLElement {
   const patch = element("span", "swatch");
   patch.style.setProperty("--color", color);

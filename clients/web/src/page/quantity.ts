@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Formats numbers for people.
 
 const thinSpace = "\u2009";
 const minus = "\u2212";
@@ -9,7 +9,7 @@ export function fixed(value: number, decimals: number): string {
   return value < 0 && Number(text) !== 0 ? minus + text : text;
 }
 
-// 307200 is "307 200".
+// Formats 307200 as "307 200".
 export function count(value: number | string): string {
   return Number(value).toFixed(0).replace(/\B(?=(\d{3})+(?!\d))/g, thinSpace);
 }

@@ -61,20 +61,20 @@ function write(value: number, quantity: Quantity): string {
 }
 
 function writeSigma(sigma: number | undefined, quantity: Quantity): string {
-  if (sigma === undefined || sigma === 0) return "";  // 0: held, or not seen
+  if (sigma === undefined || sigma === 0) return "";  // 0: fixed, or not observed
   if (quantity === "length") return `± ${mm(sigma, 2)} mm`;
   return quantity === "angle" ? `± ${degrees(sigma)}°` : `± ${fixed(sigma, 4)}`;
 }
 
 const units: Record<Quantity, string> = { length: "m", direction: "", angle: "°" };
 
-// What parameter_sigma is given for.
+// The parameters that parameter_sigma refers to.
 function parameters(part: ShapePart): readonly number[] {
   const { box, fit } = part;
   return box && fit?.parameter_sigma.length ? [box.size_x_m, box.size_y_m, box.size_z_m] : part.coefficients;
 }
 
-// PCL has no model of a vessel: what a grasp asks of it.
+// PCL has no model of a vessel, so these are the values that a grasp planner needs.
 function ofVessel(vessel: Vessel): Coefficient[] {
   const all: readonly (readonly [name: string, exact: number, sigma?: number | undefined])[] = [
     ["r_rim", vessel.rim_radius_m, vessel.rim_radius_sigma_m], ["r_foot", vessel.foot_radius_m],
@@ -99,10 +99,10 @@ export function coefficients(part: ShapePart): Coefficient[] {
 
 export const position = (pose: Pose): string[] => [pose.tx_m, pose.ty_m, pose.tz_m].map((m) => fixed(m, 3));
 
-// Below it a turn is 0.0 degrees as written here.
+// A smaller rotation is printed as 0.0 degrees.
 const leastTurn_rad = 8e-4;
 
-// "30.0° about 0.00 0.00 1.00"; empty where nothing is turned.
+// "30.0° about 0.00 0.00 1.00"; empty if there is no rotation.
 export function rotation(pose: Pose): string {
   const sine = Math.hypot(pose.qx, pose.qy, pose.qz);
   const angle_rad = 2 * Math.atan2(sine, Math.abs(pose.qw));

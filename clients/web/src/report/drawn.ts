@@ -1,5 +1,5 @@
-// What is drawn, told by what three.js holds after it has rendered: for tests and for the curious. It is
-// measured on the vertices, not copied from the record.
+// A description of what three.js has rendered, for tests. It is measured on the vertices, not
+// copied from the record.
 import { Box3, BufferGeometry, Group, Matrix4, Mesh, Points, type Object3D, Vector3 } from "three";
 import type { Drawn } from "../scene/object_model";
 import type { Gallery } from "./gallery";

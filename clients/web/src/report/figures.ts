@@ -1,4 +1,4 @@
-// What the scan came to in numbers: the head of the page, its key figures, warnings and stages.
+// The result of the scan in numbers: the head of the page, its key figures, warnings and stages.
 import type { IngestReport, StageTime } from "../world/types";
 import { element, withTitle } from "../page/dom";
 import { count, ms, percent, plural } from "../page/quantity";
@@ -48,7 +48,7 @@ export function keyFigures(record: ScanRecord, things: readonly Thing[]): HTMLEl
     figure(ms(totalOf(stages)), "ms", "Interpretation", "all stages together"));
 }
 
-// Undefined where there is nothing to say.
+// Undefined if there are none.
 export function warnings(record: ScanRecord, things: readonly Thing[]): HTMLElement | undefined {
   const all = [...new Set(record.response.report.warnings)];
   if (record.points.every > 1) {

@@ -9,10 +9,10 @@ import type { Highlight } from "./highlight";
 import type { Picture } from "./pictures";
 import type { Thing } from "./things";
 
-// `view` is what is drawn into; a title bar lies above it.
+// `view` is the element that is drawn into; a title bar is above it.
 export interface Pane { picture: Picture; view: HTMLElement; calls: number; triangles: number; points: number; }
 
-// How far what is not looked at goes towards the background.
+// How far objects other than the highlighted one fade towards the background.
 const dimming = 0.82;
 
 // A press that moves less than this is a click.
@@ -39,7 +39,7 @@ export class Gallery {
   private readonly raycaster = new Raycaster();
   private waiting = false;
 
-  // Throws where the browser has no WebGL 2.
+  // Throws if the browser has no WebGL 2.
   constructor(pictures: readonly Picture[], private readonly things: readonly Thing[],
               private readonly highlight: Highlight) {
     this.renderer = new WebGLRenderer({ antialias: false, alpha: true });  // the shading smooths
@@ -133,7 +133,8 @@ export class Gallery {
     });
   }
 
-  // All panes share the camera: what the hybrid model has at this place of the pane is what the pane shows.
+  // All panes share the camera, so the object of the hybrid model at this place is the one shown in
+  // the pane.
   private thingAt(view: HTMLElement, event: PointerEvent): number | undefined {
     const rect = view.getBoundingClientRect();
     const place = new Vector2(

@@ -1,4 +1,4 @@
-// Which thing is looked at: the one under the pointer, else the one that was picked.
+// The highlighted object: the one under the pointer, otherwise the picked one.
 export class Highlight {
   private hovered: number | undefined;
   private picked: number | undefined;
@@ -15,7 +15,7 @@ export class Highlight {
     this.tell();
   }
 
-  // Picking what is picked already lets it go.
+  // Picking the picked object again deselects it.
   pick(thing: number | undefined): void {
     this.picked = thing === this.picked ? undefined : thing;
     this.tell();

@@ -1,4 +1,4 @@
-// What the pictures' looks mean, and how they are turned.
+// Explains the looks in the pictures, and how to turn them.
 import { element } from "../page/dom";
 
 function entry(look: string, text: string): HTMLElement {

@@ -15,7 +15,8 @@ import { thingsOf, type Thing } from "./things";
 
 const pointSize_px = 1.6;
 
-// What the first look shows: the objects, else everything that has bounds, else a metre around the origin.
+// The bounds of the first view: the objects, otherwise everything with bounds, otherwise a metre
+// around the origin.
 function interest(things: readonly Thing[]): Box3 {
   const bounds = new Box3();
   const add = (of: readonly Thing[]): void => { for (const thing of of) bounds.union(thing.bounds); };

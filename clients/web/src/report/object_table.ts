@@ -1,4 +1,4 @@
-// Every thing of the scan with its parts, their fit and their coefficients.
+// All objects of the scan with their parts, the parts' fit and coefficients.
 import { isCompleted, type Handle, type ShapePart, type SurfacePart } from "../world/types";
 import { shortName } from "../world/types";
 import { element, numbers, swatch, withTitle } from "../page/dom";

@@ -15,7 +15,7 @@ export interface Picture {
   scene: Scene;
 }
 
-// What every picture is made from.
+// The data that every picture is made from.
 export interface Material {
   record: ScanRecord;
   things: readonly Thing[];
@@ -23,7 +23,7 @@ export interface Material {
   pointSize_px: number;
 }
 
-// Points of nobody, and those that are only a background.
+// The colour of unassigned points, and of points that are only a background.
 export const neutralColor = "#8a8f98";
 
 type PointStyle = "own" | "neutral" | "none";
@@ -62,8 +62,8 @@ const recipes: readonly Recipe[] = [
   },
 ];
 
-// A child of the scene for each thing (userData.thing, -1 for nobody's points), so that one can be
-// set off against the others.
+// A child of the scene for each object (userData.thing, -1 for unassigned points), so that one can
+// be highlighted.
 function build(recipe: Recipe, material: Material, runs: readonly RunGeometry[]): Picture {
   const scene = new Scene();
   const X_WC = matrixOf(material.record.response.x_world_sensor);

@@ -4,19 +4,19 @@ import type { PackedMesh } from "../scene/mesh_geometry";
 
 export type OwnerKind = "nobody" | "support" | "object";
 
-// Points side by side in the grid that have one label.
+// Consecutive points of the grid with the same label.
 export interface PointRun {
   label: number;
   owner: OwnerKind;
   index: number;  // among the response's supports, or its objects
-  part: number;   // of an object from 1 on, shapes before handles; 0: the object as such
+  part: number;   // of an object, from 1, shapes before handles; 0: the object itself
   count: number;
 }
 
 // In the sensor's frame: p = origin_m + step_m * (i, j, k).
 export interface PackedPoints {
   measured: number;  // in the scan
-  every: number;     // one of so many is here
+  every: number;     // one of so many points is kept
   origin_m: [number, number, number];
   step_m: number;
   runs: PointRun[];

@@ -1,4 +1,4 @@
-// What the scan consists of, in one list: supports, then objects and residuals, each with its colour.
+// The supports, objects and residuals of the scan in one list, each with its colour.
 import { Box3, Matrix4, Vector3 } from "three";
 import type { MeshSource } from "../scene/shape_geometry";
 import { objectBounds } from "../scene/object_bounds";
@@ -16,7 +16,7 @@ export interface Thing {
   size: Vector3;  // in the object's frame, m
 }
 
-// In the order of the response, so that a run's owner finds its thing by index.
+// In the order of the response, so that a run's owner is found by index.
 export function thingsOf(record: ScanRecord, meshes: MeshSource): Thing[] {
   const all = [...record.response.supports, ...record.response.objects];
   const things = all.map((object, index): Thing => ({
@@ -34,13 +34,13 @@ export function thingsOf(record: ScanRecord, meshes: MeshSource): Thing[] {
   return things;
 }
 
-// The thing that a run's points belong to; undefined: nobody's.
+// The object that a run's points belong to; undefined if they are unassigned.
 export function ownerOf(run: PointRun, record: ScanRecord, things: readonly Thing[]): Thing | undefined {
   if (run.owner === "nobody") return undefined;
   return things[run.owner === "support" ? run.index : record.response.supports.length + run.index];
 }
 
-// Whether a shape explains the run's points.
+// True if a shape explains the run's points.
 export function isExplainedByShape(run: PointRun, thing: Thing | undefined): boolean {
   if (thing === undefined) return false;
   if (run.owner === "support") return thing.object.shapes.length > 0;

@@ -1,5 +1,5 @@
-// Shades by depth alone, for points that have no normals: what lies behind its neighbours in the picture is
-// darker. After Boucheny, "Interactive scientific visualization of large datasets: towards a
+// Shading by depth alone, for points without normals: points behind their neighbours in the picture
+// are darker. cited: Boucheny, "Interactive scientific visualization of large datasets: towards a
 // perceptive-based approach" (2009), eye-dome lighting.
 import {
   DepthTexture, HalfFloatType, Mesh, NoBlending, PlaneGeometry, Scene, ShaderMaterial, UnsignedIntType, Vector2,
@@ -9,8 +9,8 @@ import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
 const multisampling = 4;
 
-// How strongly a step in depth darkens, and how far away neighbours are looked for: by eye, on tables seen
-// from a metre.
+// tuned: by eye, on tables seen from a metre: how strongly a step in depth darkens, and the
+// distance of the neighbours.
 const strength = 55;
 const reach_px = 1.5;
 const darkest = 0.02;  // of steps, so that outlines stay grey
@@ -28,7 +28,7 @@ const fragmentShader = `
   uniform float far;
   varying vec2 place;
 
-  // Negative where nothing is.
+  // Negative for pixels without geometry.
   float logDistance(vec2 at) {
     float depth = texture2D(depths, at).x;
     if (depth >= 1.0) return -1.0;
@@ -68,7 +68,8 @@ export class DepthShading {
   });
   private readonly quad = new FullScreenQuad(this.material);
 
-  // Has the programs for the scene as it is now made, and waits for none of them: who draws later does not wait then.
+  // Compiles the programs for the present scene without waiting for them, so that later drawing
+  // does not wait.
   prepare(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera): void {
     renderer.setRenderTarget(this.target);  // programs differ by what they draw into
     renderer.compile(scene, camera);

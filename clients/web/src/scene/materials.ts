@@ -1,4 +1,4 @@
-// How parts look: what was measured is solid, what was completed is hatched and lets through.
+// The materials of parts: measured parts are solid, completed parts are hatched and translucent.
 import {
   DoubleSide, FrontSide, LineBasicMaterial, MeshStandardMaterial, PointsMaterial,
   type ColorRepresentation,
@@ -13,7 +13,7 @@ export function solidMaterial(color: ColorRepresentation): MeshStandardMaterial 
   });
 }
 
-// Open meshes have two sides.
+// Open meshes are drawn from both sides.
 export function surfaceMaterial(color: ColorRepresentation): MeshStandardMaterial {
   const material = solidMaterial(color);
   material.side = DoubleSide;

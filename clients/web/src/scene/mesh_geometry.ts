@@ -21,7 +21,7 @@ export function meshGeometry(mesh: PackedMesh): BufferGeometry {
   return geometry;
 }
 
-// A hash that is not among the meshes is an empty geometry: the page shows what it has.
+// A missing hash gives an empty geometry: the page shows what it has.
 export function meshSource(meshes: Record<string, PackedMesh>): MeshSource {
   const decoded = new Map<string, BufferGeometry>();
   return (hash) => {

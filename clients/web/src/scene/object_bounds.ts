@@ -1,4 +1,4 @@
-// How far an object reaches, by what is drawn of it: a reply to a scan alone carries no bounds.
+// The extent of an object by its drawn geometry, since a scan's reply has no bounds.
 import { Box3, Matrix4, Vector3, type BufferGeometry } from "three";
 import type { WorldObject } from "../world/types";
 import { matrixOf } from "./pose";
@@ -12,8 +12,8 @@ function add(geometry: BufferGeometry, X_FG: Matrix4, bounds: Box3): void {
   }
 }
 
-// Along the axes of frame F, the object's frame placed at X_FO. Empty for an object without parts; half spaces,
-// which have no end, do not count.
+// Bounds along the axes of frame F, with the object's frame at X_FO. Empty for an object without
+// parts; half-spaces are unbounded and do not count.
 export function objectBounds(object: WorldObject, meshes: MeshSource, X_FO: Matrix4): Box3 {
   const bounds = new Box3();
   for (const part of object.shapes) {

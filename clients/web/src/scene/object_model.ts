@@ -9,22 +9,22 @@ import { completedMaterial, edgeMaterial, solidMaterial, surfaceMaterial } from 
 import { matrixOf } from "./pose";
 import { boxGeometry, shapeGeometry, type MeshSource } from "./shape_geometry";
 
-// What of an object is drawn.
+// The parts of an object that are drawn.
 export interface ModelOptions {
   shapes: boolean;
   surfaces: boolean;
   triangulation: boolean;  // the edges of the meshes' triangles
-  handles: "none" | "bounds" | "mesh";  // a handle without a mesh is its bounds
+  handles: "none" | "bounds" | "mesh";  // a handle without a mesh is drawn as its bounds
 }
 
-// What a drawn thing stands for, kept in userData.drawn.
+// The meaning of a drawn object3D, stored in userData.drawn.
 export type Drawn =
   | { what: "shape"; kind: string; part: number; role: string }
   | { what: "surface"; hash: string; part: number }
   | { what: "handle"; hash: string; part: number };
 
-// Below this angle between two faces an edge is the facet of something round: 64 segments turn 5.6
-// degrees from one to the next.
+// chosen: an edge with a smaller angle between its faces is a facet of a round shape: with 64
+// segments adjacent facets differ by 5.6 degrees.
 const sharpEdge_deg = 20;
 
 const edgeOpacity = 0.55;
@@ -36,7 +36,7 @@ function placed(object: Object3D, matrix = matrixOf(undefined)): Object3D {
   return object;
 }
 
-// The top of a support was measured although its body was supplied.
+// The top of a support was measured although its body was completed.
 function materialsOf(part: ShapePart, color: string): Material | Material[] {
   if (!isCompleted(part)) return part.plate ? [solidMaterial(color), solidMaterial(color)] : solidMaterial(color);
   if (!part.plate) return completedMaterial(color);
@@ -85,7 +85,7 @@ function handleObject(handle: Handle, index: number, color: string, meshes: Mesh
   return placed(mesh, matrixOf(handle.bounds.x_object_box));
 }
 
-// Empty where the options leave nothing of the object.
+// Empty if the options exclude all parts of the object.
 export function objectModel(object: WorldObject, color: string, meshes: MeshSource,
                             options: ModelOptions): Group {
   const group = new Group();

@@ -1,12 +1,12 @@
-// One camera that every pane looks through and any of them turns, with the mouse, by touch and by keys.
+// A camera shared by all panes, which any of them can turn with the mouse, by touch and by keys.
 import { Box3, PerspectiveCamera, Spherical, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const fieldOfView_deg = 35;  // upwards, in a pane of the usual aspect
 const widerThanHigh = 1.5;     // the usual aspect
 
-// Where the first look comes from: beside the sensor, so that depth shows, and never flat or straight
-// down.
+// The direction of the first view: beside the sensor, so that depth is visible, and never
+// horizontal or vertical.
 const besideSensor_rad = 0.35;
 const leastPolar_rad = 0.55;
 const mostPolar_rad = 1.2;
@@ -14,14 +14,14 @@ const mostPolar_rad = 1.2;
 const keyTurn_rad = Math.PI / 36;
 const keyZoom = 0.9;
 
-// three.js measures polar angles from y: our up is z.
+// three.js measures polar angles from y; our up axis is z.
 const toYUp = (v: Vector3): Vector3 => new Vector3(v.x, v.z, -v.y);
 const toZUp = (v: Vector3): Vector3 => new Vector3(v.x, -v.z, v.y);
 
 // Room around what is shown at first.
 const margin = 1.12;
 
-// Each halves the error at least; a pixel is reached after a few.
+// Each step at least halves the error; a few steps reach a pixel.
 const fittingSteps = 8;
 
 interface View { target: Vector3; position: Vector3; }
@@ -32,14 +32,15 @@ function cornersOf(bounds: Box3): Vector3[] {
     corner & 4 ? bounds.max.z : bounds.min.z));
 }
 
-// Looking along `-direction`, as near as a pane of the usual aspect sees every corner, and those in the middle
-// of it. The corners lie in `bounds`.
+// The nearest view along `-direction` in which a pane of the usual aspect contains all corners,
+// centred on them. The corners are within `bounds`.
 function fittingView(bounds: Box3, direction: Vector3, corners = cornersOf(bounds)): View {
   const right = new Vector3(0, 0, 1).cross(direction).normalize();
   const up = direction.clone().cross(right);
   const slope = Math.tan((fieldOfView_deg * Math.PI) / 360) / margin;
   const target = bounds.getCenter(new Vector3());
-  const radius = Math.max(bounds.getSize(new Vector3()).length() / 2, 0.01);  // never inside, be it a point
+  const radius = Math.max(bounds.getSize(new Vector3()).length() / 2, 0.01);  // never inside, even
+                                                                              // for a single point
   let distance = radius / slope;
   for (let step = 0; step < fittingSteps; ++step) {
     const seen = new Box3();
@@ -68,7 +69,8 @@ export class OrbitCamera {
     this.camera.up.set(0, 0, 1);
   }
 
-  // The view that shows the whole of `bounds` from near the sensor's side; also where Home leads.
+  // The view that shows all of `bounds` from near the sensor's side; also the target of the Home
+  // key.
   setHome(bounds: Box3, sensor: Vector3): void {
     const from = new Spherical().setFromVector3(toYUp(sensor.clone().sub(bounds.getCenter(new Vector3()))));
     from.radius = 1;
@@ -85,7 +87,8 @@ export class OrbitCamera {
     this.moveTarget(this.homeTarget);
   }
 
-  // Shows the whole of all boxes, which are not empty, from where the camera looks now, or along `-direction`.
+  // Shows all of the boxes, which must not be empty, from the present direction or along
+  // `-direction`.
   frame(boxes: readonly Box3[], direction?: Vector3): void {
     const from = direction ?? this.camera.position.clone().sub(this.target);
     const all = boxes.reduce((sum, box) => sum.union(box), new Box3());
@@ -94,8 +97,8 @@ export class OrbitCamera {
     this.moveTarget(view.target);
   }
 
-  // Lets a pane's element turn the camera. Where the page scrolls, the wheel zooms only while the element has
-  // the focus: else it scrolls the page.
+  // Lets a pane's element turn the camera. If the page scrolls, the wheel zooms only while the
+  // element has the focus.
   attach(element: HTMLElement, scrolls = true): void {
     const controls = new OrbitControls(this.camera, element);
     controls.target = this.target;
@@ -111,7 +114,7 @@ export class OrbitCamera {
     element.addEventListener("keydown", (event) => this.onKey(event));
   }
 
-  // For a pane of that aspect; one that is narrower than usual sees as much sideways.
+  // Adapts the camera to a pane's aspect; a narrower pane than usual shows the same width.
   setAspect(aspect: number): void {
     this.camera.aspect = aspect;
     const half = Math.tan((fieldOfView_deg * Math.PI) / 360);

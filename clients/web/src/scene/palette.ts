@@ -6,15 +6,16 @@ import type { Vector3 } from "three";
 export const objectColors: readonly string[] = [
   "#e69f00", "#56b4e9", "#009e73", "#d55e00", "#0072b2", "#cc79a7", "#c8b400", "#882255", "#5b53b8"];
 
-// Supports carry, residuals are what is left: both stay behind the objects.
+// Supports and residuals have muted colours, behind those of objects.
 export const supportColors: readonly string[] = ["#8b9bb0", "#a79f93", "#7f958c"];
 export const residualColors: readonly string[] = ["#9a9a9a", "#b3aea6", "#84898f", "#a5a9ad"];
 
 export const repeated = (colors: readonly string[], index: number): string =>
   colors[index % colors.length] as string;
 
-// One colour for each place so that neighbours differ: each takes, in order, the colour whose nearest
-// holder so far is farthest away, earlier colours first. The same places get the same colours.
+// One colour per place, such that neighbours differ: each place takes the colour whose nearest
+// holder so far is farthest away, with ties resolved by order. The same places get the same
+// colours.
 export function colorsOfPlaces(places: readonly Vector3[]): string[] {
   const chosen: string[] = [];
   places.forEach((place, i) => {

@@ -8,14 +8,15 @@ import type {
   Box, Capsule, Cone, Cylinder, Plate, Polygon, ShapeOneOf, Sphere,
 } from "../world/types";
 
-// Of a full circle. 64 chords leave 0.12 % of the radius: 0.1 mm of a mug, below any sensor's noise.
+// derived: segments of a full circle. 64 chords leave 0.12 % of the radius: 0.1 mm of a mug, below
+// any sensor's noise.
 const circleSegments = 64;
 
-// As far as the tessellation of the command line goes, too.
+// The same size as in the command line's tessellation.
 const halfSpaceSide_m = 20;
 const halfSpaceDepth_m = 1;
 
-// three.js has its round shapes along y.
+// The axis of three.js's round shapes is y.
 const yToZ = Math.PI / 2;
 
 export function sphereGeometry(sphere: Sphere): BufferGeometry {
@@ -78,7 +79,7 @@ function topFirst(solid: BufferGeometry): BufferGeometry {
   return solid;
 }
 
-// Where meshes come from, by hash.
+// Finds meshes by their hash.
 export type MeshSource = (hash: string) => BufferGeometry;
 
 // Undefined for a part without a shape.

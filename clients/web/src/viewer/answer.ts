@@ -1,4 +1,4 @@
-// What the server answered, as rows of a table and as things to draw. Pure.
+// Converts the server's answer to rows of a table and to things to draw. Pure.
 import { fixed, mm } from "../page/quantity";
 import { shortName, type Vector3 } from "../world/types";
 import type { Question } from "./question";
@@ -31,7 +31,7 @@ export interface RayRow {
 // The replies to all four questions have one of these in `rows`.
 export interface Reply { revision: string; rows: ({ answers: PairRow[] } | CollisionRow | RayRow)[]; }
 
-// A line in the world between two points, with what is written beside it; one without length is a point.
+// A line between two points in the world with a text beside it; a line of length 0 is a point.
 export interface Mark { from: Vector3; to: Vector3; normal?: Vector3; text: string; touches: boolean; }
 
 export interface Answer {
@@ -40,10 +40,10 @@ export interface Answer {
   columns: readonly string[];
   rows: string[][];
   marks: Mark[];
-  objects: string[];  // named in it
+  objects: string[];  // objects named in it
 }
 
-// JSON writes what is not finite as words.
+// JSON writes numbers that are not finite as strings.
 const length = (m: number): string => (Number.isFinite(Number(m)) ? `${mm(Number(m), 2)} mm` : String(m));
 
 const triple = (v: Vector3 | undefined, decimals: number): string =>
@@ -54,7 +54,7 @@ const trustOf = (row: { trust: string; bound_m?: number }): string => {
   return row.bound_m ? `${word}, ± ${mm(row.bound_m, 3)} mm` : word;
 };
 
-// A robot may meet itself; then its two links are told.
+// A robot may collide with itself; then its two links are named.
 function named({ object, object_link, body_link }: { object?: string; object_link?: string; body_link?: string }): string {
   if (object) return object + (object_link ? `:${object_link}` : "");
   return body_link && object_link ? `itself (${body_link}, ${object_link})` : "itself";
@@ -92,7 +92,7 @@ function collisionAnswer(rows: readonly CollisionRow[]): Answer {
   };
 }
 
-// How far a ray that hits nothing is drawn.
+// The drawn length of a ray that hits nothing.
 const missLength_m = 5;
 
 function rayAnswer(rows: readonly RayRow[], { from: start, direction }: NonNullable<Question["ray"]>): Answer {

@@ -1,4 +1,4 @@
-// Messages of cwm.v1 as bytes and as protobuf JSON; the worker alone holds this.
+// Converts messages of cwm.v1 between bytes and protobuf JSON; used only by the worker.
 import { create, fromBinary, fromJson, toBinary, toJson, type DescMessage, type JsonValue } from "@bufbuild/protobuf";
 import { BadRequestSchema, ErrorInfoSchema, StatusSchema } from "../../generated/cwm/v1/error_details_pb";
 import { PerceptionService } from "../../generated/cwm/v1/perception_pb";
@@ -36,7 +36,7 @@ export function cancelBytes(call_id: number): Uint8Array<ArrayBuffer> {
 
 export const responseOf = (bytes: Uint8Array): ViewerResponse => fromBinary(ViewerResponseSchema, bytes);
 
-// Names as in the .proto, and every field that is not a message or optional there.
+// Field names as in the .proto, and every field that is not a message or optional there.
 export function messageOf(method: Method, bytes: Uint8Array): Json {
   const { output } = shapeOf(method);
   return toJson(output, fromBinary(output, bytes), { useProtoFieldName: true, alwaysEmitImplicit: true }) as Json;

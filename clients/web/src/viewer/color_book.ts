@@ -1,20 +1,20 @@
-// Which object has which colour. An object keeps its colour as long as it is there, whatever comes and goes around it.
+// The colours of objects. An object keeps its colour while it exists, whatever happens around it.
 import { Vector3 } from "three";
 import { objectColors, repeated, residualColors, supportColors } from "../scene/palette";
 import { shortName, type WorldObject } from "../world/types";
 
-// A user's things are the user's: apart from all that was perceived, they are put there on purpose.
+// Users' objects have a colour of their own, apart from all perceived ones.
 export const unseenColor = "#8d86a8";
 export const robotColors: readonly string[] = ["#c9ced6", "#b9c4cf", "#d2c8bb"];
 
-// `index` is that of an object's colour, -1 for colours of other kinds.
+// `index` is the index of an object's colour, or -1 for colours of other kinds.
 interface Entry { color: string; index: number; place: Vector3; kind: string; }
 
 export class ColorBook {
   private readonly entries = new Map<string, Entry>();
   private readonly counts = new Map<string, number>();
 
-  // Of the objects that are there now; forgets the others.
+  // Updates the colours for the present objects and forgets the others.
   update(objects: Iterable<WorldObject>): void {
     const present = new Set<string>();
     for (const object of objects) {
@@ -51,8 +51,8 @@ export class ColorBook {
     return count;
   }
 
-  // The colour whose nearest holder is farthest away, earlier colours first. Thousands of objects ask it of thousands before
-  // the first picture: by numbers alone.
+  // The colour whose nearest holder is farthest away, with ties resolved by order. Computed on
+  // plain numbers, since thousands of objects are compared with thousands before the first picture.
   private farthest({ x, y, z }: Vector3): string {
     const nearest = new Float64Array(objectColors.length).fill(Infinity);
     for (const { index, place } of this.entries.values()) {

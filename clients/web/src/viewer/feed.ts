@@ -6,12 +6,12 @@ import { backOff_ms, notFound, unavailable, type CallError, type Json } from "./
 import { Latest, patiently } from "./retry";
 import { rulesByPair, WorldModel, type WorldState } from "./world_model";
 
-// A world that does not exist may be made at any time; so may another one.
+// A missing world may be created at any time, and so may further worlds.
 const lookAgain_ms = 1000;
 
-const unimplemented = 12;  // of a server without robots or scans
+const unimplemented = 12;  // from a server without robots or scans
 
-// Of a list in pages.
+// For lists in pages.
 const pageSize = 1000;
 
 export interface RobotModel { robot: Robot; links: readonly PlacedLink[]; }
@@ -19,19 +19,19 @@ export interface RobotModel { robot: Robot; links: readonly PlacedLink[]; }
 export interface FeedListener {
   worlds: (worlds: readonly World[]) => void;
   state: (state: WorldState) => void;       // the newest
-  observed: (objects: readonly string[]) => void;  // their last_observed is another
+  observed: (objects: readonly string[]) => void;  // their last_observed changed
   robots: (robots: ReadonlyMap<string, RobotModel>) => void;
   scans: (scans: readonly Scan[]) => void;
-  missing: (world: string) => void;         // there is no such world (yet)
+  missing: (world: string) => void;         // the world does not exist (yet)
   failed: (error: CallError) => void;
 }
 
 export class Feed {
-  world: string | undefined;  // undefined: the first that there is
+  world: string | undefined;  // undefined: the first world
   readonly model = new WorldModel();
   private cancel: (() => void) | undefined;
   private timer = 0;
-  private failures = 0;  // of the watch, since it last said something
+  private failures = 0;  // failures of the watch since its last message
   private isOpen = false;
   private shapes = new Map<string, readonly PlacedLink[]>();  // by the uids of the world and the robot
   private placed = new Map<string, RobotModel>();
@@ -63,14 +63,15 @@ export class Feed {
     return worlds;
   }
 
-  // The world as it was. A server that has no room for the question is asked again while the answer is wanted.
+  // The world at a revision. A server that is out of resources is asked again while the answer is
+  // wanted.
   at(revision: string, isWanted: () => boolean): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
     return patiently(() => this.lookAt(revision), () => this.isOpen && isWanted());
   }
 
   private async lookAt(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
     const at_revision = { exact: revision };
-    const world = this.world ?? "";  // also where another one is chosen meanwhile
+    const world = this.world ?? "";  // even if another one is chosen meanwhile
     const { world_uid } = this.model.state;
     const objects = await this.pages<WorldObject>("WorldService/ListObjects", "objects", world, { at_revision, view: "OBJECT_VIEW_FULL" });
     const list = await this.pages<Robot>("RobotService/ListRobots", "robots", world, { at_revision });
@@ -141,7 +142,7 @@ export class Feed {
           const isChanged = this.model.apply(response);
           const observed = Object.keys(response.bookmark?.last_observed ?? {});
           if (observed.length > 0) {
-            this.scans.want();  // a scan that changed nothing makes no revision, and is a scan all the same
+            this.scans.want();  // a scan without changes makes no revision
             this.listener.observed(observed);
           }
           if (!isChanged) return;
@@ -156,7 +157,7 @@ export class Feed {
       });
   }
 
-  // A watch ends when the world is deleted or the server goes; either may come back.
+  // A watch ends when the world is deleted or the server stops; either may come back.
   private ended(error: CallError | undefined): void {
     if (!this.isOpen) return;
     if (error && error.code !== notFound) this.listener.failed(error);
@@ -210,13 +211,14 @@ export class Feed {
 
   private shapesKey(robot: Robot): string { return `${this.model.state.world_uid} ${robot.uid}`; }
 
-  // Again where the server has no room for it just now, while there is a connection to the same world.
+  // Repeats the call if the server is temporarily out of resources, while connected to the same
+  // world.
   private asked<Message>(method: "RobotService/GetRobotLinks" | "PerceptionService/ListScans", request: Json): Promise<Message> {
     const { world } = this;
     return patiently(() => this.link.call<Message>(method, request), () => this.isOpen && this.world === world);
   }
 
-  // What is gone by now, or the connection with it, says itself elsewhere.
+  // Missing objects and lost connections are reported elsewhere.
   private report(error: unknown): void {
     if (!(error instanceof CallFailure)) throw error;
     const isOver = [notFound, unavailable, unimplemented].includes(error.error.code);

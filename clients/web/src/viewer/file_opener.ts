@@ -1,4 +1,5 @@
-// A file of the user's, chosen in the browser's dialog or dropped anywhere on the page. It is read here and sent nowhere.
+// Opens a file of the user, chosen in the browser's dialog or dropped on the page. It is read here
+// and never sent.
 import { element } from "../page/dom";
 
 export class FileOpener {

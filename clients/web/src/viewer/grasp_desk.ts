@@ -1,4 +1,5 @@
-// The grasps that the user has opened: which are drawn, which is chosen, and what became of them as the world changed.
+// The grasps opened by the user: the drawn ones, the chosen one, and their validity as the world
+// changes.
 import type { Picture } from "./draw/picture";
 import { FileOpener } from "./file_opener";
 import { checkSize, GraspFileError, parseGrasps, planWarning, staleness, type Grasp, type GraspPlan } from "./grasps";
@@ -13,9 +14,9 @@ export class GraspDesk {
   private isAll = false;
   private isOn = true;
   private state: WorldState = emptyWorld;
-  private stale = new Map<string, string>();  // why, by object
+  private stale = new Map<string, string>();  // the reason, by object
 
-  // `chose` hears of the object that the chosen grasp is of.
+  // `chose` is called with the object of the chosen grasp.
   constructor(private readonly picture: Picture, private readonly chose: (object: string) => void) {
     this.panel = new GraspPanel({
       choose: (grasp) => this.choose(grasp), close: () => this.close(),
@@ -45,7 +46,7 @@ export class GraspDesk {
     this.chose(grasp.object);
   }
 
-  // Another object was selected, or none.
+  // Called if another object was selected, or none.
   selected(object: string | undefined): void {
     if (!this.chosen || this.chosen.object === object || !this.state.objects.has(this.chosen.object)) return;
     this.chosen = undefined;

@@ -1,18 +1,18 @@
-// The grasps that `cwm-grasp --json` wrote, read and checked, ranked over all objects; and whether they still hold in the
-// world that is shown. Pure: no picture, no page.
+// Reads and checks the grasps of `cwm-grasp --json`, ranks them over all objects, and checks
+// whether they still hold in the displayed world. Pure: no picture, no page.
 import type { Pose, WorldObject } from "../world/types";
 import type { WorldState } from "./world_model";
 
 type Triple = readonly [number, number, number];
 
-// In the frame of a grasp: z the approach, x the closing direction.
+// In the frame of a grasp: z is the approach, x the closing direction.
 export interface GripperBox { centre: Triple; size_m: Triple; }
 
 export interface GraspContact { point: Triple; normal: Triple; }
 
 export interface Grasp {
-  rank: number;  // 1 is the best of all objects
-  isBest: boolean;  // of its object
+  rank: number;  // 1 is the best over all objects
+  isBest: boolean;  // the best of its object
   object: string;
   way: string;
   score: number;  // 0 to 1
@@ -33,7 +33,7 @@ export interface GraspPlan {
   graspless: readonly { object: string; why: string }[];
 }
 
-// Says which field is wrong, what it is and what it must be.
+// The message has the field at fault, its value and the rule.
 export class GraspFileError extends Error {}
 
 const mostBytes = 64 << 20;
@@ -41,7 +41,7 @@ const mostGrasps = 20_000;
 const mostBoxes = 64;
 const unitSlack = 1e-3;
 
-// A value of the document and where it is.
+// A value of the document with its path.
 class Field {
   constructor(private readonly value: unknown, private readonly path: string) {}
 
@@ -148,14 +148,14 @@ function changeSince(revision: number, object: WorldObject): string {
   return Number(object.pose_revision) > revision ? "moved since" : "";
 }
 
-// Why a grasp of this object cannot be trusted in this state; empty where it can.
+// The reason why a grasp of this object is stale in this state; empty if it is valid.
 export function staleness({ world_uid, revision }: GraspPlan, object: string, state: WorldState): string {
   if (state.world_uid !== world_uid) return "another world";
   const now = state.objects.get(object);
   return now ? changeSince(revision, now) : "gone";
 }
 
-// What the whole plan suffers from; empty where it is of what is shown.
+// The reason why the whole plan is invalid; empty if it is for the displayed world.
 export function planWarning({ world, world_uid, revision }: GraspPlan, state: WorldState): string {
   if (state.world_uid !== world_uid) return `Planned in a world \u201c${world}\u201d that is not the one shown.`;
   if (Number(state.revision) === revision) return "";
@@ -164,7 +164,7 @@ export function planWarning({ world, world_uid, revision }: GraspPlan, state: Wo
 
 const stops: readonly Triple[] = [[200, 40, 50], [232, 160, 0], [0, 170, 130], [20, 90, 220]];
 
-// From red by amber and green to blue, which is good; never near the grey of what is stale.
+// From red by amber and green to blue, the best; never near the grey of stale grasps.
 export function scoreColor(score: number): string {
   const at = Math.min(Math.max(score, 0), 1) * (stops.length - 1);
   const low = Math.min(Math.floor(at), stops.length - 2);

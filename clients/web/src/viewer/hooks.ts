@@ -1,4 +1,4 @@
-// What the page has drawn, for tests and for the curious: window.cwmViewer, read-only.
+// The facts about the drawn page for tests: window.cwmViewer, read-only.
 import { Vector3 } from "three";
 import type { Stage } from "./draw/stage";
 import type { Thing } from "./things";
@@ -25,7 +25,7 @@ export function publish({ stage, view, things, isShown, facts }: Hooked): void {
     facts: (): object => ({ ...facts(), ...stage.figures, script_times_ms: [...stage.scriptTimes_ms],
                             instances: view.instanceCount, grid_cell_m: stage.grid.cell_m }),
     project: (x: number, y: number, z: number): object => stage.onScreen(new Vector3(x, y, z)),
-    // Draws once more, as after a change.
+    // Draws once more, as if something had changed.
     draw: (): void => stage.requestRender(),
   });
   Object.defineProperty(window, "cwmViewer", { value: viewer, writable: false });

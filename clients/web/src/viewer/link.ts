@@ -1,4 +1,4 @@
-// The page's end of the worker: calls that end, and streams.
+// The page's end of the worker: unary calls and streams.
 import type { CallError, FromWorker, Json, LinkState, Method, ToWorker } from "./messages";
 
 export class CallFailure extends Error {
@@ -26,7 +26,7 @@ export class Link {
     };
   }
 
-  // Returns what ends it; the reader hears nothing after that.
+  // Returns a function that ends the stream; afterwards the reader is not called.
   stream<Message>(method: Method, request: Json, reader: StreamReader<Message>): () => void {
     const id = ++this.lastId;
     this.readers.set(id, reader as unknown as StreamReader<Json>);
@@ -36,7 +36,7 @@ export class Link {
     };
   }
 
-  // The one message of a call; throws a CallFailure.
+  // The reply of a unary call; throws a CallFailure.
   call<Message>(method: Method, request: Json): Promise<Message> {
     return new Promise((resolve, reject) => {
       let answer: Message | undefined;

@@ -1,4 +1,4 @@
-// What the page and its worker say to each other.
+// The messages between the page and its worker.
 export type Json = Record<string, unknown>;
 
 export type Method =
@@ -6,7 +6,7 @@ export type Method =
   | "RobotService/ListRobots" | "RobotService/GetRobotLinks" | "PerceptionService/ListScans"
   | "QueryService/CheckCollisions" | "QueryService/GetDistances" | "QueryService/GetContacts" | "QueryService/CastRays";
 
-// How a call ended that did not end well.
+// The error of a failed call.
 export interface CallError {
   code: number;  // of gRPC
   name: string;  // "NOT_FOUND"
@@ -15,7 +15,7 @@ export interface CallError {
   fields: { field: string; description: string }[];
 }
 
-// `why`: what was said of the last attempt or connection; empty where nothing was.
+// `why`: the reason of the last failed attempt or lost connection; empty if unknown.
 export type LinkState =
   | { is: "connecting"; why: string }
   | { is: "open" }
@@ -35,7 +35,8 @@ export const unavailable = 14;
 export const notFound = 5;
 export const resourceExhausted = 8;
 
-// Before the n-th attempt in a row, n from 0: at once after a restart, never more than a few seconds.
+// The delay before the n-th attempt in a row, n from 0: short after a restart, never more than a
+// few seconds.
 export function backOff_ms(attempt: number): number {
   return Math.min(100 * 2 ** attempt, 3000);
 }

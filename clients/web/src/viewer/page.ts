@@ -1,4 +1,4 @@
-// The page: what is chosen, and who hears of it.
+// The page: its selections, and the parts that follow them.
 import { element } from "../page/dom";
 import type { Scan, World } from "../world/stream";
 import { answerOf, type Reply } from "./answer";
@@ -41,7 +41,7 @@ export class Page {
   private readonly scale = element("p", "scale");
   private readonly notices = element("div", "notices");
   private live: Seen = { state: emptyWorld, robots: new Map() };
-  private past: Seen | undefined;  // what is shown instead of what is live
+  private past: Seen | undefined;  // displayed instead of the live state
   private wantedRevision: number | undefined;
   private isGoing = false;
   private readonly asked = new Newest();
@@ -52,7 +52,7 @@ export class Page {
   private pointSize = 1;
   private firstPicture_ms = 0;
   private updates = 0;
-  private lastUpdate_ms = 0;  // of Date.now(), when the state was drawn that came last
+  private lastUpdate_ms = 0;  // Date.now() when the newest state was drawn
   private isDrawnUpToDate = true;
 
   constructor(body: HTMLElement, private readonly link: Link) {
@@ -156,7 +156,7 @@ export class Page {
     this.picture.stage.begin();
   }
 
-  // Sightings are noted in place.
+  // Observation times are updated in place.
   private onObserved(names: readonly string[]): void {
     if (!this.past && this.selected !== undefined && names.includes(this.selected)) this.details.refresh();
   }
@@ -167,7 +167,7 @@ export class Page {
   }
 
   private onScans(scans: readonly Scan[]): void {
-    this.picture.setScans(scans);  // hidden where the past is shown
+    this.picture.setScans(scans);  // hidden while the past is displayed
   }
 
   private onMissing(world: string): void {
@@ -195,7 +195,7 @@ export class Page {
     this.feed.choose(world);
   }
 
-  // Panels and picture follow what is seen.
+  // Updates panels and picture to the displayed state.
   private show(): void {
     const { state, robots } = this.seen;
     this.things.update(state, robots);
@@ -207,7 +207,7 @@ export class Page {
     this.grasps.follow(state);
   }
 
-  // What is no more is not hidden when something else comes by its name.
+  // A removed object is no longer hidden, so that a new object of its name is visible.
   private forgetHidden(): void {
     const { objects, robots } = this.live.state;
     const gone = [...this.hiddenNames].filter((name) => !objects.has(name) && !robots.has(name));
@@ -235,7 +235,7 @@ export class Page {
     this.showSelection();
   }
 
-  // In a narrow window the list lies over what is selected.
+  // In a narrow window the list covers the details.
   private selectInList(name: string): void {
     document.body.classList.remove("listing");
     this.select(name);
@@ -262,7 +262,7 @@ export class Page {
     });
   }
 
-  // To the revision that was asked for last, one at a time.
+  // Goes to the revision requested last, one at a time.
   private async go(revision: number): Promise<void> {
     this.wantedRevision = revision;
     if (this.isGoing) return;
@@ -274,7 +274,7 @@ export class Page {
         if (!seen) continue;
         if (this.wantedRevision === undefined || seen.state.world_uid !== this.live.state.world_uid) break;
         this.past = seen;
-        this.picture.clouds.root.visible = false;  // the scans of then are no more
+        this.picture.clouds.root.visible = false;  // the scans of that time are no longer kept
         this.show();
       }
     } catch (error) {
@@ -286,7 +286,7 @@ export class Page {
     }
   }
 
-  // Undefined where another one is wanted by the time that it fails.
+  // Undefined if another revision is wanted by the time it fails.
   private async lookAt(revision: number): Promise<Seen | undefined> {
     const isWanted = (): boolean => this.wantedRevision === revision;
     try {

@@ -1,5 +1,5 @@
-// A question as it is typed into the page, read into the call that asks it. Pure. The words are the command line's, with or
-// without its dashes; numbers are metres, between spaces or commas.
+// Parses a query typed into the page into its call. Pure. The words are the command line's, with or
+// without dashes; numbers are in metres, separated by spaces or commas.
 import type { Pose, ShapeOneOf } from "../world/types";
 import type { Json, Method } from "./messages";
 
@@ -9,12 +9,12 @@ export interface Question {
   kind: QuestionKind;
   method: Method;
   request: Json;  // without world and revision
-  subject?: { shape: ShapeOneOf; at: Pose };  // what is asked about, to be drawn
+  subject?: { shape: ShapeOneOf; at: Pose };  // the body of the query, to be drawn
   object?: string;
   ray?: { from: number[]; direction: number[] };
 }
 
-// What is wrong with the text, in a sentence.
+// The message is a sentence about the error in the text.
 export class QuestionError extends Error {}
 
 const methods: Record<QuestionKind, Method> = {
@@ -44,7 +44,7 @@ export const examples: readonly string[] = [
   "distance sphere 0.05 at 0.5 0 1", "contacts box 0.1 0.1 0.2 at 0.5 0 1", "check object mug at 0.5 0.1 0.2",
   "ray from 0 0 1 direction 1 0 -0.3"];
 
-// Words come from a keyboard: "constructor" is none of a record's keys.
+// Words are typed by users: "constructor" must not match an inherited property.
 function entry<Value>(record: Record<string, Value>, key: string): Value | undefined {
   return Object.hasOwn(record, key) ? record[key] : undefined;
 }
@@ -98,7 +98,7 @@ interface Parts {
   options: Json;
 }
 
-// Other than a rotation is refused by the server; a quaternion of nothing is meant by nobody.
+// The server refuses invalid rotations; a zero quaternion means the identity.
 function readPose(words: Words): Pose {
   const [tx_m = 0, ty_m = 0, tz_m = 0] = words.numbers("at", ["X", "Y", "Z"]);
   const turned = words.isNumber();
@@ -176,7 +176,7 @@ function subjectOf(kind: QuestionKind, { shape, object, robot, at }: Parts): Jso
 // Throws a QuestionError.
 export function parseQuestion(text: string): Question {
   const all = wordsOf(text);
-  if (all[0] === "cwm") all.shift();  // as it is copied from a shell
+  if (all[0] === "cwm") all.shift();  // copied from a shell
   const words = new Words(all);
   const kind = words.take() ?? "";
   if (!Object.hasOwn(methods, kind)) {

@@ -1,8 +1,8 @@
-// What failed and may go well the next time is tried again, ever more patiently.
+// Retries operations that may succeed later, with growing delays.
 import { CallFailure } from "./link";
 import { backOff_ms, resourceExhausted, unavailable } from "./messages";
 
-// Other than a call: the server was busy, or the network away.
+// A temporary failure other than a call's: the server was busy, or the network down.
 export class PassingFailure extends Error {}
 
 export const isPassing = (error: unknown): boolean => error instanceof PassingFailure ||
@@ -10,7 +10,8 @@ export const isPassing = (error: unknown): boolean => error instanceof PassingFa
 
 const pause = (ms: number): Promise<void> => new Promise((resolve) => setTimeout(resolve, ms));
 
-// Until it goes well, fails for good or is not wanted any more; then with what it failed with.
+// Repeats the work until it succeeds, fails for good, or is no longer wanted; then throws its last
+// error.
 export async function patiently<Result>(work: () => Promise<Result>, isWanted: () => boolean): Promise<Result> {
   for (let attempt = 0; ; ++attempt) {
     try {
@@ -23,7 +24,7 @@ export async function patiently<Result>(work: () => Promise<Result>, isWanted: (
   }
 }
 
-// Does one thing at a time, and once more when it was asked for meanwhile.
+// Runs one operation at a time, and once more if it was requested meanwhile.
 export class Latest {
   private isRunning = false;
   private isAsked = false;
@@ -47,24 +48,24 @@ export class Latest {
   }
 }
 
-// Of what is asked one after the other only the newest is heard.
+// Uses only the answer to the newest of successive requests.
 export class Newest {
   private last = 0;
   private isOpen = false;
 
-  // Says from then on whether it is still the newest.
+  // Returns a function that tells whether this request is still the newest.
   begin(): () => boolean {
     const own = ++this.last;
     this.isOpen = true;
     return () => own === this.last;
   }
 
-  // Nothing is heard that was asked until now.
+  // Drops all requests made so far.
   drop(): void {
     ++this.last;
     this.isOpen = false;
   }
 
-  // Something is asked that is not dropped.
+  // True if a request is pending that was not dropped.
   get isPending(): boolean { return this.isOpen; }
 }

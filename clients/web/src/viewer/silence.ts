@@ -1,7 +1,7 @@
-// Whether a connection is dead though nobody said so: a watch says something every few seconds, and where the network is gone
-// neither side hears of it for minutes. Pure.
+// Detects a dead connection: a watch sends something every few seconds, while a lost network is not
+// noticed for minutes. Pure.
 
-// Three bookmarks of a watch that has nothing else to say.
+// chosen: three bookmarks of an idle watch.
 const patience_ms = 15_000;
 const longest_ms = 120_000;
 
@@ -12,15 +12,15 @@ export class Silence {
 
   opened(now_ms: number): void { this.begun_ms = this.heard_ms = now_ms; }
 
-  // Something came, or something was asked after a time in which nothing had to come. A connection that outlived the patience
-  // is a good one, and the next is judged as the first was.
+  // Called when something was received, or requested after a time in which nothing was expected. A
+  // connection that outlived the limit is good, and the limit is reset.
   heard(now_ms: number): void {
     this.heard_ms = now_ms;
     if (now_ms - this.begun_ms > this.allowed_ms) this.allowed_ms = patience_ms;
   }
 
-  // Messages come whole: on a line so slow that one takes longer than this, connecting anew would only begin it again, so that
-  // each further time is given twice as long.
+  // Messages arrive as a whole: on a line so slow that a message takes longer than the limit,
+  // reconnecting would only start it again, so the limit doubles each time.
   isOver(now_ms: number): boolean {
     if (now_ms - this.heard_ms <= this.allowed_ms) return false;
     this.allowed_ms = Math.min(2 * this.allowed_ms, longest_ms);

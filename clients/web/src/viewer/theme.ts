@@ -1,9 +1,9 @@
-// Light or dark: as the system has it until the user says otherwise, which is remembered.
+// Light or dark: the system's setting until the user chooses, which is remembered.
 export type Theme = "light" | "dark";
 
 const key = "cwm-theme";
 
-// Storage may be refused; then nothing is remembered.
+// Storage may be unavailable; then the choice is not remembered.
 function stored(): Theme | undefined {
   try {
     const value = window.localStorage.getItem(key);

@@ -1,5 +1,5 @@
-// What is listed and drawn of a state of the world: objects and robots in one list, each with its kind and its colour. What
-// did not change keeps its identity, so that the picture touches only what did.
+// The objects and robots of a state in one list, each with its kind and its colour. Unchanged ones
+// keep their identity, so that the picture updates only changed ones.
 import { Matrix4 } from "three";
 import type { SceneThing } from "./draw/world_view";
 import { partsOf, shapeParts } from "./draw/parts";
@@ -27,7 +27,7 @@ export interface Thing {
 
 export const isRobot = (of: Thing["of"]): of is RobotModel => "links" in of;
 
-// Uids and revisions begin anew in a new world.
+// Uids and revisions restart in a new world.
 function objectThing(world_uid: string, object: WorldObject, color: string, before: Thing | undefined): Thing {
   const shape = `${world_uid} ${object.uid} ${object.geometry_revision} ${object.kind}`;
   const drawn: SceneThing = {
@@ -71,5 +71,5 @@ export class ThingList {
   }
 }
 
-// Of an object its frame; of a robot that of its root link.
+// The frame of an object; for a robot, that of its root link.
 export const frameOf = ({ drawn }: Thing): Matrix4 => drawn.frames[0] ?? new Matrix4();

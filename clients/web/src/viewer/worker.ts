@@ -1,23 +1,24 @@
-// The connection, off the page's thread: bytes in and out of the socket, messages to and from the page.
+// The connection, on a thread of its own: bytes of the socket, messages of the page.
 import { beginBytes, cancelBytes, errorOf, messageOf, responseOf } from "./codec";
 import { backOff_ms, unavailable, type CallError, type FromWorker, type Json, type LinkState, type Method, type ToWorker }
   from "./messages";
 import { askWhy } from "./refusal";
 import { Silence } from "./silence";
 
-// The library of types for workers and the one for documents exclude each other; this is all that is used of it.
+// The type libraries for workers and for documents exclude each other; only this function is
+// needed.
 declare function postMessage(message: FromWorker): void;
 
-// A socket that does not open in this time will not.
+// chosen: a socket that does not open within this time will not open at all.
 const patience_ms = 5000;
 
-// How often it is looked whether a connection is silent.
+// The period of checks for a silent connection.
 const listen_ms = 1000;
 
 const underWay = new Map<number, Method>();
 let socket: WebSocket | undefined;
 let attempt = 0;
-let why = "";  // the last connection ended, or none came
+let why = "";  // the reason of the last failure
 const silence = new Silence();
 
 const tell = (state: LinkState): void => postMessage({ what: "state", state });
@@ -35,24 +36,24 @@ function receive(bytes: Uint8Array): void {
   const { callId, what } = responseOf(bytes);
   const id = Number(callId);
   const method = underWay.get(id);
-  if (method === undefined) return;  // of a call that was cancelled
+  if (method === undefined) return;  // the call was cancelled
   try {
     if (what.case === "message") postMessage({ what: "message", id, message: messageOf(method, what.value) });
     else if (what.case === "end") end(id, what.value.code === 0 ? undefined : errorOf(what.value));
-  } catch (error) {  // a message lost is a call lost: a watch begins anew
+  } catch (error) {  // a lost message loses the call; a watch begins anew
     socket?.send(cancelBytes(id));
     end(id, gone(`a message of the server cannot be read: ${String(error)}`));
   }
 }
 
-// The page hears why before it hears that what was under way is over.
+// The page gets the reason before it learns that its calls are over.
 function over(state: LinkState, message: string): void {
   socket = undefined;
   tell(state);
   for (const id of [...underWay.keys()]) end(id, gone(message));
 }
 
-// A connection follows.
+// Reconnects afterwards.
 function lost(from: WebSocket, reason: string, wait_ms = backOff_ms(attempt++)): void {
   if (socket !== from) return;
   why = reason;
@@ -60,14 +61,14 @@ function lost(from: WebSocket, reason: string, wait_ms = backOff_ms(attempt++)):
   setTimeout(open, wait_ms);
 }
 
-// Its end is not waited for: over a dead network it does not come.
+// Does not wait for the close event, which a dead network never delivers.
 function drop(silent: WebSocket): void {
   silent.onmessage = silent.onclose = null;
   silent.close();
   lost(silent, "the server was silent");
 }
 
-// One that never opened.
+// Handles a socket that never opened.
 async function failed(to: WebSocket): Promise<void> {
   const refusal = await askWhy(patience_ms);
   if (socket !== to) return;
@@ -103,7 +104,7 @@ function listen(): void {
   if (socket?.readyState === WebSocket.OPEN && underWay.size > 0 && silence.isOver(Date.now())) drop(socket);
 }
 
-// A request that is none of the method's, such as a number that does not fit its field, never leaves.
+// An invalid request, such as a number that does not fit its field, is not sent.
 function begin(id: number, method: Method, request: Json, on: WebSocket): void {
   try {
     on.send(beginBytes(id, method, request));
@@ -118,7 +119,7 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
     if (underWay.delete(message.id)) socket?.send(cancelBytes(message.id));
     return;
   }
-  if (underWay.size === 0) silence.heard(Date.now());  // nothing had to come until now
+  if (underWay.size === 0) silence.heard(Date.now());  // nothing was expected until now
   underWay.set(message.id, message.method);
   if (socket?.readyState !== WebSocket.OPEN) {
     end(message.id, gone("there is no connection to the server"));

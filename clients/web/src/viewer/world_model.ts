@@ -1,5 +1,6 @@
-// The newest state of a world, built from what a watch says. Pure: no socket, no picture. States are values: what did not
-// change is the same object in the next state, so that readers compare by identity.
+// The newest state of a world, built from a watch's messages. Pure: no socket, no picture. States
+// are values: unchanged objects are the same in the next state, so that readers compare by
+// identity.
 import type { PairRule, Robot, RobotEvent, ObjectEvent, WatchWorldResponse } from "../world/stream";
 import type { WorldObject } from "../world/types";
 
@@ -43,7 +44,7 @@ function applyRobot({ put, state, remove }: RobotEvent, robots: Map<string, Robo
   if (state && robot) robots.set(state.name, { ...robot, ...state });
 }
 
-// By what they are of; without those that say nothing.
+// The rules by their pair, without empty ones.
 export function rulesByPair(all: readonly PairRule[]): ReadonlyMap<string, PairRule> {
   const rules = new Map<string, PairRule>();
   for (const rule of all) applyRule(rule, rules);
@@ -57,14 +58,14 @@ function applyRule(rule: PairRule, rules: Map<string, PairRule>): void {
 
 export class WorldModel {
   private state_: WorldState = emptyWorld;
-  private pending: WatchWorldResponse[] = [];  // of the initial state or a revision, until they are complete
+  private pending: WatchWorldResponse[] = [];  // of the initial state or a revision, until complete
 
   get state(): WorldState { return this.state_; }
 
-  // A new watch begins: its initial state takes the place of what is known once it is complete.
+  // Called for a new watch: its initial state replaces the present state once it is complete.
   restart(): void { this.pending = []; }
 
-  // True when the state is another than before.
+  // True if the state has changed.
   apply(response: WatchWorldResponse): boolean {
     if (response.bookmark) return this.applyBookmark(response);
     this.pending.push(response);
@@ -77,7 +78,7 @@ export class WorldModel {
     return true;
   }
 
-  // Objects that are as they were keep their identity: a reconnection redraws only what changed meanwhile.
+  // Unchanged objects keep their identity, so that a reconnection redraws only changes.
   private begin(all: readonly WatchWorldResponse[], { world_uid, revision }: WatchWorldResponse): void {
     const now: Changing = { objects: new Map(), robots: new Map(), rules: new Map() };
     for (const { initial_state } of all) {
@@ -105,7 +106,8 @@ export class WorldModel {
     this.state_ = { world_uid, revision, ...now, rules: areRuled ? now.rules : rules };
   }
 
-  // Sightings change no geometry and make no revision; they are noted in place, for the details.
+  // Observation times change no geometry and make no revision; they are updated in place for the
+  // details.
   private applyBookmark({ revision, bookmark }: WatchWorldResponse): boolean {
     for (const [name, at] of Object.entries(bookmark?.last_observed ?? {})) {
       const object = this.state_.objects.get(name);

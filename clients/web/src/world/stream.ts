@@ -1,4 +1,4 @@
-// What a client reads of a world as it changes, as protobuf JSON has it: see world.proto, robot.proto, perception.proto.
+// Messages of a changing world as protobuf JSON: see world.proto, robot.proto, perception.proto.
 import type { Pose, ShapePart, WorldObject } from "./types";
 
 export interface World {
@@ -31,7 +31,7 @@ export interface Robot {
   state_revision: string;
 }
 
-// One of put, move, remove is there.
+// Exactly one of put, move, remove is set.
 export interface ObjectEvent {
   put?: WorldObject;
   move?: { name: string; x_world_object?: Pose };
@@ -39,7 +39,7 @@ export interface ObjectEvent {
   pose_revision: string;
 }
 
-// One of put, state, remove is there.
+// Exactly one of put, state, remove is set.
 export interface RobotEvent {
   put?: Robot;
   state?: { name: string; x_world_base?: Pose; state: number[]; state_revision: string };

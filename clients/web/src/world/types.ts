@@ -1,5 +1,5 @@
-// Messages of cwm.v1 as protobuf JSON has them: snake_case, 64-bit integers as strings, absent
-// messages left out. Metres, radians, world Z up; `x_a_b` is the pose of b in a.
+// Messages of cwm.v1 as protobuf JSON: snake_case, 64-bit integers as strings, missing messages
+// omitted. Metres, radians, world Z up; `x_a_b` is the pose of b in a.
 
 export interface Vector2 { x: number; y: number; }
 export interface Vector3 { x: number; y: number; z: number; }
@@ -18,7 +18,7 @@ export interface Polygon { vertices: Vector2[]; }
 export interface Plate { outline: Polygon; holes: Polygon[]; thickness_m: number; }
 export interface MeshByHash { hash: string; }
 
-// An open vessel; its profiles are left to those who plan grasps.
+// An open vessel; its profiles are used only by grasp planners.
 export interface Vessel {
   rim_radius_m: number;
   foot_radius_m: number;
@@ -29,7 +29,7 @@ export interface Vessel {
   wall_thickness_sigma_m?: number;
 }
 
-// One of them is there.
+// Exactly one of them is set.
 export interface ShapeOneOf {
   sphere?: Sphere;
   box?: Box;
@@ -56,7 +56,8 @@ export interface FitQuality {
   inlier_count: string;
   inlier_ratio: number;
   observed_fraction: number;
-  parameter_sigma: number[];  // of the coefficients, in their order; of a box its three sizes; empty: unknown
+  parameter_sigma: number[];  // in the order of the coefficients; for a box, of its three sizes;
+                              // empty: unknown
 }
 
 export interface ShapePart extends ShapeOneOf {
@@ -64,7 +65,7 @@ export interface ShapePart extends ShapeOneOf {
   role: string;
   coefficients: number[];
   fit?: FitQuality;
-  vessel?: Vessel;  // what the mesh is the mesh of
+  vessel?: Vessel;  // the vessel that the mesh represents
 }
 
 export interface SurfacePart {
@@ -82,10 +83,10 @@ export interface Handle {
   point_count: string;
   axis: Vector3;
   bounds: OrientedBox;
-  hash: string;  // empty: it has no mesh
+  hash: string;  // empty: no mesh
 }
 
-// What an object is attached by.
+// The link that holds an object.
 export interface Attachment { robot: string; link: string; x_link_object?: Pose; touch_links: string[]; }
 
 export interface WorldObject {
@@ -94,7 +95,7 @@ export interface WorldObject {
   kind: string;
   owner: string;
   state: string;
-  x_world_object?: Pose;  // absent where a user's object stands for it
+  x_world_object?: Pose;  // missing if a user's object explains it
   shapes: ShapePart[];
   surfaces: SurfacePart[];
   handles: Handle[];
@@ -131,7 +132,7 @@ export interface IngestCloudResponse {
   stages: StageTime[];
 }
 
-// "OBJECT_KIND_SUPPORT" of the enum OBJECT_KIND is "support".
+// "support" for "OBJECT_KIND_SUPPORT" of the enum OBJECT_KIND.
 export function shortName(value: string, type: string): string {
   return value.replace(`${type}_`, "").toLowerCase();
 }

@@ -1,4 +1,5 @@
-// An answer in the picture: the body that was asked about, lines between nearest points, contacts with their normals.
+// Draws an answer: the body of the query, lines between nearest points, contacts with their
+// normals.
 import { Matrix4, Vector3 } from "three";
 import type { Vector3 as ApiVector3 } from "../../world/types";
 import { matrixOf } from "../../scene/pose";
@@ -14,7 +15,7 @@ const touchColor = "#e5383b";
 
 export interface AnswerPicture { body: SceneThing | undefined; segments: Segment[]; labels: Label[]; }
 
-export const bodyName = "\u0000question";  // no object can have it
+export const bodyName = "\u0000question";  // no object can have this name
 
 const vector = ({ x, y, z }: ApiVector3): Vector3 => new Vector3(x, y, z);
 
@@ -35,7 +36,7 @@ export function bodyOf({ subject }: Question, verdict: Answer["verdict"] | "aske
     parts: shapeParts({ ...subject.shape, role: "", coefficients: [] }, "shapes", "ghost").map((part) => ({ frame: 0, part })) };
 }
 
-// Strokes are as long as `scale_m`, about a twentieth of what is in the picture.
+// `scale_m`, the length of strokes, is about a twentieth of the picture's extent.
 export function answerPicture(question: Question, answer: Answer, scale_m: number): AnswerPicture {
   const segments: Segment[] = [];
   const labels: Label[] = [];

@@ -1,4 +1,5 @@
-// What is drawn in one call: instances that come, move and go. A slot is an instance's handle as long as it is there.
+// Instances drawn in one call, which can be added, moved and removed. A slot is the handle of an
+// instance.
 import type { Color, Matrix4, Object3D, Raycaster } from "three";
 
 export interface Slot<Owner> { readonly owner: Owner; index: number; }

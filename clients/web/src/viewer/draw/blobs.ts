@@ -1,12 +1,12 @@
-// Blobs by hash from the server, which the browser keeps for ever: meshes, points, labels.
+// Blobs read from the server by hash and cached by the browser: meshes, points, labels.
 import { BufferAttribute, BufferGeometry } from "three";
 import { PassingFailure, patiently } from "../retry";
 
-// Beyond these, what nobody uses goes: the browser has it in its cache, too.
+// Above these limits unused blobs are dropped; the browser has them in its cache.
 const mostKept = 500;
 const mostKept_bytes = 256 << 20;
 
-// The server has no room for it just now, or something between says that for it.
+// The server, or a proxy on its behalf, is temporarily out of resources.
 const passing = new Set([408, 429, 502, 503, 504]);
 
 async function fetchOnce(hash: string): Promise<ArrayBuffer> {
@@ -22,7 +22,7 @@ async function fetchOnce(hash: string): Promise<ArrayBuffer> {
   throw passing.has(response.status) ? new PassingFailure(why) : new Error(why);
 }
 
-// Again and again while it is wanted and what fails may pass.
+// Repeats a fetch while it is wanted and the failure may be temporary.
 export const fetchBlob = (hash: string, isWanted: () => boolean): Promise<ArrayBuffer> =>
   patiently(() => fetchOnce(hash), isWanted);
 
@@ -54,7 +54,7 @@ export class MeshLibrary {
 
   get size(): number { return this.known.size; }
 
-  // Of those that nobody uses the oldest go, until what is left is worth keeping.
+  // Drops the oldest unused blobs until the rest is within the limits.
   trim(isUsed: (hash: string) => boolean): void {
     for (const [hash, geometry] of this.known) {
       if (this.known.size <= mostKept && this.bytes <= mostKept_bytes) return;
@@ -65,10 +65,10 @@ export class MeshLibrary {
     }
   }
 
-  // What has arrived.
+  // The geometry if it has been received.
   now(hash: string): BufferGeometry | undefined { return this.known.get(hash); }
 
-  // Undefined where it cannot be had, which is told once, and where nobody wants it any more.
+  // Undefined if it is not available, which is reported once, or if it is no longer wanted.
   get(hash: string, isWanted: () => boolean): Promise<BufferGeometry | undefined> {
     const known = this.known.get(hash);
     if (known) return Promise.resolve(known);

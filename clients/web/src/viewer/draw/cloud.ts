@@ -1,4 +1,4 @@
-// The newest scans: every point in the colour of what it belongs to.
+// The newest scans, each point in the colour of its object.
 import { BufferAttribute, BufferGeometry, Color, Group, Points, PointsMaterial } from "three";
 import type { Scan } from "../../world/stream";
 import { fetchBlob } from "./blobs";
@@ -8,9 +8,9 @@ const isSame = (a: Scan | undefined, b: Scan): boolean =>
 
 interface Held { scan: Scan; points: Points; labels: Uint32Array; painted: ReadonlyMap<number, string>; }
 
-export const looseColor = "#8a8f98";  // of points that belong to nothing
+export const looseColor = "#8a8f98";  // of unassigned points
 
-// The name that a label belongs to; see Scan in perception.proto.
+// The name that a label refers to; see Scan in perception.proto.
 export function ownerOfLabel(label: number, scan: Scan): string | undefined {
   if (label === 0) return undefined;
   if (label < 10) return scan.supports[label - 1];
@@ -36,7 +36,7 @@ export class Clouds {
     for (const { points } of this.held.values()) (points.material as PointsMaterial).size = size_px;
   }
 
-  // Fetches what is new and keeps the old picture until the new one is there.
+  // Fetches new scans and keeps the old picture until they have been received.
   sync(scans: readonly Scan[]): void {
     this.wanted = new Map(scans.map((scan) => [scan.sensor, scan]));
     for (const [sensor, held] of this.held) {
@@ -50,20 +50,21 @@ export class Clouds {
     }
   }
 
-  // After a change of the world: most leave the colours as they are, and a million points alone.
+  // Called after a change of the world: most changes keep the colours, and then a million points
+  // are left untouched.
   recolor(): void {
     for (const held of this.held.values()) {
       if ([...held.painted].some(([label, color]) => this.colorOfLabel(label, held.scan) !== color)) this.paint(held);
     }
   }
 
-  // Until what is held is what is wanted: scans that follow each other faster than they arrive are
-  // each shown or passed over, and the last one is shown.
+  // Loads until the held scan is the wanted one: scans that follow each other faster than they
+  // arrive are shown or skipped, and the last one is shown.
   private async follow(sensor: string): Promise<void> {
     for (let scan = this.wanted.get(sensor); scan && !isSame(this.held.get(sensor)?.scan, scan); scan = this.wanted.get(sensor)) {
       try {
         await this.load(scan);
-      } catch (error) {  // of one that another has replaced meanwhile it is no matter
+      } catch (error) {  // does not matter if another scan has replaced it
         if (this.isWanted(scan)) throw error;
       }
     }

@@ -1,4 +1,5 @@
-// Grippers at their grasps: the boxes of all of them in one draw call, the ways there and the outline of the chosen one.
+// Draws grippers at their grasps: all boxes in one draw call, the approaches, and the outline of
+// the chosen one.
 import { Box3, Color, Group, Matrix4, Vector3, type Raycaster } from "three";
 import { matrixOf } from "../../scene/pose";
 import { scoreColor, type Grasp, type GripperBox } from "../grasps";
@@ -32,7 +33,7 @@ function outline(boxes: readonly GripperBox[], { x_world_grasp }: Grasp, color: 
     boxSegments(new Box3().setFromCenterAndSize(vector(centre), vector(size_m)), X, color));
 }
 
-// From where the gripper sets out, to between its pads.
+// The path from the gripper's start to between its pads.
 function approach({ x_world_grasp, x_world_pregrasp }: Grasp, color: string): Segment[] {
   const [from, to] = [placeOf(x_world_pregrasp), placeOf(x_world_grasp)];
   const way = to.clone().sub(from);
@@ -41,7 +42,8 @@ function approach({ x_world_grasp, x_world_pregrasp }: Grasp, color: string): Se
 
 export class GraspView {
   readonly root = new Group();
-  private batch: ShapeBatch<Grasp> | undefined;  // from the first gripper on: its programs are not for every page
+  private batch: ShapeBatch<Grasp> | undefined;  // made with the first gripper, since most pages do
+                                                 // not need its programs
   private slots: Slot<Grasp>[] = [];
   private readonly ways = new Lines(lineWidth_px, false);
   private readonly chosen = new Lines(1.5 * lineWidth_px, true);
@@ -51,7 +53,7 @@ export class GraspView {
     this.root.add(this.ways.object, this.chosen.object);
   }
 
-  // Of the grippers that are drawn.
+  // The number of drawn grippers.
   get count(): number { return this.count_; }
 
   set({ boxes, shown, chosen }: GraspPicture, accent: string): void {

@@ -50,7 +50,7 @@ export class Grid {
 
   setInk(color: string): void { (this.material.uniforms["ink"]?.value as Color).set(color); }
 
-  // As the camera sees it: cells are decimetres, metres, ..., about a tenth of the picture.
+  // Adapts the grid to the camera: cells are decimetres, metres, ..., about a tenth of the picture.
   follow(eye: Vector3, target: Vector3, floor_m: number): void {
     const distance = eye.distanceTo(target);
     this.cell_m = 10 ** Math.floor(Math.log10(Math.max(distance / 4, 1e-4)));

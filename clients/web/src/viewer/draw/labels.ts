@@ -1,4 +1,5 @@
-// Words beside places of the world, as elements over the picture: they stay sharp, and nothing in them is markup.
+// Text beside places of the world, as elements over the picture: it stays sharp, and none of it is
+// markup.
 import { Vector3, type Camera } from "three";
 import { element } from "../../page/dom";
 
@@ -7,7 +8,7 @@ export interface Label { text: string; at: Vector3; kind: "name" | "mark"; }
 // More would cover the picture; the nearest are the readable ones.
 const most = 150;
 
-// What a label covers, about: what would lie on a nearer one is left out.
+// The approximate size of a label: one that would overlap a nearer label is omitted.
 const height_px = 22;
 const perLetter_px = 6.6;
 const padding_px = 16;

@@ -2,11 +2,11 @@
 import { DoubleSide, FrontSide, type Material, type MeshStandardMaterial } from "three";
 import { completedMaterial, solidMaterial } from "../../scene/materials";
 
-// "solid": measured or given. "completed": supplied, hatched. "unseen": space that no sensor has seen. "ghost": what a
-// question is about.
+// "solid": measured or given. "completed": not measured, hatched. "unseen": space that no sensor
+// has observed. "ghost": the body of a query.
 export type Look = "solid" | "completed" | "unseen" | "ghost";
 
-// Dots on the screen: there is nothing to see, and what is behind stays readable.
+// A pattern of dots on the screen, through which objects behind stay visible.
 const dots = `
   vec2 cell = fract(gl_FragCoord.xy / 9.0) - 0.5;
   gl_FragColor.a *= dot(cell, cell) < 0.03 ? 0.55 : 0.07;
@@ -32,7 +32,8 @@ export function materialFor(look: Look, isOpen: boolean): MeshStandardMaterial {
   return material;
 }
 
-// Round shapes of one unit geometry: `form` makes each what it is. Both after the shader of the look.
+// Shaders that shape round instances of a unit geometry by `form`. They run after the look's
+// shader.
 const forms = {
   // A cylinder of radius 1 and length 1: form is its radius at the bottom and at the top.
   shaft: {

@@ -18,7 +18,7 @@ export class MeshBatch<Owner> implements Batch<Owner> {
   constructor(look: Look) {
     this.object = new BatchedMesh(firstInstances, firstVertices, 3 * firstVertices, materialFor(look, true));
     this.object.frustumCulled = false;
-    this.object.perObjectFrustumCulled = false;  // a call for all costs less than asking each
+    this.object.perObjectFrustumCulled = false;  // drawing all costs less than testing each
     this.object.sortObjects = false;
     this.object.matrixAutoUpdate = false;
   }
@@ -78,7 +78,7 @@ export class MeshBatch<Owner> implements Batch<Owner> {
     return held;
   }
 
-  // First what others left behind, then twice as much as is needed.
+  // First reuses the room of removed geometries, then allocates twice as much as is needed.
   private makeRoom(geometry: BufferGeometry): void {
     const vertices = geometry.getAttribute("position").count;
     const indices = geometry.index?.count ?? 0;

@@ -1,4 +1,4 @@
-// What of an object is drawn: its parts as instances of batches. Pure but for three.js's matrices.
+// The drawn parts of an object as instances of batches. Pure but for three.js's matrices.
 import { Matrix4, Vector3 } from "three";
 import { matrixOf } from "../../scene/pose";
 import { isCompleted, type Plate, type ShapeOneOf, type ShapePart, type WorldObject } from "../../world/types";
@@ -7,7 +7,7 @@ import type { Unit } from "./shape_batch";
 
 export type Layer = "shapes" | "surfaces" | "handles";
 
-// One instance. `local` goes from the geometry to the object.
+// One instance. `local` is the transform from the geometry's frame to the object's.
 export interface Part {
   layer: Layer;
   look: Look;
@@ -18,11 +18,11 @@ export interface Part {
     | { is: "mesh"; hash: string };
 }
 
-// Half-spaces have no end: they are shown as a slab of this size.
+// Half-spaces are unbounded; they are drawn as a slab of this size.
 const halfSpaceSide_m = 20;
 const halfSpaceDepth_m = 1;
 
-const thinnest = 1e-6;  // nothing may vanish: a matrix without volume has no normals
+const thinnest = 1e-6;  // a matrix without volume has no normals
 
 const scaled = (matrix: Matrix4, x: number, y: number, z: number): Matrix4 =>
   matrix.clone().scale(new Vector3(Math.max(x, thinnest), Math.max(y, thinnest), Math.max(z, thinnest)));
@@ -32,7 +32,7 @@ function unit(matrix: Matrix4, kind: Unit, size: readonly [number, number, numbe
   return { local: scaled(matrix, ...size), geometry: { is: "unit", unit: kind, form } };
 }
 
-// Undefined for what has no geometry of its own here: plates are two parts.
+// Undefined for shapes without a simple geometry; plates are two parts.
 function simplePart(shape: ShapeOneOf, matrix: Matrix4): Pick<Part, "local" | "geometry"> | undefined {
   const { sphere, box, cylinder, cone, capsule, half_space, convex, mesh } = shape;
   if (sphere) return unit(matrix, "capsule", [sphere.radius_m, sphere.radius_m, sphere.radius_m], [0, 0]);
@@ -55,7 +55,7 @@ function simplePart(shape: ShapeOneOf, matrix: Matrix4): Pick<Part, "local" | "g
   return hash ? { local: matrix, geometry: { is: "mesh", hash } } : undefined;
 }
 
-// Of a support's plate the top was measured although its body was supplied.
+// The top of a support's plate was measured although its body was completed.
 export function shapeParts(part: ShapePart, layer: Layer, special?: Look): Part[] {
   const local = matrixOf(part.x_object_shape);
   const look: Look = special ?? (isCompleted(part) ? "completed" : "solid");

@@ -1,4 +1,5 @@
-// The picture of things: which of them, which is selected, their names and frames, the scans, and the answer to a question.
+// The picture of a world: visible objects, the selection, names and frames, scans, and the answer
+// to a query.
 import { Box3, Matrix4, Vector3 } from "three";
 import type { Scan } from "../../world/stream";
 import { matrixOf } from "../../scene/pose";
@@ -19,7 +20,7 @@ import { WorldView, type SceneThing } from "./world_view";
 const lineWidth_px = 2;
 const axesLength_m = 0.2;
 
-// Meshes and robots come after what they belong to.
+// Meshes and robots are loaded after the objects they belong to.
 const firstLook_ms = 2500;
 
 export interface Shown { names: boolean; frames: boolean; }
@@ -54,7 +55,7 @@ export class Picture {
     this.stage.prepare();
   }
 
-  // Those that are to be seen; the picture follows with its next frame.
+  // Sets the visible objects; the picture follows with its next frame.
   setThings(things: readonly Thing[]): void {
     this.things = things;
     this.byName = new Map(things.map((thing) => [thing.name, thing]));
@@ -106,7 +107,7 @@ export class Picture {
     this.stage.requestRender();
   }
 
-  // What `names` reach, or all that is seen.
+  // Frames the objects in `names`, or all visible ones.
   frame(names: readonly string[] | undefined, view?: string): void {
     this.update();
     this.stage.isTouched = true;
@@ -114,7 +115,7 @@ export class Picture {
     this.stage.frame(all.map((name) => this.finiteBounds(name)), view);
   }
 
-  // A thing's name or a gripper's grasp, whichever the ray meets first.
+  // The name of an object or a gripper's grasp, whichever the ray hits first.
   pick(event: PointerEvent): string | Grasp | undefined {
     const ray = this.stage.rayAt(event);
     const thing = this.view.pick(ray);
@@ -123,7 +124,7 @@ export class Picture {
     return thing?.owner === bodyName ? undefined : thing?.owner;
   }
 
-  // Half-spaces have no end, and are drawn with one.
+  // The bounds of half-spaces, which are unbounded, are those of their drawn slab.
   private finiteBounds(name: string): Box3 {
     const thing = this.byName.get(name);
     if (thing && !isRobot(thing.of) && thing.of.shapes.some(({ half_space }) => half_space)) return new Box3();
@@ -143,8 +144,9 @@ export class Picture {
     this.stage.labels.set([...(this.answer?.labels ?? []), ...(this.shown.names ? this.names() : this.nameOfSelected())]);
   }
 
-  // The first look shows everything, what arrives a moment later too, unless the user looks elsewhere by then; the floor
-  // lies where the world begins, for sensors above it and below.
+  // The first view shows everything, including objects that arrive a moment later, unless the user
+  // has moved the camera; the floor is at the bottom of the world, whether the sensor is above or
+  // below it.
   private place(): void {
     const isLate = performance.now() - this.firstFramed_ms > firstLook_ms || this.stage.isTouched;
     if (this.isFramed && isLate) return;
@@ -157,7 +159,7 @@ export class Picture {
     this.stage.frame(boxes, "1");
   }
 
-  // Another world: look at it anew.
+  // Called for another world, to frame it anew.
   reset(): void {
     this.isFramed = false;
     this.stage.isTouched = false;

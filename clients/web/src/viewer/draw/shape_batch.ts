@@ -1,4 +1,5 @@
-// All boxes of one look, or all cylinders and cones, or all spheres and capsules: one unit geometry, one draw call.
+// All boxes, all cylinders and cones, or all spheres and capsules of one look: one unit geometry,
+// one draw call.
 import {
   BoxGeometry, BufferGeometry, CapsuleGeometry, CylinderGeometry, DynamicDrawUsage, InstancedBufferAttribute, InstancedMesh,
   Matrix4, Mesh, Sphere, Vector3, type Color, type Intersection, type Material, type Raycaster,
@@ -8,12 +9,13 @@ import { materialFor, withForm, type Look } from "./looks";
 
 export type Unit = "box" | "shaft" | "capsule";
 
-// Of a full circle. There may be thousands, and a ball has many more triangles than a can.
+// Segments of a full circle. There may be thousands of shapes, and a ball has many more triangles
+// than a can.
 const circleSegments = 48;
 const ballSegments = 36;
 const smallest = 16;
 
-// three.js has its round shapes along y.
+// The axis of three.js's round shapes is y.
 const yToZ = Math.PI / 2;
 
 function unitGeometry(unit: Unit): BufferGeometry {
@@ -22,7 +24,8 @@ function unitGeometry(unit: Unit): BufferGeometry {
   return new CapsuleGeometry(1, 2, ballSegments / 4, ballSegments).rotateX(yToZ);
 }
 
-// The instance as it is, for a ray that has met its bounds: the shader's form is not in the geometry.
+// The instance's true geometry for a ray that has hit its bounds, since the shader's form is not in
+// the unit geometry.
 function formedGeometry(unit: Unit, x: number, y: number): BufferGeometry {
   if (unit === "shaft") return new CylinderGeometry(y, x, 1, circleSegments).rotateX(yToZ);
   if (unit === "capsule") return new CapsuleGeometry(1, 2 * x, ballSegments / 4, ballSegments).rotateX(yToZ);
@@ -35,7 +38,7 @@ export class ShapeBatch<Owner> implements Batch<Owner> {
   private readonly material: Material;
   private readonly slots: Slot<Owner>[] = [];
 
-  // `replaced` hears of the object that takes the place of another when there are more instances than fit.
+  // `replaced` is called if the instances no longer fit and a larger object replaces the old one.
   constructor(private readonly unit: Unit, look: Look, private readonly replaced: (before: InstancedMesh, now: InstancedMesh) => void) {
     this.geometry = unitGeometry(unit);
     const material = materialFor(look, false);
@@ -68,7 +71,7 @@ export class ShapeBatch<Owner> implements Batch<Owner> {
     if (this.object.instanceColor) this.object.instanceColor.needsUpdate = true;
   }
 
-  // The last instance takes its place.
+  // The last instance moves to the freed place.
   remove(slot: Slot<Owner>): void {
     const last = this.slots.pop();
     if (last && last !== slot) {
@@ -120,7 +123,7 @@ export class ShapeBatch<Owner> implements Batch<Owner> {
     const mesh = new InstancedMesh(geometry, this.material, capacity);
     mesh.instanceColor = new InstancedBufferAttribute(new Float32Array(3 * capacity), 3);
     for (const attribute of [mesh.instanceMatrix, mesh.instanceColor]) attribute.setUsage(DynamicDrawUsage);
-    mesh.frustumCulled = false;  // its bounds would be reckoned anew at every change
+    mesh.frustumCulled = false;  // its bounds would be recomputed at every change
     mesh.matrixAutoUpdate = false;
     mesh.count = 0;
     return mesh;

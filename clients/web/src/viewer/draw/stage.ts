@@ -1,4 +1,5 @@
-// The picture: renderer, light, camera, floor. Draws when something has changed, and then once a frame.
+// The picture: renderer, light, camera, floor. Draws at most once per frame, and only after a
+// change.
 import {
   AmbientLight, Box3, DirectionalLight, HemisphereLight, Matrix4, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3,
   WebGLRenderer,
@@ -13,7 +14,7 @@ import { Labels } from "./labels";
 // A press that moves less than this is a click.
 const clickSlack_px = 4;
 
-// Until something is drawn even where the server says nothing.
+// The time until something is drawn even if the server does not answer.
 const patience_ms = 1000;
 
 // Light comes over the viewer's left shoulder.
@@ -21,7 +22,7 @@ const lampPlace = new Vector3(-1, 1.4, 1.5);
 
 export interface FrameFigures { frames: number; draw_calls: number; triangles: number; points: number; script_ms: number; }
 
-// Of the directions from which 1 to 6 look.
+// The directions of the views of keys 1 to 6.
 const viewDirections: Record<string, Vector3> = {
   "1": new Vector3(-1, -0.9, 0.75),
   "2": new Vector3(0, -1e-3, 1),
@@ -40,9 +41,9 @@ export class Stage {
   readonly figures: FrameFigures = { frames: 0, draw_calls: 0, triangles: 0, points: 0, script_ms: 0 };
   readonly scriptTimes_ms: number[] = [];  // of the last frames
   floor_m = 0;
-  isTouched = false;  // whether somebody has chosen where to look from
+  isTouched = false;  // the user has chosen a view
   onFrame: () => void = () => {};       // after each picture
-  beforeFrame: () => void = () => {};   // what must be in step with the picture
+  beforeFrame: () => void = () => {};   // updates that must be in step with the picture
   private readonly renderer = new WebGLRenderer({ antialias: false, alpha: true });  // the shading smooths
   private readonly shading = new DepthShading();
   private readonly lamp = new DirectionalLight(0xffffff, 1.7);
@@ -52,7 +53,7 @@ export class Stage {
   private isBegun = false;
   private isUpdating = false;
 
-  // Throws where the browser has no WebGL 2.
+  // Throws if the browser has no WebGL 2.
   constructor() {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.info.autoReset = false;
@@ -75,13 +76,13 @@ export class Stage {
 
   get camera(): PerspectiveCamera { return this.orbit.camera; }
 
-  // Once all that is always there is in the scene.
+  // Called once all permanent objects are in the scene.
   prepare(): void {
     this.shading.prepare(this.renderer, this.scene, this.camera);
     window.setTimeout(() => this.begin(), patience_ms);
   }
 
-  // There is something to draw. An empty picture before it would hold up what is to come.
+  // Called when there is something to draw. An empty picture before it would delay the first one.
   begin(): void {
     if (this.isBegun) return;
     this.isBegun = true;
@@ -101,7 +102,7 @@ export class Stage {
     const { width, height } = this.root.getBoundingClientRect();
     if (width === 0 || height === 0) return;
     const began = performance.now();
-    this.isUpdating = true;  // what asks for a picture now gets this one
+    this.isUpdating = true;  // requests from here on are served by this picture
     try {
       this.beforeFrame();
       this.fit(width, height);
@@ -127,7 +128,7 @@ export class Stage {
     if (full.length > 0) this.orbit.frame(full, view === undefined ? undefined : viewDirections[view]);
   }
 
-  // Where a place of the world is on the page, in CSS pixels of the window.
+  // The position on the page of a point of the world, in CSS pixels of the window.
   onScreen(place: Vector3): { x: number; y: number; isSeen: boolean } {
     const rect = this.root.getBoundingClientRect();
     const at = place.clone().project(this.camera);
@@ -152,7 +153,7 @@ export class Stage {
     });
   }
 
-  // The picture as a PNG, drawn anew: the buffer is gone once it has been shown.
+  // The picture as a PNG, rendered again since the buffer is gone once it was shown.
   async screenshot(ground: string): Promise<Blob> {
     this.render();
     const canvas = document.createElement("canvas");

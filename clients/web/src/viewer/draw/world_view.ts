@@ -1,4 +1,5 @@
-// The things of a world as instances of a few batches, kept in step with what they are: what did not change is not touched.
+// The objects of a world as instances of a few batches, kept in step with them: unchanged objects
+// are not touched.
 import { Box3, BufferGeometry, Color, Group, Matrix4, Vector3, type Raycaster } from "three";
 import { plateGeometry } from "../../scene/shape_geometry";
 import type { Plate } from "../../world/types";
@@ -9,12 +10,13 @@ import { MeshBatch } from "./mesh_batch";
 import type { Layer, Part } from "./parts";
 import { ShapeBatch, type Unit } from "./shape_batch";
 
-// Something with a name that is drawn. A change makes another value; `shape` says whether its parts are as before.
+// A named object that is drawn. A change gives a new value; `shape` tells whether its parts are
+// unchanged.
 export interface SceneThing {
   name: string;
   color: string;
   shape: string;
-  frames: readonly Matrix4[];  // in the world, of its parts
+  frames: readonly Matrix4[];  // poses of its parts in the world
   parts: readonly { frame: number; part: Part }[];
 }
 
@@ -22,7 +24,7 @@ interface Placed { thing: Drawn; frame: number; part: Part; batch: Batch<Placed>
 
 interface Drawn { value: SceneThing; placed: Placed[]; isGone: boolean; }
 
-// The same order in every picture: what lets through comes last.
+// The order of drawing: translucent looks come last.
 const renderOrder: Record<Look, number> = { solid: 0, completed: 1, unseen: 2, ghost: 3 };
 
 // The triangles of one of a plate's two groups.
@@ -43,7 +45,8 @@ export class WorldView {
   private readonly meshes = new Map<Look, MeshBatch<Placed>>();
   private hidden: ReadonlySet<Layer> = new Set();
 
-  // The usual batches are there from the first picture on, so that their shaders are ready when objects come.
+  // The usual batches exist from the first picture on, so that their shaders are compiled when
+  // objects come.
   constructor(private readonly library: MeshLibrary, private readonly changed: () => void) {
     for (const unit of ["box", "shaft", "capsule"] as const) this.shapeBatch(unit, "solid");
   }
@@ -68,10 +71,10 @@ export class WorldView {
     }
   }
 
-  // Lets meshes go that nothing here is drawn with.
+  // Drops meshes that no instance uses.
   private trim(): void { this.library.trim((hash) => [...this.meshes.values()].some((batch) => batch.holds(hash))); }
 
-  // Draws all things anew without these layers.
+  // Draws all objects again without these layers.
   hideLayers(hidden: ReadonlySet<Layer>): void {
     const things = new Map([...this.drawn].map(([name, { value }]) => [name, value]));
     this.follow(new Map());  // and keeps all meshes
@@ -79,8 +82,8 @@ export class WorldView {
     this.sync(things);
   }
 
-  // The name of what the ray meets first. What was completed is hatched and can be pointed at as well as what was measured;
-  // what a question is about, and space that nobody has seen, only where nothing else is met.
+  // The name of the first object that the ray hits. Completed parts can be picked like measured
+  // ones; query bodies and unseen space only if nothing else is hit.
   pick(raycaster: Raycaster): Hit<string> | undefined {
     let nearest: Hit<string> | undefined;
     for (const batch of [...this.shapes.values(), ...this.meshes.values()]) {
@@ -96,7 +99,7 @@ export class WorldView {
     return [...this.shapes.values(), ...this.meshes.values()].reduce((sum, batch) => sum + batch.count, 0);
   }
 
-  // Where the drawn parts of a thing are, as instances hold it. Empty where nothing is drawn, or nothing yet.
+  // The bounds of an object's drawn parts. Empty if nothing is drawn, or nothing yet.
   boundsOf(name: string): Box3 {
     const bounds = new Box3();
     for (const { part, frame, thing } of this.drawn.get(name)?.placed ?? []) {

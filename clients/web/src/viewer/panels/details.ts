@@ -1,4 +1,4 @@
-// What is known of the thing that was clicked.
+// The details of the selected object.
 import { element, numbers, swatch } from "../../page/dom";
 import { count, degrees, fixed, mm, percent } from "../../page/quantity";
 import { coefficients, dimensions, position, rotation, shapeName } from "../../page/shape_text";
@@ -46,7 +46,7 @@ function shapeSection(part: ShapePart, index: number): HTMLElement {
   return section;
 }
 
-// "2026-01-02T03:04:05.678Z" without what a clock on the wall does not say.
+// "2026-01-02T03:04:05.678Z" without the fraction and the separators.
 const time = (stamp: string): string => stamp.replace("T", " ").replace(/(\.\d+)?Z$/, " UTC");
 
 function objectFacts(object: WorldObject, kindWord: string): HTMLElement {
@@ -134,7 +134,8 @@ export class Details {
     this.root.append(this.head, this.body);
   }
 
-  // What did not change stays as it is, the buttons while the name does: with the focus, and what was scrolled to.
+  // Keeps unchanged parts, and the buttons as long as the name stays, so that focus and scroll
+  // position are kept.
   show(thing: Thing | undefined, rules: ReadonlyMap<string, PairRule>): void {
     const before = this.shown;
     const about = thing ? [...rules.values()].filter((rule) => isAbout(thing.name, rule)) : [];
@@ -149,7 +150,7 @@ export class Details {
     this.writeBody(thing);
   }
 
-  // Something of the thing that was shown has changed in place.
+  // Called if the displayed object was changed in place.
   refresh(): void { if (this.shown) this.writeBody(this.shown); }
 
   private writeHead({ name, color }: Thing): void {

@@ -1,4 +1,5 @@
-// The grasps of a file: what was planned and whether it still holds, the best first; an entry is chosen by a click or a key.
+// The grasps of a file, the best first, and whether they still hold; an entry is chosen by a click
+// or a key.
 import { element, swatch, withTitle } from "../../page/dom";
 import { fixed, mm, plural } from "../../page/quantity";
 import { scoreColor, type Grasp, type GraspPlan } from "../grasps";
@@ -9,7 +10,7 @@ export interface GraspListener {
   close: () => void;
 }
 
-// What a list can hold and still be read; all of them are drawn.
+// chosen: the rows of a readable list; all grasps are drawn.
 const mostRows = 300;
 
 export class GraspPanel {
@@ -34,7 +35,7 @@ export class GraspPanel {
     this.error.hidden = true;
   }
 
-  // A file that could not be read takes nothing away.
+  // A file that cannot be read leaves the present grasps unchanged.
   showError(file: string, text: string): void {
     this.error.textContent = `${file}: ${text}`;
     this.error.hidden = false;
@@ -55,7 +56,7 @@ export class GraspPanel {
       this.warning, ...(grasps.length > 0 ? [this.legend(), this.choice(isAll), this.list] : []), ...this.without(graspless));
   }
 
-  // What became of the plan and of each of its grasps.
+  // Shows whether the plan and each of its grasps still hold.
   showStaleness(warning: string, of: (grasp: Grasp) => string): void {
     this.warning.textContent = warning;
     this.warning.hidden = warning === "";

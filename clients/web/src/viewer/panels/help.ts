@@ -1,4 +1,4 @@
-// What can be pressed and asked.
+// The keys and the forms of queries.
 import { element } from "../../page/dom";
 import { examples, grammar } from "../question";
 

@@ -1,4 +1,4 @@
-// A line to type a question into, and its answer as a table.
+// A line for typing a query, and its answer as a table.
 import { element } from "../../page/dom";
 import type { Answer } from "../answer";
 import type { CallError } from "../messages";

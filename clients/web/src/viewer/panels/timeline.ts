@@ -1,4 +1,4 @@
-// A slider over the revisions that the server still knows exactly, and the way back to now.
+// A slider over the revisions that the server keeps exactly, and a button back to the present.
 import { element } from "../../page/dom";
 import { count } from "../../page/quantity";
 

@@ -1,4 +1,4 @@
-// The head of the page: which world, whether it is connected, what is shown, and what can be done.
+// The head of the page: the world, the connection, the displayed layers, and the actions.
 import { element } from "../../page/dom";
 import type { World } from "../../world/stream";
 import type { LinkState } from "../messages";
@@ -63,7 +63,7 @@ export class Toolbar {
 
   addAction(action: Action): void { this.button(action).addEventListener("click", () => action.run()); }
 
-  // False for a key that is no switch's.
+  // False if the key belongs to no switch.
   turn(key: string): boolean {
     const found = this.switches.get(key);
     if (!found) return false;

@@ -1,5 +1,5 @@
-// All things by kind: counts, search, what is shown of them. Rows are buttons of a tree: one of them is reached by the
-// tabulator, the others from there by arrow keys.
+// All objects by kind, with counts, search and visibility. Rows are buttons of a tree: one of them
+// is a tab stop, the others are reached from it by arrow keys.
 import { element, swatch } from "../../page/dom";
 import { count } from "../../page/quantity";
 import { kinds, kindTitles, type Kind, type Thing } from "../things";
@@ -15,10 +15,10 @@ interface Row { root: HTMLElement; box: HTMLInputElement; name: HTMLElement; sta
 
 interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; count: HTMLElement; title: HTMLElement; isOpen: boolean; }
 
-// More rows than this are not read but searched; a list of them would cost more than the picture.
+// chosen: longer lists are searched rather than read, and would cost more than the picture.
 const mostRows = 400;
 
-// thing_2 before thing_10.
+// Sorts thing_2 before thing_10.
 const order = new Intl.Collator("en", { numeric: true });
 
 function checkbox(label: string): HTMLInputElement {
@@ -37,7 +37,7 @@ export class Tree {
   private readonly rows = new Map<string, Row>();
   private readonly branches = new Map<Kind, Branch>();
   private things: ReadonlyMap<string, Thing> = new Map();
-  private stop: HTMLElement | undefined;  // of the tabulator
+  private stop: HTMLElement | undefined;  // the tab stop
   private selected: string | undefined;
   private hidden: { names: ReadonlySet<string>; kinds: ReadonlySet<Kind> } = { names: new Set(), kinds: new Set() };
 
@@ -58,7 +58,8 @@ export class Tree {
     this.root.append(this.search, this.list);
   }
 
-  // Most changes move things: rows are made anew only when others are there, or look otherwise.
+  // Most changes only move objects: rows are rebuilt only if objects were added, removed or look
+  // different.
   show(things: ReadonlyMap<string, Thing>): void {
     const before = this.things;
     this.things = new Map(things);
@@ -144,11 +145,11 @@ export class Tree {
     const kept = stop === undefined ? this.stop : this.rows.get(stop)?.name;
     const all = this.buttons();
     this.stopAt(kept && all.includes(kept) ? kept : all[0]);
-    // Who was at a row that is gone goes on from the top.
+    // If the focused row was removed, the focus moves to the tab stop.
     if (focused !== undefined) (this.rows.get(focused)?.name ?? this.stop)?.focus();
   }
 
-  // Where the tabulator comes to.
+  // Makes the button the tab stop.
   private stopAt(button: HTMLElement | undefined): void {
     if (this.stop) this.stop.tabIndex = -1;
     this.stop = button;
@@ -183,7 +184,7 @@ export class Tree {
     row.state.textContent = state === "OBJECT_STATE_OCCLUDED" ? "occluded" : state === "OBJECT_STATE_LOST" ? "lost" : "";
   }
 
-  // Those that are to be seen while the list is, from the top.
+  // The rows that are visible while the list is, from the top.
   private buttons(): HTMLElement[] {
     return [...this.branches.values()].filter(({ root }) => !root.hidden).flatMap(({ title, list, isOpen }) =>
       [title, ...(isOpen ? list.querySelectorAll<HTMLElement>(".name") : [])]);
