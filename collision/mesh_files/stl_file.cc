@@ -15,10 +15,9 @@
 namespace cwm::collision {
 namespace {
 
-constexpr std::size_t kHeader = 84;  // 80 bytes of arbitrary content and the number of triangles
-constexpr std::size_t kTriangle =
-    50;                               // a normal and three corners as floats, two arbitrary bytes
-constexpr std::size_t kCorners = 12;  // offset of the corners in a triangle
+constexpr std::size_t kHeader = 84;    // 80 bytes of arbitrary content and the number of triangles
+constexpr std::size_t kTriangle = 50;  // a normal and three corners as floats, two arbitrary bytes
+constexpr std::size_t kCorners = 12;   // offset of the corners in a triangle
 
 absl::Status Fault(const std::string& rule) { return absl::InvalidArgumentError(rule); }
 

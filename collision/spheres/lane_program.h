@@ -34,8 +34,7 @@ struct LaneInput {
   bool stays_near = false;
   double lower = 0, upper = 0;  // of the joint's value
   double lever_m = 0;           // the largest distance of a sphere from the joint
-  double farthest =
-      0;  // larger magnitudes exceed the range for which the errors of centres hold
+  double farthest = 0;  // larger magnitudes exceed the range for which the errors of centres hold
 };
 
 struct LaneSphere {

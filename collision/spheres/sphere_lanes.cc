@@ -420,12 +420,12 @@ class Judge {
 
   const LaneProgram& program_;
   const LaneScene& scene_;
-  float* frames_ = nullptr;         // twelve vectors per frame
-  float* centres_ = nullptr;        // three vectors per sphere, for placed clusters
-  float* bounds_ = nullptr;         // three vectors per cluster
-  float* groups_ = nullptr;         // three vectors per group
-  std::int32_t* placed_ = nullptr;  // by cluster: true if its spheres are placed
-  std::int32_t* near_ = nullptr;    // candidates of a walk, collected without branches
+  float* frames_ = nullptr;               // twelve vectors per frame
+  float* centres_ = nullptr;              // three vectors per sphere, for placed clusters
+  float* bounds_ = nullptr;               // three vectors per cluster
+  float* groups_ = nullptr;               // three vectors per group
+  std::int32_t* placed_ = nullptr;        // by cluster: true if its spheres are placed
+  std::int32_t* near_ = nullptr;          // candidates of a walk, collected without branches
   std::int32_t* group_placed_ = nullptr;  // by group: true if its clusters' bounds are placed
   LaneMask hit_, open_;
   LaneOpen* found_ = nullptr;              // by lane; null in Run, which computes verdicts only

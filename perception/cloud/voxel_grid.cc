@@ -132,8 +132,7 @@ void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& w
   cell_of_point_.resize(points.size());
   IndexBlocks();
   PollEvery poll(work, ItemsPerPiece(50ns));
-  std::uint64_t latest =
-      ~std::uint64_t{0};  // successive points are mostly in one block
+  std::uint64_t latest = ~std::uint64_t{0};  // successive points are mostly in one block
   std::uint32_t index = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     poll();

@@ -20,8 +20,7 @@ struct SimulatedObject {
   std::vector<Placed<>> parts = {};  // in the object's frame, placed by X_FS
   Pose X_WO = Pose::Identity();
   bool is_support = false;
-  std::vector<PieceRole> part_roles =
-      {};  // one per part; missing ones are bodies
+  std::vector<PieceRole> part_roles = {};  // one per part; missing ones are bodies
   Finish finish = Finish::kMatt;
 
   PieceRole RoleOf(std::size_t part) const {

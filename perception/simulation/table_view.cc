@@ -54,8 +54,7 @@ Table DrawTable(const ArrangementRules& rules, TableMiddle seen, RandomDraws& dr
 SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ThingCount& count,
                             const ArrangementRules& rules, const TableFiller& fill,
                             TableMiddle middle) {
-  constexpr std::uint64_t kFamilies =
-      16;  // more than there are, so that each has its own streams
+  constexpr std::uint64_t kFamilies = 16;  // more than there are, so that each has its own streams
   for (auto stream = static_cast<std::uint64_t>(family);; stream += kFamilies) {
     RandomDraws draws(seed, stream);
     const int wanted = count.least + draws.Below(count.most - count.least + 1);

@@ -37,8 +37,7 @@ struct Measurement {
   double rows_per_s = 0;         // median of the repetitions
   double least_rows_per_s = 0;
   double most_rows_per_s = 0;
-  double client_cpu =
-      0;  // processor seconds of this process per second; above 1: several threads
+  double client_cpu = 0;  // processor seconds of this process per second; above 1: several threads
 };
 
 // The value below which a share of the values lies, by nearest rank. `values` must not be empty;

@@ -62,9 +62,8 @@ bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const 
 // The objects made of the solids, if they stand on the object's ground or on each other.
 struct Things {
   std::vector<std::size_t> of_solid;  // per solid, the index of its object
-  std::vector<std::size_t>
-      below;                   // per object, the one it rests on; itself: the ground
-  std::vector<double> foot_m;  // the height of that
+  std::vector<std::size_t> below;     // per object, the one it rests on; itself: the ground
+  std::vector<double> foot_m;         // the height of that
 };
 
 // The solid that this one rests on, or itself if it stands on the ground; empty if neither. Only

@@ -23,8 +23,8 @@ using std::chrono::milliseconds;
 constexpr double kMaxRatio = 100;       // bytes held over bytes sent
 constexpr double kFreeBytes = 4 << 20;  // of each call
 constexpr double kMaxCpu_ms = 20;       // of one thread after the cancel
-constexpr double kHoldCpu_s = 4;      // a request that still works then is measured as it is
-constexpr double kCancelCpu_s = 0.5;  // the same after it is cancelled
+constexpr double kHoldCpu_s = 4;        // a request that still works then is measured as it is
+constexpr double kCancelCpu_s = 0.5;    // the same after it is cancelled
 constexpr double kRequestLimit_s = 20;  // of one entry: further tries are skipped
 
 struct Measured {

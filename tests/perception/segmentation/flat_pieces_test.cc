@@ -14,8 +14,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr DrawnFormat kBesideFormat{.width = 100, .height = 80, .focal_px = 262};
-constexpr float kSupportDepth_m = 0.8f;  // a pixel is 3 mm wide there, sigma is 1.5 mm
-constexpr int kFirstBeside = 50;         // the first column beside the support
+constexpr float kSupportDepth_m = 0.8f;      // a pixel is 3 mm wide there, sigma is 1.5 mm
+constexpr int kFirstBeside = 50;             // the first column beside the support
 constexpr float kBesidePitch_rad = 0.0076f;  // of the sight map: two pixels
 
 struct DrawnColumn {
