@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "perception/cloud/lanes.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 
@@ -19,12 +18,15 @@ inline constexpr float kMinWindow_px = 2;
 // chosen: a larger one only occurs with the sensor on the surface.
 inline constexpr float kMaxWindow_px = 64;
 
+// Loops over pixels take no more than these at once: vectors of Highway's are capped at it.
+inline constexpr int kMaxLanes = 8;  // cited: floats of an AVX register, 32 bytes
+
 // Row-major with a margin on both sides of each row; NaN in the margins and where no point is, so
 // that whoever compares the values needs no test for either.
 class ImagePlane {
  public:
   // derived: a window, and a block of lanes on either side of it.
-  static constexpr int kMargin = static_cast<int>(kMaxWindow_px) + kLanes * 2;
+  static constexpr int kMargin = static_cast<int>(kMaxWindow_px) + kMaxLanes * 2;
 
   ImagePlane() = default;
   ImagePlane(int width, int height)

@@ -56,7 +56,7 @@ class Octree {
   // chosen: leaves of fewer points make more box tests than they save point tests.
   static constexpr std::uint32_t kLeafPoints = 8;
   // derived: as many groups of lanes: four points are tested in a third of the time of a box.
-  static constexpr std::uint32_t kTestedAtOnce = kLeafPoints * PointLanes::kLanes;
+  static constexpr std::uint32_t kTestedAtOnce = kLeafPoints * PointLanes::kMaxLanes;
 
   std::uint32_t Build(const ModelPoints& points, std::uint32_t begin, std::uint32_t end, int shift,
                       std::uint32_t parent);
