@@ -35,26 +35,31 @@ struct AboveFaces {
   HWY_INLINE N Distance_m() const { return outside_m + Min(highest_m, All<N>(0)); }
 };
 
-// Three pairs of faces: a box.
+// The faces of a box; of each pair, the one that is nearer.
 template <class N>
-HWY_INLINE AboveFaces<N> HeightsAbove(N u, N v, N w) {
+HWY_INLINE AboveFaces<N> Above(const Triple<N>& heights) {
   const N zero = All<N>(0);
-  const Triple<N> outside{Max(u, zero), Max(v, zero), Max(w, zero)};
-  return {outside, Sqrt(Dot(outside, outside)), Max(Max(u, v), w)};
+  const Triple<N> outside{Max(heights.x, zero), Max(heights.y, zero), Max(heights.z, zero)};
+  return {outside, Sqrt(Dot(outside, outside)), Max(Max(heights.x, heights.y), heights.z)};
 }
 
-// The side and the caps of a cylinder, the border and the faces of a plate.
 template <class N>
-HWY_INLINE AboveFaces<N> HeightsAbove(N u, N v) {
+HWY_INLINE Triple<N> HeightsOverBox(const Triple<N>& p, const Triple<N>& half_m) {
+  return {Abs(p.x) - half_m.x, Abs(p.y) - half_m.y, Abs(p.z) - half_m.z};
+}
+
+template <class N>
+HWY_INLINE N DistanceToBox_m(const Triple<N>& p, const Triple<N>& half_m) {
+  return Above(HeightsOverBox(p, half_m)).Distance_m();
+}
+
+// The side and the nearer cap of a cylinder, the border and the nearer face of a plate.
+template <class N>
+HWY_INLINE AboveFaces<N> Above(N u, N v) {
   const N zero = All<N>(0);
   const Triple<N> outside{Max(u, zero), Max(v, zero), zero};
   const N squared_m2 = outside.x * outside.x + outside.y * outside.y;
   return {outside, Sqrt(squared_m2), Max(u, v)};
-}
-
-template <class N>
-HWY_INLINE AboveFaces<N> AboveBox(const Triple<N>& p, const Triple<N>& half_m) {
-  return HeightsAbove(Abs(p.x) - half_m.x, Abs(p.y) - half_m.y, Abs(p.z) - half_m.z);
 }
 
 // Squared, to one side of a plane figure, whose beginning lies (x, y) off; `way`: its share of the

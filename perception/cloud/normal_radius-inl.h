@@ -17,8 +17,8 @@ namespace cwm::perception::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using cwm::HWY_NAMESPACE::All;
 
-// Of positive numbers, to some roundings: two steps of Newton's from a guess by the exponent, a third
-// of which is the root's.
+// Roots of positive numbers, to some roundings: two steps of Newton's from a guess by the exponent, a
+// third of which is the root's.
 template <class V>
 HWY_INLINE V CubeRoot(V v) {
   // cited: two thirds of the exponent's bias of 127, in its place, less what makes the guess err

@@ -38,7 +38,7 @@ HWY_INLINE Lane Dot(const Vectors& a, const Vectors& b) {
   return a.x * b.x + (a.y * b.y + a.z * b.z);
 }
 
-// Of a symmetric matrix, or the sums of products of coordinates.
+// A symmetric matrix, or the sums of products of coordinates.
 struct Symmetric {
   Lane xx, xy, xz, yy, yz, zz;
 };
@@ -54,7 +54,7 @@ HWY_INLINE Symmetric Adjugate(const Symmetric& c) {
           c.zz * c.xx - c.xz * c.xz, c.xz * c.xy - c.xx * c.yz, c.xx * c.yy - c.xy * c.xy};
 }
 
-// Of the neighbours of each pixel, about the pixel's own point.
+// Sums over the neighbours of each pixel, about the pixel's own point.
 struct WindowSums {
   Vectors sum;
   Symmetric products;

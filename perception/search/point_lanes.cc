@@ -32,7 +32,7 @@ HWY_INLINE unsigned Bits(LaneMask mask) {
   return some[0];
 }
 
-// What follows is each model's Distance_m and the cosine between its Normal, turned by its
+// The models below give each model's Distance_m and the cosine between its Normal, turned by its
 // FacingSign, and the measured one, operation by operation.
 struct PlaneLanes {
   explicit PlaneLanes(const PlaneModel& plane)

@@ -24,7 +24,7 @@ constexpr Tag kTag;
 constexpr hn::Rebind<std::int32_t, Tag> kWhole;
 using WholeLane = hn::Vec<decltype(kWhole)>;
 
-// Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs
+// This bounds the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs
 // of 1000 are farther away than kNoiseReach_sigma, by the noise of the points and of the normal.
 // derived: across the edge of a box it is as far as the pixels are apart, seen at 45 degrees,
 // whatever the noise: lower steps between two surfaces are not told from edges of one.
@@ -121,7 +121,7 @@ struct Place {
   int row, column;
 };
 
-// Whether the surface turns towards the viewer from a to b by more than the angle. With the angles
+// Yes where the surface turns towards the viewer from a to b by more than the angle. With the angles
 // A and B of the normals to the plane across the line from a to b, A - B > t means sin(A - B) > 0
 // and cos(A - B) < cos t.
 HWY_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, const Place& b,
@@ -140,7 +140,7 @@ HWY_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, co
                  hn::Lt(cos_a * cos_b + sin_a * sin_b, length2 * All(cos_angle)));
 }
 
-// Of one reach, the same for all lanes, around the pixels from `at` on.
+// One reach, the same for all lanes, around the pixels from `at` on.
 HWY_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place& at, int reach_px,
                                   float cos_angle) {
   constexpr int kDirections[4][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};

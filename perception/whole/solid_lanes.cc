@@ -36,7 +36,7 @@ struct BoxLanes {
   explicit BoxLanes(const Box& box) : half_m(AllOf<Lane>(0.5 * box.size_m)) {}
   Vectors half_m;
 
-  HWY_INLINE Lane Distance_m(const Vectors& p) const { return AboveBox(p, half_m).Distance_m(); }
+  HWY_INLINE Lane Distance_m(const Vectors& p) const { return DistanceToBox_m(p, half_m); }
 };
 
 struct RevolvedLanes {
