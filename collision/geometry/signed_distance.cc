@@ -6,9 +6,15 @@
 
 #include "collision/geometry/revolved_profile.h"
 #include "collision/geometry/segment.h"
+#include "collision/geometry/solid_distance-inl.h"
 
 namespace cwm {
 namespace {
+
+namespace formula = HWY_NAMESPACE;  // compiled for what every processor has
+using Triple = formula::Triple<double>;
+
+Triple TripleOf(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 // Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
 // the rounding of poses (2^-52 of coordinates that may be thousands of sizes) and a face's normal
@@ -96,22 +102,24 @@ BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
 SurfacePoint NearestSurfacePoint(const Sphere& sphere, const Vector3& p) {
   const double norm = p.norm();
   const Vector3 normal = norm > 0 ? Vector3(p / norm) : Vector3::UnitZ();
-  return {norm - sphere.radius_m, sphere.radius_m * normal, normal};
+  return {formula::DistanceToBall_m(TripleOf(p), sphere.radius_m), sphere.radius_m * normal,
+          normal};
 }
 
 SurfacePoint NearestSurfacePoint(const Box& box, const Vector3& p) {
   const Vector3 half = 0.5 * box.size_m;
   const Vector3 nearest = p.cwiseMax(-half).cwiseMin(half);
-  const Vector3 offset = p - nearest;
-  const double distance = offset.norm();
-  if (distance > kRoundoff * half.maxCoeff()) return {distance, nearest, offset / distance};
+  const double distance = formula::DistanceToBox_m(TripleOf(p), TripleOf(half));
+  if (distance > kRoundoff * half.maxCoeff()) {
+    return {distance, nearest, (p - nearest) / distance};
+  }
   Eigen::Index axis;
-  const double depth = (half - p.cwiseAbs()).minCoeff(&axis);
+  (half - p.cwiseAbs()).minCoeff(&axis);
   Vector3 normal = Vector3::Zero(), on_face = nearest;
   normal[axis] = std::copysign(1.0, p[axis]);
   on_face[axis] = std::copysign(half[axis], p[axis]);
   // Next to an edge the distance keeps the digits that the direction has lost.
-  return {distance > 0 ? distance : -depth, on_face, normal};
+  return {distance, on_face, normal};
 }
 
 SurfacePoint NearestSurfacePoint(const Cylinder& cylinder, const Vector3& p) {
@@ -129,7 +137,8 @@ SurfacePoint NearestSurfacePoint(const Capsule& capsule, const Vector3& p) {
   const double norm = offset.norm();
   // On the core every radial direction is valid.
   const Vector3 normal = norm > 0 ? Vector3(offset / norm) : Vector3::UnitX();
-  return {norm - capsule.radius_m, core + capsule.radius_m * normal, normal};
+  return {formula::DistanceToBall_m(TripleOf(offset), capsule.radius_m),
+          core + capsule.radius_m * normal, normal};
 }
 
 SurfacePoint NearestSurfacePoint(const HalfSpace&, const Vector3& p) {

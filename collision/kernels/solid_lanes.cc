@@ -1,273 +1,326 @@
-#include "collision/kernels/solid_lanes.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "collision/kernels/solid_lanes.cc"
+#include "hwy/foreach_target.h"  // compiles this file once for each instruction set
+//
+#include <algorithm>
 
-#include <cmath>
-
+#include "collision/geometry/solid_distance-inl.h"
 #include "collision/kernels/kink.h"
+#include "collision/kernels/solid_lanes.h"
+#include "hwy/highway.h"
 
-// One body for baseline x86-64, AVX2 and AVX-512. Sanitizers are not ready yet when the loader picks
-// one.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define CWM_BEST_VECTORS \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define CWM_BEST_VECTORS
-#endif
-
+HWY_BEFORE_NAMESPACE();
 namespace cwm::collision {
+namespace HWY_NAMESPACE {
 namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using cwm::HWY_NAMESPACE::Above;
+using cwm::HWY_NAMESPACE::SquaredToSide_m2;
+using Tag = hn::CappedTag<double, kSampleLanes>;
+using Lane = hn::Vec<Tag>;
+using LaneMask = hn::Mask<Tag>;
+using Vectors = cwm::HWY_NAMESPACE::Triple<Lane>;
+constexpr Tag kTag;
 
 // Nearer to a sharp edge than this share of the solid's size, the direction away from it is lost in
 // the rounding of poses and a face's normal is used instead (as in signed_distance.cc).
 constexpr double kRoundoff = 1e-11;
 
-inline double Greater(double a, double b) { return a > b ? a : b; }
-inline double Less(double a, double b) { return a < b ? a : b; }
+HWY_INLINE Lane All(double value) { return hn::Set(kTag, value); }
+HWY_INLINE Vectors AllOf(const double* v) { return {All(v[0]), All(v[1]), All(v[2])}; }
 
-// Where the pieces of a convex figure's distance are known: `highest` above all its faces.
-inline double FromFaces(double squared_outside, double highest) {
-  return std::sqrt(squared_outside) + Less(highest, 0);
-}
+HWY_INLINE Vectors Scaled(const Vectors& v, Lane by) { return {v.x * by, v.y * by, v.z * by}; }
 
-CWM_BEST_VECTORS
-void MeasureRound(const LaneSolid& s, const BlockPoints& p, BlockDistances& out) {
-  const double *a = s.axis[2], *o = s.origin, radius = s.size[0], half = s.size[1];
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double x = p.x[i] - o[0], y = p.y[i] - o[1], z = p.z[i] - o[2];
-    const double along = Greater(Less(a[0] * x + a[1] * y + a[2] * z, half), -half);
-    const double dx = x - along * a[0], dy = y - along * a[1], dz = z - along * a[2];
-    out.lane[i] = std::sqrt(dx * dx + dy * dy + dz * dz) - radius;
-  }
-}
-
-CWM_BEST_VECTORS
-void MeasureBox(const LaneSolid& s, const BlockPoints& p, BlockDistances& out) {
-  const double *a = s.axis[0], *b = s.axis[1], *c = s.axis[2], *o = s.origin;
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double x = p.x[i] - o[0], y = p.y[i] - o[1], z = p.z[i] - o[2];
-    const double u = std::abs(a[0] * x + a[1] * y + a[2] * z) - s.size[0];
-    const double v = std::abs(b[0] * x + b[1] * y + b[2] * z) - s.size[1];
-    const double w = std::abs(c[0] * x + c[1] * y + c[2] * z) - s.size[2];
-    const double outside_u = Greater(u, 0), outside_v = Greater(v, 0), outside_w = Greater(w, 0);
-    out.lane[i] = FromFaces(outside_u * outside_u + outside_v * outside_v + outside_w * outside_w,
-                            Greater(Greater(u, v), w));
-  }
-}
-
-CWM_BEST_VECTORS
-void MeasureCylinder(const LaneSolid& s, const BlockPoints& p, BlockDistances& out) {
-  const double *a = s.axis[2], *o = s.origin;
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double x = p.x[i] - o[0], y = p.y[i] - o[1], z = p.z[i] - o[2];
-    const double along = a[0] * x + a[1] * y + a[2] * z;
-    const double dx = x - along * a[0], dy = y - along * a[1], dz = z - along * a[2];
-    const double side = std::sqrt(dx * dx + dy * dy + dz * dz) - s.size[0];
-    const double cap = std::abs(along) - s.size[1];
-    const double outside_side = Greater(side, 0), outside_cap = Greater(cap, 0);
-    out.lane[i] =
-        FromFaces(outside_side * outside_side + outside_cap * outside_cap, Greater(side, cap));
-  }
-}
-
-CWM_BEST_VECTORS
-void MeasureHalfSpace(const LaneSolid& s, const BlockPoints& p, BlockDistances& out) {
-  const double *a = s.axis[2], *o = s.origin;
-  for (int i = 0; i < kBlockLanes; ++i) {
-    out.lane[i] = a[0] * (p.x[i] - o[0]) + a[1] * (p.y[i] - o[1]) + a[2] * (p.z[i] - o[2]);
-  }
-}
-
-struct PlanePoints {
-  alignas(64) double u[kBlockLanes];
-  alignas(64) double v[kBlockLanes];
+// An answer of SampleLanes.
+struct Sampled {
+  Lane distance_m;
+  Vectors gradient;
+  Lane gap_m;
 };
 
-// Signed, by even and odd crossings of the level line: edge by edge, all lanes.
-CWM_BEST_VECTORS
-void MeasureProfile(const LaneSolid& s, const PlanePoints& p, BlockDistances& out) {
-  alignas(64) double sign[kBlockLanes];
-  for (int i = 0; i < kBlockLanes; ++i) out.lane[i] = NearestLanes::kNone;
-  for (int i = 0; i < kBlockLanes; ++i) sign[i] = 1;
-  for (int k = 0; k < s.edge_count; ++k) {
-    const ProfileEdge e = s.edges[k];
-    const double b_y = e.a_y + e.along_y;
-    for (int i = 0; i < kBlockLanes; ++i) {
-      const double u = p.u[i] - e.a_x, v = p.v[i] - e.a_y;
-      const double way = Greater(Less((u * e.along_x + v * e.along_y) * e.inverse_length_m2, 1), 0);
-      const double du = u - way * e.along_x, dv = v - way * e.along_y;
-      out.lane[i] = Less(out.lane[i], du * du + dv * dv);
-      const bool level = (e.a_y > p.v[i]) != (b_y > p.v[i]);
-      const bool left = u < v * e.slope;
-      sign[i] = (level & left) ? -sign[i] : sign[i];
-    }
-  }
-  for (int i = 0; i < kBlockLanes; ++i) out.lane[i] = sign[i] * std::sqrt(out.lane[i]);
+HWY_INLINE Vectors IfThenElse(LaneMask mask, const Vectors& yes, const Vectors& no) {
+  return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y),
+          hn::IfThenElse(mask, yes.z, no.z)};
 }
 
-CWM_BEST_VECTORS
-void ToRadial(const LaneSolid& s, const BlockPoints& p, PlanePoints& plane) {
-  const double *a = s.axis[2], *o = s.origin;
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double x = p.x[i] - o[0], y = p.y[i] - o[1], z = p.z[i] - o[2];
-    const double along = a[0] * x + a[1] * y + a[2] * z;
-    const double dx = x - along * a[0], dy = y - along * a[1], dz = z - along * a[2];
-    plane.u[i] = std::sqrt(dx * dx + dy * dy + dz * dz);
-    plane.v[i] = along;
-  }
+// Two alternatives at the faces of a convex solid count only where the solid is left or touched.
+HWY_INLINE Lane GapOf(Lane highest, Lane second) {
+  return hn::IfThenElse(hn::Le(highest, All(kKinkReach_m)), highest - second,
+                        All(NearestLanes::kNone));
 }
 
-CWM_BEST_VECTORS
-void ToPlate(const LaneSolid& s, const BlockPoints& p, PlanePoints& plane, double* face) {
-  const double *a = s.axis[0], *b = s.axis[1], *c = s.axis[2], *o = s.origin;
-  const double half = 0.5 * s.size[0];
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double x = p.x[i] - o[0], y = p.y[i] - o[1], z = p.z[i] - o[2];
-    plane.u[i] = a[0] * x + a[1] * y + a[2] * z;
-    plane.v[i] = b[0] * x + b[1] * y + b[2] * z;
-    face[i] = std::abs(c[0] * x + c[1] * y + c[2] * z + half) - half;
-  }
-}
+// Every form takes points as offsets from its origin.
+struct RoundForm {
+  explicit RoundForm(const LaneSolid& s)
+      : axis(AllOf(s.axis[2])),
+        across(AllOf(s.axis[0])),
+        radius_m(All(s.size[0])),
+        half_m(All(s.size[1])) {}
+  Vectors axis, across;
+  Lane radius_m, half_m;
 
-CWM_BEST_VECTORS
-void Extrude(const double* face, BlockDistances& out) {
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double border = out.lane[i];
-    const double outside_border = Greater(border, 0), outside_face = Greater(face[i], 0);
-    out.lane[i] = FromFaces(outside_border * outside_border + outside_face * outside_face,
-                            Greater(border, face[i]));
+  HWY_INLINE Vectors FromCore(const Vectors& p) const {
+    const Lane along = hn::Max(hn::Min(Dot(axis, p), half_m), hn::Neg(half_m));
+    return Minus(p, Scaled(axis, along));
   }
-}
-
-// The sample of one lane, in its own terms: loops keep it in registers.
-struct Lane {
-  double distance, x, y, z, gap;
+  HWY_INLINE Lane Distance_m(const Vectors& p) const {
+    return DistanceToBall_m(FromCore(p), radius_m);
+  }
+  HWY_INLINE Sampled Sample(const Vectors& p) const {
+    const Vectors d = FromCore(p);
+    const Lane length = hn::Sqrt(Dot(d, d));
+    // On the core every direction across it is valid.
+    const LaneMask off = hn::Gt(length, hn::Zero(kTag));
+    return {DistanceToBall_m(d, radius_m), IfThenElse(off, Scaled(d, All(1) / length), across),
+            All(2) * length};
+  }
 };
 
-// `one` where the condition holds, else `other`: a sum of products, which leaves nothing to branch on.
-inline double Blend(double share, double one, double other) {
-  return share * one + (1 - share) * other;
-}
+struct BoxForm {
+  explicit BoxForm(const LaneSolid& s)
+      : axis{AllOf(s.axis[0]), AllOf(s.axis[1]), AllOf(s.axis[2])},
+        half_m(AllOf(s.size)),
+        roundoff_m(All(kRoundoff * std::max({s.size[0], s.size[1], s.size[2]}))) {}
+  Vectors axis[3];
+  Vectors half_m;
+  Lane roundoff_m;
 
-inline Lane SampleRound(const LaneSolid& s, double x, double y, double z) {
-  const double *a = s.axis[2], *e = s.axis[0], half = s.size[1];
-  const double along = Greater(Less(a[0] * x + a[1] * y + a[2] * z, half), -half);
-  const double dx = x - along * a[0], dy = y - along * a[1], dz = z - along * a[2];
-  const double length = std::sqrt(dx * dx + dy * dy + dz * dz);
-  // On the core every direction across it is valid.
-  const double off = length > 0 ? 1 : 0;
-  const double inverse = 1 / (length + (1 - off));
-  return {length - s.size[0], Blend(off, dx * inverse, e[0]), Blend(off, dy * inverse, e[1]),
-          Blend(off, dz * inverse, e[2]), 2 * length};
-}
-
-// Of alternatives at the faces of a convex solid: two count only where the solid is left or touched.
-inline double GapOf(double highest, double second) {
-  return highest <= kKinkReach_m ? highest - second : NearestLanes::kNone;
-}
-
-inline Lane SampleBox(const LaneSolid& s, double x, double y, double z) {
-  const double *a = s.axis[0], *b = s.axis[1], *c = s.axis[2];
-  const double at_u = a[0] * x + a[1] * y + a[2] * z, at_v = b[0] * x + b[1] * y + b[2] * z,
-               at_w = c[0] * x + c[1] * y + c[2] * z;
-  const double u = std::abs(at_u) - s.size[0], v = std::abs(at_v) - s.size[1],
-               w = std::abs(at_w) - s.size[2];
-  const double highest = Greater(Greater(u, v), w);
-  const double middle = Greater(Less(u, v), Less(Greater(u, v), w));
-  const double opposite = -Less(Less(std::abs(at_u) + s.size[0], std::abs(at_v) + s.size[1]),
-                                std::abs(at_w) + s.size[2]);
-  const double out_u = Greater(u, 0), out_v = Greater(v, 0), out_w = Greater(w, 0);
-  const double length = std::sqrt(out_u * out_u + out_v * out_v + out_w * out_w);
-  const double away =
-      length > kRoundoff * Greater(Greater(s.size[0], s.size[1]), s.size[2]) ? 1 : 0;
-  const double inverse = 1 / (length + (1 - away));
-  const double face_u = u == highest ? 1.0 : 0.0;
-  const double face_v = (1 - face_u) * (v == highest ? 1.0 : 0.0);
-  const double face_w = 1 - face_u - face_v;
-  const double n_u = std::copysign(Blend(away, out_u * inverse, face_u), at_u);
-  const double n_v = std::copysign(Blend(away, out_v * inverse, face_v), at_v);
-  const double n_w = std::copysign(Blend(away, out_w * inverse, face_w), at_w);
-  return {length + Less(highest, 0), n_u * a[0] + n_v * b[0] + n_w * c[0],
-          n_u * a[1] + n_v * b[1] + n_w * c[1], n_u * a[2] + n_v * b[2] + n_w * c[2],
-          GapOf(highest, Greater(middle, opposite))};
-}
-
-inline Lane SampleCylinder(const LaneSolid& s, double x, double y, double z) {
-  const double *a = s.axis[2], *e = s.axis[0];
-  const double along = a[0] * x + a[1] * y + a[2] * z;
-  const double dx = x - along * a[0], dy = y - along * a[1], dz = z - along * a[2];
-  const double radial = std::sqrt(dx * dx + dy * dy + dz * dz);
-  const double side = radial - s.size[0], cap = std::abs(along) - s.size[1];
-  const double highest = Greater(side, cap);
-  const double second =
-      Greater(Less(side, cap), Greater(-radial - s.size[0], cap - 2 * std::abs(along)));
-  const double out_side = Greater(side, 0), out_cap = Greater(cap, 0);
-  const double length = std::sqrt(out_side * out_side + out_cap * out_cap);
-  const double away = length > kRoundoff * Greater(s.size[0], s.size[1]) ? 1 : 0;
-  const double inverse = 1 / (length + (1 - away));
-  const double face_side = side == highest ? 1 : 0;
-  const double n_side = Blend(away, out_side * inverse, face_side);
-  const double n_cap = std::copysign(Blend(away, out_cap * inverse, 1 - face_side), along);
-  // On the axis every radial direction is valid.
-  const double off = radial > 0 ? 1 : 0;
-  const double unit = 1 / (radial + (1 - off));
-  const double e_x = Blend(off, dx * unit, e[0]), e_y = Blend(off, dy * unit, e[1]),
-               e_z = Blend(off, dz * unit, e[2]);
-  return {length + Less(highest, 0), n_side * e_x + n_cap * a[0], n_side * e_y + n_cap * a[1],
-          n_side * e_z + n_cap * a[2], GapOf(highest, second)};
-}
-
-inline Lane SampleHalfSpace(const LaneSolid& s, double x, double y, double z) {
-  const double* a = s.axis[2];
-  return {a[0] * x + a[1] * y + a[2] * z, a[0], a[1], a[2], NearestLanes::kNone};
-}
-
-// Of a copy, which no output can be a part of. Templates take no clones, hence a macro.
-#define CWM_SAMPLE_LANES(Function, Sample)                                                  \
-  CWM_BEST_VECTORS void Function(const LaneSolid& solid, const LanePoints<kSampleLanes>& p, \
-                                 LaneSamples& out) {                                        \
-    const LaneSolid s = solid;                                                              \
-    for (int i = 0; i < kSampleLanes; ++i) {                                                \
-      const Lane lane =                                                                     \
-          Sample(s, p.x[i] - s.origin[0], p.y[i] - s.origin[1], p.z[i] - s.origin[2]);      \
-      out.distance_m[i] = lane.distance;                                                    \
-      out.gradient_x[i] = lane.x;                                                           \
-      out.gradient_y[i] = lane.y;                                                           \
-      out.gradient_z[i] = lane.z;                                                           \
-      out.gap_m[i] = lane.gap;                                                              \
-    }                                                                                       \
+  HWY_INLINE Vectors InBox(const Vectors& p) const {
+    return {Dot(axis[0], p), Dot(axis[1], p), Dot(axis[2], p)};
   }
-CWM_SAMPLE_LANES(SampleRounds, SampleRound)
-CWM_SAMPLE_LANES(SampleBoxes, SampleBox)
-CWM_SAMPLE_LANES(SampleCylinders, SampleCylinder)
-CWM_SAMPLE_LANES(SampleHalfSpaces, SampleHalfSpace)
-#undef CWM_SAMPLE_LANES
+  HWY_INLINE Lane Distance_m(const Vectors& p) const { return DistanceToBox_m(InBox(p), half_m); }
+  HWY_INLINE Sampled Sample(const Vectors& p) const {
+    const Vectors at = InBox(p), h = HeightsOverBox(at, half_m);
+    const auto above = Above(h);
+    const Lane highest = above.highest_m;
+    const Lane middle = hn::Max(hn::Min(h.x, h.y), hn::Min(hn::Max(h.x, h.y), h.z));
+    const Lane opposite = hn::Neg(hn::Min(
+        hn::Min(hn::Abs(at.x) + half_m.x, hn::Abs(at.y) + half_m.y), hn::Abs(at.z) + half_m.z));
+    const LaneMask away = hn::Gt(above.outside_m, roundoff_m);
+    const LaneMask on_x = hn::Eq(h.x, highest), on_xy = hn::Or(on_x, hn::Eq(h.y, highest));
+    const Lane one = All(1), none = hn::Zero(kTag);
+    const Vectors face{hn::IfThenElse(on_x, one, none),
+                       hn::IfThenElse(hn::AndNot(on_x, on_xy), one, none),
+                       hn::IfThenElse(on_xy, none, one)};
+    const Vectors size = IfThenElse(away, Scaled(above.outside, one / above.outside_m), face);
+    const Lane x = hn::CopySign(size.x, at.x), y = hn::CopySign(size.y, at.y),
+               z = hn::CopySign(size.z, at.z);
+    const Vectors gradient{x * axis[0].x + y * axis[1].x + z * axis[2].x,
+                           x * axis[0].y + y * axis[1].y + z * axis[2].y,
+                           x * axis[0].z + y * axis[1].z + z * axis[2].z};
+    return {above.Distance_m(), gradient, GapOf(highest, hn::Max(middle, opposite))};
+  }
+};
 
-CWM_BEST_VECTORS
-double Keep(const BlockDistances& d, Met met, double limit_m, NearestLanes& nearest) {
-  for (int i = 0; i < kBlockLanes; ++i) {
-    const double now = d.lane[i], before = nearest.best_m[i];
-    const std::int64_t order = nearest.order[i], candidate = nearest.candidate[i];
-    const bool nearer = (now < before) | ((now == before) & (met.order < order));
-    const double best = nearer ? now : before, other = nearer ? before : now;
-    nearest.order[i] = nearer ? met.order : order;
-    nearest.candidate[i] = nearer ? met.candidate : candidate;
-    nearest.second_m[i] = Less(nearest.second_m[i], other);
-    nearest.best_m[i] = best;
-    nearest.reach_m.lane[i] = Greater(Less(best, limit_m), -best);
+// In the half-plane that begins at a solid's axis and holds the point.
+struct Radial {
+  Vectors off_axis;
+  Lane radial, along;
+};
+
+HWY_INLINE Radial ToRadial(const Vectors& axis, const Vectors& p) {
+  const Lane along = Dot(axis, p);
+  const Vectors d = Minus(p, Scaled(axis, along));
+  return {d, hn::Sqrt(Dot(d, d)), along};
+}
+
+struct CylinderForm {
+  explicit CylinderForm(const LaneSolid& s)
+      : axis(AllOf(s.axis[2])),
+        across(AllOf(s.axis[0])),
+        radius_m(All(s.size[0])),
+        half_m(All(s.size[1])),
+        roundoff_m(All(kRoundoff * std::max(s.size[0], s.size[1]))) {}
+  Vectors axis, across;
+  Lane radius_m, half_m, roundoff_m;
+
+  HWY_INLINE Lane Distance_m(const Vectors& p) const {
+    const Radial at = ToRadial(axis, p);
+    return Above(at.radial - radius_m, hn::Abs(at.along) - half_m).Distance_m();
   }
-  alignas(64) double reach[kBlockLanes / 2];
-  for (int i = 0; i < kBlockLanes / 2; ++i) {
-    reach[i] = Greater(nearest.reach_m.lane[i], nearest.reach_m.lane[i + kBlockLanes / 2]);
+  HWY_INLINE Sampled Sample(const Vectors& p) const {
+    const Radial at = ToRadial(axis, p);
+    const Lane side = at.radial - radius_m, cap = hn::Abs(at.along) - half_m;
+    const auto above = Above(side, cap);
+    const Lane opposite = hn::Max(hn::Neg(at.radial) - radius_m, cap - All(2) * hn::Abs(at.along));
+    const Lane second = hn::Max(hn::Min(side, cap), opposite);
+    const LaneMask away = hn::Gt(above.outside_m, roundoff_m);
+    const LaneMask on_side = hn::Eq(side, above.highest_m);
+    const Lane one = All(1), none = hn::Zero(kTag), inverse = one / above.outside_m;
+    const Lane n_side =
+        hn::IfThenElse(away, above.outside.x * inverse, hn::IfThenElse(on_side, one, none));
+    const Lane n_cap = hn::CopySign(
+        hn::IfThenElse(away, above.outside.y * inverse, hn::IfThenElse(on_side, none, one)),
+        at.along);
+    // On the axis every radial direction is valid.
+    const Vectors outward =
+        IfThenElse(hn::Gt(at.radial, none), Scaled(at.off_axis, one / at.radial), across);
+    const Vectors gradient{n_side * outward.x + n_cap * axis.x, n_side * outward.y + n_cap * axis.y,
+                           n_side * outward.z + n_cap * axis.z};
+    return {above.Distance_m(), gradient, GapOf(above.highest_m, second)};
   }
-  for (int width = kBlockLanes / 4; width >= kSampleLanes; width /= 2) {
-    for (int i = 0; i < width; ++i) reach[i] = Greater(reach[i], reach[i + width]);
+};
+
+struct HalfSpaceForm {
+  explicit HalfSpaceForm(const LaneSolid& s) : axis(AllOf(s.axis[2])) {}
+  Vectors axis;
+
+  HWY_INLINE Lane Distance_m(const Vectors& p) const { return Dot(axis, p); }
+  HWY_INLINE Sampled Sample(const Vectors& p) const {
+    return {Distance_m(p), axis, All(NearestLanes::kNone)};
   }
-  double farthest = 0;
-  for (int i = 0; i < kSampleLanes; ++i) farthest = Greater(farthest, reach[i]);
-  return farthest;
+};
+
+// Signed, by even and odd crossings of the level line.
+HWY_INLINE Lane DistanceToProfile_m(std::span<const ProfileEdge> edges, Lane x, Lane y) {
+  Lane squared_m2 = All(NearestLanes::kNone);
+  LaneMask inside = hn::MaskFromVec(hn::Zero(kTag));
+  for (const ProfileEdge& e : edges) {
+    const Lane along_x = All(e.along_x), along_y = All(e.along_y), a_y = All(e.a_y);
+    const Lane u = x - All(e.a_x), v = y - a_y;
+    const Lane way = (u * along_x + v * along_y) * All(e.inverse_length_m2);
+    squared_m2 = hn::Min(squared_m2, SquaredToSide_m2(u, v, along_x, along_y, way));
+    const LaneMask level = hn::Xor(hn::Gt(a_y, y), hn::Gt(All(e.a_y + e.along_y), y));
+    const LaneMask left = hn::Lt(u, v * All(e.slope));
+    inside = hn::Xor(inside, hn::And(level, left));
+  }
+  const Lane distance_m = hn::Sqrt(squared_m2);
+  return hn::IfThenElse(inside, hn::Neg(distance_m), distance_m);
+}
+
+std::span<const ProfileEdge> EdgesOf(const LaneSolid& s) {
+  return {s.edges, static_cast<std::size_t>(s.edge_count)};
+}
+
+struct RevolvedForm {
+  explicit RevolvedForm(const LaneSolid& s) : axis(AllOf(s.axis[2])), edges(EdgesOf(s)) {}
+  Vectors axis;
+  std::span<const ProfileEdge> edges;
+
+  HWY_INLINE Lane Distance_m(const Vectors& p) const {
+    const Radial at = ToRadial(axis, p);
+    return DistanceToProfile_m(edges, at.radial, at.along);
+  }
+};
+
+struct PlateForm {
+  explicit PlateForm(const LaneSolid& s)
+      : axis{AllOf(s.axis[0]), AllOf(s.axis[1]), AllOf(s.axis[2])},
+        half_m(All(0.5 * s.size[0])),
+        edges(EdgesOf(s)) {}
+  Vectors axis[3];
+  Lane half_m;
+  std::span<const ProfileEdge> edges;
+
+  HWY_INLINE Lane Distance_m(const Vectors& p) const {
+    const Lane face = hn::Abs(Dot(axis[2], p) + half_m) - half_m;
+    const Lane border = DistanceToProfile_m(edges, Dot(axis[0], p), Dot(axis[1], p));
+    return Above(border, face).Distance_m();
+  }
+};
+
+template <int kCount>
+HWY_INLINE Vectors OffsetsAt(const LanePoints<kCount>& points, std::size_t i,
+                             const Vectors& origin) {
+  const Vectors p{hn::Load(kTag, points.x + i), hn::Load(kTag, points.y + i),
+                  hn::Load(kTag, points.z + i)};
+  return Minus(p, origin);
+}
+
+template <class Form>
+void MeasureForm(const LaneSolid& solid, const BlockPoints& points, BlockDistances& out) {
+  const Form form(solid);
+  const Vectors origin = AllOf(solid.origin);
+  for (std::size_t i = 0; i < kBlockLanes; i += hn::Lanes(kTag)) {
+    hn::Store(form.Distance_m(OffsetsAt(points, i, origin)), kTag, out.lane + i);
+  }
+}
+
+void Measure(const LaneSolid& solid, const BlockPoints& points, BlockDistances& out) {
+  switch (solid.form) {
+    case LaneSolid::Form::kRound:
+      return MeasureForm<RoundForm>(solid, points, out);
+    case LaneSolid::Form::kBox:
+      return MeasureForm<BoxForm>(solid, points, out);
+    case LaneSolid::Form::kCylinder:
+      return MeasureForm<CylinderForm>(solid, points, out);
+    case LaneSolid::Form::kHalfSpace:
+      return MeasureForm<HalfSpaceForm>(solid, points, out);
+    case LaneSolid::Form::kRevolved:
+      return MeasureForm<RevolvedForm>(solid, points, out);
+    case LaneSolid::Form::kPlate:
+      return MeasureForm<PlateForm>(solid, points, out);
+  }
+}
+
+template <class Form>
+void SampleForm(const LaneSolid& solid, const LanePoints<kSampleLanes>& points, LaneSamples& out) {
+  const Form form(solid);
+  const Vectors origin = AllOf(solid.origin);
+  for (std::size_t i = 0; i < kSampleLanes; i += hn::Lanes(kTag)) {
+    const Sampled sampled = form.Sample(OffsetsAt(points, i, origin));
+    hn::Store(sampled.distance_m, kTag, out.distance_m + i);
+    hn::Store(sampled.gradient.x, kTag, out.gradient_x + i);
+    hn::Store(sampled.gradient.y, kTag, out.gradient_y + i);
+    hn::Store(sampled.gradient.z, kTag, out.gradient_z + i);
+    hn::Store(sampled.gap_m, kTag, out.gap_m + i);
+  }
+}
+
+void Sample(const LaneSolid& solid, const LanePoints<kSampleLanes>& points, LaneSamples& out) {
+  switch (solid.form) {
+    case LaneSolid::Form::kRound:
+      return SampleForm<RoundForm>(solid, points, out);
+    case LaneSolid::Form::kBox:
+      return SampleForm<BoxForm>(solid, points, out);
+    case LaneSolid::Form::kCylinder:
+      return SampleForm<CylinderForm>(solid, points, out);
+    case LaneSolid::Form::kHalfSpace:
+      return SampleForm<HalfSpaceForm>(solid, points, out);
+    case LaneSolid::Form::kRevolved:
+    case LaneSolid::Form::kPlate:
+      break;
+  }
+}
+
+double Keep(const BlockDistances& d, const Met& met, double limit_m, NearestLanes& nearest) {
+  constexpr hn::RebindToSigned<Tag> kWhole;
+  const auto met_order = hn::Set(kWhole, met.order), candidate = hn::Set(kWhole, met.candidate);
+  const Lane limit = All(limit_m);
+  Lane farthest = hn::Zero(kTag);
+  for (std::size_t i = 0; i < kBlockLanes; i += hn::Lanes(kTag)) {
+    const Lane now = hn::Load(kTag, d.lane + i), before = hn::Load(kTag, nearest.best_m + i);
+    const auto order = hn::Load(kWhole, nearest.order + i);
+    const LaneMask is_earlier = hn::RebindMask(kTag, hn::Lt(met_order, order));
+    const LaneMask is_nearer =
+        hn::Or(hn::Lt(now, before), hn::And(hn::Eq(now, before), is_earlier));
+    const auto is_taken = hn::RebindMask(kWhole, is_nearer);
+    const Lane best = hn::IfThenElse(is_nearer, now, before);
+    const Lane other = hn::IfThenElse(is_nearer, before, now);
+    const auto kept = hn::Load(kWhole, nearest.candidate + i);
+    hn::Store(hn::IfThenElse(is_taken, met_order, order), kWhole, nearest.order + i);
+    hn::Store(hn::IfThenElse(is_taken, candidate, kept), kWhole, nearest.candidate + i);
+    hn::Store(hn::Min(hn::Load(kTag, nearest.second_m + i), other), kTag, nearest.second_m + i);
+    hn::Store(best, kTag, nearest.best_m + i);
+    const Lane reach = hn::Max(hn::Min(best, limit), hn::Neg(best));
+    hn::Store(reach, kTag, nearest.reach_m.lane + i);
+    farthest = hn::Max(farthest, reach);
+  }
+  return hn::GetLane(hn::MaxOfLanes(kTag, farthest));
 }
 
 }  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace cwm::collision
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace cwm::collision {
+
+HWY_EXPORT(Measure);
+HWY_EXPORT(Sample);
+HWY_EXPORT(Keep);
 
 void NearestLanes::Clear(double limit_m) {
   for (int i = 0; i < kBlockLanes; ++i) {
@@ -279,47 +332,18 @@ void NearestLanes::Clear(double limit_m) {
 }
 
 void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistances& distances_m) {
-  PlanePoints plane;
-  alignas(64) double face[kBlockLanes];
-  switch (solid.form) {
-    case LaneSolid::Form::kRound:
-      return MeasureRound(solid, points, distances_m);
-    case LaneSolid::Form::kBox:
-      return MeasureBox(solid, points, distances_m);
-    case LaneSolid::Form::kCylinder:
-      return MeasureCylinder(solid, points, distances_m);
-    case LaneSolid::Form::kHalfSpace:
-      return MeasureHalfSpace(solid, points, distances_m);
-    case LaneSolid::Form::kRevolved:
-      ToRadial(solid, points, plane);
-      return MeasureProfile(solid, plane, distances_m);
-    case LaneSolid::Form::kPlate:
-      ToPlate(solid, points, plane, face);
-      MeasureProfile(solid, plane, distances_m);
-      return Extrude(face, distances_m);
-  }
+  HWY_DYNAMIC_DISPATCH(Measure)(solid, points, distances_m);
 }
 
 double KeepNearest(const BlockDistances& distances_m, const Met& met, double limit_m,
                    NearestLanes& nearest) {
-  return Keep(distances_m, met, limit_m, nearest);
+  return HWY_DYNAMIC_DISPATCH(Keep)(distances_m, met, limit_m, nearest);
 }
 
 void SampleLanes(const LaneSolid& solid, const LanePoints<kSampleLanes>& points,
                  LaneSamples& samples) {
-  switch (solid.form) {
-    case LaneSolid::Form::kRound:
-      return SampleRounds(solid, points, samples);
-    case LaneSolid::Form::kBox:
-      return SampleBoxes(solid, points, samples);
-    case LaneSolid::Form::kCylinder:
-      return SampleCylinders(solid, points, samples);
-    case LaneSolid::Form::kHalfSpace:
-      return SampleHalfSpaces(solid, points, samples);
-    case LaneSolid::Form::kRevolved:
-    case LaneSolid::Form::kPlate:
-      break;
-  }
+  HWY_DYNAMIC_DISPATCH(Sample)(solid, points, samples);
 }
 
 }  // namespace cwm::collision
+#endif  // HWY_ONCE

@@ -1,9 +1,9 @@
-// Many points against one solid, in arrays per coordinate that the compiler turns into vectors: what
-// a batch of points is sampled with. Plain numbers without Eigen, since the source is compiled for
-// several instruction sets and the machine's best is taken at run time. The formulas are those of
-// signed_distance.h without branches; tests hold them to it.
+// Many points against one solid, in arrays per coordinate that become vectors: what a batch of points
+// is sampled with. Plain numbers without Eigen, since the source is compiled for several instruction
+// sets and the machine's best is taken at run time. The formulas are those of
+// solid_distance-inl.h; tests hold them to signed_distance.h.
 //
-// A lane's answer depends on that lane alone, bit for bit on one machine.
+// A lane's answer depends on that lane alone, to the same bits on every processor.
 #pragma once
 
 #include <cstdint>

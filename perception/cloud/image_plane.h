@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "perception/cloud/lanes.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 
@@ -19,12 +18,15 @@ inline constexpr float kMinWindow_px = 2;
 // chosen: the largest radius; a larger one only occurs with the sensor on the surface.
 inline constexpr float kMaxWindow_px = 64;
 
+// The largest number of pixels in a vector of Highway's: wider registers are not filled.
+inline constexpr int kMaxLanes = 8;  // cited: floats of an AVX register, 32 bytes
+
 // One value per pixel, row-major, with a margin on both sides of each row. Margins and pixels
 // without a point are NaN, so that comparisons need no test for either.
 class ImagePlane {
  public:
-  // derived: a window, and a block of SIMD lanes on either side of it.
-  static constexpr int kMargin = static_cast<int>(kMaxWindow_px) + kLanes * 2;
+  // derived: a window, and a block of lanes on either side of it.
+  static constexpr int kMargin = static_cast<int>(kMaxWindow_px) + kMaxLanes * 2;
 
   ImagePlane() = default;
   ImagePlane(int width, int height)

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <numbers>
 
-#include "perception/cloud/lanes.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/voxel_grid.h"
 #include "perception/cloud/work.h"
@@ -23,13 +22,7 @@ inline constexpr float kNormalBend_m = 0.11f;
 // pixels.
 inline constexpr float kNormalRadius_sigma = 7;
 
-CWM_LANES_INLINE Lanes NormalRadii_m(const Lanes& sigma_m, const Lanes& spacing_m) {
-  constexpr float kFactor = kNormalBend_m * 4 * std::numbers::inv_sqrtpi_v<float>;
-  return Lesser(kNormalRadius_sigma * sigma_m, CubeRoots(kFactor * sigma_m * spacing_m));
-}
-inline float NormalRadius_m(float sigma_m, float spacing_m) {
-  return NormalRadii_m(Lanes{} + sigma_m, Lanes{} + spacing_m)[0];
-}
+float NormalRadius_m(float sigma_m, float spacing_m);
 
 // derived: the standard deviation of an unknown normal, a right angle.
 inline constexpr float kUnknownSigma_rad = std::numbers::pi_v<float> / 2;

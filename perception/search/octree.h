@@ -55,9 +55,8 @@ class Octree {
  private:
   // chosen: smaller leaves need more box tests than the point tests they save.
   static constexpr std::uint32_t kLeafPoints = 8;
-  // derived: that many groups of SIMD lanes: four points are tested in a third of the time of a
-  // box.
-  static constexpr std::uint32_t kTestedAtOnce = kLeafPoints * PointLanes::kLanes;
+  // derived: as many groups of lanes: four points are tested in a third of the time of a box.
+  static constexpr std::uint32_t kTestedAtOnce = kLeafPoints * PointLanes::kMaxLanes;
 
   std::uint32_t Build(const ModelPoints& points, std::uint32_t begin, std::uint32_t end, int shift,
                       std::uint32_t parent);

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "perception/cloud/double_lanes.h"
 #include "perception/search/any_model.h"
 #include "perception/search/model_points.h"
 
@@ -19,10 +18,17 @@ struct Hit {
   double distance_m = 0;
 };
 
-// Structure of arrays with copies of all that the gates need.
+// The arrays of ModelPoints with PointLanes::kMaxLanes more entries at the end, so that the last
+// group can be read.
+struct PointArrays {
+  std::vector<double> x, y, z, nx, ny, nz, gate_m, min_cos;
+};
+
+// Structure of arrays; holds copies of what the gates need.
 class PointLanes {
  public:
-  static constexpr std::size_t kLanes = kDoubleLanes;
+  // The largest number of points in a vector of Highway's: wider registers are not filled.
+  static constexpr std::size_t kMaxLanes = 4;  // cited: doubles of an AVX register, 32 bytes
 
   // From `begin` to before `end`.
   struct Range {
@@ -44,13 +50,11 @@ class PointLanes {
                           double gate_scale = 1) const;
 
  private:
-  friend struct LaneReader;
   void Add(const ModelPoints& points, std::uint32_t i);
   void Pad();
 
   std::size_t size_ = 0;
-  // As in ModelPoints, with kLanes more entries at the end, so that the last group can be read.
-  std::vector<double> x_, y_, z_, nx_, ny_, nz_, gate_m_, min_cos_;
+  PointArrays arrays_;
 };
 
 }  // namespace cwm::perception

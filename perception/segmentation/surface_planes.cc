@@ -1,16 +1,28 @@
-#include "perception/segmentation/surface_planes.h"
-
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "perception/segmentation/surface_planes.cc"
+#include "hwy/foreach_target.h"  // compiles this file once for each instruction set
+//
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "perception/cloud/lanes.h"
-#include "perception/cloud/normals.h"
+#include "hwy/highway.h"
+#include "perception/cloud/normal_radius-inl.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/segmentation/surface_graph.h"
+#include "perception/segmentation/surface_planes.h"
 
+HWY_BEFORE_NAMESPACE();
 namespace cwm::perception {
+namespace HWY_NAMESPACE {
 namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Tag = hn::CappedTag<float, kMaxLanes>;
+using Lane = hn::Vec<Tag>;
+using LaneMask = hn::Mask<Tag>;
+constexpr Tag kTag;
+constexpr hn::Rebind<std::int32_t, Tag> kWhole;
+using WholeLane = hn::Vec<decltype(kWhole)>;
 
 // derived: the tolerance of a pixel's distance from its neighbour's tangent plane, in pixels. On
 // one surface 4 pairs of 1000 exceed kNoiseReach_sigma, by the noise of the points and of the
@@ -18,72 +30,88 @@ namespace {
 // whatever the noise: lower steps between two surfaces cannot be distinguished from edges of one.
 constexpr float kStep_px = 1.5f;
 
-using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
+HWY_INLINE Lane All(float value) { return hn::Set(kTag, value); }
 
-CWM_LANES_INLINE void StoreBytes(const LaneMask& lanes, std::uint8_t* to) {
-  const Bytes bytes = __builtin_convertvector(lanes, Bytes);
-  std::memcpy(to, &bytes, sizeof(bytes));
+// The bits where the mask says yes, else 0.
+HWY_INLINE WholeLane BitsWhere(LaneMask mask, int bits) {
+  return hn::IfThenElseZero(hn::RebindMask(kWhole, mask), hn::Set(kWhole, bits));
 }
 
-CWM_LANES_INLINE Lanes LargestJumps_m(const Lanes& sigma_m) { return 3.0f * sigma_m + 0.01f; }
+HWY_INLINE void StoreBytes(WholeLane values, std::uint8_t* to) {
+  constexpr hn::Rebind<std::uint8_t, Tag> kBytes;
+  hn::StoreU(hn::DemoteTo(kBytes, values), kBytes, to);
+}
+
+HWY_INLINE void StoreBytes(LaneMask mask, std::uint8_t* to) {
+  StoreBytes(BitsWhere(mask, 0xff), to);
+}
+
+HWY_INLINE Lane LargestJumps_m(Lane sigma_m) { return All(3) * sigma_m + All(0.01f); }
 
 struct Vectors {
-  Lanes x, y, z;
+  Lane x, y, z;
 };
 
-CWM_LANES_INLINE Vectors Load(const ImagePlane& x, const ImagePlane& y, const ImagePlane& z,
-                              int row, int column) {
-  return {LoadLanes(x.Row(row) + column), LoadLanes(y.Row(row) + column),
-          LoadLanes(z.Row(row) + column)};
+HWY_INLINE Lane Load(const ImagePlane& plane, int row, int column) {
+  return hn::LoadU(kTag, plane.Row(row) + column);
 }
 
-CWM_LANES_INLINE Lanes Dot(const Vectors& a, const Vectors& b) {
+HWY_INLINE Vectors PointAt(const SurfacePlanes& planes, int row, int column) {
+  return {Load(planes.x, row, column), Load(planes.y, row, column), Load(planes.z, row, column)};
+}
+
+HWY_INLINE Vectors NormalAt(const SurfacePlanes& planes, int row, int column) {
+  return {Load(planes.normal_x, row, column), Load(planes.normal_y, row, column),
+          Load(planes.normal_z, row, column)};
+}
+
+HWY_INLINE Vectors Minus(const Vectors& a, const Vectors& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+HWY_INLINE Lane Dot(const Vectors& a, const Vectors& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-CWM_LANES_INLINE LaneMask IsFrontal(const Vectors& normal, const Vectors& point,
-                                    const Lanes& range_m) {
-  return Absolute(Dot(normal, point)) >= float{kSteepIncidence_cos} * range_m;
+HWY_INLINE LaneMask IsFrontal(const Vectors& normal, const Vectors& point, Lane range_m) {
+  return hn::Ge(hn::Abs(Dot(normal, point)), All(kSteepIncidence_cos) * range_m);
 }
 
-// Links pixels whose ranges differ as on one surface and that lie on each other's tangent planes,
-// where these are known; one of the two suffices if one is seen at a grazing angle, as behind the
-// edge of a box. On slanted surfaces the ranges may differ by three times as much if each lies on
-// the other's tangent plane.
-CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
-  const auto point = [&](int v, int u) { return Load(planes.x, planes.y, planes.z, v, u); };
-  const auto normal = [&](int v, int u) {
-    return Load(planes.normal_x, planes.normal_y, planes.normal_z, v, u);
-  };
-  const Lanes range_m = LoadLanes(planes.range_m.Row(row) + column);
-  const Lanes sigma_m = LoadLanes(planes.sigma_m.Row(row) + column);
-  const Lanes least_step_m = kStep_px * planes.pixel_angle_rad * range_m;
-  const Vectors here = point(row, column), normal_here = normal(row, column);
+// Linked where the ranges differ as on one surface, and where each of the two lies on the other's
+// tangent plane, as far as it is known; one of them is enough where one is seen at a grazing angle,
+// as behind the edge of a box. Slanted surfaces may differ by three times as much in range when
+// each lies on the other's tangent plane.
+HWY_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
+  const Lane range_m = Load(planes.range_m, row, column);
+  const Lane sigma_m = Load(planes.sigma_m, row, column);
+  const Lane least_step_m = All(kStep_px * planes.pixel_angle_rad) * range_m;
+  const Vectors here = PointAt(planes, row, column), normal_here = NormalAt(planes, row, column);
   const LaneMask frontal_here = IsFrontal(normal_here, here, range_m);
-  LaneMask linked{}, steps{};
+  WholeLane linked = hn::Zero(kWhole), steps = hn::Zero(kWhole);
   for (int k = 0; k < 8; ++k) {
     const int v = row + kBeside[k][0], u = column + kBeside[k][1];
     if (v < 0 || v >= planes.height) continue;
-    const Vectors there = point(v, u);
-    const Vectors d{there.x - here.x, there.y - here.y, there.z - here.z};
-    const Lanes range_there_m = LoadLanes(planes.range_m.Row(v) + u);
-    const Lanes jump_m = Absolute(range_m - range_there_m);
-    const Lanes other_m = LoadLanes(planes.sigma_m.Row(v) + u);
-    const Lanes most_sigma_m = Greater(other_m, sigma_m);
-    const Lanes most_m = LargestJumps_m(most_sigma_m);
-    const Lanes step_m = Greater(float{kNoiseReach_sigma} * most_sigma_m, least_step_m);
-    const Vectors normal_there = normal(v, u);
-    const Lanes off_here_m = Absolute(Dot(normal_here, d));
-    const Lanes off_there_m = Absolute(Dot(normal_there, d));
-    const LaneMask frontal = frontal_here & IsFrontal(normal_there, there, range_there_m);
-    // Comparisons with an unknown normal (NaN) are false.
-    const LaneMask on = (off_here_m <= step_m) & (off_there_m <= step_m);
-    const LaneMask off_one = (off_here_m > step_m) | (off_there_m > step_m);
-    const LaneMask off_both = (off_here_m > step_m) & (off_there_m > step_m);
-    const LaneMask off = (frontal & off_one) | off_both;
-    const LaneMask is_linked = ((jump_m <= most_m) & ~off) | ((jump_m <= 3.0f * most_m) & on);
-    linked |= is_linked & (1 << k);
-    steps |= (jump_m <= most_m) & ~is_linked;
+    const Vectors there = PointAt(planes, v, u);
+    const Vectors d = Minus(there, here);
+    const Lane range_there_m = Load(planes.range_m, v, u);
+    const Lane jump_m = hn::Abs(range_m - range_there_m);
+    const Lane most_sigma_m = hn::Max(Load(planes.sigma_m, v, u), sigma_m);
+    const Lane most_m = LargestJumps_m(most_sigma_m);
+    const Lane step_m = hn::Max(All(kNoiseReach_sigma) * most_sigma_m, least_step_m);
+    const Vectors normal_there = NormalAt(planes, v, u);
+    const Lane off_here_m = hn::Abs(Dot(normal_here, d));
+    const Lane off_there_m = hn::Abs(Dot(normal_there, d));
+    const LaneMask frontal = hn::And(frontal_here, IsFrontal(normal_there, there, range_there_m));
+    // Comparisons with an unknown normal, NaN, are false.
+    const LaneMask on = hn::And(hn::Le(off_here_m, step_m), hn::Le(off_there_m, step_m));
+    const LaneMask off_one = hn::Or(hn::Gt(off_here_m, step_m), hn::Gt(off_there_m, step_m));
+    const LaneMask off_both = hn::And(hn::Gt(off_here_m, step_m), hn::Gt(off_there_m, step_m));
+    const LaneMask off = hn::Or(hn::And(frontal, off_one), off_both);
+    const LaneMask is_near = hn::Le(jump_m, most_m);
+    const LaneMask is_linked =
+        hn::Or(hn::AndNot(off, is_near), hn::And(hn::Le(jump_m, All(3) * most_m), on));
+    linked = hn::Or(linked, BitsWhere(is_linked, 1 << k));
+    steps = hn::Or(steps, BitsWhere(hn::AndNot(is_linked, is_near), 0xff));
   }
   StoreBytes(linked, &links.linked[static_cast<std::size_t>(column)]);
   StoreBytes(steps, &links.steps[static_cast<std::size_t>(column)]);
@@ -93,107 +121,99 @@ struct Place {
   int row, column;
 };
 
-// True if the surface turns towards the viewer from a to b by more than the angle t. With the
-// angles A and B of the normals to the plane across the line from a to b, A - B > t means sin(A -
-// B) > 0 and cos(A - B) < cos t.
-CWM_LANES_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, const Place& b,
-                                       float cos_angle) {
-  const Vectors from = Load(planes.x, planes.y, planes.z, a.row, a.column);
-  const Vectors to = Load(planes.x, planes.y, planes.z, b.row, b.column);
-  const Vectors d{to.x - from.x, to.y - from.y, to.z - from.z};
-  const Lanes length2 = Dot(d, d);
-  const auto normal = [&](const Place& p) {
-    return Load(planes.normal_x, planes.normal_y, planes.normal_z, p.row, p.column);
-  };
+// Yes where the surface turns towards the viewer from a to b by more than the angle. With the angles
+// A and B of the normals to the plane across the line from a to b, A - B > t means sin(A - B) > 0
+// and cos(A - B) < cos t.
+HWY_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, const Place& b,
+                                 float cos_angle) {
+  const Vectors d = Minus(PointAt(planes, b.row, b.column), PointAt(planes, a.row, a.column));
+  const Lane length2 = Dot(d, d);
   // Sines and cosines times the length.
-  const Lanes sin_a = Dot(normal(a), d), sin_b = Dot(normal(b), d);
-  const auto cosine = [&](const Lanes& sine) {
-    const Lanes squared = length2 - sine * sine;
-    return SquareRoots(Where(squared > 0.0f, squared));
+  const Lane sin_a = Dot(NormalAt(planes, a.row, a.column), d);
+  const Lane sin_b = Dot(NormalAt(planes, b.row, b.column), d);
+  const auto cosine = [&](Lane sine) HWY_ATTR {
+    const Lane squared = length2 - sine * sine;
+    return hn::Sqrt(hn::Max(squared, hn::Zero(kTag)));
   };
-  const Lanes cos_a = cosine(sin_a), cos_b = cosine(sin_b);
-  return (sin_a * cos_b - cos_a * sin_b > 0.0f) &
-         (cos_a * cos_b + sin_a * sin_b < length2 * cos_angle);
+  const Lane cos_a = cosine(sin_a), cos_b = cosine(sin_b);
+  return hn::And(hn::Gt(sin_a * cos_b - cos_a * sin_b, hn::Zero(kTag)),
+                 hn::Lt(cos_a * cos_b + sin_a * sin_b, length2 * All(cos_angle)));
 }
 
-// Creases at the pixels from `at` on, for one reach, the same for all SIMD lanes.
-CWM_LANES_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place& at, int reach_px,
-                                        float cos_angle) {
+// One reach, the same for all lanes, around the pixels from `at` on.
+HWY_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place& at, int reach_px,
+                                  float cos_angle) {
   constexpr int kDirections[4][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};
-  const Lanes range_m = LoadLanes(planes.range_m.Row(at.row) + at.column);
-  const Lanes slack_m = LargestJumps_m(LoadLanes(planes.sigma_m.Row(at.row) + at.column));
-  LaneMask crease{};
+  const Lane range_m = Load(planes.range_m, at.row, at.column);
+  const Lane slack_m = LargestJumps_m(Load(planes.sigma_m, at.row, at.column));
+  LaneMask crease = hn::MaskFromVec(hn::Zero(kTag));
   for (const auto& d : kDirections) {
     const int steps = d[0] != 0 && d[1] != 0 ? (reach_px * 7 + 5) / 10 : reach_px;  // 1 / sqrt(2)
     const Place a{at.row - steps * d[0], at.column - steps * d[1]};
     const Place b{at.row + steps * d[0], at.column + steps * d[1]};
     if (a.row < 0 || b.row >= planes.height) continue;
-    const Lanes range_a = LoadLanes(planes.range_m.Row(a.row) + a.column);
-    const Lanes range_b = LoadLanes(planes.range_m.Row(b.row) + b.column);
-    // On a slanted surface the range changes evenly on both sides; at a jump it does not.
-    const LaneMask even = (Absolute(range_a + range_b - 2.0f * range_m) <= slack_m) &
-                          (Absolute(range_a - range_b) <= 4.0f * slack_m);
-    crease |= even & TurnsInwards(planes, a, b, cos_angle);
+    const Lane range_a = Load(planes.range_m, a.row, a.column);
+    const Lane range_b = Load(planes.range_m, b.row, b.column);
+    // A slanted surface changes in range over the reach, evenly on both sides; a jump does not.
+    const LaneMask even = hn::And(hn::Le(hn::Abs(range_a + range_b - All(2) * range_m), slack_m),
+                                  hn::Le(hn::Abs(range_a - range_b), All(4) * slack_m));
+    crease = hn::Or(crease, hn::And(even, TurnsInwards(planes, a, b, cos_angle)));
   }
   return crease;
 }
 
-CWM_LANES_INLINE LaneMask ReachesOf(const SurfacePlanes& planes, const Place& at) {
-  LaneMask reach_px{};
-  const Lanes range_m = LoadLanes(planes.range_m.Row(at.row) + at.column);
-  const Lanes radius_m = NormalRadii_m(LoadLanes(planes.sigma_m.Row(at.row) + at.column),
-                                       planes.sample_angle_rad * range_m);
-  for (int k = 0; k < kLanes; ++k) {
-    const float px = radius_m[k] / std::max(range_m[k] * planes.pixel_angle_rad, 1e-6f);
-    // Without a point px is NaN, which this order of std::max drops.
-    reach_px[k] = static_cast<int>(std::min(std::max(kMinWindow_px, px), kMaxWindow_px));
-  }
-  return reach_px;
+// Whole numbers.
+HWY_INLINE Lane ReachesOf(const SurfacePlanes& planes, const Place& at) {
+  const Lane range_m = Load(planes.range_m, at.row, at.column);
+  const Lane radius_m = NormalRadius_m(Load(planes.sigma_m, at.row, at.column),
+                                       All(planes.sample_angle_rad) * range_m);
+  const Lane pixel_m = hn::Max(All(1e-6f), range_m * All(planes.pixel_angle_rad));
+  // Without a point the share is NaN, which hn::Max drops.
+  const Lane px = hn::Max(radius_m / pixel_m, All(kMinWindow_px));
+  return hn::Trunc(hn::Min(px, All(kMaxWindow_px)));
 }
 
-CWM_LANES_INLINE void CreaseBlock(const SurfacePlanes& planes, const Place& at, float cos_angle,
-                                  std::uint8_t* crease) {
-  const Lanes range_m = LoadLanes(planes.range_m.Row(at.row) + at.column);
-  const LaneMask reach_px = ReachesOf(planes, at);
-  // Neighbours mostly have the same reach: each reach is evaluated once, for all lanes that have
-  // it.
-  LaneMask waiting = range_m >= Lanes{}, creases{};  // false without a point
-  for (int k = 0; k < kLanes; ++k) {
-    if (!waiting[k]) continue;
-    const LaneMask same = waiting & (reach_px == reach_px[k]);
-    creases |= same & CreasesAround(planes, at, reach_px[k], cos_angle);
-    waiting &= ~same;
+HWY_INLINE void CreaseBlock(const SurfacePlanes& planes, const Place& at, float cos_angle,
+                            std::uint8_t* crease) {
+  const Lane range_m = Load(planes.range_m, at.row, at.column);
+  const Lane reaches = ReachesOf(planes, at);
+  alignas(32) float reach_px[kMaxLanes];
+  hn::Store(reaches, kTag, reach_px);
+  // Neighbours mostly have the same reach: each is looked at once, for all who have it.
+  LaneMask waiting = hn::Ge(range_m, hn::Zero(kTag));  // not where there is no point
+  LaneMask creases = hn::MaskFromVec(hn::Zero(kTag));
+  while (!hn::AllFalse(kTag, waiting)) {
+    const float reach = reach_px[hn::FindKnownFirstTrue(kTag, waiting)];
+    const LaneMask same = hn::And(waiting, hn::Eq(reaches, All(reach)));
+    const LaneMask around = CreasesAround(planes, at, static_cast<int>(reach), cos_angle);
+    creases = hn::Or(creases, hn::And(same, around));
+    waiting = hn::AndNot(same, waiting);
   }
   StoreBytes(creases, crease);
 }
 
-CWM_LANES_INLINE void LinkBlocks(const SurfacePlanes& planes, int row, RowLinks& links) {
-  for (int column = 0; column < planes.width; column += kLanes) {
+void LinkBlocks(const SurfacePlanes& planes, int row, RowLinks& links) {
+  for (int column = 0; column < planes.width; column += static_cast<int>(hn::Lanes(kTag))) {
     LinkBlock(planes, row, column, links);
   }
 }
 
-CWM_LANES_INLINE void CreaseBlocks(const SurfacePlanes& planes, int row, float cos_angle,
-                                   std::vector<std::uint8_t>& crease) {
-  for (int column = 0; column < planes.width; column += kLanes) {
-    CreaseBlock(planes, {row, column}, cos_angle, &crease[static_cast<std::size_t>(column)]);
+void CreaseBlocks(const SurfacePlanes& planes, int row, float cos_angle, std::uint8_t* crease) {
+  for (int column = 0; column < planes.width; column += static_cast<int>(hn::Lanes(kTag))) {
+    CreaseBlock(planes, {row, column}, cos_angle, crease + column);
   }
 }
 
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) void LinkWide(const SurfacePlanes& planes, int row,
-                                              RowLinks& links) {
-  LinkBlocks(planes, row, links);
-}
-
-__attribute__((target("avx2"))) void CreaseWide(const SurfacePlanes& planes, int row,
-                                                float cos_angle,
-                                                std::vector<std::uint8_t>& crease) {
-  CreaseBlocks(planes, row, cos_angle, crease);
-}
-#endif
-
 }  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace cwm::perception
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace cwm::perception {
+
+HWY_EXPORT(LinkBlocks);
+HWY_EXPORT(CreaseBlocks);
 
 SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<float>& range_m,
                               const Work& work) {
@@ -226,24 +246,18 @@ SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<
 }
 
 RowLinks::RowLinks(int width)
-    : linked(static_cast<std::size_t>(width + kLanes)),
-      steps(static_cast<std::size_t>(width + kLanes)) {}
+    : linked(static_cast<std::size_t>(width + kMaxLanes)),
+      steps(static_cast<std::size_t>(width + kMaxLanes)) {}
 
 void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links) {
-#if defined(__x86_64__)
-  if (HasWideLanes()) return LinkWide(planes, row, links);
-#endif
-  LinkBlocks(planes, row, links);
+  HWY_DYNAMIC_DISPATCH(LinkBlocks)(planes, row, links);
 }
 
 void CreaseRow(const SurfacePlanes& planes, int row, float angle_rad,
                std::vector<std::uint8_t>& crease) {
-  crease.resize(static_cast<std::size_t>(planes.width) + kLanes);
-  const float cos_angle = std::cos(angle_rad);
-#if defined(__x86_64__)
-  if (HasWideLanes()) return CreaseWide(planes, row, cos_angle, crease);
-#endif
-  CreaseBlocks(planes, row, cos_angle, crease);
+  crease.resize(static_cast<std::size_t>(planes.width) + kMaxLanes);
+  HWY_DYNAMIC_DISPATCH(CreaseBlocks)(planes, row, std::cos(angle_rad), crease.data());
 }
 
 }  // namespace cwm::perception
+#endif  // HWY_ONCE

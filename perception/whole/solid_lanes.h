@@ -11,9 +11,16 @@
 
 namespace cwm::perception {
 
+struct PlaceArrays {
+  std::vector<double> x, y, z;  // padded to full groups
+};
+
 // Structure of arrays: the places are copied once for all solids.
 class PlaceLanes {
  public:
+  // Places that are asked about at once are no more: vectors of Highway's are capped at it.
+  static constexpr std::size_t kMaxLanes = 4;  // cited: doubles of an AVX register, 32 bytes
+
   PlaceLanes() = default;
   explicit PlaceLanes(std::span<const Vector3> places);
 
@@ -25,10 +32,8 @@ class PlaceLanes {
   void DistancesTo(const Shape& solid, const Pose& X_SP, std::span<double> distance_m) const;
 
  private:
-  friend struct PlaceReader;
-
   std::size_t size_ = 0;
-  std::vector<double> x_, y_, z_;  // padded to full groups
+  PlaceArrays arrays_;
 };
 
 }  // namespace cwm::perception
