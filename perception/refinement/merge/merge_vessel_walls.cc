@@ -59,7 +59,7 @@ bool Touch(const HypothesisModel& a, const HypothesisModel& b) {
 std::vector<HypothesisId> GroupAround(const SceneState& state, const ObjectHypothesis& middle) {
   std::vector<const ObjectHypothesis*> touching;
   for (const HypothesisPtr& other : state.hypotheses()) {
-    const bool may_touch = other->id != middle.id && IsSmall(*other) &&
+    const bool may_touch = other->id != middle.id && IsSmall(*other) && !other->model->is_given &&
                            (!other->IsObject() || other->resting.support == middle.resting.support);
     if (may_touch && Touch(*middle.model, *other->model)) touching.push_back(other.get());
   }

@@ -99,13 +99,16 @@ std::vector<double> SeamsBetweenParts(const std::vector<ProfilePoint>& front) {
   return seams;
 }
 
-Proposal CutAt(const ObjectHypothesis& object, const Standing& standing, const Vector2& along,
-               const std::vector<double>& seams) {
+// Objects that rest on the row rest on the part that is below them.
+Proposal CutAt(const SceneState& state, const ObjectHypothesis& object, const Pose& X_GroundL,
+               const Standing& standing, const Vector2& along, const std::vector<double>& seams) {
+  const auto part_at = [&](const Vector3& p_Ground) {
+    const auto seam = std::ranges::lower_bound(seams, along.dot(p_Ground.head<2>()));
+    return static_cast<std::size_t>(seam - seams.begin());
+  };
   std::vector<PointSet> parts(seams.size() + 1);
   for (std::size_t k = 0; k < standing.p.size(); ++k) {
-    const double at_m = along.dot(standing.p[k].head<2>());
-    const auto seam = std::ranges::lower_bound(seams, at_m);
-    parts[static_cast<std::size_t>(seam - seams.begin())].push_back(object.points[k]);
+    parts[part_at(standing.p[k])].push_back(object.points[k]);
   }
   Proposal proposal{.consumes = {{object.id}}};
   for (PointSet& part : parts) {
@@ -113,6 +116,13 @@ Proposal CutAt(const ObjectHypothesis& object, const Standing& standing, const V
         .points = std::move(part), .resting = object.resting, .expects = Expectation::kOneObject};
     product.node_count = NodesOf(object, product.points.size());
     proposal.products.push_back(std::move(product));
+  }
+  for (const HypothesisPtr& other : state.objects()) {
+    if (other->resting.on != object.id) continue;
+    Vector3 middle = Vector3::Zero();
+    for (const std::uint32_t i : other->points) middle += state.points().points[i].cast<double>();
+    middle /= std::max(1.0, static_cast<double>(other->points.size()));
+    proposal.reseats.push_back({other->id, part_at(X_GroundL * middle), {}});
   }
   return proposal;
 }
@@ -134,7 +144,7 @@ std::vector<Proposal> CutsOf(const SceneState& state, const ObjectHypothesis& ob
     const std::vector<double> seams = SeamsBetweenParts(
         FrontOf(standing, along, outward, double{state.points().points_per_sample}));
     if (seams.empty()) continue;
-    Proposal proposal = CutAt(object, standing, along, seams);
+    Proposal proposal = CutAt(state, object, X_GroundL, standing, along, seams);
     const bool has_empty = std::ranges::any_of(
         proposal.products, [](const Product& product) { return product.points.empty(); });
     if (!has_empty) proposals.push_back(std::move(proposal));
@@ -183,7 +193,7 @@ class SplitRows : public RefinementPass {
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[product].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();
-    return TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z() <= kMaxContactGap_m;
+    return std::abs(TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z()) <= kMaxContactGap_m;
   }
 
   // An object of several solids only gets them as separate objects.
