@@ -43,8 +43,7 @@ Place Follow(const CLI::App& app, const std::vector<std::string>& words) {
     if (place.awaits != nullptr) {
       place.awaits = nullptr;
     } else if (absl::StartsWith(word, "-")) {
-      const CLI::Option* const option = OptionOf(place.command, word);  // nullptr for
-                                                                        // "--option=value"
+      const CLI::Option* const option = OptionOf(place.command, word);  // nullptr: "--option=value"
       if (option != nullptr && option->get_items_expected_max() > 0) place.awaits = option;
     } else if (const CLI::App* const below = SubcommandOf(*place.command, word)) {
       place.command = below;

@@ -71,8 +71,7 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
   std::string done =
       absl::StrCat(Both(arguments), arguments.withdraw ? ": no longer allowed" : ": may collide");
   if (arguments.for_s) {
-    if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // the condition is false for
-                                                                      // NaN
+    if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // false for NaN
       return UsageError(absl::StrCat("--for: is ", *arguments.for_s,
                                      ", must be positive and at most ", kLongest_s, " s"));
     }

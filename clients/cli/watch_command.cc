@@ -121,8 +121,7 @@ class UnreadGuard {
   bool unread() const { return unread_; }
 
  private:
-  static constexpr std::chrono::milliseconds kLookEvery{50};  // the longest time that it may
-                                                              // outlive the call
+  static constexpr std::chrono::milliseconds kLookEvery{50};  // may outlive the call by this
   std::atomic<bool> unread_{false};
   std::jthread thread_;  // last: it uses the other members
 };

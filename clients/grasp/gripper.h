@@ -23,10 +23,7 @@ struct Gripper {
   Eigen::Vector3d palm_size_m{0.204, 0.063, 0.066};
 
   double tip_z_m() const { return pad_length_m / 2; }
-  double palm_z_m() const {
-    return tip_z_m() - finger_length_m;
-  }  // the palm's side towards the
-     // tips
+  double palm_z_m() const { return tip_z_m() - finger_length_m; }  // its face towards the tips
 };
 
 // INVALID_ARGUMENT with the option, its value and the rule: all lengths are finite, positive and at

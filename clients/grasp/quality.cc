@@ -37,11 +37,9 @@ double DistanceToLine_m(const Vector3d& point, const Vector3d& origin, const Vec
 
 Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
                   const pb::Object& object, const Question& question) {
-  constexpr double kLever_m = 0.05;       // chosen: halves the factor; fingers of 2 cm cannot hold
-                                          // a long lever
+  constexpr double kLever_m = 0.05;       // chosen: halves the factor; fingers are 2 cm wide
   constexpr double kEnoughRoom_m = 0.01;  // derived: three times the error of a depth camera at 1 m
-  constexpr double kPush_m = 0.01;        // chosen: halves the factor; small objects topple when
-                                          // pushed further
+  constexpr double kPush_m = 0.01;        // chosen: halves the factor; small objects topple beyond
   const Eigen::Isometry3d& X_WG = candidate.X_FG;
   const auto& [a, b] = assessment.contacts;
   const double cone_rad = std::atan(question.friction);

@@ -268,9 +268,7 @@ absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop) {
   if (const absl::Status valid = CheckSensorName(request.sensor); !valid.ok()) return valid;
   WriteOptions write = request.write;
-  if (request.mode == IngestMode::kSegmentOnly)
-    write.request_id.clear();  // writes nothing that a
-                               // retry could repeat
+  if (request.mode == IngestMode::kSegmentOnly) write.request_id.clear();  // writes nothing
   absl::StatusOr<std::optional<WriteOutcome>> decided = world.Precheck(write);
   if (!decided.ok()) return decided.status();
   if (decided->has_value()) return IngestRun::Replayed(**decided);

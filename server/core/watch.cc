@@ -112,8 +112,7 @@ class CoalescedCursor final : public Cursor {
   }
 
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
-    const Ending ending = feed().ending();  // read before the latest snapshot, so that all changes
-                                            // before the end are delivered
+    const Ending ending = feed().ending();  // before the latest snapshot: no change is lost
     SnapshotPtr latest = feed().Latest();
     if (latest->revision() == position()) return UpToDate(ending);
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*delivered_, *latest);

@@ -42,8 +42,7 @@ struct WriteOptions {
 };
 
 struct WriteOutcome {
-  collision::Revision revision;  // the world's revision after the write (unchanged if it had no
-                                 // effect)
+  collision::Revision revision;  // of the world after the write, with or without effect
   bool replayed = false;         // a retry: this is the first reply
   SnapshotPtr snapshot = {};     // the world at `revision`; nullptr when replayed
   std::shared_ptr<const IngestOutcome> ingest = {};  // the first reply of a replayed ingest
@@ -76,8 +75,7 @@ struct WorldSurroundings {
   std::shared_ptr<RuleExpiry> expiry =
       {};  // ends allowances whose time is over; null: only ExpireRules does
   std::shared_ptr<MemoryBudget> memory = {};  // null: no limit
-  std::function<void()> forget_pasts = {};    // forgets the past of all worlds, called if memory is
-                                              // short
+  std::function<void()> forget_pasts = {};    // of all worlds, called if memory is short
   std::int64_t max_objects = Limits().max_objects;
 };
 

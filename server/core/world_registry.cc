@@ -281,8 +281,7 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
   {
     std::lock_guard lock(state_->mutex);
-    if (state_->EntryOf(**world) == nullptr) {  // another call was faster, perhaps our own first
-                                                // try
+    if (state_->EntryOf(**world) == nullptr) {  // another call was faster
       const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now());
       if (first != nullptr && first->asked_uid == uid) return first->reply;
       return Unknown(key.world);

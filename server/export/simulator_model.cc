@@ -316,8 +316,7 @@ class ModelText {
   }
 
   ModelFiles Files(MeshFiles& meshes, std::vector<std::string> warnings) {
-    constexpr std::string_view kHere = "<!--children-->";  // no text contains it: "<" is written as
-                                                           // "&lt;"
+    constexpr std::string_view kHere = "<!--children-->";  // unique: texts escape "<"
     parent_.InsertEndChild(document_.NewComment("children"));
     tinyxml2::XMLPrinter printer;
     document_.Print(&printer);

@@ -102,8 +102,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
         [this](const CallContext&) {
           MakeNext();
           const grpc::Status serialized = SerializeResponse(message_, &written_);
-          std::string().swap(*message_.mutable_data());  // frees the copy; `written_` holds the
-                                                         // bytes
+          std::string().swap(*message_.mutable_data());  // frees it: `written_` has a copy
           return serialized.ok() ? absl::OkStatus()
                                  : absl::InternalError(serialized.error_message());
         },

@@ -61,12 +61,8 @@ class Connections {
   void CountShed(std::int64_t count = 1) { shed_ += count; }
 
   const ConnectionLimits& limits() const { return limits_; }
-  std::int64_t open() const;  // including admitted ones that are not registered
-                              // yet
-  std::int64_t shed() const {
-    return shed_;
-  }  // number that the server closed before they were
-     // registered
+  std::int64_t open() const;                   // includes unregistered ones
+  std::int64_t shed() const { return shed_; }  // closed before registration
 
  private:
   struct Entry {

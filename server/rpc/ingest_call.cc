@@ -87,8 +87,7 @@ absl::Status IngestCall::TakeChunk(const v1::CloudChunk& chunk) {
   if (auto status = upload_->Append(chunk.offset(), chunk.data(), path); !status.ok()) {
     return status;
   }
-  received_.Add(chunk.data().data(), chunk.data().size());  // hashes while the next chunk is on its
-                                                            // way
+  received_.Add(chunk.data().data(), chunk.data().size());  // while the next one is received
   const std::uint32_t crc = Crc32c(chunk.data());
   if (crc == chunk.crc32c()) return absl::OkStatus();
   return path.Field("crc32c").Error(absl::StrCat("is ", chunk.crc32c(), " at offset ",

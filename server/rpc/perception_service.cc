@@ -21,8 +21,7 @@ absl::Status List(Application& application, const v1::ListScansRequest& request,
     if (!application.geometry.Get(scan.labels.hash).ok()) continue;
     *response->add_scans() = ToProto(scan);
   }
-  response->set_revision((*world)->Snapshot()->revision().value);  // read last, so that no scan is
-                                                                   // newer
+  response->set_revision((*world)->Snapshot()->revision().value);  // last: no scan is newer
   return absl::OkStatus();
 }
 

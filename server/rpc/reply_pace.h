@@ -25,8 +25,7 @@ class ReplyPace {
   double Slowness() const { return std::max(1.0, serializing_s_.load() / kQuietSerializing_s); }
 
  private:
-  static constexpr std::int64_t kMinBytes = 1 << 20;  // smaller replies mostly measure the clock's
-                                                      // noise
+  static constexpr std::int64_t kMinBytes = 1 << 20;  // smaller ones measure clock noise
   // A machine becomes busy at once, while a single fast reply says little about the next.
   static constexpr double kSlowerWeight = 0.5, kFasterWeight = 0.05;
   // tuned: between the measured 0.07 ns per byte (8 MB into mapped pages) and 3 ns (98 MB into

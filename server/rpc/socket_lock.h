@@ -13,10 +13,10 @@ namespace cwm::server {
 // its answer on the socket.
 class SocketLock {
  public:
-  // Waits for another one that starts, which takes milliseconds; Unavailable naming its
-  // process when it takes seconds, FailedPrecondition when no file can be made there, or when one
-  // lies there that is another user's or no file of this purpose: who made it could hold it for
-  // ever, and it is not written to.
+  // Waits while another server starts, which takes milliseconds. Unavailable with its process id if
+  // that takes seconds; FailedPrecondition if the lock file cannot be created, or if an existing
+  // one belongs to another user or is not a lock file: its owner could hold it for ever, and it is
+  // not written to.
   static absl::StatusOr<SocketLock> Take(const std::string& socket_path);
 
   SocketLock(SocketLock&& other) noexcept;

@@ -38,9 +38,7 @@ absl::Status StreamOverlay::Set(const Application& application, const v1::Stream
   world_ = WorldNameOf(overlay.world());
   const auto world = application.worlds.Find(world_);
   world_uid_ = world.ok() ? (*world)->uid() : "";
-  legible_ = Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // unless it
-                                                                                      // is read
-                                                                                      // below
+  legible_ = Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // until read
   charge_ = MemoryCharge::Empty(application.memory, MemoryBudget::Client(client));
   absl::Status charged = charge_.Resize(PreparedBytes(overlay.changes(), application.geometry));
   if (!charged.ok()) return legible_ = std::move(charged);

@@ -8,9 +8,7 @@
 namespace cwm::server {
 
 absl::Status CheckCoordinate(double value, const FieldPath& path) {
-  if (std::abs(value) <= kLargestCoordinate_m)
-    return absl::OkStatus();  // the condition is false
-                              // for NaN
+  if (std::abs(value) <= kLargestCoordinate_m) return absl::OkStatus();  // false for NaN
   return path.Error(absl::StrCat("is ", value, ", must be finite and at most ",
                                  kLargestCoordinate_m, " in magnitude"));
 }

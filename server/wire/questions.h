@@ -67,8 +67,7 @@ std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question
 // For a robot: the names of its body's parts and of its state's variables.
 struct BodyNames {
   std::vector<std::string> links = {};    // for an attached object, the link that it is attached to
-  std::vector<std::string> objects = {};  // names of attached objects; empty for the robot's own
-                                          // parts, or if all parts are
+  std::vector<std::string> objects = {};  // "" for own parts; empty: nothing is attached
   std::vector<std::string> variables = {};
 };
 BodyNames BodyNamesOf(const Question& question);
@@ -77,8 +76,7 @@ struct QuestionSource {
   const collision::WorldSnapshot& snapshot;  // for subjects that are in the world
   const GeometryStore& store;
   const Limits& limits;
-  std::span<const std::string> ignore = {};  // of the options: ignored objects are not attached to
-                                             // the robot either
+  std::span<const std::string> ignore = {};  // of the options: not attached to the robot, either
   WorkBudget* budget = nullptr;              // reading ends with its status
 };
 // NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.

@@ -25,8 +25,7 @@ constexpr double kOfPreparedTriangle = 3e-6;  // checking watertightness, buildi
 constexpr double kOfHullVertex = 3e-6;
 constexpr double kOfRow = 0.5e-6;
 constexpr double kOfPlacing = 0.05e-6;   // per part and row
-constexpr double kOfNearPart = 0.02e-6;  // per pair of a part of weight 1 with a nearby part of
-                                         // weight 1
+constexpr double kOfNearPart = 0.02e-6;  // per pair of nearby parts of weight 1
 constexpr double kOfRay = 0.3e-6;
 constexpr double kOfByte = 5e-9;
 

@@ -14,8 +14,7 @@ namespace cwm::server {
 // The sources of an estimate: only counts of triangles and parts are looked up, never geometry.
 struct CostSource {
   const GeometryStore& store;
-  const collision::WorldSnapshot* snapshot = nullptr;  // of the queried world; nullptr: no such
-                                                       // world
+  const collision::WorldSnapshot* snapshot = nullptr;  // nullptr: no such world
 };
 
 // CPU seconds of one core, right within a factor of about three if objects are spread out, and less

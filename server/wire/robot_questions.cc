@@ -77,8 +77,7 @@ absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
                                                  const FieldPath& path) {
   const std::size_t carried = collision::CountCarriedParts(source.snapshot, robot, source.ignore);
   const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + carried);
-  if (carried > 0 && parts > kMaxRobotParts) {  // checked before their far more numerous pairs are
-                                                // made
+  if (carried > 0 && parts > kMaxRobotParts) {  // before their pairs, which are many more
     return path.Field("robot").Error(absl::StrCat("has ", parts,
                                                   " parts with what is attached to it, must have "
                                                   "at most ",
@@ -302,8 +301,7 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
   auto carrying = WithCarried(*std::move(bare), source, *states.robot, *scope, path);
   if (!carrying.ok()) return carrying.status();
   collision::QueryBody body = *std::move(carrying);
-  body.self = states.robot->name;  // pair rules refer to the robot by this name, whatever geometry
-                                   // represents its links
+  body.self = states.robot->name;  // pair rules refer to this name
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();
   states.group = *group;

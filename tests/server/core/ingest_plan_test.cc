@@ -210,8 +210,7 @@ TEST_F(IngestPlanTest, AssociationsThatDoNotFitTheSceneAreAnInternalError) {
       {keep_table, keep_box, {.what = What::kAdd, .object = 0}},      // two for the object
       {keep_table, keep_box, {.what = What::kAdd, .object = 1}},      // no such object
       {keep_table, {.what = What::kKeep, .known = 3, .object = 0}},   // no such known object
-      {keep_table, {.what = What::kMove, .known = -1, .object = 0}},  // a move without a known
-                                                                      // object
+      {keep_table, {.what = What::kMove, .known = -1, .object = 0}},  // without a known object
       {keep_table, keep_box, {.what = What::kAdd}},                   // neither known nor detected
   };
   for (const auto& associations : broken) {

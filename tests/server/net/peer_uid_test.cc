@@ -86,8 +86,7 @@ std::uint16_t PortOf(const Socket& socket) {
   sockaddr_storage storage{};
   socklen_t size = sizeof(storage);
   EXPECT_EQ(getsockname(socket.fd(), reinterpret_cast<sockaddr*>(&storage), &size), 0);
-  return ntohs(reinterpret_cast<const sockaddr_in&>(storage).sin_port);  // the port has the same
-                                                                         // offset in IPv6
+  return ntohs(reinterpret_cast<const sockaddr_in&>(storage).sin_port);  // same place in IPv6
 }
 
 // Returns -1 if the protocol is not available.

@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "server/rpc/peer_uid.h"
+#include "server/net/peer_uid.h"
 
 namespace cwm::server {
 namespace {

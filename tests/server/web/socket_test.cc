@@ -234,8 +234,7 @@ TEST_F(SocketTest, BadHandshakesAndFramesEndTheConnection) {
       std::string("\xff\x80\0\0\0\0", 6),                                   // an unknown opcode
       std::string("\x82\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14),  // of 2^63 bytes
       std::string("\x89\xfe\x01\x00\0\0\0\0", 8),                           // a ping of 256 bytes
-      std::string("\x80\x80\0\0\0\0", 6),                                   // a continuation of
-                                                                            // nothing
+      std::string("\x80\x80\0\0\0\0", 6),                                   // continues nothing
       std::string("\x88\x81\0\0\0\0\x03", 7),  // closes with half of a code
   };
   for (const std::string& frame : frames) {
