@@ -1,5 +1,5 @@
-// Noise models of range sensors. All thresholds of perception follow from them, and the virtual
-// scanner draws its noise from them.
+// Noise models of range sensors. The thresholds of perception that depend on noise follow from
+// them, and the virtual scanner draws its noise from them.
 #pragma once
 
 #include <algorithm>
@@ -57,8 +57,9 @@ struct SensorNoise {
   double WarpSigma_m() const;
 
   // The number of neighbouring points that carry the information of one with an independent error:
-  // kPointsPerIndependentSample, but 1 for lasers, whose beams err independently. Only the normals
-  // use it.
+  // kPointsPerIndependentSample, but 1 for lasers, whose beams err independently. Normals, the
+  // criterion of the refinement and some of its splits use it; fits always use
+  // kPointsPerIndependentSample.
   double PointsPerSample() const;
 
   // The spread of this sensor. A RealSense, with some three times the noise of a Kinect, adds as

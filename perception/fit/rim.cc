@@ -163,6 +163,7 @@ std::optional<Circle> FitCircle(std::vector<Edge> edges) {
     };
     std::vector<double> misses;
     for (const Edge& e : edges) misses.push_back(std::abs(residual_m(e)));
+    // derived: a Gaussian's standard deviation is 1.48 times its median absolute deviation.
     const double scatter_m = std::max(kMinScatter_m, 1.48 * Quantile(std::move(misses), 0.5));
     if (scatter_m > kMaxScatter_m) return std::nullopt;
     circle = {.center = x.head<2>(),

@@ -1,6 +1,6 @@
 // Finds handles: clusters that grow from a shape's surface (paper, section V). No geometric model
-// is fitted, because "handle geometry can vary greatly". Points on the ground, given in the points'
-// frame, are no handle.
+// is fitted, because "handle geometry can vary greatly". Clusters that lie on the ground are no
+// handles; `ground` is in the points' frame.
 #pragma once
 
 #include <vector>
@@ -34,8 +34,9 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
 void TakeFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
                     std::vector<std::int32_t>& part_of_point);
 
-// Appends clusters of unexplained points that begin at a solid's surface and leave it, are fairly
-// large, elongated and slim; labels their points.
+// Appends clusters of unexplained points that begin at a solid's surface and leave it, and that are
+// fairly large, elongated and slim; labels their points. A cluster is no handle if its nearest
+// shape is a plate, or explains some points but less than twice as many as the cluster has.
 void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& ground,
                  ObjectModel& model, const Work& work);
 

@@ -22,10 +22,11 @@ namespace {
 // chosen: the distance between tested places on the added wall, two or three pixels. Places that
 // face away from the sensor are moved inwards by as much, less than half of the narrowest solid.
 constexpr double kBetweenPlaces_m = 0.01;
-// chosen: the largest share of seen-through places: mixed pixels and the width of the map's cells
-// at the occluder's edge.
+// chosen: the largest share of all tested places that are seen through. Mixed pixels and the width
+// of the map's cells at the occluder's edge make as much.
 constexpr double kMaxSeenThrough = 0.03;
-// chosen: the largest share of places where the wall itself was seen; otherwise nothing hides it.
+// chosen: the largest share of the places facing the sensor at which a surface was seen. If there
+// are more, nothing hides the wall.
 constexpr double kMaxSeen = 0.15;
 
 // An upright solid in its own frame: its vertical axis, and half its extent along it.

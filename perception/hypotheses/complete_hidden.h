@@ -10,17 +10,19 @@
 
 namespace cwm::perception {
 
-// An object's points and its ground, in the level frame.
+// An object's points, and the plane that its solids are completed to, in the level frame.
 struct StandingThing {
   const OrientedPoints& points;
-  const Pose& X_LSupport;  // z = 0 is the top of the ground, z up
+  // z = 0 is the plane to reach. z points from it towards the object: up from the ground below, or
+  // down from the foot of an object above (CompleteBelow).
+  const Pose& X_LSupport;
 };
 
 // Lengthens upright boxes, cylinders and cones that end above the object's ground down to it, and
 // marks them COMPLETED, if
-//   - nearly all of the added wall that faces the sensor lies behind something nearer or in
-//     directions without a return, and no ray but those of mixed pixels passed through any of it
-//     (or just inside it where it faces away from the sensor);
+//   - at most 15 % of the places on the added wall that face the sensor were seen on a surface, and
+//     at most 3 % of all places are seen through (places that face away are tested just inside the
+//     wall). The others lie behind something nearer, or in directions without a return;
 //   - the object has no points below the solid except on that wall; they would be its ground.
 // Their observed fraction becomes that of the longer solid. A solid that ends within 3 mm of the
 // ground is marked COMPLETED, without a change, if the same holds for 30 mm or more of its foot

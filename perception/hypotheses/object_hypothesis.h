@@ -37,7 +37,7 @@ struct HypothesisModel {
   // The shapes stand on the support itself: the object that seemed to carry them only hides their
   // foot.
   bool reaches_support = false;
-  // A pass supplied the shapes, like those of a tray. Other passes leave such models as they are.
+  // A pass supplied the shapes, like those of a tray. No pass consumes such a hypothesis.
   bool is_given = false;
   // Modelled with reduced effort, in a scene with too many objects: its mesh is coarser.
   bool is_in_haste = false;

@@ -69,8 +69,8 @@ bool IsOneSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
-// True if a single closed solid leaves no connected piece of points, which the inside of a vessel
-// would be.
+// True if there is only one solid and it leaves no connected piece of points unexplained. The
+// inside of a vessel would be such a piece.
 bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
   return assembly.solids.size() == 1 && LeaveNoPiece(assembly.solids, context);
 }
@@ -201,11 +201,11 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   DropSolidsOfHandles(points, spacing_m, ground_L, model.shapes, model.part_of_point, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
   AddHandles(points, of_vessel, model, work);
-  // With a vessel, a cluster that is no handle of its wall is no handle of a solid in its place
-  // either.
+  // With a vessel wall, solids get no handles: the wall has already judged every protrusion.
   if (!vessel) FindHandles(points, spacing_m, ground_L, model, work);
   FitWithoutHandles(points, X_LSupport, noise, options, work, passing, model);
-  // The wall that was seen from both sides belonged to a handle.
+  // If nearly all points are explained, the wall that was seen from both sides belonged to a
+  // handle, and the note is dropped.
   if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
   return model;
 }

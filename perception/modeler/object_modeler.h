@@ -33,8 +33,8 @@ std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose&
                                        const SensorNoise& noise, const ModelerOptions& options,
                                        const Work& work = {});
 
-// Returns the shell of a lying or leaning vessel (FindLyingWall) about one of `axes`, which may be
-// empty, or about an axis that the normals suggest; empty if there is none.
+// Returns the shell of a lying or leaning vessel (FindLyingWall); empty if there is none. Its axis
+// is one of `axes`, which are candidates and may be none, or one estimated from the normals.
 std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
                                          const std::optional<Pose>& X_LSupport,
                                          const std::vector<Vector3>& axes, const SensorNoise& noise,
@@ -46,8 +46,8 @@ ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& 
                        std::vector<ShapePart> shapes, const Work& work = {});
 
 // Models a wall or a furniture front whose plates are known, in the level frame. The plates are its
-// shapes, with the role COMPLETED because their bodies were supplied; parts that stand out from
-// them may be handles.
+// shapes, with the role COMPLETED because their bodies were supplied. It gets no handles:
+// FindHandles skips parts whose nearest shape is a plate.
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
                            const Work& work = {});
 

@@ -7,12 +7,13 @@
 
 namespace cwm::perception {
 
-// The product as a hypothesis. If it rests on another product or a consumed hypothesis, that is not
-// resolved yet.
+// The product as a hypothesis, without id and model. `resting` is copied from the product as it is;
+// Commit replaces `on` by the hypothesis of the new state.
 ObjectHypothesis HypothesisOf(const Product& product);
 
 // Returns the state in which the products, with their models, replace the consumed hypotheses.
-// Hypotheses that rested on a consumed one rest on its heir, unless they are reseated.
+// Hypotheses that rested on a consumed one rest on its heir, unless they are reseated. A product
+// whose model reaches the support rests on the support.
 SceneState Commit(const SceneState& state, const Proposal& proposal,
                   std::span<const ModelPtr> models);
 

@@ -14,11 +14,14 @@ namespace cwm::perception {
 //
 //   cost = 1/2 (sum_i min(r_i^2 / (sigma_i^2 + omega^2), 9) / m + k ln(N / m))
 //
-// r_i is a point's distance from the nearest surface, sigma_i its noise along the ray, omega the
-// slow warp of the sensor, m the number of points that carry the information of one, N the number
-// of points of the scene, and k the number of parameters: six per solid (its pose and sizes, less
-// those that the ground determines), and three per object, which may be anywhere on its support.
-// Shapes and points are in the level frame, in metres. Precondition: there are points.
+// r_i is a point's distance from the nearest surface, sigma_i its noise along the ray, and omega
+// the slow warp of the sensor. Each point's term is truncated; points of handles, which have no
+// surface, count like unexplained ones. m is the number of points that carry the information of one
+// (OrientedPoints::points_per_sample), and N the number of points of the scene. k is the number of
+// parameters: six per solid (its pose and sizes, less those that the ground determines), and three
+// per object, which may be anywhere on its support. A nat is half of the unit of the criterion in
+// fit/shape_fit.h, which leaves out the factor 1/2. Shapes and points are in the level frame, in
+// metres. Precondition: there are points.
 double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise);
 

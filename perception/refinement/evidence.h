@@ -26,8 +26,8 @@ inline constexpr double kMaxLoneThickness_m = kLoneThickness_m * 2;
 // chosen: nearer faces are the same face, by noise, warp and bent cardboard; flat objects are
 // thicker.
 inline constexpr double kMaxOneFace_m = 0.015;
-// derived: objects may touch if the gap is within the distance that a surface explains. Noise,
-// creases, and fits without a view of the foot move ends by as much.
+// derived: the largest gap between the ends of objects that touch: the distance within which a
+// surface explains points. Noise, creases and feet that were not seen move the ends by as much.
 inline constexpr double kMaxContactGap_m = kExplainedWithin_m;
 // chosen: the distance between the axes of objects in a stack, or of parts of one object: soft
 // packages bend, and the sensor warps everything.
@@ -62,7 +62,9 @@ std::size_t NearestShape(const std::vector<ShapePart>& shapes, const Vector3& p_
 PointSet PointsOfPart(const ObjectHypothesis& hypothesis, std::int32_t part);
 PointSet PointsOfHandle(const ObjectHypothesis& hypothesis, std::size_t handle);
 
-// Merges all hypotheses into one product, on the ground of the lowest of them.
+// Merges all hypotheses into one product: on the support of the first one and with its plates, and
+// with the foot of the lowest object. Plates of the others are dropped. Precondition: the first one
+// is an object.
 Product Merged(const SceneState& state, std::span<const HypothesisId> parts);
 
 // The hypothesis without, or with, some points, and its nodes in proportion. Points are ascending.

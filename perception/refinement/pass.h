@@ -70,16 +70,17 @@ struct ModelledProposal {
   const RefinementContext& context;
 };
 
-// chosen: for passes that may examine most objects: more than one image contains.
+// chosen: for passes that may propose for most objects: more objects than one image contains.
 inline constexpr int kMaxTrials = 32;
 
-// The largest work of a pass in one scene.
+// The largest work of a pass in one scene, over all rounds.
 struct Allowance {
-  // Number of proposals that are modelled. measured: no more than three merges of occluded parts in
-  // 317 scenes, and more than six merges of vessel walls in one of 45 real scans, of clutter.
+  // Number of proposals that are examined, whether or not they are modelled. A proposal that was
+  // outbid counts again. measured: no more than three merges of occluded parts in 317 scenes, and
+  // more than six merges of vessel walls in one of 45 real scans, of clutter.
   int max_trials = 8;
-  // One in this many of all points may be modelled again. chosen: bounds the work in clutter, where
-  // there are many proposals and few gains.
+  // The proposals that are modelled may have one in this many of the scene's points in sum. chosen:
+  // bounds the work in clutter, where there are many proposals and few gains.
   std::size_t points_divisor = 4;
   std::string_view note;  // added to the object whose trial was not allowed
 };
@@ -94,12 +95,14 @@ class RefinementPass {
   virtual std::span<const std::string_view> After() const { return {}; }
   virtual Allowance MaxWork() const = 0;
 
-  // Promising proposals, the likeliest first. All hypotheses have models.
+  // Promising proposals. If the allowance does not suffice for all, the first ones are examined;
+  // most passes propose in the order of output. All hypotheses have models.
   virtual std::vector<Proposal> Propose(const SceneState& state,
                                         const RefinementContext& context) const = 0;
 
   // A second, more expensive examination of a proposal, which counts as a trial: returns its final
-  // form, or empty. Done once per proposal while its hypotheses exist.
+  // form, or empty. While its hypotheses exist, a proposal is examined again only if another one
+  // outbid it.
   virtual std::optional<Proposal> Examine(const SceneState& state, Proposal proposal,
                                           const RefinementContext& context) const {
     (void)state, (void)context;

@@ -39,8 +39,9 @@ struct RefinedScene {
   std::vector<std::pair<HypothesisId, std::string>> notes = {};  // limits of work that were reached
 };
 
-// Runs the passes in their order, each until it gains no more, in up to three rounds, until none
-// gains. `disabled` names passes that are left out. Precondition: all hypotheses have models.
+// Runs the passes in their order, each until it gains no more, in at most three rounds or until no
+// pass gains, within each pass's allowance of trials and points for all rounds together. `disabled`
+// names passes that are left out. Precondition: all hypotheses have models.
 // Throws Stopped when the work is stopped. The result is the same on any number of threads.
 RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std::string> disabled,
                     const RefinementContext& context);

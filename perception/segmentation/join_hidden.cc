@@ -105,6 +105,7 @@ class CommonCylinder {
   }
 
   bool Explains(const Members& members) const {
+    // chosen: the least and the largest radius of a cylinder, in metres.
     if (!curved_ || radius_m_ < 0.01 || radius_m_ > 0.15) return false;
     double within = 0;
     for (std::uint32_t i : members) {

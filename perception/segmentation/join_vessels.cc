@@ -102,9 +102,11 @@ class VesselJoiner {
       const PieceView& piece = views_.pieces[p];
       if (piece.sample.empty() || objects_.Root(p) == objects_.Root(seed)) continue;
       if (piece.high_z_m > rim_m + kVesselWall_m) continue;
+      // chosen: the least share of the piece within the rim's radius.
       if (ShareWithin(nodes_, piece, axis, radius_m + kVesselWall_m / 2) < 0.95) continue;
       const Revolution r = JudgeRevolution(nodes_, piece.sample, axis);
       const bool inward = r.steep >= kMinWallShare && r.agreement >= kLargerPart && IsInner(r);
+      // chosen: the least share of a floor's normals that are level.
       if (inward || ShareLevel(nodes_, piece) >= 0.7 || piece.area_m2 <= kInnerCap_m2) {
         objects_.Join(seed, p);
       }

@@ -28,13 +28,17 @@ struct Regions {
 };
 
 // Each piece is one object (JoinPieces). Pieces below a support, such as its own front, are not
-// part of a region above it. A region of linked pieces stands on the support if
-//   - most of it lies over the support's outline; or a part of it does and none of it is lower,
-//     because the region reaches out of the view, or because its own shadow cuts the support off
-//     and no ray passes right below its foot; or it lies beside what was seen of the support, and
-//     its foot and all places from there to the support are hidden;
-//   - it reaches down to the support, its foot is hidden, or it is a ball that touches the support;
-//   - its footprint on the support's cells is at least kMinThing_m2.
+// part of a region above it. A region of linked pieces stands on the support if all of these hold:
+//   - It lies over the support in one of these ways:
+//       - most of it lies over the support's outline;
+//       - a part of it does, none of it is lower, and it reaches out of the view;
+//       - a part of it does, none of it is lower, its own shadow cuts the support off, and no ray
+//         passes right below its foot;
+//       - it lies beside what was seen of the support, and its foot and all places from there to
+//         the support are hidden.
+//   - It reaches down to the support, or its foot is hidden, or it is a ball that touches the
+//     support and lies mostly over the outline.
+//   - Its footprint on the support's cells is at least kMinThing_m2.
 // A region also stands on a support if it rests on objects that do (FindSupportsUnderStacks). Every
 // other region of linked pieces becomes one residual, and so does every wall or front
 // (FindStructures), which is part of no region. Objects that rest on others are marked

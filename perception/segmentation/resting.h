@@ -12,7 +12,8 @@
 
 namespace cwm::perception {
 
-// `sight` is null if not all points were seen from one place, or if the place is unknown.
+// Without `sight` (null), a hidden gap below a hanging object does not count as contact.
+// FormRegions always passes the sight map, also if not all points were seen from one place.
 
 // Sets rests_on and foot_height_m of objects (segments with a support; plates are those of the
 // supports). An object rests on another of the same support if

@@ -250,6 +250,7 @@ bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const Suppor
   Eigen::AlignedBox3d bounds;
   for (std::uint32_t c : support.cells) bounds.extend(coarse.cells.points[c].cast<double>());
   const Vector3 below = middle - height * support.plane.normal;
+  // chosen: the patch lies within 0.1 m of the support's extent.
   return bounds.squaredExteriorDistance(below) < 0.1 * 0.1 && !IsSeenUnder(coarse, patch, support);
 }
 

@@ -20,8 +20,9 @@
 
 namespace cwm::perception {
 
-// The largest difference in range, in metres, of linked pixels of one surface: perception noise and
-// the roughness of surfaces. (Cells of a grid are linked if they touch.)
+// The largest difference in range, in metres, of linked pixels of one surface.
+// chosen: 3 sigma of noise and 10 mm for the roughness of surfaces. (Cells of a grid are linked if
+// they touch.)
 inline float LargestJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
 
 class SurfaceGraph {

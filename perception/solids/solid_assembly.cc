@@ -29,6 +29,7 @@ bool IsCrossed(const Solid& solid, const FitContext& context) {
   // too.
   const double own = static_cast<double>(solid.inliers.size()) /
                      static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
+  // chosen: three rays more than the share allows.
   if (static_cast<double>(found.rays) > kMaxPassing * own + 3) return true;
   const double measured = static_cast<double>(solid.inliers.size()) * context.points.weight;
   return IsPassedThrough(solid, measured, context.free);

@@ -23,8 +23,8 @@ namespace {
 constexpr std::size_t kMaxVoters = 800;
 // derived: ten independent steep points, twice as many as there are parameters.
 constexpr std::size_t kMinSteep = kOneSample * 10;
-// derived: if a quarter of the points lie on a wall, one pair in sixteen is good, and all pairs
-// miss it once in 490.
+// derived: if a quarter of the points lie on a wall, one pair in sixteen is good, and none of the
+// pairs is good once in 490 times.
 constexpr int kPairs = 96;
 // chosen: values of a sector, or sectors of a ring, whose median a single outlier does not move.
 constexpr std::size_t kMinForMedian = 3;

@@ -10,9 +10,9 @@
 
 namespace cwm::perception {
 
-// Upper limits of the ratio between the value of a new solid of the same kind and that of the
-// assembled one. kBetter holds for cylinders, kMuchBetter for boxes, spheres and plates: the slow
-// warp bends a face more than the criterion expects. Cones need no margin.
+// A whole solid replaces a single assembled solid of the same kind only if its value is less than
+// this share of the old one: kBetter for cylinders, kMuchBetter for boxes and spheres, because the
+// slow warp bends a face more than the criterion expects. Cones need no margin.
 // chosen: with 1 for cylinders, simulated cans are estimated still better, and tins on real scans
 // worse. The limits for several solids are in parted_solids.cc.
 inline constexpr double kBetter = 0.9, kMuchBetter = 0.8;
@@ -35,9 +35,10 @@ bool LooksFlat(const Solid& solid, const FitContext& context);
 Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
 
 // Returns the closed solid that explains the context's points better than `solids` do and that no
-// ray contradicts; empty if there is none. Its value must be lower by kPositive, or by anything if
-// it is a cone or has fewer parameters. If `solids` is a single solid of the same kind, the ratios
-// above apply instead. Round solids are refined on more of the points (FitToMore).
+// ray contradicts; empty if there is none. Its value must be lower by more than kPositive, or by
+// anything if it is a cone or has fewer parameters. If `solids` is a single solid, a solid of the
+// same kind must keep the ratios above instead, and one of another kind must also beat the best fit
+// of that kind by as much. Round solids are refined on more of the points (FitToMore).
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids);
 
 // Fits a solid of the same kind, starting from `fit`, to the context's points, which are most of
@@ -48,9 +49,9 @@ std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& contex
 // The solid with the standard deviations of its parameters.
 Solid Described(WholeFit fit, const FitContext& context);
 
-// Replaces the solids of an object on a known ground by one solid if BetterSolid finds one; else
-// replaces each of them by a better one for the points nearest to it. Overlapping solids are
-// compared as if they explained nothing.
+// Replaces the solids of an object on a known ground by one solid if BetterSolid finds one (or a
+// single round face by a disc); else replaces each of several solids by a better one, if there is
+// one, for the points nearest to it. Overlapping solids are compared as if they explained nothing.
 void PreferOneSolid(const FitContext& context, Assembly& assembly);
 
 }  // namespace cwm::perception

@@ -16,7 +16,8 @@ namespace cwm::perception {
 namespace {
 
 // measured: the number of points that may be searched for other objects' handles, in multiples of
-// the scene's points: kitchens with their walls need five, a thousand balls that touch fifty.
+// the scene's points. Kitchens with their walls need 5; a thousand touching balls need 50, which is
+// more than this budget.
 constexpr std::size_t kMaxLooks = 10;
 
 Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& members) {

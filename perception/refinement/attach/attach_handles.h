@@ -18,8 +18,8 @@ struct FoundHandles {
 };
 
 // Finds hypotheses that are handles of another one's wall of revolution (handles/vessel_handles.h)
-// and do not stand on a support themselves. Of a hypothesis with more points than those of a
-// handle, only the handle's points are given, or all if the others are on the wall too.
+// and do not stand on that one's support. If a hypothesis has more points than those of a handle,
+// only the handle's points are given, or all if the others are on the wall too.
 FoundHandles FindCutOffHandles(const SceneState& state, const Work& work);
 
 }  // namespace cwm::perception

@@ -12,7 +12,8 @@
 namespace cwm::perception {
 namespace {
 
-// A lower share than for other solids, for edges: true parts of occluded objects reached it.
+// True if one shape explains at least kMainShare of the points. That is less than for other solids
+// (kNearlyAll), to allow for edges; true parts of occluded objects reached it.
 bool IsNearlyOneSolid(const ObjectHypothesis& hypothesis) {
   return IsOneSolid(hypothesis.model->object, kMainShare);
 }

@@ -276,7 +276,8 @@ class MergeTrayWalls : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // The number of walls: they prove the tray, and its shapes follow from them.
+  // The number of hypotheses that become one tray. Every proposal gains, because the walls prove
+  // the tray, and its shapes follow from them.
   double Gain(const ModelledProposal& modelled) const override;
 };
 

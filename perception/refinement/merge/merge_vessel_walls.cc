@@ -30,8 +30,9 @@ bool IsFlat(const HypothesisModel& model) {
          kNearlyAll * static_cast<double>(model.part_of_point().size());
 }
 
-// True unless the hypothesis is one closed solid, flat, or a standing vessel that might also be
-// modelled as a lying one.
+// True for a small object that may be a part of a lying vessel: one that is not flat, not a closed
+// solid, has no standing vessel (which might also be modelled as a lying one), and whose shapes no
+// pass supplied.
 bool MayBeOfLyingVessel(const ObjectHypothesis& hypothesis) {
   const HypothesisModel& model = *hypothesis.model;
   if (!hypothesis.IsObject() || model.is_given || !IsSmall(hypothesis) || IsFlat(model)) {
@@ -107,7 +108,8 @@ class MergeVesselWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.vessel_walls"; }
   Allowance MaxWork() const override;
-  // Proposes groups of small hypotheses that touch, each to become one.
+  // Proposes to merge each object that may be a part of a lying vessel with the small hypotheses
+  // that touch it.
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // Searches the group for the shell of a lying vessel; hypotheses that are not on it are left out.

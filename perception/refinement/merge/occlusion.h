@@ -18,9 +18,10 @@ struct SightBetween {
 };
 SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b);
 
-// True if a point lies on the surface of the solid, or on the solid's walls extended beyond its
-// ends (a round solid's ends are not part of these).
+// True if a point lies on the surface of the solid.
 bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
+// True if a point lies on the solid's surface extended beyond its ends (ProlongedDistance_m). The
+// end caps of cylinders and cones do not count.
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
 
 }  // namespace cwm::perception

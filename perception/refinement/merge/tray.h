@@ -16,7 +16,7 @@ namespace cwm::perception {
 // chosen: the least visible share of a wall or a mouth with objects before it.
 inline constexpr double kMinInSight = 0.25;
 
-// An upright face without a known solid behind it.
+// An upright face without a known solid behind it: the shape is at most 10 mm thick.
 struct LoneWall {
   Vector2 normal = Vector2::UnitX();  // unit, towards the sensor
   std::array<Vector2, 2> ends;        // of its visible part
@@ -40,7 +40,8 @@ struct Tray {
   double seen_m = 0;               // total length of its walls, one per side
 
   std::size_t seen_sides() const;
-  // Horizontal distance of a place from the border of the rectangle, inside or outside it.
+  // Horizontal distance of a place from the rectangle's border, in metres: inside, from the nearest
+  // side; outside, from the rectangle. Never negative.
   double ToSides_m(const Vector3& p_B) const;
   bool IsOver(const Vector3& p_B) const;
 };

@@ -24,8 +24,8 @@ bool HasVessel(const HypothesisModel& model) {
                              [](const ShapePart& part) { return part.vessel != nullptr; });
 }
 
-// True if both ends of a handle, together, are nearer to the taker than to the giver, by more than
-// the distance within which a wall explains points.
+// True if the two ends of a handle lie nearer to the taker's shapes than to the giver's, in sum by
+// more than kExplainedWithin_m.
 bool IsHandleOf(const OrientedPoints& all, const PointSet& handle, const HypothesisModel& giver,
                 const HypothesisModel& taker) {
   if (handle.empty()) return false;
@@ -63,8 +63,8 @@ std::size_t WithoutShape(const HypothesisModel& model) {
   return static_cast<std::size_t>(std::ranges::count(model.part_of_point(), kUnexplained));
 }
 
-// The giver's handles that are given, and the number of their points: they may not be handles at
-// all.
+// The number of the giver's handles of which points are given, and the number of these points. They
+// may not be handles at all.
 struct GivenHandles {
   std::size_t handles = 0, points = 0;
 };
@@ -87,7 +87,8 @@ class ReassignPoints : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // The increase of points with a shape, minus half of the given points; 0 if a handle is lost.
+  // The decrease of unexplained points minus half of the given points; 0 if a handle is lost that
+  // was not given.
   double Gain(const ModelledProposal& modelled) const override;
 };
 
@@ -128,7 +129,7 @@ double ReassignPoints::Gain(const ModelledProposal& modelled) const {
   std::ranges::set_difference(giver.points, modelled.proposal.products[kGiver].points,
                               std::back_inserter(given));
   const GivenHandles given_handles = HandlesAmong(given, giver);
-  // Points of a handle of the wrong object count as points without a shape.
+  // Given points of a handle count as unexplained before: they belonged to the wrong object.
   const std::size_t before =
       WithoutShape(*giver.model) + given_handles.points + WithoutShape(*taker.model);
   const std::size_t after =

@@ -1,5 +1,6 @@
-// Reassigns points between objects that touch: points that only a shape of the neighbour explains,
-// and handles with their ends on the neighbour's wall.
+// Reassigns points between objects that touch: unexplained points that a shape of the neighbour
+// explains, and, if the neighbour has a vessel, handles whose ends lie nearer to the neighbour's
+// shapes than to their owner's, by more than 10 mm in sum.
 #pragma once
 
 #include <memory>

@@ -29,7 +29,8 @@ bool IsBoxOrFace(const ShapePart& part) {
 
 using Group = std::vector<const ObjectHypothesis*>;
 
-// True unless the larger part of its points is on shapes that are not boxes or faces.
+// True if fewer than half of the points belong to shapes other than boxes and faces; unexplained
+// points count as those of boxes. False with a vessel, or if a pass supplied the shapes.
 bool IsOfBoxes(const ObjectHypothesis& object) {
   const HypothesisModel& model = *object.model;
   if (model.is_given || model.thinned_L.empty()) return false;
@@ -115,8 +116,8 @@ class Stacker {
     return TightBounds(part.shape, X_SupportL(object) * part.X_OS).min().z();
   }
 
-  // The number of objects whose top is at this one's foot, to the distance that a crease hides or
-  // adds.
+  // The number of objects whose tops are at the height of this one's foot, within the distance that
+  // a crease hides or adds; 0 if the foot is on the support.
   std::ptrdiff_t CountBelow(const ObjectHypothesis& object, const Group& group) const {
     const double foot_m = HeightQuantile_m(object, kMixedPixels);
     if (foot_m < kMaxOneFace_m) return 0;
@@ -175,8 +176,8 @@ class Stacker {
     const Eigen::Vector3f up = X_SL.linear().row(2).transpose().cast<float>();
     for (std::uint32_t i : points) {
       const double height_m = (X_SL * state_.points().points[i].cast<double>()).z();
-      // At the border of a face with a side above it or with its own side, normals are a mixture of
-      // both.
+      // Points whose normals are not those of a side belong to a level up to their noise above it.
+      // At the border between a face and a side, normals are a mixture of both.
       const bool is_side = state_.points().normals[i].dot(up) < kWallRise_sin;
       const double above_m = is_side ? 0 : kDistanceGate_sigma * double{state_.points().sigma_m[i]};
       const auto level = std::ranges::lower_bound(levels, height_m - above_m);

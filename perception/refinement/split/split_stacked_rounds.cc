@@ -21,8 +21,8 @@ namespace {
 // smaller.
 constexpr double kMinStorey_m = 0.022, kMinWidth_m = 0.036;
 
-// The upright axis, as a place in the plane of the ground, of solids of revolution with at least
-// half of the object's points.
+// The common upright axis of the object's cylinders and cones, as a place in the plane of the
+// ground. Empty if they have fewer than half of the points, if their axes differ, or with a vessel.
 std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_GroundL) {
   std::vector<std::size_t> points(model.shapes().size(), 0);
   for (const std::int32_t part : model.part_of_point()) {
@@ -87,7 +87,8 @@ std::vector<double> StoreySeams(std::span<const ProfilePoint> profile) {
   return seams;
 }
 
-// The points between each seam and the one before. A top that ends a storey belongs to it.
+// The points of each storey: those from one seam up to the next. Points of a level top belong to
+// the storey that it ends, even if noise puts them above the seam.
 std::vector<PointSet> StoreysOf(const SceneState& state, const ObjectHypothesis& object,
                                 const Pose& X_GroundL, const std::vector<double>& seams) {
   const OrientedPoints& all = state.points();
@@ -137,7 +138,7 @@ class SplitStackedRounds : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // The product must be one solid of revolution with nearly all points.
+  // The product must be one shape of nearly all points that is no box.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const ModelledProposal& modelled) const override;

@@ -49,7 +49,8 @@ bool IsPartOfOneVessel(const Aabb& a, const Aabb& b) {
   return across_m < 0.5 * std::min(a.sizes().head<2>().minCoeff(), b.sizes().head<2>().minCoeff());
 }
 
-// Both boxes stand on the same ground.
+// True for boxes with parallel faces and tops at one height. Their contact and their feet are not
+// compared.
 bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const Pose& X_SupportB) {
   const auto top_m = [](const Box& box, const Pose& X_SupportB) {
     return TightBounds(box, X_SupportB).max().z();
@@ -87,8 +88,8 @@ std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>
   return std::nullopt;
 }
 
-// The solids that may be objects: closed ones, or vessels if all are. Single faces belong to the
-// nearest solid.
+// The solids that may be objects: the closed ones, or all shapes if all are vessels; none if only
+// some are vessels. Points of single faces go to the nearest solid.
 std::vector<std::size_t> SolidsOf(const std::vector<ShapePart>& shapes) {
   std::vector<std::size_t> closed;
   std::size_t vessels = 0;
@@ -121,8 +122,8 @@ std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, cons
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = a + 1; b < shapes.size(); ++b) {
       if (!CarriesOn(shapes[a], shapes[b], X_GroundL)) continue;
-      // Side by side, it shows that they are one object; in a stack or of vessels, which solids are
-      // one.
+      // Closed solids side by side are then one object, and nothing is split. In a stack, or of
+      // vessels, only these two are one object.
       if (!is_stack && !IsVessel(shapes[a])) return std::nullopt;
       sets.Join(a, b);
     }

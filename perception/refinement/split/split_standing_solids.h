@@ -8,14 +8,16 @@
 
 namespace cwm::perception {
 
-// True if two solids on one support may be one object: cylinders with one axis and radius, level
-// and aligned boxes within the bending of soft packages, or vessels about one axis. Symmetric.
+// True if two solids on one support may be one object: cylinders with one axis and radius, boxes
+// with parallel faces and tops at one height (within the bending of soft packages), or vessels
+// about one axis. It does not check if they are in contact. Symmetric.
 bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL);
 
 // Splits an object of several closed solids, or of several vessels, that all touch its ground or
 // the top of one another, into one object for each of them, if each is one solid when modelled by
 // itself and none continues another (in a stack, and of vessels, those that do are one object).
-// Single faces beside closed solids go to the nearest solid.
+// Each point of a single face beside closed solids goes to the nearest solid, so a face may be
+// divided.
 std::unique_ptr<const RefinementPass> MakeSplitStandingSolids();
 
 }  // namespace cwm::perception

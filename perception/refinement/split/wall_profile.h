@@ -8,7 +8,8 @@
 
 namespace cwm::perception {
 
-// chosen: shorter walls do not show their slope well, and are not separate parts.
+// chosen: a kink counts only between walls at least this long, since shorter ones do not show their
+// slope well. Jumps do not ask for it. Parts of a row are at least as long.
 inline constexpr double kMinKinked_m = 0.015;
 
 // The wall at one place of the line: its offset, with one standard deviation.
@@ -51,8 +52,8 @@ struct ProfilePiece {
 std::vector<ProfilePiece> StraightPieces(std::span<const ProfilePoint> profile);
 
 // Places at which one object may end and the next begin, by the minima rule of Hoffman and Richards
-// (1984) that parts meet in concave creases: neighbouring pieces with a significant jump or concave
-// kink between them. Ascending.
+// (1984) that parts meet in concave creases: neighbouring pieces with a significant jump between
+// them, or a concave kink if both are at least kMinKinked_m long. Ascending.
 std::vector<double> SeamsOf(std::span<const ProfilePoint> profile);
 
 }  // namespace cwm::perception
