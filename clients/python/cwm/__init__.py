@@ -90,9 +90,8 @@ from cwm.shapes import (
     Shape,
     Sphere,
 )
-from cwm.stream import QueryStream
 from cwm.subjects import RobotSubject
-from cwm.view import WorldView
+from cwm.view import QueryStream, WorldView
 from cwm.watch import (
     Bookmark,
     Changes,

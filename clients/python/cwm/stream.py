@@ -1,5 +1,5 @@
-"""Questions over one stream: each costs less than a call of its own, and what is supposed is sent
-once.
+"""The call behind `QueryStream`: each question costs less than a call of its own, and what is
+supposed is sent once.
 """
 
 from __future__ import annotations
@@ -7,22 +7,19 @@ from __future__ import annotations
 import queue
 import threading
 from concurrent.futures import Future, TimeoutError as NotInTime
-from typing import TYPE_CHECKING, Callable
+from typing import Callable
 
 import grpc
 
-from cwm import bulk, changes, errors
+from cwm import bulk, errors
+from cwm.changes import Change, changes_to_proto, meshes_of
 from cwm.connection import Connection
 from cwm.v1 import query_pb2
-from cwm.view import WorldView
-
-if TYPE_CHECKING:
-    from cwm.changes import Change
 
 _REQUEST = query_pb2.StreamQueriesRequest
 
 
-class _Stream:
+class Stream:
     """The call: questions go out under ids of their own, answers come back in order. Thread-safe."""
 
     def __init__(self, connection: Connection):
@@ -108,7 +105,7 @@ def _why_it_ended(error: grpc.RpcError, address: str) -> errors.Error:
 class _StreamedQueries:
     """The methods of QueryService by their names, as those of a connection, over a stream."""
 
-    def __init__(self, stream: _Stream):
+    def __init__(self, stream: Stream):
         service = query_pb2.DESCRIPTOR.services_by_name["QueryService"]
         for field in _REQUEST.DESCRIPTOR.oneofs_by_name["query"].fields:
             name = field.message_type.name.removesuffix("Request")
@@ -116,7 +113,7 @@ class _StreamedQueries:
             setattr(self, name, self._method(stream, field.name, field.number))
 
     @staticmethod
-    def _method(stream: _Stream, name: str, number: int) -> Callable:
+    def _method(stream: Stream, name: str, number: int) -> Callable:
         def ask(data: bytes, timeout: float | None = None):
             def message(id: int) -> bytes:
                 return _REQUEST(id=id).SerializeToString() + bulk.embedded(number, data)
@@ -126,11 +123,12 @@ class _StreamedQueries:
         return ask
 
 
-class _StreamedConnection:
+class StreamedConnection:
     """A connection whose questions go over a stream. They are not sent once more."""
 
-    def __init__(self, connection: Connection, stream: _Stream):
+    def __init__(self, connection: Connection, stream: Stream):
         self._connection = connection
+        self._stream = stream
         self.queries = _StreamedQueries(stream)
 
     def __getattr__(self, name: str):
@@ -141,51 +139,15 @@ class _StreamedConnection:
             return method(request, timeout=timeout_s)
         return self._connection.call(method, request, timeout_s)
 
-
-class QueryStream(WorldView):
-    """Questions about one world over one stream, made by `WorldView.stream`; leaving its `with`
-    ends it.
-
-    It asks what a view asks, with the same answers. Several threads may ask at once: the next
-    question is on its way while one is answered. What the view supposes (`what_if`) is sent once.
-    A question that fails leaves the stream as it is; a connection that is lost ends it, and
-    Unavailable is raised from then on.
-    """
-
-    def __init__(self, view: WorldView):
-        super().__init__(view.server, view.name, view.timeout_s, view.pinned, view._uid)
-        self._stream = _Stream(view.connection)
-        self._streamed = _StreamedConnection(view.connection, self._stream)
-        try:
-            self._suppose(view.supposed)
-        except BaseException:
-            self.close()
-            raise
-
-    def __enter__(self) -> QueryStream:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    @property
-    def connection(self) -> Connection:
-        return self._streamed  # what a connection has, it has
-
-    def close(self) -> None:
-        """Nothing more can be asked; what other threads have asked is still answered."""
-        self._stream.close()
-
-    def _suppose(self, supposed: tuple[Change, ...]) -> None:
-        if not supposed:
-            return
+    def suppose(self, world: str, supposed: tuple[Change, ...], timeout_s: float | None) -> None:
+        """Every later question of the stream is answered as if the world had been changed so."""
         overlay = query_pb2.StreamOverlay(
-            world=self.name, changes=changes.changes_to_proto(supposed, "changes")
+            world=world, changes=changes_to_proto(supposed, "changes")
         )
-        self.connection.with_meshes(
-            changes.meshes_of(supposed),
-            self.timeout_s,
+        self._connection.with_meshes(
+            meshes_of(supposed),
+            timeout_s,
             lambda: self._stream.ask(
-                lambda id: _REQUEST(id=id, overlay=overlay).SerializeToString(), self.timeout_s
+                lambda id: _REQUEST(id=id, overlay=overlay).SerializeToString(), timeout_s
             ),
         )

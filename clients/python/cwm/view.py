@@ -13,12 +13,12 @@ from cwm.bulk import Bulk
 from cwm.changes import Change, changes_to_proto
 from cwm.connection import Connection
 from cwm.queries import Batches, Merged, QueryOptions
+from cwm.stream import Stream, StreamedConnection
 from cwm.subjects import RobotSubject, Subject, SubjectLike, subject_of
 from cwm.v1 import query_pb2, robot_pb2, world_pb2
 
 if TYPE_CHECKING:
     from cwm.server import Server
-    from cwm.stream import QueryStream
 
 
 class WorldView:
@@ -125,8 +125,6 @@ class WorldView:
                 while planning:
                     answer = stream.check(arm, rows)
         """
-        from cwm.stream import QueryStream  # which is a view
-
         return QueryStream(self)
 
     def fill_revision(self, request) -> None:
@@ -488,6 +486,42 @@ class WorldView:
             trust=merged.column("trust", "u1"),
             bound_m=merged.scalars("bound_m"),
         )
+
+
+class QueryStream(WorldView):
+    """Questions about one world over one stream, made by `WorldView.stream`; leaving its `with`
+    ends it.
+
+    It asks what a view asks, with the same answers. Several threads may ask at once: the next
+    question is on its way while one is answered. What the view supposes (`what_if`) is sent once.
+    A question that fails leaves the stream as it is; a connection that is lost ends it, and
+    Unavailable is raised from then on.
+    """
+
+    def __init__(self, view: WorldView):
+        super().__init__(view.server, view.name, view.timeout_s, view.pinned, view._uid)
+        self._stream = Stream(view.connection)
+        self._streamed = StreamedConnection(view.connection, self._stream)
+        try:
+            if view.supposed:
+                self._streamed.suppose(self.name, view.supposed, self.timeout_s)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> QueryStream:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def connection(self) -> Connection:
+        return self._streamed  # what a connection has, it has
+
+    def close(self) -> None:
+        """Nothing more can be asked; what other threads have asked is still answered."""
+        self._stream.close()
 
 
 def check_timeout(timeout_s: float | None) -> float | None:
