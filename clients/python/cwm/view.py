@@ -1,4 +1,7 @@
-"""What can be asked of a world: at its newest revision, or at one that is pinned."""
+"""Queries to a world, at its newest revision or at one that is pinned.
+
+This file is longer than 500 lines: a view opens query streams, and a query stream is a view.
+"""
 
 from __future__ import annotations
 
