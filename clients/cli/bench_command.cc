@@ -29,7 +29,7 @@ namespace {
 
 namespace pb = cwm::v1;
 
-constexpr double kLeastSeconds = 0.05, kMostSeconds = 600;
+constexpr double kMinSeconds = 0.05, kMaxSeconds = 600;
 // chosen: above this load per core, other programs take time that is to be measured.
 constexpr double kBusyLoad = 0.5;
 
@@ -47,9 +47,9 @@ int UsableCores() {
 }
 
 absl::Status ValidateArguments(const BenchArguments& arguments, const Session& session) {
-  if (!(arguments.seconds >= kLeastSeconds && arguments.seconds <= kMostSeconds)) {
-    return UsageError(absl::StrCat("--seconds is ", arguments.seconds, ", must be ", kLeastSeconds,
-                                   " to ", kMostSeconds));
+  if (!(arguments.seconds >= kMinSeconds && arguments.seconds <= kMaxSeconds)) {
+    return UsageError(absl::StrCat("--seconds is ", arguments.seconds, ", must be ", kMinSeconds,
+                                   " to ", kMaxSeconds));
   }
   if (arguments.batch < 1) {
     return UsageError(absl::StrCat("--batch is ", arguments.batch, ", must be at least 1"));

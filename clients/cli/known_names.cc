@@ -34,7 +34,7 @@ std::vector<std::string> KnownNames(const Session& session, Named what) {
     pb::ListObjectsRequest request;
     request.set_world(session.world);
     request.set_view(pb::OBJECT_VIEW_BASIC);
-    request.set_page_size(static_cast<int>(kMostNames));
+    request.set_page_size(static_cast<int>(kMaxNames));
     const auto listed =
         connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
     if (!listed.ok()) return names;

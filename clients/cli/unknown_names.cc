@@ -22,7 +22,7 @@ bool Has(const std::vector<std::string>& names, const std::string& name) {
 // The names of objects and robots of the world; empty if they cannot be read completely.
 std::vector<std::string> NamesOfWorld(const Session& session) {
   std::vector<std::string> names = KnownNames(session, Named::kObject);
-  if (names.size() >= kMostNames) return {};
+  if (names.size() >= kMaxNames) return {};
   const std::vector<std::string> robots = KnownNames(session, Named::kRobot);
   names.insert(names.end(), robots.begin(), robots.end());
   return names;

@@ -11,8 +11,8 @@
 namespace cwm::formats {
 namespace {
 
-constexpr std::size_t kMostMembers = 256;
-constexpr std::size_t kMostDimensions = 32;  // numpy's limit
+constexpr std::size_t kMaxMembers = 256;
+constexpr std::size_t kMaxDimensions = 32;  // numpy's limit
 
 // Parses the dictionary, whose tokens are strings, numbers, True, False and brackets.
 class Literal {
@@ -75,7 +75,7 @@ class Literal {
       return std::vector<std::int64_t>{*number};
     }
     while (!Skip(')')) {
-      if (shape.size() == kMostDimensions) return Fault("have at most 32 dimensions");
+      if (shape.size() == kMaxDimensions) return Fault("have at most 32 dimensions");
       const auto number = Number();
       if (!number.ok()) return number.status();
       shape.push_back(*number);
@@ -142,7 +142,7 @@ absl::Status ReadType(Literal& in, NpyHeader& header) {
   }
   if (absl::Status status = in.Expect('['); !status.ok()) return status;
   while (!in.Skip(']')) {
-    if (header.members.size() == kMostMembers) return in.Fault("have at most 256 members");
+    if (header.members.size() == kMaxMembers) return in.Fault("have at most 256 members");
     auto member = ReadMember(in);
     if (!member.ok()) return member.status();
     header.members.push_back(*std::move(member));

@@ -16,8 +16,8 @@ namespace cwm::formats {
 namespace {
 
 // chosen: the same limit as for a PCD; no valid file is wider.
-constexpr std::size_t kMostPointBytes = 1 << 16;
-constexpr std::int64_t kMostAside = std::numeric_limits<std::int32_t>::max();
+constexpr std::size_t kMaxPointBytes = 1 << 16;
+constexpr std::int64_t kMaxAside = std::numeric_limits<std::int32_t>::max();
 
 // The type of numbers in a file: "<f4".
 struct NpyType {
@@ -45,7 +45,7 @@ std::optional<std::size_t> PaddingBytes(std::string_view type) {
   if (!type.starts_with("|V")) return std::nullopt;
   type.remove_prefix(2);
   std::uint64_t bytes = 0;
-  if (!absl::SimpleAtoi({type.data(), type.size()}, &bytes) || bytes > kMostPointBytes) {
+  if (!absl::SimpleAtoi({type.data(), type.size()}, &bytes) || bytes > kMaxPointBytes) {
     return std::nullopt;
   }
   return static_cast<std::size_t>(bytes);
@@ -139,7 +139,7 @@ class NpyReader {
     }
     std::size_t count = 1;
     for (const std::int64_t n : member.shape) {
-      if (n < 1 || static_cast<std::uint64_t>(n) > kMostPointBytes / count) {
+      if (n < 1 || static_cast<std::uint64_t>(n) > kMaxPointBytes / count) {
         return Error(absl::StrCat("shape of member ", Printable(member.name)),
                      ShapeText(member.shape), "must be of 1 to 65536 numbers");
       }
@@ -171,7 +171,7 @@ class NpyReader {
 
   absl::Status Advance(std::size_t bytes, const std::string& place) {
     file_step_ += bytes;
-    if (file_step_ <= kMostPointBytes) return absl::OkStatus();
+    if (file_step_ <= kMaxPointBytes) return absl::OkStatus();
     return Error(place, absl::StrCat(file_step_, " bytes into a point"), "must end within 65536");
   }
 
@@ -183,9 +183,9 @@ class NpyReader {
   // Sets the number of points, and checks that the data has exactly their size.
   absl::Status Points(const NpyHeader& header) {
     for (std::size_t i = 0; i < point_dimensions_; ++i) {
-      if (header.shape[i] > kMostAside) {
+      if (header.shape[i] > kMaxAside) {
         return Error("shape", ShapeText(header.shape),
-                     absl::StrCat("must be at most ", kMostAside, " points a side"));
+                     absl::StrCat("must be at most ", kMaxAside, " points a side"));
       }
     }
     width_ = header.shape[point_dimensions_ - 1];

@@ -167,11 +167,11 @@ class TextReader {
   }
 
   absl::Status ReadMesh(const std::string& id, SceneShape& shape) {
-    constexpr std::size_t kLeastBytes = 6;  // "0 0 0\n"
+    constexpr std::size_t kMinBytes = 6;  // "0 0 0\n"
     std::uint32_t vertices = 0, triangles = 0;
-    absl::Status status = ReadCount("vertices", kLeastBytes, vertices);
+    absl::Status status = ReadCount("vertices", kMinBytes, vertices);
     if (!status.ok()) return status;
-    status = ReadCount("triangles", kLeastBytes, triangles);
+    status = ReadCount("triangles", kMinBytes, triangles);
     if (!status.ok()) return status;
     MeshFile mesh;
     mesh.vertices.resize(vertices);

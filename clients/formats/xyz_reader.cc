@@ -15,7 +15,7 @@ using Words = std::vector<std::string_view>;
 
 constexpr std::string_view kAxes[] = {"x", "y", "z"};
 // chosen: a line with more columns is not a point; also bounds the memory for a line.
-constexpr std::size_t kMostColumns = 256;
+constexpr std::size_t kMaxColumns = 256;
 
 std::string_view Trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r\v\f");
@@ -30,14 +30,14 @@ Words SplitColumns(std::string_view line) {
   Words words;
   if (line.find_first_of(",;") == std::string_view::npos) {
     TextCursor cursor(line);
-    while (words.size() <= kMostColumns) {
+    while (words.size() <= kMaxColumns) {
       const auto word = cursor.NextWord();
       if (!word) break;
       words.push_back(*word);
     }
     return words;
   }
-  for (line = Trimmed(line); !line.empty() && words.size() <= kMostColumns;) {
+  for (line = Trimmed(line); !line.empty() && words.size() <= kMaxColumns;) {
     const std::size_t end = std::min(line.find_first_of(",;"), line.size());
     words.push_back(Trimmed(line.substr(0, end)));
     line.remove_prefix(std::min(end + 1, line.size()));
@@ -131,9 +131,9 @@ class XyzReader {
       }
       cloud_.fields.push_back({.name = name, .type = Scalar::kF64});
     }
-    if (names_.size() > kMostColumns) {
-      return Fault("number of columns", absl::StrCat("more than ", kMostColumns),
-                   absl::StrCat("must be at most ", kMostColumns, " where they are named"));
+    if (names_.size() > kMaxColumns) {
+      return Fault("number of columns", absl::StrCat("more than ", kMaxColumns),
+                   absl::StrCat("must be at most ", kMaxColumns, " where they are named"));
     }
     cloud_.point_step = LayOut(cloud_.fields);
     return absl::OkStatus();

@@ -54,10 +54,10 @@ TriangleMesh Welded(const formats::MeshFile& file) {
 absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const std::string& file) {
   const auto read = formats::ParsePlyMesh(bytes, file);
   if (!read.ok()) return read.status();
-  constexpr std::size_t kMost = collision::MeshFileLimits{}.max_triangles;
-  if (read->triangles.size() > kMost) {
+  constexpr std::size_t kMax = collision::MeshFileLimits{}.max_triangles;
+  if (read->triangles.size() > kMax) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("has ", read->triangles.size(), " triangles, must have at most ", kMost));
+        absl::StrCat("has ", read->triangles.size(), " triangles, must have at most ", kMax));
   }
   TriangleMesh mesh = Welded(*read);
   if (const auto violation = FindViolation(mesh)) {

@@ -14,7 +14,7 @@ namespace ob = ompl::base;
 
 // chosen: meetings per round that are checked at the fine step; more than one, since the shortest
 // may not be free.
-constexpr std::size_t kMostConfirmed = 3;
+constexpr std::size_t kMaxConfirmed = 3;
 
 const JointSpace& SpaceOf(const ob::SpaceInformationPtr& information) {
   return *information->getStateSpace()->as<JointSpace>();
@@ -137,7 +137,7 @@ std::vector<BatchConnect::Meeting> BatchConnect::Connect(int tree,
 std::optional<std::vector<Row>> BatchConnect::Confirm(std::vector<Meeting> meetings) {
   std::stable_sort(meetings.begin(), meetings.end(),
                    [](const Meeting& a, const Meeting& b) { return a.length < b.length; });
-  if (meetings.size() > kMostConfirmed) meetings.resize(kMostConfirmed);
+  if (meetings.size() > kMaxConfirmed) meetings.resize(kMaxConfirmed);
   struct Doubt {
     int tree, node;
   };

@@ -158,13 +158,13 @@ struct Planned {
 
 // chosen: 7 paths of 700 problems of MotionBenchMaker have contact between their states: a second
 // try fails rarely, a third hardly ever.
-constexpr int kMostTries = 5;
+constexpr int kMaxTries = 5;
 
 absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& task, bool certify) {
   ServerChecker checker(stream, task.question);
   PlanOptions options = task.options;
   Planned planned;
-  for (int tried = 0; tried < kMostTries; ++tried, ++options.seed) {
+  for (int tried = 0; tried < kMaxTries; ++tried, ++options.seed) {
     auto result = PlanMotion(task.problem, checker, options);
     if (!result.ok()) return result.status();
     // An uncertified path is better than none.

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kFinalParts = 2;
 
 // chosen: a smaller saving is not worth two queries.
-constexpr double kLeastSaving = 0.01;
+constexpr double kMinSaving = 0.01;
 
 // A place on a path: after `motion` whole motions, at a share of the next.
 struct Place {
@@ -93,7 +93,7 @@ class Shortening {
   void Propose(Place from, Place to, std::vector<Cut>& cuts) const {
     if (from.motion == to.motion) return;
     const double saving = to.along - from.along - space_.Distance(from.row, to.row);
-    if (saving > kLeastSaving) cuts.push_back({std::move(from), std::move(to), saving});
+    if (saving > kMinSaving) cuts.push_back({std::move(from), std::move(to), saving});
   }
 
   // Proposes shortcuts between vertices first, since these save most.

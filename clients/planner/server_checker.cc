@@ -9,7 +9,7 @@ namespace cwm::planner {
 namespace {
 
 // chosen: far below the limit of a message; thousands of states of any robot.
-constexpr std::size_t kMostNumbers = 1 << 18;
+constexpr std::size_t kMaxNumbers = 1 << 18;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ ServerChecker::ServerChecker(client::QueryStream& stream, v1::CheckCollisionsReq
 absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const double> rows,
                                                                 std::size_t width) {
   std::vector<std::uint8_t> free;
-  const std::size_t part = std::max<std::size_t>(1, kMostNumbers / width) * width;
+  const std::size_t part = std::max<std::size_t>(1, kMaxNumbers / width) * width;
   for (std::size_t begin = 0; begin < rows.size(); begin += part) {
     const auto status =
         AskPart(rows.subspan(begin, std::min(part, rows.size() - begin)), width, free);

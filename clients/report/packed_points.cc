@@ -12,7 +12,7 @@ using Point = std::array<double, 3>;
 
 // chosen: a tenth of the noise of the best supported sensor at its nearest range.
 constexpr double kFinestStep_m = 1e-4;
-constexpr double kMostSteps = std::numeric_limits<std::uint16_t>::max();
+constexpr double kMaxSteps = std::numeric_limits<std::uint16_t>::max();
 
 std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud& scan) {
   const formats::CloudFile& cloud = scan.cloud;
@@ -49,14 +49,14 @@ void LayGrid(const std::map<std::uint32_t, std::vector<Point>>& measured, Packed
   packed.origin_m = low;
   packed.step_m = kFinestStep_m;
   for (std::size_t k = 0; k < 3; ++k) {
-    packed.step_m = std::max(packed.step_m, (high[k] - low[k]) / kMostSteps);
+    packed.step_m = std::max(packed.step_m, (high[k] - low[k]) / kMaxSteps);
   }
 }
 
 void Append(const Point& p, PackedPoints& packed) {
   for (std::size_t k = 0; k < 3; ++k) {
     const double steps = std::round((p[k] - packed.origin_m[k]) / packed.step_m);
-    const auto step = static_cast<std::uint16_t>(std::clamp(steps, 0.0, kMostSteps));
+    const auto step = static_cast<std::uint16_t>(std::clamp(steps, 0.0, kMaxSteps));
     packed.grid.push_back(static_cast<char>(step & 0xff));
     packed.grid.push_back(static_cast<char>(step >> 8));
   }

@@ -12,7 +12,7 @@ namespace cwm::report {
 
 // chosen: the most points drawn of a scan; more would give a page of over 5 MB. A depth image of
 // 640 x 480 is drawn completely.
-inline constexpr std::int64_t kMostPoints = 600'000;
+inline constexpr std::int64_t kMaxPoints = 600'000;
 
 struct PointRun {
   std::uint32_t label = 0;
@@ -39,6 +39,6 @@ struct LabelledCloud {
 
 // Each label keeps its first point and every n-th after it. A cloud without measured points has no
 // runs.
-PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points = kMostPoints);
+PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points = kMaxPoints);
 
 }  // namespace cwm::report

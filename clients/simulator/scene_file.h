@@ -9,8 +9,8 @@
 namespace cwm::simulator {
 
 // chosen: larger scenes are refused, so that a few lines of YAML cannot use up all memory.
-inline constexpr int kMostParts = 100'000;
-inline constexpr int kMostPixelsPerSide = 4096;  // twice that of depth cameras
+inline constexpr int kMaxParts = 100'000;
+inline constexpr int kMaxPixelsPerSide = 4096;  // twice that of depth cameras
 
 // Reads the scene and the meshes that it names, with paths relative to the scene file.
 // INVALID_ARGUMENT "FILE:LINE: FIELD is VALUE, RULE" for any error: unknown and repeated keys,

@@ -20,7 +20,7 @@ using perception::SimulatedObject;
 using perception::SimulatedView;
 
 // chosen: a scene is text written by people; meshes have files of their own.
-constexpr std::int64_t kMostSceneBytes = std::int64_t{64} << 20;
+constexpr std::int64_t kMaxSceneBytes = std::int64_t{64} << 20;
 
 // chosen: quaternions written with two or three decimals are off by up to half a percent; more is
 // an error.
@@ -89,9 +89,9 @@ absl::StatusOr<Pose> ReadLookAt(const YamlPlace& place) {
 }
 
 absl::Status ReadLens(const YamlPlace& place, PinholeCamera& camera) {
-  const auto width = place["width"].ReadInteger(1, kMostPixelsPerSide);
+  const auto width = place["width"].ReadInteger(1, kMaxPixelsPerSide);
   if (!width.ok()) return width.status();
-  const auto height = place["height"].ReadInteger(1, kMostPixelsPerSide);
+  const auto height = place["height"].ReadInteger(1, kMaxPixelsPerSide);
   if (!height.ok()) return height.status();
   const auto focal = place["focal_px"].ReadNumber();
   if (!focal.ok()) return focal.status();
@@ -204,8 +204,8 @@ class SceneReader {
   absl::Status ReadParts(const YamlPlace& place, SimulatedObject& object) {
     if (place.size() == 0) return place.Error("must be a list of at least one part");
     part_count_ += place.size();
-    if (part_count_ > kMostParts) {
-      return place.Error(absl::StrCat("goes beyond the ", kMostParts, " parts of a scene"));
+    if (part_count_ > kMaxParts) {
+      return place.Error(absl::StrCat("goes beyond the ", kMaxParts, " parts of a scene"));
     }
     for (std::size_t i = 0; i < place.size(); ++i) {
       if (absl::Status status = ReadPart(place[i], object); !status.ok()) return status;
@@ -221,7 +221,7 @@ class SceneReader {
 }  // namespace
 
 absl::StatusOr<SimulatedView> ReadScene(const std::string& path) {
-  const auto bytes = formats::ReadFileBytes(path, kMostSceneBytes);
+  const auto bytes = formats::ReadFileBytes(path, kMaxSceneBytes);
   if (!bytes.ok()) return bytes.status();
   try {  // yaml-cpp reports errors by exceptions, which are handled here
     return SceneReader().Read(YamlPlace(YAML::Load(*bytes), path));

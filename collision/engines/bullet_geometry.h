@@ -41,11 +41,11 @@ BulletShape MakeBulletShape(const Shape& shape);
 
 // Bullet packs the number of a part and the index of a triangle into one int, unchecked. An index
 // beyond this limit makes it read other memory.
-inline constexpr int kMostTrianglesPerPart = 1 << (31 - MAX_NUM_PARTS_IN_BITS);
+inline constexpr int kMaxTrianglesPerPart = 1 << (31 - MAX_NUM_PARTS_IN_BITS);
 
-// `triangles_per_part` is from 1 to kMostTrianglesPerPart, and gives at most
+// `triangles_per_part` is from 1 to kMaxTrianglesPerPart, and gives at most
 // 2^MAX_NUM_PARTS_IN_BITS parts.
 std::shared_ptr<const BulletMesh> MakeBulletMesh(std::shared_ptr<const TriangleMesh> source,
-                                                 int triangles_per_part = kMostTrianglesPerPart);
+                                                 int triangles_per_part = kMaxTrianglesPerPart);
 
 }  // namespace cwm::collision

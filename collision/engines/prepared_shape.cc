@@ -67,14 +67,14 @@ class SharedForms {
   // per insertion is constant.
   void Sweep() {
     std::erase_if(forms_, [](const auto& entry) { return entry.second.expired(); });
-    sweep_at_ = std::max(kLeastSweep, 2 * forms_.size());
+    sweep_at_ = std::max(kMinSweep, 2 * forms_.size());
   }
 
-  static constexpr std::size_t kLeastSweep = 64;  // chosen: fewer entries take only a few kilobytes
+  static constexpr std::size_t kMinSweep = 64;  // chosen: fewer entries take only a few kilobytes
 
   std::mutex mutex_;
   std::map<Key, std::weak_ptr<const LazyForms>> forms_;
-  std::size_t sweep_at_ = kLeastSweep;
+  std::size_t sweep_at_ = kMinSweep;
 };
 
 std::shared_ptr<const LazyForms> FormsOf(const Shape& shape) {

@@ -13,7 +13,7 @@ namespace {
 
 // chosen: bounds the comparison of every component with every other; a mesh of more components is
 // turned as a whole.
-constexpr std::size_t kMostParts = 1'000;
+constexpr std::size_t kMaxParts = 1'000;
 
 // One connected component of a mesh.
 struct Part {
@@ -93,7 +93,7 @@ std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
   const std::vector<double> volumes = VolumesOf(mesh, components, work);
   if (std::ranges::none_of(volumes, [](double volume) { return volume < 0; })) return {};
   if (HasEnded(work)) return {};
-  if (volumes.size() == 1 || volumes.size() > kMostParts) {
+  if (volumes.size() == 1 || volumes.size() > kMaxParts) {
     return std::vector<bool>(SignedVolume_m3(mesh, work) < 0 ? components.size() : 0, true);
   }
   const std::vector<Part> parts = PartsOf(mesh, components, work);

@@ -36,12 +36,12 @@ Vector3 TriangleNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
 }
 
 std::optional<Vector3> SureNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
-  constexpr double kLeastHeightShare = 1e-9;
+  constexpr double kMinHeightShare = 1e-9;
   const double longest_squared =
       std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
   const Vector3 n = (b - a).cross(c - a);
   const double norm = n.stableNorm();
-  if (!(norm > kLeastHeightShare * longest_squared)) return std::nullopt;
+  if (!(norm > kMinHeightShare * longest_squared)) return std::nullopt;
   return Vector3(n / norm);
 }
 

@@ -123,7 +123,7 @@ MaybeViolation CheckConvexity(const TriangleMesh& hull, WorkCounter* work) {
 MaybeViolation CheckHull(const TriangleMesh& hull, WorkCounter* work) {
   if (auto v = FindViolation(hull, work)) return v;
   const std::string count = std::to_string(hull.triangles.size()) + " triangles";
-  if (hull.triangles.size() > static_cast<std::size_t>(kMostHullTriangles)) {
+  if (hull.triangles.size() > static_cast<std::size_t>(kMaxHullTriangles)) {
     return Violation{"hull", count, "must have at most 16384 triangles; send a mesh instead"};
   }
   if (!SharesEdges(hull, work)) {
@@ -173,7 +173,7 @@ struct Finder {
     if (auto v = CheckDimension("thickness_m", s.thickness_m)) return v;
     std::size_t vertices = s.outline.size();
     for (const Polygon& hole : s.holes) vertices += hole.size();
-    if (vertices > static_cast<std::size_t>(kMostPlateVertices)) {
+    if (vertices > static_cast<std::size_t>(kMaxPlateVertices)) {
       return Violation{"outline", std::to_string(vertices) + " vertices",
                        "must have at most 4096 vertices together with the holes; send a mesh "
                        "instead"};

@@ -25,18 +25,18 @@ inline constexpr double kSmallestDimension_m = 1e-9;
 
 // Limits the cost of a hull's support mapping, which is linear in its vertices. A more detailed
 // shape should be sent as a mesh.
-inline constexpr int kMostHullTriangles = 16384;
+inline constexpr int kMaxHullTriangles = 16384;
 
 // Vertices of a plate's outline and holes together. They make about half as many convex pieces,
 // each of which is tested by itself in a pair.
-inline constexpr int kMostPlateVertices = 4096;
+inline constexpr int kMaxPlateVertices = 4096;
 
 // The first broken rule of the shape; empty if it is valid. Dimensions must be finite and between
 // kSmallestDimension_m and kLargestCoordinate_m (one radius of a cone may be 0). Outlines must be
-// simple, with at least three vertices and at most kMostPlateVertices in all rings of a plate.
+// simple, with at least three vertices and at most kMaxPlateVertices in all rings of a plate.
 // Meshes must have at least one triangle, indices in range, finite vertices and no triangle that
 // uses a vertex twice. Hulls must be watertight, wound outward and convex up to the rounding of
-// single-precision coordinates, with at most kMostHullTriangles. The answer is void if `work` ended
+// single-precision coordinates, with at most kMaxHullTriangles. The answer is void if `work` ended
 // the search.
 std::optional<Violation> FindViolation(const Shape& shape, WorkCounter* work = nullptr);
 std::optional<Violation> FindViolation(const TriangleMesh& mesh, WorkCounter* work = nullptr);

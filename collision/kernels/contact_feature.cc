@@ -44,7 +44,7 @@ ContactFeature FeatureOf(const Box& box, const Vector3& d) {
   int count = 0;
   Vector3 normal = Vector3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(d[axis]) <= kMostLean) {
+    if (std::abs(d[axis]) <= kMaxLean) {
       free[static_cast<std::size_t>(count++)] = axis;
     } else {
       corner[axis] = std::copysign(corner[axis], d[axis]);
@@ -84,14 +84,14 @@ ContactFeature FeatureOf(const Cone& cone, const Vector3& d) {
   const Vector3 foremost = SupportPoint(cone, d);
   const double cap_m = d.z() > 0 ? cone.radius_top_m : cone.radius_bottom_m;
   const bool is_cap = (foremost.z() > 0) == (d.z() > 0);
-  if (radial <= kMostLean && is_cap && cap_m > 0) return Disc(cap_m, foremost.z(), d);
+  if (radial <= kMaxLean && is_cap && cap_m > 0) return Disc(cap_m, foremost.z(), d);
   if (radial <= kNoDirection) return Point(foremost);
   // The outward normal of the side, as (radial, axial).
   const Vector2 side =
       Vector2(cone.length_m, cone.radius_bottom_m - cone.radius_top_m).normalized();
   const double sine = radial * side.y() - d.z() * side.x();
   const double cosine = radial * side.x() + d.z() * side.y();
-  if (std::abs(sine) > kMostLean || cosine < 0) return Point(foremost);
+  if (std::abs(sine) > kMaxLean || cosine < 0) return Point(foremost);
   const Vector2 outward = d.head<2>() / radial;
   const auto on_rim = [&](double radius_m, double z_m) {
     return Vector3(radius_m * outward.x(), radius_m * outward.y(), z_m);
@@ -105,20 +105,20 @@ ContactFeature FeatureOf(const Cylinder& cylinder, const Vector3& d) {
 
 ContactFeature CapsuleFeature(double half_length_m, double radius_m, const Vector3& d) {
   const double radial = d.head<2>().norm();
-  if (std::abs(d.z()) > kMostLean || half_length_m == 0) {
+  if (std::abs(d.z()) > kMaxLean || half_length_m == 0) {
     return Point(Vector3(0, 0, std::copysign(half_length_m, d.z())) + radius_m * d);
   }
   const Vector3 off = Vector3(d.x(), d.y(), 0) * (radius_m / radial);
   return Line(off - Vector3(0, 0, half_length_m), off + Vector3(0, 0, half_length_m));
 }
 
-// The polygon itself, or if it has too many corners, those farthest in kMostCorners directions.
+// The polygon itself, or if it has too many corners, those farthest in kMaxCorners directions.
 Polygon Thinned(const Polygon& polygon) {
-  if (polygon.size() <= ContactFeature::kMostCorners) return polygon;
+  if (polygon.size() <= ContactFeature::kMaxCorners) return polygon;
   Polygon thinned;
   std::size_t last = polygon.size();
-  for (int i = 0; i < ContactFeature::kMostCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / ContactFeature::kMostCorners;
+  for (int i = 0; i < ContactFeature::kMaxCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / ContactFeature::kMaxCorners;
     const Vector2 direction(std::cos(angle), std::sin(angle));
     const auto farthest = std::max_element(
         polygon.begin(), polygon.end(),
@@ -138,7 +138,7 @@ ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d)
   const std::span<const Vector3> rim = vertices.subspan(d.z() > 0 ? 0 : sides, sides);
   const std::span<const Vector3> other = vertices.subspan(d.z() > 0 ? sides : 0, sides);
   const double radial = d.head<2>().norm();
-  if (radial <= kMostLean) {
+  if (radial <= kMaxLean) {
     Polygon polygon;
     for (const Vector3& v : rim) polygon.emplace_back(v.x(), v.y());
     ContactFeature cap;
@@ -159,9 +159,9 @@ ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d)
     best = i;
   }
   const std::size_t next = (best + 1) % sides;
-  const bool is_upright = std::abs(d.z()) <= kMostLean;
+  const bool is_upright = std::abs(d.z()) <= kMaxLean;
   const double sine = beside.x() * outward.y() - beside.y() * outward.x();
-  if (most > 0 && std::abs(sine) <= kMostLean) {
+  if (most > 0 && std::abs(sine) <= kMaxLean) {
     if (!is_upright) return Line(rim[best], rim[next]);
     ContactFeature side = Line(rim[best], rim[next]);
     side.Add(other[next]);
@@ -217,11 +217,11 @@ ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vect
       end = hull.vertices[k];
     }
   }
-  if (face_normal.cross(d).norm() <= kMostLean && !face_normal.isZero(0)) {
+  if (face_normal.cross(d).norm() <= kMaxLean && !face_normal.isZero(0)) {
     ContactFeature face = HullFace(hull, corner, face_normal, kCoplanarShare * extent_m);
     if (face.count > 2) return face;
   }
-  return steepest >= -kMostLean ? Line(corner, end) : Point(corner);
+  return steepest >= -kMaxLean ? Line(corner, end) : Point(corner);
 }
 
 }  // namespace
@@ -250,7 +250,7 @@ std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, A
   if (!sure) return std::nullopt;  // a needle: its neighbours have the same features
   const double along = sure->dot(d);
   if (along < 0 && air == AirSide::kOfNormal) return std::nullopt;
-  if (sure->cross(d).norm() <= kMostLean) {
+  if (sure->cross(d).norm() <= kMaxLean) {
     ContactFeature face;
     for (const Vector3& corner : c) face.Add(corner);
     face.normal = along < 0 ? -*sure : *sure;
@@ -262,7 +262,7 @@ std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, A
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3 edge = c[i] - c[top];
-    if (i != top && -edge.dot(d) <= kMostLean * edge.norm()) return Line(c[top], c[i]);
+    if (i != top && -edge.dot(d) <= kMaxLean * edge.norm()) return Line(c[top], c[i]);
   }
   return Point(c[top]);
 }

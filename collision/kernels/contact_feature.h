@@ -12,15 +12,15 @@ namespace cwm::collision {
 // Sine of the largest angle between a face or edge and the plane across the direction at which it
 // still counts as foremost together with the foremost corner. chosen: the poses of fitted objects
 // that stand on each other differ by up to a degree.
-inline constexpr double kMostLean = 0.02;
+inline constexpr double kMaxLean = 0.02;
 
 struct ContactFeature {
   // A face with more corners keeps those that are farthest in this many directions.
-  static constexpr int kMostCorners = 32;
+  static constexpr int kMaxCorners = 32;
 
-  std::array<Vector3, kMostCorners> corners;  // on the surface; those of a face in cyclic order
-  int count = 0;                              // 1: a point; 2: a line; more: a plane face
-  Vector3 normal = Vector3::UnitZ();          // outward unit normal of a face
+  std::array<Vector3, kMaxCorners> corners;  // on the surface; those of a face in cyclic order
+  int count = 0;                             // 1: a point; 2: a line; more: a plane face
+  Vector3 normal = Vector3::UnitZ();         // outward unit normal of a face
 
   void Add(const Vector3& corner) { corners[static_cast<std::size_t>(count++)] = corner; }
 };

@@ -26,8 +26,8 @@ constexpr double kSameShare = 1e-6;
 constexpr double kTieShare = 1e-9;
 // Largest number of triangle pairs that are tested, at some 0.2 us each, and number of spots at
 // which inner ones are dropped.
-constexpr int kMostFacetPairs = 65'536;
-constexpr std::size_t kMostSpots = 4'096;
+constexpr int kMaxFacetPairs = 65'536;
+constexpr std::size_t kMaxSpots = 4'096;
 // A point of a plate's piece that is deeper than this in the plate lies on a cut between pieces.
 constexpr double kOnSurface_m = 1e-7;
 
@@ -38,7 +38,7 @@ struct Spot {
   double gap_m() const { return of_b_m - of_a_m; }
 };
 using Spots = absl::InlinedVector<Spot, 64>;
-using Corners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kMostCorners>;
+using Corners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kMaxCorners>;
 
 double Cross(const Vector2& u, const Vector2& v) { return u.x() * v.y() - u.y() * v.x(); }
 
@@ -162,8 +162,8 @@ std::size_t FirstLargest(const Spots& spots, double least, const Value& value) {
 }
 
 // The spots that ExactContacts returns: the deepest, the farthest from it, and one to either side.
-absl::InlinedVector<Spot, kMostPatchPoints> Spanning(const Spots& spots, double same_m) {
-  absl::InlinedVector<Spot, kMostPatchPoints> chosen;
+absl::InlinedVector<Spot, kMaxPatchPoints> Spanning(const Spots& spots, double same_m) {
+  absl::InlinedVector<Spot, kMaxPatchPoints> chosen;
   const double least =
       std::min_element(spots.begin(), spots.end(), [](const Spot& s, const Spot& t) {
         return s.gap_m() < t.gap_m();
@@ -287,8 +287,8 @@ class PatchSearch {
     int pairs = 0;
     const auto gather = [&](const Foreground& of_outer, const Foreground& of_inner) {
       a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
-      if (spots_.size() >= kMostSpots) DropInner();
-      return ++pairs < kMostFacetPairs && !MustEndNow(kStepsOfConvexPair);
+      if (spots_.size() >= kMaxSpots) DropInner();
+      return ++pairs < kMaxFacetPairs && !MustEndNow(kStepsOfConvexPair);
     };
     if (inner.geometry.tree() != nullptr) {
       const Aabb near = inner.geometry.tree()->bounds().transformed(X_IO.inverse(Eigen::Isometry));
@@ -296,7 +296,7 @@ class PatchSearch {
         ForEachFacet(inner, bounds.transformed(X_IO), [&](const Foreground& of_inner, const Aabb&) {
           return gather(of_outer, of_inner);
         });
-        return pairs < kMostFacetPairs && !MustEndNow(1);
+        return pairs < kMaxFacetPairs && !MustEndNow(1);
       });
       return;
     }
@@ -386,7 +386,7 @@ class PatchSearch {
   // cuts, not their top and bottom.
   static bool IsOnSurface(const ExactGeometry& g, const Pose& X_PS, const Spot& spot, double z_m) {
     if (g.pieces().size() <= 1) return true;
-    if (X_PS.linear().row(2).head<2>().norm() <= kMostLean) return true;
+    if (X_PS.linear().row(2).head<2>().norm() <= kMaxLean) return true;
     const Vector3 p_P(spot.xy.x(), spot.xy.y(), z_m);
     return std::abs(SignedDistance_m(g.shape(), X_PS.inverse(Eigen::Isometry) * p_P)) <=
            kOnSurface_m;

@@ -9,7 +9,7 @@ namespace cwm::collision {
 
 // chosen: points of a patch besides the deepest one. The contact of two faces is defined by its
 // corners, and four of them span nearly all of its area.
-inline constexpr int kMostPatchPoints = 4;
+inline constexpr int kMaxPatchPoints = 4;
 
 struct ContactLimits {
   double max_distance_m = 0;

@@ -61,7 +61,7 @@ void ExactGeometry::AddPlate(const Plate& plate) {
 
 ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
   auto* hull = std::get_if<VertexCore>(&core.core);
-  if (hull == nullptr || hull->vertices.size() < VertexLanes::kFewest) return core;
+  if (hull == nullptr || hull->vertices.size() < VertexLanes::kMin) return core;
   hull->lanes = lanes_.emplace_back(std::make_unique<const VertexLanes>(hull->vertices)).get();
   return core;
 }

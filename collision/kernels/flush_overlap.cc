@@ -16,8 +16,8 @@ constexpr double kBehind = 0.05;
 // Position of the test points along a line of contact. Not the middle, where corners of other
 // triangles are more likely.
 constexpr double kPlaceOnLine = 0.47;
-constexpr std::size_t kMostPairs = 128;  // tested pairs, spread evenly over those that touch
-constexpr int kMostDoublings = 24;       // from kBeside to beyond any mesh
+constexpr std::size_t kMaxPairs = 128;  // tested pairs, spread evenly over those that touch
+constexpr int kMaxDoublings = 24;       // from kBeside to beyond any mesh
 
 using Corners = std::vector<Vector3>;
 
@@ -90,7 +90,7 @@ class Search {
   Vector3 Deepened(const Vector3& from, const Vector3& inward) const {
     Vector3 deepest = from;
     double step_m = kBeside * size_m_;
-    for (int k = 0; k < kMostDoublings; ++k, step_m *= 2) {
+    for (int k = 0; k < kMaxDoublings; ++k, step_m *= 2) {
       const Vector3 next = from + step_m * inward;
       if (!IsInBoth(next)) break;
       deepest = next;
@@ -109,7 +109,7 @@ class Search {
 std::optional<Vector3> PointInBoth(const ClosedPair& pair,
                                    std::span<const TouchingTriangles> touching, WorkCounter* work) {
   const Search search(pair, work);
-  const std::size_t stride = (touching.size() + kMostPairs - 1) / kMostPairs;
+  const std::size_t stride = (touching.size() + kMaxPairs - 1) / kMaxPairs;
   for (std::size_t i = 0; i < touching.size(); i += stride) {
     if (const auto found = search.Beside(touching[i])) return found;
   }

@@ -18,9 +18,9 @@ constexpr int kMaxIterations = 128;
 constexpr double kRelativeGap = 1e-14;
 
 // chosen: if the gap is below kNearShare of the extent, a plane across it must separate the cores
-// by kLeastCertified of the gap; otherwise its direction is not trusted.
+// by kMinCertified of the gap; otherwise its direction is not trusted.
 constexpr double kNearShare = 1e-6;
-constexpr double kLeastCertified = 0.9;
+constexpr double kMinCertified = 0.9;
 
 class Solver {
  public:
@@ -77,7 +77,7 @@ class Solver {
   // True if the direction of the gap can be trusted. In a small gap rounding can leave a direction
   // along which the cores are not separated.
   bool IsDirectionTold() const {
-    return distance_ > kNearShare * size_ || lower_bound_ >= kLeastCertified * distance_;
+    return distance_ > kNearShare * size_ || lower_bound_ >= kMinCertified * distance_;
   }
 
   void Add(const CoreDifference::Vertex& vertex) {

@@ -12,7 +12,7 @@ namespace {
 constexpr int kCells = 8;
 // chosen: share of the largest ball's radius. A ball that sticks out of the others by less hardly
 // helps.
-constexpr double kLeastGain = 0.1;
+constexpr double kMinGain = 0.1;
 
 std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, WorkCounter* work) {
   std::vector<InnerBall> balls;
@@ -39,10 +39,10 @@ std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m, W
   std::vector<double> gain_m;
   for (const InnerBall& ball : all) gain_m.push_back(ball.radius_m);
   std::vector<InnerBall> taken;
-  while (!all.empty() && taken.size() < kMostInnerBalls) {
+  while (!all.empty() && taken.size() < kMaxInnerBalls) {
     const auto best = std::ranges::max_element(gain_m);
     const InnerBall& next = all[static_cast<std::size_t>(best - gain_m.begin())];
-    if (!taken.empty() && *best < kLeastGain * taken.front().radius_m) break;
+    if (!taken.empty() && *best < kMinGain * taken.front().radius_m) break;
     taken.push_back(next);
     for (std::size_t k = 0; k < all.size(); ++k) {
       const double out_m = (all[k].centre - next.centre).norm() + all[k].radius_m - next.radius_m;

@@ -14,10 +14,10 @@ struct InnerBall {
   double radius_m = 0;
 };
 
-// At most kMostInnerBalls balls: the largest first, then those that stick out most of the balls
+// At most kMaxInnerBalls balls: the largest first, then those that stick out most of the balls
 // already taken. No triangle is nearer to a centre than the radius plus `spared_m`. Empty if the
 // solid is too thin. Takes some milliseconds.
-inline constexpr std::size_t kMostInnerBalls = 12;
+inline constexpr std::size_t kMaxInnerBalls = 12;
 std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m,
                                     WorkCounter* work = nullptr);
 

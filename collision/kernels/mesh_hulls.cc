@@ -11,16 +11,16 @@ namespace {
 
 // Largest number of vertices of a mesh with hulls. measured: quickhull takes some tens of
 // milliseconds for so many if all lie on the hull, else some milliseconds; once per mesh.
-constexpr std::size_t kMostVertices = 2048;
+constexpr std::size_t kMaxVertices = 2048;
 // Largest number of corners of a hull. With more, finding the farthest corner costs as much as a
 // walk through the triangles.
-constexpr std::size_t kMostCorners = 2048;
+constexpr std::size_t kMaxCorners = 2048;
 // chosen: additional shrinking of the inner hull, as a share of the extent. With it, meshes whose
 // inner hulls overlap also overlap by their triangles, whatever the rounding.
 constexpr double kFurtherShrinking = 1e-5;
 // chosen: smallest scale of an inner hull. A smaller one decides no faster than a walk through the
 // tree.
-constexpr double kLeastScale = 0.5;
+constexpr double kMinScale = 0.5;
 // Number of planes compared in one step of a WorkCounter.
 constexpr std::size_t kPlanesOfStep = 32;
 
@@ -44,7 +44,7 @@ std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
 }
 
 // The largest scale of the hull about its centre at which every triangle lies outside it, with all
-// three corners beyond one plane. Stops at the first scale below kLeastScale.
+// three corners beyond one plane. Stops at the first scale below kMinScale.
 double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree,
                    WorkCounter* work) {
   const std::vector<Vector3> polar = PolarOf(hull, centre);
@@ -56,7 +56,7 @@ double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const Triang
     const Vector3 p = a - centre, q = b - centre, r = c - centre;
     const Vector3& plane = polar[lanes.Farthest(p + q + r)];
     scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
-    if (scale < kLeastScale || MustEnd(work, 1 + polar.size() / kPlanesOfStep)) break;
+    if (scale < kMinScale || MustEnd(work, 1 + polar.size() / kPlanesOfStep)) break;
   }
   return scale;
 }
@@ -80,21 +80,21 @@ LaneHull::LaneHull(std::vector<Vector3> vertices)
     : vertices_(std::move(vertices)),
       lanes_(vertices_),
       core_(CoreOf(std::span<const Vector3>(vertices_))) {
-  if (vertices_.size() < VertexLanes::kFewest) return;
+  if (vertices_.size() < VertexLanes::kMin) return;
   std::get<VertexCore>(core_.core).lanes = &lanes_;
 }
 
 std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree,
                                                WorkCounter* work) {
-  if (mesh.mesh->vertices.size() > kMostVertices) return nullptr;
+  if (mesh.mesh->vertices.size() > kMaxVertices) return nullptr;
   const TriangleMesh hull = ConvexHull3(CornersOf(*mesh.mesh), work);
-  if (hull.triangles.empty() || hull.vertices.size() > kMostCorners) return nullptr;
+  if (hull.triangles.empty() || hull.vertices.size() > kMaxCorners) return nullptr;
   std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
   if (!mesh.watertight) return hulls;
   hulls->balls_within_ = InnerBallsOf(tree, kFurtherShrinking * hulls->around().extent_m, work);
   const Vector3& centre = hulls->around().centre;
   const double scale = ScaleWithin(hull, centre, tree, work) - kFurtherShrinking;
-  if (scale < kLeastScale || !tree.Encloses(centre, work)) return hulls;
+  if (scale < kMinScale || !tree.Encloses(centre, work)) return hulls;
   std::vector<Vector3> corners = hull.vertices;
   for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
   hulls->within_.emplace(std::move(corners));

@@ -18,7 +18,7 @@ namespace {
 
 // chosen: overlapping pairs of triangles whose depth is measured. The depth is only a bound in any
 // case, and a mesh deep in another one has as many such pairs as triangles.
-constexpr int kMostDepths = 64;
+constexpr int kMaxDepths = 64;
 
 // The best answer so far of a search that first looks for the nearest triangle and, once one
 // overlaps, for the deepest.
@@ -33,7 +33,7 @@ class Best {
 
   // The distance below which further pairs still matter; negative if only overlaps do.
   double limit_m() const { return std::min(answer_.distance_m, max_distance_m_); }
-  bool IsDone() const { return overlaps_ >= kMostDepths; }
+  bool IsDone() const { return overlaps_ >= kMaxDepths; }
   const PairDistance& answer() const { return answer_; }
   bool IsOverlapping() const { return answer_.distance_m < 0; }
 

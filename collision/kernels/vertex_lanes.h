@@ -21,7 +21,7 @@ class VertexLanes {
   std::size_t Farthest(const Vector3& d) const;
 
   // measured: with fewer vertices a plain loop is as fast (at 8 SIMD lanes).
-  static constexpr std::size_t kFewest = 12;
+  static constexpr std::size_t kMin = 12;
 
  private:
   std::size_t stride_;               // a multiple of every machine's lane count

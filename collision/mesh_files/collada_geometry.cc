@@ -14,7 +14,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr std::uint32_t kMostInputs = 64;  // chosen: the format defines some twenty kinds
+constexpr std::uint32_t kMaxInputs = 64;  // chosen: the format defines some twenty kinds
 
 std::optional<std::uint32_t> ParseIndex(std::string_view word) {
   std::uint32_t index = 0;
@@ -104,7 +104,7 @@ class GeometryReader {
     for (const XmlElement& input : primitive.Children("input")) {
       const absl::StatusOr<std::uint32_t> offset = CountOf(input, "offset", 0);
       if (!offset.ok()) return offset.status();
-      if (*offset >= kMostInputs) return input.FaultOf("offset", "must be below 64");
+      if (*offset >= kMaxInputs) return input.FaultOf("offset", "must be below 64");
       inputs.stride = std::max(inputs.stride, *offset + 1);
       if (!input.Has("semantic") || *input.Text("semantic") != "VERTEX") continue;
       inputs.vertex_offset = *offset;

@@ -14,7 +14,7 @@ namespace {
 
 // chosen: the most fractions of an edge at which one pair is measured. A pair that stays a
 // millimetre apart needs about one per millimetre that its parts travel.
-constexpr int kMostPlaces = 4000;
+constexpr int kMaxPlaces = 4000;
 // chosen: pairs that may come as near as this are measured; no larger clearance is reported.
 constexpr double kLookout_m = 0.02;
 // chosen: an interval is accepted if its proven clearance is at least this share of the smaller gap
@@ -234,7 +234,7 @@ class EdgeSearch {
     const double open_before = open_from_;
     finest_m_ = kFinest_m;
     Certify(candidate, a, b);
-    if (places_ < kMostPlaces || search_.ended()) return;
+    if (places_ < kMaxPlaces || search_.ended()) return;
     result_ = before;
     open_from_ = open_before;
     places_ = 0;
@@ -283,7 +283,7 @@ class EdgeSearch {
     // not if it merely comes near.
     const bool slides = std::max(a.gap_m, b.gap_m) <= finest_m_ && plane_m >= -0.5 * finest_m_;
     const bool is_grazing = !b.contact && least_m <= finest_m_ && (travel_m <= finest_m_ || slides);
-    if (is_grazing || is_narrowest || (!b.contact && places_ >= kMostPlaces)) {
+    if (is_grazing || is_narrowest || (!b.contact && places_ >= kMaxPlaces)) {
       const bool grazes = is_grazing && is_certain;
       open_from_ = std::min(open_from_, a.fraction);
       if (result_.verdict == MotionVerdict::kContact) result_.lo = std::min(result_.lo, open_from_);
@@ -292,7 +292,7 @@ class EdgeSearch {
              .hi = b.fraction,
              .trust = std::max(a.trust, b.trust)});
       // The pair stays undecided unless a contact follows, so no more work is spent on it.
-      if (!is_grazing) places_ = kMostPlaces;
+      if (!is_grazing) places_ = kMaxPlaces;
       return false;
     }
     const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction), width);

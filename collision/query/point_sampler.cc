@@ -57,7 +57,7 @@ bool PointSampler::Answer(std::span<const Vector3> points, std::size_t first, st
 void PointSampler::ListParts(std::span<const Vector3> chunk) {
   // chosen: the minimum of a few dozen numbers is found faster than a priority queue yields one
   // element.
-  constexpr std::size_t kMostListed = 96;
+  constexpr std::size_t kMaxListed = 96;
   Aabb bounds;
   for (const Vector3& p : chunk) bounds.extend(p);
   listed_.clear();
@@ -69,7 +69,7 @@ void PointSampler::ListParts(std::span<const Vector3> chunk) {
           listed_.push_back(&part);
           listed_reach_m_ = std::min(listed_reach_m_, FarthestCorner_m(bounds, part.bounds_W()));
         }
-        few = listed_.size() <= kMostListed;
+        few = listed_.size() <= kMaxListed;
         return few ? listed_reach_m_ + kKinkReach_m : -1.0;
       });
   if (!few) listed_reach_m_ = -1;
@@ -258,7 +258,7 @@ std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample
                                              const Vector3& direction_W) {
   // chosen: the growing steps reach more than a hundred times as far as the depth, at some
   // microseconds each. A point without a way out by then is considered underground.
-  constexpr int kMostSteps = 16;
+  constexpr int kMaxSteps = 16;
   constexpr double kGrowth = 1.6;
   const Vector3 p_W = PointOf(lane);
   const double depth_m = -sample.distance_m;
@@ -268,7 +268,7 @@ std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample
     const auto exit_m = candidates_[nearest].part->WayOut_m(p_W, direction_W, &interrupt_);
     if (exit_m) way_m = std::max(depth_m, *exit_m + 2 * kTouching_m);
   }
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const double distance_m = SolidDistance_m(p_W + way_m * direction_W);
     if (distance_m > kTouching_m) return way_m;
     way_m += std::max(-distance_m + 2 * kTouching_m, least_step_m);

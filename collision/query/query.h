@@ -259,7 +259,7 @@ absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const Query
                                          const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop = {});
 // Contacts are points of pairs with distance below the margin, deepest first within a row. With the
-// exact kernels, a pair whose faces or edges meet has up to kMostPatchPoints contacts besides its
+// exact kernels, a pair whose faces or edges meet has up to kMaxPatchPoints contacts besides its
 // deepest (kernels/contact_patch.h); with other engines it has only the deepest. If a row has more
 // than max_contacts, the deepest points of all pairs take precedence over further points.
 absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,

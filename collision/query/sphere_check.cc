@@ -16,7 +16,7 @@ namespace {
 
 // measured: compiling the spheres around the parts of an arm for its first query takes a tenth of a
 // millisecond, which pays off only with at least this many rows.
-constexpr std::size_t kFewestRows = 256;
+constexpr std::size_t kMinRows = 256;
 
 using Spheres = std::vector<PlacedSphere>;
 
@@ -161,7 +161,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
 
   std::optional<Spheres> spheres = OwnSpheres(body);
   const bool is_the_body = spheres.has_value() && body.carried.empty() && !has_rules;
-  if (!is_the_body && rows.size() < kFewestRows) return std::nullopt;
+  if (!is_the_body && rows.size() < kMinRows) return std::nullopt;
   if (!spheres) {
     if (body.around == nullptr) return std::nullopt;
     spheres = SpheresAround(*body.around);
@@ -198,7 +198,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
 
 std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {
   const std::size_t width = rows_->group().variables.size();
-  const std::size_t stride = (count + kMostLanes - 1) / kMostLanes * kMostLanes;
+  const std::size_t stride = (count + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
   values_.resize(program_->inputs.size() * stride);
   sorted_values_.resize(values_.size());
   marks_.resize(count);

@@ -16,8 +16,8 @@ namespace HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-constexpr std::size_t kMostLanes = 8;
-using Tag = hn::CappedTag<double, kMostLanes>;
+constexpr std::size_t kMaxLanes = 8;
+using Tag = hn::CappedTag<double, kMaxLanes>;
 using Lane = hn::Vec<Tag>;
 constexpr Tag kTag;
 constexpr std::size_t kNumbers = 12;  // per frame: row-major 3 x 4, the fourth column is the origin
@@ -54,11 +54,11 @@ struct Frame {
   }
   static Frame Read(const double* from) {
     Frame frame;
-    for (std::size_t k = 0; k < kNumbers; ++k) frame.of[k] = hn::LoadU(kTag, from + k * kMostLanes);
+    for (std::size_t k = 0; k < kNumbers; ++k) frame.of[k] = hn::LoadU(kTag, from + k * kMaxLanes);
     return frame;
   }
   void Write(double* to) const {
-    for (std::size_t k = 0; k < kNumbers; ++k) hn::StoreU(of[k], kTag, to + k * kMostLanes);
+    for (std::size_t k = 0; k < kNumbers; ++k) hn::StoreU(of[k], kTag, to + k * kMaxLanes);
   }
 
   Frame Times(const Pose& X) const {
@@ -127,7 +127,7 @@ void PlaceAll(const RobotModel& model, const Pose& X_WB, const double* states, s
               Pose* X_WL) {
   const std::size_t lanes = hn::Lanes(kTag), links = model.links.size();
   const std::size_t width = model.variables.size();
-  constexpr std::size_t kFrame = kNumbers * kMostLanes;
+  constexpr std::size_t kFrame = kNumbers * kMaxLanes;
   std::vector<double> frames(links * kFrame);
   for (std::size_t first = 0; first < count; first += lanes) {
     const std::size_t used = std::min(lanes, count - first);
@@ -137,7 +137,7 @@ void PlaceAll(const RobotModel& model, const Pose& X_WB, const double* states, s
       if (i == 0) {
         Frame::OfAll(X_WB).Write(own);
       } else {
-        alignas(64) double variable[kMostLanes] = {};
+        alignas(64) double variable[kMaxLanes] = {};
         if (link.kind != JointKind::kFixed) {
           for (std::size_t l = 0; l < lanes; ++l) {
             variable[l] = states[(first + std::min(l, used - 1)) * width +
@@ -151,7 +151,7 @@ void PlaceAll(const RobotModel& model, const Pose& X_WB, const double* states, s
         Pose& pose = X_WL[(first + l) * links + i];
         for (int column = 0; column < 4; ++column) {
           for (int row = 0; row < 3; ++row) {
-            pose(row, column) = own[static_cast<std::size_t>(4 * row + column) * kMostLanes + l];
+            pose(row, column) = own[static_cast<std::size_t>(4 * row + column) * kMaxLanes + l];
           }
         }
         pose.makeAffine();
@@ -171,7 +171,7 @@ namespace {
 
 // cited: Highway's documentation limits the error of its sine and cosine for angles up to 39 000.
 // chosen: somewhat less.
-constexpr double kMostAngle_rad = 3e4;
+constexpr double kMaxAngle_rad = 3e4;
 
 bool AnyIsWhole(const RobotModel& model) {
   return std::ranges::any_of(model.links, [](const ModelLink& link) {
@@ -184,7 +184,7 @@ bool TurnsTooFar(const RobotModel& model, std::span<const double> state) {
   return std::ranges::any_of(model.links, [&](const ModelLink& link) {
     if (link.kind != JointKind::kRevolute && link.kind != JointKind::kContinuous) return false;
     const double variable = state[static_cast<std::size_t>(link.variable)];
-    return !(std::abs(link.multiplier * variable + link.offset) < kMostAngle_rad);
+    return !(std::abs(link.multiplier * variable + link.offset) < kMaxAngle_rad);
   });
 }
 

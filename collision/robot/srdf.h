@@ -70,7 +70,7 @@ struct SemanticDescription {
 };
 
 // chosen: further lines are replaced by one that gives their number.
-inline constexpr std::size_t kMostLeftOut = 20;
+inline constexpr std::size_t kMaxLeftOut = 20;
 
 // Reads an SRDF. A group is the union of its elements: <joint> is that joint; <link> is the joint
 // above the link; <chain> is the joints on the path between its two links (through their common

@@ -132,7 +132,7 @@ class GroupReader {
 }  // namespace
 
 void LeftOut::Add(std::string what) {
-  if (lines_.size() == kMostLeftOut) {
+  if (lines_.size() == kMaxLeftOut) {
     ++more_;
   } else {
     lines_.push_back(std::move(what) + "; left out");

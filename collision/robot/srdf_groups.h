@@ -30,7 +30,7 @@ class LeftOut {
   void Add(std::string what);
   // True, with the message added, if the status is NotFound, the error of Unknown.
   bool Takes(const absl::Status& status);
-  // At most kMostLeftOut messages, and a line with the number of further ones.
+  // At most kMaxLeftOut messages, and a line with the number of further ones.
   std::vector<std::string> Lines() const;
 
  private:

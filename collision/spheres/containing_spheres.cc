@@ -15,7 +15,7 @@ namespace {
 
 // chosen: larger meshes are represented by boxes of their tree, which bounds the time. measured: 20
 // 000 triangles take some 30 ms.
-constexpr std::size_t kMostTriangles = 20000;
+constexpr std::size_t kMaxTriangles = 20000;
 // derived: lengths in a cell are rounded some dozen times.
 constexpr double kRoundingShare = 1e-12;
 
@@ -135,7 +135,7 @@ std::vector<Cell> Halves(const Solid& solid, const Cell& cell) {
 std::vector<Aabb> CoarseBoxes(const TriangleTree& tree) {
   const std::vector<TriangleTree::Node>& nodes = tree.nodes();
   std::vector<std::int32_t> level = {0};
-  while (level.size() < kMostTriangles / 24) {  // each box has twelve triangles
+  while (level.size() < kMaxTriangles / 24) {  // each box has twelve triangles
     std::vector<std::int32_t> next;
     for (std::int32_t index : level) {
       const TriangleTree::Node& node = nodes[static_cast<std::size_t>(index)];
@@ -183,7 +183,7 @@ Cell WholeOf(Solid& solid, std::size_t index) {
   const auto* mesh = std::get_if<Mesh>(solid.piece.shape);
   if (mesh != nullptr && !mesh->watertight) {
     solid.boxes_P = {solid.piece.tree->bounds()};
-  } else if (mesh != nullptr && mesh->mesh->triangles.size() > kMostTriangles) {
+  } else if (mesh != nullptr && mesh->mesh->triangles.size() > kMaxTriangles) {
     solid.boxes_P = CoarseBoxes(*solid.piece.tree);
   }
   if (!solid.boxes_P.empty()) {
@@ -211,7 +211,7 @@ std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> 
   std::vector<Cell> cells;
   // With this many pieces no cell may be halved, so a sphere around each box suffices, and the
   // surfaces, which are large, are not built.
-  const bool is_crowded = pieces.size() >= kMostSpheres;
+  const bool is_crowded = pieces.size() >= kMaxSpheres;
   for (const LinkPiece& piece : pieces) {
     if (HasEnded(work) || std::holds_alternative<HalfSpace>(*piece.shape)) return std::nullopt;
     solids.push_back({.piece = piece, .X_PL = piece.X_LP.inverse(), .work = work});
@@ -237,7 +237,7 @@ std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> 
     };
     return splits(a) < splits(b);
   };
-  while (!cells.empty() && cells.size() < kMostSpheres) {
+  while (!cells.empty() && cells.size() < kMaxSpheres) {
     const auto largest = std::ranges::max_element(cells, is_smaller);
     if (largest->box.isEmpty() || HasEnded(work)) break;
     std::vector<Cell> halves = Halves(solids[largest->solid], *largest);

@@ -61,7 +61,7 @@ std::shared_ptr<const SphereProgram> ProgramMemo::Find(const JointGroup& group,
               .program = program};
   const std::lock_guard lock(mutex_);
   if (auto kept = Kept(group, entry.base, set, pair_margin_m)) return kept;  // by another thread
-  if (kept_.size() == kMostKept) kept_.pop_back();
+  if (kept_.size() == kMaxKept) kept_.pop_back();
   kept_.insert(kept_.begin(), std::move(entry));
   return program;
 }

@@ -37,7 +37,7 @@ class ProgramMemo {
   };
   // chosen: enough for the groups of a robot, with and without attached objects. A program takes 50
   // kB for an arm, and for a robot of spheres twice the size of its list of pairs.
-  static constexpr std::size_t kMostKept = 8;
+  static constexpr std::size_t kMaxKept = 8;
 
   std::shared_ptr<const SphereProgram> Kept(const JointGroup& group,
                                             const std::vector<double>& base, const SphereSet& set,

@@ -14,7 +14,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Tag = hn::CappedTag<float, kMostLanes>;
+using Tag = hn::CappedTag<float, kMaxLanes>;
 using Lane = hn::Vec<Tag>;
 using LaneMask = hn::Mask<Tag>;
 constexpr Tag kTag;
@@ -198,7 +198,7 @@ class Judge {
   }
 
   void Tell(std::size_t count, LaneVerdict* verdicts) const {
-    alignas(64) float told[kMostLanes] = {};
+    alignas(64) float told[kMaxLanes] = {};
     const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
     hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
                              hn::IfThenElse(open_, as(LaneVerdict::kOpen), as(LaneVerdict::kFree))),
@@ -444,7 +444,7 @@ void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* v
 void FindAll(const LaneProgram& program, const LaneScene& scene, const float* values,
              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
   Judge judge(program, scene, memory);
-  LaneOpen found[kMostLanes];
+  LaneOpen found[kMaxLanes];
   for (std::size_t first = 0; first < count; first += judge.width()) {
     judge.Find(values + first, stride, found);
     std::copy_n(found, HWY_MIN(judge.width(), count - first), open + first);
@@ -452,7 +452,7 @@ void FindAll(const LaneProgram& program, const LaneScene& scene, const float* va
 }
 
 void SinesOfAll(const float* angles, std::size_t count, float* sines, float* cosines) {
-  alignas(64) float sine[kMostLanes], cosine[kMostLanes];
+  alignas(64) float sine[kMaxLanes], cosine[kMaxLanes];
   for (std::size_t i = 0; i < count; ++i) {
     const Turn turn = TurnBy(All(angles[i]));
     hn::Store(turn.sine, kTag, sine);

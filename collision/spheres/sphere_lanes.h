@@ -26,7 +26,7 @@ enum class StateMark : std::uint8_t {
 
 // Converts `count` rows of `width` numbers into the layout that JudgeStates takes: one joint after
 // the other, `stride` values apart. The joints' values are computed in double precision. `stride`
-// is a multiple of kMostLanes; values from `count` to `stride` are undefined.
+// is a multiple of kMaxLanes; values from `count` to `stride` are undefined.
 void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
                 std::size_t count, std::size_t stride, float* values, StateMark* marks);
 
@@ -54,7 +54,7 @@ void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* v
               std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open);
 
 // The largest number of lanes of any machine; `stride` is a multiple of it.
-inline constexpr std::size_t kMostLanes = 16;
+inline constexpr std::size_t kMaxLanes = 16;
 
 // The name of the instruction set in use, e.g. "AVX3".
 const char* LaneTarget();

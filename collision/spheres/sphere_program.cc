@@ -295,8 +295,8 @@ class Compiler {
 
   // Splits the spheres of one link in halves across the longest side, down to clusters of a few.
   void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
-    constexpr std::size_t kMostTogether = 4;  // tuned: 3 and 6 are as fast
-    if (some.size() <= kMostTogether) return AddCluster(spheres, some);
+    constexpr std::size_t kMaxTogether = 4;  // tuned: 3 and 6 are as fast
+    if (some.size() <= kMaxTogether) return AddCluster(spheres, some);
     Eigen::AlignedBox3d box;
     for (std::size_t k : some) box.extend(spheres[k].centre_L);
     int axis = 0;

@@ -88,7 +88,7 @@ void LoadAll(std::span<const LaneInput> inputs, const double* rows, std::size_t 
 
 void AddKeysOfAll(const CellKeys& cells, const float* values, std::size_t count,
                   std::uint32_t* keys) {
-  const hn::CappedTag<float, kMostLanes> real;
+  const hn::CappedTag<float, kMaxLanes> real;
   const hn::RebindToSigned<decltype(real)> index;
   const hn::RebindToUnsigned<decltype(real)> key;
   const std::size_t lanes = hn::Lanes(real);
@@ -96,7 +96,7 @@ void AddKeysOfAll(const CellKeys& cells, const float* values, std::size_t count,
   const auto last = hn::Set(real, static_cast<float>(cells.key_of_cell.size() - 1));
   // A table that fits a vector is read several times as fast as with a gather.
   const bool fits = cells.key_of_cell.size() <= lanes;
-  alignas(64) std::uint32_t few[kMostLanes] = {};
+  alignas(64) std::uint32_t few[kMaxLanes] = {};
   if (fits) std::copy(cells.key_of_cell.begin(), cells.key_of_cell.end(), few);
   const auto table = hn::Load(key, few);
   std::size_t i = 0;

@@ -14,7 +14,7 @@ TurningPair::TurningPair(const TurningJoint& near, const TurningJoint& far)
 // most by its radius per radian. The near joint may therefore turn until p_A has travelled its
 // distance from the first circle, less `distance_m`, before the next check.
 bool TurningPair::KeepsApart(const Vector3& p_A, const Vector3& p_B, double distance_m) const {
-  constexpr double kLeastStep_m = 1e-3;  // chosen: gives a few hundred steps at most
+  constexpr double kMinStep_m = 1e-3;  // chosen: gives a few hundred steps at most
   const Vector3 p_N = X_NA_ * p_A;
   const double radius_A_m = std::hypot(p_N.x(), p_N.y());
   const double radius_B_m = std::hypot(p_B.x(), p_B.y());
@@ -25,7 +25,7 @@ bool TurningPair::KeepsApart(const Vector3& p_A, const Vector3& p_B, double dist
     const double across_m = std::sqrt(p_F.x() * p_F.x() + p_F.y() * p_F.y()) - radius_B_m;
     const double along_m = p_F.z() - p_B.z();
     const double step_m = std::sqrt(across_m * across_m + along_m * along_m) - distance_m;
-    if (!(step_m > kLeastStep_m)) return false;
+    if (!(step_m > kMinStep_m)) return false;
     if (radius_A_m * (upper_rad_ - turn_rad) <= step_m) return true;
     turn_rad += step_m / radius_A_m;
   }

@@ -90,9 +90,9 @@ PairRule PairRuleTransaction::Current(const NamedPair& pair) const {
 
 absl::Status PairRuleTransaction::Touch(PairRule rule) {
   const bool was = !Current(rule.pair).SaysNothing(), is = !rule.SaysNothing();
-  if (is && !was && count_ >= kMostPairRules) {
+  if (is && !was && count_ >= kMaxPairRules) {
     return absl::ResourceExhaustedError(absl::StrCat(
-        "the world has ", count_, " rules of pairs, must have at most ", kMostPairRules));
+        "the world has ", count_, " rules of pairs, must have at most ", kMaxPairRules));
   }
   if (is && !was) ++count_;
   if (was && !is) --count_;

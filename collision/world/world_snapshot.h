@@ -155,7 +155,7 @@ struct ExpireRules {
 
 // chosen: the most pair rules in one world. Some hundreds are expected; changing one copies all of
 // them, which takes about a millisecond at the limit.
-inline constexpr std::size_t kMostPairRules = 4096;
+inline constexpr std::size_t kMaxPairRules = 4096;
 
 struct Change {
   std::variant<PutObject, MoveObject, RemoveObject, AttachObject, DetachObject, PutRobot,
@@ -179,7 +179,7 @@ std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Ch
 // base itself if nothing has an effect. Errors name the index of the change: NotFound for a missing
 // object or robot; Aborted for a revision that does not match; InvalidArgument for a name, pose,
 // margin, geometry or state that is not valid, or if an object has the name of a robot or the other
-// way round; ResourceExhausted for more than kMostPairRules. Cancelled, without any change, if
+// way round; ResourceExhausted for more than kMaxPairRules. Cancelled, without any change, if
 // `work` stopped it. The cost is that of the changes and the paths to them; geometry is shared.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes,

@@ -21,7 +21,7 @@ inline constexpr float kFacing_cos = 0.9f;
 
 // The distance that a point of a surface may have from its plane by the sensor's noise and warp:
 // the usual one or the largest.
-enum class Off { kUsually, kMost };
+enum class Off { kUsually, kMax };
 
 // True if the point lies on the plane and its normal is near to the plane's (kFacing_cos).
 bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off);

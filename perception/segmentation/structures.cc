@@ -31,7 +31,7 @@ std::vector<Nodes> SamplesOfPieces(const Pieces& pieces) {
 
 std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sample) {
   if (sample.size() < kTwoSamples) return std::nullopt;
-  return LongPlane(nodes, sample, Off::kMost, kNearlyAll);
+  return LongPlane(nodes, sample, Off::kMax, kNearlyAll);
 }
 
 }  // namespace

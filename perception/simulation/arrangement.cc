@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kCoarsening = 4;  // one pixel of a coarse image represents 4 x 4
 // In coarse pixels: 160 points of the full image, enough to show that something is there.
-constexpr int kLeastSeen = 10;
+constexpr int kMinSeen = 10;
 constexpr float kNothing_m = std::numeric_limits<float>::infinity();
 
 PinholeCamera Coarse(const PinholeCamera& camera) {
@@ -106,7 +106,7 @@ std::optional<std::vector<double>> Arrangement::HiddenSharesWith(const Simulated
   std::vector<double> shares;
   for (std::size_t i = 0; i <= silhouettes_.size(); ++i) {
     const SeenPixels seen = Count(i < silhouettes_.size() ? silhouettes_[i] : own, front);
-    if (seen.alone - seen.hidden < kLeastSeen || seen.hidden_share() > rules_.most_hidden) {
+    if (seen.alone - seen.hidden < kMinSeen || seen.hidden_share() > rules_.most_hidden) {
       return std::nullopt;
     }
     shares.push_back(seen.hidden_share());
@@ -117,7 +117,7 @@ std::optional<std::vector<double>> Arrangement::HiddenSharesWith(const Simulated
 bool Arrangement::ShowsAll() const {
   return std::ranges::all_of(silhouettes_, [&](const Silhouette& silhouette) {
     const SeenPixels seen = Count(silhouette, front_);
-    return seen.alone - seen.hidden >= kLeastSeen && seen.hidden_share() <= rules_.most_hidden;
+    return seen.alone - seen.hidden >= kMinSeen && seen.hidden_share() <= rules_.most_hidden;
   });
 }
 

@@ -32,14 +32,14 @@ double DrawLean_rad(double half_foot_m, double half_height_m, RandomDraws& draws
 }
 
 // The ratio of height to foot above which an object is knocked over easily.
-constexpr double kMostSlender = 4;
+constexpr double kMaxSlender = 4;
 
 SimulatedObject DrawCylinder(Rest rest, RandomDraws& draws) {
   const Cylinder cylinder{.radius_m = draws.Uniform(0.015, 0.060),
                           .length_m = draws.Uniform(0.04, 0.25)};
   const double slenderness = cylinder.length_m / (2 * cylinder.radius_m);
   if (slenderness < 0.8) rest = Rest::kStanding;  // a disc would roll away
-  if (rest == Rest::kStanding && slenderness > kMostSlender) rest = Rest::kLying;
+  if (rest == Rest::kStanding && slenderness > kMaxSlender) rest = Rest::kLying;
   if (rest == Rest::kLeaning && slenderness < 1.5) rest = Rest::kLying;
   double tilt_rad = 0;
   if (rest == Rest::kLying) tilt_rad = Radians(90);
@@ -85,7 +85,7 @@ SimulatedObject DrawBox(Rest rest, RandomDraws& draws) {
     }
   }
   const double least_foot_m = std::min(size_m.x(), size_m.y());
-  if (size_m.z() > kMostSlender * least_foot_m) {
+  if (size_m.z() > kMaxSlender * least_foot_m) {
     std::sort(size_m.begin(), size_m.end(), std::greater<>());  // flat instead
   }
   return Resting(GoodKind::kBox, Box{.size_m = size_m}, Quaternion::Identity());

@@ -33,8 +33,8 @@ constexpr double kHoleThreshold_sigma = 2.1;  // 1.8 % of the image besides shad
 constexpr double kBleeding_px = 2, kBleedingSigma_px = 1;
 
 // The jitter of the lines of a tilting laser.
-constexpr double kLeastJitter_rad = 0.05 * std::numbers::pi / 180;
-constexpr double kMostJitter_rad = 0.10 * std::numbers::pi / 180;
+constexpr double kMinJitter_rad = 0.05 * std::numbers::pi / 180;
+constexpr double kMaxJitter_rad = 0.10 * std::numbers::pi / 180;
 
 // Streams of one seed; virtual_scanner.cc draws from stream 4.
 enum Stream : std::uint64_t {
@@ -115,7 +115,7 @@ std::vector<float> Warp_m(const PinholeCamera& camera, std::uint64_t seed) {
 // One draw per row, scaled to units of LateralSigma_m.
 NoiseField LineJitter(const SensorNoise& noise, const PinholeCamera& camera, std::uint64_t seed) {
   RandomDraws draws(seed, kJitterStream);
-  const double jitter_rad = draws.Uniform(kLeastJitter_rad, kMostJitter_rad);
+  const double jitter_rad = draws.Uniform(kMinJitter_rad, kMaxJitter_rad);
   const double scale = jitter_rad / noise.LateralSigma_m(1);  // across the ray at one metre
   NoiseField field = EmptyField(camera);
   for (int v = 0; v < camera.height; ++v) {

@@ -50,8 +50,8 @@ double Azimuth_rad(int view, int view_count) {
   const int others = view_count - 1;
   const double share = others == 1 ? 1 : static_cast<double>(view - 1) / (others - 1);
   const double azimuth_rad = kArc_rad * (share - 0.5);
-  constexpr double kLeast_rad = 10 * kDegree;
-  return std::abs(azimuth_rad) < kLeast_rad ? kLeast_rad : azimuth_rad;
+  constexpr double kMin_rad = 10 * kDegree;
+  return std::abs(azimuth_rad) < kMin_rad ? kMin_rad : azimuth_rad;
 }
 
 Pose RegistrationError(const Vector3& about_W, RandomDraws& draws) {

@@ -110,8 +110,8 @@ SimulatedView RandomStackView(std::uint64_t seed) {
 }
 
 SimulatedView RandomHeapView(std::uint64_t seed) {
-  constexpr int kMost = 15;
-  return DrawTableView(SceneFamily::kHeaps, seed, {.least = 4, .most = kMost}, kTouching,
+  constexpr int kMax = 15;
+  return DrawTableView(SceneFamily::kHeaps, seed, {.least = 4, .most = kMax}, kTouching,
                        [](int wanted, Table& table, RandomDraws& draws) {
                          const int heaps = 1 + draws.Below(2);
                          const auto draw = [&](RandomDraws& d) {

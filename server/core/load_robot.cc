@@ -82,9 +82,9 @@ bool HasOpenMesh(const ModelLink& link) {
 // Adds the warning "KIND(s) NAMES WHAT" with at most five names; adds none if there are no names.
 void AddWarning(const char* kind, const std::vector<std::string>& names, const std::string& what,
                 std::vector<std::string>& warnings) {
-  constexpr std::size_t kMostNames = 5;
+  constexpr std::size_t kMaxNames = 5;
   if (names.empty()) return;
-  const std::size_t shown = std::min(names.size(), kMostNames);
+  const std::size_t shown = std::min(names.size(), kMaxNames);
   const std::string more =
       names.size() > shown ? absl::StrCat(" and ", names.size() - shown, " more") : "";
   warnings.push_back(absl::StrCat(

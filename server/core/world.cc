@@ -112,7 +112,7 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
     }
   } else if (status.code() == absl::StatusCode::kResourceExhausted) {
     details.reason = "TOO_MANY_PAIR_RULES";
-    details.metadata["limit"] = std::to_string(collision::kMostPairRules);
+    details.metadata["limit"] = std::to_string(collision::kMaxPairRules);
   } else {
     details.reason = "INVALID_FIELD";
     if (fault.has_value()) details.fields.push_back({FieldOf(*change, *fault, list), fault->rule});

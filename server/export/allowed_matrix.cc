@@ -152,11 +152,11 @@ absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& sn
                                               std::vector<std::string>& warnings,
                                               const GoOn& go_on) {
   MatrixMaker maker(snapshot, robot);
-  if (maker.name_count() > kMostAllowedNames) {
+  if (maker.name_count() > kMaxAllowedNames) {
     return MakeError(
         absl::StatusCode::kResourceExhausted,
         absl::StrCat("the matrix of allowed collisions would have ", maker.name_count(),
-                     " names of links and objects, must have at most ", kMostAllowedNames),
+                     " names of links and objects, must have at most ", kMaxAllowedNames),
         {.reason = "EXPORT_TOO_LARGE"});
   }
   maker.LayOut();

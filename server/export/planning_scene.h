@@ -64,7 +64,7 @@ struct PlanningScene {
 
 // chosen: the most names in a matrix, whose text then has about 25 MB. Robots have about a hundred
 // links.
-inline constexpr std::size_t kMostAllowedNames = 2'048;
+inline constexpr std::size_t kMaxAllowedNames = 2'048;
 
 // The objects of a snapshot, by name: every part that collision checking sees. ResourceExhausted
 // GEOMETRY_TOO_LARGE if their meshes have more than `max_triangles` together.
@@ -84,7 +84,7 @@ absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
 void LeaveOutAttached(PlanningScene& scene);
 
 // Only the matrix; adds warnings about rules that it cannot express. ResourceExhausted
-// EXPORT_TOO_LARGE if it would have more than kMostAllowedNames names.
+// EXPORT_TOO_LARGE if it would have more than kMaxAllowedNames names.
 absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& snapshot,
                                               const collision::WorldRobot* robot,
                                               std::vector<std::string>& warnings,

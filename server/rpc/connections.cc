@@ -40,8 +40,8 @@ ConnectionLimits ConnectionLimits::Fit(const TransportLimits& limits,
 std::int64_t MaxDescriptors() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return kFirstNumber;
-  constexpr rlim_t kMost = 1 << 30;  // more than Linux allows
-  return static_cast<std::int64_t>(std::min(limit.rlim_cur, kMost));
+  constexpr rlim_t kMax = 1 << 30;  // more than Linux allows
+  return static_cast<std::int64_t>(std::min(limit.rlim_cur, kMax));
 }
 
 Connections::Connections(ConnectionLimits limits, std::int64_t max_descriptors)

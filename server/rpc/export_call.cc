@@ -21,14 +21,14 @@ namespace cwm::server {
 namespace {
 
 // chosen: as many as fit into one message with room to spare; a scene has some tens.
-constexpr std::size_t kMostWarnings = 1'000;
+constexpr std::size_t kMaxWarnings = 1'000;
 
 // derived: a closed mesh with so many triangles has about 55 MB as text; `cwm import` reads files
 // of up to 64 MiB.
-constexpr std::int64_t kMostTriangles = 1'000'000;
+constexpr std::int64_t kMaxTriangles = 1'000'000;
 
 std::int64_t MostTriangles(const Runtime& runtime) {
-  return std::min(kMostTriangles, runtime.application.limits.max_mesh_triangles);
+  return std::min(kMaxTriangles, runtime.application.limits.max_mesh_triangles);
 }
 
 absl::Status GoOnWith(const CallContext& call) {
@@ -212,11 +212,11 @@ absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on
 void ExportWorldCall::Complete(v1::ExportWorldResponse& message) {
   if (message.offset() > 0) message.clear_files();
   if (!message.done()) return;
-  for (std::size_t i = 0; i < std::min(file_->warnings.size(), kMostWarnings); ++i) {
+  for (std::size_t i = 0; i < std::min(file_->warnings.size(), kMaxWarnings); ++i) {
     message.add_warnings(file_->warnings[i]);
   }
-  if (file_->warnings.size() > kMostWarnings) {
-    message.add_warnings(absl::StrCat("and ", file_->warnings.size() - kMostWarnings, " more"));
+  if (file_->warnings.size() > kMaxWarnings) {
+    message.add_warnings(absl::StrCat("and ", file_->warnings.size() - kMaxWarnings, " more"));
   }
 }
 

@@ -19,7 +19,7 @@ namespace cwm::server {
 namespace {
 
 // derived: a triangle cannot use more than three vertices.
-constexpr std::int64_t kMostBytesPerTriangle = 3 * kVertexBytes + kTriangleBytes;
+constexpr std::int64_t kMaxBytesPerTriangle = 3 * kVertexBytes + kTriangleBytes;
 
 absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) {
   const auto counts = ReadMeshCounts(bytes);
@@ -187,7 +187,7 @@ absl::Status WriteGeometryCall::TakeHeader(const v1::WriteGeometryRequest::Heade
   }
   const Limits& limits = runtime_.application.limits;
   const std::int64_t largest_mesh =
-      kMeshCountsBytes + limits.max_mesh_triangles * kMostBytesPerTriangle;
+      kMeshCountsBytes + limits.max_mesh_triangles * kMaxBytesPerTriangle;
   const std::int64_t most = std::min(largest_mesh, limits.max_geometry_bytes);
   auto status = CheckRange(header.total_bytes(), {1, most}, path.Field("total_bytes"));
   if (!status.ok()) return status;

@@ -13,7 +13,7 @@ namespace cwm::server {
 namespace {
 
 // chosen: the longest path of the file system; a mesh's URI is one with a short prefix.
-constexpr std::int64_t kMostFileNameBytes = 4'096;
+constexpr std::int64_t kMaxFileNameBytes = 4'096;
 
 // measured: for the meshes of a Panda, text, triangles and their trees take ten times the files'
 // bytes.
@@ -62,7 +62,7 @@ absl::Status LoadRobotCall::TakeFile(const v1::RobotFile& file) {
   const FieldPath root;
   const FieldPath path = root.Field("file");
   if (auto status = CheckFileComplete(path); !status.ok()) return status;
-  auto status = CheckTextLength(file.name(), kMostFileNameBytes, path.Field("name"));
+  auto status = CheckTextLength(file.name(), kMaxFileNameBytes, path.Field("name"));
   if (!status.ok()) return status;
   const Limits& limits = runtime_.application.limits;
   if (file.name().empty()) return path.Field("name").Error("is empty, must be given");

@@ -26,7 +26,7 @@ WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& optio
   const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
                            options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&
                            options.engine() != v1::ENGINE_BULLET;
-  const bool is_short = RowBytes(subject) <= kMostBytesOfShort && cost_s <= kMaxCostOfShort_s;
+  const bool is_short = RowBytes(subject) <= kMaxBytesOfShort && cost_s <= kMaxCostOfShort_s;
   return is_prepared && is_short ? WorkLength::kShort : WorkLength::kAny;
 }
 

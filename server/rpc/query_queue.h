@@ -13,11 +13,11 @@ namespace cwm::server {
 
 // chosen: queries with more bytes of rows are batches: 64 states of an arm, or so many poses, take
 // a few milliseconds at most.
-inline constexpr std::size_t kMostBytesOfFew = 4096;
+inline constexpr std::size_t kMaxBytesOfFew = 4096;
 
 // chosen: so few states or poses of a known body (nine states of an arm) take some hundred
 // microseconds, about as long as waking a thread.
-inline constexpr std::size_t kMostBytesOfShort = 512;
+inline constexpr std::size_t kMaxBytesOfShort = 512;
 
 // chosen: a query with a higher estimate is a batch, too, however few rows it has: it brings a mesh
 // that must be prepared, or the world has heavy objects.
@@ -53,11 +53,11 @@ WorkLength LengthOf(const Request&, double) {
 
 template <class Request>
 bool IsBatch(const Request& request, double cost_s) {
-  return RowBytes(request) > kMostBytesOfFew || cost_s > kMaxCostOfFew_s;
+  return RowBytes(request) > kMaxBytesOfFew || cost_s > kMaxCostOfFew_s;
 }
 template <class Request>
 bool IsBatch(const Runtime& runtime, const Request& request) {
-  return RowBytes(request) > kMostBytesOfFew || EstimatedCost_s(runtime, request) > kMaxCostOfFew_s;
+  return RowBytes(request) > kMaxBytesOfFew || EstimatedCost_s(runtime, request) > kMaxCostOfFew_s;
 }
 
 // Exists while a query is being answered and sets the number of its threads: a single batch has all

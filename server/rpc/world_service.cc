@@ -39,9 +39,9 @@ v1::World WorldMessage(const World& world, const collision::WorldSnapshot& lates
 }
 
 absl::Status CheckRequestId(const std::string& request_id) {
-  constexpr std::int64_t kMostIdBytes = 128;
+  constexpr std::int64_t kMaxIdBytes = 128;
   const FieldPath root;
-  return CheckTextLength(request_id, kMostIdBytes, root.Field("request_id"));
+  return CheckTextLength(request_id, kMaxIdBytes, root.Field("request_id"));
 }
 
 // The same for a retry. Computed change by change, since a request of 16 MiB takes tens of

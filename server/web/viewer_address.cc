@@ -8,7 +8,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr int kMostPort = 65'535;
+constexpr int kMaxPort = 65'535;
 constexpr std::size_t kLongestHost = 253;  // of a DNS name
 
 bool IsHost(const std::string& host) {
@@ -40,10 +40,10 @@ absl::StatusOr<ViewerAddress> ParseViewerAddress(const std::string& text) {
       !digits.empty() && digits.find_first_not_of("0123456789") == std::string::npos;
   int port = 0;
   if ((!IsHost(host) && !IsBracketed(host)) || !all_digits || !absl::SimpleAtoi(digits, &port) ||
-      port > kMostPort) {
+      port > kMaxPort) {
     return absl::InvalidArgumentError(
         absl::StrCat("--viewer: is \"", text,
-                     "\", must be off, HOST:PORT or [IPV6]:PORT with a port of 0 to ", kMostPort));
+                     "\", must be off, HOST:PORT or [IPV6]:PORT with a port of 0 to ", kMaxPort));
   }
   return ViewerAddress{.host = IsBracketed(host) ? host.substr(1, host.size() - 2) : host,
                        .port = static_cast<std::uint16_t>(port)};

@@ -18,8 +18,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "cloud bytes are read as they lie");
 
 // chosen: drivers pad points to 16, 32 or 48 bytes; LiDARs with many channels stay below 256.
-constexpr int kMostPointBytes = 1'024;
-constexpr int kMostFields = 256;
+constexpr int kMaxPointBytes = 1'024;
+constexpr int kMaxFields = 256;
 // chosen: no range sensor has a constant sigma above a metre.
 constexpr double kLargestSigma_m = 1;
 constexpr std::array<std::string_view, 3> kCoordinates = {"x", "y", "z"};
@@ -81,11 +81,11 @@ absl::StatusOr<std::optional<VectorField>> FindVector(const v1::CloudLayout& lay
 }
 
 absl::StatusOr<CloudLayout> LayoutOf(const v1::CloudLayout& layout, const FieldPath& path) {
-  auto status = CheckRange(layout.point_step(), {1, kMostPointBytes}, path.Field("point_step"));
+  auto status = CheckRange(layout.point_step(), {1, kMaxPointBytes}, path.Field("point_step"));
   if (!status.ok()) return status;
-  if (layout.fields_size() > kMostFields) {
+  if (layout.fields_size() > kMaxFields) {
     return path.Field("fields").Error(
-        absl::StrCat("holds ", layout.fields_size(), ", must hold at most ", kMostFields));
+        absl::StrCat("holds ", layout.fields_size(), ", must hold at most ", kMaxFields));
   }
   for (int i = 0; i < layout.fields_size(); ++i) {
     status = CheckField(layout.fields(i), layout.point_step(), path.Item("fields", i));
@@ -220,11 +220,11 @@ absl::StatusOr<IngestMode> ModeOf(v1::IngestMode mode, const FieldPath& path) {
 
 absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
                                         const FieldPath& path) {
-  constexpr std::int64_t kMostIdBytes = 128;
+  constexpr std::int64_t kMaxIdBytes = 128;
   IngestRequest request;
-  auto status = CheckTextLength(header.sensor(), kMostIdBytes, path.Field("sensor"));
+  auto status = CheckTextLength(header.sensor(), kMaxIdBytes, path.Field("sensor"));
   if (!status.ok()) return status;
-  status = CheckTextLength(header.request_id(), kMostIdBytes, path.Field("request_id"));
+  status = CheckTextLength(header.request_id(), kMaxIdBytes, path.Field("request_id"));
   if (!status.ok()) return status;
   request.sensor = header.sensor();
   request.write.request_id = header.request_id();

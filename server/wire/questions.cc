@@ -19,8 +19,8 @@ constexpr int kMaxResults = 64;
 constexpr int kMaxContacts = 1'024;
 constexpr int kDefaultContacts = 16;
 constexpr int kMaxIgnored = 65'536;
-constexpr double kMostSupportTolerance_m = 0.1;
-constexpr double kMostSigmas = 1'000;  // far beyond any confidence, without overflow
+constexpr double kMaxSupportTolerance_m = 0.1;
+constexpr double kMaxSigmas = 1'000;  // far beyond any confidence, without overflow
 
 template <class Enum>
 absl::Status UnknownValue(Enum value, std::string_view type, const FieldPath& path) {
@@ -124,9 +124,8 @@ absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
 // Sets the query's options about pairs.
 absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
                       collision::QueryOptions& query) {
-  constexpr auto kMostPairs = static_cast<std::int64_t>(collision::kMostPairRules);
-  auto status =
-      CheckRange(options.ignore_pairs_size(), {0, kMostPairs}, path.Field("ignore_pairs"));
+  constexpr auto kMaxPairs = static_cast<std::int64_t>(collision::kMaxPairRules);
+  auto status = CheckRange(options.ignore_pairs_size(), {0, kMaxPairs}, path.Field("ignore_pairs"));
   if (!status.ok()) return status;
   for (int i = 0; i < options.ignore_pairs_size(); ++i) {
     auto pair = FromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
@@ -138,18 +137,18 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
   query.unseen = *unseen;
   if (options.has_support_tolerance_m()) {
     query.support_tolerance_m = options.support_tolerance_m();
-    if (!(query.support_tolerance_m >= 0 && query.support_tolerance_m <= kMostSupportTolerance_m)) {
+    if (!(query.support_tolerance_m >= 0 && query.support_tolerance_m <= kMaxSupportTolerance_m)) {
       return path.Field("support_tolerance_m")
           .Error(absl::StrCat("is ", query.support_tolerance_m, ", must be 0 to ",
-                              kMostSupportTolerance_m));
+                              kMaxSupportTolerance_m));
     }
   }
   if (options.verdicts_only()) query.naming = collision::Naming::kWhereAsked;
   query.margin_sigma = options.margin_sigma();
-  if (query.margin_sigma >= 0 && query.margin_sigma <= kMostSigmas) return absl::OkStatus();
+  if (query.margin_sigma >= 0 && query.margin_sigma <= kMaxSigmas) return absl::OkStatus();
   return path.Field("margin_sigma")
       .Error(absl::StrCat("is ", query.margin_sigma, ", must be finite, not negative and at most ",
-                          kMostSigmas));
+                          kMaxSigmas));
 }
 
 absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,

@@ -76,7 +76,7 @@ class Shapes {
     int vertices = plate.outline().vertices_size();
     for (const v1::Polygon& hole : plate.holes()) vertices += hole.vertices_size();
     cost_s_ += kOfPlateVertex * vertices;
-    weight_ += vertices / 64;
+    weight_ += vertices / 64.0;
   }
 
   // A mesh is prepared once for all who use it, and not again while somebody holds it.

@@ -26,7 +26,7 @@ using collision::JointGroup;
 using collision::Quoted;
 using collision::RobotModel;
 
-constexpr std::size_t kMostNamesInError = 20;
+constexpr std::size_t kMaxNamesInError = 20;
 
 absl::StatusOr<collision::RobotScope> FromProto(v1::RobotScope scope, const FieldPath& path) {
   switch (scope) {
@@ -149,8 +149,8 @@ absl::StatusOr<const JointGroup*> GroupOf(const collision::WorldRobot& robot,
   if (const JointGroup* group = model.FindGroup(name)) return group;
   std::vector<std::string> names;
   for (const JointGroup& group : model.groups) {
-    names.push_back(names.size() < kMostNamesInError ? Quoted(group.name) : "...");
-    if (names.size() > kMostNamesInError) break;
+    names.push_back(names.size() < kMaxNamesInError ? Quoted(group.name) : "...");
+    if (names.size() > kMaxNamesInError) break;
   }
   return path.Error(absl::StrCat("is ", Quoted(name), ", must be ",
                                  names.empty()

@@ -17,7 +17,7 @@ using collision::RobotModel;
 
 // chosen: the length of the longest names of variables: a joint's name, which XML does not limit,
 // with the component's.
-constexpr std::int64_t kMostNameBytes = 1'024;
+constexpr std::int64_t kMaxNameBytes = 1'024;
 
 std::int64_t TrianglesOf(const ModelLink& link) {
   std::size_t triangles = 0;
@@ -170,7 +170,7 @@ absl::StatusOr<collision::JointValues> FromProto(const v1::RobotJointState& join
   for (int i = 0; i < joints.values_size(); ++i) {
     const v1::VariableValue& value = joints.values(i);
     const FieldPath item = path.Item("values", i);
-    auto status = CheckTextLength(value.variable(), kMostNameBytes, item.Field("variable"));
+    auto status = CheckTextLength(value.variable(), kMaxNameBytes, item.Field("variable"));
     if (!status.ok()) return status;
     if (status = CheckCoordinate(value.value(), item.Field("value")); !status.ok()) return status;
     result.values.push_back({value.variable(), value.value()});

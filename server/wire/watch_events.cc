@@ -13,7 +13,7 @@ namespace {
 // object (Limits::max_object_bytes, and what replies derive from it).
 constexpr std::size_t kPieceBytes = 1 << 20;
 // derived: names of at most 128 bytes, a time of about 12 and the framing stay within kPieceBytes.
-constexpr std::size_t kMostObserved = 6'000;
+constexpr std::size_t kMaxObserved = 6'000;
 
 v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {
   return ToProto(object, context.view, context.world.observations().Of(object.name), context.store);
@@ -117,7 +117,7 @@ v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World
                                        std::uint64_t* observed) {
   v1::WatchWorldResponse message = Message(revision, world);
   auto& last_observed = *message.mutable_bookmark()->mutable_last_observed();
-  for (const Observations::Numbered& one : world.observations().After(*observed, kMostObserved)) {
+  for (const Observations::Numbered& one : world.observations().After(*observed, kMaxObserved)) {
     last_observed[one.name] = ToProto(one.last);
     *observed = one.number;
   }

@@ -118,13 +118,13 @@ Row NextToContact(Arm& arm, const Line& line, std::mt19937_64& random) {
 
 ContactStates StatesAboutContact(const PandaProblems& all, const PandaProblem& problem,
                                  std::size_t count, std::uint64_t seed) {
-  constexpr std::uint64_t kMostDraws = 16;  // of `count` states each
+  constexpr std::uint64_t kMaxDraws = 16;  // of `count` states each
   std::mt19937_64 random(seed);
   Arm arm(all, problem);
   const std::size_t near_count = count / 4, of_each = (count - near_count) / 2;
   ContactStates states;
   std::vector<Row> free, colliding;
-  for (std::uint64_t k = 0; k < kMostDraws; ++k) {
+  for (std::uint64_t k = 0; k < kMaxDraws; ++k) {
     if (free.size() >= of_each && colliding.size() >= of_each) break;
     const Row drawn = RandomStates(all, problem, count, random());
     const std::vector<Verdict> verdicts = arm.VerdictsOf(drawn);

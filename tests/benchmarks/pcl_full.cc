@@ -35,10 +35,10 @@ constexpr int kNeighbours = 20;
 constexpr int kIterations = 1000;
 constexpr double kProbability = 0.99;
 constexpr double kClusterGap_m = 0.015;
-constexpr int kSmallestCluster = 60;                              // as our min_inliers
-constexpr double kDistanceGate_sigma = 3;                         // as ours
-constexpr double kNormalGate_rad = 15 * std::numbers::pi / 180;   // as ours
-constexpr double kLeastRadius_m = 0.004, kLargestRadius_m = 0.5;  // as ours
+constexpr int kSmallestCluster = 60;                             // as our min_inliers
+constexpr double kDistanceGate_sigma = 3;                        // as ours
+constexpr double kNormalGate_rad = 15 * std::numbers::pi / 180;  // as ours
+constexpr double kMinRadius_m = 0.004, kLargestRadius_m = 0.5;   // as ours
 constexpr double kSmoothing_m = 4 * kVoxel_m, kMeshReach_m = 5 * kVoxel_m;
 
 Cloud::Ptr Voxels(const perception::PointCloud& cloud) {
@@ -87,7 +87,7 @@ pcl::PointIndices::Ptr FindModel(const Cloud::Ptr& cloud, int model, double gate
   search.setDistanceThreshold(gate_m);
   search.setMaxIterations(kIterations);
   search.setProbability(kProbability);
-  search.setRadiusLimits(kLeastRadius_m, kLargestRadius_m);
+  search.setRadiusLimits(kMinRadius_m, kLargestRadius_m);
   search.setInputCloud(cloud);
   search.setInputNormals(cloud);
   search.segment(*inliers, coefficients);
@@ -166,12 +166,12 @@ pcl::PointIndices::Ptr FindBestModel(const Cloud::Ptr& cloud, double gate_m) {
 // Takes model after model, as in PCL's cylinder tutorial, until the rest makes none. Returns the
 // points left.
 Cloud::Ptr TakeModels(Cloud::Ptr rest, double gate_m, PclFullTimes& times) {
-  constexpr auto kFewest = static_cast<std::size_t>(kSmallestCluster);
-  for (bool first = true; rest->size() >= kFewest; first = false) {
+  constexpr auto kMin = static_cast<std::size_t>(kSmallestCluster);
+  for (bool first = true; rest->size() >= kMin; first = false) {
     Stopwatch watch;
     const auto best = FindBestModel(rest, gate_m);
     if (first) times.first_models_ms += watch.Lap_ms();
-    if (best->indices.size() < kFewest) break;
+    if (best->indices.size() < kMin) break;
     ++times.models;
     rest = Without(rest, best);
   }

@@ -10,7 +10,7 @@ using Stream = grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQuer
 
 // derived: the memory of a few messages in progress, and of the allocator's share of it. Streams
 // that kept their messages took 840 MiB and 200 MiB.
-constexpr double kMost_MiB = 150;
+constexpr double kMax_MiB = 150;
 
 class IdleStreams : public ServerTest {
  protected:
@@ -41,7 +41,7 @@ class IdleStreams : public ServerTest {
     const double after_MiB = server().ResidentMebibytes();
     RecordProperty("resident_MiB_before", std::to_string(before_MiB));
     RecordProperty("resident_MiB_after", std::to_string(after_MiB));
-    EXPECT_LT(after_MiB - before_MiB, kMost_MiB);
+    EXPECT_LT(after_MiB - before_MiB, kMax_MiB);
     CloseAll(streams);
   }
   void CloseAll(const std::vector<std::unique_ptr<Open>>& streams) {

@@ -113,8 +113,8 @@ TEST_F(ViewerPortTest, AThousandConnectionsThatAskNothingShutNobodyOut) {
   EXPECT_TRUE(late.Send(WatchRequest()));
   EXPECT_EQ(NextRevision(late), 1);
   EXPECT_FALSE(watching.closed());
-  constexpr double kMost_MiB = 30;  // a quarter of the crowd, each with a buffer or two
-  EXPECT_LT(server().ResidentMebibytes() - before_MiB, kMost_MiB);
+  constexpr double kMax_MiB = 30;  // a quarter of the crowd, each with a buffer or two
+  EXPECT_LT(server().ResidentMebibytes() - before_MiB, kMax_MiB);
 }
 
 // The world changes 10 000 times while a page does not read.

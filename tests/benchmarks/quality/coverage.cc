@@ -61,8 +61,8 @@ class Triangles {
 }  // namespace
 
 double Tolerance_m(const Vector3& p_C) {
-  constexpr double kLeast_m = 0.010;
-  return std::max(kLeast_m, 3 * perception::SensorNoise{}.AxialSigma_m(p_C.z()));
+  constexpr double kMin_m = 0.010;
+  return std::max(kMin_m, 3 * perception::SensorNoise{}.AxialSigma_m(p_C.z()));
 }
 
 void Coverage::Add(const Coverage& other) {

@@ -16,10 +16,10 @@ namespace {
 constexpr double kBeforeHit_m = 0.030;
 constexpr double kDeep_m = 0.010;
 // The shortest step along a ray: a part that is thinner across the ray is stepped over.
-constexpr double kLeastStep_m = 0.0005;
+constexpr double kMinStep_m = 0.0005;
 // A grazing ray stays clear of its hit by at most ten times as much: beyond 84 degrees hardly any
 // sensor measures, and the estimate of the angle is useless.
-constexpr double kLeastCosine = 0.1;
+constexpr double kMinCosine = 0.1;
 
 // The part of a ray from the sensor that was seen to be free.
 struct FreeRay {
@@ -43,7 +43,7 @@ class Cloud {
     const double range_m = hit_C->norm();
     const Vector3 direction_C = *hit_C / range_m;
     const double cosine = std::abs(NormalAt(u, v, *hit_C).dot(direction_C));
-    const double length_m = range_m - kBeforeHit_m / std::max(cosine, kLeastCosine);
+    const double length_m = range_m - kBeforeHit_m / std::max(cosine, kMinCosine);
     if (length_m <= 0) return std::nullopt;
     return FreeRay{direction_C, length_m};
   }
@@ -120,12 +120,12 @@ Meeting Walk(const FreeRay& ray, const ClaimedSolid& solid, const Cloud& cloud) 
     return SignedDistance_m(solid.shape, X_SC * (t * ray.direction_C));
   };
   // Begins just before the bounds: entering through a face that lies in them is a crossing too.
-  double t = std::max(0.0, inside->x() - kLeastStep_m);
+  double t = std::max(0.0, inside->x() - kMinStep_m);
   double before_m = distance_m(t);
   while (true) {
     if (before_m < -kDeep_m) return Meeting::kDeep;
-    const double next = t + std::max(std::abs(before_m), kLeastStep_m);
-    if (next > inside->y() + kLeastStep_m || next > ray.length_m) return Meeting::kNone;
+    const double next = t + std::max(std::abs(before_m), kMinStep_m);
+    if (next > inside->y() + kMinStep_m || next > ray.length_m) return Meeting::kNone;
     const double now_m = distance_m(next);
     if ((now_m < 0) != (before_m < 0) && !cloud.IsMeasuredNear(next * ray.direction_C)) {
       return Meeting::kCrossing;

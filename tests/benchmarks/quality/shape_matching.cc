@@ -8,7 +8,7 @@
 namespace cwm::benchmarks {
 namespace {
 
-constexpr double kMostOf = 0.75;  // of its points, as the outcomes say
+constexpr double kMaxOf = 0.75;  // of its points, as the outcomes say
 constexpr double kSomeOf = 0.25;
 
 // The number of points that each pair of groups shares.
@@ -126,10 +126,10 @@ class Matcher {
     if (result.best < 0) return Outcome::kMissing;
     const std::size_t shared = Shared(t, result.best);
     const double of_truth = Share(shared, Truth(t).points.size());
-    if (of_truth >= kMostOf) return Outcome::kMerged;
+    if (of_truth >= kMaxOf) return Outcome::kMerged;
     if (of_truth < kSomeOf) return Outcome::kMissing;
     const double of_found = Share(shared, Found(result.best).points.size());
-    return of_found >= kMostOf ? Outcome::kSplit : Outcome::kPartial;
+    return of_found >= kMaxOf ? Outcome::kSplit : Outcome::kPartial;
   }
 
   bool Matches(std::int32_t f) const {
@@ -161,7 +161,7 @@ class Matcher {
     for (std::int32_t t = 0; t < Count(result_.truth); ++t) {
       const ShapeOutcome& outcome = result_.outcomes[static_cast<std::size_t>(t)];
       if (outcome.best == f && outcome.outcome == Outcome::kWrongType) return Invention::kWrongType;
-      if (Share(Shared(t, f), Found(f).points.size()) >= kMostOf) return Invention::kFragment;
+      if (Share(Shared(t, f), Found(f).points.size()) >= kMaxOf) return Invention::kFragment;
     }
     return Invention::kMixture;
   }

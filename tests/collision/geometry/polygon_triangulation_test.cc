@@ -108,8 +108,8 @@ TEST(ConvexPieces, OfAThousandVerticesTakeMilliseconds) {
   std::mt19937 random(5);
   const Region concave = RandomRegion(random, 1000, 6);
   Polygon circle;
-  for (int i = 0; i < kMostPlateVertices; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kMostPlateVertices;
+  for (int i = 0; i < kMaxPlateVertices; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kMaxPlateVertices;
     circle.emplace_back(std::cos(angle), std::sin(angle));
   }
   const auto start = std::chrono::steady_clock::now();

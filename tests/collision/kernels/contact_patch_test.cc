@@ -154,7 +154,7 @@ TEST(ContactPatch, OfABoxOnACornerIsThatCorner) {
 }
 
 TEST(ContactPatch, HasADepthForEachPointOfWhatLeans) {
-  const double lean = 0.5 * kMostLean, half_m = 0.1;
+  const double lean = 0.5 * kMaxLean, half_m = 0.1;
   const Pose X_WB = TurnedAbout(Vector3::UnitY(), lean, {0, 0, 0.1});
   const auto contacts = ContactsOf({HalfSpace{}}, {Box{{0.2, 0.2, 0.2}}, X_WB}, 0.01);
   ASSERT_THAT(contacts, SizeIs(4));
@@ -288,7 +288,7 @@ struct Scene {
 };
 
 std::vector<Scene> Scenes() {
-  const double tilt = 0.5 * kMostLean;
+  const double tilt = 0.5 * kMaxLean;
   return {
       {{HalfSpace{}}, {kBox, kSunk}},
       {{SquarePlate(1, 0.1)}, {kBox, kSunk}},
@@ -466,7 +466,7 @@ TEST(ContactPatch, LiesOnBothSurfacesAndBeginsWithTheDeepest) {
     std::vector<PairDistance> contacts;
     ExactContacts({*a, pair.X_FA}, {*b, pair.X_FB}, {max_distance_m, 8}, contacts);
     ASSERT_GE(contacts.size(), 1u);
-    ASSERT_LE(contacts.size(), 1u + kMostPatchPoints);
+    ASSERT_LE(contacts.size(), 1u + kMaxPatchPoints);
     EXPECT_NEAR(contacts[0].distance_m, deepest.distance_m, kShare * size_m);
     if (contacts.size() > 1) ++patches;
     for (std::size_t k = 1; k < contacts.size(); ++k) {

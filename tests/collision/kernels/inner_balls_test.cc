@@ -46,7 +46,7 @@ TEST(InnerBalls, HaveNoTriangleInThem) {
     const TriangleTree tree(*mesh.mesh);
     const std::vector<InnerBall> balls = InnerBallsOf(tree, kSpared_m);
     ASSERT_FALSE(balls.empty());
-    EXPECT_LE(balls.size(), kMostInnerBalls);
+    EXPECT_LE(balls.size(), kMaxInnerBalls);
     for (const InnerBall& each : balls) {
       EXPECT_GT(each.radius_m, 0);
       EXPECT_LE(each.radius_m, balls.front().radius_m);

@@ -11,7 +11,7 @@ namespace cwm::collision {
 namespace {
 
 constexpr int kHullEvery = 16;  // hulls take longer to build than to query
-constexpr double kLeastDecade = -4, kMostDecade = 2;
+constexpr double kMinDecade = -4, kMaxDecade = 2;
 // derived: exact answers are accurate to 1e-7 m, or to a share of the size if rounding is larger,
 // see the table in collision/kernels/README.md.
 constexpr double kPromise_m = 1e-7, kShare = 2e-8, kUnit = 1e-12;
@@ -43,7 +43,7 @@ std::string WrongWith(RandomPairs& random, PosedPair pair) {
   if (!(std::abs(answer.normal.norm() - 1) <= kUnit)) return "no unit normal";
   const ShapeKind kind_a = KindOf(pair.a), kind_b = KindOf(pair.b);
   const bool bounded = IsBounded(kind_a, kind_b);
-  const double size_m = bounded ? SizeOf(pair) : std::pow(10, kMostDecade);
+  const double size_m = bounded ? SizeOf(pair) : std::pow(10, kMaxDecade);
   const double right_to_m = kPromise_m + kShare * size_m + answer.bound_m;
   const bool overlap = ExactOverlap({*a, pair.X_FA}, {*b, pair.X_FB});
   if (overlap != (answer.distance_m < 0) && std::abs(answer.distance_m) > right_to_m) {
@@ -58,7 +58,7 @@ std::string WrongWith(RandomPairs& random, PosedPair pair) {
 }  // namespace
 
 PairFuzz FuzzPairs(unsigned seed, std::int64_t pairs) {
-  RandomPairs random(seed, kLeastDecade, kMostDecade);
+  RandomPairs random(seed, kMinDecade, kMaxDecade);
   PairFuzz fuzz;
   while (fuzz.pairs < pairs) {
     const ShapeKind a = AnyKind(random), b = AnyKind(random);

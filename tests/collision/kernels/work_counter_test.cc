@@ -139,7 +139,7 @@ std::vector<Ask> Questions() {
 // chosen: checks allowed after the end, to leave a loop within another and the next one.
 constexpr int kAskedInVain = 8;
 // derived: the clock is checked every 64 us, so no single step may count for many times that.
-constexpr std::size_t kMostAtOnce = 4096;
+constexpr std::size_t kMaxAtOnce = 4096;
 
 TEST(WorkCounter, EndsEverySearchAtOnceWhereverItIs) {
   for (const LongPair& pair : LongPairs()) {
@@ -148,7 +148,7 @@ TEST(WorkCounter, EndsEverySearchAtOnceWhereverItIs) {
     for (const Ask& ask : Questions()) {
       EndsAfter never(kNever);
       ask({*a, X_FA}, {*b, pair.X_FB}, &never);
-      EXPECT_LE(never.most_at_once(), kMostAtOnce) << pair.name;
+      EXPECT_LE(never.most_at_once(), kMaxAtOnce) << pair.name;
       for (const double share : {0.0, 0.01, 0.5, 0.9}) {
         EndsAfter counter(1 +
                           static_cast<std::size_t>(share * static_cast<double>(never.counted())));

@@ -167,12 +167,12 @@ TEST(Srdf, OfAnotherRobotOrOfNothingIsToldByALine) {
 
 TEST(Srdf, LinesOfWhatIsLeftOutAreBounded) {
   std::string pairs;
-  for (std::size_t i = 0; i < kMostLeftOut + 5; ++i) {
+  for (std::size_t i = 0; i < kMaxLeftOut + 5; ++i) {
     pairs += "<disable_collisions link1=\"a\" link2=\"x\"/>";
   }
   const auto semantic = Read(pairs);
   ASSERT_TRUE(semantic.ok()) << semantic.status();
-  ASSERT_EQ(semantic->left_out.size(), kMostLeftOut + 1);
+  ASSERT_EQ(semantic->left_out.size(), kMaxLeftOut + 1);
   EXPECT_EQ(semantic->left_out.back(), "srdf: 5 more elements that are left out");
 }
 

@@ -134,11 +134,11 @@ TEST(PairRules, RefusalsNameTheFieldAndLeaveNothingBehind) {
 
 TEST(PairRules, ThereMayBeAsManyAsItSaysAndNoMore) {
   std::vector<Change> changes;
-  for (std::size_t i = 0; i < kMostPairRules; ++i) {
+  for (std::size_t i = 0; i < kMaxPairRules; ++i) {
     changes.push_back(Margin("a", "b" + std::to_string(i), 0.1));
   }
   const auto full = MustApply(Empty(), changes);
-  EXPECT_THAT(full->pair_rules(), SizeIs(kMostPairRules));
+  EXPECT_THAT(full->pair_rules(), SizeIs(kMaxPairRules));
   const auto status = Apply(full, std::vector<Change>{Allow("c", "d")}).status();
   EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
   EXPECT_THAT(status.message(), HasSubstr("4096"));

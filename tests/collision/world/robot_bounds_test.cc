@@ -63,7 +63,7 @@ TEST(SpheresAround, ContainEveryShapeOfTheCatalogue) {
     const auto spheres = SpheresAround({&piece, 1});
     ASSERT_EQ(spheres.has_value(), KindOf(entry.shape) != ShapeKind::kHalfSpace);
     if (!spheres) continue;
-    EXPECT_LE(spheres->size(), kMostSpheres);
+    EXPECT_LE(spheres->size(), kMaxSpheres);
     ExpectContained(entry.shape, X_LP, piece.tree, *spheres, random);
   }
 }
@@ -99,7 +99,7 @@ TEST_F(PandaBounds, SpheresContainItsMeshes) {
     const PreparedPart& part = robot_->geometry->parts[k];
     const auto& spheres =
         robot_->spheres_around->links[static_cast<std::size_t>(robot_->link_of_part[k])];
-    EXPECT_LE(spheres.size(), kMostSpheres);
+    EXPECT_LE(spheres.size(), kMaxSpheres);
     ExpectContained(part.shape, part.X_OP,
                     TreeOf(*part.engines[static_cast<int>(EngineKind::kExact)]), spheres, random_);
   }

@@ -17,7 +17,7 @@ namespace {
 
 // The smallest overlap with which a scored object counts as matched, as in the scorer of the data
 // set.
-constexpr double kLeastOverlap = 0.75;
+constexpr double kMinOverlap = 0.75;
 
 SimulatedObject BoxAt(const std::string& name, const Vector3& size_m, const Vector3& middle_m) {
   SimulatedObject object;
@@ -90,7 +90,7 @@ void ExpectAllFound(const SimulatedScene& simulated) {
   EXPECT_EQ(scene.supports.size(), 1u);
   EXPECT_EQ(ObjectCount(scene), static_cast<int>(simulated.objects.size()) - 1);
   for (std::size_t k = 1; k < simulated.objects.size(); ++k) {
-    EXPECT_GT(BestOverlap(scene, truth, static_cast<std::int32_t>(k)), kLeastOverlap)
+    EXPECT_GT(BestOverlap(scene, truth, static_cast<std::int32_t>(k)), kMinOverlap)
         << simulated.objects[k].name;
   }
 }
@@ -128,7 +128,7 @@ TEST(SegmentScene, KeepsWallsAndFrontsFromBeingObjects) {
         kitchen.objects[k].name == "wall" || kitchen.objects[k].name == "cabinet";
     objects += !is_structure;
     const auto object = static_cast<std::int32_t>(k);
-    EXPECT_GT(BestOverlap(scene, truth, object), kLeastOverlap) << kitchen.objects[k].name;
+    EXPECT_GT(BestOverlap(scene, truth, object), kMinOverlap) << kitchen.objects[k].name;
     EXPECT_EQ(scene.things[ThingOf(scene, truth, object)].supported_by, is_structure ? -1 : 0)
         << kitchen.objects[k].name;
   }
@@ -165,8 +165,8 @@ TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
   options.up_C = Camera().X_WC.linear().transpose() * Vector3::UnitZ();
   const SegmentedScene scene = Segmented(shuffled.cloud, options);
   EXPECT_EQ(scene.supports.size(), 1u);
-  EXPECT_GT(BestOverlap(scene, shuffled, 1), kLeastOverlap);
-  EXPECT_GT(BestOverlap(scene, shuffled, 2), kLeastOverlap);
+  EXPECT_GT(BestOverlap(scene, shuffled, 1), kMinOverlap);
+  EXPECT_GT(BestOverlap(scene, shuffled, 2), kMinOverlap);
 }
 
 // Invalid normals are estimated anew, as in a cloud without normals.

@@ -13,7 +13,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kFitSigma_m = 0.001;
-constexpr std::size_t kFewestPoints = 30;
+constexpr std::size_t kMinPoints = 30;
 
 Shape Perturbed(const Shape& shape, RandomDraws& draws) {
   Shape perturbed = shape;
@@ -72,7 +72,7 @@ TrueScan ScanAndInterpret(const SimulatedScene& scene, const PinholeCamera& came
   RandomDraws draws(seed, 100);
   for (const auto& [index, points] : points_of) {
     const SimulatedObject& object = scene.objects[index];
-    if (points.size() < kFewestPoints) continue;
+    if (points.size() < kMinPoints) continue;
     const auto model = FittedModel(object, static_cast<int>(points.size()), draws);
     if (object.is_support) {
       result.scene.supports.push_back({.X_WO = object.X_WO,

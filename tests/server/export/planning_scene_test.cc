@@ -156,13 +156,13 @@ TEST(PlanningSceneTest, SaysWhatIsUnseenSpace) {
 
 TEST(PlanningSceneTest, HasSoManyAllowedNamesAndNoMore) {
   std::vector<Change> changes;
-  for (std::size_t i = 0; i < kMostAllowedNames - 1; ++i) {
+  for (std::size_t i = 0; i < kMaxAllowedNames - 1; ++i) {
     changes.push_back(Allow({{"hub"}, {"thing" + std::to_string(i)}}));
   }
   std::vector<std::string> warnings;
   const auto most = AllowedMatrixOf(*WorldWith(changes), nullptr, warnings);
   ASSERT_TRUE(most.ok()) << most.status();
-  EXPECT_EQ(most->names.size(), kMostAllowedNames);
+  EXPECT_EQ(most->names.size(), kMaxAllowedNames);
   changes.push_back(Allow({{"hub"}, {"one"}}));
   const auto more = AllowedMatrixOf(*WorldWith(changes), nullptr, warnings);
   EXPECT_EQ(more.status().code(), absl::StatusCode::kResourceExhausted);

@@ -464,10 +464,10 @@ TEST_F(PerceptionTest, AFullQueueOfCloudsSaysWhenToComeBackAndQueriesGoOn) {
     finish.acquire();
     return absl::StatusOr<perception::SceneInterpretation>(absl::InvalidArgumentError("no"));
   };
-  constexpr int kMost = 100;  // more than the queue and its thread can hold
+  constexpr int kMax = 100;  // more than the queue and its thread can hold
   std::atomic<int> refused = 0;
   std::vector<std::jthread> senders;
-  for (int i = 0; i < kMost && refused == 0; ++i) {
+  for (int i = 0; i < kMax && refused == 0; ++i) {
     senders.emplace_back([&] {
       const grpc::Status status = Send(SmallUpload());
       if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT) return;  // its turn came
@@ -482,7 +482,7 @@ TEST_F(PerceptionTest, AFullQueueOfCloudsSaysWhenToComeBackAndQueriesGoOn) {
     v1::GetDistancesResponse response;
     EXPECT_TRUE(query_->GetDistances(&call, request, &response).ok());
   }
-  finish.release(kMost);
+  finish.release(kMax);
   senders.clear();  // joins
   EXPECT_GT(refused, 0);
   ExpectUntouched();

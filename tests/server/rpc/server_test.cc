@@ -98,13 +98,13 @@ class HeldTurn {
 
 TEST_F(ServerTest, AFullQueueOfWritesSaysWhenToComeBackAndReadsGoOn) {
   PutBox("a", 0);
-  constexpr int kMost = 1'000;  // more than the queue and its threads can hold
+  constexpr int kMax = 1'000;  // more than the queue and its threads can hold
   std::vector<std::jthread> writers;
   std::atomic<int> refused = 0;
   std::atomic<int> written = 0;
   {
     const HeldTurn turn(*application_.worlds.Find(""));
-    for (int i = 0; i < kMost && refused == 0; ++i) {
+    for (int i = 0; i < kMax && refused == 0; ++i) {
       writers.emplace_back([&] {
         Call call;
         v1::ApplyChangesRequest request;

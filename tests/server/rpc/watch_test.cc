@@ -145,7 +145,7 @@ v1::ApplyChangesRequest ManyBoxes(int count, double size_m) {
 
 TEST_F(WatchTest, ARevisionThatIsTooLargeForOneMessageComesInPieces) {
   constexpr int kBoxes = 20'000;
-  constexpr std::size_t kMostBytes = 4 << 20;  // the default receive limit of gRPC clients
+  constexpr std::size_t kMaxBytes = 4 << 20;  // the default receive limit of gRPC clients
   PutBox("a", 0);
   Watch watch(*world_, {});
   watch.Next();
@@ -159,7 +159,7 @@ TEST_F(WatchTest, ARevisionThatIsTooLargeForOneMessageComesInPieces) {
   do {
     message = watch.Next();
     EXPECT_EQ(message.revision(), 2);
-    EXPECT_LT(message.ByteSizeLong(), kMostBytes / 2);
+    EXPECT_LT(message.ByteSizeLong(), kMaxBytes / 2);
     events += message.events().events_size();
     ++messages;
   } while (message.events().more());
