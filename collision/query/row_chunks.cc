@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "collision/crew/crew.h"
+#include "collision/thread_pool/thread_pool.h"
 
 namespace cwm::collision {
 namespace {
@@ -80,10 +80,10 @@ absl::StatusOr<std::size_t> AnswerTogether(
   SharedChunks shared(chunks, make_worker);
   const int most =
       std::clamp(threads, 1, static_cast<int>(std::max<std::size_t>(1, chunks.size())));
-  Loop(
+  ParallelLoop(
       static_cast<std::size_t>(most), 1, [&] { return most; },
       [&](std::size_t, std::size_t) { shared.Work(); })
-      .Do();
+      .Run();
   return shared.Result();
 }
 

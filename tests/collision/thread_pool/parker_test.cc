@@ -1,4 +1,4 @@
-#include "collision/crew/sleeper.h"
+#include "collision/thread_pool/parker.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -9,37 +9,37 @@
 namespace cwm {
 namespace {
 
-TEST(Sleeper, DoesNotSleepWhoWasWokenBefore) {
-  Sleeper sleeper;
-  sleeper.LieDown();
-  sleeper.Wake();
-  sleeper.Sleep();  // would otherwise sleep forever
+TEST(Parker, DoesNotSleepWhoWasWokenBefore) {
+  Parker parker;
+  parker.PreparePark();
+  parker.Unpark();
+  parker.Park();  // would otherwise sleep forever
 }
 
-TEST(Sleeper, MayRunWhereItMightBefore) {
+TEST(Parker, MayRunWhereItMightBefore) {
   cpu_set_t before, after;
-  Sleeper sleeper;
+  Parker parker;
   std::atomic<bool> lies{false};
   std::jthread thread([&] {
     ASSERT_EQ(sched_getaffinity(0, sizeof(before), &before), 0);
     for (int k = 0; k < 100; ++k) {
-      sleeper.LieDown();
+      parker.PreparePark();
       lies = true;
-      sleeper.Sleep();
+      parker.Park();
     }
     ASSERT_EQ(sched_getaffinity(0, sizeof(after), &after), 0);
   });
   for (int k = 0; k < 100; ++k) {
     while (!lies.exchange(false)) std::this_thread::yield();
-    sleeper.Wake();
+    parker.Unpark();
   }
   thread.join();
   EXPECT_TRUE(CPU_EQUAL(&before, &after));
 }
 
 // A thread that may run on one core only is woken there.
-TEST(Sleeper, StaysOnTheOnlyCoreThatItMayRunOn) {
-  Sleeper sleeper;
+TEST(Parker, StaysOnTheOnlyCoreThatItMayRunOn) {
+  Parker parker;
   std::atomic<bool> lies{false}, stayed{true};
   std::jthread thread([&] {
     cpu_set_t one;
@@ -48,15 +48,15 @@ TEST(Sleeper, StaysOnTheOnlyCoreThatItMayRunOn) {
     CPU_SET(core, &one);
     ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);
     for (int k = 0; k < 100; ++k) {
-      sleeper.LieDown();
+      parker.PreparePark();
       lies = true;
-      sleeper.Sleep();
+      parker.Park();
       if (sched_getcpu() != core) stayed = false;
     }
   });
   for (int k = 0; k < 100; ++k) {
     while (!lies.exchange(false)) std::this_thread::yield();
-    sleeper.Wake();
+    parker.Unpark();
   }
   thread.join();
   EXPECT_TRUE(stayed);

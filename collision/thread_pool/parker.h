@@ -11,21 +11,21 @@ namespace cwm {
 // queue it behind its waker, which keeps running: under virtualisation with paravirtual steal time,
 // a halted core counts as preempted and therefore not as idle (available_idle_cpu in kernel/sched),
 // and the woken thread waits some milliseconds until the load is balanced.
-class Sleeper {
+class Parker {
  public:
   // Called by the thread that is to sleep, before other threads know of it.
-  void LieDown();
-  // Called by that thread after LieDown. Returns after Wake, at once if Wake came first.
-  void Sleep();
-  // Called by another thread, once for each LieDown.
-  void Wake();
+  void PreparePark();
+  // Called by that thread after PreparePark. Returns after Unpark, at once if Unpark came first.
+  void Park();
+  // Called by another thread, once for each PreparePark.
+  void Unpark();
 
  private:
   pid_t thread_ = 0;
   // The cores on which the thread may run, written by the waker if it excluded its own core, and
   // restored by the thread once awake.
   cpu_set_t cores_ = {};
-  bool is_sent_elsewhere_ = false;
+  bool was_migrated_ = false;
   std::atomic<int> is_awake_{1};
 };
 
