@@ -161,14 +161,14 @@ void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
 
 int JointMotion::LinkOf(std::int32_t part) const {
   const int frame = body_.FrameOf(part);
-  const CarriedObject* const carried = body_.CarriedIn(frame);
-  return carried != nullptr ? carried->link : frame;
+  const AttachedObject* const attached = body_.AttachedIn(frame);
+  return attached != nullptr ? attached->link : frame;
 }
 
 double JointMotion::Reach_m(std::int32_t part) const {
   const Aabb& bounds = body_.geometry->parts[static_cast<std::size_t>(part)].bounds_O;
-  const CarriedObject* const carried = body_.CarriedIn(body_.FrameOf(part));
-  return carried == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, carried->X_FO));
+  const AttachedObject* const attached = body_.AttachedIn(body_.FrameOf(part));
+  return attached == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, attached->X_FO));
 }
 
 // Walks from the part's link towards the root. Each joint turns everything below it about its own

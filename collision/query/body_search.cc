@@ -44,8 +44,8 @@ std::string_view NameOf(PartSource source) {
 // The largest margin of a part of the body, without the request's margin.
 double WidestMargin_m(const QueryBody& body) {
   double widest_m = body.margin_m;
-  for (const CarriedObject& carried : body.carried) {
-    widest_m = std::max(widest_m, carried.object->margin_m);
+  for (const AttachedObject& attached : body.attached) {
+    widest_m = std::max(widest_m, attached.object->margin_m);
   }
   return widest_m;
 }
@@ -119,9 +119,9 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
   for (const PreparedPart& part : body.geometry->parts) {
     const ShapeKind kind = KindOf(part.shape);
     const int frame = body.FrameOf(static_cast<std::int32_t>(parts_.size()));
-    const CarriedObject* const carried = body.CarriedIn(frame);
+    const AttachedObject* const attached = body.AttachedIn(frame);
     const std::string& supported_by =
-        carried != nullptr ? carried->object->supported_by : body.supported_by;
+        attached != nullptr ? attached->object->supported_by : body.supported_by;
     parts_.push_back({.part = &part,
                       .kind = kind,
                       .cheap_bounds = !HasManyVertices(part.shape),
@@ -130,7 +130,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .skipped = filter_.SkipsPart(body, frame, part.source),
                       .weight = WeightOf(part.shape),
                       .frame = frame,
-                      .margin_m = carried != nullptr ? carried->object->margin_m : body.margin_m,
+                      .margin_m = attached != nullptr ? attached->object->margin_m : body.margin_m,
                       .supported_by = supported_by.empty() ? nullptr : &supported_by,
                       .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
@@ -162,22 +162,22 @@ FramePairs FramePairsOf(const QueryBody& body) {
 
 void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
   rows.Place(row, OwnFrames());
-  PlaceCarried();
+  PlaceAttached();
   PlaceParts(X_WF_, row, open);
 }
 
 void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open) {
-  if (body_.carried.empty()) return PlaceParts(X_WF, row, open);
+  if (body_.attached.empty()) return PlaceParts(X_WF, row, open);
   std::ranges::copy(X_WF, OwnFrames().begin());
-  PlaceCarried();
+  PlaceAttached();
   PlaceParts(X_WF_, row, open);
 }
 
-void BodySearch::PlaceCarried() {
+void BodySearch::PlaceAttached() {
   const std::size_t own = OwnFrames().size();
-  for (std::size_t k = 0; k < body_.carried.size(); ++k) {
-    const CarriedObject& carried = body_.carried[k];
-    X_WF_[own + k] = X_WF_[static_cast<std::size_t>(carried.link)] * carried.X_FO;
+  for (std::size_t k = 0; k < body_.attached.size(); ++k) {
+    const AttachedObject& attached = body_.attached[k];
+    X_WF_[own + k] = X_WF_[static_cast<std::size_t>(attached.link)] * attached.X_FO;
   }
 }
 
@@ -304,8 +304,8 @@ double BodySearch::LeastGap_m2(const Obstacle& object) {
 
 // Links have no margins of their own. An attached object may stand on another attached object.
 double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
-  const CarriedObject* const on_a = body_.CarriedIn(a.frame);
-  const CarriedObject* const on_b = body_.CarriedIn(b.frame);
+  const AttachedObject* const on_a = body_.AttachedIn(a.frame);
+  const AttachedObject* const on_b = body_.AttachedIn(b.frame);
   if (on_a == nullptr && on_b == nullptr) return request_margin_m_;
   if (on_a == nullptr) return b.margin_m + request_margin_m_;
   if (on_b == nullptr) return a.margin_m + request_margin_m_;

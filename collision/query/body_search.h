@@ -160,7 +160,7 @@ class BodySearch {
   std::span<Pose> OwnFrames() {
     return std::span(X_WF_).first(static_cast<std::size_t>(body_.frame_count));
   }
-  void PlaceCarried();
+  void PlaceAttached();
   void PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open);
   // The margin of a pair if no rule sets another one.
   double UsualMargin_m(const BodyPart& mine, const std::string& theirs,

@@ -88,8 +88,8 @@ std::optional<int> PairRuleLookup::FramesOf(const NamedThing& thing) const {
     if (thing.link.empty()) return kOwnFrames;
     return body_.robot != nullptr ? body_.robot->FindLink(thing.link) : std::nullopt;
   }
-  for (std::size_t k = 0; k < body_.carried.size(); ++k) {
-    if (thing.name != body_.carried[k].object->name) continue;
+  for (std::size_t k = 0; k < body_.attached.size(); ++k) {
+    if (thing.name != body_.attached[k].object->name) continue;
     if (!thing.link.empty()) return std::nullopt;  // objects have no links
     return body_.frame_count + static_cast<int>(k);
   }

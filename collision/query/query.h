@@ -44,7 +44,7 @@ struct PartPair {
 
 // An object attached to a body: its parts have their own frame, which is fixed to a frame of the
 // body.
-struct CarriedObject {
+struct AttachedObject {
   WorldObjectPtr object;
   int link = 0;  // the frame F of the body that it is fixed to
   Pose X_FO = Pose::Identity();
@@ -57,7 +57,7 @@ struct QueryBody {
   std::vector<int> frame_of_part = {};  // empty: all parts are in one frame
   int frame_count = 1;                  // number of frames that BodyRows places
   // The k-th attached object has the frame frame_count + k; its parts follow those of the body.
-  std::vector<CarriedObject> carried = {};
+  std::vector<AttachedObject> attached = {};
   std::vector<PartPair> self_pairs = {};  // pairs of the body's own parts to be tested
   bool asks_world = true;                 // false: only self pairs are tested
   // Name of the querying object or robot of the world. It is left out of the world, and pair rules
@@ -77,14 +77,14 @@ struct QueryBody {
   int FrameOf(std::int32_t part) const {
     return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];
   }
-  int AllFrames() const { return frame_count + static_cast<int>(carried.size()); }
+  int AllFrames() const { return frame_count + static_cast<int>(attached.size()); }
   // The object attached in a frame; nullptr for a frame of the body itself.
-  const CarriedObject* CarriedIn(int frame) const {
-    return frame < frame_count ? nullptr : &carried[static_cast<std::size_t>(frame - frame_count)];
+  const AttachedObject* AttachedIn(int frame) const {
+    return frame < frame_count ? nullptr : &attached[static_cast<std::size_t>(frame - frame_count)];
   }
   // True if the parts in the frame belong to a world object, either querying or attached.
   bool IsOfObject(int frame) const {
-    return CarriedIn(frame) != nullptr || (robot == nullptr && !self.empty());
+    return AttachedIn(frame) != nullptr || (robot == nullptr && !self.empty());
   }
 };
 // The body of the given shapes. Its geometry is nullptr if `work` ended the preparation.

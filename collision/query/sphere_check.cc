@@ -49,9 +49,9 @@ Spheres SpheresAround(const SphereModel& around) {
 }
 
 // Adds one sphere around each part of the attached objects, enlarged by the object's margin.
-void AddCarried(const QueryBody& body, Spheres& spheres) {
-  for (std::size_t k = 0; k < body.carried.size(); ++k) {
-    const WorldObject& object = *body.carried[k].object;
+void AddAttached(const QueryBody& body, Spheres& spheres) {
+  for (std::size_t k = 0; k < body.attached.size(); ++k) {
+    const WorldObject& object = *body.attached[k].object;
     const double margin_m = std::max(0.0, object.margin_m);
     for (const PreparedPart& part : object.geometry->parts) {
       spheres.push_back({.link = body.frame_count + static_cast<int>(k),
@@ -63,8 +63,8 @@ void AddCarried(const QueryBody& body, Spheres& spheres) {
 
 std::vector<HungFrame> HungFramesOf(const QueryBody& body) {
   std::vector<HungFrame> hung;
-  for (const CarriedObject& carried : body.carried) {
-    hung.push_back({.link = carried.link, .X_LF = carried.X_FO});
+  for (const AttachedObject& attached : body.attached) {
+    hung.push_back({.link = attached.link, .X_LF = attached.X_FO});
   }
   return hung;
 }
@@ -160,13 +160,13 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   const bool has_rules = rules.MayChangeWorldPairs() || !rules.OfSelfPairs().empty();
 
   std::optional<Spheres> spheres = OwnSpheres(body);
-  const bool is_the_body = spheres.has_value() && body.carried.empty() && !has_rules;
+  const bool is_the_body = spheres.has_value() && body.attached.empty() && !has_rules;
   if (!is_the_body && rows.size() < kMinRows) return std::nullopt;
   if (!spheres) {
     if (body.around == nullptr) return std::nullopt;
     spheres = SpheresAround(*body.around);
   }
-  AddCarried(body, *spheres);
+  AddAttached(body, *spheres);
   std::vector<SpherePair> pairs;
   FramePairs frame_pairs;
   if (is_the_body) {

@@ -104,7 +104,7 @@ std::string UidOf(const std::string& name, Revision create_revision);
 struct WorldObject : Obstacle {
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const Attachment> attachment;  // nullptr: not attached
-  std::string supported_by;    // name of the support or object that carries it; may be empty
+  std::string supported_by;    // name of the support or object on which it stands; may be empty
   Revision create_revision;    // 0: not yet part of a world
   Revision geometry_revision;  // last change of the model
   Revision pose_revision;      // last change of the pose or of the attachment

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "collision/query/carried_objects.h"
+#include "collision/query/attached_objects.h"
 #include "collision/query/world_filter.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/world/test_arm.h"
@@ -95,7 +95,7 @@ TEST(Representation, LeavesShapesThatAskWhole) {
       ElementsAre(Verdict::kCollision));
 }
 
-TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
+TEST(Representation, ChoosesThePartsOfAttachedObjects) {
   Change attach{.what = AttachObject{.name = "thing",
                                      .robot = "arm",
                                      .link = "tip",
@@ -106,8 +106,8 @@ TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
   // The post is at the cube. The tip is at the origin; its boxes are links and always count.
   const auto world = WorldOf({arm, Hybrid("thing"), attach, Post("post", 0, 1)});
   const WorldRobotPtr robot = world->FindRobot("arm");
-  const QueryBody body = WithCarriedObjects(BodyFromRobot(*robot, RobotScope::kWorld), *world,
-                                            *robot, RobotScope::kWorld);
+  const QueryBody body = WithAttachedObjects(BodyFromRobot(*robot, RobotScope::kWorld), *world,
+                                             *robot, RobotScope::kWorld);
   const JointGroup& all = robot->model().all;
   for (const std::size_t count : {1, 300}) {  // without and with the SIMD code
     std::vector<double> values;

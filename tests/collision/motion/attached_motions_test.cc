@@ -5,7 +5,7 @@
 #include <random>
 
 #include "collision/motion/check_paths.h"
-#include "collision/query/carried_objects.h"
+#include "collision/query/attached_objects.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/robot/robot_text.h"
 #include "tests/collision/world/test_arm.h"
@@ -46,14 +46,14 @@ std::vector<double> Between(std::span<const double> from, std::span<const double
   return row;
 }
 
-TEST(CarriedMotions, AreNeverWrongByDenseSamples) {
+TEST(AttachedMotions, AreNeverWrongByDenseSamples) {
   std::mt19937 random(5);
   const SnapshotPtr world = WithBox(RandomWorld(14, random, true));
   const WorldRobotPtr robot = world->FindRobot("arm");
   ASSERT_NE(robot, nullptr);
-  const QueryBody body = WithCarriedObjects(BodyFromRobot(*robot, RobotScope::kBoth), *world,
-                                            *robot, RobotScope::kBoth);
-  ASSERT_EQ(body.carried.size(), 1u);
+  const QueryBody body = WithAttachedObjects(BodyFromRobot(*robot, RobotScope::kBoth), *world,
+                                             *robot, RobotScope::kBoth);
+  ASSERT_EQ(body.attached.size(), 1u);
   const JointGroup& group = robot->model().all;
   const std::size_t width = group.variables.size();
   std::uniform_real_distribution<double> angle(-2.5, 2.5), step(-0.8, 0.8);
@@ -95,7 +95,7 @@ TEST(CarriedMotions, AreNeverWrongByDenseSamples) {
     const std::vector<double> met = Between(from, to, told.hi[k]);
     EXPECT_EQ(CheckCollisions(*world, body, states_of(met), {})->verdict[0], Verdict::kCollision);
     ++contacts;
-    of_box += body.CarriedIn(body.FrameOf(told.body_part[k])) != nullptr ? 1 : 0;
+    of_box += body.AttachedIn(body.FrameOf(told.body_part[k])) != nullptr ? 1 : 0;
   }
   EXPECT_GT(free, 30);
   EXPECT_GT(contacts, 15);

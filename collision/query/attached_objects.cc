@@ -1,4 +1,4 @@
-#include "collision/query/carried_objects.h"
+#include "collision/query/attached_objects.h"
 
 #include <algorithm>
 #include <utility>
@@ -6,53 +6,54 @@
 namespace cwm::collision {
 namespace {
 
-std::vector<CarriedObject> CarriedBy(const WorldRobot& robot, const WorldSnapshot& world,
-                                     std::span<const std::string> ignore) {
-  std::vector<CarriedObject> carried;
+std::vector<AttachedObject> AttachedTo(const WorldRobot& robot, const WorldSnapshot& world,
+                                       std::span<const std::string> ignore) {
+  std::vector<AttachedObject> attached;
   for (const WorldObjectPtr& object : world.attached()) {
     if (object->attachment->robot != robot.name) continue;
     if (std::find(ignore.begin(), ignore.end(), object->name) != ignore.end()) continue;
     const std::optional<int> link = robot.model().FindLink(object->attachment->link);
     if (!link.has_value()) continue;  // the world detaches objects whose link disappears
-    carried.push_back({.object = object, .link = *link, .X_FO = object->attachment->X_LO});
+    attached.push_back({.object = object, .link = *link, .X_FO = object->attachment->X_LO});
   }
-  return carried;
+  return attached;
 }
 
 // True if parts in the frame are tested against the attached object.
-bool IsAsked(const QueryBody& body, const CarriedObject& carried, int frame) {
-  if (const CarriedObject* other = body.CarriedIn(frame)) return other->link != carried.link;
-  if (frame == carried.link) return false;
-  const std::vector<std::string>& touch = carried.object->attachment->touch_links;
+bool IsAsked(const QueryBody& body, const AttachedObject& attached, int frame) {
+  if (const AttachedObject* other = body.AttachedIn(frame)) return other->link != attached.link;
+  if (frame == attached.link) return false;
+  const std::vector<std::string>& touch = attached.object->attachment->touch_links;
   const std::string& link = body.robot->links[static_cast<std::size_t>(frame)].name;
   return !std::binary_search(touch.begin(), touch.end(), link);
 }
 
 }  // namespace
 
-std::size_t CountCarriedParts(const WorldSnapshot& world, const WorldRobot& robot,
-                              std::span<const std::string> ignore) {
+std::size_t CountAttachedParts(const WorldSnapshot& world, const WorldRobot& robot,
+                               std::span<const std::string> ignore) {
   std::size_t count = 0;
-  for (const CarriedObject& carried : CarriedBy(robot, world, ignore)) {
-    count += carried.object->geometry->parts.size();
+  for (const AttachedObject& attached : AttachedTo(robot, world, ignore)) {
+    count += attached.object->geometry->parts.size();
   }
   return count;
 }
 
-QueryBody WithCarriedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
-                             RobotScope scope, std::span<const std::string> ignore) {
-  body.carried = CarriedBy(robot, world, ignore);
-  if (body.carried.empty()) return body;
+QueryBody WithAttachedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
+                              RobotScope scope, std::span<const std::string> ignore) {
+  body.attached = AttachedTo(robot, world, ignore);
+  if (body.attached.empty()) return body;
   auto geometry = std::make_shared<PreparedModel>(*body.geometry);
-  for (std::size_t k = 0; k < body.carried.size(); ++k) {
-    const CarriedObject& carried = body.carried[k];
-    const PreparedModel& added = *carried.object->geometry;
+  for (std::size_t k = 0; k < body.attached.size(); ++k) {
+    const AttachedObject& attached = body.attached[k];
+    const PreparedModel& added = *attached.object->geometry;
     const std::size_t before = geometry->parts.size();
     for (std::size_t part = 0; part < added.parts.size(); ++part) {
       const auto mine = static_cast<std::int32_t>(before + part);
       for (std::size_t other = 0; other < before && scope != RobotScope::kWorld; ++other) {
         const auto theirs = static_cast<std::int32_t>(other);
-        if (IsAsked(body, carried, body.FrameOf(theirs))) body.self_pairs.push_back({mine, theirs});
+        if (IsAsked(body, attached, body.FrameOf(theirs)))
+          body.self_pairs.push_back({mine, theirs});
       }
     }
     geometry->parts.insert(geometry->parts.end(), added.parts.begin(), added.parts.end());

@@ -9,9 +9,9 @@
 
 namespace cwm::collision {
 
-// The number of parts that WithCarriedObjects would add to the robot's body.
-std::size_t CountCarriedParts(const WorldSnapshot& world, const WorldRobot& robot,
-                              std::span<const std::string> ignore = {});
+// The number of parts that WithAttachedObjects would add to the robot's body.
+std::size_t CountAttachedParts(const WorldSnapshot& world, const WorldRobot& robot,
+                               std::span<const std::string> ignore = {});
 
 // Adds the objects that the world has attached to the robot, ordered by name and without the
 // ignored names. Unless the scope is kWorld, each object is tested against the robot's links,
@@ -19,7 +19,7 @@ std::size_t CountCarriedParts(const WorldSnapshot& world, const WorldRobot& robo
 // links. The first part of these self pairs is that of the attached object.
 //
 // `body` is the result of BodyFromRobot or BodyFromSpheres; it is unchanged if nothing is attached.
-QueryBody WithCarriedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
-                             RobotScope scope, std::span<const std::string> ignore = {});
+QueryBody WithAttachedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
+                              RobotScope scope, std::span<const std::string> ignore = {});
 
 }  // namespace cwm::collision

@@ -1,5 +1,5 @@
 // Robots with attached objects, and robots as obstacles.
-#include "collision/query/carried_objects.h"
+#include "collision/query/attached_objects.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -86,7 +86,7 @@ struct Asked {
 Asked ArmIn(const WorldSnapshot& world, std::vector<double> rows,
             RobotScope scope = RobotScope::kBoth) {
   const WorldRobotPtr robot = world.FindRobot("arm");
-  return {WithCarriedObjects(BodyFromRobot(*robot, scope), world, *robot, scope), std::move(rows),
+  return {WithAttachedObjects(BodyFromRobot(*robot, scope), world, *robot, scope), std::move(rows),
           robot};
 }
 
@@ -99,7 +99,7 @@ std::vector<Verdict> Check(const WorldSnapshot& world, std::vector<double> rows,
 constexpr Verdict kFree = Verdict::kFree, kHit = Verdict::kCollision;
 constexpr double kRight = std::numbers::pi / 2;
 
-TEST(CarriedObjects, MeetWhatTheBareArmDoesNot) {
+TEST(AttachedObjects, MeetWhatTheBareArmDoesNot) {
   const SnapshotPtr bare = WorldOf({Robot("arm"), Held("box"), Ball("ball", {0, 1.2, 0})});
   EXPECT_THAT(Check(*bare, {0, 0, kRight, 0}), ElementsAre(kFree, kFree));
   const SnapshotPtr world = With(bare, {Attach("box")});
@@ -107,10 +107,10 @@ TEST(CarriedObjects, MeetWhatTheBareArmDoesNot) {
   const Asked asked = ArmIn(*world, {kRight, 0});
   const auto told = *CheckCollisions(*world, asked.body, asked.Rows(), {});
   EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(told.object[0])).name, "ball");
-  EXPECT_EQ(asked.body.CarriedIn(asked.body.FrameOf(told.body_part[0]))->object->name, "box");
+  EXPECT_EQ(asked.body.AttachedIn(asked.body.FrameOf(told.body_part[0]))->object->name, "box");
 }
 
-TEST(CarriedObjects, AreNoObstaclesToTheirRobot) {
+TEST(AttachedObjects, AreNoObstaclesToTheirRobot) {
   const SnapshotPtr world = WorldOf({Robot("arm"), Held("box"), Attach("box", Pose::Identity())});
   EXPECT_THAT(Check(*world, {0, 0}), ElementsAre(kFree)) << "around the very hand";
   // For other bodies both are obstacles.
@@ -121,7 +121,7 @@ TEST(CarriedObjects, AreNoObstaclesToTheirRobot) {
   EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(told.object[0])).name, "box");
 }
 
-TEST(CarriedObjects, MeetTheLinksThatTheyMayNotTouch) {
+TEST(AttachedObjects, MeetTheLinksThatTheyMayNotTouch) {
   const auto world = [](std::vector<std::string> touch) {
     return WorldOf({Robot("arm"), Held("box"), Attach("box", MakeTranslation(-0.3, 0, 0), touch)});
   };
@@ -142,11 +142,11 @@ TEST(CarriedObjects, MeetTheLinksThatTheyMayNotTouch) {
   const Asked asked = ArmIn(*world({}), drawn_in);
   const auto told = *CheckCollisions(*world({}), asked.body, asked.Rows(), {});
   EXPECT_THAT(told.object, ElementsAre(kItself));
-  EXPECT_EQ(asked.body.FrameOf(told.body_part[0]), 3) << "the carried part comes first";
+  EXPECT_EQ(asked.body.FrameOf(told.body_part[0]), 3) << "the attached part comes first";
   EXPECT_EQ(asked.body.FrameOf(told.object_part[0]), 1);
 }
 
-TEST(CarriedObjects, MeetEachOtherUnlessTheyAreOnOneLink) {
+TEST(AttachedObjects, MeetEachOtherUnlessTheyAreOnOneLink) {
   const auto world = [](const std::string& link) {
     return WorldOf({Robot("arm"), Held("a"), Held("b"), Attach("a"),
                     Attach("b", MakeTranslation(link == "hand" ? 0.25 : 1.25, 0, 0), {}, link)});
@@ -155,7 +155,7 @@ TEST(CarriedObjects, MeetEachOtherUnlessTheyAreOnOneLink) {
   EXPECT_THAT(Check(*world("rod"), {0, 0, 0, 0.5}), ElementsAre(kHit, kFree));
 }
 
-TEST(CarriedObjects, KeepTheirMargins) {
+TEST(AttachedObjects, KeepTheirMargins) {
   auto put = Held("box");
   std::get<PutObject>(put.what).margin_m = 0.03;
   const SnapshotPtr world =
@@ -167,7 +167,7 @@ TEST(CarriedObjects, KeepTheirMargins) {
   EXPECT_THAT(Check(*of_arm, {0, 0}), ElementsAre(kHit)) << "the box has a name of its own";
 }
 
-TEST(CarriedObjects, MayReachIntoWhatSupportsThem) {
+TEST(AttachedObjects, MayReachIntoWhatSupportsThem) {
   auto put = Held("box");
   std::get<PutObject>(put.what).supported_by = "table";
   const auto world = [&](double deep_m) {
@@ -323,14 +323,14 @@ TEST(RobotsOfTheWorld, BreakTiesByNameAmongObjects) {
   EXPECT_EQ(named(between("z")), "m");
 }
 
-TEST(CarriedObjects, OfSpheresAreAskedExactly) {
+TEST(AttachedObjects, OfSpheresAreAskedExactly) {
   const SnapshotPtr world =
       WorldOf({Robot("arm"), Held("box"), Attach("box"), Ball("ball", {0, 1.2, 0})});
   const WorldRobotPtr robot = world->FindRobot("arm");
   ASSERT_TRUE(robot->robot->prepared_spheres_around.has_value());
   QueryBody body =
       BodyFromSpheres(*robot->robot, *robot->robot->prepared_spheres_around, RobotScope::kBoth);
-  body = WithCarriedObjects(std::move(body), *world, *robot, RobotScope::kBoth);
+  body = WithAttachedObjects(std::move(body), *world, *robot, RobotScope::kBoth);
   body.self = "arm";
   std::vector<double> rows;
   for (int k = 0; k < 300; ++k) rows.insert(rows.end(), {k % 2 == 0 ? 0.0 : kRight, 0.0});
@@ -342,7 +342,7 @@ TEST(CarriedObjects, OfSpheresAreAskedExactly) {
 
 // Attached objects with margins on two links, one of which may sink into its support, and rules
 // that allow pairs or set margins below the request's: spheres must prove no more than the pairs.
-TEST(CarriedObjects, AreAskedInLanesAsPairByPair) {
+TEST(AttachedObjects, AreAskedInLanesAsPairByPair) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);
   SnapshotPtr world = RandomWorld(20, random, true);
@@ -362,7 +362,7 @@ TEST(CarriedObjects, AreAskedInLanesAsPairByPair) {
   QueryBody spheres =
       BodyFromSpheres(*robot->robot, *robot->robot->prepared_spheres_around, RobotScope::kBoth);
   spheres.self = "arm";
-  spheres = WithCarriedObjects(std::move(spheres), *world, *robot, RobotScope::kBoth);
+  spheres = WithAttachedObjects(std::move(spheres), *world, *robot, RobotScope::kBoth);
   const JointRows states = of_links.Rows();
   const QueryOptions options{.margin_m = 0.01};
   for (const QueryBody& body : {of_links.body, spheres}) {
@@ -381,7 +381,7 @@ TEST(CarriedObjects, AreAskedInLanesAsPairByPair) {
 
 // The answer for a robot with an attached box equals the combined answers for its links and the
 // box.
-TEST(CarriedObjects, SayWhatLinksAndBoxSayByThemselves) {
+TEST(AttachedObjects, SayWhatLinksAndBoxSayByThemselves) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);
   SnapshotPtr world = RandomWorld(30, random, true);
