@@ -33,7 +33,7 @@ class EngineGeometry {
 
 struct PlacedGeometry {
   ShapeKind kind;
-  const EngineGeometry& geometry;  // prepared by the engine that is asked
+  const EngineGeometry& geometry;  // prepared by the engine that answers
   const Pose& X_WS;
 };
 

@@ -48,12 +48,12 @@ std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const Exa
   const Enclosure around_a = around(a), around_b = around(b);
   const CoreDifference difference(around_a.core, around_b.core,
                                   around_a.X_SE.inverse() * X_AB * around_b.X_SE);
-  const GjkAnswer told = GjkDistance(difference);
-  if (told.outcome != GjkOutcome::kSeparated) return std::nullopt;
+  const GjkAnswer result = GjkDistance(difference);
+  if (result.outcome != GjkOutcome::kSeparated) return std::nullopt;
   const double radii_m = around_a.core.radius_m + around_b.core.radius_m;
   // Hulls contain their meshes up to roundings of the extent.
   const double rounding_m = kTouchingShare * (around_a.core.extent_m + around_b.core.extent_m);
-  const double bound_m = told.distance_m - told.bound_m - radii_m - rounding_m;
+  const double bound_m = result.distance_m - result.bound_m - radii_m - rounding_m;
   return bound_m > 0 ? std::optional(bound_m) : std::nullopt;
 }
 

@@ -312,7 +312,7 @@ class PatchSearch {
     }
   }
 
-  // True once the work must end; `work_` is not asked again then.
+  // True once the work must end; `work_` is not called again then.
   bool MustEndNow(std::size_t steps) { return has_ended_ = has_ended_ || MustEnd(work_, steps); }
 
   // Keeps only the spots that are outermost in one of 32 directions, and the deepest, in their

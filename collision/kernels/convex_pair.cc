@@ -198,7 +198,7 @@ bool ConvexOverlap(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
   if (box_a != nullptr && box_b != nullptr) return BoxesOverlap(*box_a, *box_b, X_AB);
   if (!HasClosedForm(a, b, X_AB)) {
     const CoreDifference difference(a, b, X_AB);
-    if (const auto told = GjkOverlap(difference, a.radius_m + b.radius_m)) return *told;
+    if (const auto result = GjkOverlap(difference, a.radius_m + b.radius_m)) return *result;
   }
   return ConvexDistance(a, b, X_AB, 0).distance_m < 0;
 }

@@ -114,20 +114,20 @@ std::optional<bool> Told(const ConvexCore* within_a, const ConvexCore* within_b,
 }
 
 std::optional<bool> FalseWhereApart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
-  const std::optional<bool> told = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
-  return told == false ? told : std::nullopt;
+  const std::optional<bool> result = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
+  return result == false ? result : std::nullopt;
 }
 
 }  // namespace
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB) {
-  if (const auto told = Told(a.within(), &b, a.wall_m(), X_AB)) return told;
+  if (const auto result = Told(a.within(), &b, a.wall_m(), X_AB)) return result;
   return FalseWhereApart(a.around(), b, X_AB);
 }
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB) {
   const double walls_m = a.wall_m() + b.wall_m();
-  if (const auto told = Told(a.within(), b.within(), walls_m, X_AB)) return told;
+  if (const auto result = Told(a.within(), b.within(), walls_m, X_AB)) return result;
   return FalseWhereApart(a.around(), b.around(), X_AB);
 }
 

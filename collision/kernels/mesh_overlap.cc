@@ -22,8 +22,8 @@ bool TriangleMeets(const TriangleCorners& triangle, const ConvexCore& piece, con
                    const Pose& X_BA) {
   if (const auto* box = std::get_if<Box>(&piece.core); box != nullptr && piece.radius_m == 0) {
     const auto& c = triangle.corners;
-    const Overlap told = TriangleOverlapsBox({X_BA * c[0], X_BA * c[1], X_BA * c[2]}, *box);
-    if (told != Overlap::kUnsure) return told == Overlap::kYes;
+    const Overlap result = TriangleOverlapsBox({X_BA * c[0], X_BA * c[1], X_BA * c[2]}, *box);
+    if (result != Overlap::kUnsure) return result == Overlap::kYes;
   }
   return ConvexOverlap(CoreOf(std::span<const Vector3>(triangle.corners)), piece, X_AB);
 }
@@ -132,8 +132,8 @@ class CrossingSearch {
   // True if the triangles cross; touching pairs are collected. `b_in_A` are the corners of `b` in
   // the frame of A.
   bool Cross(const TriangleCorners& a, const TriangleCorners& b, const TrianglePoints& b_in_A) {
-    const Overlap told = TrianglesOverlap(a.corners, b_in_A);
-    if (told != Overlap::kUnsure) return told == Overlap::kYes;
+    const Overlap result = TrianglesOverlap(a.corners, b_in_A);
+    if (result != Overlap::kUnsure) return result == Overlap::kYes;
     constexpr std::size_t kEnough = 4096;
     if (touching_.size() < kEnough) touching_.push_back({a.corners, b_in_A});
     // The same test as in MeshToMesh, so that both agree.
@@ -176,8 +176,8 @@ bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose&
   if (PieceDistance(piece)(middle_B) > RadiusOf(tree)) return false;
   if (const MeshHulls* hulls = a.hulls(work); hulls != nullptr) {
     const MeshMiddle mesh{.hulls = *hulls, .middle_B = middle_B};
-    if (const auto told = CornerOrBallTells(mesh, piece, X_AB, X_BA)) return *told;
-    if (const auto told = HullsOverlap(*hulls, piece, X_AB)) return *told;
+    if (const auto result = CornerOrBallTells(mesh, piece, X_AB, X_BA)) return *result;
+    if (const auto result = HullsOverlap(*hulls, piece, X_AB)) return *result;
   }
   return SurfaceMeets(tree, piece, X_AB, work) ||
          (!a.IsOpen() && tree.Encloses(X_AB * piece.centre, work));
@@ -207,7 +207,7 @@ bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
   if (a.hulls(work) != nullptr && b.hulls(work) != nullptr) {
     const MeshHulls &of_a = *a.hulls(), &of_b = *b.hulls();
     if (FaceParts({of_a, a.tree()->bounds()}, {of_b, b.tree()->bounds()}, X_AB)) return false;
-    if (const auto told = HullsOverlap(of_a, of_b, X_AB)) return *told;
+    if (const auto result = HullsOverlap(of_a, of_b, X_AB)) return *result;
     if (BallsOverlap(of_a.balls_within(), of_b.balls_within(), X_AB)) return true;
   }
   CrossingSearch search(*a.tree(), *b.tree(), X_AB, work);

@@ -288,10 +288,10 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   DualSearch(*a.tree(), *b.tree(), X_AB, limits,
              [&](const TriangleCorners& triangle, const ConvexCore& core) {
-               PairDistance told = TriangleToConvex(triangle, core, X_AB, best.limit_m());
-               if (told.distance_m >= -touching_depth_m)
-                 told.distance_m = std::max(told.distance_m, 0.0);
-               best.Offer(told);
+               PairDistance result = TriangleToConvex(triangle, core, X_AB, best.limit_m());
+               if (result.distance_m >= -touching_depth_m)
+                 result.distance_m = std::max(result.distance_m, 0.0);
+               best.Offer(result);
                return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
              })
       .Run();

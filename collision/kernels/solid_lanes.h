@@ -11,7 +11,7 @@
 
 namespace cwm::collision {
 
-inline constexpr int kBlockLanes = 64;  // points that are asked about together
+inline constexpr int kBlockLanes = 64;  // points that are measured together
 inline constexpr int kSampleLanes = 8;  // a multiple of every vector length: loops have no rest
 
 // One side of a plane figure, from (a_x, a_y) along (along_x, along_y).

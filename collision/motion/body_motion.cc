@@ -38,10 +38,11 @@ bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplie
 // limits.
 bool ComesAround(const RobotModel& model, std::size_t variable) {
   constexpr int kHeading = 2;  // the third variable of a planar joint; no joint mimics it
-  const Variable& asked = model.variables[variable];
-  const JointKind kind = model.links[static_cast<std::size_t>(asked.link)].kind;
-  if (kind == JointKind::kPlanar) return asked.component == kHeading;
-  if (kind != JointKind::kContinuous || std::isfinite(asked.lower) || std::isfinite(asked.upper)) {
+  const Variable& queried = model.variables[variable];
+  const JointKind kind = model.links[static_cast<std::size_t>(queried.link)].kind;
+  if (kind == JointKind::kPlanar) return queried.component == kHeading;
+  if (kind != JointKind::kContinuous || std::isfinite(queried.lower) ||
+      std::isfinite(queried.upper)) {
     return false;
   }
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {

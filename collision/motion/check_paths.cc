@@ -39,20 +39,20 @@ MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path
             .segment = static_cast<std::int32_t>(*row),
             .trust = checker.best_trust()};
   }
-  MotionAnswer told;
+  MotionAnswer result;
   Trust weakest = Trust::kExact;
   for (std::size_t k = 0; k + 1 < path.row_count && !checker.MustEnd(); ++k) {
     MotionAnswer edge = checker.Check(*waypoints.MotionFrom(path.first_row + k));
     if (edge.verdict != MotionVerdict::kFree) edge.segment = static_cast<std::int32_t>(k);
     if (edge.verdict == MotionVerdict::kContact || checker.ended()) return edge;
     const bool is_free =
-        edge.verdict == MotionVerdict::kFree && told.verdict == MotionVerdict::kFree;
-    if (is_free) told.clearance_m = std::min(told.clearance_m, edge.clearance_m);
-    if (k == 0 || WeightOf(edge.verdict) > WeightOf(told.verdict)) told = edge;
+        edge.verdict == MotionVerdict::kFree && result.verdict == MotionVerdict::kFree;
+    if (is_free) result.clearance_m = std::min(result.clearance_m, edge.clearance_m);
+    if (k == 0 || WeightOf(edge.verdict) > WeightOf(result.verdict)) result = edge;
     weakest = std::max(weakest, edge.trust);
   }
-  if (told.verdict != MotionVerdict::kUndecided) told.trust = weakest;
-  return told;
+  if (result.verdict != MotionVerdict::kUndecided) result.trust = weakest;
+  return result;
 }
 
 void NameVariables(const Waypoints& waypoints, std::span<const Path> paths,

@@ -206,10 +206,10 @@ std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::
   const PreparedPart& theirs = object.geometry->parts[o];
   const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
   const ShapeKind kind = KindOf(theirs.shape);
-  const Question asked = margin_m == 0 ? question : Question::kDistance;
-  const Engine* engine = EngineFor(mine.kind, kind, asked);
+  const Question needed = margin_m == 0 ? question : Question::kDistance;
+  const Engine* engine = EngineFor(mine.kind, kind, needed);
   if (engine == nullptr) {
-    RefusePair(id, asked);
+    RefusePair(id, needed);
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
@@ -228,10 +228,10 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
   const BodyPart& a = parts_[static_cast<std::size_t>(parts.first)];
   const BodyPart& b = parts_[static_cast<std::size_t>(parts.second)];
   const PairId id{nullptr, parts.first, parts.second};
-  const Question asked = margin_m == 0 ? question : Question::kDistance;
-  const Engine* engine = EngineFor(a.kind, b.kind, asked);
+  const Question needed = margin_m == 0 ? question : Question::kDistance;
+  const Engine* engine = EngineFor(a.kind, b.kind, needed);
   if (engine == nullptr) {
-    RefusePair(id, asked);
+    RefusePair(id, needed);
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());

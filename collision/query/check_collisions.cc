@@ -74,19 +74,19 @@ class RowJudge {
   // Adds a pair and returns the reach beyond the margins for the rest of the row: negative once a
   // pair collides, since one is enough.
   double Add(const BodySearch::Pair& pair) {
-    PairVerdict told = Judge(pair);
+    PairVerdict result = Judge(pair);
     const bool is_doubt =
         unseen_ == UnseenSpace::kReport && pair.id.object != nullptr && IsUnseen(*pair.id.object);
-    if (is_doubt && told.verdict == Verdict::kCollision) told.verdict = Verdict::kUndecided;
-    if (told.verdict == Verdict::kCollision) {
-      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = told.trust};
+    if (is_doubt && result.verdict == Verdict::kCollision) result.verdict = Verdict::kUndecided;
+    if (result.verdict == Verdict::kCollision) {
+      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = result.trust};
       return -1;
     }
     if (row_.verdict != Verdict::kUndecided) {
-      if (told.verdict == Verdict::kUndecided) {
-        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .trust = told.trust};
+      if (result.verdict == Verdict::kUndecided) {
+        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .trust = result.trust};
       } else {
-        row_.trust = std::max(row_.trust, told.trust);
+        row_.trust = std::max(row_.trust, result.trust);
       }
     }
     return 0;
@@ -217,16 +217,17 @@ class Checker : public ChunkWorker {
     std::span<const Verdict> known;  // verdicts of the sphere check, for all rows at once
     if (spheres_ && !search_.MustEnd()) known = spheres_->Judge(chunk.first, chunk.count);
     const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
-    std::vector<std::size_t> asked;
+    std::vector<std::size_t> open_rows;
     for (std::size_t k = 0; k < chunk.count; ++k) {
-      if (!is_known(k) || IsOfOpenTrust(known[k])) asked.push_back(chunk.first + k);
+      if (!is_known(k) || IsOfOpenTrust(known[k])) open_rows.push_back(chunk.first + k);
     }
-    placed_.Begin(std::move(asked));
+    placed_.Begin(std::move(open_rows));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
-      const RowVerdict told = is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk, k);
+      const RowVerdict result =
+          is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk, k);
       if (search_.ended()) break;
-      Write(chunk.first + k, told);
+      Write(chunk.first + k, result);
     }
     batch_.limit.Count(k);
     return {k, search_.Finish()};
@@ -249,9 +250,9 @@ class Checker : public ChunkWorker {
   }
 
   RowVerdict Known(std::size_t row, Verdict verdict) {
-    RowVerdict told{.verdict = verdict, .pair = {}};
-    if (IsOfOpenTrust(verdict)) told.trust = TrustOfFree(row, placed_.Next());
-    return told;
+    RowVerdict result{.verdict = verdict, .pair = {}};
+    if (IsOfOpenTrust(verdict)) result.trust = TrustOfFree(row, placed_.Next());
+    return result;
   }
 
   // True if the k-th row of a chunk is within limits.
@@ -265,9 +266,9 @@ class Checker : public ChunkWorker {
     if (!IsWithinLimits(chunk, k)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     const std::size_t row = chunk.first + k;
     search_.PlaceBody(X_WF, row, OpenOf(k));
-    RowVerdict told = JudgeRow(search_, batch_.options.unseen);
-    if (IsOfOpenTrust(told.verdict)) told.trust = TrustOfFree(row, X_WF);
-    return told;
+    RowVerdict result = JudgeRow(search_, batch_.options.unseen);
+    if (IsOfOpenTrust(result.verdict)) result.trust = TrustOfFree(row, X_WF);
+    return result;
   }
 
   Trust TrustOfFree(std::size_t row, std::span<const Pose> X_WF) {
@@ -275,13 +276,13 @@ class Checker : public ChunkWorker {
     return TrustOfFreeRow(search_);
   }
 
-  void Write(std::size_t row, const RowVerdict& told) {
+  void Write(std::size_t row, const RowVerdict& result) {
     CollisionColumns& columns = batch_.columns;
-    columns.verdict[row] = told.verdict;
-    columns.trust[row] = std::max(told.trust, batch_.body.best_trust);
-    columns.object[row] = told.pair.IsOfItself() ? kItself : ranks_.Of(told.pair.object);
-    columns.body_part[row] = told.pair.body_part;
-    columns.object_part[row] = told.pair.object_part;
+    columns.verdict[row] = result.verdict;
+    columns.trust[row] = std::max(result.trust, batch_.body.best_trust);
+    columns.object[row] = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object);
+    columns.body_part[row] = result.pair.body_part;
+    columns.object_part[row] = result.pair.object_part;
   }
 
   Batch& batch_;

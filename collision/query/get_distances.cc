@@ -40,12 +40,12 @@ class NearestPair {
   const FoundPair& found() const { return found_; }
 
   double Add(const BodySearch::Pair& pair) {
-    const FoundPair told{
+    const FoundPair result{
         .answer = pair.engine.Distance(pair.body, pair.object, limit_m_, pair.work), .id = pair.id};
-    if (told.answer.distance_m <= limit_m_ && (!is_found_ || told < found_)) {
+    if (result.answer.distance_m <= limit_m_ && (!is_found_ || result < found_)) {
       is_found_ = true;
-      found_ = told;
-      limit_m_ = told.answer.distance_m;
+      found_ = result;
+      limit_m_ = result.answer.distance_m;
     }
     return reach_m();
   }

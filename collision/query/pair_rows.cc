@@ -16,14 +16,14 @@ class PairWorker : public ChunkWorker {
  public:
   PairWorker(const PairQuestion& question, int per_row,
              const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder,
-             TimeLimit& limit, std::vector<PairColumns>& told)
+             TimeLimit& limit, std::vector<PairColumns>& result)
       : rows_(question.rows),
         per_row_(static_cast<std::size_t>(std::max(0, per_row))),
         search_(question.world, question.body, question.options, {question.stop, limit}),
         finder_(make_finder(search_)),
         ranks_(question.world),
         limit_(limit),
-        told_(told) {}
+        told_(result) {}
 
   ChunkEnd Answer(const RowChunk& chunk) override {
     PairColumns& columns = told_[chunk.index];
@@ -54,13 +54,13 @@ absl::StatusOr<PairColumns> FindPairs(
     const PairQuestion& question, int per_row,
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder) {
   const std::vector<RowChunk> chunks = EqualChunks(question.rows.size(), kRowsOfChunk);
-  std::vector<PairColumns> told(chunks.size());  // by chunk
+  std::vector<PairColumns> result(chunks.size());  // by chunk
   TimeLimit limit(question.options);
   const auto completed = AnswerTogether(chunks, question.options.threads, [&] {
-    return std::make_unique<PairWorker>(question, per_row, make_finder, limit, told);
+    return std::make_unique<PairWorker>(question, per_row, make_finder, limit, result);
   });
   if (!completed.ok()) return completed.status();
-  PairColumns columns = Joined(std::move(told), *completed);
+  PairColumns columns = Joined(std::move(result), *completed);
   LimitTrust(columns, question.body.best_trust);
   return columns;
 }

@@ -121,10 +121,10 @@ LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
   return open;
 }
 
-Verdict VerdictOf(StateMark mark, LaneVerdict told) {
+Verdict VerdictOf(StateMark mark, LaneVerdict result) {
   if (mark == StateMark::kOutOfLimits) return Verdict::kOutOfLimits;
-  if (mark == StateMark::kTooFar || told == LaneVerdict::kOpen) return Verdict::kUndecided;
-  return told == LaneVerdict::kFree ? Verdict::kFree : Verdict::kCollision;
+  if (mark == StateMark::kTooFar || result == LaneVerdict::kOpen) return Verdict::kUndecided;
+  return result == LaneVerdict::kFree ? Verdict::kFree : Verdict::kCollision;
 }
 
 }  // namespace

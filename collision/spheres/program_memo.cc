@@ -18,8 +18,8 @@ bool IsSame(const SpherePair& a, const SpherePair& b) {
 bool IsSame(const LinkPair& a, const LinkPair& b) { return a == b; }
 
 template <class T>
-bool AreSame(const std::vector<T>& kept, std::span<const T> asked) {
-  return std::equal(kept.begin(), kept.end(), asked.begin(), asked.end(),
+bool AreSame(const std::vector<T>& kept, std::span<const T> wanted) {
+  return std::equal(kept.begin(), kept.end(), wanted.begin(), wanted.end(),
                     [](const T& a, const T& b) { return IsSame(a, b); });
 }
 

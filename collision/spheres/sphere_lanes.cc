@@ -198,12 +198,12 @@ class Judge {
   }
 
   void Tell(std::size_t count, LaneVerdict* verdicts) const {
-    alignas(64) float told[kMaxLanes] = {};
+    alignas(64) float result[kMaxLanes] = {};
     const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
     hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
                              hn::IfThenElse(open_, as(LaneVerdict::kOpen), as(LaneVerdict::kFree))),
-              kTag, told);
-    for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(told[i]);
+              kTag, result);
+    for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(result[i]);
   }
 
   // Constant on most instruction sets, so that offsets computed from it fold into addresses.

@@ -47,8 +47,8 @@ double TrueDistance_m(const PosedPair& pair) {
   }
   // The minimum over all directions is the least overlap. The search also starts from the kernels'
   // direction; without it, it misses the best direction by up to 1 mm of depth.
-  const PairDistance told = AskKernels(pair);
-  return -std::min(LeastOverlapNear(pair, told.normal, -told.distance_m),
+  const PairDistance result = AskKernels(pair);
+  return -std::min(LeastOverlapNear(pair, result.normal, -result.distance_m),
                    SearchedLeastOverlap(pair, kSearchedDirections, 3));
 }
 

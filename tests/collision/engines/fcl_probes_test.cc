@@ -38,10 +38,10 @@ TEST(FclProbe, DistanceToAHalfSpaceIsThatOfTheKernels) {
           return is_first ? engine.Distance(shape.get(), floor.get(), 1e3)
                           : engine.Distance(floor.get(), shape.get(), 1e3);
         };
-        const PairDistance told = ask(Fcl()), truth = ask(GetEngine(EngineKind::kExact));
-        EXPECT_NEAR(told.distance_m, truth.distance_m, 1e-12) << entry.name;
-        EXPECT_EQ(told.trust, truth.trust) << entry.name;
-        EXPECT_EQ(told.solver, Solver::kKernels) << entry.name;
+        const PairDistance result = ask(Fcl()), truth = ask(GetEngine(EngineKind::kExact));
+        EXPECT_NEAR(result.distance_m, truth.distance_m, 1e-12) << entry.name;
+        EXPECT_EQ(result.trust, truth.trust) << entry.name;
+        EXPECT_EQ(result.solver, Solver::kKernels) << entry.name;
       }
     }
   }

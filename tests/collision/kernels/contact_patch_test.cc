@@ -317,11 +317,11 @@ bool HoldsAllBut(std::size_t first, const std::vector<PairDistance>& contacts,
 }
 
 // Either of two equally deep points may be the first; all others must agree.
-void ExpectSamePatch(const std::vector<PairDistance>& told,
+void ExpectSamePatch(const std::vector<PairDistance>& result,
                      const std::vector<PairDistance>& expected) {
-  EXPECT_GE(told.size(), 2u);
-  EXPECT_TRUE(HoldsAllBut(1, told, expected));
-  EXPECT_TRUE(HoldsAllBut(1, expected, told));
+  EXPECT_GE(result.size(), 2u);
+  EXPECT_TRUE(HoldsAllBut(1, result, expected));
+  EXPECT_TRUE(HoldsAllBut(1, expected, result));
 }
 
 TEST(ContactPatch, IsMirroredWhenTheTwoChangePlaces) {

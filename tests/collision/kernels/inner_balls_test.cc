@@ -74,16 +74,16 @@ TEST(InnerBalls, OverlapWhereTheirMeshesDo) {
   const ExactGeometry geometry(mesh);
   const std::vector<InnerBall> balls = InnerBallsOf(*geometry.tree(), kSpared_m);
   RandomPairs random(71);
-  int told = 0, overlapping = 0;
+  int result = 0, overlapping = 0;
   for (int k = 0; k < kPairs; ++k) {
     const Pose X_AB = random.AnyPose(1.2 * kSize_m), I = Pose::Identity();
     const bool plain = ExactDistance({geometry, I}, {geometry, X_AB}).distance_m < 0;
     overlapping += plain ? 1 : 0;
     if (!BallsOverlap(balls, balls, X_AB)) continue;
     EXPECT_TRUE(plain);
-    ++told;
+    ++result;
   }
-  EXPECT_GT(told, overlapping / 2);
+  EXPECT_GT(result, overlapping / 2);
   EXPECT_GT(overlapping, kPairs / 10);
 }
 

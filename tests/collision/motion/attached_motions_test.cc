@@ -71,15 +71,15 @@ TEST(AttachedMotions, AreNeverWrongByDenseSamples) {
   };
   const JointRows states = states_of(rows);
   const JointWaypoints waypoints(robot->model(), body, states);
-  const MotionColumns told = *CheckPaths(*world, body, waypoints, paths, {});
+  const MotionColumns result = *CheckPaths(*world, body, waypoints, paths, {});
   int free = 0, contacts = 0, of_box = 0;
   for (std::size_t k = 0; k < paths.size(); ++k) {
-    if (told.verdict[k] == MotionVerdict::kOutOfLimits) continue;
+    if (result.verdict[k] == MotionVerdict::kOutOfLimits) continue;
     const auto from = std::span<const double>(rows).subspan(2 * k * width, width);
     const auto to = std::span<const double>(rows).subspan((2 * k + 1) * width, width);
-    const bool is_contact = told.verdict[k] == MotionVerdict::kContact;
-    ASSERT_TRUE(is_contact || told.verdict[k] == MotionVerdict::kFree) << k;
-    const double certain_to = is_contact ? told.lo[k] : 1;
+    const bool is_contact = result.verdict[k] == MotionVerdict::kContact;
+    ASSERT_TRUE(is_contact || result.verdict[k] == MotionVerdict::kFree) << k;
+    const double certain_to = is_contact ? result.lo[k] : 1;
     std::vector<double> samples;
     for (int i = 0; i <= kSamples; ++i) {
       const double share = certain_to * i / kSamples;
@@ -92,10 +92,10 @@ TEST(AttachedMotions, AreNeverWrongByDenseSamples) {
       ++free;
     }
     if (!is_contact) continue;
-    const std::vector<double> met = Between(from, to, told.hi[k]);
+    const std::vector<double> met = Between(from, to, result.hi[k]);
     EXPECT_EQ(CheckCollisions(*world, body, states_of(met), {})->verdict[0], Verdict::kCollision);
     ++contacts;
-    of_box += body.AttachedIn(body.FrameOf(told.body_part[k])) != nullptr ? 1 : 0;
+    of_box += body.AttachedIn(body.FrameOf(result.body_part[k])) != nullptr ? 1 : 0;
   }
   EXPECT_GT(free, 30);
   EXPECT_GT(contacts, 15);
@@ -130,12 +130,12 @@ TEST(SupportTolerance, LetsGoOfWhatAnObjectStandsIn) {
 }
 
 TEST(SupportTolerance, EndsAtItsDepth) {
-  const MotionColumns told = CupOnTable(0.001, {0, 0, -0.02});
-  ASSERT_THAT(told.verdict, ElementsAre(MotionVerdict::kContact));
+  const MotionColumns result = CupOnTable(0.001, {0, 0, -0.02});
+  ASSERT_THAT(result.verdict, ElementsAre(MotionVerdict::kContact));
   const double met = 0.004 / 0.02;  // at a depth of 5 mm
-  EXPECT_LE(told.lo[0], met);
-  EXPECT_GE(told.hi[0], met - 1e-6);
-  EXPECT_LE(told.hi[0] - told.lo[0], kBracket + 1e-12);
+  EXPECT_LE(result.lo[0], met);
+  EXPECT_GE(result.hi[0], met - 1e-6);
+  EXPECT_LE(result.hi[0] - result.lo[0], kBracket + 1e-12);
 }
 
 }  // namespace

@@ -150,7 +150,7 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
   Pose away = here[0];
   away.translation() -= 0.001 * nhat;
   for (const Pose& to : {here[0], away}) {
-    const auto told = [&](double margin_m) {
+    const auto result = [&](double margin_m) {
       Edges edges;
       edges.push_back(std::make_unique<RigidMotion>(body, here[0], to));
       return *CheckMotions(*world, body, edges, {.margin_m = margin_m});
@@ -158,10 +158,10 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
     const double open_m = distance_m - 0.5 * bound_m;
     EXPECT_EQ(CheckCollisions(*world, body, here, {.margin_m = open_m})->verdict[0],
               Verdict::kUndecided);
-    EXPECT_EQ(told(open_m).verdict[0], MotionVerdict::kUndecided);
-    EXPECT_EQ(told(open_m).trust[0], Trust::kBounded);
-    EXPECT_EQ(told(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
-    const MotionColumns free = told(distance_m - 2 * bound_m);
+    EXPECT_EQ(result(open_m).verdict[0], MotionVerdict::kUndecided);
+    EXPECT_EQ(result(open_m).trust[0], Trust::kBounded);
+    EXPECT_EQ(result(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
+    const MotionColumns free = result(distance_m - 2 * bound_m);
     EXPECT_EQ(free.verdict[0], MotionVerdict::kFree);
     EXPECT_LE(free.clearance_m[0], (1 + 1e-6) * bound_m);
   }
@@ -293,13 +293,13 @@ TEST(CheckMotions, IsNeverWrongAboutBodies) {
     edges.push_back(std::make_unique<RigidMotion>(body, from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
-  Told told;
+  Told result;
   for (std::size_t k = 0; k < edges.size(); ++k) {
-    ExpectTrue(*world, body, *edges[k], columns, k, 400, told);
+    ExpectTrue(*world, body, *edges[k], columns, k, 400, result);
   }
-  EXPECT_GT(told.free, 10);
-  EXPECT_GT(told.contact, 10);
-  EXPECT_EQ(told.other, 0);
+  EXPECT_GT(result.free, 10);
+  EXPECT_GT(result.contact, 10);
+  EXPECT_EQ(result.other, 0);
 }
 
 TEST(CheckMotions, IsNeverWrongAboutThePanda) {
@@ -333,13 +333,13 @@ TEST(CheckMotions, IsNeverWrongAboutThePanda) {
     edges.push_back(std::make_unique<JointMotion>(model, body, Pose::Identity(), from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
-  Told told;
+  Told result;
   for (std::size_t k = 0; k < edges.size(); ++k) {
-    ExpectTrue(*world, body, *edges[k], columns, k, 100, told);
+    ExpectTrue(*world, body, *edges[k], columns, k, 100, result);
   }
-  EXPECT_GT(told.free, 2);
-  EXPECT_GT(told.contact, 2);
-  EXPECT_EQ(told.other, 0);
+  EXPECT_GT(result.free, 2);
+  EXPECT_GT(result.contact, 2);
+  EXPECT_EQ(result.other, 0);
 }
 
 TEST(CheckMotions, EndsWhenItIsTold) {

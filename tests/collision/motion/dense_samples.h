@@ -32,7 +32,7 @@ struct Told {
 };
 
 inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMotion& motion,
-                       const MotionColumns& columns, std::size_t edge, int steps, Told& told) {
+                       const MotionColumns& columns, std::size_t edge, int steps, Told& result) {
   std::vector<double> fractions;
   for (int k = 0; k <= steps; ++k) fractions.push_back(static_cast<double>(k) / steps);
   const auto sampled = *CheckCollisions(world, body, PlacesOf(motion, fractions), {});
@@ -48,10 +48,10 @@ inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const 
   }
   switch (columns.verdict[edge]) {
     case MotionVerdict::kFree:
-      ++told.free;
+      ++result.free;
       break;
     case MotionVerdict::kContact: {
-      ++told.contact;
+      ++result.contact;
       EXPECT_EQ(CheckCollisions(world, body, PlacesOf(motion, {columns.hi[edge]}), {})->verdict[0],
                 Verdict::kCollision)
           << edge;
@@ -59,7 +59,7 @@ inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const 
       break;
     }
     default:
-      ++told.other;
+      ++result.other;
   }
 }
 

@@ -89,9 +89,9 @@ TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
     if (k % 4 < 2) from.translation() = world->objects()[middle]->X_WO.translation();
     const RigidMotion motion(body, from, to);
     EdgeChecker checker(*world, body, options, {});
-    const MotionAnswer told = checker.Check(motion);
-    const bool is_contact = told.verdict == MotionVerdict::kContact;
-    const double end = is_contact ? told.hi : 1;
+    const MotionAnswer result = checker.Check(motion);
+    const bool is_contact = result.verdict == MotionVerdict::kContact;
+    const double end = is_contact ? result.hi : 1;
     constexpr int kSteps = 50;
     for (int step = is_contact ? kSteps : 0; step <= kSteps; ++step) {
       Pose X_WB;
@@ -99,17 +99,18 @@ TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
       const CollisionColumns state =
           *CheckCollisions(*world, body, std::vector<Pose>{X_WB}, options);
       if (!is_contact) {
-        EXPECT_GE(told.trust, state.trust[0]) << k;
+        EXPECT_GE(result.trust, state.trust[0]) << k;
         continue;
       }
       ASSERT_EQ(state.verdict[0], Verdict::kCollision) << k;
-      const bool same = state.object[0] == told.object && state.body_part[0] == told.body_part &&
-                        state.object_part[0] == told.object_part;
+      const bool same = state.object[0] == result.object &&
+                        state.body_part[0] == result.body_part &&
+                        state.object_part[0] == result.object_part;
       if (same) {
-        EXPECT_EQ(told.trust, state.trust[0]) << k;
+        EXPECT_EQ(result.trust, state.trust[0]) << k;
       }
     }
-    ++seen[static_cast<std::size_t>(told.trust)];
+    ++seen[static_cast<std::size_t>(result.trust)];
   }
   EXPECT_GT(seen[static_cast<int>(Trust::kExact)], 10);
   EXPECT_EQ(seen[static_cast<int>(Trust::kBounded)], 0) << "no margin here is about a depth";
@@ -145,12 +146,12 @@ TEST(MotionTrust, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
   const std::vector<double> states = {0, 0, 1, 0, 1, 0, 2, 0, 0, 0, 3.2, 0};
   const std::vector<Path> paths = {{}, {.first_row = 2}, {.first_row = 4}};
   const JointRows rows(*model, model->all, {.base = DefaultVariables(*model), .rows = states});
-  const auto told = [&](const QueryBody& body) {
+  const auto result = [&](const QueryBody& body) {
     return *CheckPaths(*world, body, JointWaypoints(*model, body, rows), paths, {});
   };
-  const MotionColumns exact = told(BodyFromRobot(*robot, RobotScope::kBoth));
+  const MotionColumns exact = result(BodyFromRobot(*robot, RobotScope::kBoth));
   EXPECT_EQ(exact.trust, std::vector<Trust>(3, Trust::kExact));
-  const MotionColumns of_spheres = told(BodyFromSpheres(*robot, spheres, RobotScope::kBoth));
+  const MotionColumns of_spheres = result(BodyFromSpheres(*robot, spheres, RobotScope::kBoth));
   EXPECT_EQ(of_spheres.trust, std::vector<Trust>(3, Trust::kDegraded));
   EXPECT_EQ(of_spheres.verdict,
             (std::vector<MotionVerdict>{MotionVerdict::kFree, MotionVerdict::kContact,

@@ -105,9 +105,9 @@ TEST(AttachedObjects, MeetWhatTheBareArmDoesNot) {
   const SnapshotPtr world = With(bare, {Attach("box")});
   EXPECT_THAT(Check(*world, {0, 0, kRight, 0}), ElementsAre(kFree, kHit));
   const Asked asked = ArmIn(*world, {kRight, 0});
-  const auto told = *CheckCollisions(*world, asked.body, asked.Rows(), {});
-  EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(told.object[0])).name, "ball");
-  EXPECT_EQ(asked.body.AttachedIn(asked.body.FrameOf(told.body_part[0]))->object->name, "box");
+  const auto result = *CheckCollisions(*world, asked.body, asked.Rows(), {});
+  EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(result.object[0])).name, "ball");
+  EXPECT_EQ(asked.body.AttachedIn(asked.body.FrameOf(result.body_part[0]))->object->name, "box");
 }
 
 TEST(AttachedObjects, AreNoObstaclesToTheirRobot) {
@@ -116,9 +116,9 @@ TEST(AttachedObjects, AreNoObstaclesToTheirRobot) {
   // For other bodies both are obstacles.
   const QueryBody ball = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.01}}});
   const Pose at = world->Find("box")->X_WO * MakeTranslation(0, 0.048, 0.048);
-  const auto told = *CheckCollisions(*world, ball, {&at, 1}, {});
-  EXPECT_EQ(told.verdict[0], kHit);
-  EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(told.object[0])).name, "box");
+  const auto result = *CheckCollisions(*world, ball, {&at, 1}, {});
+  EXPECT_EQ(result.verdict[0], kHit);
+  EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(result.object[0])).name, "box");
 }
 
 TEST(AttachedObjects, MeetTheLinksThatTheyMayNotTouch) {
@@ -140,10 +140,10 @@ TEST(AttachedObjects, MeetTheLinksThatTheyMayNotTouch) {
   ignoring.ignore_pairs = {{{"box"}, {"arm"}}};
   EXPECT_THAT(Check(*world({}), drawn_in, ignoring), ElementsAre(kFree));
   const Asked asked = ArmIn(*world({}), drawn_in);
-  const auto told = *CheckCollisions(*world({}), asked.body, asked.Rows(), {});
-  EXPECT_THAT(told.object, ElementsAre(kItself));
-  EXPECT_EQ(asked.body.FrameOf(told.body_part[0]), 3) << "the attached part comes first";
-  EXPECT_EQ(asked.body.FrameOf(told.object_part[0]), 1);
+  const auto result = *CheckCollisions(*world({}), asked.body, asked.Rows(), {});
+  EXPECT_THAT(result.object, ElementsAre(kItself));
+  EXPECT_EQ(asked.body.FrameOf(result.body_part[0]), 3) << "the attached part comes first";
+  EXPECT_EQ(asked.body.FrameOf(result.object_part[0]), 1);
 }
 
 TEST(AttachedObjects, MeetEachOtherUnlessTheyAreOnOneLink) {
@@ -237,11 +237,11 @@ TEST(RobotsOfTheWorld, AreMetByShapesRaysAndPoints) {
   const SnapshotPtr world = WorldOf({Robot("arm", MakeTranslation(0, 0, 2)), Ball("z", {0, 3, 2})});
   const QueryBody ball = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
   const std::vector<Pose> poses = {MakeTranslation(0.6, 0, 2), MakeTranslation(0.75, 0, 2)};
-  const auto told = *CheckCollisions(*world, ball, poses, {});
-  EXPECT_THAT(told.verdict, ElementsAre(kHit, kFree));
-  EXPECT_EQ(told.object[0], 1) << "after the one object";
+  const auto result = *CheckCollisions(*world, ball, poses, {});
+  EXPECT_THAT(result.verdict, ElementsAre(kHit, kFree));
+  EXPECT_EQ(result.object[0], 1) << "after the one object";
   EXPECT_EQ(world->ObstacleAt(1).name, "arm");
-  EXPECT_EQ(told.object_part[0], 1) << "of the rod";
+  EXPECT_EQ(result.object_part[0], 1) << "of the rod";
   QueryOptions ignoring;
   ignoring.ignore = {"arm"};
   EXPECT_THAT(CheckCollisions(*world, ball, poses, ignoring)->verdict, ElementsAre(kFree, kFree));
@@ -316,8 +316,8 @@ TEST(RobotsOfTheWorld, BreakTiesByNameAmongObjects) {
   // The point is equally far from the hand and from the ball.
   const Vector3 point(0, 0.25, 0);
   const auto named = [&](const SnapshotPtr& world) {
-    const auto told = *SamplePoints(*world, {&point, 1}, {});
-    return world->ObstacleAt(static_cast<std::size_t>(told.object[0])).name;
+    const auto result = *SamplePoints(*world, {&point, 1}, {});
+    return world->ObstacleAt(static_cast<std::size_t>(result.object[0])).name;
   };
   EXPECT_EQ(named(between("a")), "a");
   EXPECT_EQ(named(between("z")), "m");
@@ -336,8 +336,9 @@ TEST(AttachedObjects, OfSpheresAreAskedExactly) {
   for (int k = 0; k < 300; ++k) rows.insert(rows.end(), {k % 2 == 0 ? 0.0 : kRight, 0.0});
   const JointRows states(robot->model(), robot->model().all,
                          {.X_WB = robot->X_WB, .base = robot->state, .rows = rows});
-  const auto told = *CheckCollisions(*world, body, states, {});
-  for (std::size_t k = 0; k < 300; ++k) ASSERT_EQ(told.verdict[k], k % 2 == 0 ? kFree : kHit) << k;
+  const auto result = *CheckCollisions(*world, body, states, {});
+  for (std::size_t k = 0; k < 300; ++k)
+    ASSERT_EQ(result.verdict[k], k % 2 == 0 ? kFree : kHit) << k;
 }
 
 // Attached objects with margins on two links, one of which may sink into its support, and rules
@@ -388,14 +389,14 @@ TEST(AttachedObjects, SayWhatLinksAndBoxSayByThemselves) {
   world = With(world, {Robot("arm"), Held("box"), Attach("box", RandomPose(random, 0.2))});
   std::vector<double> rows;
   for (int k = 0; k < 1000; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
-  const auto told = Check(*world, rows, {}, RobotScope::kWorld);
+  const auto result = Check(*world, rows, {}, RobotScope::kWorld);
   QueryOptions no_robot;
   no_robot.ignore = {"arm", "box"};
   const WorldRobotPtr arm = world->FindRobot("arm");
   const QueryBody links = BodyFromRobot(*arm, RobotScope::kWorld);
   const QueryBody box = BodyFromObject(*world->Find("box"));
   int hits = 0;
-  for (std::size_t k = 0; k < told.size(); ++k) {
+  for (std::size_t k = 0; k < result.size(); ++k) {
     const JointRows row(
         arm->model(), arm->model().all,
         {.X_WB = arm->X_WB, .base = arm->state, .rows = std::span(rows).subspan(2 * k, 2)});
@@ -404,7 +405,7 @@ TEST(AttachedObjects, SayWhatLinksAndBoxSayByThemselves) {
     const Pose X_WO = X_WL[2] * world->Find("box")->attachment->X_LO;
     const bool links_hit = CheckCollisions(*world, links, row, no_robot)->verdict[0] == kHit;
     const bool box_hits = CheckCollisions(*world, box, {&X_WO, 1}, no_robot)->verdict[0] == kHit;
-    EXPECT_EQ(told[k] == kHit, links_hit || box_hits) << k;
+    EXPECT_EQ(result[k] == kHit, links_hit || box_hits) << k;
     hits += box_hits && !links_hit ? 1 : 0;
   }
   EXPECT_GT(hits, 5) << "the box makes a difference";

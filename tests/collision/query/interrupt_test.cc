@@ -76,9 +76,9 @@ TEST(Interrupt, LooksAfterEachPairOfManyCorners) {
     for (const bool of_contacts : {false, true}) {
       std::stop_source stop;
       const RowsThatStop rows(MakeTranslation(0.5, 0, 0), stop);
-      const auto told = of_contacts ? GetContacts(*world, body, rows, {}, stop.get_token())
-                                    : GetDistances(*world, body, rows, {}, stop.get_token());
-      EXPECT_EQ(told.status().code(), absl::StatusCode::kCancelled);
+      const auto result = of_contacts ? GetContacts(*world, body, rows, {}, stop.get_token())
+                                      : GetDistances(*world, body, rows, {}, stop.get_token());
+      EXPECT_EQ(result.status().code(), absl::StatusCode::kCancelled);
       EXPECT_EQ(rows.placed(), RowsThatStop::kStopsAt) << NameOf(KindOf(shape));
     }
   }

@@ -90,7 +90,7 @@ Told ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& 
   const PointColumns columns = *SamplePoints(world, points, {});
   std::vector<double> bound_m(points.size(), 0);
   for (const PointColumns::Bound& bound : columns.bounds) bound_m[bound.row] = bound.bound_m;
-  Told told;
+  Told result;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool inside = std::any_of(cubes.begin(), cubes.end(),
                                     [&](const CubePlace& c) { return c.Holds(points[i]); });
@@ -100,37 +100,37 @@ Told ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& 
     EXPECT_EQ(columns.distance_m[i] < 0, inside) << points[i].transpose();
     EXPECT_GE(off_m, least_m - 1e-9) << points[i].transpose();
     if (columns.trust[i] == Trust::kDegraded) {
-      ++told.degraded;
+      ++result.degraded;
       continue;
     }
     EXPECT_LE(off_m, least_m + bound_m[i] + kGrid_m) << points[i].transpose();
     if (columns.trust[i] == Trust::kBounded) {
       EXPECT_TRUE(inside);
-      ++told.bounded;
+      ++result.bounded;
     } else {
       EXPECT_EQ(columns.trust[i], Trust::kExact);
-      told.exact_inside += inside ? 1 : 0;
+      result.exact_inside += inside ? 1 : 0;
     }
   }
-  return told;
+  return result;
 }
 
 TEST(OverlappingShells, DepthsInCubesThatInterpenetrateAreLabelledForWhatTheyAre) {
   const std::vector<CubePlace> cubes = {{0.8, {-0.2, -0.1, 0}}, {0.8, {0.2, 0.15, 0.1}}};
   const TriangleMesh mesh = Joined({Cube(0.8, {-0.2, -0.1, 0}), Cube(0.8, {0.2, 0.15, 0.1})});
   for (const TriangleMesh& either : {mesh, Turned(mesh)}) {
-    const Told told = ExpectTrueLabels(*WorldOfMesh(either), cubes);
-    EXPECT_GT(told.exact_inside, 100);
-    EXPECT_GT(told.bounded, 100);
-    EXPECT_EQ(told.degraded, 0);
+    const Told result = ExpectTrueLabels(*WorldOfMesh(either), cubes);
+    EXPECT_GT(result.exact_inside, 100);
+    EXPECT_GT(result.bounded, 100);
+    EXPECT_EQ(result.degraded, 0);
   }
 }
 
 TEST(OverlappingShells, DepthsAboutACubeWithinACubeAreLabelledForWhatTheyAre) {
   const auto world = WorldOfMesh(Joined({Cube(1, {0, 0, 0}), Cube(0.4, {0, 0, 0})}));
-  const Told told = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
-  EXPECT_GT(told.exact_inside, 100);
-  EXPECT_GT(told.bounded, 100);
+  const Told result = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
+  EXPECT_GT(result.exact_inside, 100);
+  EXPECT_GT(result.bounded, 100);
   // In the inner cube, on its surface, and just outside it; the true depth is at least 0.28 m
   // everywhere.
   for (const double z_m : {0.1, 0.2 - 1e-7, 0.2, 0.2 + 1e-7, 0.22}) {

@@ -227,17 +227,17 @@ void CompareRow(const ByHand& hand, const CollisionColumns& verdicts, const Pair
     ASSERT_GT(distances.row_begin[row + 1], at);
     EXPECT_NEAR(distances.distance_m[at], nearest_m, 1e-9);
   }
-  std::vector<std::array<int, 3>> expected, told;
+  std::vector<std::array<int, 3>> expected, result;
   for (const ByHand::Seen& pair : pairs) {
     if (collides(pair)) expected.push_back({pair.object, pair.body_part, pair.object_part});
   }
   for (std::uint32_t k = contacts.row_begin[row]; k < contacts.row_begin[row + 1]; ++k) {
-    told.push_back({contacts.object[k], contacts.body_part[k], contacts.object_part[k]});
+    result.push_back({contacts.object[k], contacts.body_part[k], contacts.object_part[k]});
   }
   std::ranges::sort(expected);
-  std::ranges::sort(told);
-  told.erase(std::unique(told.begin(), told.end()), told.end());
-  EXPECT_EQ(told, expected);
+  std::ranges::sort(result);
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  EXPECT_EQ(result, expected);
 }
 
 void CompareAll(const WorldSnapshot& world, const QueryBody& body, std::vector<Part> names,

@@ -130,12 +130,12 @@ TEST_F(QueryTest, AStateCollidesWhenSomePairIsNearerThanTheMargin) {
       EXPECT_EQ(columns.object[row] >= 0, collides);
       if (!collides) continue;
       ++collisions;
-      const auto told = std::find_if(pairs.begin(), pairs.end(), [&](const BrutePair& p) {
+      const auto result = std::find_if(pairs.begin(), pairs.end(), [&](const BrutePair& p) {
         return p.object == columns.object[row] && p.body_part == columns.body_part[row] &&
                p.object_part == columns.object_part[row];
       });
-      ASSERT_NE(told, pairs.end());
-      EXPECT_LT(told->distance_m, margin_m);
+      ASSERT_NE(result, pairs.end());
+      EXPECT_LT(result->distance_m, margin_m);
     }
     EXPECT_GT(collisions, 5);
     EXPECT_LT(collisions, 145);
@@ -239,9 +239,9 @@ TEST(Query, AClosedMeshContainsWithEveryEngine) {
          {EngineChoice::kAuto, EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
       QueryOptions options;
       options.engine = engine;
-      const CollisionColumns told = *CheckCollisions(*world, cup, at, options);
-      EXPECT_EQ(told.verdict[0], Verdict::kCollision);
-      EXPECT_NE(told.trust[0], Trust::kSurfaceOnly);
+      const CollisionColumns result = *CheckCollisions(*world, cup, at, options);
+      EXPECT_EQ(result.verdict[0], Verdict::kCollision);
+      EXPECT_NE(result.trust[0], Trust::kSurfaceOnly);
       EXPECT_LT(GetDistances(*world, cup, at, options)->distance_m[0], 0);
     }
   }
@@ -282,10 +282,10 @@ TEST(Query, EveryEngineAnswersAboutAHalfSpace) {
     EXPECT_NEAR(distances->distance_m[0], 0.5, 1e-12);
     EXPECT_NEAR(distances->distance_m[1], -0.1, 1e-12);
     EXPECT_EQ(distances->trust[0], Trust::kExact);
-    const CollisionColumns told = *CheckCollisions(*world, box, at, options);
-    EXPECT_EQ(told.verdict[0], Verdict::kFree);
-    EXPECT_EQ(told.verdict[1], Verdict::kCollision);
-    EXPECT_EQ(told.trust[1], Trust::kExact);
+    const CollisionColumns result = *CheckCollisions(*world, box, at, options);
+    EXPECT_EQ(result.verdict[0], Verdict::kFree);
+    EXPECT_EQ(result.verdict[1], Verdict::kCollision);
+    EXPECT_EQ(result.trust[1], Trust::kExact);
   }
 }
 
@@ -297,9 +297,9 @@ TEST(Query, YesAndNoOfASearchOfFclAreLabelledAsBestEffort) {
                                 MakeTranslation(0.9, 0, 0)};
   QueryOptions options;
   options.engine = EngineChoice::kFcl;
-  const CollisionColumns told = *CheckCollisions(*world, box, at, options);
-  EXPECT_EQ(told.trust[0], Trust::kExact) << "by their boxes";
-  EXPECT_EQ(told.trust[2], Trust::kDegraded);
+  const CollisionColumns result = *CheckCollisions(*world, box, at, options);
+  EXPECT_EQ(result.trust[0], Trust::kExact) << "by their boxes";
+  EXPECT_EQ(result.trust[2], Trust::kDegraded);
   // With a margin the verdict is proven by a distance.
   options.margin_m = 0.01;
   EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
@@ -352,11 +352,11 @@ TEST(Query, AStateWithinTheBoundOfAStandInIsUndecidedByFclAndBullet) {
   for (const EngineChoice engine : {EngineChoice::kFcl, EngineChoice::kBullet}) {
     QueryOptions options;
     options.engine = engine;
-    const CollisionColumns told = *CheckCollisions(*world, ball, at, options);
-    EXPECT_THAT(told.verdict,
+    const CollisionColumns result = *CheckCollisions(*world, ball, at, options);
+    EXPECT_THAT(result.verdict,
                 ElementsAre(Verdict::kCollision, Verdict::kUndecided, Verdict::kFree));
-    EXPECT_THAT(told.object, ElementsAre(0, 0, -1));
-    EXPECT_NE(told.trust[1], Trust::kExact);
+    EXPECT_THAT(result.object, ElementsAre(0, 0, -1));
+    EXPECT_NE(result.trust[1], Trust::kExact);
   }
   const CollisionColumns exact = *CheckCollisions(*world, ball, at, {});
   EXPECT_THAT(exact.verdict, ElementsAre(Verdict::kCollision, Verdict::kFree, Verdict::kFree));
@@ -369,16 +369,16 @@ TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
       QueryOptions options;
       options.engine = engine;
       options.margin_m = margin_m;
-      const CollisionColumns told = *CheckCollisions(*world_, body_, poses_, options);
+      const CollisionColumns result = *CheckCollisions(*world_, body_, poses_, options);
       int decided = 0;
       for (std::size_t row = 0; row < poses_.size(); ++row) {
         double nearest_m = kInfinity;
         for (const BrutePair& pair : BrutePairs(*world_, body_, poses_[row])) {
           nearest_m = std::min(nearest_m, pair.distance_m);
         }
-        if (told.verdict[row] == Verdict::kUndecided) continue;
+        if (result.verdict[row] == Verdict::kUndecided) continue;
         ++decided;
-        EXPECT_EQ(told.verdict[row], nearest_m < margin_m ? Verdict::kCollision : Verdict::kFree)
+        EXPECT_EQ(result.verdict[row], nearest_m < margin_m ? Verdict::kCollision : Verdict::kFree)
             << row << ' ' << nearest_m;
       }
       // FCL's distances to meshes within the margin's reach are undecided.

@@ -111,9 +111,9 @@ TEST(PairRules, RefusalsNameTheFieldAndLeaveNothingBehind) {
   const auto fault = [&](const Change& change) {
     const auto status = Apply(base, std::vector<Change>{Allow("x", "y"), change}).status();
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
-    const auto told = FaultOf(status).value_or(ApplyFault{});
-    EXPECT_EQ(told.change, 1u);
-    return told.field;
+    const auto result = FaultOf(status).value_or(ApplyFault{});
+    EXPECT_EQ(result.change, 1u);
+    return result.field;
   };
   EXPECT_EQ(fault(Allow("", "arm")), "pair.a.name");
   EXPECT_EQ(fault(Allow("arm", "a cup")), "pair.b.name");

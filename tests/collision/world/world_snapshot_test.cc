@@ -318,7 +318,7 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
     if (i % 3 == 1) after = MustApply(after, {Move(name, i)});
     if (i % 3 == 2) after = MustApply(after, {Of(Put("new" + std::to_string(i), Sphere{1}))});
   }
-  std::vector<std::string> expected, told;
+  std::vector<std::string> expected, result;
   for (const WorldObjectPtr& object : before->objects()) {
     if (after->Find(object->name) != object) expected.push_back(object->name);
   }
@@ -327,9 +327,9 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
   }
   std::sort(expected.begin(), expected.end());
   for (const ObjectDelta& delta : Difference(*before, *after)) {
-    told.push_back((delta.before != nullptr ? delta.before : delta.after)->name);
+    result.push_back((delta.before != nullptr ? delta.before : delta.after)->name);
   }
-  EXPECT_EQ(told, expected);
+  EXPECT_EQ(result, expected);
 }
 
 // The margin is at least the largest one, and at most that rounded up to single precision.
