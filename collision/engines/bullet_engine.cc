@@ -11,17 +11,17 @@
 #include <utility>
 
 #include "collision/engines/bullet_geometry.h"
+#include "collision/engines/capability_table.h"
 #include "collision/engines/piecewise.h"
-#include "collision/engines/trust_table.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 namespace {
 
-constexpr Ability N = Ability::kNothing;
-constexpr Ability A = Ability::kAll;
+constexpr Capability N = Capability::kNothing;
+constexpr Capability A = Capability::kAll;
 
-constexpr TrustTable kTable = {{
+constexpr CapabilityTable kTable = {{
     //                 sph box cyl con cap half pla cvx mesh
     /* sphere     */ {{A, A, A, A, A, A, A, A, A}},
     /* box        */ {{A, A, A, A, A, A, A, A, A}},
@@ -90,7 +90,7 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
                       .solver = Solver::kEngine};
   answer.point_a = answer.point_b - answer.distance_m * answer.normal;
   answer.bound_m = std::max(0.0, answer.distance_m - gap_m) + kWitnessBound_m;
-  answer.trust = answer.distance_m > kTouching_m ? Trust::kBounded : Trust::kDegraded;
+  answer.accuracy = answer.distance_m > kTouching_m ? Accuracy::kBounded : Accuracy::kDegraded;
   return answer;
 }
 
@@ -137,7 +137,7 @@ PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose
   answer.normal = -normal_W;
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
   answer.bound_m = a.shape.bound_m;
-  answer.trust = answer.bound_m > 0 ? Trust::kBounded : Trust::kExact;
+  answer.accuracy = answer.bound_m > 0 ? Accuracy::kBounded : Accuracy::kExact;
   return answer;
 }
 
@@ -208,14 +208,14 @@ PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletFor
                                : OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   }
   answer.bound_m += a.shape.bound_m;
-  answer.trust = m.solid->is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
+  answer.accuracy = m.solid->is_open() ? Accuracy::kSurfaceOnly : Accuracy::kBounded;
   return answer;
 }
 
 }  // namespace
 
-bool BulletEngine::Supports(ShapeKind a, ShapeKind b, Question question) const {
-  return Allows(kTable, a, b, question);
+bool BulletEngine::Supports(ShapeKind a, ShapeKind b, QueryKind query) const {
+  return Allows(kTable, a, b, query);
 }
 
 std::shared_ptr<const EngineGeometry> BulletEngine::PrepareFrom(

@@ -10,23 +10,23 @@
 #include <optional>
 #include <utility>
 
+#include "collision/engines/capability_table.h"
 #include "collision/engines/fcl_geometry.h"
 #include "collision/engines/piecewise.h"
-#include "collision/engines/trust_table.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 namespace {
 
-constexpr Ability N = Ability::kNothing;
-constexpr Ability C = Ability::kCollides;
-constexpr Ability A = Ability::kAll;
+constexpr Capability N = Capability::kNothing;
+constexpr Capability C = Capability::kCollides;
+constexpr Capability A = Capability::kAll;
 
-// The questions that FCL answers; the kernels answer the rest, all of which involve half-spaces.
+// The queries that FCL answers; the kernels answer the rest, all of which involve half-spaces.
 // For half-spaces distance() has no solver and crashes. collide() is right for convex shapes except
 // cones (it misses some that lie apex down), returns nothing for two half-spaces, and treats a mesh
 // as a surface only.
-constexpr TrustTable kTable = {{
+constexpr CapabilityTable kTable = {{
     //                 sph box cyl con cap half pla cvx mesh
     /* sphere     */ {{A, A, A, A, A, C, A, A, A}},
     /* box        */ {{A, A, A, A, A, C, A, A, A}},
@@ -154,7 +154,7 @@ double ProvenGap_m(const FclPair& pair, std::size_t i, std::size_t j, const Vect
          Reach_m(pair.b.solid->exact().pieces()[j], in_b);
 }
 
-// Sets the trust and the bound of a positive distance. FCL's GJK sometimes stops early (measured: 6
+// Sets the accuracy and the bound of a positive distance. FCL's GJK sometimes stops early (measured: 6
 // mm too far in one of a thousand pairs of cones and cylinders; 14 mm for a box that faces a mesh
 // squarely). Between convex shapes, the gap along the normal bounds the error; for meshes, only
 // FCL's closed forms are reliable.
@@ -163,15 +163,15 @@ void Label(const FclPair& pair, double proven_m, PairDistance& answer) {
   const bool is_open = pair.a.solid->is_open() || pair.b.solid->is_open();
   const bool closed_form = pair.a.kind == ShapeKind::kSphere || pair.a.kind == ShapeKind::kMesh;
   if (pair.has_mesh()) {
-    answer.trust = is_open ? Trust::kSurfaceOnly : Trust::kBounded;
+    answer.accuracy = is_open ? Accuracy::kSurfaceOnly : Accuracy::kBounded;
     answer.bound_m = kRounding_m;
     if (!closed_form) {
-      answer.trust = Trust::kDegraded;
+      answer.accuracy = Accuracy::kDegraded;
       answer.bound_m = 0;
     }
     return;
   }
-  answer.trust = Trust::kBounded;
+  answer.accuracy = Accuracy::kBounded;
   answer.bound_m = kRounding_m + std::max(pieces_m, answer.distance_m - proven_m);
 }
 
@@ -207,10 +207,10 @@ PairDistance FclDistance(const FclPair& pair) {
 
 }  // namespace
 
-bool FclEngine::Supports(ShapeKind, ShapeKind, Question) const { return true; }
+bool FclEngine::Supports(ShapeKind, ShapeKind, QueryKind) const { return true; }
 
-Trust FclEngine::TrustOfCollides(ShapeKind a, ShapeKind b) const {
-  return HasFormula(std::min(a, b), std::max(a, b)) ? Trust::kExact : Trust::kDegraded;
+Accuracy FclEngine::CollisionAccuracy(ShapeKind a, ShapeKind b) const {
+  return HasFormula(std::min(a, b), std::max(a, b)) ? Accuracy::kExact : Accuracy::kDegraded;
 }
 
 std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
@@ -221,7 +221,7 @@ std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
 bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
                          WorkCounter* work) const {
   if (a.kind > b.kind) return Collides(b, a, work);  // halves the number of FCL's solvers in use
-  if (!Allows(kTable, a.kind, b.kind, Question::kCollides)) {
+  if (!Allows(kTable, a.kind, b.kind, QueryKind::kCollides)) {
     return ExactOverlap(ForKernels(a), ForKernels(b), work);
   }
   const FclForm& form_a = FormOf(a);
@@ -238,7 +238,7 @@ bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
 PairDistance FclEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
                                  double max_distance_m, WorkCounter* work) const {
   if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m, work));
-  if (!Allows(kTable, a.kind, b.kind, Question::kDistance)) {
+  if (!Allows(kTable, a.kind, b.kind, QueryKind::kDistance)) {
     return ExactDistance(ForKernels(a), ForKernels(b), max_distance_m, work);
   }
   return FclDistance({FormOf(a), a.X_WS, FormOf(b), b.X_WS});

@@ -35,7 +35,7 @@ PairDistance LeastOverPieces(std::size_t count_a, std::size_t count_b,
 // and at most the one in `overlap_bound`, from the bounding boxes.
 inline void WidenToUnion(PairDistance& answer, const PairDistance& overlap_bound) {
   answer.bound_m += std::max(0.0, answer.distance_m - overlap_bound.distance_m);
-  answer.trust = std::max(answer.trust, Trust::kBounded);
+  answer.accuracy = std::max(answer.accuracy, Accuracy::kBounded);
 }
 
 }  // namespace cwm::collision

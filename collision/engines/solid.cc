@@ -60,7 +60,7 @@ PairDistance OverlapBound(const Solid& a, const Pose& X_WA, const Solid& b, cons
   answer.distance_m = std::min(answer.distance_m, -kThinnest_m);
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
   answer.bound_m = -answer.distance_m;
-  answer.trust = a.is_open() || b.is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
+  answer.accuracy = a.is_open() || b.is_open() ? Accuracy::kSurfaceOnly : Accuracy::kBounded;
   return answer;
 }
 

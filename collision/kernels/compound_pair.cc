@@ -33,9 +33,9 @@ PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometr
   const Pose X_EaEb = around_a.X_SE.inverse() * X_AB * around_b.X_SE;
   const PairDistance hulls = ConvexDistance(around_a.core, around_b.core, X_EaEb);
   answer.bound_m = std::max(answer.distance_m - hulls.distance_m, 0.0) + deepest_part.bound_m;
-  answer.trust = answer.bound_m <= kExactTolerance_m ? Trust::kExact : Trust::kBounded;
-  if (answer.trust == Trust::kExact) answer.bound_m = 0;
-  if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  answer.accuracy = answer.bound_m <= kExactTolerance_m ? Accuracy::kExact : Accuracy::kBounded;
+  if (answer.accuracy == Accuracy::kExact) answer.bound_m = 0;
+  if (a.IsOpen() || b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 
@@ -128,7 +128,7 @@ PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB, const Sear
       LowestCorner(*b.tree(), X_AB, {limits.max_distance_m, kNone_m}, limits.work);
   if (!lowest) return JustBeyond(limits.max_distance_m);
   PairDistance answer{lowest->z(), Vector3(lowest->x(), lowest->y(), 0), *lowest, Vector3::UnitZ()};
-  if (b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  if (b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 

@@ -54,7 +54,7 @@ bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
 std::optional<Vector3> PointInTouching(const ExactGeometry& a, const ExactGeometry& b,
                                        const Pose& X_AB, WorkCounter* work);
 
-// Sets trust and bound of a penetrating answer that was found for parts, so that its depth is at
+// Sets accuracy and bound of a penetrating answer that was found for parts, so that its depth is at
 // most the true one: kBounded by the depth of the convex enclosures, kExact if that leaves nothing
 // open, kSurfaceOnly with the same bound for an open mesh.
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,

@@ -22,7 +22,7 @@ struct ContactLimits {
 // normal (contact_feature.h), the further contacts are corners of the intersection of their
 // projections onto the plane across the normal: the deepest corner, the one farthest from that, and
 // one to either side of the line between them. Corners at the position of another contact are left
-// out. Further contacts have the normal and the trust of the first one, and points on both surfaces
+// out. Further contacts have the normal and the accuracy of the first one, and points on both surfaces
 // that lie on a line along the normal. Their distance is the signed one along that line, never less
 // than the first, and they are ordered deepest first.
 //

@@ -18,7 +18,7 @@ PairDistance Penetrating(const CoreDifference& difference) {
                       .point_b = found.point_b,
                       .normal = found.normal};
   if (found.bound_m > kExactTolerance_m) {
-    answer.trust = Trust::kBounded;
+    answer.accuracy = Accuracy::kBounded;
     answer.bound_m = found.bound_m;
   }
   return answer;
@@ -29,7 +29,7 @@ PairDistance Penetrating(const CoreDifference& difference) {
 PairDistance Separated(const GjkAnswer& gjk) {
   PairDistance answer{gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
   if (gjk.bound_m > kExactTolerance_m) {
-    answer.trust = Trust::kBounded;
+    answer.accuracy = Accuracy::kBounded;
     answer.bound_m = gjk.bound_m;
   }
   return answer;

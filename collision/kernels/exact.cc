@@ -29,10 +29,10 @@ constexpr double kFacingSine = 1e-14;
 // translation within the coordinates of a world separates them.
 PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   const Vector3 normal_b = X_AB.linear().col(2), p = X_AB.translation();
-  PairDistance answer{.distance_m = -kLargestCoordinate_m, .trust = Trust::kDegraded};
+  PairDistance answer{.distance_m = -kLargestCoordinate_m, .accuracy = Accuracy::kDegraded};
   if (normal_b.z() < 0 && normal_b.head<2>().norm() <= kFacingSine) {
     answer.distance_m = p.z();
-    answer.trust = Trust::kExact;
+    answer.accuracy = Accuracy::kExact;
   }
   answer.point_a = Vector3(p.x(), p.y(), 0);
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;

@@ -130,7 +130,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
     PairDistance answer = MeshToSphere(a, *sphere, X_AB.translation(), limits);
     if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
-    if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+    if (a.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
     return answer;
   }
   Best best(max_distance_m);
@@ -168,7 +168,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
-  if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  if (a.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 
@@ -310,7 +310,7 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
-  if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  if (a.IsOpen() || b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 

@@ -12,7 +12,7 @@ namespace cwm::collision {
 inline constexpr double kExactTolerance_m = 1e-7;
 
 // The accuracy of an answer, from the strongest to the weakest.
-enum class Trust : std::uint8_t {
+enum class Accuracy : std::uint8_t {
   kExact,        // right to kExactTolerance_m or better
   kBounded,      // off by at most `bound_m`
   kSurfaceOnly,  // an open mesh is involved: distance to its surface, there is no inside
@@ -30,7 +30,7 @@ struct PairDistance {
   Vector3 point_b = Vector3::Zero();  // witness on B; point_b - point_a = distance_m * normal
   Vector3 normal =
       Vector3::UnitZ();  // unit, from A to B: moving B along it by the depth makes them touch
-  Trust trust = Trust::kExact;
+  Accuracy accuracy = Accuracy::kExact;
   // |distance_m - true| <= bound_m, unless kDegraded. 0 for kExact, which is right to
   // kExactTolerance_m.
   double bound_m = 0;

@@ -56,7 +56,7 @@ struct Place {
   double gap_m = 0;
   bool contact = false;
   bool certain = true;
-  Trust trust = Trust::kExact;  // of the verdict here: contact, no contact, or neither
+  Accuracy accuracy = Accuracy::kExact;  // of the verdict here: contact, no contact, or neither
   // For a pair that nearly touches: the gap along `normal`, which points from the body to the
   // object, between two planes that each have one of the shapes wholly behind them. -infinity for
   // other pairs.
@@ -80,7 +80,7 @@ struct EdgeResult {
   MotionVerdict verdict = MotionVerdict::kFree;
   double lo = 0, hi = 1, clearance_m = kLookout_m;
   PairId pair = {};
-  Trust trust = Trust::kExact;
+  Accuracy accuracy = Accuracy::kExact;
 };
 
 // Follows one pair after the other, first the pairs that could meet soonest. Once a contact is
@@ -98,7 +98,7 @@ class EdgeSearch {
     if (result_.verdict != MotionVerdict::kFree) result_.clearance_m = 0;
     const bool is_of_all_pairs =
         result_.verdict == MotionVerdict::kFree || result_.verdict == MotionVerdict::kGrazing;
-    if (is_of_all_pairs) result_.trust = weakest_;
+    if (is_of_all_pairs) result_.accuracy = weakest_;
     return result_;
   }
 
@@ -115,12 +115,12 @@ class EdgeSearch {
       fastest_m = std::max(fastest_m, motion_.RelativeTravel_m(pair));
     }
     search_.ForEachSelfPair(
-        BodySearch::From::kMargin, Reach_m(0, fastest_m), Question::kDistance,
+        BodySearch::From::kMargin, Reach_m(0, fastest_m), QueryKind::kDistance,
         [&](const BodySearch::Pair& pair) {
           Add(pair, motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
           return Reach_m(0, fastest_m);
         });
-    if (search_.asks_world()) GatherOfWorld();
+    if (search_.tests_world()) GatherOfWorld();
     order_.resize(candidates_.size());
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::stable_sort(order_.begin(), order_.end(), [&](std::size_t i, std::size_t j) {
@@ -139,7 +139,7 @@ class EdgeSearch {
         [&](const Obstacle& object) {
           if (search_.Skips(object)) return true;
           search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, fastest_m),
-                              Question::kDistance, [&](const BodySearch::Pair& pair) {
+                              QueryKind::kDistance, [&](const BodySearch::Pair& pair) {
                                 Add(pair, motion_.Travel_m(pair.id.body_part));
                                 return Reach_m(0, fastest_m);
                               });
@@ -148,7 +148,7 @@ class EdgeSearch {
   }
 
   void Add(const BodySearch::Pair& pair, double travel_m) {
-    if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfProof());
+    if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.ProofAccuracy());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
     if (IsSlow(pair)) {  // ordered by the hulls' distance; 0 if they overlap
       const double least_m = LowerBound_m(pair.body, pair.object).value_or(0);
@@ -255,7 +255,7 @@ class EdgeSearch {
             .hi = at.fraction,
             .clearance_m = 0,
             .pair = id,
-            .trust = at.trust};
+            .accuracy = at.accuracy};
   }
 
   // Certifies the interval from a to b, from left to right. True if there is no need to search
@@ -290,7 +290,7 @@ class EdgeSearch {
       Doubt({.verdict = grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided,
              .lo = a.fraction,
              .hi = b.fraction,
-             .trust = std::max(a.trust, b.trust)});
+             .accuracy = std::max(a.accuracy, b.accuracy)});
       // The pair stays undecided unless a contact follows, so no more work is spent on it.
       if (!is_grazing) places_ = kMaxPlaces;
       return false;
@@ -349,14 +349,14 @@ class EdgeSearch {
         pair.engine.Collides(pair.body, pair.object, pair.work)) {
       search_.CountPair(pair);
       place.contact = true;
-      place.trust = pair.TrustOfProof();
+      place.accuracy = pair.ProofAccuracy();
       return place;
     }
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
     SetGap(pair, answer, reach_m, place);
     const bool is_yes_or_no = place.contact ? ProvesContact(pair, answer) : place.certain;
-    place.trust = is_yes_or_no ? pair.TrustOfProof() : answer.trust;
+    place.accuracy = is_yes_or_no ? pair.ProofAccuracy() : answer.accuracy;
     if (place.gap_m <= kPlaneWithin * candidate.travel_m) SetPlane(pair, answer.normal, place);
     return place;
   }
@@ -371,7 +371,7 @@ class EdgeSearch {
   // matters for allowed depths and for gaps between round shapes of very different sizes.
   static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
                      Place& place) {
-    const bool is_known = answer.trust != Trust::kDegraded;
+    const bool is_known = answer.accuracy != Accuracy::kDegraded;
     const double most_m = answer.distance_m + answer.bound_m - pair.margin_m;
     place.contact = ProvesContact(pair, answer) || (is_known && most_m < 0);
     place.gap_m = place.contact
@@ -402,9 +402,9 @@ class EdgeSearch {
   std::vector<Candidate> candidates_;
   std::vector<std::size_t> order_;
   int places_ = 0;
-  double finest_m_ = kFinest_m;    // gaps up to this are not proven free
-  double open_from_ = 1;           // from here on nothing is proven
-  Trust weakest_ = Trust::kExact;  // of the pairs that can come near
+  double finest_m_ = kFinest_m;          // gaps up to this are not proven free
+  double open_from_ = 1;                 // from here on nothing is proven
+  Accuracy weakest_ = Accuracy::kExact;  // of the pairs that can come near
   EdgeResult result_;
 };
 
@@ -419,7 +419,7 @@ void Append(MotionColumns& columns, const MotionAnswer& answer) {
   columns.object.push_back(answer.object);
   columns.body_part.push_back(answer.body_part);
   columns.object_part.push_back(answer.object_part);
-  columns.trust.push_back(answer.trust);
+  columns.accuracy.push_back(answer.accuracy);
 }
 
 namespace {
@@ -467,7 +467,7 @@ MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
           .object = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object),
           .body_part = result.pair.body_part,
           .object_part = result.pair.object_part,
-          .trust = std::max(result.trust, body_.best_trust)};
+          .accuracy = std::max(result.accuracy, body_.best_accuracy)};
 }
 
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,

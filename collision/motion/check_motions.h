@@ -56,7 +56,7 @@ struct MotionColumns {
   // The accuracy, as for the verdict of a state in CollisionColumns: of the deciding pair for a
   // contact and an undecided motion; the weakest of all pairs that can come near on the way for a
   // motion that is free or grazes.
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   // For a path out of limits: the variable that its first such row violates, as in
   // CollisionColumns; else -1. Empty if no path is out of limits, and for single edges.
   std::vector<std::int32_t> variable = {};
@@ -69,7 +69,7 @@ struct MotionAnswer {
   std::int32_t segment = -1;
   double lo = 0, hi = 1, clearance_m = 0;
   std::int32_t object = -1, body_part = -1, object_part = -1;
-  Trust trust = Trust::kExact;
+  Accuracy accuracy = Accuracy::kExact;
 };
 void Append(MotionColumns& columns, const MotionAnswer& answer);
 
@@ -88,7 +88,7 @@ class EdgeChecker {
   // True if the last answer is void: the call was interrupted, or an engine had no answer.
   bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
   // The best accuracy that the body allows: no answer is labelled better.
-  Trust best_trust() const { return body_.best_trust; }
+  Accuracy best_accuracy() const { return body_.best_accuracy; }
   // True if the call must end. To be called before each motion.
   bool MustEnd() { return search_.MustEnd(); }
   // The status of the whole call: OK if the motions so far are the answer.

@@ -37,10 +37,10 @@ MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path
   if (const auto row = FirstOutOfLimits(waypoints, path)) {
     return {.verdict = MotionVerdict::kOutOfLimits,
             .segment = static_cast<std::int32_t>(*row),
-            .trust = checker.best_trust()};
+            .accuracy = checker.best_accuracy()};
   }
   MotionAnswer result;
-  Trust weakest = Trust::kExact;
+  Accuracy weakest = Accuracy::kExact;
   for (std::size_t k = 0; k + 1 < path.row_count && !checker.MustEnd(); ++k) {
     MotionAnswer edge = checker.Check(*waypoints.MotionFrom(path.first_row + k));
     if (edge.verdict != MotionVerdict::kFree) edge.segment = static_cast<std::int32_t>(k);
@@ -49,9 +49,9 @@ MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path
         edge.verdict == MotionVerdict::kFree && result.verdict == MotionVerdict::kFree;
     if (is_free) result.clearance_m = std::min(result.clearance_m, edge.clearance_m);
     if (k == 0 || WeightOf(edge.verdict) > WeightOf(result.verdict)) result = edge;
-    weakest = std::max(weakest, edge.trust);
+    weakest = std::max(weakest, edge.accuracy);
   }
-  if (result.verdict != MotionVerdict::kUndecided) result.trust = weakest;
+  if (result.verdict != MotionVerdict::kUndecided) result.accuracy = weakest;
   return result;
 }
 

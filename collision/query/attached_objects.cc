@@ -20,7 +20,7 @@ std::vector<AttachedObject> AttachedTo(const WorldRobot& robot, const WorldSnaps
 }
 
 // True if parts in the frame are tested against the attached object.
-bool IsAsked(const QueryBody& body, const AttachedObject& attached, int frame) {
+bool IsTested(const QueryBody& body, const AttachedObject& attached, int frame) {
   if (const AttachedObject* other = body.AttachedIn(frame)) return other->link != attached.link;
   if (frame == attached.link) return false;
   const std::vector<std::string>& touch = attached.object->attachment->touch_links;
@@ -52,7 +52,7 @@ QueryBody WithAttachedObjects(QueryBody body, const WorldSnapshot& world, const 
       const auto mine = static_cast<std::int32_t>(before + part);
       for (std::size_t other = 0; other < before && scope != RobotScope::kWorld; ++other) {
         const auto theirs = static_cast<std::int32_t>(other);
-        if (IsAsked(body, attached, body.FrameOf(theirs)))
+        if (IsTested(body, attached, body.FrameOf(theirs)))
           body.self_pairs.push_back({mine, theirs});
       }
     }

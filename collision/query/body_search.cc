@@ -11,10 +11,10 @@
 namespace cwm::collision {
 namespace {
 
-const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, Question question) {
+const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query) {
   const auto if_supported = [&](EngineKind kind) {
     const Engine& engine = GetEngine(kind);
-    return engine.Supports(a, b, question) ? &engine : nullptr;
+    return engine.Supports(a, b, query) ? &engine : nullptr;
   };
   switch (choice) {
     case EngineChoice::kExact:
@@ -26,7 +26,7 @@ const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, Question que
     case EngineChoice::kAuto:
       break;
   }
-  return BestEngine(a, b, question);
+  return BestEngine(a, b, query);
 }
 
 std::string_view NameOf(PartSource source) {
@@ -111,8 +111,8 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
     for (int b = 0; b < kShapeKindCount; ++b) {
       const auto kind_a = static_cast<ShapeKind>(a);
       const auto kind_b = static_cast<ShapeKind>(b);
-      engines_[0][a][b] = Chosen(choice_, kind_a, kind_b, Question::kCollides);
-      engines_[1][a][b] = Chosen(choice_, kind_a, kind_b, Question::kDistance);
+      engines_[0][a][b] = Chosen(choice_, kind_a, kind_b, QueryKind::kCollides);
+      engines_[1][a][b] = Chosen(choice_, kind_a, kind_b, QueryKind::kDistance);
     }
   }
   parts_.reserve(body.geometry->parts.size());
@@ -201,12 +201,12 @@ void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row, const
 
 std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::size_t b,
                                                    std::size_t o, double margin_m,
-                                                   Question question) {
+                                                   QueryKind query) {
   const BodyPart& mine = parts_[b];
   const PreparedPart& theirs = object.geometry->parts[o];
   const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
   const ShapeKind kind = KindOf(theirs.shape);
-  const Question needed = margin_m == 0 ? question : Question::kDistance;
+  const QueryKind needed = margin_m == 0 ? query : QueryKind::kDistance;
   const Engine* engine = EngineFor(mine.kind, kind, needed);
   if (engine == nullptr) {
     RefusePair(id, needed);
@@ -224,11 +224,11 @@ std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::
 }
 
 std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, double margin_m,
-                                                       Question question) {
+                                                       QueryKind query) {
   const BodyPart& a = parts_[static_cast<std::size_t>(parts.first)];
   const BodyPart& b = parts_[static_cast<std::size_t>(parts.second)];
   const PairId id{nullptr, parts.first, parts.second};
-  const Question needed = margin_m == 0 ? question : Question::kDistance;
+  const QueryKind needed = margin_m == 0 ? query : QueryKind::kDistance;
   const Engine* engine = EngineFor(a.kind, b.kind, needed);
   if (engine == nullptr) {
     RefusePair(id, needed);
@@ -313,7 +313,7 @@ double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const
                   UsualMargin_m(b, on_a->object->name, on_a->object->margin_m));
 }
 
-void BodySearch::RefusePair(const PairId& id, Question question) {
+void BodySearch::RefusePair(const PairId& id, QueryKind query) {
   // absl as packaged by Debian accepts std::string, but not std::string_view.
   const auto text = [](std::string_view name) { return std::string(name); };
   const auto part_of_body = [&](std::int32_t part) {
@@ -325,11 +325,10 @@ void BodySearch::RefusePair(const PairId& id, Question question) {
     return absl::StrCat(text(cwm::NameOf(KindOf(part.shape))), " (object '", id.object->name, "', ",
                         text(NameOf(part.source)), "[", part.index, "])");
   };
-  status_ = absl::UnimplementedError(
-      absl::StrCat("row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
-                   question == Question::kCollides ? "collision" : "distance", " of ",
-                   part_of_body(id.body_part), " and ",
-                   id.IsOfItself() ? part_of_body(id.object_part) : part_of_object()));
+  status_ = absl::UnimplementedError(absl::StrCat(
+      "row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
+      query == QueryKind::kCollides ? "collision" : "distance", " of ", part_of_body(id.body_part),
+      " and ", id.IsOfItself() ? part_of_body(id.object_part) : part_of_object()));
 }
 
 absl::Status BodySearch::Finish() const {

@@ -60,11 +60,13 @@ class BodySearch {
     int weight;         // cost in units of Interrupt, besides the work that the kernels count
     WorkCounter* work;  // the search's counter; the engine's answer is void once it has ended
 
-    // The trust of a proven verdict: exact unless a surface without an inside is involved.
-    Trust TrustOfProof() const { return has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact; }
-    // The trust of the engine's yes or no without a distance.
-    Trust TrustOfYesNo() const {
-      return std::max(TrustOfProof(), engine.TrustOfCollides(body.kind, object.kind));
+    // The accuracy of a proven verdict: exact unless a surface without an inside is involved.
+    Accuracy ProofAccuracy() const {
+      return has_open_mesh ? Accuracy::kSurfaceOnly : Accuracy::kExact;
+    }
+    // The accuracy of the engine's yes or no without a distance.
+    Accuracy YesNoAccuracy() const {
+      return std::max(ProofAccuracy(), engine.CollisionAccuracy(body.kind, object.kind));
     }
   };
 
@@ -84,15 +86,15 @@ class BodySearch {
 
   // Calls visit(pair) for the pairs of parts of the body and the obstacle that no rule allows to
   // collide and whose bounds are within `reach_m`. visit returns the reach for the rest of the
-  // search; a negative one ends it. The engine must support `question` for pairs without a margin,
+  // search; a negative one ends it. The engine must support `query` for pairs without a margin,
   // distances for the others; otherwise the search ends with an error. Ends early if the batch must
   // end.
   template <class Visit>
-  void ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
+  void ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                    Visit&& visit);
   // The same for the body's self pairs.
   template <class Visit>
-  void ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit);
+  void ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit);
   // The same two searches for distances, from the surfaces and without margins. The pair with the
   // nearest boxes comes first, so that most other pairs are out of reach and are not tested.
   template <class Visit>
@@ -104,8 +106,8 @@ class BodySearch {
   double LeastGap_m2(const Obstacle& object);
   // Upper bound of the margins of all pairs of the body and the world.
   double widest_margin_m() const { return widest_margin_m_; }
-  bool asks_world() const { return body_.asks_world && has_parts_; }
-  bool asks_itself() const { return !body_.self_pairs.empty(); }
+  bool tests_world() const { return body_.tests_world && has_parts_; }
+  bool tests_self() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
   const Shape& ShapeOf(std::int32_t body_part) const {
     return parts_[static_cast<std::size_t>(body_part)].part->shape;
@@ -169,11 +171,11 @@ class BodySearch {
     return their_margin_m + mine.margin_m + request_margin_m_;
   }
   double UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
-  void RefusePair(const PairId& id, Question question);
+  void RefusePair(const PairId& id, QueryKind query);
   // The pair to be tested; empty, with an error in status_, if no engine supports it.
   std::optional<Pair> PairOf(const Obstacle& object, std::size_t b, std::size_t o, double margin_m,
-                             Question question);
-  std::optional<Pair> SelfPairOf(const PartPair& parts, double margin_m, Question question);
+                             QueryKind query);
+  std::optional<Pair> SelfPairOf(const PartPair& parts, double margin_m, QueryKind query);
   // Fill `near_` with the pairs within reach.
   void GatherPairs(const Obstacle& object, double reach_m);
   void GatherSelfPairs(double reach_m);
@@ -185,12 +187,12 @@ class BodySearch {
     return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesOfStep);
   }
   template <class PairOfNear, class Visit>
-  void AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
+  void EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
   static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
     return (tags >> (tag % kTags) & 1) != 0;
   }
-  const Engine* EngineFor(ShapeKind a, ShapeKind b, Question question) const {
-    return engines_[question == Question::kCollides ? 0 : 1][static_cast<int>(a)]
+  const Engine* EngineFor(ShapeKind a, ShapeKind b, QueryKind query) const {
+    return engines_[query == QueryKind::kCollides ? 0 : 1][static_cast<int>(a)]
                    [static_cast<int>(b)];
   }
   // The distance at which the reach starts; `more_m` is the most that the deviations of the
@@ -208,7 +210,7 @@ class BodySearch {
   double sigmas_;  // QueryOptions::margin_sigma
   double widest_margin_m_;
   EngineChoice choice_;
-  std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
+  std::array<EngineTable, 2> engines_;  // by QueryKind: kCollides, kDistance
   std::vector<BodyPart> parts_;
   bool has_parts_ = false;  // true if some part is not skipped
   std::vector<Pose> X_WF_;
@@ -229,7 +231,7 @@ bool IsOpenMesh(const Shape& shape);
 int WeightOf(const Shape& shape);
 
 template <class Visit>
-void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
+void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
   const ObstacleTerms rules = rules_.Of(object);
   const double more_m = sigmas_ * object.geometry->widest_sigma_m;
@@ -255,7 +257,7 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
       const PreparedPart& theirs = object.geometry->parts[o];
       if (filter_.SkipsPart(object, theirs.source)) continue;
       const double pair_margin_m = margin_m + sigmas_ * theirs.sigma_m;
-      const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, question);
+      const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, query);
       if (!pair) return;
       reach_m = visit(*pair);
       if (interrupt_.After(pair->weight)) return;
@@ -264,7 +266,7 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
 }
 
 template <class Visit>
-void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit) {
+void BodySearch::ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit) {
   const std::span<const PairTerms> rules = rules_.OfSelfPairs();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
@@ -281,7 +283,7 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
     const double near_m = Start_m(from, margin_m, 0) + reach_m;
     const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);
     if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
-    const std::optional<Pair> pair = SelfPairOf({first, second}, margin_m, question);
+    const std::optional<Pair> pair = SelfPairOf({first, second}, margin_m, query);
     if (!pair) return;
     reach_m = visit(*pair);
     if (interrupt_.After(pair->weight)) return;
@@ -289,7 +291,7 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
 }
 
 template <class PairOfNear, class Visit>
-void BodySearch::AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit) {
+void BodySearch::EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit) {
   if (!MakeHeap()) return;
   while (!near_.empty() && reach_m >= 0 && near_.front().squared_m2 <= reach_m * reach_m) {
     const NearPair next = near_.front();
@@ -305,11 +307,11 @@ void BodySearch::AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& v
 template <class Visit>
 void BodySearch::ForEachPairNearestFirst(const Obstacle& object, double reach_m, Visit&& visit) {
   GatherPairs(object, reach_m);
-  AskNearestFirst(
+  EvaluateNearestFirst(
       reach_m,
       [&](const NearPair& near) {
         return PairOf(object, static_cast<std::size_t>(near.first),
-                      static_cast<std::size_t>(near.second), 0, Question::kDistance);
+                      static_cast<std::size_t>(near.second), 0, QueryKind::kDistance);
       },
       visit);
 }
@@ -317,10 +319,10 @@ void BodySearch::ForEachPairNearestFirst(const Obstacle& object, double reach_m,
 template <class Visit>
 void BodySearch::ForEachSelfPairNearestFirst(double reach_m, Visit&& visit) {
   GatherSelfPairs(reach_m);
-  AskNearestFirst(
+  EvaluateNearestFirst(
       reach_m,
       [&](const NearPair& near) {
-        return SelfPairOf({near.first, near.second}, 0, Question::kDistance);
+        return SelfPairOf({near.first, near.second}, 0, QueryKind::kDistance);
       },
       visit);
 }

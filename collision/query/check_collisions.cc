@@ -15,13 +15,14 @@ namespace {
 
 struct RowVerdict {
   Verdict verdict = Verdict::kFree;
-  PairId pair;                  // the pair that collides, else the first undecided one
-  Trust trust = Trust::kExact;  // of that pair; for a free row the weakest of all tested pairs
+  PairId pair;  // the pair that collides, else the first undecided one
+  Accuracy accuracy =
+      Accuracy::kExact;  // of that pair; for a free row the weakest of all tested pairs
 };
 
 struct PairVerdict {
   Verdict verdict;
-  Trust trust;
+  Accuracy accuracy;
 };
 
 // True if FCL or Bullet would test a cone, which they represent by circumscribed pieces: their yes
@@ -38,7 +39,7 @@ Verdict Decide(const PairDistance& answer, double margin_m) {
   if (overlap_is_proven && margin_m >= 0) return Verdict::kCollision;
   if (answer.distance_m + answer.bound_m < margin_m) return Verdict::kCollision;
   // A kDegraded distance is that of two witness points and thus only an upper bound.
-  const bool is_known = answer.trust != Trust::kDegraded;
+  const bool is_known = answer.accuracy != Accuracy::kDegraded;
   const bool is_clear = is_known && answer.distance_m - answer.bound_m >= margin_m;
   return is_clear ? Verdict::kFree : Verdict::kUndecided;
 }
@@ -49,18 +50,18 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
       pair.engine.kind() == EngineKind::kBullet;  // its Collides measures the distance anyway
   if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
     const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
-    return {collides ? Verdict::kCollision : Verdict::kFree, pair.TrustOfYesNo()};
+    return {collides ? Verdict::kCollision : Verdict::kFree, pair.YesNoAccuracy()};
   }
   // The kernels find an overlap much faster than its depth, which a positive margin does not need.
   if (margin_m > 0 && pair.engine.kind() == EngineKind::kExact &&
       pair.engine.Collides(pair.body, pair.object, pair.work)) {
-    return {Verdict::kCollision, pair.TrustOfYesNo()};
+    return {Verdict::kCollision, pair.YesNoAccuracy()};
   }
   const PairDistance answer =
       pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);
-  const bool is_clear = verdict == Verdict::kFree && answer.trust != Trust::kDegraded;
-  return {verdict, is_clear ? pair.TrustOfProof() : answer.trust};
+  const bool is_clear = verdict == Verdict::kFree && answer.accuracy != Accuracy::kDegraded;
+  return {verdict, is_clear ? pair.ProofAccuracy() : answer.accuracy};
 }
 
 // Combines the verdicts of pairs into that of a row.
@@ -79,14 +80,14 @@ class RowJudge {
         unseen_ == UnseenSpace::kReport && pair.id.object != nullptr && IsUnseen(*pair.id.object);
     if (is_doubt && result.verdict == Verdict::kCollision) result.verdict = Verdict::kUndecided;
     if (result.verdict == Verdict::kCollision) {
-      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = result.trust};
+      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .accuracy = result.accuracy};
       return -1;
     }
     if (row_.verdict != Verdict::kUndecided) {
       if (result.verdict == Verdict::kUndecided) {
-        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .trust = result.trust};
+        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .accuracy = result.accuracy};
       } else {
-        row_.trust = std::max(row_.trust, result.trust);
+        row_.accuracy = std::max(row_.accuracy, result.accuracy);
       }
     }
     return 0;
@@ -107,12 +108,12 @@ void ForEachNearPair(BodySearch& search, Add&& add) {
     is_decided = reach_m < 0;
     return reach_m;
   };
-  search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
-  if (is_decided || search.ended() || !search.asks_world()) return;
+  search.ForEachSelfPair(BodySearch::From::kMargin, 0, QueryKind::kCollides, visit_pair);
+  if (is_decided || search.ended() || !search.tests_world()) return;
   if (search.body_bounds_W().isEmpty()) return;  // no open frame is left to test against the world
   const auto visit = [&](const Obstacle& object) {
     if (search.Skips(object)) return true;
-    search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
+    search.ForEachPair(object, BodySearch::From::kMargin, 0, QueryKind::kCollides, visit_pair);
     return !is_decided && !search.ended();
   };
   search.world().bounds().ForEachWithin(search.body_bounds_W(),
@@ -125,15 +126,15 @@ RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
   return judge.row();
 }
 
-// The trust that JudgeRow would return for a free row with the exact kernels, found without testing
+// The accuracy that JudgeRow would return for a free row with the exact kernels, found without testing
 // any pair.
-Trust TrustOfFreeRow(BodySearch& search) {
-  Trust trust = Trust::kExact;
+Accuracy FreeRowAccuracy(BodySearch& search) {
+  Accuracy accuracy = Accuracy::kExact;
   ForEachNearPair(search, [&](const BodySearch::Pair& pair) {
-    trust = std::max(trust, pair.TrustOfProof());
-    return trust >= Trust::kSurfaceOnly ? -1 : 0;
+    accuracy = std::max(accuracy, pair.ProofAccuracy());
+    return accuracy >= Accuracy::kSurfaceOnly ? -1 : 0;
   });
-  return trust;
+  return accuracy;
 }
 
 // Rows of a chunk. measured: sphere states take 0.1 us each by SIMD, which gains from sorting many
@@ -179,7 +180,7 @@ CollisionColumns MakeRoom(std::size_t rows) {
           .object = std::vector<std::int32_t>(rows, -1),
           .body_part = std::vector<std::int32_t>(rows, -1),
           .object_part = std::vector<std::int32_t>(rows, -1),
-          .trust = std::vector<Trust>(rows, Trust::kDegraded)};
+          .accuracy = std::vector<Accuracy>(rows, Accuracy::kDegraded)};
 }
 
 // Resets the rows from `first` on, which other threads may have answered after an early end.
@@ -189,7 +190,7 @@ void Forget(std::size_t first, CollisionColumns& columns) {
   std::fill(columns.object.begin() + from, columns.object.end(), -1);
   std::fill(columns.body_part.begin() + from, columns.body_part.end(), -1);
   std::fill(columns.object_part.begin() + from, columns.object_part.end(), -1);
-  std::fill(columns.trust.begin() + from, columns.trust.end(), Trust::kDegraded);
+  std::fill(columns.accuracy.begin() + from, columns.accuracy.end(), Accuracy::kDegraded);
 }
 
 // The query and its result.
@@ -219,13 +220,13 @@ class Checker : public ChunkWorker {
     const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
     std::vector<std::size_t> open_rows;
     for (std::size_t k = 0; k < chunk.count; ++k) {
-      if (!is_known(k) || IsOfOpenTrust(known[k])) open_rows.push_back(chunk.first + k);
+      if (!is_known(k) || NeedsAccuracy(known[k])) open_rows.push_back(chunk.first + k);
     }
     placed_.Begin(std::move(open_rows));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
       const RowVerdict result =
-          is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk, k);
+          is_known(k) ? Known(chunk.first + k, known[k]) : EvaluateExactly(chunk, k);
       if (search_.ended()) break;
       Write(chunk.first + k, result);
     }
@@ -244,14 +245,14 @@ class Checker : public ChunkWorker {
     return all ? BodySearch::kAllOpen : spheres_->open()[k];
   }
 
-  // True if the sphere check decided the verdict but not its trust.
-  bool IsOfOpenTrust(Verdict verdict) const {
-    return verdict == Verdict::kFree && spheres_ && spheres_->leaves_trust_open();
+  // True if the sphere check decided the verdict but not its accuracy.
+  bool NeedsAccuracy(Verdict verdict) const {
+    return verdict == Verdict::kFree && spheres_ && spheres_->needs_accuracy_tests();
   }
 
   RowVerdict Known(std::size_t row, Verdict verdict) {
     RowVerdict result{.verdict = verdict, .pair = {}};
-    if (IsOfOpenTrust(verdict)) result.trust = TrustOfFree(row, placed_.Next());
+    if (NeedsAccuracy(verdict)) result.accuracy = FreeAccuracy(row, placed_.Next());
     return result;
   }
 
@@ -261,25 +262,25 @@ class Checker : public ChunkWorker {
     return is_known || batch_.rows.IsWithinLimits(chunk.first + k);
   }
 
-  RowVerdict AskPlainly(const RowChunk& chunk, std::size_t k) {
+  RowVerdict EvaluateExactly(const RowChunk& chunk, std::size_t k) {
     const std::span<const Pose> X_WF = placed_.Next();
     if (!IsWithinLimits(chunk, k)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     const std::size_t row = chunk.first + k;
     search_.PlaceBody(X_WF, row, OpenOf(k));
     RowVerdict result = JudgeRow(search_, batch_.options.unseen);
-    if (IsOfOpenTrust(result.verdict)) result.trust = TrustOfFree(row, X_WF);
+    if (NeedsAccuracy(result.verdict)) result.accuracy = FreeAccuracy(row, X_WF);
     return result;
   }
 
-  Trust TrustOfFree(std::size_t row, std::span<const Pose> X_WF) {
-    search_.PlaceBody(X_WF, row, spheres_->open_of_trust());
-    return TrustOfFreeRow(search_);
+  Accuracy FreeAccuracy(std::size_t row, std::span<const Pose> X_WF) {
+    search_.PlaceBody(X_WF, row, spheres_->tags_for_accuracy());
+    return FreeRowAccuracy(search_);
   }
 
   void Write(std::size_t row, const RowVerdict& result) {
     CollisionColumns& columns = batch_.columns;
     columns.verdict[row] = result.verdict;
-    columns.trust[row] = std::max(result.trust, batch_.body.best_trust);
+    columns.accuracy[row] = std::max(result.accuracy, batch_.body.best_accuracy);
     columns.object[row] = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object);
     columns.body_part[row] = result.pair.body_part;
     columns.object_part[row] = result.pair.object_part;

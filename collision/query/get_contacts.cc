@@ -36,11 +36,11 @@ class ContactFinder : public RowFinder {
     first_.Clear();
     further_.Clear();
     const auto add = [&](const BodySearch::Pair& pair) { return Add(pair); };
-    search_.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kDistance, add);
-    if (!search_.asks_world() || search_.ended()) return;
+    search_.ForEachSelfPair(BodySearch::From::kMargin, 0, QueryKind::kDistance, add);
+    if (!search_.tests_world() || search_.ended()) return;
     const auto visit = [&](const Obstacle& object) {
       if (search_.Skips(object)) return true;
-      search_.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kDistance, add);
+      search_.ForEachPair(object, BodySearch::From::kMargin, 0, QueryKind::kDistance, add);
       return !search_.ended();
     };
     search_.world().bounds().ForEachWithin(search_.body_bounds_W(),

@@ -23,10 +23,10 @@ double LeastSeparation_m(const Aabb& a, const Aabb& b) {
 void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer) {
   const double most_m = LeastSeparation_m(body_W, object_W);
   if (!std::isfinite(most_m)) {  // a tilted half-space has no bounds
-    answer.trust = Trust::kDegraded;
+    answer.accuracy = Accuracy::kDegraded;
     return;
   }
-  answer.trust = std::max(answer.trust, Trust::kBounded);
+  answer.accuracy = std::max(answer.accuracy, Accuracy::kBounded);
   answer.bound_m += std::max(0.0, most_m + answer.distance_m);
 }
 
@@ -147,8 +147,8 @@ class NearestFinder : public RowFinder {
   const std::vector<FoundPair>& Find() override {
     best_.Clear();
     // Self pairs first: they can reduce the range of the search in the world.
-    if (search_.asks_itself()) AddNearestOfItself(search_, best_.Limit_m(max_distance_m_), best_);
-    if (search_.asks_world() && !search_.ended()) objects_.Find();
+    if (search_.tests_self()) AddNearestOfItself(search_, best_.Limit_m(max_distance_m_), best_);
+    if (search_.tests_world() && !search_.ended()) objects_.Find();
     return best_.pairs();
   }
 

@@ -14,14 +14,14 @@ constexpr std::size_t kRowsOfChunk = 128;
 
 class PairWorker : public ChunkWorker {
  public:
-  PairWorker(const PairQuestion& question, int per_row,
+  PairWorker(const PairQuery& query, int per_row,
              const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder,
              TimeLimit& limit, std::vector<PairColumns>& result)
-      : rows_(question.rows),
+      : rows_(query.rows),
         per_row_(static_cast<std::size_t>(std::max(0, per_row))),
-        search_(question.world, question.body, question.options, {question.stop, limit}),
+        search_(query.world, query.body, query.options, {query.stop, limit}),
         finder_(make_finder(search_)),
-        ranks_(question.world),
+        ranks_(query.world),
         limit_(limit),
         told_(result) {}
 
@@ -51,17 +51,17 @@ class PairWorker : public ChunkWorker {
 }  // namespace
 
 absl::StatusOr<PairColumns> FindPairs(
-    const PairQuestion& question, int per_row,
+    const PairQuery& query, int per_row,
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder) {
-  const std::vector<RowChunk> chunks = EqualChunks(question.rows.size(), kRowsOfChunk);
+  const std::vector<RowChunk> chunks = EqualChunks(query.rows.size(), kRowsOfChunk);
   std::vector<PairColumns> result(chunks.size());  // by chunk
-  TimeLimit limit(question.options);
-  const auto completed = AnswerTogether(chunks, question.options.threads, [&] {
-    return std::make_unique<PairWorker>(question, per_row, make_finder, limit, result);
+  TimeLimit limit(query.options);
+  const auto completed = AnswerTogether(chunks, query.options.threads, [&] {
+    return std::make_unique<PairWorker>(query, per_row, make_finder, limit, result);
   });
   if (!completed.ok()) return completed.status();
   PairColumns columns = Joined(std::move(result), *completed);
-  LimitTrust(columns, question.body.best_trust);
+  LimitAccuracy(columns, query.body.best_accuracy);
   return columns;
 }
 

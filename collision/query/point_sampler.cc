@@ -201,12 +201,12 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
   std::copy_n(sample.gradient.data(), 3, &columns.gradient[3 * row]);
   columns.object[row] = part.id().object;
   columns.object_part[row] = part.id().part;
-  columns.trust[row] = part.is_open() ? Trust::kSurfaceOnly : Trust::kExact;
+  columns.accuracy[row] = part.is_open() ? Accuracy::kSurfaceOnly : Accuracy::kExact;
   const bool is_alone = nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m;
   if (!sample.buried && (sample.distance_m >= 0 || is_alone)) return;
   const Depth depth = DepthOf(lane, sample);
-  columns.trust[row] = depth.trust;
-  if (depth.trust == Trust::kBounded) {
+  columns.accuracy[row] = depth.accuracy;
+  if (depth.accuracy == Accuracy::kBounded) {
     bounds_.push_back({static_cast<std::uint32_t>(row), depth.bound_m});
   }
 }
@@ -237,19 +237,19 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
   return false;
 }
 
-// The trust of a depth and its bound: the length of any way out of all solids is an upper bound of
+// The accuracy of a depth and its bound: the length of any way out of all solids is an upper bound of
 // the depth.
 PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
   const Vector3 way_out_W = PointOf(lane) + depth_m * sample.gradient;
-  if (!sample.buried && !IsCovered(lane, way_out_W)) return {Trust::kExact, 0};
+  if (!sample.buried && !IsCovered(lane, way_out_W)) return {Accuracy::kExact, 0};
   std::optional<double> way_m = WayOut_m(lane, sample, sample.gradient);
   if (sample.buried) {  // the way out may lie in either direction
     const std::optional<double> back_m = WayOut_m(lane, sample, -sample.gradient);
     if (!way_m || (back_m && *back_m < *way_m)) way_m = back_m;
   }
-  if (!way_m) return {Trust::kDegraded, 0};
-  return {Trust::kBounded, *way_m - depth_m};
+  if (!way_m) return {Accuracy::kDegraded, 0};
+  return {Accuracy::kBounded, *way_m - depth_m};
 }
 
 // The length of the way out of all solids along a direction, searched from the surface of the

@@ -36,7 +36,7 @@ class PointSampler {
     BlockDistances distances_m;
   };
   struct Depth {
-    Trust trust;
+    Accuracy accuracy;
     double bound_m;
   };
 

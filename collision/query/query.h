@@ -59,7 +59,7 @@ struct QueryBody {
   // The k-th attached object has the frame frame_count + k; its parts follow those of the body.
   std::vector<AttachedObject> attached = {};
   std::vector<PartPair> self_pairs = {};  // pairs of the body's own parts to be tested
-  bool asks_world = true;                 // false: only self pairs are tested
+  bool tests_world = true;                // false: only self pairs are tested
   // Name of the querying object or robot of the world. It is left out of the world, and pair rules
   // refer to it by this name. If empty, only rules for everything apply.
   std::string self = {};
@@ -68,7 +68,7 @@ struct QueryBody {
   std::shared_ptr<const Attachment> attachment = nullptr;  // attachment of the object `self`
   std::shared_ptr<const RobotModel> robot = nullptr;       // the robot whose links are the frames
   // No answer gets a better label. DEGRADED for a body that only approximates another one.
-  Trust best_trust = Trust::kExact;
+  Accuracy best_accuracy = Accuracy::kExact;
   // Spheres by frame that together contain the parts (an open mesh with its whole box). With them
   // CheckCollisions proves pairs apart for many states at once; the results are the same without.
   std::shared_ptr<const SphereModel> around = {};
@@ -132,7 +132,7 @@ enum class Representation { kHybrid, kShapes, kSurfaces };
 
 // Selects whether CheckCollisions names a pair for each row in collision, or only for rows that
 // were tested pair by pair, which is many times faster for a robot made of spheres.
-enum class Naming { kEachRow, kWhereAsked };
+enum class Naming { kEachRow, kWhereTested };
 
 // The treatment of objects of kind kUnseen, that is space that no sensor has seen.
 enum class UnseenSpace {
@@ -185,9 +185,9 @@ struct CollisionColumns {
   std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
-  // Trust of the named pair; for a free row the weakest of all tested pairs; kDegraded without
+  // Accuracy of the named pair; for a free row the weakest of all tested pairs; kDegraded without
   // meaning for a row that was not computed.
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   // BodyRows::VariableOutOfLimits for rows that are kOutOfLimits, else -1. Empty if there is no
   // such row, or if Naming is not kEachRow.
   std::vector<std::int32_t> variable = {};
@@ -204,7 +204,7 @@ struct PairColumns {
   std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, or kItself
   std::vector<std::int32_t> body_part;
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   std::vector<double> bound_m;
   std::size_t completed = 0;
 };
@@ -234,7 +234,7 @@ struct PointColumns {
   std::vector<double> gradient;  // x y z, unit, world frame
   std::vector<std::int32_t> object;
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   // How much deeper the point may be, for the rows that are kBounded, ordered by row.
   struct Bound {
     std::uint32_t row;

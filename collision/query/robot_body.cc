@@ -30,7 +30,7 @@ void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
   body.robot = robot.model;
   body.programs = robot.programs;
   body.frame_count = static_cast<int>(model.links.size());
-  body.asks_world = scope != RobotScope::kSelf;
+  body.tests_world = scope != RobotScope::kSelf;
   if (scope == RobotScope::kWorld) return;
   std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
   for (std::size_t part = 0; part < body.frame_of_part.size(); ++part) {
@@ -64,7 +64,7 @@ QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope) {
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
                           RobotScope scope) {
   QueryBody body{.geometry = spheres.geometry, .frame_of_part = spheres.link_of_part};
-  body.best_trust = Trust::kDegraded;
+  body.best_accuracy = Accuracy::kDegraded;
   SetScope(robot, scope, body);
   return body;
 }

@@ -33,7 +33,7 @@ PointColumns MakeRoom(std::size_t point_count) {
   columns.gradient.resize(3 * point_count);
   columns.object.resize(point_count);
   columns.object_part.resize(point_count);
-  columns.trust.resize(point_count);
+  columns.accuracy.resize(point_count);
   return columns;
 }
 
@@ -43,7 +43,7 @@ void Keep(std::size_t completed, PointColumns& columns) {
   columns.gradient.resize(3 * completed);
   columns.object.resize(completed);
   columns.object_part.resize(completed);
-  columns.trust.resize(completed);
+  columns.accuracy.resize(completed);
   std::sort(columns.bounds.begin(), columns.bounds.end(),
             [](const auto& a, const auto& b) { return a.row < b.row; });
   std::erase_if(columns.bounds, [&](const auto& bound) { return bound.row >= completed; });

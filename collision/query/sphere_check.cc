@@ -110,7 +110,7 @@ LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
   };
   const auto bit = [](std::int32_t tag) { return std::uint64_t{1} << (tag % kTags); };
   LaneOpen open;
-  for (std::size_t k = 0; k < body.geometry->parts.size() && body.asks_world; ++k) {
+  for (std::size_t k = 0; k < body.geometry->parts.size() && body.tests_world; ++k) {
     const auto part = static_cast<std::int32_t>(k);
     if (is_open(part)) open.worlds |= bit(body.FrameOf(part));
   }
@@ -135,7 +135,7 @@ SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProg
       meaning_(meaning),
       program_(std::move(program)),
       scene_(std::move(world.scene)),
-      open_of_trust_(world.open_of_trust),
+      tags_for_accuracy_(world.tags_for_accuracy),
       order_(*program_) {
   const RobotModel& model = rows.model();
   std::vector<double> base = rows.states().base;
@@ -183,13 +183,13 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
   const Pose& X_WB = joints->states().X_WB;
-  World of_lanes{.scene = body.asks_world ? CompileScene(world, filter, *program, X_WB, margin_m)
-                                          : EmptyScene(*program),
-                 .open_of_trust = {}};
-  if (body.best_trust < Trust::kSurfaceOnly) {
-    if (!is_the_body) of_lanes.open_of_trust = PairsWithOpenMesh(body, filter, frame_pairs);
-    if (body.asks_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m)) {
-      of_lanes.open_of_trust.worlds = BodySearch::kAllOpen.worlds;
+  World of_lanes{.scene = body.tests_world ? CompileScene(world, filter, *program, X_WB, margin_m)
+                                           : EmptyScene(*program),
+                 .tags_for_accuracy = {}};
+  if (body.best_accuracy < Accuracy::kSurfaceOnly) {
+    if (!is_the_body) of_lanes.tags_for_accuracy = PairsWithOpenMesh(body, filter, frame_pairs);
+    if (body.tests_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m)) {
+      of_lanes.tags_for_accuracy.worlds = BodySearch::kAllOpen.worlds;
     }
   }
   return SphereCheck(*joints, program, std::move(of_lanes),

@@ -37,10 +37,12 @@ class SphereCheck {
   std::span<const LaneOpen> open() const { return open_; }
   // True if the k-th of these rows is known to be within limits, even if it is UNDECIDED.
   bool KnowsLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
-  // The frames and pairs that determine the trust of a FREE row. Spheres prove parts apart, but do
+  // The frames and pairs that determine the accuracy of a FREE row. Spheres prove parts apart, but do
   // not tell if the boxes of parts meet those of an open mesh.
-  const LaneOpen& open_of_trust() const { return open_of_trust_; }
-  bool leaves_trust_open() const { return open_of_trust_.worlds != 0 || open_of_trust_.pairs != 0; }
+  const LaneOpen& tags_for_accuracy() const { return tags_for_accuracy_; }
+  bool needs_accuracy_tests() const {
+    return tags_for_accuracy_.worlds != 0 || tags_for_accuracy_.pairs != 0;
+  }
   // True if COLLISION can be returned, that is if the spheres are the robot.
   bool tells_collisions() const { return meaning_ == Meaning::kTheBody; }
 
@@ -48,7 +50,7 @@ class SphereCheck {
   enum class Meaning { kTheBody, kAroundTheBody };
   struct World {
     LaneScene scene;
-    LaneOpen open_of_trust;
+    LaneOpen tags_for_accuracy;
   };
   SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program, World world,
               Meaning meaning);
@@ -58,7 +60,7 @@ class SphereCheck {
   Meaning meaning_;
   std::shared_ptr<const SphereProgram> program_;
   LaneScene scene_;
-  LaneOpen open_of_trust_;
+  LaneOpen tags_for_accuracy_;
   bool base_is_within_limits_ = true;
   StateOrder order_;
   LaneMemory memory_;

@@ -1,4 +1,4 @@
-// Laws that every engine obeys on every pair of its table of trust.
+// Laws that every engine obeys on every pair of its capability table.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ std::vector<Case> AllCases() {
   for (const EngineKind engine : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
     for (const CatalogueShape& a : Catalogue()) {
       for (const CatalogueShape& b : Catalogue()) {
-        if (GetEngine(engine).Supports(KindOf(a.shape), KindOf(b.shape), Question::kDistance)) {
+        if (GetEngine(engine).Supports(KindOf(a.shape), KindOf(b.shape), QueryKind::kDistance)) {
           cases.push_back({engine, &a, &b});
         }
       }
@@ -72,7 +72,7 @@ class EngineLaws : public ::testing::TestWithParam<Case> {
   // overlaps of two half-spaces, and FCL's answers for a mesh and any shape except a sphere or a
   // mesh.
   bool Judges(const PairDistance& answer) const {
-    if (answer.trust != Trust::kDegraded) return true;
+    if (answer.accuracy != Accuracy::kDegraded) return true;
     const ShapeKind kind_a = KindOf(GetParam().a->shape), kind_b = KindOf(GetParam().b->shape);
     const bool has_mesh = kind_a == ShapeKind::kMesh || kind_b == ShapeKind::kMesh;
     const bool both_endless = kind_a == ShapeKind::kHalfSpace && kind_b == kind_a;
@@ -101,7 +101,7 @@ TEST_P(EngineLaws, AnAnswerIsWellFormed) {
     EXPECT_LT((answer.point_b - answer.point_a - answer.distance_m * answer.normal).norm(), 1e-7)
         << answer.distance_m;
     EXPECT_GE(answer.bound_m, 0);
-    if (answer.trust == Trust::kExact) {
+    if (answer.accuracy == Accuracy::kExact) {
       EXPECT_EQ(answer.bound_m, 0);
     }
   }
@@ -224,7 +224,7 @@ TEST_P(EngineLaws, MovingByTheDepthAlongTheNormalSeparates) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
     const PairDistance answer = Ask();
-    if (answer.distance_m >= 0 || answer.trust != Trust::kExact) continue;
+    if (answer.distance_m >= 0 || answer.accuracy != Accuracy::kExact) continue;
     b_.X_WS.translation() -= answer.distance_m * answer.normal;
     const PairDistance after = Ask();
     EXPECT_NEAR(after.distance_m, 0, 1e-6 + after.bound_m);

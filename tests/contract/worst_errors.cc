@@ -54,7 +54,7 @@ double TrueDistance_m(const PosedPair& pair) {
 
 std::optional<double> AskEngine(EngineKind kind, const PosedPair& pair) {
   const Engine& engine = GetEngine(kind);
-  if (!engine.Supports(KindOf(pair.a), KindOf(pair.b), Question::kDistance)) return std::nullopt;
+  if (!engine.Supports(KindOf(pair.a), KindOf(pair.b), QueryKind::kDistance)) return std::nullopt;
   const auto a = engine.Prepare(pair.a), b = engine.Prepare(pair.b);
   const PairDistance answer =
       engine.Distance({KindOf(pair.a), *a, pair.X_FA}, {KindOf(pair.b), *b, pair.X_FB},

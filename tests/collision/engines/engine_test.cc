@@ -19,7 +19,8 @@ TEST(Engine, SupportsIsSymmetric) {
     EXPECT_EQ(engine.kind(), kind);
     for (int a = 0; a < kShapeKindCount; ++a) {
       for (int b = 0; b < kShapeKindCount; ++b) {
-        for (const Question q : {Question::kCollides, Question::kDistance, Question::kContacts}) {
+        for (const QueryKind q :
+             {QueryKind::kCollides, QueryKind::kDistance, QueryKind::kContacts}) {
           EXPECT_EQ(engine.Supports(ShapeKind(a), ShapeKind(b), q),
                     engine.Supports(ShapeKind(b), ShapeKind(a), q));
         }
@@ -31,7 +32,7 @@ TEST(Engine, SupportsIsSymmetric) {
 TEST(Engine, AutoAnswersEveryPair) {
   for (int a = 0; a < kShapeKindCount; ++a) {
     for (int b = 0; b < kShapeKindCount; ++b) {
-      for (const Question q : {Question::kCollides, Question::kDistance, Question::kContacts}) {
+      for (const QueryKind q : {QueryKind::kCollides, QueryKind::kDistance, QueryKind::kContacts}) {
         EXPECT_NE(BestEngine(ShapeKind(a), ShapeKind(b), q), nullptr);
       }
     }

@@ -81,7 +81,7 @@ TEST(ContactPatch, OfABoxFlatOnAHalfSpaceIsItsFourCorners) {
     for (const PairDistance& contact : contacts) {
       EXPECT_NEAR(contact.distance_m, -kDepth_m, kRounding_m);
       EXPECT_EQ(contact.normal, Vector3::UnitZ());
-      EXPECT_EQ(contact.trust, Trust::kExact);
+      EXPECT_EQ(contact.accuracy, Accuracy::kExact);
       EXPECT_NEAR((contact.point_b - contact.point_a - Vector3(0, 0, -kDepth_m)).norm(), 0,
                   kRounding_m);
     }
@@ -443,7 +443,7 @@ TEST(ContactPatch, OfAMeshOfManyTrianglesSpansThemAll) {
       EXPECT_TRUE(Holds(contacts, {x, y, 0}, 1e-6)) << x << " " << y;
     }
   }
-  for (const PairDistance& contact : contacts) EXPECT_EQ(contact.trust, Trust::kSurfaceOnly);
+  for (const PairDistance& contact : contacts) EXPECT_EQ(contact.accuracy, Accuracy::kSurfaceOnly);
 }
 
 // Random shapes in random poses, many of them aligned.

@@ -89,7 +89,7 @@ TEST_P(ExactConvexPair, IsProvenInAnyPoseAndWhenKissing) {
     const double size = has_half_space ? 10 : SizeOf(pair);
     ASSERT_NEAR(answer.normal.norm(), 1, 1e-12) << k;
     ASSERT_TRUE(answer.point_a.allFinite() && answer.point_b.allFinite()) << k;
-    ASSERT_TRUE(answer.trust == Trust::kExact || answer.trust == Trust::kBounded) << k;
+    ASSERT_TRUE(answer.accuracy == Accuracy::kExact || answer.accuracy == Accuracy::kBounded) << k;
     const Vector3 gap = answer.point_b - answer.point_a - answer.distance_m * answer.normal;
     ASSERT_LE(gap.norm(), 1e-11 * size) << k;
     if (has_half_space) continue;  // the overlap along any other normal is infinite

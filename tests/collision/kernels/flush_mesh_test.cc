@@ -64,7 +64,7 @@ void ExpectTold(const Block& a, const Block& b, const Pose& X_FA, const Pose& X_
   const PairDistance distance = ExactDistance(at_a, at_b);
   EXPECT_EQ(distance.distance_m < 0, overlap) << distance.distance_m;
   if (!overlap) return;
-  EXPECT_NE(distance.trust, Trust::kSurfaceOnly);
+  EXPECT_NE(distance.accuracy, Accuracy::kSurfaceOnly);
   // The smallest overlap is a cell.
   EXPECT_GE(-distance.distance_m + distance.bound_m, kStep_m * (1 - 1e-9));
 }

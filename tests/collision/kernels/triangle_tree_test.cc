@@ -105,7 +105,7 @@ TEST(MeshInMesh, IsFoundWhicheverPartLiesInside) {
   }
   const PairDistance free = Solve(room, Union(far, BoxAt(0.1, {0.65, 0, 0})));
   EXPECT_NEAR(free.distance_m, 0.1, 1e-9);
-  EXPECT_EQ(free.trust, Trust::kExact);
+  EXPECT_EQ(free.accuracy, Accuracy::kExact);
 }
 
 TEST(MeshInMesh, IsFreeInACavity) {

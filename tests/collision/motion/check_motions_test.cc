@@ -159,7 +159,7 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
     EXPECT_EQ(CheckCollisions(*world, body, here, {.margin_m = open_m})->verdict[0],
               Verdict::kUndecided);
     EXPECT_EQ(result(open_m).verdict[0], MotionVerdict::kUndecided);
-    EXPECT_EQ(result(open_m).trust[0], Trust::kBounded);
+    EXPECT_EQ(result(open_m).accuracy[0], Accuracy::kBounded);
     EXPECT_EQ(result(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
     const MotionColumns free = result(distance_m - 2 * bound_m);
     EXPECT_EQ(free.verdict[0], MotionVerdict::kFree);

@@ -62,7 +62,7 @@ TEST(CheckPaths, AreTheSameOnAnyNumberOfThreads) {
     EXPECT_EQ(together.object, alone.object);
     EXPECT_EQ(together.body_part, alone.body_part);
     EXPECT_EQ(together.object_part, alone.object_part);
-    EXPECT_EQ(together.trust, alone.trust);
+    EXPECT_EQ(together.accuracy, alone.accuracy);
   }
 }
 
@@ -87,7 +87,7 @@ TEST(CheckPaths, OfOneEdgeAreEdges) {
   EXPECT_EQ(by_path.clearance_m, by_edge.clearance_m);
   EXPECT_EQ(by_path.object, by_edge.object);
   EXPECT_EQ(by_path.object_part, by_edge.object_part);
-  EXPECT_EQ(by_path.trust, by_edge.trust);
+  EXPECT_EQ(by_path.accuracy, by_edge.accuracy);
   EXPECT_EQ(by_path.completed, edges.size());
 }
 

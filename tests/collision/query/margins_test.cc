@@ -39,7 +39,7 @@ TEST(Margins, LeaveAsCertainWhatOverlapsAnyway) {
     EXPECT_THAT(result.verdict, ElementsAre(Verdict::kCollision,
                                             margin_m < 0.05 ? Verdict::kFree : Verdict::kCollision,
                                             Verdict::kCollision));
-    EXPECT_THAT(result.trust, Each(Trust::kExact)) << margin_m;
+    EXPECT_THAT(result.accuracy, Each(Accuracy::kExact)) << margin_m;
   }
 }
 

@@ -43,7 +43,7 @@ TEST(NearestFirst, TheNearestPartsOfABodyAreThoseOfBruteForce) {
           {.X_FS = RandomPose(random, k % 2 == 0 ? 1.5 : 0.6), .shape = kinds[part % 3]});
     }
     QueryBody body = BodyFromShapes(std::move(shapes));
-    body.asks_world = false;
+    body.tests_world = false;
     AskAllPairs(body);
     const std::vector<Pose> X_WB = {RandomPose(random, 1.0)};
     const PairColumns result = *GetDistances(WorldSnapshot(), body, X_WB, {});
@@ -68,7 +68,7 @@ TEST(NearestFirst, OfEquallyNearPartsTheFirstAreNamed) {
     balls.push_back({.X_FS = MakeTranslation(0.5 * k, 0, 0), .shape = Sphere{0.125}});
   }
   QueryBody body = BodyFromShapes(balls);
-  body.asks_world = false;
+  body.tests_world = false;
   AskAllPairs(body);
   std::reverse(body.self_pairs.begin(), body.self_pairs.end());
   const std::vector<Pose> at = {Pose::Identity()};

@@ -99,16 +99,16 @@ Told ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& 
     const double least_m = std::abs(columns.distance_m[i]);
     EXPECT_EQ(columns.distance_m[i] < 0, inside) << points[i].transpose();
     EXPECT_GE(off_m, least_m - 1e-9) << points[i].transpose();
-    if (columns.trust[i] == Trust::kDegraded) {
+    if (columns.accuracy[i] == Accuracy::kDegraded) {
       ++result.degraded;
       continue;
     }
     EXPECT_LE(off_m, least_m + bound_m[i] + kGrid_m) << points[i].transpose();
-    if (columns.trust[i] == Trust::kBounded) {
+    if (columns.accuracy[i] == Accuracy::kBounded) {
       EXPECT_TRUE(inside);
       ++result.bounded;
     } else {
-      EXPECT_EQ(columns.trust[i], Trust::kExact);
+      EXPECT_EQ(columns.accuracy[i], Accuracy::kExact);
       result.exact_inside += inside ? 1 : 0;
     }
   }
@@ -135,12 +135,12 @@ TEST(OverlappingShells, DepthsAboutACubeWithinACubeAreLabelledForWhatTheyAre) {
   // everywhere.
   for (const double z_m : {0.1, 0.2 - 1e-7, 0.2, 0.2 + 1e-7, 0.22}) {
     const PointColumns columns = SampleOne(*world, {0.01, 0.02, z_m});
-    EXPECT_EQ(columns.trust[0], Trust::kBounded) << z_m;
+    EXPECT_EQ(columns.accuracy[0], Accuracy::kBounded) << z_m;
     ASSERT_EQ(columns.bounds.size(), 1u) << z_m;
     EXPECT_GE(columns.bounds[0].bound_m - columns.distance_m[0], 0.5 - z_m - 1e-9) << z_m;
   }
   const PointColumns outer = SampleOne(*world, {0.01, 0.02, 0.45});
-  EXPECT_EQ(outer.trust[0], Trust::kExact);
+  EXPECT_EQ(outer.accuracy[0], Accuracy::kExact);
   EXPECT_NEAR(outer.distance_m[0], -0.05, 1e-12);
 }
 
@@ -160,7 +160,7 @@ TEST(OverlappingShells, ACavityIsExactAllOver) {
   const PointColumns columns = *SamplePoints(*world, points, {});
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double outer_m = points[i].cwiseAbs().maxCoeff() - 0.5;
-    EXPECT_EQ(columns.trust[i], Trust::kExact) << points[i].transpose();
+    EXPECT_EQ(columns.accuracy[i], Accuracy::kExact) << points[i].transpose();
     if (outer_m > 0) continue;
     const Vector3 excess = points[i].cwiseAbs() - Vector3::Constant(0.2);
     const double wall_m = excess.maxCoeff() > 0 ? -excess.cwiseMax(0.0).norm() : -excess.maxCoeff();

@@ -263,7 +263,7 @@ QueryOptions DrawnOptions(Drawn& draw) {
   return options;
 }
 
-TEST(PairRulesOfQuestions, OfARobotAreThoseOfEachPairReadByHand) {
+TEST(PairRulesOfQueries, OfARobotAreThoseOfEachPairReadByHand) {
   const auto robot = BallArm();
   std::vector<Part> names;
   for (const ModelLink& link : robot->model->links) names.push_back({"arm", link.name});
@@ -283,7 +283,7 @@ TEST(PairRulesOfQuestions, OfARobotAreThoseOfEachPairReadByHand) {
   }
 }
 
-TEST(PairRulesOfQuestions, OfShapesAndOfAnObjectAreThoseOfEachPairReadByHand) {
+TEST(PairRulesOfQueries, OfShapesAndOfAnObjectAreThoseOfEachPairReadByHand) {
   for (unsigned seed = 0; seed < 60; ++seed) {
     Drawn draw(seed);
     const SnapshotPtr world = RuledWorld(draw, draw.Index(12));
@@ -305,7 +305,7 @@ SnapshotPtr TwoBalls() {
              MakeTranslation(0.5, 0, 0))});
 }
 
-TEST(PairRulesOfQuestions, AnAllowedPairIsSeenByNoQuestion) {
+TEST(PairRulesOfQueries, AnAllowedPairIsSeenByNoQuestion) {
   const auto world = With(TwoBalls(), {Allow({"*"}, {"near"})});
   const std::vector<Pose> poses = {
       MakeTranslation(0.1, 0, 0)};  // 0.3 m from the other ball's centre
@@ -315,7 +315,7 @@ TEST(PairRulesOfQuestions, AnAllowedPairIsSeenByNoQuestion) {
   EXPECT_THAT(GetContacts(*world, BallBody(), poses, {})->distance_m, IsEmpty());
 }
 
-TEST(PairRulesOfQuestions, AMarginReplacesThoseOfBothAndOfTheRequest) {
+TEST(PairRulesOfQueries, AMarginReplacesThoseOfBothAndOfTheRequest) {
   const std::vector<Pose> poses = {MakeTranslation(-0.25, 0, 0)};  // 0.05 m from the first
   const auto verdict = [&](const SnapshotPtr& world, double request_m) {
     return CheckCollisions(*world, BallBody(), poses, {.margin_m = request_m})->verdict[0];
@@ -328,7 +328,7 @@ TEST(PairRulesOfQuestions, AMarginReplacesThoseOfBothAndOfTheRequest) {
               ElementsAre(::testing::DoubleNear(0.05, 1e-9)));
 }
 
-TEST(PairRulesOfQuestions, TheMorePreciseMarginHolds) {
+TEST(PairRulesOfQueries, TheMorePreciseMarginHolds) {
   const auto world = With(TwoBalls(), {Margin({"*"}, {"*"}, 0.5), Margin({"*"}, {"near"}, 0.04)});
   const std::vector<Pose> poses = {MakeTranslation(-0.25, 0, 0)};
   // Margin 0.04 for the near ball; 0.5 for the other, which is 0.55 m away.
@@ -342,7 +342,7 @@ TEST(PairRulesOfQuestions, TheMorePreciseMarginHolds) {
               ElementsAre(Verdict::kFree));
 }
 
-TEST(PairRulesOfQuestions, DeviationsOfAFitAreMarginsToo) {
+TEST(PairRulesOfQueries, DeviationsOfAFitAreMarginsToo) {
   auto model = std::make_shared<HybridModel>();
   model->shapes.push_back({.X_OS = Pose::Identity(),
                            .shape = Sphere{0.1},

@@ -241,7 +241,7 @@ TEST(Query, AClosedMeshContainsWithEveryEngine) {
       options.engine = engine;
       const CollisionColumns result = *CheckCollisions(*world, cup, at, options);
       EXPECT_EQ(result.verdict[0], Verdict::kCollision);
-      EXPECT_NE(result.trust[0], Trust::kSurfaceOnly);
+      EXPECT_NE(result.accuracy[0], Accuracy::kSurfaceOnly);
       EXPECT_LT(GetDistances(*world, cup, at, options)->distance_m[0], 0);
     }
   }
@@ -281,11 +281,11 @@ TEST(Query, EveryEngineAnswersAboutAHalfSpace) {
     ASSERT_TRUE(distances.ok()) << distances.status();
     EXPECT_NEAR(distances->distance_m[0], 0.5, 1e-12);
     EXPECT_NEAR(distances->distance_m[1], -0.1, 1e-12);
-    EXPECT_EQ(distances->trust[0], Trust::kExact);
+    EXPECT_EQ(distances->accuracy[0], Accuracy::kExact);
     const CollisionColumns result = *CheckCollisions(*world, box, at, options);
     EXPECT_EQ(result.verdict[0], Verdict::kFree);
     EXPECT_EQ(result.verdict[1], Verdict::kCollision);
-    EXPECT_EQ(result.trust[1], Trust::kExact);
+    EXPECT_EQ(result.accuracy[1], Accuracy::kExact);
   }
 }
 
@@ -298,13 +298,13 @@ TEST(Query, YesAndNoOfASearchOfFclAreLabelledAsBestEffort) {
   QueryOptions options;
   options.engine = EngineChoice::kFcl;
   const CollisionColumns result = *CheckCollisions(*world, box, at, options);
-  EXPECT_EQ(result.trust[0], Trust::kExact) << "by their boxes";
-  EXPECT_EQ(result.trust[2], Trust::kDegraded);
+  EXPECT_EQ(result.accuracy[0], Accuracy::kExact) << "by their boxes";
+  EXPECT_EQ(result.accuracy[2], Accuracy::kDegraded);
   // With a margin the verdict is proven by a distance.
   options.margin_m = 0.01;
-  EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->accuracy[2], Accuracy::kExact);
   options = {};
-  EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->accuracy[2], Accuracy::kExact);
 }
 
 // A floor, a slope and a ceiling, checked with a half-space that faces down.
@@ -325,7 +325,8 @@ TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
     EXPECT_THAT(near.distance_m,
                 ElementsAre(::testing::DoubleNear(1, 1e-12), ::testing::DoubleNear(-0.5, 1e-12),
                             -kLargestCoordinate_m));
-    EXPECT_THAT(near.trust, ElementsAre(Trust::kExact, Trust::kExact, Trust::kDegraded));
+    EXPECT_THAT(near.accuracy,
+                ElementsAre(Accuracy::kExact, Accuracy::kExact, Accuracy::kDegraded));
     EXPECT_THAT(GetContacts(*world, body, at, options)->row_begin, ElementsAre(0, 0, 1, 2));
     options.ignore = {"floor"};
     EXPECT_THAT(CheckCollisions(*world, body, at, options)->verdict,
@@ -356,11 +357,11 @@ TEST(Query, AStateWithinTheBoundOfAStandInIsUndecidedByFclAndBullet) {
     EXPECT_THAT(result.verdict,
                 ElementsAre(Verdict::kCollision, Verdict::kUndecided, Verdict::kFree));
     EXPECT_THAT(result.object, ElementsAre(0, 0, -1));
-    EXPECT_NE(result.trust[1], Trust::kExact);
+    EXPECT_NE(result.accuracy[1], Accuracy::kExact);
   }
   const CollisionColumns exact = *CheckCollisions(*world, ball, at, {});
   EXPECT_THAT(exact.verdict, ElementsAre(Verdict::kCollision, Verdict::kFree, Verdict::kFree));
-  EXPECT_THAT(exact.trust, ::testing::Each(Trust::kExact));
+  EXPECT_THAT(exact.accuracy, ::testing::Each(Accuracy::kExact));
 }
 
 TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
@@ -422,7 +423,7 @@ TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
   const auto asked = [&](double reach_m, double narrowed_m) {
     std::vector<int> parts;
     search.ForEachPair(*world->Find("pair"), BodySearch::From::kSurface, reach_m,
-                       Question::kDistance, [&](const auto& pair) {
+                       QueryKind::kDistance, [&](const auto& pair) {
                          parts.push_back(pair.id.object_part);
                          return narrowed_m;
                        });
@@ -444,7 +445,7 @@ TEST(Query, TheDepthOfSeveralPartsIsLabelledAsABound) {
   const std::vector<Pose> at = {Pose::Identity()};
   const PairColumns columns = *GetDistances(*world, probe, at, {});
   EXPECT_NEAR(columns.distance_m[0], -0.1, 1e-12);
-  EXPECT_THAT(columns.trust, ElementsAre(Trust::kBounded));
+  EXPECT_THAT(columns.accuracy, ElementsAre(Accuracy::kBounded));
   // To leave sideways the probe must move sqrt(0.2^2 - 0.1^2), which the bound must include.
   EXPECT_GE(columns.bound_m[0], std::sqrt(0.03) - 0.1);
 }
@@ -472,7 +473,7 @@ TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
   const CollisionColumns verdicts = *CheckCollisions(*world_, body_, poses_, options);
   EXPECT_EQ(verdicts.completed, 0u);
   EXPECT_THAT(verdicts.verdict, ::testing::Each(Verdict::kNotComputed));
-  EXPECT_THAT(verdicts.trust, ::testing::Each(Trust::kDegraded)) << "nothing is known";
+  EXPECT_THAT(verdicts.accuracy, ::testing::Each(Accuracy::kDegraded)) << "nothing is known";
 
   std::vector<Pose> many(200'000, poses_[0]);
   options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);

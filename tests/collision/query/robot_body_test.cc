@@ -148,11 +148,12 @@ TEST_F(BallArm, OfSpheresAnswersAsItsSpheresAreAndClaimsNothing) {
     const CollisionColumns of_exact = *CheckCollisions(*world_, exact, rows, {});
     EXPECT_EQ(checked.verdict, of_exact.verdict);
     EXPECT_EQ(checked.object_part, of_exact.object_part);
-    EXPECT_THAT(checked.trust, Each(Trust::kDegraded));
+    EXPECT_THAT(checked.accuracy, Each(Accuracy::kDegraded));
     const PairColumns near = *GetDistances(*world_, body, rows, {.max_results = 2});
     EXPECT_EQ(near.distance_m, GetDistances(*world_, exact, rows, {.max_results = 2})->distance_m);
-    EXPECT_THAT(near.trust, Each(Trust::kDegraded));
-    EXPECT_THAT(GetContacts(*world_, body, rows, {.margin_m = 1})->trust, Each(Trust::kDegraded));
+    EXPECT_THAT(near.accuracy, Each(Accuracy::kDegraded));
+    EXPECT_THAT(GetContacts(*world_, body, rows, {.margin_m = 1})->accuracy,
+                Each(Accuracy::kDegraded));
   }
 }
 

@@ -109,7 +109,7 @@ void ExpectSame(const CollisionColumns& a, const CollisionColumns& b) {
   EXPECT_EQ(a.object, b.object);
   EXPECT_EQ(a.body_part, b.body_part);
   EXPECT_EQ(a.object_part, b.object_part);
-  EXPECT_EQ(a.trust, b.trust);
+  EXPECT_EQ(a.accuracy, b.accuracy);
 }
 
 void ExpectSame(const PairColumns& a, const PairColumns& b) {
@@ -122,7 +122,7 @@ void ExpectSame(const PairColumns& a, const PairColumns& b) {
   EXPECT_EQ(a.object, b.object);
   EXPECT_EQ(a.body_part, b.body_part);
   EXPECT_EQ(a.object_part, b.object_part);
-  EXPECT_EQ(a.trust, b.trust);
+  EXPECT_EQ(a.accuracy, b.accuracy);
   EXPECT_EQ(a.bound_m, b.bound_m);
 }
 
@@ -259,7 +259,7 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfChecks) {
         columns->object.resize(many.size(), -1);
         columns->body_part.resize(many.size(), -1);
         columns->object_part.resize(many.size(), -1);
-        columns->trust.resize(many.size(), Trust::kDegraded);
+        columns->accuracy.resize(many.size(), Accuracy::kDegraded);
         return columns;
       });
 }

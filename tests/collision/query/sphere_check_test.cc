@@ -95,7 +95,7 @@ std::array<std::size_t, 5> ExpectPlainVerdicts(const WorldSnapshot& world, const
                                                const JointRows& rows, QueryOptions options) {
   EXPECT_TRUE(SphereCheck::Make(world, body, rows, options).has_value());
   const CollisionColumns plain = *CheckCollisions(world, body, PlainRows(rows), options);
-  options.naming = Naming::kWhereAsked;
+  options.naming = Naming::kWhereTested;
   const CollisionColumns in_lanes = *CheckCollisions(world, body, rows, options);
   std::array<std::size_t, 5> counts{};
   std::size_t mismatches = 0;
@@ -166,7 +166,7 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsAmongAllKindsOfShapes) {
 TEST_F(SphereCheckTest, HasTheSameVerdictsOnAnyNumberOfThreads) {
   const auto world = WorldOf(RoomOfAllKinds(random_));
   const std::vector<double> rows = RandomRows(model_->all, 5000, random_);
-  for (const Naming naming : {Naming::kEachRow, Naming::kWhereAsked}) {
+  for (const Naming naming : {Naming::kEachRow, Naming::kWhereTested}) {
     QueryOptions options{.naming = naming};
     const CollisionColumns alone = *CheckCollisions(*world, body_, Rows(rows), options);
     for (const int threads : {2, 4}) {
@@ -177,7 +177,7 @@ TEST_F(SphereCheckTest, HasTheSameVerdictsOnAnyNumberOfThreads) {
       EXPECT_EQ(together.object, alone.object);
       EXPECT_EQ(together.body_part, alone.body_part);
       EXPECT_EQ(together.object_part, alone.object_part);
-      EXPECT_EQ(together.trust, alone.trust);
+      EXPECT_EQ(together.accuracy, alone.accuracy);
     }
   }
 }

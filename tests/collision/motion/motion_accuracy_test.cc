@@ -41,42 +41,42 @@ MotionAnswer Along(const SnapshotPtr& world, double from_m, double to_m,
       RigidMotion(body, MakeTranslation(from_m, 0, 0), MakeTranslation(to_m, 0, 0)));
 }
 
-TEST(MotionTrust, OfAnOpenMeshIsItsSurfaceAlone) {
+TEST(MotionAccuracy, OfAnOpenMeshIsItsSurfaceAlone) {
   const SnapshotPtr world = WorldOf({Bin(0)});
   const MotionAnswer inside = Along(world, -0.1, 0.1);  // nowhere near the surface
   EXPECT_EQ(inside.verdict, MotionVerdict::kFree);
-  EXPECT_EQ(inside.trust, Trust::kSurfaceOnly);
+  EXPECT_EQ(inside.accuracy, Accuracy::kSurfaceOnly);
   const MotionAnswer met = Along(world, 0, 1.5);
   EXPECT_EQ(met.verdict, MotionVerdict::kContact);
-  EXPECT_EQ(met.trust, Trust::kSurfaceOnly);
+  EXPECT_EQ(met.accuracy, Accuracy::kSurfaceOnly);
   const MotionAnswer grazing = Along(world, 0.5, 0.9 - 1e-7);
   EXPECT_EQ(grazing.verdict, MotionVerdict::kGrazing);
-  EXPECT_EQ(grazing.trust, Trust::kSurfaceOnly);
+  EXPECT_EQ(grazing.accuracy, Accuracy::kSurfaceOnly);
 }
 
-TEST(MotionTrust, IsThatOfThePairInContact) {
+TEST(MotionAccuracy, IsThatOfThePairInContact) {
   const MotionAnswer met = Along(WorldOf({Bin(0), Ball("ball", 0.5)}), 0, 0.8);
   EXPECT_EQ(met.verdict, MotionVerdict::kContact);
-  EXPECT_EQ(met.trust, Trust::kExact);
+  EXPECT_EQ(met.accuracy, Accuracy::kExact);
 }
 
-TEST(MotionTrust, KnowsNothingOfWhatStaysFarAway) {
+TEST(MotionAccuracy, KnowsNothingOfWhatStaysFarAway) {
   const MotionAnswer free = Along(WorldOf({Bin(0), Ball("ball", 5)}), 3, 4);
   EXPECT_EQ(free.verdict, MotionVerdict::kFree);
-  EXPECT_EQ(free.trust, Trust::kExact);
+  EXPECT_EQ(free.accuracy, Accuracy::kExact);
 }
 
-TEST(MotionTrust, OfDoubtIsThatOfThePairThatIsDoubted) {
+TEST(MotionAccuracy, OfDoubtIsThatOfThePairThatIsDoubted) {
   Change shadow = Bin(0);
   std::get<PutObject>(shadow.what).kind = ObjectKind::kUnseen;
   const MotionAnswer through = Along(WorldOf({shadow}), 0, 1.5, {.unseen = UnseenSpace::kReport});
   EXPECT_EQ(through.verdict, MotionVerdict::kUndecided);
-  EXPECT_EQ(through.trust, Trust::kSurfaceOnly);
+  EXPECT_EQ(through.accuracy, Accuracy::kSurfaceOnly);
 }
 
 // If two pairs are in contact, the answers for a motion and for a state may name different ones,
 // but have the same accuracy.
-TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
+TEST(MotionAccuracy, IsThatOfTheStatesOnTheWay) {
   std::mt19937 random(7);
   const SnapshotPtr world = RandomWorld(24, random, true);
   const QueryBody body = Gripper();
@@ -99,7 +99,7 @@ TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
       const CollisionColumns state =
           *CheckCollisions(*world, body, std::vector<Pose>{X_WB}, options);
       if (!is_contact) {
-        EXPECT_GE(result.trust, state.trust[0]) << k;
+        EXPECT_GE(result.accuracy, state.accuracy[0]) << k;
         continue;
       }
       ASSERT_EQ(state.verdict[0], Verdict::kCollision) << k;
@@ -107,33 +107,34 @@ TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
                         state.body_part[0] == result.body_part &&
                         state.object_part[0] == result.object_part;
       if (same) {
-        EXPECT_EQ(result.trust, state.trust[0]) << k;
+        EXPECT_EQ(result.accuracy, state.accuracy[0]) << k;
       }
     }
-    ++seen[static_cast<std::size_t>(result.trust)];
+    ++seen[static_cast<std::size_t>(result.accuracy)];
   }
-  EXPECT_GT(seen[static_cast<int>(Trust::kExact)], 10);
-  EXPECT_EQ(seen[static_cast<int>(Trust::kBounded)], 0) << "no margin here is about a depth";
-  EXPECT_GT(seen[static_cast<int>(Trust::kSurfaceOnly)], 10);
+  EXPECT_GT(seen[static_cast<int>(Accuracy::kExact)], 10);
+  EXPECT_EQ(seen[static_cast<int>(Accuracy::kBounded)], 0) << "no margin here is about a depth";
+  EXPECT_GT(seen[static_cast<int>(Accuracy::kSurfaceOnly)], 10);
 }
 
-std::vector<Trust> TrustOfPaths(const SnapshotPtr& world, const std::vector<double>& places_m,
-                                const std::vector<Path>& paths) {
+std::vector<Accuracy> AccuracyOfPaths(const SnapshotPtr& world, const std::vector<double>& places_m,
+                                      const std::vector<Path>& paths) {
   std::vector<Pose> poses;
   for (const double x_m : places_m) poses.push_back(MakeTranslation(x_m, 0, 0));
   const QueryBody body = BallBody();
-  return CheckPaths(*world, body, PoseWaypoints(body, poses), paths, {})->trust;
+  return CheckPaths(*world, body, PoseWaypoints(body, poses), paths, {})->accuracy;
 }
 
-TEST(MotionTrust, OfAPathIsTheWeakestOfItsEdgesUnlessItMeetsSomething) {
+TEST(MotionAccuracy, OfAPathIsTheWeakestOfItsEdgesUnlessItMeetsSomething) {
   const SnapshotPtr world = WorldOf({Bin(0), Ball("ball", 6)});
-  EXPECT_EQ(TrustOfPaths(world, {4, 3.5, 4}, {{.row_count = 3}})[0], Trust::kExact);
-  EXPECT_EQ(TrustOfPaths(world, {4, 3, 1.2, 3}, {{.row_count = 4}})[0], Trust::kSurfaceOnly);
-  EXPECT_EQ(TrustOfPaths(world, {1.2, 3, 7}, {{.row_count = 3}})[0], Trust::kExact);  // at the ball
+  EXPECT_EQ(AccuracyOfPaths(world, {4, 3.5, 4}, {{.row_count = 3}})[0], Accuracy::kExact);
+  EXPECT_EQ(AccuracyOfPaths(world, {4, 3, 1.2, 3}, {{.row_count = 4}})[0], Accuracy::kSurfaceOnly);
+  EXPECT_EQ(AccuracyOfPaths(world, {1.2, 3, 7}, {{.row_count = 3}})[0],
+            Accuracy::kExact);  // at the ball
 }
 
 // Spheres only stand for the robot, so no verdict is certain about the robot.
-TEST(MotionTrust, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
+TEST(MotionAccuracy, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
   const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
   const auto model = *MakeRobotModel(*description, nullptr);
   const auto robot = PrepareRobot(model, std::nullopt);
@@ -150,9 +151,9 @@ TEST(MotionTrust, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
     return *CheckPaths(*world, body, JointWaypoints(*model, body, rows), paths, {});
   };
   const MotionColumns exact = result(BodyFromRobot(*robot, RobotScope::kBoth));
-  EXPECT_EQ(exact.trust, std::vector<Trust>(3, Trust::kExact));
+  EXPECT_EQ(exact.accuracy, std::vector<Accuracy>(3, Accuracy::kExact));
   const MotionColumns of_spheres = result(BodyFromSpheres(*robot, spheres, RobotScope::kBoth));
-  EXPECT_EQ(of_spheres.trust, std::vector<Trust>(3, Trust::kDegraded));
+  EXPECT_EQ(of_spheres.accuracy, std::vector<Accuracy>(3, Accuracy::kDegraded));
   EXPECT_EQ(of_spheres.verdict,
             (std::vector<MotionVerdict>{MotionVerdict::kFree, MotionVerdict::kContact,
                                         MotionVerdict::kOutOfLimits}));
