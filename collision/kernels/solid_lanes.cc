@@ -284,9 +284,10 @@ void Sample(const LaneSolid& solid, const LanePoints<kSampleLanes>& points, Lane
   }
 }
 
-double Keep(const BlockDistances& d, const Met& met, double limit_m, NearestLanes& nearest) {
+double Keep(const BlockDistances& d, const CandidateRef& ref, double limit_m,
+            NearestLanes& nearest) {
   constexpr hn::RebindToSigned<Tag> kWhole;
-  const auto met_order = hn::Set(kWhole, met.order), candidate = hn::Set(kWhole, met.candidate);
+  const auto met_order = hn::Set(kWhole, ref.order), candidate = hn::Set(kWhole, ref.candidate);
   const Lane limit = All(limit_m);
   Lane farthest = hn::Zero(kTag);
   for (std::size_t i = 0; i < kBlockLanes; i += hn::Lanes(kTag)) {
@@ -335,9 +336,9 @@ void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistan
   HWY_DYNAMIC_DISPATCH(Measure)(solid, points, distances_m);
 }
 
-double KeepNearest(const BlockDistances& distances_m, const Met& met, double limit_m,
-                   NearestLanes& nearest) {
-  return HWY_DYNAMIC_DISPATCH(Keep)(distances_m, met, limit_m, nearest);
+double UpdateNearest(const BlockDistances& distances_m, const CandidateRef& ref, double limit_m,
+                     NearestLanes& nearest) {
+  return HWY_DYNAMIC_DISPATCH(Keep)(distances_m, ref, limit_m, nearest);
 }
 
 void SampleLanes(const LaneSolid& solid, const LanePoints<kSampleLanes>& points,

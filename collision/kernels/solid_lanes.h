@@ -55,7 +55,7 @@ struct alignas(64) BlockDistances {
   double lane[kBlockLanes];
 };
 
-// The nearest and the second nearest of the solids met so far; equally near ones by their order.
+// The nearest and the second nearest of the solids ref so far; equally near ones by their order.
 struct NearestLanes {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   alignas(64) double best_m[kBlockLanes];
@@ -71,13 +71,13 @@ struct NearestLanes {
 
 void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistances& distances_m);
 
-struct Met {
+struct CandidateRef {
   std::int64_t order;
   std::int64_t candidate;
 };
 // Returns the greatest reach of a lane.
-double KeepNearest(const BlockDistances& distances_m, const Met& met, double limit_m,
-                   NearestLanes& nearest);
+double UpdateNearest(const BlockDistances& distances_m, const CandidateRef& ref, double limit_m,
+                     NearestLanes& nearest);
 
 // Distance, gradient in the world frame, and how much farther the nearest other place of this solid
 // is that the gradient could point away from. All forms but kRevolved and kPlate.

@@ -171,7 +171,7 @@ class EdgeSearch {
   // mesh has no inside even far from its surface.
   bool MayBeAsked(const BodySearch::Pair& pair, double travel_m) const {
     const Aabb& theirs_W =
-        pair.id.IsOfItself()
+        pair.id.IsSelfPair()
             ? search_.BoundsOf_W(pair.id.object_part)
             : pair.id.object->parts_W[static_cast<std::size_t>(pair.id.object_part)].bounds_W;
     const double reach_m = std::max(0.0, pair.margin_m) + travel_m;
@@ -385,7 +385,7 @@ class EdgeSearch {
   void SetPlane(const BodySearch::Pair& pair, const Vector3& normal, Place& place) const {
     const bool has_mesh =
         pair.body.kind == ShapeKind::kMesh || pair.object.kind == ShapeKind::kMesh;
-    if (pair.id.IsOfItself() || has_mesh) return;
+    if (pair.id.IsSelfPair() || has_mesh) return;
     const Pose X_NW(BasisFromZ(normal).transpose());  // its z axis is the normal
     const auto along = [&](const Shape& shape, const Pose& X_WS) {
       return TightBounds(shape, X_NW * X_WS);
@@ -464,7 +464,7 @@ MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
           .lo = result.lo,
           .hi = result.hi,
           .clearance_m = result.clearance_m,
-          .object = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object),
+          .object = result.pair.IsSelfPair() ? kSelfObject : ranks_.Of(result.pair.object),
           .body_part = result.pair.body_part,
           .object_part = result.pair.object_part,
           .accuracy = std::max(result.accuracy, body_.best_accuracy)};

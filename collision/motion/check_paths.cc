@@ -86,7 +86,7 @@ class PathWorker : public ChunkWorker {
       : batch_(batch),
         checker_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
+  ChunkResult Process(const RowChunk& chunk) override {
     std::size_t k = 0;
     for (; k < chunk.count && !checker_.MustEnd(); ++k) {
       const Path& path = batch_.paths[chunk.first + k];
@@ -118,8 +118,8 @@ absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const Query
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .answers = std::vector<MotionAnswer>(paths.size())};
-  const auto completed = AnswerTogether(EqualChunks(paths.size(), kPathsOfChunk), options.threads,
-                                        [&] { return std::make_unique<PathWorker>(batch); });
+  const auto completed = ProcessChunks(EqualChunks(paths.size(), kPathsOfChunk), options.threads,
+                                       [&] { return std::make_unique<PathWorker>(batch); });
   if (!completed.ok()) return completed.status();
   MotionColumns columns;
   columns.completed = *completed;

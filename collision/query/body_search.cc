@@ -138,7 +138,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
     has_parts_ = has_parts_ || !parts_.back().skipped;
   }
   widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
-  X_WF_.resize(static_cast<std::size_t>(body.AllFrames()), Pose::Identity());
+  X_WF_.resize(static_cast<std::size_t>(body.TotalFrames()), Pose::Identity());
   frames_of_pair_.resize(kTags, 0);
   for (std::size_t k = 0; k < frame_pairs_.pairs.size(); ++k) {
     const LinkPair& pair = frame_pairs_.pairs[k];
@@ -209,7 +209,7 @@ std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::
   const QueryKind needed = margin_m == 0 ? query : QueryKind::kDistance;
   const Engine* engine = EngineFor(mine.kind, kind, needed);
   if (engine == nullptr) {
-    RefusePair(id, needed);
+    ReportUnsupported(id, needed);
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
@@ -231,7 +231,7 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
   const QueryKind needed = margin_m == 0 ? query : QueryKind::kDistance;
   const Engine* engine = EngineFor(a.kind, b.kind, needed);
   if (engine == nullptr) {
-    RefusePair(id, needed);
+    ReportUnsupported(id, needed);
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
@@ -247,7 +247,7 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
 
 void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
   near_.clear();
-  const ObstacleTerms rules = rules_.Of(object);
+  const ObstacleRules rules = rules_.Of(object);
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
@@ -264,7 +264,7 @@ void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
 
 void BodySearch::GatherSelfPairs(double reach_m) {
   near_.clear();
-  const std::span<const PairTerms> rules = rules_.OfSelfPairs();
+  const std::span<const EffectiveRule> rules = rules_.OfSelfPairs();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];
@@ -290,7 +290,7 @@ bool BodySearch::MakeHeap() {
   });
 }
 
-double BodySearch::LeastGap_m2(const Obstacle& object) {
+double BodySearch::MinBoxDistance_m2(const Obstacle& object) {
   double least_m2 = std::numeric_limits<double>::infinity();
   for (const BodyPart& mine : parts_) {
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
@@ -303,17 +303,17 @@ double BodySearch::LeastGap_m2(const Obstacle& object) {
 }
 
 // Links have no margins of their own. An attached object may stand on another attached object.
-double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
+double BodySearch::DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
   const AttachedObject* const on_a = body_.AttachedIn(a.frame);
   const AttachedObject* const on_b = body_.AttachedIn(b.frame);
   if (on_a == nullptr && on_b == nullptr) return request_margin_m_;
   if (on_a == nullptr) return b.margin_m + request_margin_m_;
   if (on_b == nullptr) return a.margin_m + request_margin_m_;
-  return std::min(UsualMargin_m(a, on_b->object->name, on_b->object->margin_m),
-                  UsualMargin_m(b, on_a->object->name, on_a->object->margin_m));
+  return std::min(DefaultMargin_m(a, on_b->object->name, on_b->object->margin_m),
+                  DefaultMargin_m(b, on_a->object->name, on_a->object->margin_m));
 }
 
-void BodySearch::RefusePair(const PairId& id, QueryKind query) {
+void BodySearch::ReportUnsupported(const PairId& id, QueryKind query) {
   // absl as packaged by Debian accepts std::string, but not std::string_view.
   const auto text = [](std::string_view name) { return std::string(name); };
   const auto part_of_body = [&](std::int32_t part) {
@@ -328,7 +328,7 @@ void BodySearch::RefusePair(const PairId& id, QueryKind query) {
   status_ = absl::UnimplementedError(absl::StrCat(
       "row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
       query == QueryKind::kCollides ? "collision" : "distance", " of ", part_of_body(id.body_part),
-      " and ", id.IsOfItself() ? part_of_body(id.object_part) : part_of_object()));
+      " and ", id.IsSelfPair() ? part_of_body(id.object_part) : part_of_object()));
 }
 
 absl::Status BodySearch::Finish() const {

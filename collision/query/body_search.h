@@ -26,7 +26,7 @@ struct PairId {
   const Obstacle* object = nullptr;  // of the queried snapshot; nullptr: the body itself
   std::int32_t body_part = -1;
   std::int32_t object_part = -1;
-  bool IsOfItself() const { return object == nullptr && object_part >= 0; }
+  bool IsSelfPair() const { return object == nullptr && object_part >= 0; }
   friend std::strong_ordering operator<=>(const PairId& a, const PairId& b) {
     if (a.object == nullptr || b.object == nullptr) {
       if (a.object != b.object) return (b.object == nullptr) <=> (a.object == nullptr);
@@ -103,7 +103,7 @@ class BodySearch {
   void ForEachSelfPairNearestFirst(double reach_m, Visit&& visit);
   // The least squared distance between boxes of parts, a lower bound for the row's body and the
   // obstacle.
-  double LeastGap_m2(const Obstacle& object);
+  double MinBoxDistance_m2(const Obstacle& object);
   // Upper bound of the margins of all pairs of the body and the world.
   double widest_margin_m() const { return widest_margin_m_; }
   bool tests_world() const { return body_.tests_world && has_parts_; }
@@ -121,12 +121,12 @@ class BodySearch {
   const WorldSnapshot& world() const { return world_; }
 
   // Counts a pair that the caller tests again by itself, at the last placement of PlaceBody.
-  void CountPair(const Pair& pair) { interrupt_.After(pair.weight); }
+  void CountPair(const Pair& pair) { interrupt_.CountWork(pair.weight); }
 
   // True if the current row is void, because the batch was interrupted or an engine lacks a pair.
   bool ended() const { return !status_.ok() || interrupt_.reason() != Interrupt::Reason::kNone; }
   // True if the batch must end. Called before each row.
-  bool MustEnd() { return !status_.ok() || interrupt_.After(1); }
+  bool MustEnd() { return !status_.ok() || interrupt_.CountWork(1); }
   // The status of the whole query; OK if the rows so far are valid.
   absl::Status Finish() const;
 
@@ -165,13 +165,13 @@ class BodySearch {
   void PlaceAttached();
   void PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open);
   // The margin of a pair if no rule sets another one.
-  double UsualMargin_m(const BodyPart& mine, const std::string& theirs,
-                       double their_margin_m) const {
+  double DefaultMargin_m(const BodyPart& mine, const std::string& theirs,
+                         double their_margin_m) const {
     if (mine.supported_by != nullptr && *mine.supported_by == theirs) return -support_tolerance_m_;
     return their_margin_m + mine.margin_m + request_margin_m_;
   }
-  double UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
-  void RefusePair(const PairId& id, QueryKind query);
+  double DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
+  void ReportUnsupported(const PairId& id, QueryKind query);
   // The pair to be tested; empty, with an error in status_, if no engine supports it.
   std::optional<Pair> PairOf(const Obstacle& object, std::size_t b, std::size_t o, double margin_m,
                              QueryKind query);
@@ -233,22 +233,22 @@ int WeightOf(const Shape& shape);
 template <class Visit>
 void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
-  const ObstacleTerms rules = rules_.Of(object);
+  const ObstacleRules rules = rules_.Of(object);
   const double more_m = sigmas_ * object.geometry->widest_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
     if (CountBoxes(object)) return;
-    const double usual_m = UsualMargin_m(mine, object.name, object.margin_m);
-    double margin_m = usual_m + mine.inflation_m;
+    const double default_m = DefaultMargin_m(mine, object.name, object.margin_m);
+    double margin_m = default_m + mine.inflation_m;
     double start_m = Start_m(from, margin_m, more_m);
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
       if (!rules.empty() && (o == 0 || rules.by_part())) {
-        const PairTerms& terms = rules.Of(mine.frame, o);
+        const EffectiveRule& terms = rules.Of(mine.frame, o);
         if (terms.allowed && !rules.by_part()) break;
         if (terms.allowed) continue;
-        margin_m = terms.Margin_m(usual_m) + mine.inflation_m;
+        margin_m = terms.Margin_m(default_m) + mine.inflation_m;
         start_m = Start_m(from, margin_m, more_m);
       }
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
@@ -260,21 +260,21 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
       const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, query);
       if (!pair) return;
       reach_m = visit(*pair);
-      if (interrupt_.After(pair->weight)) return;
+      if (interrupt_.CountWork(pair->weight)) return;
     }
   }
 }
 
 template <class Visit>
 void BodySearch::ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit) {
-  const std::span<const PairTerms> rules = rules_.OfSelfPairs();
+  const std::span<const EffectiveRule> rules = rules_.OfSelfPairs();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
     if (a.skipped || b.skipped) continue;
-    double margin_m = UsualSelfMargin_m(a, b);
+    double margin_m = DefaultSelfMargin_m(a, b);
     if (!rules.empty()) {
       if (rules[i].allowed) continue;
       margin_m = rules[i].Margin_m(margin_m);
@@ -286,7 +286,7 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, QueryKind query, Vis
     const std::optional<Pair> pair = SelfPairOf({first, second}, margin_m, query);
     if (!pair) return;
     reach_m = visit(*pair);
-    if (interrupt_.After(pair->weight)) return;
+    if (interrupt_.CountWork(pair->weight)) return;
   }
 }
 
@@ -300,7 +300,7 @@ void BodySearch::EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visi
     const std::optional<Pair> pair = pair_of(next);
     if (!pair) return;
     reach_m = visit(*pair);
-    if (interrupt_.After(pair->weight)) return;
+    if (interrupt_.CountWork(pair->weight)) return;
   }
 }
 

@@ -27,7 +27,7 @@ struct PairVerdict {
 
 // True if FCL or Bullet would test a cone, which they represent by circumscribed pieces: their yes
 // or no is about the pieces, not the cone.
-bool HasStandIn(const BodySearch::Pair& pair) {
+bool HasApproximation(const BodySearch::Pair& pair) {
   return pair.engine.kind() != EngineKind::kExact &&
          (pair.body.kind == ShapeKind::kCone || pair.object.kind == ShapeKind::kCone);
 }
@@ -44,11 +44,11 @@ Verdict Decide(const PairDistance& answer, double margin_m) {
   return is_clear ? Verdict::kFree : Verdict::kUndecided;
 }
 
-PairVerdict Judge(const BodySearch::Pair& pair) {
+PairVerdict EvaluatePair(const BodySearch::Pair& pair) {
   const double margin_m = pair.margin_m;
   const bool is_bullet =
       pair.engine.kind() == EngineKind::kBullet;  // its Collides measures the distance anyway
-  if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
+  if (margin_m == 0 && !HasApproximation(pair) && !is_bullet) {
     const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
     return {collides ? Verdict::kCollision : Verdict::kFree, pair.YesNoAccuracy()};
   }
@@ -65,9 +65,9 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
 }
 
 // Combines the verdicts of pairs into that of a row.
-class RowJudge {
+class RowVerdictBuilder {
  public:
-  explicit RowJudge(UnseenSpace unseen) : unseen_(unseen) {}
+  explicit RowVerdictBuilder(UnseenSpace unseen) : unseen_(unseen) {}
 
   const RowVerdict& row() const { return row_; }
   bool is_decided() const { return row_.verdict == Verdict::kCollision; }
@@ -75,10 +75,10 @@ class RowJudge {
   // Adds a pair and returns the reach beyond the margins for the rest of the row: negative once a
   // pair collides, since one is enough.
   double Add(const BodySearch::Pair& pair) {
-    PairVerdict result = Judge(pair);
-    const bool is_doubt =
+    PairVerdict result = EvaluatePair(pair);
+    const bool is_uncertain =
         unseen_ == UnseenSpace::kReport && pair.id.object != nullptr && IsUnseen(*pair.id.object);
-    if (is_doubt && result.verdict == Verdict::kCollision) result.verdict = Verdict::kUndecided;
+    if (is_uncertain && result.verdict == Verdict::kCollision) result.verdict = Verdict::kUndecided;
     if (result.verdict == Verdict::kCollision) {
       row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .accuracy = result.accuracy};
       return -1;
@@ -120,13 +120,13 @@ void ForEachNearPair(BodySearch& search, Add&& add) {
                                         std::max(0.0, search.widest_margin_m()), visit);
 }
 
-RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
-  RowJudge judge(unseen);
-  ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return judge.Add(pair); });
-  return judge.row();
+RowVerdict EvaluateRow(BodySearch& search, UnseenSpace unseen) {
+  RowVerdictBuilder builder(unseen);
+  ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return builder.Add(pair); });
+  return builder.row();
 }
 
-// The accuracy that JudgeRow would return for a free row with the exact kernels, found without testing
+// The accuracy that EvaluateRow would return for a free row with the exact kernels, found without testing
 // any pair.
 Accuracy FreeRowAccuracy(BodySearch& search) {
   Accuracy accuracy = Accuracy::kExact;
@@ -175,7 +175,7 @@ class PlacedRows {
 
 // Columns in which all rows are kNotComputed, as those stay that are not reached before the
 // deadline.
-CollisionColumns MakeRoom(std::size_t rows) {
+CollisionColumns MakeColumns(std::size_t rows) {
   return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
           .object = std::vector<std::int32_t>(rows, -1),
           .body_part = std::vector<std::int32_t>(rows, -1),
@@ -184,7 +184,7 @@ CollisionColumns MakeRoom(std::size_t rows) {
 }
 
 // Resets the rows from `first` on, which other threads may have answered after an early end.
-void Forget(std::size_t first, CollisionColumns& columns) {
+void ResetRows(std::size_t first, CollisionColumns& columns) {
   const auto from = static_cast<std::ptrdiff_t>(first);
   std::fill(columns.verdict.begin() + from, columns.verdict.end(), Verdict::kNotComputed);
   std::fill(columns.object.begin() + from, columns.object.end(), -1);
@@ -214,10 +214,10 @@ class Checker : public ChunkWorker {
         spheres_(batch.spheres),
         placed_(batch.rows, batch.body.frame_count) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
+  ChunkResult Process(const RowChunk& chunk) override {
     std::span<const Verdict> known;  // verdicts of the sphere check, for all rows at once
-    if (spheres_ && !search_.MustEnd()) known = spheres_->Judge(chunk.first, chunk.count);
-    const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
+    if (spheres_ && !search_.MustEnd()) known = spheres_->Check(chunk.first, chunk.count);
+    const auto is_known = [&](std::size_t k) { return !known.empty() && IsFinal(known[k]); };
     std::vector<std::size_t> open_rows;
     for (std::size_t k = 0; k < chunk.count; ++k) {
       if (!is_known(k) || NeedsAccuracy(known[k])) open_rows.push_back(chunk.first + k);
@@ -235,7 +235,7 @@ class Checker : public ChunkWorker {
   }
 
  private:
-  bool IsWholeAnswer(Verdict known) const {
+  bool IsFinal(Verdict known) const {
     if (known == Verdict::kCollision) return batch_.options.naming != Naming::kEachRow;
     return known != Verdict::kUndecided;
   }
@@ -258,7 +258,7 @@ class Checker : public ChunkWorker {
 
   // True if the k-th row of a chunk is within limits.
   bool IsWithinLimits(const RowChunk& chunk, std::size_t k) const {
-    const bool is_known = spheres_ && spheres_->KnowsLimits(k);
+    const bool is_known = spheres_ && spheres_->IsKnownWithinLimits(k);
     return is_known || batch_.rows.IsWithinLimits(chunk.first + k);
   }
 
@@ -267,7 +267,7 @@ class Checker : public ChunkWorker {
     if (!IsWithinLimits(chunk, k)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     const std::size_t row = chunk.first + k;
     search_.PlaceBody(X_WF, row, OpenOf(k));
-    RowVerdict result = JudgeRow(search_, batch_.options.unseen);
+    RowVerdict result = EvaluateRow(search_, batch_.options.unseen);
     if (NeedsAccuracy(result.verdict)) result.accuracy = FreeAccuracy(row, X_WF);
     return result;
   }
@@ -281,7 +281,7 @@ class Checker : public ChunkWorker {
     CollisionColumns& columns = batch_.columns;
     columns.verdict[row] = result.verdict;
     columns.accuracy[row] = std::max(result.accuracy, batch_.body.best_accuracy);
-    columns.object[row] = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object);
+    columns.object[row] = result.pair.IsSelfPair() ? kSelfObject : ranks_.Of(result.pair.object);
     columns.body_part[row] = result.pair.body_part;
     columns.object_part[row] = result.pair.object_part;
   }
@@ -314,13 +314,13 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .spheres = SphereCheck::Make(world, body, rows, options),
-              .columns = MakeRoom(rows.size())};
-  const bool is_spheres = batch.spheres && batch.spheres->tells_collisions();
+              .columns = MakeColumns(rows.size())};
+  const bool is_spheres = batch.spheres && batch.spheres->decides_collisions();
   const auto completed =
-      AnswerTogether(EqualChunks(rows.size(), is_spheres ? kRowsOfSpheres : kRowsOfOthers),
-                     options.threads, [&] { return std::make_unique<Checker>(batch); });
+      ProcessChunks(EqualChunks(rows.size(), is_spheres ? kRowsOfSpheres : kRowsOfOthers),
+                    options.threads, [&] { return std::make_unique<Checker>(batch); });
   if (!completed.ok()) return completed.status();
-  Forget(*completed, batch.columns);
+  ResetRows(*completed, batch.columns);
   batch.columns.completed = *completed;
   if (options.naming == Naming::kEachRow) NameVariables(rows, batch.columns);
   return std::move(batch.columns);

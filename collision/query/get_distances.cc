@@ -113,7 +113,7 @@ class NearestObjects {
   double reach_m() const { return std::max(0.0, limit_m()); }
 
   void Await(const Obstacle& object) {
-    waiting_.push_back({search_.LeastGap_m2(object), &object});
+    waiting_.push_back({search_.MinBoxDistance_m2(object), &object});
     std::push_heap(waiting_.begin(), waiting_.end());
   }
 

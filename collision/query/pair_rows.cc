@@ -23,10 +23,10 @@ class PairWorker : public ChunkWorker {
         finder_(make_finder(search_)),
         ranks_(query.world),
         limit_(limit),
-        told_(result) {}
+        results_(result) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
-    PairColumns& columns = told_[chunk.index];
+  ChunkResult Process(const RowChunk& chunk) override {
+    PairColumns& columns = results_[chunk.index];
     Reserve(columns, chunk.count, per_row_);
     while (columns.completed < chunk.count && !search_.MustEnd()) {
       search_.PlaceBody(rows_, chunk.first + columns.completed);
@@ -45,7 +45,7 @@ class PairWorker : public ChunkWorker {
   std::unique_ptr<RowFinder> finder_;
   ObjectRanks ranks_;
   TimeLimit& limit_;
-  std::vector<PairColumns>& told_;
+  std::vector<PairColumns>& results_;
 };
 
 }  // namespace
@@ -56,7 +56,7 @@ absl::StatusOr<PairColumns> FindPairs(
   const std::vector<RowChunk> chunks = EqualChunks(query.rows.size(), kRowsOfChunk);
   std::vector<PairColumns> result(chunks.size());  // by chunk
   TimeLimit limit(query.options);
-  const auto completed = AnswerTogether(chunks, query.options.threads, [&] {
+  const auto completed = ProcessChunks(chunks, query.options.threads, [&] {
     return std::make_unique<PairWorker>(query, per_row, make_finder, limit, result);
   });
   if (!completed.ok()) return completed.status();

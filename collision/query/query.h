@@ -77,7 +77,7 @@ struct QueryBody {
   int FrameOf(std::int32_t part) const {
     return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];
   }
-  int AllFrames() const { return frame_count + static_cast<int>(attached.size()); }
+  int TotalFrames() const { return frame_count + static_cast<int>(attached.size()); }
   // The object attached in a frame; nullptr for a frame of the body itself.
   const AttachedObject* AttachedIn(int frame) const {
     return frame < frame_count ? nullptr : &attached[static_cast<std::size_t>(frame - frame_count)];
@@ -174,7 +174,7 @@ struct QueryOptions {
 enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimits, kUndecided };
 
 // Value in a column of objects for the body itself, whose other part is `object_part`.
-inline constexpr std::int32_t kItself = -2;
+inline constexpr std::int32_t kSelfObject = -2;
 
 // One verdict per row, and for a row in collision or undecided a pair that caused it. A row is
 // undecided if no pair certainly collides and the error interval of some pair's distance contains
@@ -182,7 +182,7 @@ inline constexpr std::int32_t kItself = -2;
 // support or with unseen space to be reported can be undecided.
 struct CollisionColumns {
   std::vector<Verdict> verdict;
-  std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named
+  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, kSelfObject; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
   // Accuracy of the named pair; for a free row the weakest of all tested pairs; kDegraded without
@@ -201,7 +201,7 @@ struct PairColumns {
   std::vector<double> point_body;    // x y z, on the query body, world frame
   std::vector<double> point_object;  // x y z, on the world object
   std::vector<double> normal;        // x y z, unit, from the body to the object
-  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, or kItself
+  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, or kSelfObject
   std::vector<std::int32_t> body_part;
   std::vector<std::int32_t> object_part;
   std::vector<Accuracy> accuracy;

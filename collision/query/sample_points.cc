@@ -26,7 +26,7 @@ std::vector<RowChunk> ChunksOf(std::size_t point_count) {
   return chunks;
 }
 
-PointColumns MakeRoom(std::size_t point_count) {
+PointColumns MakeColumns(std::size_t point_count) {
   PointColumns columns;
   columns.state.resize(point_count);
   columns.distance_m.resize(point_count);
@@ -76,8 +76,8 @@ class Sampler : public ChunkWorker {
   Sampler(const Sampler&) = delete;
   Sampler& operator=(const Sampler&) = delete;
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
-    const bool whole = sampler_.Answer(batch_.points, chunk.first, chunk.count, batch_.columns);
+  ChunkResult Process(const RowChunk& chunk) override {
+    const bool whole = sampler_.Sample(batch_.points, chunk.first, chunk.count, batch_.columns);
     if (whole) {
       batch_.limit.Count(chunk.count);
       return {chunk.count};
@@ -106,11 +106,11 @@ absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .filter = WorldFilter(world, options),
-              .columns = MakeRoom(points.size()),
+              .columns = MakeColumns(points.size()),
               .mutex = {},
               .bounds = {}};
-  const auto completed = AnswerTogether(ChunksOf(points.size()), options.threads,
-                                        [&] { return std::make_unique<Sampler>(batch); });
+  const auto completed = ProcessChunks(ChunksOf(points.size()), options.threads,
+                                       [&] { return std::make_unique<Sampler>(batch); });
   if (!completed.ok()) return completed.status();
   batch.columns.bounds = std::move(batch.bounds);
   Keep(*completed, batch.columns);

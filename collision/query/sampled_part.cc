@@ -123,8 +123,8 @@ PointSample SampledPart::Sample(const Vector3& p_W, double distance_m, WorkCount
   return sample;
 }
 
-std::optional<double> SampledPart::WayOut_m(const Vector3& p_W, const Vector3& direction_W,
-                                            WorkCounter* work) const {
+std::optional<double> SampledPart::ExitDistance_m(const Vector3& p_W, const Vector3& direction_W,
+                                                  WorkCounter* work) const {
   const Ray ray{InShape(p_W), X_WP_.linear().transpose() * direction_W};
   const auto exit = tree_->CastRayAtSolid(ray, work);
   return exit ? std::optional(exit->distance_m) : std::nullopt;

@@ -48,8 +48,8 @@ class SampledPart {
   PointSample Sample(const Vector3& p_W, double distance_m, WorkCounter* work = nullptr) const;
   // The distance from a point in the solid of a closed mesh, along a unit direction, to the point
   // where the ray leaves the solid; empty if rounding hides that point.
-  std::optional<double> WayOut_m(const Vector3& p_W, const Vector3& direction_W,
-                                 WorkCounter* work = nullptr) const;
+  std::optional<double> ExitDistance_m(const Vector3& p_W, const Vector3& direction_W,
+                                       WorkCounter* work = nullptr) const;
 
  private:
   void Prepare(const Sphere& sphere);

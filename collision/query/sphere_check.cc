@@ -71,16 +71,17 @@ std::vector<HungFrame> HungFramesOf(const QueryBody& body) {
 
 // True if no rule sets a larger margin than `margin_m`, so that pairs proven apart by that margin
 // stay free.
-bool KeepWhatIsFree(const PairRuleLookup& rules, double margin_m) {
-  const auto keeps = [&](const PairTerms& terms) {
+bool RulesKeepFreePairs(const PairRuleLookup& rules, double margin_m) {
+  const auto keeps = [&](const EffectiveRule& terms) {
     return !terms.has_margin || terms.margin_m <= margin_m;
   };
-  const std::span<const PairTerms> of_itself = rules.OfSelfPairs();
+  const std::span<const EffectiveRule> of_itself = rules.OfSelfPairs();
   return rules.widest_margin_m() <= margin_m &&
          std::all_of(of_itself.begin(), of_itself.end(), keeps);
 }
 
-bool IsForLanes(const RobotModel& model, const QueryBody& body, const QueryOptions& options) {
+bool IsSupportedBySimd(const RobotModel& model, const QueryBody& body,
+                       const QueryOptions& options) {
   if (model.links.size() != static_cast<std::size_t>(body.frame_count)) return false;
   const EngineChoice engine = options.engine;
   if (engine != EngineChoice::kAuto && engine != EngineChoice::kExact) return false;
@@ -130,9 +131,9 @@ Verdict VerdictOf(StateMark mark, LaneVerdict result) {
 }  // namespace
 
 SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program,
-                         World world, Meaning meaning)
+                         CompiledWorld world, SphereRole role)
     : rows_(&rows),
-      meaning_(meaning),
+      role_(role),
       program_(std::move(program)),
       scene_(std::move(world.scene)),
       tags_for_accuracy_(world.tags_for_accuracy),
@@ -151,12 +152,12 @@ SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProg
 std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const QueryBody& body,
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
-  if (joints == nullptr || !IsForLanes(joints->model(), body, options)) return std::nullopt;
+  if (joints == nullptr || !IsSupportedBySimd(joints->model(), body, options)) return std::nullopt;
   // Prismatic joints beyond kFarthestShift_m make a row UNDECIDED in any case.
   if (joints->range().Reach_m(kFarthestShift_m) > kLargestCoordinate_m) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);
-  if (!KeepWhatIsFree(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
+  if (!RulesKeepFreePairs(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
   const bool has_rules = rules.MayChangeWorldPairs() || !rules.OfSelfPairs().empty();
 
   std::optional<Spheres> spheres = OwnSpheres(body);
@@ -183,20 +184,21 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
   const Pose& X_WB = joints->states().X_WB;
-  World of_lanes{.scene = body.tests_world ? CompileScene(world, filter, *program, X_WB, margin_m)
-                                           : EmptyScene(*program),
-                 .tags_for_accuracy = {}};
+  CompiledWorld of_lanes{.scene = body.tests_world
+                                      ? CompileScene(world, filter, *program, X_WB, margin_m)
+                                      : EmptyScene(*program),
+                         .tags_for_accuracy = {}};
   if (body.best_accuracy < Accuracy::kSurfaceOnly) {
     if (!is_the_body) of_lanes.tags_for_accuracy = PairsWithOpenMesh(body, filter, frame_pairs);
-    if (body.tests_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m)) {
+    if (body.tests_world && ReachesOpenMeshes(world, filter, *program, X_WB, margin_m)) {
       of_lanes.tags_for_accuracy.worlds = BodySearch::kAllOpen.worlds;
     }
   }
   return SphereCheck(*joints, program, std::move(of_lanes),
-                     is_the_body ? Meaning::kTheBody : Meaning::kAroundTheBody);
+                     is_the_body ? SphereRole::kExact : SphereRole::kBounding);
 }
 
-std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {
+std::span<const Verdict> SphereCheck::Check(std::size_t first, std::size_t count) {
   const std::size_t width = rows_->group().variables.size();
   const std::size_t stride = (count + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
   values_.resize(program_->inputs.size() * stride);
@@ -212,19 +214,19 @@ std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count
     for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
     std::fill(to + count, to + stride, 0.0F);
   }
-  JudgeLanes(stride, count, order);
+  CheckLanes(stride, count, order);
   if (!base_is_within_limits_) std::ranges::fill(verdicts_, Verdict::kOutOfLimits);
   return verdicts_;
 }
 
-void SphereCheck::JudgeLanes(std::size_t stride, std::size_t count,
+void SphereCheck::CheckLanes(std::size_t stride, std::size_t count,
                              std::span<const std::uint32_t> order) {
-  if (meaning_ == Meaning::kTheBody) {
-    told_.resize(count);
-    JudgeStates(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
-                told_.data());
+  if (role_ == SphereRole::kExact) {
+    lane_verdicts_.resize(count);
+    CheckStates(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
+                lane_verdicts_.data());
     for (std::size_t i = 0; i < count; ++i) {
-      verdicts_[order[i]] = VerdictOf(marks_[order[i]], told_[i]);
+      verdicts_[order[i]] = VerdictOf(marks_[order[i]], lane_verdicts_[i]);
     }
     return;
   }

@@ -279,8 +279,8 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
   return compiler.Take();
 }
 
-bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
-                     const SphereProgram& program, const Pose& X_WB, double margin_m) {
+bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
+                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
   const double widest_margin_m = world.objects().widest_margin_m() + margin_m;
   // derived: a part lies within its spheres. The bounds of its rotated box exceed them along each
   // axis by a factor of at most sqrt(3).

@@ -141,9 +141,9 @@ class Solid {
 };
 
 // Processes states, one vector at a time.
-class Judge {
+class StateChecker {
  public:
-  Judge(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
+  StateChecker(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
       : program_(program), scene_(scene) {
     const std::size_t numbers = program.joints.size() * 12 + program.spheres.size() * 3 +
                                 (program.clusters.size() + program.groups.size()) * 3 + 1;
@@ -186,7 +186,7 @@ class Judge {
       StorePoint(groups_, g, LoadFrame(group.frame).Place(group.bound.centre_m));
     }
     for (const LaneGroupPair& pair : program_.group_pairs) MeetItself(pair);
-    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) MeetWorld(g);
+    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) MeasureWorld(g);
   }
 
   void Find(const float* values, std::size_t stride, LaneOpen* found) {
@@ -197,7 +197,7 @@ class Judge {
     Run(values, stride);
   }
 
-  void Tell(std::size_t count, LaneVerdict* verdicts) const {
+  void WriteVerdicts(std::size_t count, LaneVerdict* verdicts) const {
     alignas(64) float result[kMaxLanes] = {};
     const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
     hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
@@ -342,7 +342,7 @@ class Judge {
     Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag, pairs_[pair.tag]);
   }
 
-  void MeetWorld(std::size_t g) {
+  void MeasureWorld(std::size_t g) {
     const LaneScene::Range range = scene_.near_group[g];
     const LaneGroup& group = program_.groups[g];
     const Point bound = LoadPoint(groups_, g);
@@ -434,20 +434,20 @@ class Judge {
 
 void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,
               std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
-  Judge judge(program, scene, memory);
-  for (std::size_t first = 0; first < count; first += judge.width()) {
-    judge.Run(values + first, stride);
-    judge.Tell(HWY_MIN(judge.width(), count - first), verdicts + first);
+  StateChecker checker(program, scene, memory);
+  for (std::size_t first = 0; first < count; first += checker.width()) {
+    checker.Run(values + first, stride);
+    checker.WriteVerdicts(HWY_MIN(checker.width(), count - first), verdicts + first);
   }
 }
 
 void FindAll(const LaneProgram& program, const LaneScene& scene, const float* values,
              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
-  Judge judge(program, scene, memory);
+  StateChecker checker(program, scene, memory);
   LaneOpen found[kMaxLanes];
-  for (std::size_t first = 0; first < count; first += judge.width()) {
-    judge.Find(values + first, stride, found);
-    std::copy_n(found, HWY_MIN(judge.width(), count - first), open + first);
+  for (std::size_t first = 0; first < count; first += checker.width()) {
+    checker.Find(values + first, stride, found);
+    std::copy_n(found, HWY_MIN(checker.width(), count - first), open + first);
   }
 }
 
@@ -477,7 +477,7 @@ HWY_EXPORT(FindAll);
 HWY_EXPORT(SinesOfAll);
 HWY_EXPORT(NameOfTarget);
 
-void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
+void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
   HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
 }

@@ -24,7 +24,7 @@ enum class StateMark : std::uint8_t {
   kOutOfLimits = 2,  // or not a number
 };
 
-// Converts `count` rows of `width` numbers into the layout that JudgeStates takes: one joint after
+// Converts `count` rows of `width` numbers into the layout that CheckStates takes: one joint after
 // the other, `stride` values apart. The joints' values are computed in double precision. `stride`
 // is a multiple of kMaxLanes; values from `count` to `stride` are undefined.
 void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
@@ -39,7 +39,7 @@ struct LaneMemory {
 // Computes the verdicts of `count` states. `values` has the values of the joints, one frame after
 // the other from frame 1 on, `stride` values apart, with angles within [-pi, pi]. The verdict of a
 // state depends on that state alone; the instruction set can only affect whether it is kOpen.
-void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
+void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts);
 
 // The clusters and pairs for which a state is not shown to be free, by tag.
@@ -48,7 +48,7 @@ struct LaneOpen {
   std::uint64_t pairs = 0;   // of pairs of clusters that may touch
 };
 
-// Same as JudgeStates, for spheres that only contain the robot: a state clear of them is free, and
+// Same as CheckStates, for spheres that only contain the robot: a state clear of them is free, and
 // for others nothing is known.
 void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
               std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open);
@@ -59,10 +59,10 @@ inline constexpr std::size_t kMaxLanes = 16;
 // The name of the instruction set in use, e.g. "AVX3".
 const char* LaneTarget();
 
-// A bound on the error of a sine or cosine in JudgeStates, including the rounding of the angle.
+// A bound on the error of a sine or cosine in CheckStates, including the rounding of the angle.
 inline constexpr double kSineError = 2.5e-7;
 
-// The sines and cosines of `count` angles as JudgeStates computes them, for tests.
+// The sines and cosines of `count` angles as CheckStates computes them, for tests.
 void LaneSines(const float* angles, std::size_t count, float* sines, float* cosines);
 
 // Equal cells of a value's range, each with some bits of a key.

@@ -65,7 +65,7 @@ std::shared_ptr<const PairRules> PairRuleTransaction::Finish() {
   PairRules rules;
   rules.reserve(count_);
   const auto add = [&](const PairRule& rule) {
-    if (!rule.SaysNothing()) rules.push_back(rule);
+    if (!rule.IsEmpty()) rules.push_back(rule);
   };
   auto touched = touched_.begin();
   for (const PairRule& rule : base_) {
@@ -89,7 +89,7 @@ PairRule PairRuleTransaction::Current(const NamedPair& pair) const {
 }
 
 absl::Status PairRuleTransaction::Touch(PairRule rule) {
-  const bool was = !Current(rule.pair).SaysNothing(), is = !rule.SaysNothing();
+  const bool was = !Current(rule.pair).IsEmpty(), is = !rule.IsEmpty();
   if (is && !was && count_ >= kMaxPairRules) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "the world has ", count_, " rules of pairs, must have at most ", kMaxPairRules));

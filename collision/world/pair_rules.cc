@@ -117,7 +117,7 @@ std::vector<PairRuleDelta> RuleDifference(const PairRules& before, const PairRul
 void SetRule(PairRules& rules, PairRule rule) {
   const auto at = LowerBound(rules, rule.pair);
   const bool is_known = at != rules.end() && at->pair == rule.pair;
-  if (rule.SaysNothing()) {
+  if (rule.IsEmpty()) {
     if (is_known) rules.erase(at);
   } else if (is_known) {
     *at = std::move(rule);

@@ -71,7 +71,7 @@ struct PairRule {
   bool allowed = false;                 // the pair may collide: queries ignore it
   std::optional<Expiry> expires = {};   // the end of `allowed`; absent: never
   std::optional<double> margin_m = {};  // replaces the margins of both items and of the request
-  bool SaysNothing() const { return !allowed && !margin_m.has_value(); }
+  bool IsEmpty() const { return !allowed && !margin_m.has_value(); }
   friend bool operator==(const PairRule&, const PairRule&) = default;
 };
 
@@ -81,7 +81,7 @@ using PairRules = std::vector<PairRule>;
 // The time when the first allowance ends; empty if none does.
 std::optional<SteadyTime> NextExpiry(const PairRules& rules);
 
-// One difference; `before` or `after` is empty (SaysNothing) if there is no such rule.
+// One difference; `before` or `after` is empty (IsEmpty) if there is no such rule.
 struct PairRuleDelta {
   PairRule before, after;
 };

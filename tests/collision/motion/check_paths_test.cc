@@ -196,7 +196,7 @@ TEST_F(ArmPaths, MeetTheWorldAndThemselves) {
   EXPECT_THAT(columns.verdict,
               ElementsAre(MotionVerdict::kFree, MotionVerdict::kContact, MotionVerdict::kContact));
   EXPECT_THAT(columns.segment, ElementsAre(-1, 1, 0));
-  EXPECT_THAT(columns.object, ElementsAre(-1, 0, kItself));
+  EXPECT_THAT(columns.object, ElementsAre(-1, 0, kSelfObject));
   EXPECT_LT(columns.hi[1] + 1, std::numbers::pi / 2);
 }
 

@@ -141,7 +141,7 @@ TEST(AttachedObjects, MeetTheLinksThatTheyMayNotTouch) {
   EXPECT_THAT(Check(*world({}), drawn_in, ignoring), ElementsAre(kFree));
   const Asked asked = ArmIn(*world({}), drawn_in);
   const auto result = *CheckCollisions(*world({}), asked.body, asked.Rows(), {});
-  EXPECT_THAT(result.object, ElementsAre(kItself));
+  EXPECT_THAT(result.object, ElementsAre(kSelfObject));
   EXPECT_EQ(asked.body.FrameOf(result.body_part[0]), 3) << "the attached part comes first";
   EXPECT_EQ(asked.body.FrameOf(result.object_part[0]), 1);
 }

@@ -20,7 +20,7 @@ TEST(Interrupt, LooksAfterSoMuchWorkWhateverItsPortions) {
     std::stop_source stop;
     const TimeLimit limit{QueryOptions{}};
     Interrupt interrupt(stop.get_token(), limit);
-    EXPECT_FALSE(interrupt.After(1));  // this call checks the clock
+    EXPECT_FALSE(interrupt.CountWork(1));  // this call checks the clock
     stop.request_stop();
     std::size_t steps = 0;
     while (!interrupt.MustEndAfter(portion)) steps += portion;

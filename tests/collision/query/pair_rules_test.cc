@@ -63,7 +63,7 @@ int Names(const NamedPair& pair) {
 
 // The margin of the pair; empty if it may collide.
 std::optional<double> MarginByHand(const WorldSnapshot& world, const QueryOptions& options,
-                                   const Part& x, const Part& y, double usual_m) {
+                                   const Part& x, const Part& y, double default_m) {
   const PairRule* best = nullptr;
   for (const PairRule& rule : world.pair_rules()) {
     if (!IsAbout(rule.pair, x, y)) continue;
@@ -76,7 +76,7 @@ std::optional<double> MarginByHand(const WorldSnapshot& world, const QueryOption
   for (const NamedPair& pair : options.ignore_pairs) {
     if (IsAbout(pair, x, y)) return std::nullopt;
   }
-  return best != nullptr ? *best->margin_m : usual_m;
+  return best != nullptr ? *best->margin_m : default_m;
 }
 
 // Three balls of 0.1 m radius, 0.5 m apart along x: a fixed one and two on rotary joints.
@@ -171,7 +171,7 @@ struct ByHand {
 
   struct Seen {
     double distance_m, margin_m;
-    int object;  // may be kItself
+    int object;  // may be kSelfObject
     int body_part, object_part;
   };
   std::vector<Seen> Pairs() const {
@@ -182,14 +182,15 @@ struct ByHand {
       const auto margin_m = MarginByHand(world, options, NameOf(a), NameOf(b), options.margin_m);
       if (!margin_m) continue;
       seen.push_back({Distance_m(one, PoseOf(a), other, PoseOf(b)),
-                      *margin_m + Deviation_m(one) + Deviation_m(other), kItself, first, second});
+                      *margin_m + Deviation_m(one) + Deviation_m(other), kSelfObject, first,
+                      second});
     }
     for (std::size_t i = 0; i < world.objects().size(); ++i) {
       const WorldObject& object = *world.objects()[i];
       if (object.name == body.self) continue;
       for (std::size_t b = 0; b < body.geometry->parts.size(); ++b) {
-        const double usual_m = object.margin_m + body.margin_m + options.margin_m;
-        const auto margin_m = MarginByHand(world, options, NameOf(b), {object.name, ""}, usual_m);
+        const double default_m = object.margin_m + body.margin_m + options.margin_m;
+        const auto margin_m = MarginByHand(world, options, NameOf(b), {object.name, ""}, default_m);
         if (!margin_m) continue;
         const PreparedPart& mine = body.geometry->parts[b];
         for (std::size_t o = 0; o < object.parts_W.size(); ++o) {

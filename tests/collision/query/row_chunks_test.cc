@@ -24,27 +24,27 @@ using std::chrono::steady_clock;
 // Ends chunks as the test's script says.
 class ScriptedWorker : public ChunkWorker {
  public:
-  using Script = std::function<ChunkEnd(const RowChunk&)>;
+  using Script = std::function<ChunkResult(const RowChunk&)>;
   explicit ScriptedWorker(const Script& script) : script_(script) {}
-  ChunkEnd Answer(const RowChunk& chunk) override { return script_(chunk); }
+  ChunkResult Process(const RowChunk& chunk) override { return script_(chunk); }
 
  private:
   const Script& script_;
 };
 
-absl::StatusOr<std::size_t> Answer(std::size_t rows, int threads,
-                                   const ScriptedWorker::Script& script) {
-  return AnswerTogether(EqualChunks(rows, 10), threads,
-                        [&] { return std::make_unique<ScriptedWorker>(script); });
+absl::StatusOr<std::size_t> Process(std::size_t rows, int threads,
+                                    const ScriptedWorker::Script& script) {
+  return ProcessChunks(EqualChunks(rows, 10), threads,
+                       [&] { return std::make_unique<ScriptedWorker>(script); });
 }
 
-ChunkEnd Whole(const RowChunk& chunk) { return {chunk.count}; }
+ChunkResult Whole(const RowChunk& chunk) { return {chunk.count}; }
 
-TEST(AnswerTogether, AsksForEachRowOnce) {
+TEST(ProcessChunks, AsksForEachRowOnce) {
   for (const std::size_t rows : {0U, 1U, 10U, 95U}) {
     for (const int threads : {0, 1, 2, 4}) {
       std::vector<std::atomic<int>> asked(rows);
-      const auto completed = Answer(rows, threads, [&](const RowChunk& chunk) {
+      const auto completed = Process(rows, threads, [&](const RowChunk& chunk) {
         for (std::size_t k = 0; k < chunk.count; ++k) ++asked[chunk.first + k];
         return Whole(chunk);
       });
@@ -54,9 +54,9 @@ TEST(AnswerTogether, AsksForEachRowOnce) {
   }
 }
 
-TEST(AnswerTogether, EndsWithTheFirstChunkThatIsNotWhole) {
+TEST(ProcessChunks, EndsWithTheFirstChunkThatIsNotWhole) {
   for (const int threads : {1, 2, 4}) {
-    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+    const auto completed = Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
       if (chunk.index == 3) {
         std::this_thread::sleep_for(milliseconds(5));  // others finish later chunks meanwhile
         return {4};
@@ -67,9 +67,9 @@ TEST(AnswerTogether, EndsWithTheFirstChunkThatIsNotWhole) {
   }
 }
 
-TEST(AnswerTogether, TellsTheErrorOfTheFirstChunkThatHasOne) {
+TEST(ProcessChunks, TellsTheErrorOfTheFirstChunkThatHasOne) {
   for (const int threads : {1, 2, 4}) {
-    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+    const auto completed = Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
       if (chunk.index < 2) return Whole(chunk);
       if (chunk.index == 2) std::this_thread::sleep_for(milliseconds(5));
       return {1, absl::UnimplementedError(std::to_string(chunk.index))};
@@ -78,9 +78,9 @@ TEST(AnswerTogether, TellsTheErrorOfTheFirstChunkThatHasOne) {
   }
 }
 
-TEST(AnswerTogether, NoErrorBehindTheEndOfTimeIsTold) {
+TEST(ProcessChunks, NoErrorBehindTheEndOfTimeIsTold) {
   for (const int threads : {1, 2, 4}) {
-    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+    const auto completed = Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
       if (chunk.index == 0) {
         std::this_thread::sleep_for(milliseconds(5));
         return {3};
@@ -91,10 +91,10 @@ TEST(AnswerTogether, NoErrorBehindTheEndOfTimeIsTold) {
   }
 }
 
-TEST(AnswerTogether, AnExceptionOfAnyThreadIsTheCallers) {
+TEST(ProcessChunks, AnExceptionOfAnyThreadIsTheCallers) {
   for (const int threads : {1, 2, 4}) {
     const auto answer = [&] {
-      return Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+      return Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
         if (chunk.index == 5) throw std::runtime_error("no memory");
         return Whole(chunk);
       });
