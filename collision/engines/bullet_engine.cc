@@ -105,7 +105,7 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
   bool failed = false;
   const std::size_t count_a = a.shape.pieces.size();
   const std::size_t count_b = b.shape.pieces.size();
-  PairDistance answer = LeastOverPieces(count_a, count_b, [&](std::size_t i, std::size_t j) {
+  PairDistance answer = MinOverPieces(count_a, count_b, [&](std::size_t i, std::size_t j) {
     const BulletPiece& piece_a = a.shape.pieces[i];
     const BulletPiece& piece_b = b.shape.pieces[j];
     const auto piece = AskBullet(*piece_a.shape, ToBullet(X_WA * piece_a.X_SP), *piece_b.shape,
@@ -125,7 +125,7 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
 // pieces.
 PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose& X_WH) {
   const Vector3 normal_W = X_WH.linear().col(2);
-  PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
+  PairDistance answer = MinOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
     const BulletPiece& piece = a.shape.pieces[i];
     const Pose X_WP = X_WA * piece.X_SP;
     const Vector3 down_P = X_WP.linear().transpose() * -normal_W;
@@ -191,11 +191,11 @@ std::optional<PairDistance> NearestOnMesh(const BulletPiece& piece, const Pose& 
 
 PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletForm& m,
                           const Pose& X_WM, double max_distance_m) {
-  if (OneHoldsPartOfOther(*a.solid, X_WA, *m.solid, X_WM)) {
+  if (EitherContainsOther(*a.solid, X_WA, *m.solid, X_WM)) {
     return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   }
   bool failed = false;
-  PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
+  PairDistance answer = MinOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
     const auto nearest =
         NearestOnMesh(a.shape.pieces[i], X_WA, *m.shape.mesh, X_WM, max_distance_m);
     failed = failed || !nearest.has_value();

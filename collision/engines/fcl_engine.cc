@@ -178,7 +178,7 @@ void Label(const FclPair& pair, double proven_m, PairDistance& answer) {
 PairDistance FclDistance(const FclPair& pair) {
   const Solid& solid_a = *pair.a.solid;
   const Solid& solid_b = *pair.b.solid;
-  if (pair.has_mesh() && OneHoldsPartOfOther(solid_a, pair.X_WA, solid_b, pair.X_WB)) {
+  if (pair.has_mesh() && EitherContainsOther(solid_a, pair.X_WA, solid_b, pair.X_WB)) {
     return OverlapBound(solid_a, pair.X_WA, solid_b, pair.X_WB);
   }
   const auto& pieces_a = pair.a.shape.pieces;
@@ -186,7 +186,7 @@ PairDistance FclDistance(const FclPair& pair) {
   bool failed = false;
   double proven_m = std::numeric_limits<double>::infinity();
   PairDistance answer =
-      LeastOverPieces(pieces_a.size(), pieces_b.size(), [&](std::size_t i, std::size_t j) {
+      MinOverPieces(pieces_a.size(), pieces_b.size(), [&](std::size_t i, std::size_t j) {
         const auto piece = PieceDistance(pair, pieces_a[i], pieces_b[j]);
         failed = failed || !piece.has_value();
         if (!pair.has_mesh() && piece.has_value() && piece->distance_m > 0) {
@@ -232,7 +232,7 @@ bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
     }
   }
   if (b.kind != ShapeKind::kMesh) return false;
-  return OneHoldsPartOfOther(*form_a.solid, a.X_WS, *form_b.solid, b.X_WS);
+  return EitherContainsOther(*form_a.solid, a.X_WS, *form_b.solid, b.X_WS);
 }
 
 PairDistance FclEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,

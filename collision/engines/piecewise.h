@@ -19,8 +19,8 @@ inline PairDistance Swapped(PairDistance answer) {
 // The answer with the least signed distance over all pairs of pieces; `distance(i, j)` answers for
 // piece i of A and piece j of B.
 template <class PieceDistance>
-PairDistance LeastOverPieces(std::size_t count_a, std::size_t count_b,
-                             const PieceDistance& distance) {
+PairDistance MinOverPieces(std::size_t count_a, std::size_t count_b,
+                           const PieceDistance& distance) {
   PairDistance least{.distance_m = std::numeric_limits<double>::infinity()};
   for (std::size_t i = 0; i < count_a; ++i) {
     for (std::size_t j = 0; j < count_b; ++j) {

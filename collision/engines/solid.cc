@@ -48,7 +48,7 @@ bool Solid::Contains(const Vector3& p) const {
   return SignedDistance_m(exact_->shape(), p) < 0;
 }
 
-bool OneHoldsPartOfOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
+bool EitherContainsOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
   return HoldsPointOf(a, X_WA, b, X_WB) || HoldsPointOf(b, X_WB, a, X_WA);
 }
 

@@ -23,7 +23,7 @@ struct Part {
   const Vector3& point() const { return surface.vertices.front(); }
   bool Encloses(const Vector3& p, WorkCounter* work) const {
     if (!bounds.contains(p)) return false;
-    constexpr std::size_t kStepsOfAngle = 2;
+    constexpr std::size_t kStepsPerAngle = 2;
     double angle_sr = 0;
     const auto add = [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
@@ -32,7 +32,7 @@ struct Part {
                                   surface.vertices[c] - p);
       }
     };
-    return InPieces(surface.triangles.size(), work, add, kStepsOfAngle) &&
+    return InPieces(surface.triangles.size(), work, add, kStepsPerAngle) &&
            std::abs(angle_sr) > 2 * std::numbers::pi;
   }
 };

@@ -4,7 +4,7 @@
 #include <functional>
 #include <limits>
 
-#include "collision/geometry/sort_in_pieces.h"
+#include "collision/geometry/interruptible_sort.h"
 
 namespace cwm {
 namespace {
@@ -30,7 +30,7 @@ std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices, WorkCoun
     const Vector3 &p = vertices[a], &q = vertices[b];
     return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
   };
-  SortInPieces(order, before, work);
+  InterruptibleSort(order, before, work);
   if (HasEnded(work)) return {};
   std::vector<std::uint32_t> welded = Filled(vertices.size(), 0, work);
   if (HasEnded(work)) return {};
@@ -66,7 +66,7 @@ bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounte
     }
   });
   if (!is_listed || is_flat || edges.size() % 2 != 0) return false;
-  SortInPieces(edges, std::less<>(), work);
+  InterruptibleSort(edges, std::less<>(), work);
   if (HasEnded(work)) return false;
   bool is_paired = true;
   const bool is_seen = InPieces(edges.size() / 2, work, [&](std::size_t first, std::size_t last) {
@@ -81,14 +81,14 @@ bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounte
 
 }  // namespace
 
-bool SharesEdges(const TriangleMesh& mesh, WorkCounter* work) {
+bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work) {
   return PairsEdges(mesh.triangles, work);
 }
 
 // Indices are tested first: solids that touch along an edge are closed although four triangles
 // share the positions of that edge.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
-  if (SharesEdges(mesh, work)) return true;
+  if (IsWatertightByIndex(mesh, work)) return true;
   const std::vector<std::uint32_t> welded = Welded(mesh.vertices, work);
   if (HasEnded(work)) return false;
   std::vector<TriangleMesh::Triangle> triangles;
@@ -106,7 +106,7 @@ bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
   return InPieces(mesh.triangles.size(), work, weld) && PairsEdges(triangles, work);
 }
 
-std::vector<std::uint32_t> Components(const TriangleMesh& mesh, WorkCounter* work) {
+std::vector<std::uint32_t> ConnectedComponents(const TriangleMesh& mesh, WorkCounter* work) {
   std::vector<std::uint32_t> parent = Welded(mesh.vertices, work);
   if (HasEnded(work)) return {};
   const auto root = [&parent](std::uint32_t v) {
@@ -151,7 +151,7 @@ std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh,
 }
 
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh, WorkCounter* work) {
-  return ComponentPoints(mesh, Components(mesh, work));
+  return ComponentPoints(mesh, ConnectedComponents(mesh, work));
 }
 
 double SignedVolume_m3(const TriangleMesh& mesh, WorkCounter* work) {

@@ -26,14 +26,14 @@ MaybeViolation CheckDimension(const char* field, double value) {
   if (!(value > 0) || !std::isfinite(value)) {
     return Violation{field, Text(value), "must be positive and finite"};
   }
-  if (value < kSmallestDimension_m) return Violation{field, Text(value), "must be at least 1e-9 m"};
-  if (value > kLargestCoordinate_m) return Violation{field, Text(value), "must be at most 1e6 m"};
+  if (value < kMinDimension_m) return Violation{field, Text(value), "must be at least 1e-9 m"};
+  if (value > kMaxCoordinate_m) return Violation{field, Text(value), "must be at most 1e6 m"};
   return std::nullopt;
 }
 
 MaybeViolation CheckCoordinate(const std::string& field, double value) {
   if (!std::isfinite(value)) return Violation{field, Text(value), "must be finite"};
-  if (std::abs(value) > kLargestCoordinate_m) {
+  if (std::abs(value) > kMaxCoordinate_m) {
     return Violation{field, Text(value), "must be within 1e6 m of the origin"};
   }
   return std::nullopt;
@@ -58,7 +58,7 @@ MaybeViolation CheckRing(const std::string& field, const Polygon& ring) {
 }
 
 MaybeViolation CheckVertex(const Vector3& p, std::size_t index) {
-  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kLargestCoordinate_m) return std::nullopt;
+  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxCoordinate_m) return std::nullopt;
   const std::string vertex = Indexed("vertices", index);
   for (int axis = 0; axis < 3; ++axis) {
     const char* const component[] = {".x", ".y", ".z"};
@@ -126,7 +126,7 @@ MaybeViolation CheckHull(const TriangleMesh& hull, WorkCounter* work) {
   if (hull.triangles.size() > static_cast<std::size_t>(kMaxHullTriangles)) {
     return Violation{"hull", count, "must have at most 16384 triangles; send a mesh instead"};
   }
-  if (!SharesEdges(hull, work)) {
+  if (!IsWatertightByIndex(hull, work)) {
     return Violation{"hull", count, "must be watertight: each edge shared by two triangles"};
   }
   const double volume_m3 = SignedVolume_m3(hull, work);

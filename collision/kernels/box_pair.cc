@@ -58,7 +58,7 @@ class LeastOverlap {
 
 }  // namespace
 
-BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB) {
+BoxOverlap MinBoxOverlap(const Box& a, const Box& b, const Pose& X_AB) {
   return LeastOverlap(a, b, X_AB).Run(-std::numeric_limits<double>::infinity());
 }
 

@@ -24,7 +24,7 @@ struct BoxOverlap {
   double depth_m;  // negative if an axis separates them
   Vector3 normal;  // unit, from A to B, in the frame of A
 };
-BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB);
+BoxOverlap MinBoxOverlap(const Box& a, const Box& b, const Pose& X_AB);
 // True if that depth is positive. The first separating axis ends the search.
 bool BoxesOverlap(const Box& a, const Box& b, const Pose& X_AB);
 

@@ -178,7 +178,7 @@ PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, cons
       const double limit = std::min(best.distance_m, max_distance_m);
       if (i == first.a && j == first.b) continue;
       if (BoxGap_m(a.piece_bounds()[i], bounds_b) > std::max(limit, 0.0)) continue;
-      if (MustEnd(limits.work, kStepsOfConvexPair)) return best;
+      if (MustEnd(limits.work, kStepsPerConvexPair)) return best;
       const PairDistance answer =
           ConvexDistance(a.pieces()[i], b.pieces()[j], X_AB, std::max(limit, 0.0));
       if (answer.distance_m < best.distance_m) best = answer;
@@ -198,7 +198,7 @@ bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
       if (BoxGap_m(a.piece_bounds()[i], bounds_b) > 0) continue;
-      if (MustEnd(work, kStepsOfConvexPair)) return false;
+      if (MustEnd(work, kStepsPerConvexPair)) return false;
       if (ConvexOverlap(a.pieces()[i], b.pieces()[j], X_AB)) return true;
     }
   }

@@ -208,7 +208,7 @@ ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vect
   for (const auto& triangle : hull.triangles) {
     if (std::find(triangle.begin(), triangle.end(), foremost) == triangle.end()) continue;
     const auto& [a, b, c] = triangle;
-    const auto normal = SureNormal(hull.vertices[a], hull.vertices[b], hull.vertices[c]);
+    const auto normal = ReliableNormal(hull.vertices[a], hull.vertices[b], hull.vertices[c]);
     if (normal && normal->dot(d) > face_normal.dot(d)) face_normal = *normal;
     for (const std::uint32_t k : triangle) {
       const Vector3 along = hull.vertices[k] - corner;
@@ -246,7 +246,7 @@ ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, co
 std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, AirSide air,
                                               const Vector3& d) {
   const auto& c = triangle.corners;
-  const auto sure = SureNormal(c[0], c[1], c[2]);
+  const auto sure = ReliableNormal(c[0], c[1], c[2]);
   if (!sure) return std::nullopt;  // a needle: its neighbours have the same features
   const double along = sure->dot(d);
   if (along < 0 && air == AirSide::kOfNormal) return std::nullopt;

@@ -288,7 +288,7 @@ class PatchSearch {
     const auto gather = [&](const Foreground& of_outer, const Foreground& of_inner) {
       a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
       if (spots_.size() >= kMaxSpots) DropInner();
-      return ++pairs < kMaxFacetPairs && !MustEndNow(kStepsOfConvexPair);
+      return ++pairs < kMaxFacetPairs && !MustEndNow(kStepsPerConvexPair);
     };
     if (inner.geometry.tree() != nullptr) {
       const Aabb near = inner.geometry.tree()->bounds().transformed(X_IO.inverse(Eigen::Isometry));
@@ -351,7 +351,7 @@ class PatchSearch {
       const Foreground of_outer = Foremost(outer, i);
       for (std::size_t k = 0; k < PieceCount(inner.geometry); ++k) {
         if (!AreNear(outer.geometry, i, inner.geometry, k, X_IO)) continue;
-        if (MustEnd(work_, kStepsOfConvexPair)) return;
+        if (MustEnd(work_, kStepsPerConvexPair)) return;
         const Foreground of_inner = Foremost(inner, k);
         a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
       }

@@ -110,7 +110,7 @@ bool HasClosedForm(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
 
 PairDistance BoxToBox(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                       double max_distance_m) {
-  const BoxOverlap overlap = LeastBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
+  const BoxOverlap overlap = MinBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
   if (-overlap.depth_m > max_distance_m) return BeyondLimit(-overlap.depth_m);
   const CoreDifference difference(a, b, X_AB);
   const GjkAnswer gjk = LocalGjkDistance(a, b, X_AB, max_distance_m);

@@ -21,7 +21,7 @@ Family FamilyOf(const ExactGeometry& geometry) {
 }
 
 // Sine of the largest angle between opposite normals at which two half-spaces count as facing each
-// other. derived: some tens of roundings of products of poses; over kLargestCoordinate_m their
+// other. derived: some tens of roundings of products of poses; over kMaxCoordinate_m their
 // planes deviate by 1e-8 m from parallel ones.
 constexpr double kFacingSine = 1e-14;
 
@@ -29,7 +29,7 @@ constexpr double kFacingSine = 1e-14;
 // translation within the coordinates of a world separates them.
 PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   const Vector3 normal_b = X_AB.linear().col(2), p = X_AB.translation();
-  PairDistance answer{.distance_m = -kLargestCoordinate_m, .accuracy = Accuracy::kDegraded};
+  PairDistance answer{.distance_m = -kMaxCoordinate_m, .accuracy = Accuracy::kDegraded};
   if (normal_b.z() < 0 && normal_b.head<2>().norm() <= kFacingSine) {
     answer.distance_m = p.z();
     answer.accuracy = Accuracy::kExact;

@@ -43,7 +43,7 @@ struct PlacedExact {
 //   counts as penetration, whichever solid contains the other;
 // * an open mesh: kSurfaceOnly, the same without an inside, and with the same bound if it overlaps;
 // * two half-spaces: if their normals are opposite, the thickness of the layer that both fill,
-//   kExact. Otherwise no translation separates them: -kLargestCoordinate_m and kDegraded, without
+//   kExact. Otherwise no translation separates them: -kMaxCoordinate_m and kDegraded, without
 //   meaningful witness points.
 //
 // Searches over several pieces or triangles count their work with `work` and end if it says so; the

@@ -67,7 +67,7 @@ ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
 }
 
 void ExactGeometry::AddMesh(const Mesh& mesh, WorkCounter* work) {
-  const std::vector<std::uint32_t> components = Components(*mesh.mesh, work);
+  const std::vector<std::uint32_t> components = ConnectedComponents(*mesh.mesh, work);
   if (HasEnded(work)) return;
   // A solid that is wound inward is turned, so that all reported normals point outward.
   std::vector<bool> is_turned;

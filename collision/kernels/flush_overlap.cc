@@ -83,7 +83,7 @@ class Search {
 
  private:
   bool IsInBoth(const Vector3& p) const {
-    return !MustEnd(work_, 2 * kStepsOfEnclosing) && pair_.a.Encloses(p, work_) &&
+    return !MustEnd(work_, 2 * kStepsPerEnclosing) && pair_.a.Encloses(p, work_) &&
            pair_.b.Encloses(X_BA_ * p, work_);
   }
 

@@ -22,7 +22,7 @@ std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, W
     const Eigen::Vector3i at(k % kCells, k / kCells % kCells, k / (kCells * kCells));
     const Vector3 centre =
         box.min() + cell.cwiseProduct(at.cast<double>() + Vector3::Constant(0.5));
-    if (MustEnd(work, kStepsOfEnclosing)) break;
+    if (MustEnd(work, kStepsPerEnclosing)) break;
     if (!tree.Encloses(centre, work)) continue;
     constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
     const double radius_m = tree.NearestPoint(centre, kAnywhere_m, work).distance_m - spared_m;

@@ -38,7 +38,7 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
   while (size > 0) {
     const std::int32_t index = stack[--size];
     const TriangleTree::Node& node = tree.nodes()[static_cast<std::size_t>(index)];
-    if (MustEnd(work, node.count > 0 ? kStepsOfConvexPair : 1)) return false;
+    if (MustEnd(work, node.count > 0 ? kStepsPerConvexPair : 1)) return false;
     const double off_m = distance_m(X_BA * node.bounds.center());
     if (off_m > node.radius_m) continue;
     if (off_m < -node.radius_m) return true;  // the whole node lies inside
@@ -159,7 +159,7 @@ bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   const std::vector<Vector3>& points_B = b.tree()->component_points();
   return std::any_of(points_B.begin(), points_B.end(), [&](const Vector3& p_B) {
-    if (MustEnd(work, kStepsOfEnclosing)) return true;
+    if (MustEnd(work, kStepsPerEnclosing)) return true;
     const Vector3 p = X_AB * p_B;
     return a.tree()->Encloses(p, work) &&
            a.tree()->NearestPoint(p, touching_depth_m, work).distance_m >= touching_depth_m;
@@ -197,7 +197,7 @@ bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose&
     return MeshToPieces(a, b, X_AB, {0, work}).distance_m < 0;
   }
   return std::any_of(b.pieces().begin(), b.pieces().end(), [&](const ConvexCore& piece) {
-    return MustEnd(work, kStepsOfConvexPair) || MeshMeetsPiece(a, piece, X_AB, work);
+    return MustEnd(work, kStepsPerConvexPair) || MeshMeetsPiece(a, piece, X_AB, work);
   });
 }
 

@@ -67,7 +67,7 @@ PairDistance TriangleToConvex(const TriangleCorners& triangle, const ConvexCore&
 // The steps of testing one triangle against the piece, which takes some four support points of it.
 std::size_t StepsOf(const ConvexCore& piece) {
   const auto* hull = std::get_if<VertexCore>(&piece.core);
-  return kStepsOfConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
+  return kStepsPerConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
 }
 
 using Corners = std::array<Vector3, 3>;
@@ -238,7 +238,7 @@ class DualSearch {
       for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
         const bool is_far = AreFartherThan(limit_m_, a_.triangle(i).corners, in_A);
         if (!is_far) limit_m_ = offer_(a_.triangle(i), core);
-        if (MustEnd(work_, is_far ? 1 : kStepsOfConvexPair)) limit_m_ = TriangleTree::kEnd;
+        if (MustEnd(work_, is_far ? 1 : kStepsPerConvexPair)) limit_m_ = TriangleTree::kEnd;
         if (limit_m_ == TriangleTree::kEnd) return;
       }
     }
@@ -259,7 +259,7 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
                         WorkCounter* work, Best& best) {
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   for (const Vector3& p_B : b.tree()->component_points()) {
-    if (MustEnd(work, kStepsOfEnclosing)) return;
+    if (MustEnd(work, kStepsPerEnclosing)) return;
     const Vector3 p = X_AB * p_B;
     if (!a.tree()->Encloses(p, work)) continue;
     const PairDistance within = Enclosed(a, p, work);

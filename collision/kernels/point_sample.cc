@@ -38,7 +38,7 @@ bool FacesPullTwoWays(const TriangleMesh& hull, const Vector3& p) {
   const auto for_each_face = [&](const auto& visit) {
     for (const TriangleMesh::Triangle& t : hull.triangles) {
       const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
-      const std::optional<Vector3> normal = SureNormal(a, b, c);
+      const std::optional<Vector3> normal = ReliableNormal(a, b, c);
       if (normal) visit(FacePlane{normal->dot(p - a), *normal});
     }
   };

@@ -55,7 +55,7 @@ struct alignas(64) BlockDistances {
   double lane[kBlockLanes];
 };
 
-// The nearest and the second nearest of the solids ref so far; equally near ones by their order.
+// The nearest and the second nearest of the solids seen so far; equally near ones by their order.
 struct NearestLanes {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   alignas(64) double best_m[kBlockLanes];

@@ -82,7 +82,7 @@ double BoxGap_m(const Aabb& a, const Aabb& b) {
 }
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh, WorkCounter* work)
-    : TriangleTree(mesh, Components(mesh, work), {}, work) {}
+    : TriangleTree(mesh, ConnectedComponents(mesh, work), {}, work) {}
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
                            const std::vector<bool>& is_turned, WorkCounter* work) {
@@ -342,7 +342,7 @@ int TriangleTree::Winding(const Vector3& p, WorkCounter* work) const {
 }
 
 int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
-  constexpr std::size_t kStepsOfAngle = 2;
+  constexpr std::size_t kStepsPerAngle = 2;
   double angle_sr = 0;
   const auto add = [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -350,7 +350,7 @@ int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
       angle_sr += SolidAngle_sr(a - p, b - p, c - p);
     }
   };
-  InPieces(triangles_.size(), work, add, kStepsOfAngle);
+  InPieces(triangles_.size(), work, add, kStepsPerAngle);
   // The exact angle is a multiple of 4 pi; lround takes the nearest.
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }

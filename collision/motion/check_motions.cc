@@ -34,7 +34,7 @@ constexpr double kPlaneWithin = 1.0 / 64;
 // takes no longer.
 constexpr double kShortestStep = 1.0 / 64;
 // The work of placing a robot and measuring the distance of two hulls.
-constexpr std::size_t kStepsByHulls = 2 * kStepsOfConvexPair;
+constexpr std::size_t kStepsByHulls = 2 * kStepsPerConvexPair;
 
 // A pair that may come near on the edge. Its poses are those of the fraction that was measured
 // last.

@@ -66,7 +66,7 @@ void NameVariables(const Waypoints& waypoints, std::span<const Path> paths,
 }
 
 // chosen: a path takes from a tenth of a millisecond to several milliseconds.
-constexpr std::size_t kPathsOfChunk = 8;
+constexpr std::size_t kPathsPerChunk = 8;
 
 // The arguments of a call, and its answers.
 struct Batch {
@@ -118,7 +118,7 @@ absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const Query
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .answers = std::vector<MotionAnswer>(paths.size())};
-  const auto completed = ProcessChunks(EqualChunks(paths.size(), kPathsOfChunk), options.threads,
+  const auto completed = ProcessChunks(EqualChunks(paths.size(), kPathsPerChunk), options.threads,
                                        [&] { return std::make_unique<PathWorker>(batch); });
   if (!completed.ok()) return completed.status();
   MotionColumns columns;

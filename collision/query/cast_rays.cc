@@ -42,7 +42,7 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
 }
 
 // chosen: a ray takes a few microseconds.
-constexpr std::size_t kRaysOfChunk = 1024;
+constexpr std::size_t kRaysPerChunk = 1024;
 
 RayColumns MakeColumns(std::size_t rays) {
   RayColumns columns;
@@ -139,7 +139,7 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
               .limit = TimeLimit(options),
               .filter = WorldFilter(world, options),
               .columns = MakeColumns(rays.size())};
-  const auto completed = ProcessChunks(EqualChunks(rays.size(), kRaysOfChunk), options.threads,
+  const auto completed = ProcessChunks(EqualChunks(rays.size(), kRaysPerChunk), options.threads,
                                        [&] { return std::make_unique<Caster>(batch); });
   if (!completed.ok()) return completed.status();
   Keep(*completed, batch.columns);

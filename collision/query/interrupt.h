@@ -32,8 +32,8 @@ class Interrupt final : public WorkCounter {
   // Counts the work of a kernel within a pair, in steps of some tens of nanoseconds.
   bool MustEndAfter(std::size_t steps) override {
     steps_ += steps;
-    if (steps_ < kStepsOfUnit) return reason_ != Reason::kNone;
-    const std::size_t units = std::min<std::size_t>(steps_ / kStepsOfUnit, kUnitsBetweenPolls);
+    if (steps_ < kStepsPerUnit) return reason_ != Reason::kNone;
+    const std::size_t units = std::min<std::size_t>(steps_ / kStepsPerUnit, kUnitsBetweenPolls);
     steps_ = 0;
     return CountWork(static_cast<int>(units));
   }
@@ -54,7 +54,7 @@ class Interrupt final : public WorkCounter {
   // measured: a check takes 30 ns. Every 64 units it costs less than 1 % of the time, and the
   // reaction stays far below 10 ms.
   static constexpr int kUnitsBetweenPolls = 64;
-  static constexpr std::size_t kStepsOfUnit = 32;
+  static constexpr std::size_t kStepsPerUnit = 32;
 
   std::stop_token stop_;
   const TimeLimit* limit_ = nullptr;

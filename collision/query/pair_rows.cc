@@ -10,7 +10,7 @@ namespace cwm::collision {
 namespace {
 
 // chosen: a row takes some microseconds, some tens of microseconds near meshes.
-constexpr std::size_t kRowsOfChunk = 128;
+constexpr std::size_t kRowsPerChunk = 128;
 
 class PairWorker : public ChunkWorker {
  public:
@@ -53,7 +53,7 @@ class PairWorker : public ChunkWorker {
 absl::StatusOr<PairColumns> FindPairs(
     const PairQuery& query, int per_row,
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder) {
-  const std::vector<RowChunk> chunks = EqualChunks(query.rows.size(), kRowsOfChunk);
+  const std::vector<RowChunk> chunks = EqualChunks(query.rows.size(), kRowsPerChunk);
   std::vector<PairColumns> result(chunks.size());  // by chunk
   TimeLimit limit(query.options);
   const auto completed = ProcessChunks(chunks, query.options.threads, [&] {

@@ -249,7 +249,7 @@ struct PointColumns {
 // Cancelled. They return Unimplemented if the chosen engine does not support a pair that comes up:
 // the message names row, engine, object, part and the two kinds. kAuto and kExact support every
 // pair. Two half-spaces overlap unless they face each other across a gap; if they overlap without
-// limit the distance is -kLargestCoordinate_m, kDegraded.
+// limit the distance is -kMaxCoordinate_m, kDegraded.
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop = {});

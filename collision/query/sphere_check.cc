@@ -154,7 +154,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
   if (joints == nullptr || !IsSupportedBySimd(joints->model(), body, options)) return std::nullopt;
   // Prismatic joints beyond kFarthestShift_m make a row UNDECIDED in any case.
-  if (joints->range().Reach_m(kFarthestShift_m) > kLargestCoordinate_m) return std::nullopt;
+  if (joints->range().Reach_m(kFarthestShift_m) > kMaxCoordinate_m) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);
   if (!RulesKeepFreePairs(rules, std::min(options.margin_m, margin_m))) return std::nullopt;

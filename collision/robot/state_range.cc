@@ -13,7 +13,7 @@
 namespace cwm::collision {
 namespace {
 
-bool IsInRange(double value) { return std::abs(value) <= kLargestCoordinate_m; }  // not NaN
+bool IsInRange(double value) { return std::abs(value) <= kMaxCoordinate_m; }  // not NaN
 
 bool IsInRange(const Vector3& p_WL) {
   return IsInRange(p_WL.x()) && IsInRange(p_WL.y()) && IsInRange(p_WL.z());
@@ -68,7 +68,7 @@ std::vector<Effect> EffectsOf(const RobotModel& model) {
     }
     if (!link.follows) continue;
     double& farthest = effects[first].farthest;
-    const double room = kLargestCoordinate_m - std::abs(link.offset);
+    const double room = kMaxCoordinate_m - std::abs(link.offset);
     if (room / std::abs(link.multiplier) < farthest) farthest = room / std::abs(link.multiplier);
   }
   return effects;
@@ -85,7 +85,7 @@ absl::Status CheckReach(const RobotModel& model) {
         absl::StrCat("may be ", reaches_m[i],
                      " m from the root, the origins of the joints between them added up, "
                      "must be at most ",
-                     kLargestCoordinate_m, " m"));
+                     kMaxCoordinate_m, " m"));
   }
   return absl::OkStatus();
 }
@@ -136,13 +136,13 @@ std::optional<std::string> StateRange::FaultOf(std::span<const double> row) cons
           link.multiplier * state[static_cast<std::size_t>(link.variable)] + link.offset;
       if (!IsInRange(value)) {
         return absl::StrCat("puts joint ", Quoted(link.joint), ", which follows another, at ",
-                            value, ", must be at most ", kLargestCoordinate_m, " in magnitude");
+                            value, ", must be at most ", kMaxCoordinate_m, " in magnitude");
       }
     }
     const Vector3 p_WL = X_WL[i].translation();
     if (IsInRange(p_WL) && X_WL[i].linear().allFinite()) continue;
     return absl::StrCat("puts link ", Quoted(link.name), " at (", p_WL.x(), ", ", p_WL.y(), ", ",
-                        p_WL.z(), "), must be within ", kLargestCoordinate_m,
+                        p_WL.z(), "), must be within ", kMaxCoordinate_m,
                         " m of the world's origin along each axis");
   }
   return std::nullopt;

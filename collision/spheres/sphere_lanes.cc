@@ -185,8 +185,8 @@ class StateChecker {
       std::fill_n(placed_ + group.first, group.count, 0);
       StorePoint(groups_, g, LoadFrame(group.frame).Place(group.bound.centre_m));
     }
-    for (const LaneGroupPair& pair : program_.group_pairs) MeetItself(pair);
-    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) MeasureWorld(g);
+    for (const LaneGroupPair& pair : program_.group_pairs) CheckSelf(pair);
+    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) CheckWorld(g);
   }
 
   void Find(const float* values, std::size_t stride, LaneOpen* found) {
@@ -281,7 +281,7 @@ class StateChecker {
     return hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulSub(z, z, All(reach_m2))));
   }
 
-  void MeetItself(const LaneGroupPair& pair) {
+  void CheckSelf(const LaneGroupPair& pair) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const Lane apart = BeyondReach(LoadPoint(groups_, a), LoadPoint(groups_, b), pair.reach_m2);
     if (!Matters(apart, pair.bounds_m2)) return;
@@ -342,7 +342,7 @@ class StateChecker {
     Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag, pairs_[pair.tag]);
   }
 
-  void MeasureWorld(std::size_t g) {
+  void CheckWorld(std::size_t g) {
     const LaneScene::Range range = scene_.near_group[g];
     const LaneGroup& group = program_.groups[g];
     const Point bound = LoadPoint(groups_, g);

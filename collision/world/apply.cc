@@ -20,7 +20,7 @@ bool IsPlaceable(const Pose& X_WO) {
   constexpr double kOrthonormality = 1e-6;  // chosen: far above rounding, far below a visible shear
   const Matrix3 R = X_WO.linear();
   return X_WO.matrix().allFinite() &&
-         X_WO.translation().cwiseAbs().maxCoeff() <= kLargestCoordinate_m &&
+         X_WO.translation().cwiseAbs().maxCoeff() <= kMaxCoordinate_m &&
          (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff() <= kOrthonormality &&
          R.determinant() > 0;
 }
@@ -51,7 +51,7 @@ WorldObject Unplaced(const WorldObject& object) {
 }
 
 // The work of one change, which takes a microsecond or two: looking up names, copying an object.
-constexpr std::size_t kStepsOfChange = 64;
+constexpr std::size_t kStepsPerChange = 64;
 
 // The objects that a list of changes touches, over an unchanged base. Objects are placed, which is
 // costly, only after the whole list has been accepted.
@@ -170,7 +170,7 @@ class Transaction {
     std::vector<ObjectDelta> deltas;
     for (auto& [name, object] : touched_) {
       WorldObjectPtr before = base_.Find(name);
-      if (MustEnd(work_, kStepsOfChange)) return nullptr;
+      if (MustEnd(work_, kStepsPerChange)) return nullptr;
       if (before == nullptr && !object.has_value()) continue;
       if (before != nullptr && object.has_value() && SameContent(*before, *object)) continue;
       deltas.push_back({.before = std::move(before),
@@ -233,7 +233,7 @@ class Transaction {
     if (!IsPlaceable(X_WO)) {
       return absl::InvalidArgumentError(
           absl::StrCat("object '", object.name, "', which is attached to link '", attachment.link,
-                       "', would come to stand beyond ", kLargestCoordinate_m, " m"));
+                       "', would come to stand beyond ", kMaxCoordinate_m, " m"));
     }
     SetPose(object, X_WO);
     return absl::OkStatus();
@@ -352,7 +352,7 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     WorkCounter* work) {
   Transaction transaction(*base, work);
   for (std::size_t i = 0; i < changes.size(); ++i) {
-    if (MustEnd(work, kStepsOfChange)) return absl::CancelledError("the changes were cancelled");
+    if (MustEnd(work, kStepsPerChange)) return absl::CancelledError("the changes were cancelled");
     const Change& change = changes[i];
     if (change.expected_object_revision.has_value()) {
       const absl::Status status =

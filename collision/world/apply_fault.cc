@@ -57,8 +57,8 @@ absl::Status BadName(std::string_view name) {
 }
 
 absl::Status BadPose(std::string_view field) {
-  return BadField(
-      field, absl::StrCat("must be a finite rigid transform within ", kLargestCoordinate_m, " m"));
+  return BadField(field,
+                  absl::StrCat("must be a finite rigid transform within ", kMaxCoordinate_m, " m"));
 }
 
 std::optional<ApplyFault> FaultOf(const absl::Status& status) {

@@ -34,10 +34,10 @@ absl::Status PairRuleTransaction::Allow(const AllowCollision& allow) {
 absl::Status PairRuleTransaction::SetMargin(const SetPairMargin& set) {
   if (absl::Status status = CheckPairOf(set.pair); !status.ok()) return status;
   const double margin_m = set.margin_m.value_or(0);
-  if (!(margin_m >= 0 && margin_m <= kLargestCoordinate_m)) {
+  if (!(margin_m >= 0 && margin_m <= kMaxCoordinate_m)) {
     return BadField("margin_m",
                     absl::StrCat("is ", margin_m, ", must be finite, not negative and at most ",
-                                 kLargestCoordinate_m));
+                                 kMaxCoordinate_m));
   }
   PairRule rule = Current(Ordered(set.pair));
   rule.margin_m = set.margin_m;

@@ -18,7 +18,7 @@ namespace {
 constexpr double kQuaternionTolerance = 0.01;  // as in OutOfLimits
 constexpr int kQuaternionAt = 3, kQuaternionEnd = 7;
 
-bool IsInRange(double value) { return std::abs(value) <= kLargestCoordinate_m; }  // not NaN
+bool IsInRange(double value) { return std::abs(value) <= kMaxCoordinate_m; }  // not NaN
 
 // Sets the values of single variables, one after the other.
 class Setter {
@@ -58,7 +58,7 @@ class Setter {
     if (!IsInRange(value.value)) {
       return BadField(place + ".value",
                       absl::StrCat("is ", value.value, ", must be finite and at most ",
-                                   kLargestCoordinate_m, " in magnitude"));
+                                   kMaxCoordinate_m, " in magnitude"));
     }
     const auto variable = index_.find(value.variable);
     if (variable == index_.end()) return CheckOther(value, place);

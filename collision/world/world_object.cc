@@ -13,10 +13,10 @@ namespace {
 
 // The work for a part besides preparing it for the engines: a microsecond or two, or up to a
 // millisecond for the bounds of many vertices.
-constexpr std::size_t kStepsOfPart = 64;
-constexpr std::size_t kStepsOfBounds = std::size_t{1} << 14;
+constexpr std::size_t kStepsPerPart = 64;
+constexpr std::size_t kStepsPerBounds = std::size_t{1} << 14;
 std::size_t StepsOf(const Shape& shape) {
-  return HasManyVertices(shape) ? kStepsOfBounds : kStepsOfPart;
+  return HasManyVertices(shape) ? kStepsPerBounds : kStepsPerPart;
 }
 
 // Collects the parts of a model.
@@ -31,7 +31,7 @@ class Preparation {
                       .X_OP = X_OP,
                       .shape = shape,
                       .bounds_O = {},
-                      .engines = PrepareForAll(shape, work_)};
+                      .engines = PrepareShape(shape, work_)};
     if (MustEnd(work_, StepsOf(shape))) return false;
     part.bounds_O = BoundsAt(part, X_OP);
     prepared_.weight += WeightOfAsking(shape);
@@ -152,7 +152,7 @@ std::shared_ptr<const WorldObject> Place(WorldObject object, WorkCounter* work) 
   for (const PreparedPart& part : object.geometry->parts) {
     const Pose X_WP = object.X_WO * part.X_OP;
     object.parts_W.push_back({.X_WP = X_WP, .bounds_W = BoundsAt(part, X_WP)});
-    if (MustEnd(work, HasManyVertices(part.shape) ? kStepsOfBounds : 1)) return nullptr;
+    if (MustEnd(work, HasManyVertices(part.shape) ? kStepsPerBounds : 1)) return nullptr;
     object.bounds_W.extend(object.parts_W.back().bounds_W);
   }
   return std::make_shared<const WorldObject>(std::move(object));

@@ -94,7 +94,7 @@ TEST(ExactKnownAnswers, OtherHalfSpacesOverlapWithoutEnd) {
         MakePose({0, 0, 1}, Quaternion(Eigen::AngleAxisd(1.5, Vector3::UnitX()))),
         MakePose({0, 0, 1}, Quaternion(Eigen::AngleAxisd(1e-9, Vector3::UnitX())) * facing)}) {
     const PairDistance answer = ExactDistance({*half, Pose::Identity()}, {*half, X_FB});
-    EXPECT_EQ(answer.distance_m, -kLargestCoordinate_m);
+    EXPECT_EQ(answer.distance_m, -kMaxCoordinate_m);
     EXPECT_EQ(answer.accuracy, Accuracy::kDegraded);
     EXPECT_TRUE(ExactOverlap({*half, Pose::Identity()}, {*half, X_FB}));
   }

@@ -324,7 +324,7 @@ TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
     const PairColumns near = *GetDistances(*world, body, at, options);
     EXPECT_THAT(near.distance_m,
                 ElementsAre(::testing::DoubleNear(1, 1e-12), ::testing::DoubleNear(-0.5, 1e-12),
-                            -kLargestCoordinate_m));
+                            -kMaxCoordinate_m));
     EXPECT_THAT(near.accuracy,
                 ElementsAre(Accuracy::kExact, Accuracy::kExact, Accuracy::kDegraded));
     EXPECT_THAT(GetContacts(*world, body, at, options)->row_begin, ElementsAre(0, 0, 1, 2));

@@ -1,4 +1,4 @@
-#include "collision/broadphase/place_key.h"
+#include "collision/broadphase/morton_code.h"
 
 #include <algorithm>
 #include <bit>
@@ -11,7 +11,7 @@ constexpr int kSaltBits = 64;
 // chosen: a cell of the finest grid is a micrometre; a finer order of boxes gains nothing.
 constexpr double kCell_m = 0x1p-20;
 
-// derived: four times kLargestCoordinate_m. Centres farther out share the outermost cell.
+// derived: four times kMaxCoordinate_m. Centres farther out share the outermost cell.
 constexpr double kReach_m = 0x1p22;
 
 std::uint64_t CellOf(double centre_m) {
@@ -24,12 +24,12 @@ int HighestBit(std::uint64_t bits) { return static_cast<int>(std::bit_width(bits
 
 }  // namespace
 
-PlaceKey KeyOf(const Aabb& box, std::uint64_t salt) {
+MortonCode KeyOf(const Aabb& box, std::uint64_t salt) {
   const Vector3 centre = box.center();
   return {{CellOf(centre.x()), CellOf(centre.y()), CellOf(centre.z())}, salt};
 }
 
-int FirstDifference(const PlaceKey& a, const PlaceKey& b) {
+int FirstDifference(const MortonCode& a, const MortonCode& b) {
   int first = -1;
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint64_t differing = a.cell[axis] ^ b.cell[axis];
@@ -39,7 +39,7 @@ int FirstDifference(const PlaceKey& a, const PlaceKey& b) {
   return HighestBit(a.salt ^ b.salt);
 }
 
-bool BitAt(const PlaceKey& key, int bit) {
+bool BitAt(const MortonCode& key, int bit) {
   if (bit < kSaltBits) return (key.salt >> bit) & 1;
   const int place = bit - kSaltBits;
   return (key.cell[2 - place % 3] >> (place / 3)) & 1;
