@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "collision/geometry/shape.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 #include "collision/kernels/work_counter.h"
 
 namespace cwm::collision {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "collision/engines/solid.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 
 namespace cwm::collision {
 
@@ -21,14 +21,14 @@ inline PairDistance Swapped(PairDistance answer) {
 template <class PieceDistance>
 PairDistance MinOverPieces(std::size_t count_a, std::size_t count_b,
                            const PieceDistance& distance) {
-  PairDistance least{.distance_m = std::numeric_limits<double>::infinity()};
+  PairDistance min{.distance_m = std::numeric_limits<double>::infinity()};
   for (std::size_t i = 0; i < count_a; ++i) {
     for (std::size_t j = 0; j < count_b; ++j) {
       const PairDistance answer = distance(i, j);
-      if (answer.distance_m < least.distance_m) least = answer;
+      if (answer.distance_m < min.distance_m) min = answer;
     }
   }
-  return least;
+  return min;
 }
 
 // Widens the bound of an overlap of pieces. The depth of the union is at least that of its pieces,

@@ -44,7 +44,7 @@ bool Solid::is_open() const { return exact_->IsOpen(); }
 
 bool Solid::Contains(const Vector3& p) const {
   if (is_open() || !bounds_.contains(p)) return false;
-  if (exact_->tree() != nullptr) return exact_->tree()->Encloses(p);
+  if (exact_->tree() != nullptr) return exact_->tree()->Contains(p);
   return SignedDistance_m(exact_->shape(), p) < 0;
 }
 

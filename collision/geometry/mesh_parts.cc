@@ -21,7 +21,7 @@ struct Part {
   Aabb bounds;
 
   const Vector3& point() const { return surface.vertices.front(); }
-  bool Encloses(const Vector3& p, WorkCounter* work) const {
+  bool Contains(const Vector3& p, WorkCounter* work) const {
     if (!bounds.contains(p)) return false;
     constexpr std::size_t kStepsPerAngle = 2;
     double angle_sr = 0;
@@ -99,7 +99,7 @@ std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
   const std::vector<Part> parts = PartsOf(mesh, components, work);
   if (HasEnded(work)) return {};
   const auto is_in = [&](std::size_t inner, std::size_t outer) {
-    return inner != outer && parts[outer].Encloses(parts[inner].point(), work);
+    return inner != outer && parts[outer].Contains(parts[inner].point(), work);
   };
   std::vector<bool> turns(parts.size(), false);
   for (std::size_t i = 0; i < parts.size() && !HasEnded(work); ++i) {

@@ -32,12 +32,12 @@ struct SigmaOf {
   }
   std::optional<double> operator()(const Plate& shape) const {
     if (!Has(4) || shape.outline.empty()) return std::nullopt;
-    Vector2 least = shape.outline.front(), most = least;
+    Vector2 min = shape.outline.front(), max = min;
     for (const Vector2& p : shape.outline) {
-      least = least.cwiseMin(p);
-      most = most.cwiseMax(p);
+      min = min.cwiseMin(p);
+      max = max.cwiseMax(p);
     }
-    return s[3] + (most - least).norm() * Norm(0);
+    return s[3] + (max - min).norm() * Norm(0);
   }
   std::optional<double> operator()(const Box&) const {
     return Has(3) ? std::optional(Norm(0)) : std::nullopt;

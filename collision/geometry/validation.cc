@@ -83,7 +83,7 @@ MaybeViolation CheckTriangle(const TriangleMesh& mesh, std::size_t index) {
 }
 
 // The smallest height of a triangle.
-double LeastHeight(const Vector3& a, const Vector3& b, const Vector3& c) {
+double MinHeight(const Vector3& a, const Vector3& b, const Vector3& c) {
   const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
   return longest > 0 ? (b - a).cross(c - a).norm() / longest : 0;
 }
@@ -106,7 +106,7 @@ MaybeViolation CheckConvexity(const TriangleMesh& hull, WorkCounter* work) {
     if (MustEnd(work, 1 + hull.vertices.size() / kVerticesOfStep)) break;
     const TriangleMesh::Triangle& t = hull.triangles[i];
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
-    const double height = LeastHeight(a, b, c);
+    const double height = MinHeight(a, b, c);
     if (!(height > 0)) continue;  // a triangle without area defines no plane
     const double tolerance = PlaneTolerance(extent, height);
     const Vector3 normal = TriangleNormal(a, b, c);

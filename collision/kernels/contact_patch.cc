@@ -147,15 +147,15 @@ Corners Common(const Foreground& a, const Foreground& b) {
 }
 
 // The index of the spot with the largest value, the first if rounding could exchange several; the
-// number of spots if no value is above `least`.
+// number of spots if no value is above `min`.
 template <class Value>
-std::size_t FirstLargest(const Spots& spots, double least, const Value& value) {
+std::size_t FirstLargest(const Spots& spots, double min, const Value& value) {
   std::size_t best = spots.size();
-  double most = least;
+  double max = min;
   for (std::size_t i = 0; i < spots.size(); ++i) {
     const double mine = value(spots[i]);
-    if (!(mine > most)) continue;
-    most = mine + kTieShare * std::abs(mine);
+    if (!(mine > max)) continue;
+    max = mine + kTieShare * std::abs(mine);
     best = i;
   }
   return best;
@@ -164,12 +164,12 @@ std::size_t FirstLargest(const Spots& spots, double least, const Value& value) {
 // The spots that ExactContacts returns: the deepest, the farthest from it, and one to either side.
 absl::InlinedVector<Spot, kMaxPatchPoints> Spanning(const Spots& spots, double same_m) {
   absl::InlinedVector<Spot, kMaxPatchPoints> chosen;
-  const double least =
+  const double min_gap_m =
       std::min_element(spots.begin(), spots.end(), [](const Spot& s, const Spot& t) {
         return s.gap_m() < t.gap_m();
       })->gap_m();
   const auto deepest = std::find_if(spots.begin(), spots.end(), [&](const Spot& spot) {
-    return spot.gap_m() <= least + kTieShare * same_m / kSameShare;
+    return spot.gap_m() <= min_gap_m + kTieShare * same_m / kSameShare;
   });
   const Vector2 from = deepest->xy;
   chosen.push_back(*deepest);
@@ -207,7 +207,7 @@ class PatchSearch {
         deepest_(deepest),
         mesh_reach_m_(std::min(ReachOf(a.geometry), ReachOf(b.geometry))) {}
 
-  void AppendTo(std::vector<PairDistance>& contacts, std::size_t most) {
+  void AppendTo(std::vector<PairDistance>& contacts, std::size_t max_count) {
     if (HasMesh()) {
       GatherFacets();
     } else {
@@ -224,7 +224,7 @@ class PatchSearch {
     std::stable_sort(chosen.begin(), chosen.end(),
                      [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
     for (const Spot& spot : chosen) {
-      if (contacts.size() >= most) return;
+      if (contacts.size() >= max_count) return;
       if (spot.xy.norm() > same_m) contacts.push_back(ContactAt(spot));  // else the first contact
     }
   }
@@ -244,11 +244,11 @@ class PatchSearch {
   static Foreground Foremost(const Side& side, std::size_t piece) {
     if (IsEndless(side.geometry)) return Foreground(side.X_PS.translation().z());
     const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
-    return {ForemostFeature(side.geometry, piece, along_S), side.X_PS};
+    return {SupportFeature(side.geometry, piece, along_S), side.X_PS};
   }
 
-  static AirSide AirSideOf(const ExactGeometry& mesh) {
-    return mesh.IsOpen() ? AirSide::kBoth : AirSide::kOfNormal;
+  static FreeSide AirSideOf(const ExactGeometry& mesh) {
+    return mesh.IsOpen() ? FreeSide::kBoth : FreeSide::kNormalSide;
   }
   // Half the extent of a mesh, used instead of its features' extents, since single corners have
   // none.
@@ -263,7 +263,7 @@ class PatchSearch {
   template <class Visit>
   void ForEachFacet(const Side& side, const Aabb& near, const Visit& visit) {
     const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
-    const AirSide air = AirSideOf(side.geometry);
+    const FreeSide air = AirSideOf(side.geometry);
     // In an overlap, features lie behind the other surface by up to the depth.
     const double reach_m = std::max({max_distance_m_, -deepest_.distance_m, 0.0});
     side.geometry.tree()->ForEachNear(
@@ -271,8 +271,8 @@ class PatchSearch {
         [&](const TriangleCorners& triangle, std::int32_t) {
           Aabb bounds;
           for (const Vector3& corner : triangle.corners) bounds.extend(corner);
-          if (BoxGap_m(bounds, near) > reach_m) return reach_m;
-          const auto feature = ForemostFeature(triangle, air, along_S);
+          if (BoxDistance_m(bounds, near) > reach_m) return reach_m;
+          const auto feature = SupportFeature(triangle, air, along_S);
           const bool goes_on = !feature || visit(Foreground(*feature, side.X_PS), bounds);
           return goes_on ? reach_m : TriangleTree::kEnd;
         },
@@ -362,7 +362,7 @@ class PatchSearch {
                const Pose& X_IO) const {
     if (IsEndless(outer) || IsEndless(inner)) return true;
     if (outer.pieces().size() == 1 && inner.pieces().size() == 1) return true;
-    return BoxGap_m(outer.piece_bounds()[i].transformed(X_IO), inner.piece_bounds()[k]) <=
+    return BoxDistance_m(outer.piece_bounds()[i].transformed(X_IO), inner.piece_bounds()[k]) <=
            std::max(max_distance_m_, 0.0);
   }
 
@@ -386,7 +386,7 @@ class PatchSearch {
   // cuts, not their top and bottom.
   static bool IsOnSurface(const ExactGeometry& g, const Pose& X_PS, const Spot& spot, double z_m) {
     if (g.pieces().size() <= 1) return true;
-    if (X_PS.linear().row(2).head<2>().norm() <= kMaxLean) return true;
+    if (X_PS.linear().row(2).head<2>().norm() <= kMaxTilt) return true;
     const Vector3 p_P(spot.xy.x(), spot.xy.y(), z_m);
     return std::abs(SignedDistance_m(g.shape(), X_PS.inverse(Eigen::Isometry) * p_P)) <=
            kOnSurface_m;
@@ -426,10 +426,10 @@ void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimi
   const PairDistance deepest =
       ExactDistance(a, b, std::max(0.0, limits.max_distance_m), limits.work);
   if (!(deepest.distance_m < limits.max_distance_m)) return;
-  const std::size_t most = contacts.size() + static_cast<std::size_t>(limits.max_count);
+  const std::size_t max_count = contacts.size() + static_cast<std::size_t>(limits.max_count);
   contacts.push_back(deepest);
   if (limits.max_count == 1 || !HasFeatures(a.geometry, b.geometry)) return;
-  PatchSearch(a, b, limits, deepest).AppendTo(contacts, most);
+  PatchSearch(a, b, limits, deepest).AppendTo(contacts, max_count);
 }
 
 }  // namespace cwm::collision

@@ -40,7 +40,7 @@ PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
 }
 
 // The distance of a plate and a sphere, by the point of the plate nearest to the centre. Exact for
-// a separated sphere and for a convex plate; otherwise at most the least translation.
+// a separated sphere and for a convex plate; otherwise at most the minimum translation.
 PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
   const Vector3 centre = X_AB.translation();
   const SurfacePoint at = NearestSurfacePoint(std::get<Plate>(a.shape()), centre);
@@ -124,13 +124,13 @@ bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work)
   const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
   if (family_a == Family::kHalfSpace) {
     return family_b == Family::kHalfSpace ? HalfSpaceToHalfSpace(X_AB).distance_m < 0
-                                          : HalfSpaceMeetsAny(b.geometry, X_AB, work);
+                                          : HalfSpaceOverlapsAny(b.geometry, X_AB, work);
   }
   if (family_a == Family::kMesh) {
-    return family_b == Family::kMesh ? MeshMeetsMesh(a.geometry, b.geometry, X_AB, work)
-                                     : MeshMeetsPieces(a.geometry, b.geometry, X_AB, work);
+    return family_b == Family::kMesh ? MeshesOverlap(a.geometry, b.geometry, X_AB, work)
+                                     : MeshOverlapsPieces(a.geometry, b.geometry, X_AB, work);
   }
-  return PiecesMeetPieces(a.geometry, b.geometry, X_AB, work);
+  return PiecesOverlap(a.geometry, b.geometry, X_AB, work);
 }
 
 std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray, WorkCounter* work) {

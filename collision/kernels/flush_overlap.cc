@@ -83,8 +83,8 @@ class Search {
 
  private:
   bool IsInBoth(const Vector3& p) const {
-    return !MustEnd(work_, 2 * kStepsPerEnclosing) && pair_.a.Encloses(p, work_) &&
-           pair_.b.Encloses(X_BA_ * p, work_);
+    return !MustEnd(work_, 2 * kStepsPerContainmentTest) && pair_.a.Contains(p, work_) &&
+           pair_.b.Contains(X_BA_ * p, work_);
   }
 
   Vector3 Deepened(const Vector3& from, const Vector3& inward) const {
@@ -106,8 +106,9 @@ class Search {
 
 }  // namespace
 
-std::optional<Vector3> PointInBoth(const ClosedPair& pair,
-                                   std::span<const TouchingTriangles> touching, WorkCounter* work) {
+std::optional<Vector3> FindPointInBoth(const ClosedPair& pair,
+                                       std::span<const TouchingTriangles> touching,
+                                       WorkCounter* work) {
   const Search search(pair, work);
   const std::size_t stride = (touching.size() + kMaxPairs - 1) / kMaxPairs;
   for (std::size_t i = 0; i < touching.size(); i += stride) {

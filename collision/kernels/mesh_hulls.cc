@@ -76,7 +76,7 @@ std::vector<Vector3> CornersOf(const TriangleMesh& mesh) {
 
 }  // namespace
 
-LaneHull::LaneHull(std::vector<Vector3> vertices)
+HullCore::HullCore(std::vector<Vector3> vertices)
     : vertices_(std::move(vertices)),
       lanes_(vertices_),
       core_(CoreOf(std::span<const Vector3>(vertices_))) {
@@ -91,14 +91,15 @@ std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleT
   if (hull.triangles.empty() || hull.vertices.size() > kMaxCorners) return nullptr;
   std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
   if (!mesh.watertight) return hulls;
-  hulls->balls_within_ = InnerBallsOf(tree, kFurtherShrinking * hulls->around().extent_m, work);
-  const Vector3& centre = hulls->around().centre;
+  hulls->inner_spheres_ =
+      FindInnerSpheres(tree, kFurtherShrinking * hulls->outer_hull().extent_m, work);
+  const Vector3& centre = hulls->outer_hull().centre;
   const double scale = ScaleWithin(hull, centre, tree, work) - kFurtherShrinking;
-  if (scale < kMinScale || !tree.Encloses(centre, work)) return hulls;
+  if (scale < kMinScale || !tree.Contains(centre, work)) return hulls;
   std::vector<Vector3> corners = hull.vertices;
   for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
-  hulls->within_.emplace(std::move(corners));
-  hulls->wall_m_ = (1 - scale) * hulls->around().extent_m;
+  hulls->inner_hull_.emplace(std::move(corners));
+  hulls->hull_gap_m_ = (1 - scale) * hulls->outer_hull().extent_m;
   return hulls;
 }
 
@@ -106,14 +107,14 @@ namespace {
 
 // Decides by the inner hulls: true if they overlap, false if the gap between them exceeds the
 // thickness of the walls around them, else empty.
-std::optional<bool> Told(const ConvexCore* within_a, const ConvexCore* within_b, double walls_m,
-                         const Pose& X_AB) {
+std::optional<bool> InnerHullsOverlap(const ConvexCore* within_a, const ConvexCore* within_b,
+                                      double hull_gaps_m, const Pose& X_AB) {
   if (within_a == nullptr || within_b == nullptr) return std::nullopt;
   const double radii_m = within_b->radius_m;
-  return GjkOverlap(CoreDifference(*within_a, *within_b, X_AB), {radii_m, radii_m + walls_m});
+  return GjkOverlap(CoreDifference(*within_a, *within_b, X_AB), {radii_m, radii_m + hull_gaps_m});
 }
 
-std::optional<bool> FalseWhereApart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+std::optional<bool> FalseIfSeparated(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
   const std::optional<bool> result = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
   return result == false ? result : std::nullopt;
 }
@@ -121,32 +122,34 @@ std::optional<bool> FalseWhereApart(const ConvexCore& a, const ConvexCore& b, co
 }  // namespace
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB) {
-  if (const auto result = Told(a.within(), &b, a.wall_m(), X_AB)) return result;
-  return FalseWhereApart(a.around(), b, X_AB);
+  if (const auto result = InnerHullsOverlap(a.inner_hull(), &b, a.hull_gap_m(), X_AB))
+    return result;
+  return FalseIfSeparated(a.outer_hull(), b, X_AB);
 }
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB) {
-  const double walls_m = a.wall_m() + b.wall_m();
-  if (const auto result = Told(a.within(), b.within(), walls_m, X_AB)) return result;
-  return FalseWhereApart(a.around(), b.around(), X_AB);
+  const double hull_gaps_m = a.hull_gap_m() + b.hull_gap_m();
+  if (const auto result = InnerHullsOverlap(a.inner_hull(), b.inner_hull(), hull_gaps_m, X_AB))
+    return result;
+  return FalseIfSeparated(a.outer_hull(), b.outer_hull(), X_AB);
 }
 
-std::optional<bool> CornerOrBallTells(const MeshMiddle& a, const ConvexCore& b, const Pose& X_AB,
-                                      const Pose& X_BA) {
+std::optional<bool> QuickOverlap(const CentredMesh& a, const ConvexCore& b, const Pose& X_AB,
+                                 const Pose& X_BA) {
   const PieceDistance distance_m(b);
   if (!distance_m.IsExact()) return std::nullopt;
-  const ConvexCore& around = a.hulls.around();
-  const Vector3 nearest_B = ClampedTo(b, a.middle_B);
-  const Vector3 way_B = nearest_B - a.middle_B;
+  const ConvexCore& around = a.hulls.outer_hull();
+  const Vector3 nearest_B = ClampToCore(b, a.centre_B);
+  const Vector3 way_B = nearest_B - a.centre_B;
   const double extent_m = around.extent_m + b.extent_m, way_m = way_B.norm();
-  const double rounding_m = kTouchingShare * extent_m;
+  const double rounding_m = kTouchingRatio * extent_m;
   if (way_m > rounding_m) {
     const Vector3 foremost_B = X_BA * SupportPoint(around, X_AB.linear() * way_B);
     const double gap_m = (nearest_B - foremost_B).dot(way_B) / way_m;
     if (gap_m > b.radius_m + rounding_m) return false;
     if (distance_m(foremost_B) < -kFurtherShrinking * extent_m) return true;
   }
-  for (const InnerBall& ball : a.hulls.balls_within()) {
+  for (const InnerSphere& ball : a.hulls.inner_spheres()) {
     if (distance_m(X_BA * ball.centre) < ball.radius_m) return true;
   }
   return std::nullopt;
@@ -164,16 +167,16 @@ bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, 
   if (off.maxCoeff(&axis) > rounding_m) return true;
   const double side = between[axis] < 0 ? -1 : 1;
   const Vector3 back_B = -side * X_AB.linear().row(axis).transpose();
-  const Vector3 foremost = X_AB * SupportPoint(b.hulls.around(), back_B);
+  const Vector3 foremost = X_AB * SupportPoint(b.hulls.outer_hull(), back_B);
   const double face = side < 0 ? -a.bounds.min()[axis] : a.bounds.max()[axis];
   return side * foremost[axis] - face > rounding_m;
 }
 
 }  // namespace
 
-bool FaceParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB) {
-  const double extents_m = a.hulls.around().extent_m + b.hulls.around().extent_m;
-  const double rounding_m = kTouchingShare * extents_m;
+bool BoxFaceSeparates(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB) {
+  const double extents_m = a.hulls.outer_hull().extent_m + b.hulls.outer_hull().extent_m;
+  const double rounding_m = kTouchingRatio * extents_m;
   return FaceOfFirstParts(a, b, X_AB, rounding_m) ||
          FaceOfFirstParts(b, a, X_AB.inverse(Eigen::Isometry), rounding_m);
 }

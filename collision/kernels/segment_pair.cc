@@ -10,7 +10,7 @@
 namespace cwm::collision {
 namespace {
 
-// Share of the extent. Points nearer than this define no direction (see kTouchingShare in gjk.h;
+// Share of the extent. Points nearer than this define no direction (see kTouchingRatio in gjk.h;
 // here the formulas keep more digits).
 constexpr double kMeetingShare = 1e-13;
 
@@ -101,7 +101,7 @@ double NearestPlace(const Vector3& half, const Segment& segment) {
   return std::clamp(low - at_low * (high - low) / (at_high - at_low), low, high);
 }
 
-// The least translation of a segment out of a box that it enters. The faces of their Minkowski
+// The minimum translation of a segment out of a box that it enters. The faces of their Minkowski
 // difference are those of the box and those spanned by a box edge and the segment.
 PairDistance SegmentInBox(const Vector3& half, const Segment& segment) {
   const Vector3 along = segment.b - segment.a, middle = 0.5 * (segment.a + segment.b);

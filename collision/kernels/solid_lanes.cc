@@ -46,7 +46,7 @@ HWY_INLINE Vectors IfThenElse(LaneMask mask, const Vectors& yes, const Vectors& 
 
 // Two alternatives at the faces of a convex solid count only where the solid is left or touched.
 HWY_INLINE Lane GapOf(Lane highest, Lane second) {
-  return hn::IfThenElse(hn::Le(highest, All(kKinkReach_m)), highest - second,
+  return hn::IfThenElse(hn::Le(highest, All(kKinkTolerance_m)), highest - second,
                         All(NearestLanes::kNone));
 }
 
@@ -332,7 +332,8 @@ void NearestLanes::Clear(double limit_m) {
   }
 }
 
-void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistances& distances_m) {
+void ComputeDistances(const LaneSolid& solid, const BlockPoints& points,
+                      BlockDistances& distances_m) {
   HWY_DYNAMIC_DISPATCH(Measure)(solid, points, distances_m);
 }
 

@@ -69,7 +69,8 @@ struct NearestLanes {
   void Clear(double limit_m);
 };
 
-void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistances& distances_m);
+void ComputeDistances(const LaneSolid& solid, const BlockPoints& points,
+                      BlockDistances& distances_m);
 
 struct CandidateRef {
   std::int64_t order;

@@ -77,7 +77,7 @@ Vector3 TriangleCorners::Normal() const {
   return TriangleNormal(corners[0], corners[1], corners[2]);
 }
 
-double BoxGap_m(const Aabb& a, const Aabb& b) {
+double BoxDistance_m(const Aabb& a, const Aabb& b) {
   return (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0.0).norm();
 }
 
@@ -191,7 +191,7 @@ double TriangleTree::Farthest(const Pose& X_FS, Eigen::Index axis, double sign) 
     return row.dot(node.bounds.center()) + row.cwiseAbs().dot(0.5 * node.bounds.sizes()) + origin;
   };
   double best = -std::numeric_limits<double>::infinity();
-  std::array<std::int32_t, kTreeStack> stack;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -241,11 +241,11 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
   return best;
 }
 
-TriangleTree::Crossed TriangleTree::FirstCrossed(const Ray& ray, double after_m,
-                                                 WorkCounter* work) const {
+TriangleTree::RayCrossing TriangleTree::FindFirstCrossing(const Ray& ray, double after_m,
+                                                          WorkCounter* work) const {
   Ray rest = ray;
-  Crossed first;
-  std::array<std::int32_t, kTreeStack> stack;
+  RayCrossing first;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -280,17 +280,17 @@ constexpr double kFromOrigin = -std::numeric_limits<double>::denorm_min();
 }  // namespace
 
 std::optional<RayHit> TriangleTree::CastRay(const Ray& ray, WorkCounter* work) const {
-  const Crossed first = FirstCrossed(ray, kFromOrigin, work);
+  const RayCrossing first = FindFirstCrossing(ray, kFromOrigin, work);
   return first.triangle != nullptr ? std::optional(first.Hit()) : std::nullopt;
 }
 
 std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* work) const {
   if (!bounds().contains(ray.origin))
     return CastRay(ray, work);  // from outside, the first triangle is an entry
-  const AllCrossed all = CrossAll(ray.origin, ray.direction, work);
+  const RayCrossings all = FindAllCrossings(ray.origin, ray.direction, work);
   const int turns = all.turns ? *all.turns : Winding(ray.origin, work);
   const bool is_within = all.first.triangle && all.first.distance_m <= ray.max_distance_m;
-  Crossed next = all.turns && is_within ? all.first : FirstCrossed(ray, kFromOrigin, work);
+  RayCrossing next = all.turns && is_within ? all.first : FindFirstCrossing(ray, kFromOrigin, work);
   if (next.triangle == nullptr) return std::nullopt;
   // A ray that starts outside enters at the next triangle. One that starts in a single component
   // leaves it there, unless it passes near an edge or enters another component.
@@ -298,18 +298,19 @@ std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* 
   if (turns == 0 || (after == 0 && next.clearance > kUnsure)) return next.Hit();
   while (next.triangle != nullptr && !HasEnded(work)) {
     const Vector3 p = ray.origin + next.distance_m * ray.direction;
-    if (!Buries(p, ray.direction, work)) return next.Hit();
-    next = FirstCrossed(ray, next.distance_m, work);
+    if (!IsInterior(p, ray.direction, work)) return next.Hit();
+    next = FindFirstCrossing(ray, next.distance_m, work);
   }
   return std::nullopt;
 }
 
-TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin, const Vector3& direction,
-                                                WorkCounter* work) const {
+TriangleTree::RayCrossings TriangleTree::FindAllCrossings(const Vector3& origin,
+                                                          const Vector3& direction,
+                                                          WorkCounter* work) const {
   const Ray ray{origin, direction};
-  Crossed first{.distance_m = std::numeric_limits<double>::infinity()};
+  RayCrossing first{.distance_m = std::numeric_limits<double>::infinity()};
   int turns = 0;
-  std::array<std::int32_t, kTreeStack> stack;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -337,7 +338,7 @@ int TriangleTree::Winding(const Vector3& p, WorkCounter* work) const {
   if (!bounds().contains(p)) return 0;
   // Any direction is correct. This one is unlikely to be parallel to a face of a real mesh.
   static const Vector3 kWay = Vector3(0.5257, 0.2874, 0.8006).normalized();
-  const AllCrossed all = CrossAll(p, kWay, work);
+  const RayCrossings all = FindAllCrossings(p, kWay, work);
   return all.turns ? *all.turns : WindingByAngles(p, work);
 }
 
@@ -355,14 +356,16 @@ int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }
 
-bool TriangleTree::Buries(const Vector3& p, const Vector3& look, WorkCounter* work) const {
+bool TriangleTree::IsInterior(const Vector3& p, const Vector3& look, WorkCounter* work) const {
   // Directions near the corners and faces of a cube, but off the planes of typical meshes. If more
   // than a quarter turn about an edge is outside the solid, one of them points into it.
   static const std::array<Vector3, 7> kWays = {
       Vector3(0.53, 0.62, 0.58),  Vector3(-0.61, 0.55, 0.57), Vector3(0.56, -0.52, 0.64),
       Vector3(0.59, 0.58, -0.56), Vector3(0.99, 0.07, -0.04), Vector3(0.05, 0.99, 0.08),
       Vector3(-0.06, 0.03, 0.99)};
-  const auto holds = [&](const Vector3& way) { return Encloses(p + kBuried_m * way, work); };
+  const auto holds = [&](const Vector3& way) {
+    return Contains(p + kInteriorTolerance_m * way, work);
+  };
   return holds(look.normalized()) && std::all_of(kWays.begin(), kWays.end(), [&](const auto& way) {
            return holds(way.normalized()) && holds(-way.normalized());
          });

@@ -11,6 +11,6 @@ namespace cwm::collision {
 inline constexpr std::size_t kStepsPerConvexPair = 16;
 
 // Steps of testing whether a mesh encloses a point: one ray through its tree.
-inline constexpr std::size_t kStepsPerEnclosing = 64;
+inline constexpr std::size_t kStepsPerContainmentTest = 64;
 
 }  // namespace cwm::collision

@@ -151,8 +151,8 @@ class EdgeSearch {
     if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.ProofAccuracy());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
     if (IsSlow(pair)) {  // ordered by the hulls' distance; 0 if they overlap
-      const double least_m = LowerBound_m(pair.body, pair.object).value_or(0);
-      if (least_m <= reach_m) candidates_.push_back({pair, travel_m, least_m - pair.margin_m});
+      const double min_m = LowerBound_m(pair.body, pair.object).value_or(0);
+      if (min_m <= reach_m) candidates_.push_back({pair, travel_m, min_m - pair.margin_m});
       return;
     }
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
@@ -221,9 +221,9 @@ class EdgeSearch {
     const BodySearch::Pair& pair = candidate.pair;
     if (MustEnd(pair.work, kStepsByHulls)) return 0;
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
-    const std::optional<double> least_m = LowerBound_m(pair.body, pair.object);
-    if (!least_m) return 0;
-    const double room_m = *least_m - std::max(0.0, pair.margin_m) - kLookout_m;
+    const std::optional<double> min_m = LowerBound_m(pair.body, pair.object);
+    if (!min_m) return 0;
+    const double room_m = *min_m - std::max(0.0, pair.margin_m) - kLookout_m;
     return room_m <= 0 ? 0 : room_m / candidate.travel_m;
   }
 
@@ -264,13 +264,13 @@ class EdgeSearch {
   bool Certify(const Candidate& candidate, const Place& a, const Place& b) {
     const double width = b.fraction - a.fraction;
     const double travel_m = candidate.travel_m * width;
-    const double least_m = std::min(a.gap_m, b.gap_m);
+    const double min_m = std::min(a.gap_m, b.gap_m);
     const double between_m = 0.5 * (a.gap_m + b.gap_m - travel_m);
     const double plane_m = GapAlongPlanes_m(candidate, a, b);
     const double proven_m = std::max(between_m, plane_m);
     const bool is_certain = !b.contact && a.certain && b.certain;
-    if (is_certain && proven_m >= kTold * least_m) {
-      StayClear(std::min(least_m, proven_m), a.fraction, b.fraction);
+    if (is_certain && proven_m >= kTold * min_m) {
+      StayClear(std::min(min_m, proven_m), a.fraction, b.fraction);
       return false;
     }
     if (search_.ended()) return true;
@@ -282,7 +282,7 @@ class EdgeSearch {
     // A pair that slides along a plane grazes only if it has no gap at either end of the interval,
     // not if it merely comes near.
     const bool slides = std::max(a.gap_m, b.gap_m) <= finest_m_ && plane_m >= -0.5 * finest_m_;
-    const bool is_grazing = !b.contact && least_m <= finest_m_ && (travel_m <= finest_m_ || slides);
+    const bool is_grazing = !b.contact && min_m <= finest_m_ && (travel_m <= finest_m_ || slides);
     if (is_grazing || is_narrowest || (!b.contact && places_ >= kMaxPlaces)) {
       const bool grazes = is_grazing && is_certain;
       open_from_ = std::min(open_from_, a.fraction);
@@ -307,12 +307,12 @@ class EdgeSearch {
   double GapAlongPlanes_m(const Candidate& candidate, const Place& a, const Place& b) const {
     constexpr double kNone_m = -std::numeric_limits<double>::infinity();
     const double width = b.fraction - a.fraction;
-    const auto least_m = [&](const Place& place, const Vector3& toward) {
+    const auto min_m = [&](const Place& place, const Vector3& toward) {
       if (place.plane_gap_m == kNone_m) return kNone_m;
       const double travel_m = motion_.TravelAlong_m(candidate.pair.id.body_part, toward);
       return place.plane_gap_m - std::max(0.0, travel_m) * width;
     };
-    const double plane_m = std::max(least_m(a, a.normal), least_m(b, -b.normal));
+    const double plane_m = std::max(min_m(a, a.normal), min_m(b, -b.normal));
     const bool grazes_all_along = std::max(a.gap_m, b.gap_m) <= kGrazing_m;
     return plane_m > kGrazing_m || grazes_all_along || width <= kBracket ? plane_m : kNone_m;
   }
@@ -372,8 +372,8 @@ class EdgeSearch {
   static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
                      Place& place) {
     const bool is_known = answer.accuracy != Accuracy::kDegraded;
-    const double most_m = answer.distance_m + answer.bound_m - pair.margin_m;
-    place.contact = ProvesContact(pair, answer) || (is_known && most_m < 0);
+    const double max_m = answer.distance_m + answer.bound_m - pair.margin_m;
+    place.contact = ProvesContact(pair, answer) || (is_known && max_m < 0);
     place.gap_m = place.contact
                       ? answer.distance_m - pair.margin_m
                       : std::min(answer.distance_m - answer.bound_m, reach_m) - pair.margin_m;
@@ -410,7 +410,7 @@ class EdgeSearch {
 
 }  // namespace
 
-void Append(MotionColumns& columns, const MotionAnswer& answer) {
+void Append(MotionColumns& columns, const MotionResult& answer) {
   columns.verdict.push_back(answer.verdict);
   columns.segment.push_back(answer.segment);
   columns.lo.push_back(answer.lo);
@@ -452,7 +452,7 @@ absl::Status EdgeChecker::CheckEngine(const QueryOptions& options) {
       "motions are certified by the exact kernels alone: ask AUTO or EXACT");
 }
 
-MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
+MotionResult EdgeChecker::Check(const BodyMotion& edge) {
   EdgeResult result = EdgeSearch(search_, edge).Run();
   if (with_unseen_ && result.verdict != MotionVerdict::kContact && !search_.ended()) {
     result = EdgeSearch(*with_unseen_, edge).Run();
@@ -479,7 +479,7 @@ absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const Que
   MotionColumns columns;
   for (const std::unique_ptr<BodyMotion>& edge : edges) {
     if (checker.MustEnd()) break;
-    const MotionAnswer answer = checker.Check(*edge);
+    const MotionResult answer = checker.Check(*edge);
     if (checker.ended()) break;
     Append(columns, answer);
     limit.Count(1);

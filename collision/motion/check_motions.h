@@ -64,14 +64,14 @@ struct MotionColumns {
 };
 
 // One entry of the columns.
-struct MotionAnswer {
+struct MotionResult {
   MotionVerdict verdict = MotionVerdict::kNotComputed;
   std::int32_t segment = -1;
   double lo = 0, hi = 1, clearance_m = 0;
   std::int32_t object = -1, body_part = -1, object_part = -1;
   Accuracy accuracy = Accuracy::kExact;
 };
-void Append(MotionColumns& columns, const MotionAnswer& answer);
+void Append(MotionColumns& columns, const MotionResult& answer);
 
 // Checks edges one after the other, for callers that choose the next edge by the last answer. Used
 // by one thread.
@@ -84,7 +84,7 @@ class EdgeChecker {
   static absl::Status CheckEngine(const QueryOptions& options);
 
   // The answer, with segment 0 if the edge is not free. Void once `ended`.
-  MotionAnswer Check(const BodyMotion& edge);
+  MotionResult Check(const BodyMotion& edge);
   // True if the last answer is void: the call was interrupted, or an engine had no answer.
   bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
   // The best accuracy that the body allows: no answer is labelled better.

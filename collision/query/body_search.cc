@@ -72,7 +72,7 @@ bool IsOpenMesh(const Shape& shape) {
 }
 
 int WeightOf(const Shape& shape) {
-  // A search for the least translation takes some hundred support points of a hull, and a support
+  // A search for the minimum translation takes some hundred support points of a hull, and a support
   // point takes a nanosecond for two or three corners.
   constexpr std::size_t kCornersOfUnit = 32;
   const auto of_corners = [](std::size_t corners) {
@@ -291,15 +291,15 @@ bool BodySearch::MakeHeap() {
 }
 
 double BodySearch::MinBoxDistance_m2(const Obstacle& object) {
-  double least_m2 = std::numeric_limits<double>::infinity();
+  double min_m2 = std::numeric_limits<double>::infinity();
   for (const BodyPart& mine : parts_) {
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
-    if (CountBoxes(object)) return least_m2;
+    if (CountBoxes(object)) return min_m2;
     for (const PlacedPart& theirs : object.parts_W) {
-      least_m2 = std::min(least_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));
+      min_m2 = std::min(min_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));
     }
   }
-  return least_m2;
+  return min_m2;
 }
 
 // Links have no margins of their own. An attached object may stand on another attached object.

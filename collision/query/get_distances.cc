@@ -12,22 +12,22 @@
 namespace cwm::collision {
 namespace {
 
-// The least translation along an axis of the world that separates two overlapping boxes, an upper
+// The minimum translation along an axis of the world that separates two overlapping boxes, an upper
 // bound of the depth of their contents.
-double LeastSeparation_m(const Aabb& a, const Aabb& b) {
+double MinSeparation_m(const Aabb& a, const Aabb& b) {
   return (a.max() - b.min()).cwiseMin(b.max() - a.min()).minCoeff();
 }
 
 // Labels the depth of the deepest of several parts, which is a lower bound of the depth of the
 // whole.
 void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer) {
-  const double most_m = LeastSeparation_m(body_W, object_W);
-  if (!std::isfinite(most_m)) {  // a tilted half-space has no bounds
+  const double max_m = MinSeparation_m(body_W, object_W);
+  if (!std::isfinite(max_m)) {  // a tilted half-space has no bounds
     answer.accuracy = Accuracy::kDegraded;
     return;
   }
   answer.accuracy = std::max(answer.accuracy, Accuracy::kBounded);
-  answer.bound_m += std::max(0.0, most_m + answer.distance_m);
+  answer.bound_m += std::max(0.0, max_m + answer.distance_m);
 }
 
 // Keeps the nearest of the pairs that a search visits, if it is within `limit_m`.
@@ -71,7 +71,7 @@ void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit
 }
 
 // Adds the nearest self pair. Its depth needs no bound, since the two parts can move independently.
-void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
+void AddNearestSelfPair(BodySearch& search, double limit_m, BestPairs& best) {
   NearestPair nearest(limit_m);
   search.ForEachSelfPairNearestFirst(
       nearest.reach_m(), [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
@@ -88,13 +88,13 @@ class NearestObjects {
   void Find() {
     waiting_.clear();
     search_.world().bounds().ForEachNearest(search_.body_bounds_W(), reach_m(),
-                                            [&](const Obstacle& obstacle, double least_m) {
-                                              AskThoseWithin(least_m);
+                                            [&](const Obstacle& obstacle, double min_m) {
+                                              EvaluateWithin(min_m);
                                               if (search_.ended()) return -1.0;
                                               if (!search_.Skips(obstacle)) Await(obstacle);
                                               return reach_m();
                                             });
-    AskThoseWithin(std::numeric_limits<double>::infinity());
+    EvaluateWithin(std::numeric_limits<double>::infinity());
   }
 
  private:
@@ -117,11 +117,10 @@ class NearestObjects {
     std::push_heap(waiting_.begin(), waiting_.end());
   }
 
-  // Tests the waiting objects whose gap is at most `least_m`, a lower bound for all objects to
+  // Tests the waiting objects whose gap is at most `min_m`, a lower bound for all objects to
   // come.
-  void AskThoseWithin(double least_m) {
-    while (!waiting_.empty() && waiting_.front().squared_m2 <= least_m * least_m &&
-           !search_.ended()) {
+  void EvaluateWithin(double min_m) {
+    while (!waiting_.empty() && waiting_.front().squared_m2 <= min_m * min_m && !search_.ended()) {
       const Waiting next = waiting_.front();
       std::pop_heap(waiting_.begin(), waiting_.end());
       waiting_.pop_back();
@@ -147,7 +146,7 @@ class NearestFinder : public RowFinder {
   const std::vector<FoundPair>& Find() override {
     best_.Clear();
     // Self pairs first: they can reduce the range of the search in the world.
-    if (search_.tests_self()) AddNearestOfItself(search_, best_.Limit_m(max_distance_m_), best_);
+    if (search_.tests_self()) AddNearestSelfPair(search_, best_.Limit_m(max_distance_m_), best_);
     if (search_.tests_world() && !search_.ended()) objects_.Find();
     return best_.pairs();
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr double kTouching_m = 1e-9;
 
 bool Differ(const Vector3& a, const Vector3& b) {
-  return (a - b).squaredNorm() > kSameGradient * kSameGradient;
+  return (a - b).squaredNorm() > kGradientTolerance * kGradientTolerance;
 }
 
 // Upper bound of the distance of a part from any point of a block, by their boxes.
@@ -24,7 +24,7 @@ double FarthestCorner_m(const Aabb& block, const Aabb& part) {
 PointSample SampleAt(const LaneSamples& samples, int i) {
   return {samples.distance_m[i],
           {samples.gradient_x[i], samples.gradient_y[i], samples.gradient_z[i]},
-          samples.gap_m[i] <= kKinkReach_m};
+          samples.gap_m[i] <= kKinkTolerance_m};
 }
 
 }  // namespace
@@ -64,13 +64,13 @@ void PointSampler::ListNearParts(std::span<const Vector3> chunk) {
   listed_reach_m_ = limit_m_;
   bool few = true;
   world_.bounds().ForEachNearest(
-      bounds, limit_m_ + kKinkReach_m, [&](const Obstacle& object, double) {
+      bounds, limit_m_ + kKinkTolerance_m, [&](const Obstacle& object, double) {
         for (const SampledPart& part : parts_.Of(object)) {
           listed_.push_back(&part);
           listed_reach_m_ = std::min(listed_reach_m_, FarthestCorner_m(bounds, part.bounds_W()));
         }
         few = listed_.size() <= kMaxListed;
-        return few ? listed_reach_m_ + kKinkReach_m : -1.0;
+        return few ? listed_reach_m_ + kKinkTolerance_m : -1.0;
       });
   if (!few) listed_reach_m_ = -1;
   listed_gaps_m2_.resize(listed_.size());
@@ -86,7 +86,7 @@ bool PointSampler::MeasureListed(const Aabb& block) {
   Reset();
   while (true) {
     const auto next = std::min_element(listed_gaps_m2_.begin(), listed_gaps_m2_.end());
-    const double reach_m = reach_m_ + kKinkReach_m;
+    const double reach_m = reach_m_ + kKinkTolerance_m;
     if (next == listed_gaps_m2_.end() || !(*next <= reach_m * reach_m)) break;
     if (std::isinf(*next)) break;  // all listed parts are tested
     *next = std::numeric_limits<double>::infinity();
@@ -109,13 +109,13 @@ bool PointSampler::MeasureWorld(const Aabb& block) {
   Reset();
   bool ended = false;
   world_.bounds().ForEachNearest(
-      block, limit_m_ + kKinkReach_m, [&](const Obstacle& object, double) {
+      block, limit_m_ + kKinkTolerance_m, [&](const Obstacle& object, double) {
         for (const SampledPart& part : parts_.Of(object)) {
-          const double reach_m = reach_m_ + kKinkReach_m;
+          const double reach_m = reach_m_ + kKinkTolerance_m;
           if (SquaredDistance_m2(block, part.bounds_W()) > reach_m * reach_m) continue;
           ended = ended || !MeasurePart(part);
         }
-        return ended ? -1.0 : reach_m_ + kKinkReach_m;
+        return ended ? -1.0 : reach_m_ + kKinkTolerance_m;
       });
   return !ended;
 }
@@ -204,7 +204,7 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
   columns.object_part[row] = part.id().part;
   columns.accuracy[row] = part.is_open() ? Accuracy::kSurfaceOnly : Accuracy::kExact;
   const bool is_alone = nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m;
-  if (!sample.buried && (sample.distance_m >= 0 || is_alone)) return;
+  if (!sample.nearest_is_interior && (sample.distance_m >= 0 || is_alone)) return;
   const Depth depth = DepthOf(lane, sample);
   columns.accuracy[row] = depth.accuracy;
   if (depth.accuracy == Accuracy::kBounded) {
@@ -213,7 +213,7 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
 }
 
 bool PointSampler::HasCompetingGradient(int lane, const PointSample& sample) {
-  const double reach_m = nearest_.best_m[lane] + kKinkReach_m;
+  const double reach_m = nearest_.best_m[lane] + kKinkTolerance_m;
   if (nearest_.second_m[lane] > reach_m) return false;
   const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
@@ -243,9 +243,9 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
 PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
   const Vector3 way_out_W = PointOf(lane) + depth_m * sample.gradient;
-  if (!sample.buried && !IsCovered(lane, way_out_W)) return {Accuracy::kExact, 0};
+  if (!sample.nearest_is_interior && !IsCovered(lane, way_out_W)) return {Accuracy::kExact, 0};
   std::optional<double> way_m = ExitDistance_m(lane, sample, sample.gradient);
-  if (sample.buried) {  // the way out may lie in either direction
+  if (sample.nearest_is_interior) {  // the way out may lie in either direction
     const std::optional<double> back_m = ExitDistance_m(lane, sample, -sample.gradient);
     if (!way_m || (back_m && *back_m < *way_m)) way_m = back_m;
   }
@@ -264,7 +264,7 @@ std::optional<double> PointSampler::ExitDistance_m(int lane, const PointSample& 
   const Vector3 p_W = PointOf(lane);
   const double depth_m = -sample.distance_m;
   double way_m = depth_m, min_step_m = 0.05 * depth_m + kTouching_m;
-  if (sample.buried) {
+  if (sample.nearest_is_interior) {
     const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
     const auto exit_m = candidates_[nearest].part->ExitDistance_m(p_W, direction_W, &interrupt_);
     if (exit_m) way_m = std::max(depth_m, *exit_m + 2 * kTouching_m);

@@ -28,7 +28,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 #include "collision/world/world_snapshot.h"
 
 namespace cwm::collision {
@@ -220,7 +220,7 @@ struct RayColumns {
 
 enum class SampleState : std::uint8_t {
   kSmooth,  // the distance has a gradient
-  // Two surface points are equally near, within kKinkReach_m (kernels/kink.h), with different
+  // Two surface points are equally near, within kKinkTolerance_m (kernels/kink.h), with different
   // gradients: between two objects or two faces, on an axis, at an edge, on an open surface. The
   // gradient is that of one of them.
   kKink,

@@ -94,7 +94,7 @@ void SampledPart::PrepareProfile(PlaneProfile profile, LaneSolid::Form form) {
 
 void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
                           BlockDistances& distances_m, WorkCounter* work) const {
-  if (in_lanes_) return MeasureLanes(solid_, points_W, distances_m);
+  if (in_lanes_) return ComputeDistances(solid_, points_W, distances_m);
   // The distance changes by at most the distance between two points, so the first point proves most
   // others too far away.
   const Vector3 first(points_W.x[0], points_W.y[0], points_W.z[0]);
@@ -104,9 +104,9 @@ void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& rea
     const double limit_m = reach_m.lane[i];
     const double at_least_m =
         std::max(first_m - (p - first).norm(), bounds_W_->exteriorDistance(p));
-    distances_m.lane[i] = at_least_m > limit_m + kKinkReach_m
+    distances_m.lane[i] = at_least_m > limit_m + kKinkTolerance_m
                               ? NearestLanes::kNone
-                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkReach_m, work);
+                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkTolerance_m, work);
   }
 }
 

@@ -37,7 +37,7 @@ class SampledPart {
   bool is_open() const { return tree_ != nullptr && !watertight_; }
 
   // Signed distances of the points from the solid, in metres. For a point farther than `reach_m`
-  // plus kKinkReach_m, any value above that.
+  // plus kKinkTolerance_m, any value above that.
   void Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
                BlockDistances& distances_m, WorkCounter* work = nullptr) const;
   double Distance_m(const Vector3& p_W, WorkCounter* work = nullptr) const;

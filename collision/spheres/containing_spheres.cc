@@ -34,7 +34,7 @@ struct Solid {
     const auto* mesh = std::get_if<Mesh>(piece.shape);
     if (mesh == nullptr) return SignedDistance_m(*piece.shape, p) <= 0;
     if (std::ranges::any_of(boxes_P, [&](const Aabb& box) { return box.contains(p); })) return true;
-    return mesh->watertight && piece.tree->Encloses(p, work);
+    return mesh->watertight && piece.tree->Contains(p, work);
   }
 };
 

@@ -205,7 +205,7 @@ class Compiler {
         std::abs(link.offset);
     const double farthest =
         turns ? kFarthestTurn_rad : std::min(farthest_variable, kFarthestShift_m);
-    const double most = turns ? std::numbers::pi : farthest;
+    const double max_value = turns ? std::numbers::pi : farthest;
     const double at_lower = link.multiplier * variable.lower + link.offset;
     const double at_upper = link.multiplier * variable.upper + link.offset;
     program_.inputs.push_back(
@@ -215,9 +215,9 @@ class Compiler {
          .multiplier = link.multiplier,
          .offset = link.offset,
          .turns = turns,
-         .stays_near = std::max(std::abs(at_lower), std::abs(at_upper)) <= most,
-         .lower = std::clamp(std::min(at_lower, at_upper), -most, most),
-         .upper = std::clamp(std::max(at_lower, at_upper), -most, most),
+         .stays_near = std::max(std::abs(at_lower), std::abs(at_upper)) <= max_value,
+         .lower = std::clamp(std::min(at_lower, at_upper), -max_value, max_value),
+         .upper = std::clamp(std::max(at_lower, at_upper), -max_value, max_value),
          .lever_m = 0,
          .farthest = farthest});
     frames_.push_back(Below(frames_[parent.frame], X_PF.translation(), turns ? 0.0 : farthest));
@@ -287,16 +287,16 @@ class Compiler {
     double lever_m = out_m;
     for (auto f = static_cast<std::size_t>(frame.index); f > 0;
          f = static_cast<std::size_t>(lanes.joints[f].parent)) {
-      double& most_m = program_.inputs[f - 1].lever_m;
-      most_m = std::max(most_m, lever_m);
+      double& max_lever_m = program_.inputs[f - 1].lever_m;
+      max_lever_m = std::max(max_lever_m, lever_m);
       lever_m += Eigen::Map<const Eigen::Vector3f>(lanes.joints[f].shift_m).cast<double>().norm();
     }
   }
 
   // Splits the spheres of one link in halves across the longest side, down to clusters of a few.
   void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
-    constexpr std::size_t kMaxTogether = 4;  // tuned: 3 and 6 are as fast
-    if (some.size() <= kMaxTogether) return AddCluster(spheres, some);
+    constexpr std::size_t kMaxClusterSize = 4;  // tuned: 3 and 6 are as fast
+    if (some.size() <= kMaxClusterSize) return AddCluster(spheres, some);
     Eigen::AlignedBox3d box;
     for (std::size_t k : some) box.extend(spheres[k].centre_L);
     int axis = 0;

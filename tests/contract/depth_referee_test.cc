@@ -47,7 +47,7 @@ TEST_P(DepthReferee, LibccdBracketsTheLeastTranslation) {
     ++answered;
     // Translating by `parting_m` along libccd's direction separates the pair, so the least
     // translation is not larger. libccd's polytope lies inside the difference of the shapes, so the
-    // least translation is not smaller than its depth.
+    // minimum translation is not smaller than its depth.
     const double parting_m = std::min(-Gap_m(a, ours_a.X_WS, b, X_WB, theirs->normal_W),
                                       -Gap_m(a, ours_a.X_WS, b, X_WB, -theirs->normal_W));
     EXPECT_LE(-ours.distance_m, parting_m + kExact_m) << i;

@@ -14,7 +14,7 @@ namespace {
 constexpr int kPlacements = 60;
 constexpr double kFar_m = 1e3;
 
-// The tolerance of an answer: 1e-7 for kExact (pair_answer.h), plus its bound.
+// The tolerance of an answer: 1e-7 for kExact (pair_distance.h), plus its bound.
 constexpr double kExact_m = 1e-7;
 double Tolerance_m(const PairDistance& answer) { return kExact_m + answer.bound_m; }
 

@@ -154,7 +154,7 @@ TEST(ContactPatch, OfABoxOnACornerIsThatCorner) {
 }
 
 TEST(ContactPatch, HasADepthForEachPointOfWhatLeans) {
-  const double lean = 0.5 * kMaxLean, half_m = 0.1;
+  const double lean = 0.5 * kMaxTilt, half_m = 0.1;
   const Pose X_WB = TurnedAbout(Vector3::UnitY(), lean, {0, 0, 0.1});
   const auto contacts = ContactsOf({HalfSpace{}}, {Box{{0.2, 0.2, 0.2}}, X_WB}, 0.01);
   ASSERT_THAT(contacts, SizeIs(4));
@@ -288,7 +288,7 @@ struct Scene {
 };
 
 std::vector<Scene> Scenes() {
-  const double tilt = 0.5 * kMaxLean;
+  const double tilt = 0.5 * kMaxTilt;
   return {
       {{HalfSpace{}}, {kBox, kSunk}},
       {{SquarePlate(1, 0.1)}, {kBox, kSunk}},

@@ -49,7 +49,7 @@ constexpr Limits kPolyhedra = {2e-9, 2e-9, 5e-8};
 // search runs out of work for shapes of millimetres, its bound still keeps kPromise_m below and the
 // answer is called exact, though not as a share of the size.
 constexpr Limits kRound = {2e-8, 5e-7, 4.5e-5};
-// The accuracy of kExact for any size, see pair_answer.h.
+// The accuracy of kExact for any size, see pair_distance.h.
 constexpr double kPromise_m = 1e-7;
 
 Limits LimitsFor(ShapeKind a, ShapeKind b) {

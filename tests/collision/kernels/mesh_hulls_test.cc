@@ -76,16 +76,17 @@ TEST(MeshHulls, LieAroundAndWithinTheMesh) {
     ASSERT_NE(hulls, nullptr);
     for (const Vector3& vertex : mesh.mesh->vertices) {
       const ConvexCore point = CoreOf(std::span(&vertex, 1));
-      const PairDistance off = IterativeConvexDistance(hulls->around(), point, Pose::Identity(), 1);
+      const PairDistance off =
+          IterativeConvexDistance(hulls->outer_hull(), point, Pose::Identity(), 1);
       EXPECT_LE(off.distance_m, 1e-9 * kSize_m);
     }
-    if (hulls->within() == nullptr) continue;
+    if (hulls->inner_hull() == nullptr) continue;
     ++within;
     EXPECT_TRUE(mesh.watertight);
-    EXPECT_TRUE(tree.Encloses(hulls->within()->centre));
+    EXPECT_TRUE(tree.Contains(hulls->inner_hull()->centre));
     for (const TriangleCorners& triangle : tree.triangles()) {
       const ConvexCore core = CoreOf(std::span<const Vector3>(triangle.corners));
-      EXPECT_FALSE(ConvexOverlap(*hulls->within(), core, Pose::Identity()));
+      EXPECT_FALSE(ConvexOverlap(*hulls->inner_hull(), core, Pose::Identity()));
     }
   }
   EXPECT_EQ(within, 6);  // neither the hollow ball nor the open one
@@ -97,7 +98,7 @@ struct Told {
 
 bool FacePartsOnlyWhatIsApart(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB,
                               bool overlap) {
-  const bool parts = FaceParts(a, b, X_AB);
+  const bool parts = BoxFaceSeparates(a, b, X_AB);
   EXPECT_FALSE(parts && overlap);
   return parts;
 }
@@ -119,8 +120,8 @@ void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const 
                            : 0;
   } else {
     const Pose X_BA = X_AB.inverse();
-    const MeshMiddle middle{*a.hulls(), X_BA * a.tree()->bounds().center()};
-    const auto by_corner = CornerOrBallTells(middle, b.pieces().front(), X_AB, X_BA);
+    const CentredMesh middle{*a.hulls(), X_BA * a.tree()->bounds().center()};
+    const auto by_corner = QuickOverlap(middle, b.pieces().front(), X_AB, X_BA);
     EXPECT_EQ(by_corner.value_or(plain), plain);
     ++(by_corner ? result.by_corner : result.not_by_corner);
   }
@@ -168,7 +169,7 @@ TEST(MeshHulls, HaveNoCornerThatNoTriangleHas) {
   const ExactGeometry plain(Closed(mesh));
   mesh.vertices.emplace_back(5 * kSize_m, 0, 0);
   const ExactGeometry more(Closed(mesh)), box(Box{Vector3::Constant(kSize_m)});
-  EXPECT_EQ(more.hulls()->around().extent_m, plain.hulls()->around().extent_m);
+  EXPECT_EQ(more.hulls()->outer_hull().extent_m, plain.hulls()->outer_hull().extent_m);
   const Pose I = Pose::Identity();
   EXPECT_FALSE(ExactOverlap({more, I}, {box, MakeTranslation(5 * kSize_m, 0, 0)}));
 }

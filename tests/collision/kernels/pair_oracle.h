@@ -3,7 +3,7 @@
 #pragma once
 
 #include "collision/geometry/shape.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 
 namespace cwm::collision {
 
@@ -35,7 +35,7 @@ AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer);
 double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m);
 
 // The smallest overlap over sampled directions and local descents from the best of them: a close
-// upper bound on the least translation.
+// upper bound on the minimum translation.
 double SearchedLeastOverlap(const PosedPair& pair, int samples, unsigned seed);
 
 }  // namespace cwm::collision

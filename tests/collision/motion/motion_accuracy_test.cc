@@ -33,7 +33,7 @@ Change Bin(double x_m) {
 }
 
 // Moves the ball along x.
-MotionAnswer Along(const SnapshotPtr& world, double from_m, double to_m,
+MotionResult Along(const SnapshotPtr& world, double from_m, double to_m,
                    const QueryOptions& options = {}) {
   const QueryBody body = BallBody();
   EdgeChecker checker(*world, body, options, {});
@@ -43,25 +43,25 @@ MotionAnswer Along(const SnapshotPtr& world, double from_m, double to_m,
 
 TEST(MotionAccuracy, OfAnOpenMeshIsItsSurfaceAlone) {
   const SnapshotPtr world = WorldOf({Bin(0)});
-  const MotionAnswer inside = Along(world, -0.1, 0.1);  // nowhere near the surface
+  const MotionResult inside = Along(world, -0.1, 0.1);  // nowhere near the surface
   EXPECT_EQ(inside.verdict, MotionVerdict::kFree);
   EXPECT_EQ(inside.accuracy, Accuracy::kSurfaceOnly);
-  const MotionAnswer met = Along(world, 0, 1.5);
+  const MotionResult met = Along(world, 0, 1.5);
   EXPECT_EQ(met.verdict, MotionVerdict::kContact);
   EXPECT_EQ(met.accuracy, Accuracy::kSurfaceOnly);
-  const MotionAnswer grazing = Along(world, 0.5, 0.9 - 1e-7);
+  const MotionResult grazing = Along(world, 0.5, 0.9 - 1e-7);
   EXPECT_EQ(grazing.verdict, MotionVerdict::kGrazing);
   EXPECT_EQ(grazing.accuracy, Accuracy::kSurfaceOnly);
 }
 
 TEST(MotionAccuracy, IsThatOfThePairInContact) {
-  const MotionAnswer met = Along(WorldOf({Bin(0), Ball("ball", 0.5)}), 0, 0.8);
+  const MotionResult met = Along(WorldOf({Bin(0), Ball("ball", 0.5)}), 0, 0.8);
   EXPECT_EQ(met.verdict, MotionVerdict::kContact);
   EXPECT_EQ(met.accuracy, Accuracy::kExact);
 }
 
 TEST(MotionAccuracy, KnowsNothingOfWhatStaysFarAway) {
-  const MotionAnswer free = Along(WorldOf({Bin(0), Ball("ball", 5)}), 3, 4);
+  const MotionResult free = Along(WorldOf({Bin(0), Ball("ball", 5)}), 3, 4);
   EXPECT_EQ(free.verdict, MotionVerdict::kFree);
   EXPECT_EQ(free.accuracy, Accuracy::kExact);
 }
@@ -69,7 +69,7 @@ TEST(MotionAccuracy, KnowsNothingOfWhatStaysFarAway) {
 TEST(MotionAccuracy, OfDoubtIsThatOfThePairThatIsDoubted) {
   Change shadow = Bin(0);
   std::get<PutObject>(shadow.what).kind = ObjectKind::kUnseen;
-  const MotionAnswer through = Along(WorldOf({shadow}), 0, 1.5, {.unseen = UnseenSpace::kReport});
+  const MotionResult through = Along(WorldOf({shadow}), 0, 1.5, {.unseen = UnseenSpace::kReport});
   EXPECT_EQ(through.verdict, MotionVerdict::kUndecided);
   EXPECT_EQ(through.accuracy, Accuracy::kSurfaceOnly);
 }
@@ -89,7 +89,7 @@ TEST(MotionAccuracy, IsThatOfTheStatesOnTheWay) {
     if (k % 4 < 2) from.translation() = world->objects()[middle]->X_WO.translation();
     const RigidMotion motion(body, from, to);
     EdgeChecker checker(*world, body, options, {});
-    const MotionAnswer result = checker.Check(motion);
+    const MotionResult result = checker.Check(motion);
     const bool is_contact = result.verdict == MotionVerdict::kContact;
     const double end = is_contact ? result.hi : 1;
     constexpr int kSteps = 50;

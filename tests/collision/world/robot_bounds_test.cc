@@ -45,7 +45,7 @@ void ExpectContained(const Shape& shape, const Pose& X_LP, const TriangleTree* t
   for (int k = 0; k < 4000; ++k) {
     const Vector3 on = RandomPointOf(surface, random), in = box.sample();
     const bool is_inside =
-        mesh == nullptr ? SignedDistance_m(shape, in) < 0 : !mesh->watertight || tree->Encloses(in);
+        mesh == nullptr ? SignedDistance_m(shape, in) < 0 : !mesh->watertight || tree->Contains(in);
     outside += IsIn(spheres, X_LP * on) ? 0 : 1;
     outside += !is_inside || IsIn(spheres, X_LP * in) ? 0 : 1;
   }

@@ -1,4 +1,4 @@
-#include "collision/kernels/inner_balls.h"
+#include "collision/kernels/inner_spheres.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,16 +14,17 @@ constexpr int kCells = 8;
 // helps.
 constexpr double kMinGain = 0.1;
 
-std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, WorkCounter* work) {
-  std::vector<InnerBall> balls;
+std::vector<InnerSphere> BallsAtCells(const TriangleTree& tree, double spared_m,
+                                      WorkCounter* work) {
+  std::vector<InnerSphere> balls;
   const Aabb& box = tree.bounds();
   const Vector3 cell = box.sizes() / kCells;
   for (int k = 0; k < kCells * kCells * kCells; ++k) {
     const Eigen::Vector3i at(k % kCells, k / kCells % kCells, k / (kCells * kCells));
     const Vector3 centre =
         box.min() + cell.cwiseProduct(at.cast<double>() + Vector3::Constant(0.5));
-    if (MustEnd(work, kStepsPerEnclosing)) break;
-    if (!tree.Encloses(centre, work)) continue;
+    if (MustEnd(work, kStepsPerContainmentTest)) break;
+    if (!tree.Contains(centre, work)) continue;
     constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
     const double radius_m = tree.NearestPoint(centre, kAnywhere_m, work).distance_m - spared_m;
     if (radius_m > 0) balls.push_back({.centre = centre, .radius_m = radius_m});
@@ -33,15 +34,16 @@ std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, W
 
 }  // namespace
 
-std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m, WorkCounter* work) {
-  const std::vector<InnerBall> all = BallsAtCells(tree, spared_m, work);
+std::vector<InnerSphere> FindInnerSpheres(const TriangleTree& tree, double spared_m,
+                                          WorkCounter* work) {
+  const std::vector<InnerSphere> all = BallsAtCells(tree, spared_m, work);
   // The length by which each ball sticks out of those already taken.
   std::vector<double> gain_m;
-  for (const InnerBall& ball : all) gain_m.push_back(ball.radius_m);
-  std::vector<InnerBall> taken;
-  while (!all.empty() && taken.size() < kMaxInnerBalls) {
+  for (const InnerSphere& ball : all) gain_m.push_back(ball.radius_m);
+  std::vector<InnerSphere> taken;
+  while (!all.empty() && taken.size() < kMaxInnerSpheres) {
     const auto best = std::ranges::max_element(gain_m);
-    const InnerBall& next = all[static_cast<std::size_t>(best - gain_m.begin())];
+    const InnerSphere& next = all[static_cast<std::size_t>(best - gain_m.begin())];
     if (!taken.empty() && *best < kMinGain * taken.front().radius_m) break;
     taken.push_back(next);
     for (std::size_t k = 0; k < all.size(); ++k) {
@@ -52,10 +54,11 @@ std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m, W
   return taken;
 }
 
-bool BallsOverlap(std::span<const InnerBall> a, std::span<const InnerBall> b, const Pose& X_AB) {
-  return std::ranges::any_of(b, [&](const InnerBall& of_b) {
+bool SpheresOverlap(std::span<const InnerSphere> a, std::span<const InnerSphere> b,
+                    const Pose& X_AB) {
+  return std::ranges::any_of(b, [&](const InnerSphere& of_b) {
     const Vector3 centre = X_AB * of_b.centre;
-    return std::ranges::any_of(a, [&](const InnerBall& of_a) {
+    return std::ranges::any_of(a, [&](const InnerSphere& of_a) {
       const double radii_m = of_a.radius_m + of_b.radius_m;
       return (of_a.centre - centre).squaredNorm() < radii_m * radii_m;
     });

@@ -1,4 +1,4 @@
-#include "collision/kernels/inner_balls.h"
+#include "collision/kernels/inner_spheres.h"
 
 #include <gtest/gtest.h>
 
@@ -44,13 +44,13 @@ TEST(InnerBalls, HaveNoTriangleInThem) {
   const Mesh can = Closed(Tessellate(Cylinder{0.25 * kSize_m, kSize_m}, 1e-4));
   for (const Mesh& mesh : {ball, can, Angle()}) {
     const TriangleTree tree(*mesh.mesh);
-    const std::vector<InnerBall> balls = InnerBallsOf(tree, kSpared_m);
+    const std::vector<InnerSphere> balls = FindInnerSpheres(tree, kSpared_m);
     ASSERT_FALSE(balls.empty());
-    EXPECT_LE(balls.size(), kMaxInnerBalls);
-    for (const InnerBall& each : balls) {
+    EXPECT_LE(balls.size(), kMaxInnerSpheres);
+    for (const InnerSphere& each : balls) {
       EXPECT_GT(each.radius_m, 0);
       EXPECT_LE(each.radius_m, balls.front().radius_m);
-      EXPECT_TRUE(tree.Encloses(each.centre));
+      EXPECT_TRUE(tree.Contains(each.centre));
       const double off_m = tree.NearestPoint(each.centre, kSize_m).distance_m;
       EXPECT_GE(off_m, each.radius_m + kSpared_m - 1e-12);
     }
@@ -60,7 +60,7 @@ TEST(InnerBalls, HaveNoTriangleInThem) {
 TEST(InnerBalls, ReachIntoBothArmsOfAnAngle) {
   const TriangleTree tree(*Angle().mesh);
   bool along_x = false, along_y = false;
-  for (const InnerBall& each : InnerBallsOf(tree, kSpared_m)) {
+  for (const InnerSphere& each : FindInnerSpheres(tree, kSpared_m)) {
     along_x = along_x || each.centre.x() > 0.6 * kSize_m;
     along_y = along_y || each.centre.y() > 0.6 * kSize_m;
   }
@@ -72,14 +72,14 @@ TEST(InnerBalls, OverlapWhereTheirMeshesDo) {
   constexpr int kPairs = 2000;
   const Mesh mesh = Angle();
   const ExactGeometry geometry(mesh);
-  const std::vector<InnerBall> balls = InnerBallsOf(*geometry.tree(), kSpared_m);
+  const std::vector<InnerSphere> balls = FindInnerSpheres(*geometry.tree(), kSpared_m);
   RandomPairs random(71);
   int result = 0, overlapping = 0;
   for (int k = 0; k < kPairs; ++k) {
     const Pose X_AB = random.AnyPose(1.2 * kSize_m), I = Pose::Identity();
     const bool plain = ExactDistance({geometry, I}, {geometry, X_AB}).distance_m < 0;
     overlapping += plain ? 1 : 0;
-    if (!BallsOverlap(balls, balls, X_AB)) continue;
+    if (!SpheresOverlap(balls, balls, X_AB)) continue;
     EXPECT_TRUE(plain);
     ++result;
   }
@@ -89,7 +89,7 @@ TEST(InnerBalls, OverlapWhereTheirMeshesDo) {
 
 TEST(InnerBalls, AreNoneOfASolidThinnerThanWhatIsSpared) {
   const TriangleTree tree(Tessellate(Box{{kSize_m, kSize_m, 1e-3}}, 1e-3));
-  EXPECT_TRUE(InnerBallsOf(tree, 1e-3).empty());
+  EXPECT_TRUE(FindInnerSpheres(tree, 1e-3).empty());
 }
 
 }  // namespace
