@@ -65,7 +65,7 @@ class GlbReader {
     std::size_t triangles = 0;
     for (const std::size_t root : roots) triangles = Sum(triangles, TrianglesBelow(root));
     if (!status_.ok()) return status_;
-    if (absl::Status room = mesh_.CheckRoom(triangles); !room.ok()) return room;
+    if (absl::Status room = mesh_.CheckCapacity(triangles); !room.ok()) return room;
     for (const std::size_t root : roots) AddNode(root, Affine::Identity());
     if (!status_.ok()) return status_;
     return std::move(mesh_).Finish();

@@ -46,7 +46,7 @@ bool ComesAround(const RobotModel& model, std::size_t variable) {
     return false;
   }
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {
-    const bool follows = link.follows && link.variable == static_cast<int>(variable);
+    const bool is_mimic = link.is_mimic && link.variable == static_cast<int>(variable);
     return !follows || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));
   });
 }
@@ -105,7 +105,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
 
 JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<const double> to) {
   const auto first = static_cast<std::size_t>(link.variable);
-  const double factor = link.follows ? link.multiplier : 1;
+  const double factor = link.is_mimic ? link.multiplier : 1;
   // A straight motion from the joint's origin: the link is farthest from it at one of the ends.
   const auto straight = [](const Vector3& from_J, const Vector3& slide_J) {
     return JointTravel{.slide_W = slide_J,
@@ -118,7 +118,7 @@ JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<
     case JointKind::kContinuous:
       return {.turn_rad = std::abs(factor * step_[first]), .axis_W = link.axis_J};
     case JointKind::kPrismatic: {
-      const double offset = link.follows ? link.offset : 0;
+      const double offset = link.is_mimic ? link.offset : 0;
       return straight((factor * from_[first] + offset) * link.axis_J,
                       factor * step_[first] * link.axis_J);
     }

@@ -25,15 +25,15 @@ enum class MotionVerdict : std::uint8_t {
   kNotComputed,
   kFree,         // every distance stays at or above its margin, all along; never wrong
   kContact,      // a pair is below its margin at `hi`; never wrong
-  kGrazing,      // a pair comes within kGrazing_m of its margin; none is deeper below it
+  kGrazing,      // a pair comes within kGrazingTolerance_m of its margin; none is deeper below it
   kUndecided,    // the work or the accuracy of the answers did not suffice
   kOutOfLimits,  // for a path: a row is outside the limits of the body
 };
 
 // A gap up to this counts as touching.
-inline constexpr double kGrazing_m = 1e-6;
+inline constexpr double kGrazingTolerance_m = 1e-6;
 // The width of the bracket around the first contact, as a share of the edge.
-inline constexpr double kBracket = 1e-4;
+inline constexpr double kMaxBracketWidth = 1e-4;
 
 // Columns with one entry per motion: an edge, or a path of several edges (check_paths.h).
 struct MotionColumns {
@@ -42,7 +42,7 @@ struct MotionColumns {
   // path out of limits, the index of its first row out of limits. -1 if the motion is free or not
   // computed.
   std::vector<std::int32_t> segment;
-  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket
+  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <= kMaxBracketWidth
   // unless a pair before it grazes, or stays so near for so long that it is not proven free; both
   // are 0 if the edge begins in contact. For a grazing or undecided motion: the interval in
   // question. Else 0 and 1.

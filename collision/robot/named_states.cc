@@ -14,16 +14,16 @@ namespace {
 class StateMaker {
  public:
   StateMaker(const SemanticState& semantic, const RobotModel& model, const JointGroup& group,
-             LeftOut& left_out)
+             SkippedElements& left_out)
       : semantic_(semantic), model_(model), group_(group), left_out_(left_out) {}
 
   NamedState Make() {
     for (const JointPosition& position : semantic_.positions) {
-      if (!LinkOf(position).follows) Take(position);
+      if (!LinkOf(position).is_mimic) Take(position);
     }
     // The values of joints themselves take precedence over those derived from their mimic joints.
     for (const JointPosition& position : semantic_.positions) {
-      if (LinkOf(position).follows) TakeFollower(position);
+      if (LinkOf(position).is_mimic) TakeFollower(position);
     }
     NamedState state{.name = semantic_.name, .variables = {}, .values = {}};
     for (const auto& [variable, value] : values_) {
@@ -74,7 +74,7 @@ class StateMaker {
     }
     const double expected =
         link.offset + (link.multiplier != 0 ? link.multiplier * said->second : 0);
-    if (std::abs(value - expected) <= kFollowerTolerance) return;
+    if (std::abs(value - expected) <= kMimicTolerance) return;
     LeaveOut(position,
              absl::StrCat("is ", value, ", but ", Quoted(leader), " puts it at ", expected));
   }
@@ -87,14 +87,14 @@ class StateMaker {
   const SemanticState& semantic_;
   const RobotModel& model_;
   const JointGroup& group_;
-  LeftOut& left_out_;
+  SkippedElements& left_out_;
   std::map<int, double> values_;  // by variable
 };
 
 }  // namespace
 
 NamedState MakeNamedState(const SemanticState& semantic, const RobotModel& model,
-                          const JointGroup& group, LeftOut& left_out) {
+                          const JointGroup& group, SkippedElements& left_out) {
   return StateMaker(semantic, model, group, left_out).Make();
 }
 

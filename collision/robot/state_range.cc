@@ -43,7 +43,7 @@ std::vector<double> FixedReaches_m(const RobotModel& model) {
   return reaches_m;
 }
 
-bool IsOneOfSeveral(JointKind kind) {
+bool HasSeveralVariables(JointKind kind) {
   return kind == JointKind::kPlanar || kind == JointKind::kFloating;
 }
 
@@ -58,7 +58,7 @@ std::vector<Effect> EffectsOf(const RobotModel& model) {
   std::vector<Effect> effects(model.variables.size());
   for (const ModelLink& link : model.links) {
     const auto first = static_cast<std::size_t>(link.variable);
-    if (IsOneOfSeveral(link.kind)) {
+    if (HasSeveralVariables(link.kind)) {
       const std::size_t axes = link.kind == JointKind::kPlanar ? 2 : 3;
       for (std::size_t k = 0; k < axes; ++k) effects[first + k] = {.slide = 1, .axes = 1};
     }
@@ -66,7 +66,7 @@ std::vector<Effect> EffectsOf(const RobotModel& model) {
       effects[first].slide += std::abs(link.multiplier);
       ++effects[first].axes;
     }
-    if (!link.follows) continue;
+    if (!link.is_mimic) continue;
     double& farthest = effects[first].farthest;
     const double room = kMaxCoordinate_m - std::abs(link.offset);
     if (room / std::abs(link.multiplier) < farthest) farthest = room / std::abs(link.multiplier);
@@ -111,7 +111,7 @@ StateRange::StateRange(const RobotModel& model, const JointGroup& group, const P
   }
 }
 
-bool StateRange::IsPlainlyInside(std::span<const double> row) const {
+bool StateRange::IsCertainlyInside(std::span<const double> row) const {
   double reach_m = rest_m_;
   for (const Column& column : columns_) {
     const double value = std::abs(row[column.at]);
@@ -122,7 +122,7 @@ bool StateRange::IsPlainlyInside(std::span<const double> row) const {
 }
 
 std::optional<std::string> StateRange::FaultOf(std::span<const double> row) const {
-  if (IsPlainlyInside(row)) return std::nullopt;
+  if (IsCertainlyInside(row)) return std::nullopt;
   std::vector<double> state = base_;
   for (std::size_t k = 0; k < row.size(); ++k) {
     state[static_cast<std::size_t>(group_.variables[k])] = row[k];
@@ -131,7 +131,7 @@ std::optional<std::string> StateRange::FaultOf(std::span<const double> row) cons
   LinkPoses(model_, X_WB_, state, X_WL);
   for (std::size_t i = 0; i < X_WL.size(); ++i) {
     const ModelLink& link = model_.links[i];
-    if (link.follows) {
+    if (link.is_mimic) {
       const double value =
           link.multiplier * state[static_cast<std::size_t>(link.variable)] + link.offset;
       if (!IsInRange(value)) {

@@ -32,7 +32,7 @@ class StateRange {
 
   // True if a row may have a fault. Without sliding joints and mimic joints, either all rows have
   // one or none has.
-  bool MayHaveFaults() const { return !columns_.empty() || !IsPlainlyInside({}); }
+  bool MayHaveFaults() const { return !columns_.empty() || !IsCertainlyInside({}); }
 
   // The largest distance of a link from the world's origin, while each sliding joint that the group
   // moves, and each axis of planar and floating joints, is at most `slide_m` from 0. Infinite if
@@ -47,7 +47,7 @@ class StateRange {
     double farthest = 0;  // beyond this a mimic joint is out of range
   };
 
-  bool IsPlainlyInside(std::span<const double> row) const;
+  bool IsCertainlyInside(std::span<const double> row) const;
 
   const RobotModel& model_;
   const JointGroup& group_;

@@ -76,7 +76,7 @@ class Setter {
     for (const auto& [link, value, place] : followers_) {
       const ModelLink& follower = model_.links[link];
       const double expected = follower.multiplier * state_[follower.variable] + follower.offset;
-      if (std::abs(value - expected) <= kFollowerTolerance) continue;
+      if (std::abs(value - expected) <= kMimicTolerance) continue;
       return BadField(place + ".value",
                       absl::StrCat("is ", value, ", must be left out or ", expected, ": joint ",
                                    Quoted(follower.joint), " mimics another"));
@@ -116,7 +116,7 @@ class Setter {
                       absl::StrCat("is ", value.value, ", must be left out or 0: joint ",
                                    Quoted(value.variable), " is fixed"));
     }
-    if (link.has_value() && model_.links[*link].follows) {
+    if (link.has_value() && model_.links[*link].is_mimic) {
       followers_.push_back({*link, value.value, place});
       return absl::OkStatus();
     }

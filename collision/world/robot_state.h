@@ -28,7 +28,7 @@ struct JointValues {
 
 // Returns `state`, which has one value for each variable of the model, changed by `joints`.
 // Variables that are not named keep their value. Fixed joints may be named with 0, and mimic joints
-// with the value that they then have (within kFollowerTolerance, mimic.h), because reports of a
+// with the value that they then have (within kMimicTolerance, mimic.h), because reports of a
 // whole robot name them. Limits are not checked.
 //
 // Refuses (FieldRuleOf: "group", "named_state", "values", "values[2].variable", "values[2].value")

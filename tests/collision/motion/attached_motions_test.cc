@@ -135,7 +135,7 @@ TEST(SupportTolerance, EndsAtItsDepth) {
   const double met = 0.004 / 0.02;  // at a depth of 5 mm
   EXPECT_LE(result.lo[0], met);
   EXPECT_GE(result.hi[0], met - 1e-6);
-  EXPECT_LE(result.hi[0] - result.lo[0], kBracket + 1e-12);
+  EXPECT_LE(result.hi[0] - result.lo[0], kMaxBracketWidth + 1e-12);
 }
 
 }  // namespace

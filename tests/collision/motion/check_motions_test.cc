@@ -42,7 +42,7 @@ TEST(CheckMotions, BracketsTheFirstContact) {
   const double truth = 0.5 * (1 - std::sqrt(0.04 - 0.01));  // where the distance is two radii
   EXPECT_LE(columns.lo[0], truth);
   EXPECT_GE(columns.hi[0], truth);
-  EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
+  EXPECT_LE(columns.hi[0] - columns.lo[0], kMaxBracketWidth);
   EXPECT_EQ(columns.object[0], 0);
 }
 
@@ -61,7 +61,7 @@ TEST(CheckMotions, IsFreeOfAllThatItMeetsNearlyAtOnce) {
   ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
   EXPECT_LE(columns.lo[0], first);
   EXPECT_GE(columns.hi[0], first);
-  EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
+  EXPECT_LE(columns.hi[0] - columns.lo[0], kMaxBracketWidth);
 }
 
 // A box that slides over a ball and turns comes nearer by eight millimetres over the edge. If a
@@ -85,9 +85,9 @@ TEST(CheckMotions, BracketsAContactThatAHalfFallsJustBefore) {
                                       MakeTranslation(p_WBall.x(), p_WBall.y(), p_WBall.z()))});
     const MotionColumns columns = *CheckMotions(*world, body, edges, {});
     ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact) << gap_m;
-    EXPECT_LT(columns.lo[0], kHalf + kBracket) << gap_m;
+    EXPECT_LT(columns.lo[0], kHalf + kMaxBracketWidth) << gap_m;
     EXPECT_GT(columns.hi[0], kHalf) << gap_m;
-    EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket) << gap_m;
+    EXPECT_LE(columns.hi[0] - columns.lo[0], kMaxBracketWidth) << gap_m;
   }
 }
 
@@ -145,7 +145,7 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
   const std::vector<Pose> here = {Pose::Identity()};
   const PairColumns gap = *GetDistances(*world, body, here, {});
   const double distance_m = gap.distance_m[0], bound_m = gap.bound_m[0];
-  ASSERT_GT(bound_m, kGrazing_m);
+  ASSERT_GT(bound_m, kGrazingTolerance_m);
   const Vector3 nhat(gap.normal[0], gap.normal[1], gap.normal[2]);
   Pose away = here[0];
   away.translation() -= 0.001 * nhat;

@@ -55,7 +55,7 @@ inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const 
       EXPECT_EQ(CheckCollisions(world, body, PlacesOf(motion, {columns.hi[edge]}), {})->verdict[0],
                 Verdict::kCollision)
           << edge;
-      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kBracket);
+      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kMaxBracketWidth);
       break;
     }
     default:

@@ -66,7 +66,7 @@ TEST(TouchingMotions, MeetTheFloorThatTheySinkInto) {
     ASSERT_EQ(result.verdict, MotionVerdict::kContact) << length_m;
     EXPECT_LE(result.lo, 0.5) << length_m;
     EXPECT_GE(result.hi, 0.5) << length_m;
-    EXPECT_LE(result.hi - result.lo, kBracket + 0.02)
+    EXPECT_LE(result.hi - result.lo, kMaxBracketWidth + 0.02)
         << length_m;  // the last micrometre is not proven
   }
 }
@@ -114,7 +114,7 @@ TEST(TouchingMotions, MeetTheWallThatTheySlideTo) {
     const MotionResult result = InAngle(from_m, from_m - length_m);
     ASSERT_EQ(result.verdict, MotionVerdict::kContact) << length_m;
     EXPECT_LE(result.lo, 0.9) << length_m;
-    EXPECT_NEAR(result.hi, 0.9, 2 * kBracket) << length_m;
+    EXPECT_NEAR(result.hi, 0.9, 2 * kMaxBracketWidth) << length_m;
     EXPECT_GE(result.hi, 0.9) << length_m;
   }
 }

@@ -101,7 +101,7 @@ TEST(FollowersOfARobot, HaveLimitsThatAStateMayLeave) {
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const double hand = -2 * rows[k] + 0.2;
     const bool is_inside =
-        std::abs(rows[k]) <= 2 && hand >= -3 - kFollowerTolerance && hand <= 1 + kFollowerTolerance;
+        std::abs(rows[k]) <= 2 && hand >= -3 - kMimicTolerance && hand <= 1 + kMimicTolerance;
     EXPECT_EQ(result.verdict[k] != Verdict::kOutOfLimits, is_inside) << rows[k];
   }
 }

@@ -13,9 +13,9 @@ namespace cwm::collision {
 
 // Iterates over the lines that have words. A line ends at "\n" or "\r\n"; a "\" at its end joins it
 // with the next line.
-class MeshText {
+class LineReader {
  public:
-  explicit MeshText(std::string_view text) : rest_(text) {}
+  explicit LineReader(std::string_view text) : rest_(text) {}
 
   // Goes to the next line with words; false at the end.
   bool Next();

@@ -1,4 +1,4 @@
-#include "collision/mesh_files/mesh_text.h"
+#include "collision/mesh_files/line_reader.h"
 
 #include <algorithm>
 #include <cctype>
@@ -16,7 +16,7 @@ char Lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned 
 
 }  // namespace
 
-bool MeshText::Next() {
+bool LineReader::Next() {
   words_.clear();
   while (!rest_.empty()) {
     const std::size_t end = std::min(rest_.find('\n'), rest_.size());
@@ -32,7 +32,7 @@ bool MeshText::Next() {
   return !words_.empty();
 }
 
-void MeshText::AppendWords(std::string_view line) {
+void LineReader::AppendWords(std::string_view line) {
   while (true) {
     line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
     if (line.empty()) return;
@@ -42,13 +42,13 @@ void MeshText::AppendWords(std::string_view line) {
   }
 }
 
-bool MeshText::Is(std::string_view keyword) const {
+bool LineReader::Is(std::string_view keyword) const {
   const std::string_view first = words_.front();
   return std::equal(first.begin(), first.end(), keyword.begin(), keyword.end(),
                     [](char a, char b) { return Lower(a) == b; });
 }
 
-std::optional<Vector3> MeshText::VectorAt(std::size_t first) const {
+std::optional<Vector3> LineReader::VectorAt(std::size_t first) const {
   if (words_.size() < first + 3) return std::nullopt;
   Vector3 vector;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -59,7 +59,7 @@ std::optional<Vector3> MeshText::VectorAt(std::size_t first) const {
   return vector;
 }
 
-absl::Status MeshText::Fault(std::string_view rule) const {
+absl::Status LineReader::Fault(std::string_view rule) const {
   return absl::InvalidArgumentError(absl::StrCat("line ", line_, ": ", std::string(rule)));
 }
 
