@@ -110,15 +110,15 @@ class EdgeSearch {
 
   void Gather() {
     search_.PlaceBody(EdgeRow(motion_, 0), 0);
-    double fastest_m = 0;
+    double max_travel_m = 0;
     for (const PartPair& pair : search_.self_pairs()) {
-      fastest_m = std::max(fastest_m, motion_.RelativeTravel_m(pair));
+      max_travel_m = std::max(max_travel_m, motion_.RelativeTravel_m(pair));
     }
     search_.ForEachSelfPair(
-        BodySearch::From::kMargin, Reach_m(0, fastest_m), QueryKind::kDistance,
+        BodySearch::From::kMargin, Reach_m(0, max_travel_m), QueryKind::kDistance,
         [&](const BodySearch::Pair& pair) {
           Add(pair, motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
-          return Reach_m(0, fastest_m);
+          return Reach_m(0, max_travel_m);
         });
     if (search_.tests_world()) GatherOfWorld();
     order_.resize(candidates_.size());
@@ -130,18 +130,18 @@ class EdgeSearch {
   }
 
   void GatherOfWorld() {
-    double fastest_m = 0;
+    double max_travel_m = 0;
     for (std::size_t k = 0; k < search_.part_count(); ++k) {
-      fastest_m = std::max(fastest_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
+      max_travel_m = std::max(max_travel_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
     }
     search_.world().bounds().ForEachWithin(
-        search_.body_bounds_W(), Reach_m(search_.widest_margin_m(), fastest_m),
+        search_.body_bounds_W(), Reach_m(search_.max_margin_m(), max_travel_m),
         [&](const Obstacle& object) {
           if (search_.Skips(object)) return true;
-          search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, fastest_m),
+          search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, max_travel_m),
                               QueryKind::kDistance, [&](const BodySearch::Pair& pair) {
                                 Add(pair, motion_.Travel_m(pair.id.body_part));
-                                return Reach_m(0, fastest_m);
+                                return Reach_m(0, max_travel_m);
                               });
           return !search_.ended();
         });

@@ -57,7 +57,7 @@ QueryBody WithAttachedObjects(QueryBody body, const WorldSnapshot& world, const 
       }
     }
     geometry->parts.insert(geometry->parts.end(), added.parts.begin(), added.parts.end());
-    geometry->widest_sigma_m = std::max(geometry->widest_sigma_m, added.widest_sigma_m);
+    geometry->max_sigma_m = std::max(geometry->max_sigma_m, added.max_sigma_m);
     body.frame_of_part.resize(geometry->parts.size(), body.frame_count + static_cast<int>(k));
   }
   body.geometry = std::move(geometry);

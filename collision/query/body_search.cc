@@ -42,12 +42,12 @@ std::string_view NameOf(PartSource source) {
 }
 
 // The largest margin of a part of the body, without the request's margin.
-double WidestMargin_m(const QueryBody& body) {
-  double widest_m = body.margin_m;
+double MaxMargin_m(const QueryBody& body) {
+  double max_margin_m = body.margin_m;
   for (const AttachedObject& attached : body.attached) {
-    widest_m = std::max(widest_m, attached.object->margin_m);
+    max_margin_m = std::max(max_margin_m, attached.object->margin_m);
   }
-  return widest_m;
+  return max_margin_m;
 }
 
 }  // namespace
@@ -101,9 +101,8 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
       request_margin_m_(options.margin_m),
       support_tolerance_m_(options.support_tolerance_m),
       sigmas_(options.margin_sigma),
-      widest_margin_m_(
-          std::max(world.objects().widest_margin_m() + WidestMargin_m(body) + options.margin_m,
-                   rules_.widest_margin_m())),
+      max_margin_m_(std::max(world.objects().max_margin_m() + MaxMargin_m(body) + options.margin_m,
+                             rules_.max_margin_m())),
       choice_(options.engine),
       frame_pairs_(FramePairsOf(body)),
       interrupt_(std::move(interrupt)) {
@@ -137,7 +136,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .bounds_W = Aabb()});
     has_parts_ = has_parts_ || !parts_.back().skipped;
   }
-  widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
+  max_margin_m_ += sigmas_ * (body.geometry->max_sigma_m + world.objects().max_sigma_m());
   X_WF_.resize(static_cast<std::size_t>(body.TotalFrames()), Pose::Identity());
   frames_of_pair_.resize(kTags, 0);
   for (std::size_t k = 0; k < frame_pairs_.pairs.size(); ++k) {
@@ -160,13 +159,14 @@ FramePairs FramePairsOf(const QueryBody& body) {
   return of_body;
 }
 
-void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
+void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const UnresolvedTags& open) {
   rows.Place(row, OwnFrames());
   PlaceAttached();
   PlaceParts(X_WF_, row, open);
 }
 
-void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open) {
+void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row,
+                           const UnresolvedTags& open) {
   if (body_.attached.empty()) return PlaceParts(X_WF, row, open);
   std::ranges::copy(X_WF, OwnFrames().begin());
   PlaceAttached();
@@ -181,7 +181,8 @@ void BodySearch::PlaceAttached() {
   }
 }
 
-void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open) {
+void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row,
+                            const UnresolvedTags& open) {
   row_ = static_cast<std::int64_t>(row);
   bounds_W_.setEmpty();
   open_ = open;

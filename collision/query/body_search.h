@@ -78,10 +78,11 @@ class BodySearch {
 
   // Places the body at the row. Only frames and pairs that are open are tested: bits of
   // `open.worlds` are frames, bits of `open.pairs` are indices of FramePairsOf, both modulo kTags.
-  void PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open = kAllOpen);
+  void PlaceBody(const BodyRows& rows, std::size_t row,
+                 const UnresolvedTags& open = kAllUnresolved);
   // The same if the row's frames, except those of attached objects, are already known.
-  void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open);
-  static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
+  void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const UnresolvedTags& open);
+  static constexpr UnresolvedTags kAllUnresolved{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and the obstacle that no rule allows to
@@ -105,7 +106,7 @@ class BodySearch {
   // obstacle.
   double MinBoxDistance_m2(const Obstacle& object);
   // Upper bound of the margins of all pairs of the body and the world.
-  double widest_margin_m() const { return widest_margin_m_; }
+  double max_margin_m() const { return max_margin_m_; }
   bool tests_world() const { return body_.tests_world && has_parts_; }
   bool tests_self() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
@@ -163,7 +164,7 @@ class BodySearch {
     return std::span(X_WF_).first(static_cast<std::size_t>(body_.frame_count));
   }
   void PlaceAttached();
-  void PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open);
+  void PlaceParts(std::span<const Pose> frames, std::size_t row, const UnresolvedTags& open);
   // The margin of a pair if no rule sets another one.
   double DefaultMargin_m(const BodyPart& mine, const std::string& theirs,
                          double their_margin_m) const {
@@ -208,18 +209,19 @@ class BodySearch {
   double request_margin_m_;
   double support_tolerance_m_;
   double sigmas_;  // QueryOptions::margin_sigma
-  double widest_margin_m_;
+  double max_margin_m_;
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by QueryKind: kCollides, kDistance
   std::vector<BodyPart> parts_;
   bool has_parts_ = false;  // true if some part is not skipped
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
-  LaneOpen open_ = kAllOpen;
+  UnresolvedTags open_ = kAllUnresolved;
   std::vector<NearPair> near_;  // buffer of the NearestFirst searches
   FramePairs frame_pairs_;
-  std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs: bits of their frames
-  std::int64_t row_ = -1;                      // the last row of PlaceBody
+  std::vector<std::uint64_t>
+      frames_of_pair_;     // by bit of UnresolvedTags::pairs: bits of their frames
+  std::int64_t row_ = -1;  // the last row of PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
@@ -234,7 +236,7 @@ template <class Visit>
 void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
   const ObstacleRules rules = rules_.Of(object);
-  const double more_m = sigmas_ * object.geometry->widest_sigma_m;
+  const double more_m = sigmas_ * object.geometry->max_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;

@@ -117,7 +117,7 @@ void ForEachNearPair(BodySearch& search, Add&& add) {
     return !is_decided && !search.ended();
   };
   search.world().bounds().ForEachWithin(search.body_bounds_W(),
-                                        std::max(0.0, search.widest_margin_m()), visit);
+                                        std::max(0.0, search.max_margin_m()), visit);
 }
 
 RowVerdict EvaluateRow(BodySearch& search, UnseenSpace unseen) {
@@ -240,9 +240,9 @@ class Checker : public ChunkWorker {
     return known != Verdict::kUndecided;
   }
 
-  LaneOpen OpenOf(std::size_t k) const {
+  UnresolvedTags OpenOf(std::size_t k) const {
     const bool all = !spheres_ || spheres_->open().empty();
-    return all ? BodySearch::kAllOpen : spheres_->open()[k];
+    return all ? BodySearch::kAllUnresolved : spheres_->open()[k];
   }
 
   // True if the sphere check decided the verdict but not its accuracy.

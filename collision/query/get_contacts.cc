@@ -44,7 +44,7 @@ class ContactFinder : public RowFinder {
       return !search_.ended();
     };
     search_.world().bounds().ForEachWithin(search_.body_bounds_W(),
-                                           std::max(0.0, search_.widest_margin_m()), visit);
+                                           std::max(0.0, search_.max_margin_m()), visit);
   }
 
   // Adds the contacts of a pair and returns the reach beyond the margins, which is always 0.

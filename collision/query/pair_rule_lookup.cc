@@ -33,7 +33,7 @@ struct CombinedRule {
 
  private:
   static bool Precedes(const PairRule& a, const PairRule& b) {
-    const int precision_a = Precision(a.pair), precision_b = Precision(b.pair);
+    const int precision_a = Specificity(a.pair), precision_b = Specificity(b.pair);
     return precision_a != precision_b ? precision_a > precision_b : a.pair < b.pair;
   }
 };
@@ -71,7 +71,7 @@ void PairRuleLookup::Add(const PairRule& rule, const NamedThing& mine, const Nam
   if (!of_everything && !Exists(theirs.name)) return;
   auto& applied = of_everything ? of_everything_ : of_named_;
   applied.push_back({*frames, &rule, &theirs});
-  widest_margin_m_ = std::max(widest_margin_m_, rule.margin_m.value_or(0));
+  max_margin_m_ = std::max(max_margin_m_, rule.margin_m.value_or(0));
 }
 
 // True if the world has an object or robot of that name other than the body itself.

@@ -60,7 +60,7 @@ class PairRuleLookup {
   // The rules for the self pairs of the body, by pair; empty if no rule applies to any.
   std::span<const EffectiveRule> OfSelfPairs() const { return of_self_pairs_; }
   // The largest margin that a rule sets for the body and the world; 0 if none does.
-  double widest_margin_m() const { return widest_margin_m_; }
+  double max_margin_m() const { return max_margin_m_; }
 
  private:
   // A rule with the body on one side. `frames` is that side: one frame of the body, all its own
@@ -100,7 +100,7 @@ class PairRuleLookup {
   std::unordered_map<const Obstacle*, RuleTable> rules_by_obstacle_;
   std::vector<const PairRule*> of_itself_;
   std::vector<EffectiveRule> of_self_pairs_;
-  double widest_margin_m_ = 0;
+  double max_margin_m_ = 0;
 };
 
 }  // namespace cwm::collision

@@ -33,7 +33,7 @@
 
 namespace cwm::collision {
 
-class ProgramMemo;  // spheres/program_memo.h
+class ProgramCache;  // spheres/program_memo.h
 
 // Two parts of one body.
 struct PartPair {
@@ -71,8 +71,8 @@ struct QueryBody {
   Accuracy best_accuracy = Accuracy::kExact;
   // Spheres by frame that together contain the parts (an open mesh with its whole box). With them
   // CheckCollisions proves pairs apart for many states at once; the results are the same without.
-  std::shared_ptr<const SphereModel> around = {};
-  std::shared_ptr<ProgramMemo> programs = {};  // cache of `robot`; nullptr: each query compiles
+  std::shared_ptr<const SphereModel> bounding_spheres = {};
+  std::shared_ptr<ProgramCache> programs = {};  // cache of `robot`; nullptr: each query compiles
 
   int FrameOf(std::int32_t part) const {
     return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];

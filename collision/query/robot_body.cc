@@ -50,7 +50,7 @@ void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
 
 QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
   QueryBody body{.geometry = robot.geometry, .frame_of_part = robot.link_of_part};
-  body.around = robot.spheres_around;
+  body.bounding_spheres = robot.bounding_spheres;
   SetScope(robot, scope, body);
   return body;
 }

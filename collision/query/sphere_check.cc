@@ -9,7 +9,7 @@
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/sphere_scene.h"
 #include "collision/robot/kinematics.h"
-#include "collision/spheres/program_memo.h"
+#include "collision/spheres/program_cache.h"
 
 namespace cwm::collision {
 namespace {
@@ -36,7 +36,7 @@ std::optional<Spheres> OwnSpheres(const QueryBody& body) {
   return spheres;
 }
 
-Spheres SpheresAround(const SphereModel& around) {
+Spheres PlacedSpheresOf(const SphereModel& around) {
   Spheres spheres;
   for (std::size_t link = 0; link < around.links.size(); ++link) {
     for (const LinkSphere& sphere : around.links[link]) {
@@ -61,12 +61,12 @@ void AddAttached(const QueryBody& body, Spheres& spheres) {
   }
 }
 
-std::vector<HungFrame> HungFramesOf(const QueryBody& body) {
-  std::vector<HungFrame> hung;
+std::vector<FixedFrame> FixedFramesOf(const QueryBody& body) {
+  std::vector<FixedFrame> fixed_frames;
   for (const AttachedObject& attached : body.attached) {
-    hung.push_back({.link = attached.link, .X_LF = attached.X_FO});
+    fixed_frames.push_back({.link = attached.link, .X_LF = attached.X_FO});
   }
-  return hung;
+  return fixed_frames;
 }
 
 // True if no rule sets a larger margin than `margin_m`, so that pairs proven apart by that margin
@@ -76,8 +76,7 @@ bool RulesKeepFreePairs(const PairRuleLookup& rules, double margin_m) {
     return !terms.has_margin || terms.margin_m <= margin_m;
   };
   const std::span<const EffectiveRule> of_itself = rules.OfSelfPairs();
-  return rules.widest_margin_m() <= margin_m &&
-         std::all_of(of_itself.begin(), of_itself.end(), keeps);
+  return rules.max_margin_m() <= margin_m && std::all_of(of_itself.begin(), of_itself.end(), keeps);
 }
 
 bool IsSupportedBySimd(const RobotModel& model, const QueryBody& body,
@@ -103,14 +102,14 @@ std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const Join
 }
 
 // The frames and pairs of frames with an open mesh of the body.
-LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
-                           const FramePairs& frame_pairs) {
+UnresolvedTags PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
+                                 const FramePairs& frame_pairs) {
   const auto is_open = [&](std::int32_t k) {
     const PreparedPart& part = body.geometry->parts[static_cast<std::size_t>(k)];
     return IsOpenMesh(part.shape) && !filter.SkipsPart(body, body.FrameOf(k), part.source);
   };
   const auto bit = [](std::int32_t tag) { return std::uint64_t{1} << (tag % kTags); };
-  LaneOpen open;
+  UnresolvedTags open;
   for (std::size_t k = 0; k < body.geometry->parts.size() && body.tests_world; ++k) {
     const auto part = static_cast<std::int32_t>(k);
     if (is_open(part)) open.worlds |= bit(body.FrameOf(part));
@@ -124,7 +123,7 @@ LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
 
 Verdict VerdictOf(StateMark mark, LaneVerdict result) {
   if (mark == StateMark::kOutOfLimits) return Verdict::kOutOfLimits;
-  if (mark == StateMark::kTooFar || result == LaneVerdict::kOpen) return Verdict::kUndecided;
+  if (mark == StateMark::kTooFar || result == LaneVerdict::kUnresolved) return Verdict::kUndecided;
   return result == LaneVerdict::kFree ? Verdict::kFree : Verdict::kCollision;
 }
 
@@ -153,8 +152,8 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
   if (joints == nullptr || !IsSupportedBySimd(joints->model(), body, options)) return std::nullopt;
-  // Prismatic joints beyond kFarthestShift_m make a row UNDECIDED in any case.
-  if (joints->range().Reach_m(kFarthestShift_m) > kMaxCoordinate_m) return std::nullopt;
+  // Prismatic joints beyond kMaxSlide_m make a row UNDECIDED in any case.
+  if (joints->range().Reach_m(kMaxSlide_m) > kMaxCoordinate_m) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);
   if (!RulesKeepFreePairs(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
@@ -164,8 +163,8 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   const bool is_the_body = spheres.has_value() && body.attached.empty() && !has_rules;
   if (!is_the_body && rows.size() < kMinRows) return std::nullopt;
   if (!spheres) {
-    if (body.around == nullptr) return std::nullopt;
-    spheres = SpheresAround(*body.around);
+    if (body.bounding_spheres == nullptr) return std::nullopt;
+    spheres = PlacedSpheresOf(*body.bounding_spheres);
   }
   AddAttached(body, *spheres);
   std::vector<SpherePair> pairs;
@@ -176,11 +175,13 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   } else {
     frame_pairs = FramePairsOf(body);
   }
-  const std::vector<HungFrame> hung = HungFramesOf(body);
-  const std::shared_ptr<const SphereProgram> program = ProgramOf(
-      body, *joints,
-      {.spheres = *spheres, .hung = hung, .pairs = {.spheres = pairs, .links = frame_pairs.pairs}},
-      options.margin_m);
+  const std::vector<FixedFrame> fixed_frames = FixedFramesOf(body);
+  const std::shared_ptr<const SphereProgram> program =
+      ProgramOf(body, *joints,
+                {.spheres = *spheres,
+                 .fixed_frames = fixed_frames,
+                 .pairs = {.spheres = pairs, .links = frame_pairs.pairs}},
+                options.margin_m);
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
   const Pose& X_WB = joints->states().X_WB;
@@ -191,7 +192,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   if (body.best_accuracy < Accuracy::kSurfaceOnly) {
     if (!is_the_body) of_lanes.tags_for_accuracy = PairsWithOpenMesh(body, filter, frame_pairs);
     if (body.tests_world && ReachesOpenMeshes(world, filter, *program, X_WB, margin_m)) {
-      of_lanes.tags_for_accuracy.worlds = BodySearch::kAllOpen.worlds;
+      of_lanes.tags_for_accuracy.worlds = BodySearch::kAllUnresolved.worlds;
     }
   }
   return SphereCheck(*joints, program, std::move(of_lanes),
@@ -232,10 +233,11 @@ void SphereCheck::CheckLanes(std::size_t stride, std::size_t count,
   }
   found_.resize(count);
   open_.resize(count);
-  FindOpen(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_, found_.data());
+  FindUnresolved(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
+                 found_.data());
   for (std::size_t i = 0; i < count; ++i) {
     const bool is_unknown = marks_[order[i]] == StateMark::kTooFar;
-    open_[order[i]] = is_unknown ? BodySearch::kAllOpen : found_[i];
+    open_[order[i]] = is_unknown ? BodySearch::kAllUnresolved : found_[i];
   }
   for (std::size_t i = 0; i < count; ++i) {
     const bool is_free = open_[i].worlds == 0 && open_[i].pairs == 0;

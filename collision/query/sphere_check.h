@@ -34,12 +34,12 @@ class SphereCheck {
   // call.
   std::span<const Verdict> Check(std::size_t first, std::size_t count);
   // The frames and pairs that remain to be tested in UNDECIDED rows, by row; everything if empty.
-  std::span<const LaneOpen> open() const { return open_; }
+  std::span<const UnresolvedTags> open() const { return open_; }
   // True if the k-th of these rows is known to be within limits, even if it is UNDECIDED.
   bool IsKnownWithinLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
   // The frames and pairs that determine the accuracy of a FREE row. Spheres prove parts apart, but do
   // not tell if the boxes of parts meet those of an open mesh.
-  const LaneOpen& tags_for_accuracy() const { return tags_for_accuracy_; }
+  const UnresolvedTags& tags_for_accuracy() const { return tags_for_accuracy_; }
   bool needs_accuracy_tests() const {
     return tags_for_accuracy_.worlds != 0 || tags_for_accuracy_.pairs != 0;
   }
@@ -50,7 +50,7 @@ class SphereCheck {
   enum class SphereRole { kExact, kBounding };
   struct CompiledWorld {
     LaneScene scene;
-    LaneOpen tags_for_accuracy;
+    UnresolvedTags tags_for_accuracy;
   };
   SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program,
               CompiledWorld world, SphereRole role);
@@ -60,14 +60,14 @@ class SphereCheck {
   SphereRole role_;
   std::shared_ptr<const SphereProgram> program_;
   LaneScene scene_;
-  LaneOpen tags_for_accuracy_;
+  UnresolvedTags tags_for_accuracy_;
   bool base_is_within_limits_ = true;
   StateOrder order_;
   LaneMemory memory_;
   std::vector<float> values_, sorted_values_;
   std::vector<StateMark> marks_;
   std::vector<LaneVerdict> lane_verdicts_;
-  std::vector<LaneOpen> found_, open_;
+  std::vector<UnresolvedTags> found_, open_;
   std::vector<Verdict> verdicts_;
 };
 

@@ -67,7 +67,7 @@ Turn TurnBy(Lane angle) {
           hn::Xor(hn::IfThenElse(odd, s, c), sign_of(hn::Add(quadrant, one)))};
 }
 
-Frame Hung(const Frame& parent, const LaneJoint& joint, Lane value) {
+Frame ChildFrame(const Frame& parent, const LaneJoint& joint, Lane value) {
   Frame now;
   const float* r = joint.rotation;
   const Turn turn = joint.turns ? TurnBy(value) : Turn{value, value};
@@ -174,8 +174,8 @@ class StateChecker {
     hit_ = open_ = hn::FirstN(kTag, 0);
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
-      StoreFrame(k,
-                 Hung(LoadFrame(joint.parent), joint, hn::LoadU(kTag, values + (k - 1) * stride)));
+      StoreFrame(k, ChildFrame(LoadFrame(joint.parent), joint,
+                               hn::LoadU(kTag, values + (k - 1) * stride)));
     }
     // Groups of the root frame do not move and stay placed.
     for (std::size_t g = 0; g < program_.groups.size(); ++g) {
@@ -189,8 +189,8 @@ class StateChecker {
     for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) CheckWorld(g);
   }
 
-  void Find(const float* values, std::size_t stride, LaneOpen* found) {
-    std::fill_n(found, width(), LaneOpen{});
+  void Find(const float* values, std::size_t stride, UnresolvedTags* found) {
+    std::fill_n(found, width(), UnresolvedTags{});
     found_ = found;
     std::fill_n(worlds_, kTags, hn::FirstN(kTag, 0));
     std::fill_n(pairs_, kTags, hn::FirstN(kTag, 0));
@@ -200,9 +200,10 @@ class StateChecker {
   void WriteVerdicts(std::size_t count, LaneVerdict* verdicts) const {
     alignas(64) float result[kMaxLanes] = {};
     const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
-    hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
-                             hn::IfThenElse(open_, as(LaneVerdict::kOpen), as(LaneVerdict::kFree))),
-              kTag, result);
+    hn::Store(
+        hn::IfThenElse(hit_, as(LaneVerdict::kHit),
+                       hn::IfThenElse(open_, as(LaneVerdict::kUnresolved), as(LaneVerdict::kFree))),
+        kTag, result);
     for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(result[i]);
   }
 
@@ -264,7 +265,7 @@ class StateChecker {
     if (!is_hull) hit_ = hn::Or(hit_, hn::Lt(beyond, All(-band_m2)));
   }
   // Records the open lanes for a tag, each of them once; `known` has the lanes recorded before.
-  void Note(Lane beyond, float band_m2, std::uint64_t LaneOpen::*what, std::int32_t tag,
+  void Note(Lane beyond, float band_m2, std::uint64_t UnresolvedTags::*what, std::int32_t tag,
             LaneMask& known) {
     const LaneMask open = hn::AndNot(known, hn::Lt(beyond, All(band_m2)));
     if (hn::AllFalse(kTag, open)) return;
@@ -339,7 +340,7 @@ class StateChecker {
         lowest = hn::Min(lowest, BeyondReach(at, LoadPoint(centres_, b), reach_m * reach_m));
       }
     }
-    Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag, pairs_[pair.tag]);
+    Note(lowest, pair.band.spheres_m2, &UnresolvedTags::pairs, pair.tag, pairs_[pair.tag]);
   }
 
   void CheckWorld(std::size_t g) {
@@ -373,7 +374,7 @@ class StateChecker {
       if (found_ == nullptr) {
         Keep(lowest, band.spheres_m2, obstacle.is_hull);
       } else {
-        Note(lowest, band.spheres_m2, &LaneOpen::worlds, cluster.tag, worlds_[cluster.tag]);
+        Note(lowest, band.spheres_m2, &UnresolvedTags::worlds, cluster.tag, worlds_[cluster.tag]);
       }
     }
   }
@@ -428,7 +429,7 @@ class StateChecker {
   std::int32_t* near_ = nullptr;          // candidates of a walk, collected without branches
   std::int32_t* group_placed_ = nullptr;  // by group: true if its clusters' bounds are placed
   LaneMask hit_, open_;
-  LaneOpen* found_ = nullptr;              // by lane; null in Run, which computes verdicts only
+  UnresolvedTags* found_ = nullptr;        // by lane; null in Run, which computes verdicts only
   LaneMask worlds_[kTags], pairs_[kTags];  // lanes that were found open, by tag
 };
 
@@ -442,9 +443,9 @@ void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* v
 }
 
 void FindAll(const LaneProgram& program, const LaneScene& scene, const float* values,
-             std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
+             std::size_t stride, std::size_t count, LaneMemory& memory, UnresolvedTags* open) {
   StateChecker checker(program, scene, memory);
-  LaneOpen found[kMaxLanes];
+  UnresolvedTags found[kMaxLanes];
   for (std::size_t first = 0; first < count; first += checker.width()) {
     checker.Find(values + first, stride, found);
     std::copy_n(found, HWY_MIN(checker.width(), count - first), open + first);
@@ -482,8 +483,9 @@ void CheckStates(const LaneProgram& program, const LaneScene& scene, const float
   HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
 }
 
-void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
-              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
+void FindUnresolved(const LaneProgram& program, const LaneScene& scene, const float* values,
+                    std::size_t stride, std::size_t count, LaneMemory& memory,
+                    UnresolvedTags* open) {
   HWY_DYNAMIC_DISPATCH(FindAll)(program, scene, values, stride, count, memory, open);
 }
 

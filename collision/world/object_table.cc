@@ -105,9 +105,9 @@ ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(
 
 std::size_t ObjectTable::size() const { return Node::SizeOf(root_); }
 
-double ObjectTable::widest_margin_m() const { return empty() ? 0 : root_->widest.margin_m; }
+double ObjectTable::max_margin_m() const { return empty() ? 0 : root_->widest.margin_m; }
 
-double ObjectTable::widest_sigma_m() const { return empty() ? 0 : root_->widest.sigma_m; }
+double ObjectTable::max_sigma_m() const { return empty() ? 0 : root_->widest.sigma_m; }
 
 ObjectTable::Iterator ObjectTable::begin() const {
   Iterator first;
@@ -168,7 +168,7 @@ ObjectTable::NodePtr ObjectTable::Make(EntryPtr entry, NodePtr left, NodePtr rig
   const boost::intrusive_ptr<Node> node(new Node);
   const WorldObject& object = *entry->object;
   node->size = 1 + Node::SizeOf(left) + Node::SizeOf(right);
-  node->widest = {RoundedUp(object.margin_m), RoundedUp(object.geometry->widest_sigma_m)};
+  node->widest = {RoundedUp(object.margin_m), RoundedUp(object.geometry->max_sigma_m)};
   if (left != nullptr) node->widest.Include(left->widest);
   if (right != nullptr) node->widest.Include(right->widest);
   node->entry = std::move(entry);

@@ -50,7 +50,7 @@ NamedPair Ordered(NamedPair pair) {
   return pair;
 }
 
-int Precision(const NamedPair& pair) {
+int Specificity(const NamedPair& pair) {
   const auto of = [](const NamedThing& thing) {
     return (IsEverything(thing) ? 0 : 1) + (thing.link.empty() ? 0 : 1);
   };

@@ -52,7 +52,7 @@ NamedPair Ordered(NamedPair pair);
 
 // The number of names, except kEverything, and of links in a pair: 0 to 4. If several rules have a
 // margin, the one with the highest number applies, and among equals the first in order.
-int Precision(const NamedPair& pair);
+int Specificity(const NamedPair& pair);
 
 // InvalidArgument ("a.name", "b.link" and the like, see FieldRuleOf) for a name that no object or
 // robot can have, for the name of a link that no robot can have, and for a link of kEverything.

@@ -34,7 +34,7 @@ class Preparation {
                       .engines = PrepareShape(shape, work_)};
     if (MustEnd(work_, StepsOf(shape))) return false;
     part.bounds_O = BoundsAt(part, X_OP);
-    prepared_.weight += WeightOfAsking(shape);
+    prepared_.weight += QueryCost(shape);
     prepared_.parts.push_back(std::move(part));
     return true;
   }
@@ -89,7 +89,7 @@ bool IsValidName(std::string_view name) {
   });
 }
 
-std::int64_t WeightOfAsking(const Shape& shape) {
+std::int64_t QueryCost(const Shape& shape) {
   constexpr std::size_t kCornersOfUnit = 64;
   constexpr std::int64_t kOfMesh = 4;
   if (const auto* mesh = std::get_if<Mesh>(&shape)) {
@@ -122,7 +122,7 @@ std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> 
     const ShapePart& part = model->shapes[i];
     if (!preparation.Add(PartSource::kShape, i, part.X_OS, part.shape)) return nullptr;
     prepared->parts.back().sigma_m = SurfaceSigma_m(part);
-    prepared->widest_sigma_m = std::max(prepared->widest_sigma_m, prepared->parts.back().sigma_m);
+    prepared->max_sigma_m = std::max(prepared->max_sigma_m, prepared->parts.back().sigma_m);
   }
   for (int i = 0; i < static_cast<int>(model->surfaces.size()); ++i) {
     const Mesh& surface = model->surfaces[i].surface;

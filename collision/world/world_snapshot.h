@@ -46,7 +46,7 @@ class WorldSnapshot {
   Revision revision() const { return revision_; }
   // Ordered by name.
   const ObjectTable& objects() const { return objects_; }
-  // The sum of WeightOfAsking over all parts of objects and robots.
+  // The sum of QueryCost over all parts of objects and robots.
   std::int64_t weight() const { return weight_; }
   // nullptr if there is none.
   WorldObjectPtr Find(std::string_view name) const;

@@ -178,7 +178,7 @@ TEST_F(BatchSizes, DoNotMatterToARobotOfSpheres) {
   const auto model = ArmWith(testing::BoxMesh({0.05, 0.04, 0.2}));
   const auto robot = PrepareRobot(model, std::nullopt);
   const auto world = Room(random_);
-  QueryBody body = BodyFromSpheres(*robot, *robot->spheres_around, RobotScope::kBoth);
+  QueryBody body = BodyFromSpheres(*robot, *robot->bounding_spheres, RobotScope::kBoth);
   ExpectSameInAnyBatch(*world, body, *model, {});
   // The same for a body whose spheres are the robot itself.
   body.best_accuracy = Accuracy::kExact;

@@ -334,8 +334,8 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
 
 // The margin is at least the largest one, and at most that rounded up to single precision.
 void ExpectWidest(const WorldSnapshot& world, double expected_m) {
-  EXPECT_GE(world.objects().widest_margin_m(), expected_m);
-  EXPECT_LE(world.objects().widest_margin_m(), expected_m * (1 + 0x1p-23));
+  EXPECT_GE(world.objects().max_margin_m(), expected_m);
+  EXPECT_LE(world.objects().max_margin_m(), expected_m * (1 + 0x1p-23));
 }
 
 TEST(Snapshot, KnowsTheWidestMarginOfItsObjects) {
@@ -360,10 +360,10 @@ TEST(Snapshot, KnowsTheWidestMarginAfterAnyChanges) {
   std::mt19937 random(4);
   SnapshotPtr world = Crowd(60);
   std::vector<std::pair<SnapshotPtr, double>> kept;
-  const auto widest_m = [](const WorldSnapshot& of) {
-    double widest_m = 0;
-    for (const auto& object : of.objects()) widest_m = std::max(widest_m, object->margin_m);
-    return widest_m;
+  const auto max_radius_m = [](const WorldSnapshot& of) {
+    double max_radius_m = 0;
+    for (const auto& object : of.objects()) max_radius_m = std::max(max_radius_m, object->margin_m);
+    return max_radius_m;
   };
   PutObject put = Put("", Sphere{1});
   for (int i = 0; i < 2'000; ++i) {
@@ -371,8 +371,8 @@ TEST(Snapshot, KnowsTheWidestMarginAfterAnyChanges) {
     put.margin_m = 0.01 * static_cast<double>(random() % 8);
     const bool goes = random() % 3 == 0 && world->Find(put.name) != nullptr;
     world = MustApply(world, {goes ? Remove(put.name) : Of(put)});
-    ExpectWidest(*world, widest_m(*world));
-    if (i % 100 == 0) kept.emplace_back(world, widest_m(*world));
+    ExpectWidest(*world, max_radius_m(*world));
+    if (i % 100 == 0) kept.emplace_back(world, max_radius_m(*world));
   }
   for (const auto& [before, expected_m] : kept) ExpectWidest(*before, expected_m);
 }

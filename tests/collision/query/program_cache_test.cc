@@ -1,5 +1,5 @@
 // Compiled programs that are kept are found for an equal query, and never for another.
-#include "collision/spheres/program_memo.h"
+#include "collision/spheres/program_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -28,24 +28,25 @@ class ProgramMemoTest : public ::testing::Test {
                  NoMeshes);
     EXPECT_TRUE(description.ok()) << description.status();
     model_ = *MakeRobotModel(*description, nullptr);
-    memo_ = std::make_unique<ProgramMemo>(*model_);
+    memo_ = std::make_unique<ProgramCache>(*model_);
     arm_.variables = {1};
   }
 
   std::shared_ptr<const SphereProgram> Find(double margin_m = 0) {
-    return memo_->Find(
-        arm_, base_,
-        {.spheres = spheres_, .hung = hung_, .pairs = {.spheres = pairs_, .links = links_}},
-        margin_m);
+    return memo_->Find(arm_, base_,
+                       {.spheres = spheres_,
+                        .fixed_frames = fixed_frames_,
+                        .pairs = {.spheres = pairs_, .links = links_}},
+                       margin_m);
   }
 
   std::shared_ptr<const RobotModel> model_;
-  std::unique_ptr<ProgramMemo> memo_;
+  std::unique_ptr<ProgramCache> memo_;
   JointGroup arm_;
   std::vector<double> base_ = {0.1, 0.2};
   std::vector<PlacedSphere> spheres_ = {{.link = 0, .centre_L = {0, 0, 1}, .radius_m = 0.1},
                                         {.link = 2, .centre_L = {0, 0, 0}, .radius_m = 0.2}};
-  std::vector<HungFrame> hung_ = {{.link = 2, .X_LF = Pose::Identity()}};
+  std::vector<FixedFrame> fixed_frames_ = {{.link = 2, .X_LF = Pose::Identity()}};
   std::vector<SpherePair> pairs_ = {{.first = 0, .second = 1}};
   std::vector<LinkPair> links_;
 };
@@ -73,8 +74,8 @@ TEST_F(ProgramMemoTest, FindsAnotherWhereAnythingDiffers) {
   expect_another("radius", spheres_[1].radius_m, 0.25);
   expect_another("centre", spheres_[1].centre_L, Vector3(0, 0.1, 0));
   expect_another("link of a sphere", spheres_[1].link, 1);
-  expect_another("hung frame", hung_[0].X_LF, Pose(Eigen::Translation3d(0, 0, 0.1)));
-  expect_another("link of a frame", hung_[0].link, 1);
+  expect_another("fixed frame", fixed_frames_[0].X_LF, Pose(Eigen::Translation3d(0, 0, 0.1)));
+  expect_another("link of a frame", fixed_frames_[0].link, 1);
   expect_another("pairs of spheres", pairs_, std::vector<SpherePair>());
   expect_another("pairs of links", links_, std::vector<LinkPair>{{0, 2}});
 }

@@ -13,9 +13,9 @@
 namespace cwm::collision {
 
 // Thread safe. Refers to the model.
-class ProgramMemo {
+class ProgramCache {
  public:
-  explicit ProgramMemo(const RobotModel& model) : model_(model) {}
+  explicit ProgramCache(const RobotModel& model) : model_(model) {}
 
   // The program that CompileSpheres returns for the model and these arguments, compiled only if it
   // is not kept; nullptr if CompileSpheres returns none.
@@ -29,7 +29,7 @@ class ProgramMemo {
     std::vector<int> variables;  // of the group
     std::vector<double> base;    // with 0 for the group's variables
     std::vector<PlacedSphere> spheres;
-    std::vector<HungFrame> hung;
+    std::vector<FixedFrame> fixed_frames;
     std::vector<SpherePair> sphere_pairs;
     std::vector<LinkPair> link_pairs;
     double pair_margin_m = 0;
@@ -37,15 +37,15 @@ class ProgramMemo {
   };
   // chosen: enough for the groups of a robot, with and without attached objects. A program takes 50
   // kB for an arm, and for a robot of spheres twice the size of its list of pairs.
-  static constexpr std::size_t kMaxKept = 8;
+  static constexpr std::size_t kMaxCachedPrograms = 8;
 
-  std::shared_ptr<const SphereProgram> Kept(const JointGroup& group,
-                                            const std::vector<double>& base, const SphereSet& set,
-                                            double pair_margin_m);
+  std::shared_ptr<const SphereProgram> FindCached(const JointGroup& group,
+                                                  const std::vector<double>& base,
+                                                  const SphereSet& set, double pair_margin_m);
 
   const RobotModel& model_;
   std::mutex mutex_;
-  std::vector<Entry> kept_;  // the most recently used first
+  std::vector<Entry> cached_;  // the most recently used first
 };
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-#include "collision/spheres/turning_pair.h"
+#include "collision/spheres/revolute_pair.h"
 
 #include <gtest/gtest.h>
 
@@ -16,11 +16,11 @@ constexpr double kMissed_m = 1e-3;
 constexpr int kTurns = 400;
 
 struct Chain {
-  TurningJoint near, far;
+  RevoluteJoint near, far;
   Vector3 p_A, p_B;
 
   Vector3 FromAToB(double near_rad, double far_rad) const {
-    const auto turned = [](const TurningJoint& joint, double turn_rad) {
+    const auto turned = [](const RevoluteJoint& joint, double turn_rad) {
       return Pose(joint.X_PF * Eigen::AngleAxisd(turn_rad, Vector3::UnitZ()));
     };
     return turned(near, near_rad) * (turned(far, far_rad) * p_B) - p_A;
@@ -53,8 +53,8 @@ class TurningPairTest : public ::testing::Test {
     return std::uniform_real_distribution<>(lower, upper)(random_);
   }
   Vector3 Point() { return {Between(-0.2, 0.2), Between(-0.2, 0.2), Between(-0.2, 0.2)}; }
-  TurningJoint Joint() {
-    TurningJoint joint;
+  RevoluteJoint Joint() {
+    RevoluteJoint joint;
     const Quaternion turn(Between(-1, 1), Between(-1, 1), Between(-1, 1), Between(-1, 1));
     joint.X_PF.linear() = turn.normalized().toRotationMatrix();
     joint.X_PF.translation() = Point();
@@ -71,7 +71,7 @@ TEST_F(TurningPairTest, KeepsNoPairApartThatAStateBringsTogether) {
   for (int k = 0; k < 50; ++k) {
     const Chain chain = AnyChain();
     const double sampled_m = chain.Sampled_m();
-    const TurningPair pair(chain.near, chain.far);
+    const RevolutePair pair(chain.near, chain.far);
     EXPECT_FALSE(pair.KeepsApart(chain.p_A, chain.p_B, 1.0001 * sampled_m)) << k;
   }
 }
@@ -80,28 +80,28 @@ TEST_F(TurningPairTest, KeepsApartWhatIsFartherByAMillimetre) {
   for (int k = 0; k < 50; ++k) {
     const Chain chain = AnyChain();
     const double apart_m = chain.Sampled_m() - chain.SampledApart_m() - 1.01 * kMissed_m;
-    const TurningPair pair(chain.near, chain.far);
+    const RevolutePair pair(chain.near, chain.far);
     EXPECT_TRUE(pair.KeepsApart(chain.p_A, chain.p_B, apart_m)) << k;
   }
 }
 
 TEST_F(TurningPairTest, KnowsTheLimitsOfTheNearJoint) {
   // Two arms of 0.2 m on parallel axes 0.5 m apart, with the near one turned away.
-  TurningJoint near, far;
+  RevoluteJoint near, far;
   far.X_PF.translation().x() = 0.5;
   const Vector3 p_A(-0.2, 0, 0), p_B(0.2, 0, 0);
   near.lower_rad = -0.5, near.upper_rad = 0.5;
-  EXPECT_TRUE(TurningPair(near, far).KeepsApart(p_A, p_B, 0.4));
+  EXPECT_TRUE(RevolutePair(near, far).KeepsApart(p_A, p_B, 0.4));
   near.upper_rad = std::numbers::pi;
-  EXPECT_FALSE(TurningPair(near, far).KeepsApart(p_A, p_B, 0.4));
-  EXPECT_TRUE(TurningPair(near, far).KeepsApart(p_A, p_B, 0.099 - kMissed_m));
-  EXPECT_FALSE(TurningPair(near, far).KeepsApart(p_A, p_B, 0.101));
+  EXPECT_FALSE(RevolutePair(near, far).KeepsApart(p_A, p_B, 0.4));
+  EXPECT_TRUE(RevolutePair(near, far).KeepsApart(p_A, p_B, 0.099 - kMissed_m));
+  EXPECT_FALSE(RevolutePair(near, far).KeepsApart(p_A, p_B, 0.101));
 }
 
 TEST_F(TurningPairTest, OfOneJointIsACircleAndAPoint) {
-  TurningJoint only;
+  RevoluteJoint only;
   only.X_PF.translation().z() = 0.3;
-  const TurningPair pair(only);
+  const RevolutePair pair(only);
   const Vector3 p_A(0.5, 0, 0), p_B(0, 0.1, 0);
   const double apart_m = std::hypot(0.4, 0.3);
   EXPECT_TRUE(pair.KeepsApart(p_A, p_B, 0.99 * apart_m));
@@ -110,7 +110,7 @@ TEST_F(TurningPairTest, OfOneJointIsACircleAndAPoint) {
 
 TEST_F(TurningPairTest, IsSureOfNothingAboutWhatIsNoNumber) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(TurningPair(Joint(), Joint()).KeepsApart(Vector3(none, 0, 0), Point(), 0.1));
+  EXPECT_FALSE(RevolutePair(Joint(), Joint()).KeepsApart(Vector3(none, 0, 0), Point(), 0.1));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "collision/spheres/containing_spheres.h"
+#include "collision/spheres/bounding_spheres.h"
 
 #include <algorithm>
 #include <array>
@@ -205,8 +205,8 @@ Cell WholeOf(Solid& solid, std::size_t index) {
 
 }  // namespace
 
-std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces,
-                                                     WorkCounter* work) {
+std::optional<std::vector<LinkSphere>> FitBoundingSpheres(std::span<const LinkPiece> pieces,
+                                                          WorkCounter* work) {
   std::vector<Solid> solids;
   std::vector<Cell> cells;
   // With this many pieces no cell may be halved, so a sphere around each box suffices, and the

@@ -7,18 +7,18 @@
 namespace cwm::collision {
 
 // A joint that rotates a frame about the z axis of `X_PF`, given in the parent frame.
-struct TurningJoint {
+struct RevoluteJoint {
   Pose X_PF = Pose::Identity();
   double lower_rad = 0, upper_rad = 0;
 };
 
 // Points in a frame A and points in a frame B that is connected to A by two joints.
-class TurningPair {
+class RevolutePair {
  public:
   // `near` moves within its limits; `far`, which moves B, is assumed to turn all the way.
-  TurningPair(const TurningJoint& near, const TurningJoint& far);
+  RevolutePair(const RevoluteJoint& near, const RevoluteJoint& far);
   // For frames connected by a single joint.
-  explicit TurningPair(const TurningJoint& only) : TurningPair({}, only) {}
+  explicit RevolutePair(const RevoluteJoint& only) : RevolutePair({}, only) {}
 
   // True only if the points are farther apart than `distance_m` in every state. It may also be
   // false if they come within a millimetre of that distance.

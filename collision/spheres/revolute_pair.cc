@@ -1,10 +1,10 @@
-#include "collision/spheres/turning_pair.h"
+#include "collision/spheres/revolute_pair.h"
 
 #include <cmath>
 
 namespace cwm::collision {
 
-TurningPair::TurningPair(const TurningJoint& near, const TurningJoint& far)
+RevolutePair::RevolutePair(const RevoluteJoint& near, const RevoluteJoint& far)
     : lower_rad_(near.lower_rad),
       upper_rad_(near.upper_rad),
       X_NA_(near.X_PF.inverse()),
@@ -13,7 +13,7 @@ TurningPair::TurningPair(const TurningJoint& near, const TurningJoint& far)
 // The far joint moves p_B on a circle. In its frame, the near joint moves p_A on another circle, at
 // most by its radius per radian. The near joint may therefore turn until p_A has travelled its
 // distance from the first circle, less `distance_m`, before the next check.
-bool TurningPair::KeepsApart(const Vector3& p_A, const Vector3& p_B, double distance_m) const {
+bool RevolutePair::KeepsApart(const Vector3& p_A, const Vector3& p_B, double distance_m) const {
   constexpr double kMinStep_m = 1e-3;  // chosen: gives a few hundred steps at most
   const Vector3 p_N = X_NA_ * p_A;
   const double radius_A_m = std::hypot(p_N.x(), p_N.y());

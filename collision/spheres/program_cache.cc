@@ -1,4 +1,4 @@
-#include "collision/spheres/program_memo.h"
+#include "collision/spheres/program_cache.h"
 
 #include <algorithm>
 #include <utility>
@@ -9,7 +9,7 @@ namespace {
 bool IsSame(const PlacedSphere& a, const PlacedSphere& b) {
   return a.link == b.link && a.radius_m == b.radius_m && a.centre_L == b.centre_L;
 }
-bool IsSame(const HungFrame& a, const HungFrame& b) {
+bool IsSame(const FixedFrame& a, const FixedFrame& b) {
   return a.link == b.link && a.X_LF.matrix() == b.X_LF.matrix();
 }
 bool IsSame(const SpherePair& a, const SpherePair& b) {
@@ -25,28 +25,31 @@ bool AreSame(const std::vector<T>& kept, std::span<const T> wanted) {
 
 }  // namespace
 
-std::shared_ptr<const SphereProgram> ProgramMemo::Kept(const JointGroup& group,
-                                                       const std::vector<double>& base,
-                                                       const SphereSet& set, double pair_margin_m) {
-  const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Entry& entry) {
+std::shared_ptr<const SphereProgram> ProgramCache::FindCached(const JointGroup& group,
+                                                              const std::vector<double>& base,
+                                                              const SphereSet& set,
+                                                              double pair_margin_m) {
+  const auto found = std::find_if(cached_.begin(), cached_.end(), [&](const Entry& entry) {
     return entry.pair_margin_m == pair_margin_m && entry.base == base &&
            entry.variables == group.variables && AreSame(entry.spheres, set.spheres) &&
-           AreSame(entry.hung, set.hung) && AreSame(entry.sphere_pairs, set.pairs.spheres) &&
+           AreSame(entry.fixed_frames, set.fixed_frames) &&
+           AreSame(entry.sphere_pairs, set.pairs.spheres) &&
            AreSame(entry.link_pairs, set.pairs.links);
   });
-  if (found == kept_.end()) return nullptr;
-  std::rotate(kept_.begin(), found, found + 1);
-  return kept_.front().program;
+  if (found == cached_.end()) return nullptr;
+  std::rotate(cached_.begin(), found, found + 1);
+  return cached_.front().program;
 }
 
-std::shared_ptr<const SphereProgram> ProgramMemo::Find(const JointGroup& group,
-                                                       std::span<const double> base,
-                                                       const SphereSet& set, double pair_margin_m) {
+std::shared_ptr<const SphereProgram> ProgramCache::Find(const JointGroup& group,
+                                                        std::span<const double> base,
+                                                        const SphereSet& set,
+                                                        double pair_margin_m) {
   std::vector<double> fixed(base.begin(), base.end());
   for (const int variable : group.variables) fixed[static_cast<std::size_t>(variable)] = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (auto kept = Kept(group, fixed, set, pair_margin_m)) return kept;
+    if (auto kept = FindCached(group, fixed, set, pair_margin_m)) return kept;
   }
   std::optional<SphereProgram> compiled = CompileSpheres(model_, group, fixed, set, pair_margin_m);
   if (!compiled) return nullptr;
@@ -54,15 +57,16 @@ std::shared_ptr<const SphereProgram> ProgramMemo::Find(const JointGroup& group,
   Entry entry{.variables = group.variables,
               .base = std::move(fixed),
               .spheres = {set.spheres.begin(), set.spheres.end()},
-              .hung = {set.hung.begin(), set.hung.end()},
+              .fixed_frames = {set.fixed_frames.begin(), set.fixed_frames.end()},
               .sphere_pairs = {set.pairs.spheres.begin(), set.pairs.spheres.end()},
               .link_pairs = {set.pairs.links.begin(), set.pairs.links.end()},
               .pair_margin_m = pair_margin_m,
               .program = program};
   const std::lock_guard lock(mutex_);
-  if (auto kept = Kept(group, entry.base, set, pair_margin_m)) return kept;  // by another thread
-  if (kept_.size() == kMaxKept) kept_.pop_back();
-  kept_.insert(kept_.begin(), std::move(entry));
+  if (auto kept = FindCached(group, entry.base, set, pair_margin_m))
+    return kept;  // by another thread
+  if (cached_.size() == kMaxCachedPrograms) cached_.pop_back();
+  cached_.insert(cached_.begin(), std::move(entry));
   return program;
 }
 

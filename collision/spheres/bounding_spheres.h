@@ -28,7 +28,7 @@ struct LinkPiece {
 // corners that are inside the solid; the cell's sphere contains this hull. Round shapes are
 // approximated by facets, and their spheres grow by the deviation of the facets.
 inline constexpr std::size_t kMaxSpheres = 32;
-std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces,
-                                                     WorkCounter* work = nullptr);
+std::optional<std::vector<LinkSphere>> FitBoundingSpheres(std::span<const LinkPiece> pieces,
+                                                          WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision
