@@ -29,14 +29,14 @@ std::vector<Shape> TwentyCentimetreShapes() {
           Plate{{{0, 0}, {0.2, 0}, {0.2, 0.2}, {0, 0.2}}, {}, 0.02}};
 }
 
-PairDistance AskKernels(const PosedPair& pair) {
+PairDistance KernelDistance(const PosedPair& pair) {
   const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
   return ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
 }
 
 // The pair at a given signed distance, with B moved along the normal.
 PosedPair At(PosedPair pair, double distance_m) {
-  const PairDistance now = AskKernels(pair);
+  const PairDistance now = KernelDistance(pair);
   pair.X_FB.translation() += (distance_m - now.distance_m) * now.normal;
   return pair;
 }
@@ -47,12 +47,12 @@ double TrueDistance_m(const PosedPair& pair) {
   }
   // The minimum over all directions is the least overlap. The search also starts from the kernels'
   // direction; without it, it misses the best direction by up to 1 mm of depth.
-  const PairDistance result = AskKernels(pair);
-  return -std::min(LeastOverlapNear(pair, result.normal, -result.distance_m),
-                   SearchedLeastOverlap(pair, kSearchedDirections, 3));
+  const PairDistance result = KernelDistance(pair);
+  return -std::min(MinOverlapNear(pair, result.normal, -result.distance_m),
+                   SearchMinOverlap(pair, kSearchedDirections, 3));
 }
 
-std::optional<double> AskEngine(EngineKind kind, const PosedPair& pair) {
+std::optional<double> EngineDistance_m(EngineKind kind, const PosedPair& pair) {
   const Engine& engine = GetEngine(kind);
   if (!engine.Supports(KindOf(pair.a), KindOf(pair.b), QueryKind::kDistance)) return std::nullopt;
   const auto a = engine.Prepare(pair.a), b = engine.Prepare(pair.b);
@@ -63,30 +63,31 @@ std::optional<double> AskEngine(EngineKind kind, const PosedPair& pair) {
   return answer.distance_m;
 }
 
-std::optional<double> Ask(Referee referee, const PosedPair& pair) {
+std::optional<double> RefereeDistance_m(Referee referee, const PosedPair& pair) {
   switch (referee) {
     case Referee::kExact:
-      return AskEngine(EngineKind::kExact, pair);
+      return EngineDistance_m(EngineKind::kExact, pair);
     case Referee::kFcl:
-      return AskEngine(EngineKind::kFcl, pair);
+      return EngineDistance_m(EngineKind::kFcl, pair);
     case Referee::kBullet:
-      return AskEngine(EngineKind::kBullet, pair);
+      return EngineDistance_m(EngineKind::kBullet, pair);
     case Referee::kLibccd:
       break;
   }
   if (!IsKnownToLibccd(pair.a) || !IsKnownToLibccd(pair.b)) return std::nullopt;
-  const std::optional<LibccdDepth> depth = AskLibccd({pair.a, pair.X_FA}, {pair.b, pair.X_FB});
+  const std::optional<LibccdDepth> depth =
+      LibccdPenetration({pair.a, pair.X_FA}, {pair.b, pair.X_FB});
   if (!depth) return std::nullopt;
   return -depth->depth_m;
 }
 
 void Count(const PosedPair& pair, double truth_m, PairErrors& errors) {
   for (int k = 0; k < kRefereeCount; ++k) {
-    const std::optional<double> told_m = Ask(static_cast<Referee>(k), pair);
-    if (!told_m) continue;
+    const std::optional<double> measured_m = RefereeDistance_m(static_cast<Referee>(k), pair);
+    if (!measured_m) continue;
     WorstError& of = errors.of[static_cast<std::size_t>(k)];
     std::optional<double>& worst_m = truth_m > 0 ? of.apart_m : of.overlapping_m;
-    worst_m = std::max(worst_m.value_or(0), std::abs(*told_m - truth_m));
+    worst_m = std::max(worst_m.value_or(0), std::abs(*measured_m - truth_m));
   }
 }
 

@@ -26,18 +26,18 @@ class EndsAtLook : public WorkCounter {
  public:
   explicit EndsAtLook(int look) : left_(look) {}
   bool MustEndAfter(std::size_t steps) override {
-    most_at_once_ = std::max(most_at_once_, steps);
+    max_at_once_ = std::max(max_at_once_, steps);
     if (steps > 0) ++looks_;
     return looks_ >= left_;
   }
   bool MustEndNow() override { return MustEndAfter(1); }
   int looks() const { return looks_; }
-  std::size_t most_at_once() const { return most_at_once_; }
+  std::size_t max_at_once() const { return max_at_once_; }
 
  private:
   int left_;
   int looks_ = 0;
-  std::size_t most_at_once_ = 0;
+  std::size_t max_at_once_ = 0;
 };
 
 constexpr int kNever = 1 << 30;
@@ -122,7 +122,7 @@ TEST(Interrupted, EndsAtTheLookThatSaysSo) {
     EndsAtLook all(kNever);
     works[k](&all);
     EXPECT_GT(all.looks(), 10) << k;
-    EXPECT_LE(all.most_at_once(), std::size_t{1} << 17) << k;  // a few milliseconds
+    EXPECT_LE(all.max_at_once(), std::size_t{1} << 17) << k;  // a few milliseconds
     for (const int look : {1, all.looks() / 2, all.looks()}) {
       EndsAtLook counter(look);
       works[k](&counter);

@@ -98,7 +98,7 @@ TEST_P(ExactConvexPair, IsProvenInAnyPoseAndWhenKissing) {
     worst_distance = std::max(worst_distance, errors.distance_m / size);
     worst_witness = std::max(worst_witness, errors.witness_m / size);
     if (answer.distance_m >= 0 || k % (kPairs / kSearchedPairs) > 1) continue;
-    const double least = SearchedLeastOverlap(pair, 200, 3);
+    const double least = SearchMinOverlap(pair, 200, 3);
     const double excess_m = -answer.distance_m - least - answer.bound_m;
     ASSERT_LE(excess_m, kPromise_m) << k;
     worst_depth = std::max(worst_depth, excess_m / size);
@@ -121,7 +121,7 @@ TEST_P(ExactConvexPair, OfHandSizedShapesIsRightToATenthOfAMicrometre) {
     EXPECT_LE(answer.bound_m, kPromise_m) << k;
     EXPECT_LE(ErrorsOf(pair, answer).distance_m, kPromise_m) << k;
     if (answer.distance_m >= 0 || k % 4 != 0) continue;
-    EXPECT_LE(-answer.distance_m - SearchedLeastOverlap(pair, 200, 3), kPromise_m) << k;
+    EXPECT_LE(-answer.distance_m - SearchMinOverlap(pair, 200, 3), kPromise_m) << k;
   }
 }
 

@@ -20,13 +20,13 @@ constexpr std::array kConvex = {ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::
 constexpr double kIterative = 2e-9;
 
 // The numbers of pairs for which the sign was checked.
-struct Told {
+struct Tally {
   int overlapping = 0;
   int apart = 0;
 };
 
 void ExpectTheSign(const Shape& a, const Pose& X_FA, const Shape& b, const Pose& X_FB,
-                   double size_m, Told& result) {
+                   double size_m, Tally& result) {
   const auto exact_a = PrepareExact(a), exact_b = PrepareExact(b);
   const PlacedExact placed_a{*exact_a, X_FA}, placed_b{*exact_b, X_FB};
   for (const auto& [first, second] :
@@ -50,7 +50,7 @@ TEST(ExactOverlap, IsTheSignOfTheDistanceOfConvexShapes) {
   RandomPairs random(31);
   for (const ShapeKind kind_a : kConvex) {
     for (const ShapeKind kind_b : kConvex) {
-      Told result;
+      Tally result;
       for (int k = 0; k < kPairs; ++k) {
         PosedPair pair = random.Pair(kind_a, kind_b);
         const double size_m = SizeOf(pair);
@@ -81,7 +81,7 @@ TEST(ExactOverlap, IsTheSignOfTheDistanceOfPlatesAndMeshes) {
   RandomPairs random(32);
   for (std::size_t i = 0; i < compound.size(); ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
-      Told result;
+      Tally result;
       for (int k = 0; k < 150; ++k) {
         ExpectTheSign(compound[i], random.AnyPose(1.2), compound[j], random.AnyPose(1.2), 1,
                       result);

@@ -92,7 +92,7 @@ TEST(MeshHulls, LieAroundAndWithinTheMesh) {
   EXPECT_EQ(within, 6);  // neither the hollow ball nor the open one
 }
 
-struct Told {
+struct Tally {
   int by_hulls = 0, by_corner = 0, not_by_corner = 0, by_faces = 0, overlapping = 0, apart = 0;
 };
 
@@ -105,7 +105,7 @@ bool FacePartsOnlyWhatIsApart(const BoxedMesh& a, const BoxedMesh& b, const Pose
 
 // The expected answer is the sign of the distance without a limit, which comes from the triangles.
 void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                          Told& result) {
+                          Tally& result) {
   const Pose I = Pose::Identity();
   const bool plain = ExactDistance({a, I}, {b, X_AB}).distance_m < 0;
   EXPECT_EQ(ExactOverlap({a, I}, {b, X_AB}), plain);
@@ -142,7 +142,7 @@ TEST(MeshHulls, TellWhatTheTrianglesTell) {
   others.push_back(Cone{0.3 * kSize_m, 0.1 * kSize_m, kSize_m});
   for (const Mesh& mesh : meshes) {
     const ExactGeometry a(mesh);
-    Told result;
+    Tally result;
     for (const Shape& other : others) {
       const ExactGeometry b(other);
       for (int k = 0; k < kPairs; ++k) {

@@ -293,7 +293,7 @@ TEST(CheckMotions, IsNeverWrongAboutBodies) {
     edges.push_back(std::make_unique<RigidMotion>(body, from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
-  Told result;
+  Tally result;
   for (std::size_t k = 0; k < edges.size(); ++k) {
     ExpectTrue(*world, body, *edges[k], columns, k, 400, result);
   }
@@ -333,7 +333,7 @@ TEST(CheckMotions, IsNeverWrongAboutThePanda) {
     edges.push_back(std::make_unique<JointMotion>(model, body, Pose::Identity(), from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
-  Told result;
+  Tally result;
   for (std::size_t k = 0; k < edges.size(); ++k) {
     ExpectTrue(*world, body, *edges[k], columns, k, 100, result);
   }

@@ -84,7 +84,7 @@ TEST(MobileMotions, AreNeverWrongByDenseSamples) {
           std::make_unique<JointMotion>(*asking.model, asking.body, Pose::Identity(), from, to));
     }
     const MotionColumns columns = *CheckMotions(*world, asking.body, edges, {});
-    Told result;
+    Tally result;
     for (std::size_t k = 0; k < edges.size(); ++k) {
       ExpectTrue(*world, asking.body, *edges[k], columns, k, 400, result);
     }

@@ -71,7 +71,7 @@ Change Ball(const std::string& name, const Vector3& at, double radius_m = 0.05) 
                Pose(Eigen::Translation3d(at)));
 }
 
-struct Asked {
+struct ArmQuery {
   QueryBody body;
   std::vector<double> rows;  // turn, grip
   std::shared_ptr<const WorldRobot> robot;
@@ -83,8 +83,8 @@ struct Asked {
   }
 };
 
-Asked ArmIn(const WorldSnapshot& world, std::vector<double> rows,
-            RobotScope scope = RobotScope::kBoth) {
+ArmQuery ArmIn(const WorldSnapshot& world, std::vector<double> rows,
+               RobotScope scope = RobotScope::kBoth) {
   const WorldRobotPtr robot = world.FindRobot("arm");
   return {WithAttachedObjects(BodyFromRobot(*robot, scope), world, *robot, scope), std::move(rows),
           robot};
@@ -92,8 +92,8 @@ Asked ArmIn(const WorldSnapshot& world, std::vector<double> rows,
 
 std::vector<Verdict> Check(const WorldSnapshot& world, std::vector<double> rows,
                            const QueryOptions& options = {}, RobotScope scope = RobotScope::kBoth) {
-  const Asked asked = ArmIn(world, std::move(rows), scope);
-  return CheckCollisions(world, asked.body, asked.Rows(), options)->verdict;
+  const ArmQuery arm_query = ArmIn(world, std::move(rows), scope);
+  return CheckCollisions(world, arm_query.body, arm_query.Rows(), options)->verdict;
 }
 
 constexpr Verdict kFree = Verdict::kFree, kHit = Verdict::kCollision;
@@ -104,10 +104,11 @@ TEST(AttachedObjects, MeetWhatTheBareArmDoesNot) {
   EXPECT_THAT(Check(*bare, {0, 0, kRight, 0}), ElementsAre(kFree, kFree));
   const SnapshotPtr world = With(bare, {Attach("box")});
   EXPECT_THAT(Check(*world, {0, 0, kRight, 0}), ElementsAre(kFree, kHit));
-  const Asked asked = ArmIn(*world, {kRight, 0});
-  const auto result = *CheckCollisions(*world, asked.body, asked.Rows(), {});
+  const ArmQuery arm_query = ArmIn(*world, {kRight, 0});
+  const auto result = *CheckCollisions(*world, arm_query.body, arm_query.Rows(), {});
   EXPECT_EQ(world->ObstacleAt(static_cast<std::size_t>(result.object[0])).name, "ball");
-  EXPECT_EQ(asked.body.AttachedIn(asked.body.FrameOf(result.body_part[0]))->object->name, "box");
+  EXPECT_EQ(arm_query.body.AttachedIn(arm_query.body.FrameOf(result.body_part[0]))->object->name,
+            "box");
 }
 
 TEST(AttachedObjects, AreNoObstaclesToTheirRobot) {
@@ -139,11 +140,11 @@ TEST(AttachedObjects, MeetTheLinksThatTheyMayNotTouch) {
   EXPECT_THAT(Check(*world({}), drawn_in, ignoring), ElementsAre(kHit));
   ignoring.ignore_pairs = {{{"box"}, {"arm"}}};
   EXPECT_THAT(Check(*world({}), drawn_in, ignoring), ElementsAre(kFree));
-  const Asked asked = ArmIn(*world({}), drawn_in);
-  const auto result = *CheckCollisions(*world({}), asked.body, asked.Rows(), {});
+  const ArmQuery arm_query = ArmIn(*world({}), drawn_in);
+  const auto result = *CheckCollisions(*world({}), arm_query.body, arm_query.Rows(), {});
   EXPECT_THAT(result.object, ElementsAre(kSelfObject));
-  EXPECT_EQ(asked.body.FrameOf(result.body_part[0]), 3) << "the attached part comes first";
-  EXPECT_EQ(asked.body.FrameOf(result.object_part[0]), 1);
+  EXPECT_EQ(arm_query.body.FrameOf(result.body_part[0]), 3) << "the attached part comes first";
+  EXPECT_EQ(arm_query.body.FrameOf(result.object_part[0]), 1);
 }
 
 TEST(AttachedObjects, MeetEachOtherUnlessTheyAreOnOneLink) {
@@ -186,9 +187,10 @@ TEST(AttachedObjects, MayReachIntoWhatSupportsThem) {
   const auto ruled = With(world(0.001), {Of(SetPairMargin{{{"box"}, {"table"}}, 0.0})});
   EXPECT_THAT(Check(*ruled, {0, 0}), ElementsAre(kHit)) << "the rule goes before";
   // Contacts use the margin, distances are geometric.
-  const Asked asked = ArmIn(*world(0.0049), {0, 0});
-  EXPECT_THAT(GetContacts(*world(0.0049), asked.body, asked.Rows(), {})->distance_m, IsEmpty());
-  const auto nearest = *GetDistances(*world(0.0049), asked.body, asked.Rows(), {});
+  const ArmQuery arm_query = ArmIn(*world(0.0049), {0, 0});
+  EXPECT_THAT(GetContacts(*world(0.0049), arm_query.body, arm_query.Rows(), {})->distance_m,
+              IsEmpty());
+  const auto nearest = *GetDistances(*world(0.0049), arm_query.body, arm_query.Rows(), {});
   EXPECT_NEAR(nearest.distance_m[0], -0.0049, 1e-9);
 }
 
@@ -358,7 +360,7 @@ TEST(AttachedObjects, AreAskedInLanesAsPairByPair) {
                        Of(SetPairMargin{.pair = rule({"arm"}, {second}), .margin_m = 0.001})});
   std::vector<double> rows;
   for (int k = 0; k < 3000; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
-  const Asked of_links = ArmIn(*world, rows);
+  const ArmQuery of_links = ArmIn(*world, rows);
   const WorldRobotPtr& robot = of_links.robot;
   QueryBody spheres =
       BodyFromSpheres(*robot->robot, *robot->robot->prepared_bounding_spheres, RobotScope::kBoth);

@@ -48,14 +48,14 @@ TEST(NearestFirst, TheNearestPartsOfABodyAreThoseOfBruteForce) {
     const std::vector<Pose> X_WB = {RandomPose(random, 1.0)};
     const PairColumns result = *GetDistances(WorldSnapshot(), body, X_WB, {});
     ASSERT_EQ(result.distance_m.size(), 1u);
-    double least_m = kFar_m;
+    double min_m = kFar_m;
     for (const PartPair& pair : body.self_pairs) {
-      least_m = std::min(least_m, PartsApart_m(body, pair, X_WB[0]));
+      min_m = std::min(min_m, PartsApart_m(body, pair, X_WB[0]));
     }
-    ++(least_m < 0 ? overlapping : apart);
-    EXPECT_NEAR(result.distance_m[0], least_m, 1e-7);
+    ++(min_m < 0 ? overlapping : apart);
+    EXPECT_NEAR(result.distance_m[0], min_m, 1e-7);
     const PartPair named{result.body_part[0], result.object_part[0]};
-    EXPECT_NEAR(PartsApart_m(body, named, X_WB[0]), least_m, 1e-7);
+    EXPECT_NEAR(PartsApart_m(body, named, X_WB[0]), min_m, 1e-7);
   }
   EXPECT_GT(apart, 10);
   EXPECT_GT(overlapping, 10);

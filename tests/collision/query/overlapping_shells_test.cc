@@ -77,33 +77,33 @@ std::vector<Vector3> SurfaceOfUnion(const std::vector<CubePlace>& cubes) {
   return places;
 }
 
-struct Told {
+struct Tally {
   int exact_inside = 0, bounded = 0, degraded = 0;
 };
 
 // Checks the label of each point: EXACT is the distance of the union, BOUNDED is no deeper than its
 // bound.
-Told ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& cubes) {
+Tally ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& cubes) {
   const std::vector<Vector3> surface = SurfaceOfUnion(cubes);
   std::mt19937 random(7);
   const std::vector<Vector3> points = RandomPoints(3000, random, 0.9);
   const PointColumns columns = *SamplePoints(world, points, {});
   std::vector<double> bound_m(points.size(), 0);
   for (const PointColumns::Bound& bound : columns.bounds) bound_m[bound.row] = bound.bound_m;
-  Told result;
+  Tally result;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool inside = std::any_of(cubes.begin(), cubes.end(),
                                     [&](const CubePlace& c) { return c.Holds(points[i]); });
     double off_m = std::numeric_limits<double>::infinity();
     for (const Vector3& place : surface) off_m = std::min(off_m, (place - points[i]).norm());
-    const double least_m = std::abs(columns.distance_m[i]);
+    const double min_m = std::abs(columns.distance_m[i]);
     EXPECT_EQ(columns.distance_m[i] < 0, inside) << points[i].transpose();
-    EXPECT_GE(off_m, least_m - 1e-9) << points[i].transpose();
+    EXPECT_GE(off_m, min_m - 1e-9) << points[i].transpose();
     if (columns.accuracy[i] == Accuracy::kDegraded) {
       ++result.degraded;
       continue;
     }
-    EXPECT_LE(off_m, least_m + bound_m[i] + kGrid_m) << points[i].transpose();
+    EXPECT_LE(off_m, min_m + bound_m[i] + kGrid_m) << points[i].transpose();
     if (columns.accuracy[i] == Accuracy::kBounded) {
       EXPECT_TRUE(inside);
       ++result.bounded;
@@ -119,7 +119,7 @@ TEST(OverlappingShells, DepthsInCubesThatInterpenetrateAreLabelledForWhatTheyAre
   const std::vector<CubePlace> cubes = {{0.8, {-0.2, -0.1, 0}}, {0.8, {0.2, 0.15, 0.1}}};
   const TriangleMesh mesh = Joined({Cube(0.8, {-0.2, -0.1, 0}), Cube(0.8, {0.2, 0.15, 0.1})});
   for (const TriangleMesh& either : {mesh, Turned(mesh)}) {
-    const Told result = ExpectTrueLabels(*WorldOfMesh(either), cubes);
+    const Tally result = ExpectTrueLabels(*WorldOfMesh(either), cubes);
     EXPECT_GT(result.exact_inside, 100);
     EXPECT_GT(result.bounded, 100);
     EXPECT_EQ(result.degraded, 0);
@@ -128,7 +128,7 @@ TEST(OverlappingShells, DepthsInCubesThatInterpenetrateAreLabelledForWhatTheyAre
 
 TEST(OverlappingShells, DepthsAboutACubeWithinACubeAreLabelledForWhatTheyAre) {
   const auto world = WorldOfMesh(Joined({Cube(1, {0, 0, 0}), Cube(0.4, {0, 0, 0})}));
-  const Told result = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
+  const Tally result = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
   EXPECT_GT(result.exact_inside, 100);
   EXPECT_GT(result.bounded, 100);
   // In the inner cube, on its surface, and just outside it; the true depth is at least 0.28 m

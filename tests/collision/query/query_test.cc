@@ -420,7 +420,7 @@ TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
   BodySearch search(*world, probe, {}, {});
   const Pose X_WB = Pose::Identity();
   search.PlaceBody(PoseRows({&X_WB, 1}), 0);
-  const auto asked = [&](double reach_m, double narrowed_m) {
+  const auto visited = [&](double reach_m, double narrowed_m) {
     std::vector<int> parts;
     search.ForEachPair(*world->Find("pair"), BodySearch::From::kSurface, reach_m,
                        QueryKind::kDistance, [&](const auto& pair) {
@@ -429,10 +429,10 @@ TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
                        });
     return parts;
   };
-  EXPECT_THAT(asked(0.7, 0.7), IsEmpty());  // the boxes are 0.8 m and 2.8 m apart
-  EXPECT_THAT(asked(0.9, 0.9), ElementsAre(0));
-  EXPECT_THAT(asked(3, 3), ElementsAre(0, 1));
-  EXPECT_THAT(asked(3, 1), ElementsAre(0));
+  EXPECT_THAT(visited(0.7, 0.7), IsEmpty());  // the boxes are 0.8 m and 2.8 m apart
+  EXPECT_THAT(visited(0.9, 0.9), ElementsAre(0));
+  EXPECT_THAT(visited(3, 3), ElementsAre(0, 1));
+  EXPECT_THAT(visited(3, 1), ElementsAre(0));
   EXPECT_TRUE(search.Finish().ok());
 }
 

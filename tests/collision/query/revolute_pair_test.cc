@@ -28,16 +28,16 @@ struct Chain {
 
   // The least distance over many states, with the far joint all the way around.
   double Sampled_m() const {
-    double least_m = std::numeric_limits<double>::infinity();
+    double min_m = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= kTurns; ++i) {
       const double near_rad =
           near.lower_rad + (near.upper_rad - near.lower_rad) * i / double{kTurns};
       for (int j = 0; j < kTurns; ++j) {
         const double far_rad = 2 * std::numbers::pi * j / kTurns;
-        least_m = std::min(least_m, FromAToB(near_rad, far_rad).norm());
+        min_m = std::min(min_m, FromAToB(near_rad, far_rad).norm());
       }
     }
-    return least_m;
+    return min_m;
   }
   // A bound on the distance of a state from the nearest sampled one: half a step of each joint.
   double SampledApart_m() const {

@@ -43,13 +43,13 @@ ChunkResult Whole(const RowChunk& chunk) { return {chunk.count}; }
 TEST(ProcessChunks, AsksForEachRowOnce) {
   for (const std::size_t rows : {0U, 1U, 10U, 95U}) {
     for (const int threads : {0, 1, 2, 4}) {
-      std::vector<std::atomic<int>> asked(rows);
+      std::vector<std::atomic<int>> calls(rows);
       const auto completed = Process(rows, threads, [&](const RowChunk& chunk) {
-        for (std::size_t k = 0; k < chunk.count; ++k) ++asked[chunk.first + k];
+        for (std::size_t k = 0; k < chunk.count; ++k) ++calls[chunk.first + k];
         return Whole(chunk);
       });
       EXPECT_EQ(*completed, rows);
-      for (const auto& times : asked) EXPECT_EQ(times, 1);
+      for (const auto& times : calls) EXPECT_EQ(times, 1);
     }
   }
 }
@@ -147,31 +147,31 @@ class BatchTest : public ::testing::Test {
     }
   }
 
-  // Expects the same answers from `ask` on one thread and on several.
-  template <class Ask>
-  void ExpectSameOnAnyNumberOfThreads(const Ask& ask) {
+  // Expects the same answers from `query` on one thread and on several.
+  template <class Query>
+  void ExpectSameOnAnyNumberOfThreads(const Query& query) {
     QueryOptions options{.margin_m = 0.02, .max_results = 3};
-    const auto alone = ask(options);
+    const auto alone = query(options);
     ASSERT_TRUE(alone.ok()) << alone.status();
     for (const int threads : {2, 4}) {
       options.threads = threads;
-      ExpectSame(*alone, *ask(options));
+      ExpectSame(*alone, *query(options));
     }
   }
 
   // Expects a query whose time runs out to return a prefix of the full answer; `first(n)` answers
   // its first n rows.
-  template <class Ask, class First>
-  void ExpectPrefixes(std::size_t rows, const Ask& ask, const First& first) {
+  template <class Query, class First>
+  void ExpectPrefixes(std::size_t rows, const Query& query, const First& first) {
     for (const int threads : {1, 2, 4}) {
       QueryOptions options{.threads = threads};
       // The budget grows until some rows are answered, however slow the machine is.
       std::chrono::duration<double> budget = std::chrono::microseconds(200);
-      auto some = ask(options);
+      auto some = query(options);
       for (some->completed = 0; some->completed == 0; budget *= 1.25) {
         options.give_up_at =
             steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(budget);
-        some = ask(options);
+        some = query(options);
       }
       ASSERT_LT(some->completed, rows);
       ExpectSame(*first(some->completed), *some);

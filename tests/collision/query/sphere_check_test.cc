@@ -209,15 +209,15 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsOfAHundredThousandStatesOnEveryInstru
     EXPECT_GT(counts[static_cast<std::size_t>(verdict)], 5000u);
   }
   const std::span<const double> few = std::span(rows).first(10000 * model_->all.variables.size());
-  std::set<std::string> asked;
+  std::set<std::string> tested;
   for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
     hwy::SetSupportedTargetsForTest(targets & -targets);
-    asked.insert(LaneTarget());
+    tested.insert(LaneTarget());
     ExpectPlainVerdicts(*world, body_, Rows(few), {});
   }
   hwy::SetSupportedTargetsForTest(0);
   const auto answers = [&](std::int64_t target) {
-    return (hwy::SupportedTargets() & target) == 0 || asked.contains(hwy::TargetName(target));
+    return (hwy::SupportedTargets() & target) == 0 || tested.contains(hwy::TargetName(target));
   };
   EXPECT_TRUE(answers(HWY_SSE4) && answers(HWY_AVX2) && answers(HWY_AVX3));
 }

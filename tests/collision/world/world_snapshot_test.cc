@@ -333,7 +333,7 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
 }
 
 // The margin is at least the largest one, and at most that rounded up to single precision.
-void ExpectWidest(const WorldSnapshot& world, double expected_m) {
+void ExpectMaxMargin(const WorldSnapshot& world, double expected_m) {
   EXPECT_GE(world.objects().max_margin_m(), expected_m);
   EXPECT_LE(world.objects().max_margin_m(), expected_m * (1 + 0x1p-23));
 }
@@ -343,27 +343,27 @@ TEST(Snapshot, KnowsTheWidestMarginOfItsObjects) {
   wide.margin_m = 0.3;
   narrow.margin_m = 0.1;
   const auto both = MustApply(Crowd(50), {Of(wide), Of(narrow)});
-  ExpectWidest(*both, 0.3);
-  ExpectWidest(*MustApply(both, {Remove("wide")}), 0.1);
+  ExpectMaxMargin(*both, 0.3);
+  ExpectMaxMargin(*MustApply(both, {Remove("wide")}), 0.1);
   PutObject shrunk = wide, also_wide = narrow;
   shrunk.margin_m = 0.2;
-  ExpectWidest(*MustApply(both, {Of(shrunk)}), 0.2);
+  ExpectMaxMargin(*MustApply(both, {Of(shrunk)}), 0.2);
   also_wide.margin_m = 0.3;
   const auto two = MustApply(both, {Of(also_wide)});
   const auto one = MustApply(two, {Remove("wide")});
-  ExpectWidest(*one, 0.3);  // another object has it too
-  ExpectWidest(*MustApply(one, {Remove("narrow")}), 0);
-  ExpectWidest(*Empty(), 0);
+  ExpectMaxMargin(*one, 0.3);  // another object has it too
+  ExpectMaxMargin(*MustApply(one, {Remove("narrow")}), 0);
+  ExpectMaxMargin(*Empty(), 0);
 }
 
 TEST(Snapshot, KnowsTheWidestMarginAfterAnyChanges) {
   std::mt19937 random(4);
   SnapshotPtr world = Crowd(60);
   std::vector<std::pair<SnapshotPtr, double>> kept;
-  const auto max_radius_m = [](const WorldSnapshot& of) {
-    double max_radius_m = 0;
-    for (const auto& object : of.objects()) max_radius_m = std::max(max_radius_m, object->margin_m);
-    return max_radius_m;
+  const auto max_margin_m = [](const WorldSnapshot& of) {
+    double max_margin_m = 0;
+    for (const auto& object : of.objects()) max_margin_m = std::max(max_margin_m, object->margin_m);
+    return max_margin_m;
   };
   PutObject put = Put("", Sphere{1});
   for (int i = 0; i < 2'000; ++i) {
@@ -371,10 +371,10 @@ TEST(Snapshot, KnowsTheWidestMarginAfterAnyChanges) {
     put.margin_m = 0.01 * static_cast<double>(random() % 8);
     const bool goes = random() % 3 == 0 && world->Find(put.name) != nullptr;
     world = MustApply(world, {goes ? Remove(put.name) : Of(put)});
-    ExpectWidest(*world, max_radius_m(*world));
-    if (i % 100 == 0) kept.emplace_back(world, max_radius_m(*world));
+    ExpectMaxMargin(*world, max_margin_m(*world));
+    if (i % 100 == 0) kept.emplace_back(world, max_margin_m(*world));
   }
-  for (const auto& [before, expected_m] : kept) ExpectWidest(*before, expected_m);
+  for (const auto& [before, expected_m] : kept) ExpectMaxMargin(*before, expected_m);
 }
 
 }  // namespace
