@@ -68,8 +68,8 @@ double ExtentGap_m(const btConvexShape& a, const btTransform& X_WA, const btConv
 
 // Empty if Bullet finds no answer, or one that its own normal refutes: without margins it reports a
 // gap for some overlaps. The normal also bounds the error of a separated answer.
-std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform& X_WA,
-                                      const btConvexShape& b, const btTransform& X_WB) {
+std::optional<PairDistance> BulletGjkDistance(const btConvexShape& a, const btTransform& X_WA,
+                                              const btConvexShape& b, const btTransform& X_WB) {
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver depth;
   btGjkPairDetector detector(&a, &b, &simplex, &depth);
@@ -108,8 +108,8 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
   PairDistance answer = MinOverPieces(count_a, count_b, [&](std::size_t i, std::size_t j) {
     const BulletPiece& piece_a = a.shape.pieces[i];
     const BulletPiece& piece_b = b.shape.pieces[j];
-    const auto piece = AskBullet(*piece_a.shape, ToBullet(X_WA * piece_a.X_SP), *piece_b.shape,
-                                 ToBullet(X_WB * piece_b.X_SP));
+    const auto piece = BulletGjkDistance(*piece_a.shape, ToBullet(X_WA * piece_a.X_SP),
+                                         *piece_b.shape, ToBullet(X_WB * piece_b.X_SP));
     failed = failed || !piece.has_value();
     return piece.value_or(PairDistance{});
   });
@@ -150,7 +150,7 @@ class NearestTriangle final : public btTriangleCallback {
   void processTriangle(btVector3* corners, int, int) override {
     btTriangleShape triangle(corners[0], corners[1], corners[2]);
     triangle.setMargin(0);
-    const auto answer = AskBullet(piece_, X_WP_, triangle, X_WM_);
+    const auto answer = BulletGjkDistance(piece_, X_WP_, triangle, X_WM_);
     failed = failed || !answer.has_value();
     if (answer.has_value() && answer->distance_m < nearest.distance_m) nearest = *answer;
   }

@@ -57,7 +57,7 @@ constexpr double kDistanceTolerance_m = 1e-9;
 constexpr double kRounding_m = 1e-7;
 
 // A distance and witness points that differ by more than this contradict each other.
-constexpr double kContradiction_m = 1e-5;
+constexpr double kConsistencyTolerance_m = 1e-5;
 
 // Witness points nearer than this do not define a direction.
 constexpr double kTouching_m = 1e-9;
@@ -77,7 +77,7 @@ const FclForm& FormOf(const PlacedGeometry& placed) {
   return static_cast<const FclForm&>(placed.geometry);
 }
 
-PlacedExact ForKernels(const PlacedGeometry& placed) {
+PlacedExact ToPlacedExact(const PlacedGeometry& placed) {
   return {*FormOf(placed).exact, placed.X_WS};
 }
 
@@ -101,7 +101,7 @@ struct FclPair {
 // Takes FCL's nearest points, on A and on B, into the world frame. For a shape and a mesh, FCL
 // returns the point on the mesh first, whatever the order of the arguments; for a sphere and a
 // mesh, it returns each point in the frame of its own shape.
-void TakeWitnesses(const FclPair& pair, const fcl::Vector3d* points, PairDistance& answer) {
+void SetWitnesses(const FclPair& pair, const fcl::Vector3d* points, PairDistance& answer) {
   const bool mesh_first = pair.has_mesh() && pair.a.kind != ShapeKind::kMesh;
   answer.point_a = points[mesh_first ? 1 : 0];
   answer.point_b = points[mesh_first ? 0 : 1];
@@ -129,10 +129,11 @@ std::optional<PairDistance> PieceDistance(const FclPair& pair, const FclPiece& a
     return PairDistance{.distance_m = -1};
   }
   PairDistance answer{.solver = Solver::kEngine};
-  TakeWitnesses(pair, result.nearest_points, answer);
+  SetWitnesses(pair, result.nearest_points, answer);
   const Vector3 between = answer.point_b - answer.point_a;
   answer.distance_m = between.norm();
-  if (!(std::abs(answer.distance_m - result.min_distance) < kContradiction_m)) return std::nullopt;
+  if (!(std::abs(answer.distance_m - result.min_distance) < kConsistencyTolerance_m))
+    return std::nullopt;
   answer.normal = between / answer.distance_m;
   return answer;
 }
@@ -222,7 +223,7 @@ bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
                          WorkCounter* work) const {
   if (a.kind > b.kind) return Collides(b, a, work);  // halves the number of FCL's solvers in use
   if (!Allows(kTable, a.kind, b.kind, QueryKind::kCollides)) {
-    return ExactOverlap(ForKernels(a), ForKernels(b), work);
+    return ExactOverlap(ToPlacedExact(a), ToPlacedExact(b), work);
   }
   const FclForm& form_a = FormOf(a);
   const FclForm& form_b = FormOf(b);
@@ -239,7 +240,7 @@ PairDistance FclEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& 
                                  double max_distance_m, WorkCounter* work) const {
   if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m, work));
   if (!Allows(kTable, a.kind, b.kind, QueryKind::kDistance)) {
-    return ExactDistance(ForKernels(a), ForKernels(b), max_distance_m, work);
+    return ExactDistance(ToPlacedExact(a), ToPlacedExact(b), max_distance_m, work);
   }
   return FclDistance({FormOf(a), a.X_WS, FormOf(b), b.X_WS});
 }

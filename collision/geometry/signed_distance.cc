@@ -49,7 +49,7 @@ double SizeOf(const Plate& plate) {
   return size;
 }
 
-// Of a ring and a point.
+// The geometry of a ring and a point.
 struct RingPoint {
   double squared_m2 = std::numeric_limits<double>::infinity();
   Vector2 nearest = Vector2::Zero();

@@ -19,7 +19,7 @@ std::vector<std::uint32_t> Filled(std::size_t count, std::uint32_t value, WorkCo
 }
 
 // For each vertex the index of a vertex at the same position, one index for all vertices there.
-std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices, WorkCounter* work) {
+std::vector<std::uint32_t> WeldVertices(const std::vector<Vector3>& vertices, WorkCounter* work) {
   std::vector<std::uint32_t> order;
   order.reserve(vertices.size());
   const bool is_filled = InPieces(vertices.size(), work, [&](std::size_t first, std::size_t last) {
@@ -51,7 +51,7 @@ std::uint64_t EdgeOf(std::uint64_t from, std::uint64_t to) {
 }
 
 // True if each edge occurs exactly twice, once in each direction.
-bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounter* work) {
+bool IsEveryEdgePaired(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounter* work) {
   if (triangles.empty()) return false;
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * triangles.size());
@@ -82,14 +82,14 @@ bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounte
 }  // namespace
 
 bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work) {
-  return PairsEdges(mesh.triangles, work);
+  return IsEveryEdgePaired(mesh.triangles, work);
 }
 
 // Indices are tested first: solids that touch along an edge are closed although four triangles
 // share the positions of that edge.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
   if (IsWatertightByIndex(mesh, work)) return true;
-  const std::vector<std::uint32_t> welded = Welded(mesh.vertices, work);
+  const std::vector<std::uint32_t> welded = WeldVertices(mesh.vertices, work);
   if (HasEnded(work)) return false;
   std::vector<TriangleMesh::Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
@@ -103,11 +103,11 @@ bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
       triangles.push_back({a, b, c});
     }
   };
-  return InPieces(mesh.triangles.size(), work, weld) && PairsEdges(triangles, work);
+  return InPieces(mesh.triangles.size(), work, weld) && IsEveryEdgePaired(triangles, work);
 }
 
 std::vector<std::uint32_t> ConnectedComponents(const TriangleMesh& mesh, WorkCounter* work) {
-  std::vector<std::uint32_t> parent = Welded(mesh.vertices, work);
+  std::vector<std::uint32_t> parent = WeldVertices(mesh.vertices, work);
   if (HasEnded(work)) return {};
   const auto root = [&parent](std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];

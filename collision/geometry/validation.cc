@@ -98,12 +98,12 @@ double PlaneTolerance(double extent, double height) {
 }
 
 MaybeViolation CheckConvexity(const TriangleMesh& hull, WorkCounter* work) {
-  constexpr std::size_t kVerticesOfStep = 16;
+  constexpr std::size_t kVerticesPerStep = 16;
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : hull.vertices) bounds.extend(p);
   const double extent = bounds.diagonal().norm();
   for (std::size_t i = 0; i < hull.triangles.size(); ++i) {
-    if (MustEnd(work, 1 + hull.vertices.size() / kVerticesOfStep)) break;
+    if (MustEnd(work, 1 + hull.vertices.size() / kVerticesPerStep)) break;
     const TriangleMesh::Triangle& t = hull.triangles[i];
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
     const double height = MinHeight(a, b, c);

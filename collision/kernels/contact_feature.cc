@@ -243,13 +243,13 @@ ContactFeature SupportFeature(const ExactGeometry& shape, std::size_t piece, con
   return Point(core.radius_m * d);
 }
 
-std::optional<ContactFeature> SupportFeature(const TriangleCorners& triangle, FreeSide air,
+std::optional<ContactFeature> SupportFeature(const TriangleCorners& triangle, FreeSide free_side,
                                              const Vector3& d) {
   const auto& c = triangle.corners;
   const auto sure = ReliableNormal(c[0], c[1], c[2]);
   if (!sure) return std::nullopt;  // a needle: its neighbours have the same features
   const double along = sure->dot(d);
-  if (along < 0 && air == FreeSide::kNormalSide) return std::nullopt;
+  if (along < 0 && free_side == FreeSide::kNormalSide) return std::nullopt;
   if (sure->cross(d).norm() <= kMaxTilt) {
     ContactFeature face;
     for (const Vector3& corner : c) face.Add(corner);

@@ -34,7 +34,7 @@ ContactFeature SupportFeature(const ExactGeometry& shape, std::size_t piece, con
 enum class FreeSide { kNormalSide, kBoth };
 
 // The foremost feature of one triangle of a surface; empty if the triangle faces the other way.
-std::optional<ContactFeature> SupportFeature(const TriangleCorners& triangle, FreeSide air,
+std::optional<ContactFeature> SupportFeature(const TriangleCorners& triangle, FreeSide free_side,
                                              const Vector3& d);
 
 }  // namespace cwm::collision

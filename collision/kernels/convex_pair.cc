@@ -43,10 +43,10 @@ struct BoxPart {
   ConvexCore core;
   Vector3 centre;  // in the frame of A
 };
-std::optional<BoxPart> PartNextTo(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
-  constexpr double kMuchLarger = 8;  // chosen: at smaller ratios a part saves less than a digit
+std::optional<BoxPart> NearbyBoxPart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  constexpr double kMinSizeRatio = 8;  // chosen: at smaller ratios a part saves less than a digit
   const auto* box = std::get_if<Box>(&a.core);
-  if (box == nullptr || a.extent_m <= kMuchLarger * b.extent_m || b.extent_m == 0) {
+  if (box == nullptr || a.extent_m <= kMinSizeRatio * b.extent_m || b.extent_m == 0) {
     return std::nullopt;
   }
   const Vector3 half = 0.5 * box->size_m;
@@ -61,14 +61,14 @@ std::optional<BoxPart> PartNextTo(const ConvexCore& a, const ConvexCore& b, cons
 GjkResult LocalGjkDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                            double max_distance_m) {
   const CoreDifference difference(a, b, X_AB);
-  if (const auto part = PartNextTo(a, b, X_AB)) {
+  if (const auto part = NearbyBoxPart(a, b, X_AB)) {
     Pose X_PB = X_AB;
     X_PB.translation() -= part->centre;
     GjkResult answer = GjkDistance(CoreDifference(part->core, b, X_PB), max_distance_m);
     answer.point_a += part->centre;
     answer.point_b += part->centre;
     if (answer.outcome != GjkOutcome::kTouching) return answer;
-  } else if (const auto part_b = PartNextTo(b, a, X_AB.inverse(Eigen::Isometry))) {
+  } else if (const auto part_b = NearbyBoxPart(b, a, X_AB.inverse(Eigen::Isometry))) {
     Pose X_AP = X_AB;
     X_AP.translation() += X_AB.linear() * part_b->centre;
     const GjkResult answer = GjkDistance(CoreDifference(a, part_b->core, X_AP), max_distance_m);

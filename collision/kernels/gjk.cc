@@ -17,9 +17,9 @@ constexpr int kMaxIterations = 128;
 // extent, a few roundings of double precision.
 constexpr double kRelativeGap = 1e-14;
 
-// chosen: if the gap is below kNearShare of the extent, a plane across it must separate the cores
+// chosen: if the gap is below kNearRatio of the extent, a plane across it must separate the cores
 // by kMinCertified of the gap; otherwise its direction is not trusted.
-constexpr double kNearShare = 1e-6;
+constexpr double kNearRatio = 1e-6;
 constexpr double kMinCertified = 0.9;
 
 class Solver {
@@ -66,7 +66,7 @@ class Solver {
       if (min_distance > 0 && feature.distance_squared < min_distance * min_distance) break;
       Reduce(feature);
     }
-    if (distance_ > touching_ && IsDirectionTold()) return Separated();
+    if (distance_ > touching_ && IsDirectionReliable()) return Separated();
     const bool met = distance_ <= touching_;
     return {.outcome = GjkOutcome::kTouching,
             .distance_m = met ? 0 : distance_,
@@ -76,8 +76,8 @@ class Solver {
  private:
   // True if the direction of the gap can be trusted. In a small gap rounding can leave a direction
   // along which the cores are not separated.
-  bool IsDirectionTold() const {
-    return distance_ > kNearShare * size_ || lower_bound_ >= kMinCertified * distance_;
+  bool IsDirectionReliable() const {
+    return distance_ > kNearRatio * size_ || lower_bound_ >= kMinCertified * distance_;
   }
 
   void Add(const CoreDifference::Vertex& vertex) {

@@ -25,8 +25,8 @@ std::vector<InnerSphere> BallsAtCells(const TriangleTree& tree, double spared_m,
         box.min() + cell.cwiseProduct(at.cast<double>() + Vector3::Constant(0.5));
     if (MustEnd(work, kStepsPerContainmentTest)) break;
     if (!tree.Contains(centre, work)) continue;
-    constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
-    const double radius_m = tree.NearestPoint(centre, kAnywhere_m, work).distance_m - spared_m;
+    constexpr double kUnlimited_m = std::numeric_limits<double>::infinity();
+    const double radius_m = tree.NearestPoint(centre, kUnlimited_m, work).distance_m - spared_m;
     if (radius_m > 0) balls.push_back({.centre = centre, .radius_m = radius_m});
   }
   return balls;

@@ -22,7 +22,7 @@ constexpr double kFurtherShrinking = 1e-5;
 // tree.
 constexpr double kMinScale = 0.5;
 // Number of planes compared in one step of a WorkCounter.
-constexpr std::size_t kPlanesOfStep = 32;
+constexpr std::size_t kPlanesPerStep = 32;
 
 // The planes of a hull around its centre, as points n / h of the polar set: a point p lies inside
 // the plane, shrunk by a scale, if p.dot(n / h) is below that scale. The height h is that of the
@@ -56,7 +56,7 @@ double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const Triang
     const Vector3 p = a - centre, q = b - centre, r = c - centre;
     const Vector3& plane = polar[lanes.Farthest(p + q + r)];
     scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
-    if (scale < kMinScale || MustEnd(work, 1 + polar.size() / kPlanesOfStep)) break;
+    if (scale < kMinScale || MustEnd(work, 1 + polar.size() / kPlanesPerStep)) break;
   }
   return scale;
 }

@@ -134,8 +134,8 @@ class CrossingSearch {
   bool Cross(const TriangleCorners& a, const TriangleCorners& b, const TrianglePoints& b_in_A) {
     const Overlap result = TrianglesOverlap(a.corners, b_in_A);
     if (result != Overlap::kUnsure) return result == Overlap::kYes;
-    constexpr std::size_t kEnough = 4096;
-    if (touching_.size() < kEnough) touching_.push_back({a.corners, b_in_A});
+    constexpr std::size_t kMaxTouching = 4096;
+    if (touching_.size() < kMaxTouching) touching_.push_back({a.corners, b_in_A});
     // The same test as in MeshToMesh, so that both agree.
     return IterativeConvexDistance(CoreOf(std::span<const Vector3>(a.corners)),
                                    CoreOf(std::span<const Vector3>(b.corners)), X_AB_, 0)

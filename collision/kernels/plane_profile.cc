@@ -12,7 +12,7 @@ namespace {
 // rounding of poses (as in signed_distance.cc).
 constexpr double kRoundoff = 1e-11;
 
-Vector2 OutOf(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
+Vector2 OutwardNormal(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
 
 }  // namespace
 
@@ -83,7 +83,7 @@ Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Projection& proj
   if (at_corner && projection.distance_m > kRoundoff * size_m_) {
     return sign * projection.offset / projection.distance_m;
   }
-  return OutOf(edge);
+  return OutwardNormal(edge);
 }
 
 // True if the distance has a kink at p: an edge that is about as near as the nearest one has
@@ -96,7 +96,7 @@ bool PlaneProfile::IsKink(const Vector2& p, const PlaneSample& nearest, double s
     const Projection projection = ProjectOn(edge, p);
     if (projection.distance_m > distance_m + kKinkTolerance_m) return false;
     if (!on_border && !IsLocallyNearest(edge, projection, p)) return false;
-    const Vector2 other = on_border ? OutOf(edge) : GradientAt(edge, projection, sign);
+    const Vector2 other = on_border ? OutwardNormal(edge) : GradientAt(edge, projection, sign);
     return (other - nearest.gradient).squaredNorm() > kGradientTolerance * kGradientTolerance;
   });
 }

@@ -118,8 +118,8 @@ bool ExitsAllTriangles(const TriangleTree& tree, const Vector3& p, const Vector3
 }
 
 // PointSample::nearest_is_interior for a point in the solid.
-bool IsBuried(const TriangleTree& tree, const Vector3& p, const TriangleTree::Nearest& nearest,
-              WorkCounter* work) {
+bool IsNearestInterior(const TriangleTree& tree, const Vector3& p,
+                       const TriangleTree::Nearest& nearest, WorkCounter* work) {
   constexpr double kNoDirection_m = 1e-9;  // at less, rounding determines the way to the surface
   if (nearest.distance_m <= kNoDirection_m) return tree.IsInterior(p, nearest.face_normal, work);
   const int turns = tree.Winding(p, work);
@@ -180,7 +180,8 @@ PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3&
   // A point on a triangle inside the solid has the distance -0, whose sign bit says that it is
   // inside.
   const bool inside = watertight && std::signbit(distance_m);
-  return {sign * nearest.distance_m, gradient, kink, inside && IsBuried(tree, p, nearest, work)};
+  return {sign * nearest.distance_m, gradient, kink,
+          inside && IsNearestInterior(tree, p, nearest, work)};
 }
 
 double MeshDistance_m(const TriangleTree& tree, bool watertight, const Vector3& p,

@@ -109,10 +109,10 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCou
   const auto index = static_cast<std::int32_t>(nodes_.size());
   const std::int32_t all = count;
   nodes_.emplace_back();
-  const auto for_all = [&](const auto& look) {
+  const auto for_all = [&](const auto& visit) {
     return InPieces(static_cast<std::size_t>(all), work, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        look(triangle(first + static_cast<std::int32_t>(i)));
+        visit(triangle(first + static_cast<std::int32_t>(i)));
     });
   };
   Aabb bounds, middles;
@@ -225,7 +225,7 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
                                                  WorkCounter* work) const {
   Nearest best{.distance_m = max_distance_m};
   const TriangleCorners* face = nullptr;
-  const auto look = [&](const TriangleCorners& t, std::int32_t) {
+  const auto visit = [&](const TriangleCorners& t, std::int32_t) {
     const Vector3 q = NearestOnTriangle(t.corners[0], t.corners[1], t.corners[2], p);
     const double distance = (q - p).norm();
     if (distance < best.distance_m) {
@@ -235,7 +235,7 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
     }
     return best.distance_m;
   };
-  ForEachNear(Aabb(p, p), max_distance_m, look, work);
+  ForEachNear(Aabb(p, p), max_distance_m, visit, work);
   if (face == nullptr) return {};
   best.face_normal = face->Normal();
   return best;
@@ -337,8 +337,8 @@ TriangleTree::RayCrossings TriangleTree::FindAllCrossings(const Vector3& origin,
 int TriangleTree::Winding(const Vector3& p, WorkCounter* work) const {
   if (!bounds().contains(p)) return 0;
   // Any direction is correct. This one is unlikely to be parallel to a face of a real mesh.
-  static const Vector3 kWay = Vector3(0.5257, 0.2874, 0.8006).normalized();
-  const RayCrossings all = FindAllCrossings(p, kWay, work);
+  static const Vector3 kRayDirection = Vector3(0.5257, 0.2874, 0.8006).normalized();
+  const RayCrossings all = FindAllCrossings(p, kRayDirection, work);
   return all.turns ? *all.turns : WindingByAngles(p, work);
 }
 
@@ -356,17 +356,19 @@ int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }
 
-bool TriangleTree::IsInterior(const Vector3& p, const Vector3& look, WorkCounter* work) const {
+bool TriangleTree::IsInterior(const Vector3& p, const Vector3& first_direction,
+                              WorkCounter* work) const {
   // Directions near the corners and faces of a cube, but off the planes of typical meshes. If more
   // than a quarter turn about an edge is outside the solid, one of them points into it.
-  static const std::array<Vector3, 7> kWays = {
+  static const std::array<Vector3, 7> kRayDirections = {
       Vector3(0.53, 0.62, 0.58),  Vector3(-0.61, 0.55, 0.57), Vector3(0.56, -0.52, 0.64),
       Vector3(0.59, 0.58, -0.56), Vector3(0.99, 0.07, -0.04), Vector3(0.05, 0.99, 0.08),
       Vector3(-0.06, 0.03, 0.99)};
   const auto holds = [&](const Vector3& way) {
     return Contains(p + kInteriorTolerance_m * way, work);
   };
-  return holds(look.normalized()) && std::all_of(kWays.begin(), kWays.end(), [&](const auto& way) {
+  return holds(first_direction.normalized()) &&
+         std::all_of(kRayDirections.begin(), kRayDirections.end(), [&](const auto& way) {
            return holds(way.normalized()) && holds(-way.normalized());
          });
 }

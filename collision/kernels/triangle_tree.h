@@ -95,9 +95,10 @@ class TriangleTree {
   }
 
   // True if a point on a triangle of a watertight mesh is surrounded by its solid. False means that
-  // some point outside the solid is within kInteriorTolerance_m. `look` is the direction that is tried first.
+  // some point outside the solid is within kInteriorTolerance_m. `first_direction` is tried first.
   static constexpr double kInteriorTolerance_m = 1e-8;  // a tenth of kExactTolerance_m
-  bool IsInterior(const Vector3& p, const Vector3& look, WorkCounter* work = nullptr) const;
+  bool IsInterior(const Vector3& p, const Vector3& first_direction,
+                  WorkCounter* work = nullptr) const;
 
  private:
   // A triangle crossed by a ray; `triangle` is nullptr if there is none.

@@ -21,7 +21,7 @@ double ReachOf_m(const Aabb& bounds) {
 double SweepOf_m(double turn_rad, double reach_m) { return turn_rad > 0 ? turn_rad * reach_m : 0; }
 
 // The signed angle of the short way around.
-double TurnBetween(double from_rad, double to_rad) {
+double ShortestTurn(double from_rad, double to_rad) {
   return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
 }
 
@@ -36,7 +36,7 @@ bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplie
 // it has limits, and all joints that mimic it are rotary with integer multipliers. For other
 // variables the short way would end elsewhere than the row says, or pass through states outside the
 // limits.
-bool ComesAround(const RobotModel& model, std::size_t variable) {
+bool IsCyclic(const RobotModel& model, std::size_t variable) {
   constexpr int kHeading = 2;  // the third variable of a planar joint; no joint mimics it
   const Variable& queried = model.variables[variable];
   const JointKind kind = model.links[static_cast<std::size_t>(queried.link)].kind;
@@ -87,7 +87,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
                          std::span<const double> from, std::span<const double> to)
     : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
-    step_.push_back(ComesAround(model, v) ? TurnBetween(from[v], to[v]) : to[v] - from[v]);
+    step_.push_back(IsCyclic(model, v) ? ShortestTurn(from[v], to[v]) : to[v] - from[v]);
   }
   std::vector<Pose> X_WL(model.links.size());
   LinkPoses(model, X_WB, from, X_WL);

@@ -184,8 +184,8 @@ class BodySearch {
   bool MakeHeap();
   // Counts the work of comparing the boxes of all parts; true if the batch must end.
   bool CountBoxes(const Obstacle& object) {
-    constexpr std::size_t kBoxesOfStep = 8;
-    return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesOfStep);
+    constexpr std::size_t kBoxesPerStep = 8;
+    return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesPerStep);
   }
   template <class PairOfNear, class Visit>
   void EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);

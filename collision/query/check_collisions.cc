@@ -139,7 +139,7 @@ Accuracy FreeRowAccuracy(BodySearch& search) {
 
 // Rows of a chunk. measured: sphere states take 0.1 us each by SIMD, which gains from sorting many
 // states; others take up to some 10 us.
-constexpr std::size_t kRowsOfSpheres = 1024, kRowsOfOthers = 256;
+constexpr std::size_t kSphereRowsPerChunk = 1024, kOtherRowsPerChunk = 256;
 
 // Yields the frames of given rows in order and places several rows at a time.
 class PlacedRows {
@@ -317,7 +317,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
               .columns = MakeColumns(rows.size())};
   const bool is_spheres = batch.spheres && batch.spheres->decides_collisions();
   const auto completed =
-      ProcessChunks(EqualChunks(rows.size(), is_spheres ? kRowsOfSpheres : kRowsOfOthers),
+      ProcessChunks(EqualChunks(rows.size(), is_spheres ? kSphereRowsPerChunk : kOtherRowsPerChunk),
                     options.threads, [&] { return std::make_unique<Checker>(batch); });
   if (!completed.ok()) return completed.status();
   ResetRows(*completed, batch.columns);

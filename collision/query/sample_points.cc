@@ -16,12 +16,12 @@ namespace {
 // budget, then large ones, since each chunk is sorted by itself. measured: chunks of 16384 points
 // are faster than those of 8192 and as fast as those of 32768.
 std::vector<RowChunk> ChunksOf(std::size_t point_count) {
-  constexpr std::size_t kSmallest = 256, kLargest = 16384;
+  constexpr std::size_t kMinChunk = 256, kMaxChunk = 16384;
   std::vector<RowChunk> chunks;
-  std::size_t size = kSmallest;
+  std::size_t size = kMinChunk;
   for (std::size_t first = 0; first < point_count; first += chunks.back().count) {
     chunks.push_back({chunks.size(), first, std::min(size, point_count - first)});
-    if (first + chunks.back().count >= 2 * size) size = std::min(2 * size, kLargest);
+    if (first + chunks.back().count >= 2 * size) size = std::min(2 * size, kMaxChunk);
   }
   return chunks;
 }

@@ -10,7 +10,7 @@ namespace {
 
 // derived: axes this near to the coordinate axes are replaced by them, since 1e-9 of a coordinate
 // is far below its rounding in single precision (Rounding_m).
-constexpr double kSnap = 1e-9;
+constexpr double kAlignmentTolerance = 1e-9;
 
 // An obstacle before its conversion to single precision: a form of given size, centred at X_BS.
 struct Solid {
@@ -101,19 +101,20 @@ double Distance_m(const Solid& solid, const Vector3& p_B) {
   return std::max(p.z(), 0.0);
 }
 
-// True if an axis is parallel to a coordinate axis, up to kSnap and in either direction.
-bool IsAlong(const Matrix3& axes, int axis) {
-  return (axes.col(axis).cwiseAbs().array() > kSnap).count() == 1;
+// True if an axis is parallel to a coordinate axis, up to kAlignmentTolerance and in either direction.
+bool IsAlignedWith(const Matrix3& axes, int axis) {
+  return (axes.col(axis).cwiseAbs().array() > kAlignmentTolerance).count() == 1;
 }
 
 // Replaces the solid's axes by the coordinate axes if they differ only by right angles or by a
 // symmetry of the form. False if they do not.
 bool Align(Solid& solid) {
   const Matrix3 axes = solid.X_BS.linear();
-  const bool is_upright = IsAlong(axes, 2) && std::abs(axes(2, 2)) > 0.5;
+  const bool is_upright = IsAlignedWith(axes, 2) && std::abs(axes(2, 2)) > 0.5;
   switch (solid.form) {
     case LaneObstacle::Form::kBox:
-      if (!IsAlong(axes, 0) || !IsAlong(axes, 1) || !IsAlong(axes, 2)) return false;
+      if (!IsAlignedWith(axes, 0) || !IsAlignedWith(axes, 1) || !IsAlignedWith(axes, 2))
+        return false;
       solid.size_m = axes.cwiseAbs().array().round().matrix() * solid.size_m;
       break;
     case LaneObstacle::Form::kRound:
@@ -167,7 +168,7 @@ class SharedAxes {
  private:
   static bool Share(const Matrix3& axes, const Solid& solid) {
     const Matrix3 between = axes.transpose() * solid.X_BS.linear();
-    return IsAlong(between, 0) && IsAlong(between, 1) && IsAlong(between, 2);
+    return IsAlignedWith(between, 0) && IsAlignedWith(between, 1) && IsAlignedWith(between, 2);
   }
 
   Matrix3 axes_ = Matrix3::Identity();

@@ -37,7 +37,7 @@ class SrdfReader {
     }
     if (!status.ok()) return status;
     semantic_.left_out = left_out_.Lines();
-    Doubt(root);
+    WarnOfMismatch(root);
     return std::move(semantic_);
   }
 
@@ -45,7 +45,7 @@ class SrdfReader {
   using Adder = absl::Status (SrdfReader::*)(const XmlElement&);
 
   // Reports signs that the file is not the one that the user meant.
-  void Doubt(const XmlElement& root) {
+  void WarnOfMismatch(const XmlElement& root) {
     std::vector<std::string>& lines = semantic_.left_out;
     if (lines.empty() && semantic_.groups.empty() && semantic_.disabled_pairs.empty() &&
         semantic_.disabled_links.empty()) {

@@ -22,22 +22,22 @@ bool IsInRange(const Vector3& p_WL) {
 // By link: its largest distance from the root while nothing slides.
 std::vector<double> FixedReaches_m(const RobotModel& model) {
   // The path to a link: the reach of the nearest moving link above it, and the pose from there.
-  struct Way {
+  struct PathToLink {
     double reach_m = 0;
     Pose X_ML = Pose::Identity();
   };
-  std::vector<Way> ways(model.links.size());
+  std::vector<PathToLink> paths(model.links.size());
   std::vector<double> reaches_m(model.links.size(), 0);
   for (std::size_t i = 1; i < model.links.size(); ++i) {
     const ModelLink& link = model.links[i];
-    const Way& above = ways[static_cast<std::size_t>(link.parent)];
+    const PathToLink& above = paths[static_cast<std::size_t>(link.parent)];
     const Pose X_ML = above.X_ML * link.X_PJ;
     reaches_m[i] = above.reach_m + X_ML.translation().norm();
     if (link.kind == JointKind::kFixed) {
-      ways[i] = {above.reach_m, X_ML};
+      paths[i] = {above.reach_m, X_ML};
     } else {
       if (link.kind == JointKind::kPrismatic) reaches_m[i] += std::abs(link.offset);
-      ways[i].reach_m = reaches_m[i];
+      paths[i].reach_m = reaches_m[i];
     }
   }
   return reaches_m;

@@ -176,7 +176,7 @@ void AddSurface(const TriangleMesh& mesh, const Pose& X_LM, std::vector<Corners>
   }
 }
 
-Cell WholeOf(Solid& solid, std::size_t index) {
+Cell RootCell(Solid& solid, std::size_t index) {
   Cell cell;
   cell.solid = index;
   const Pose& X_LP = solid.piece.X_LP;
@@ -228,7 +228,7 @@ std::optional<std::vector<LinkSphere>> FitBoundingSpheres(std::span<const LinkPi
           {.solid = solids.size() - 1, .box = {}, .surface = {}, .sphere = AroundBox(piece)});
       continue;
     }
-    Cell whole = WholeOf(solids.back(), solids.size() - 1);
+    Cell whole = RootCell(solids.back(), solids.size() - 1);
     if (Fit(solids.back(), whole)) cells.push_back(std::move(whole));
   }
   const auto is_smaller = [](const Cell& a, const Cell& b) {

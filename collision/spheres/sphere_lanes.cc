@@ -291,7 +291,7 @@ class StateChecker {
     if (found_ != nullptr) {  // lanes open for one pair are skipped for the next
       for (std::int32_t k = pair.begin; k < pair.end; ++k) {
         const LaneClusterPair& two = program_.cluster_pairs[static_cast<std::size_t>(k)];
-        if (IsNear(two, pairs_[two.tag])) MeetSpheres(two);
+        if (IsNear(two, pairs_[two.tag])) CheckSpheres(two);
       }
       return;
     }
@@ -301,7 +301,7 @@ class StateChecker {
       end += IsNear(program_.cluster_pairs[static_cast<std::size_t>(k)], hit_) ? 1 : 0;
     }
     for (const std::int32_t* k = near_; k < end; ++k) {
-      MeetSpheres(program_.cluster_pairs[static_cast<std::size_t>(*k)]);
+      CheckSpheres(program_.cluster_pairs[static_cast<std::size_t>(*k)]);
     }
   }
 
@@ -311,10 +311,10 @@ class StateChecker {
     return Matters(apart, pair.band.bounds_m2, done);
   }
 
-  void MeetSpheres(const LaneClusterPair& pair) {
+  void CheckSpheres(const LaneClusterPair& pair) {
     PlaceSpheres(static_cast<std::size_t>(pair.first));
     PlaceSpheres(static_cast<std::size_t>(pair.second));
-    if (pair.begin == pair.end) return MeetAll(pair);
+    if (pair.begin == pair.end) return CheckAllSpheres(pair);
     Lane lowest = All(1);
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
@@ -326,7 +326,7 @@ class StateChecker {
     Keep(lowest, pair.band.spheres_m2, false);
   }
 
-  void MeetAll(const LaneClusterPair& pair) {
+  void CheckAllSpheres(const LaneClusterPair& pair) {
     const LaneCluster& one = program_.clusters[static_cast<std::size_t>(pair.first)];
     const LaneCluster& other = program_.clusters[static_cast<std::size_t>(pair.second)];
     Lane lowest = All(1);
@@ -356,11 +356,11 @@ class StateChecker {
       end += Matters(beyond, range.band.bounds_m2) ? 1 : 0;
     }
     for (const std::int32_t* o = near_; o < end; ++o) {
-      MeetObstacle(g, scene_.obstacles[static_cast<std::size_t>(*o)], range.band);
+      CheckObstacle(g, scene_.obstacles[static_cast<std::size_t>(*o)], range.band);
     }
   }
 
-  void MeetObstacle(std::size_t g, const LaneObstacle& obstacle, const LaneBand& band) {
+  void CheckObstacle(std::size_t g, const LaneObstacle& obstacle, const LaneBand& band) {
     PlaceBounds(g);
     const LaneGroup& group = program_.groups[g];
     for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
@@ -433,7 +433,7 @@ class StateChecker {
   LaneMask worlds_[kTags], pairs_[kTags];  // lanes that were found open, by tag
 };
 
-void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,
+void CheckAll(const LaneProgram& program, const LaneScene& scene, const float* values,
               std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
   StateChecker checker(program, scene, memory);
   for (std::size_t first = 0; first < count; first += checker.width()) {
@@ -473,14 +473,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace cwm::collision {
 
-HWY_EXPORT(JudgeAll);
+HWY_EXPORT(CheckAll);
 HWY_EXPORT(FindAll);
 HWY_EXPORT(SinesOfAll);
 HWY_EXPORT(NameOfTarget);
 
 void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
-  HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
+  HWY_DYNAMIC_DISPATCH(CheckAll)(program, scene, values, stride, count, memory, verdicts);
 }
 
 void FindUnresolved(const LaneProgram& program, const LaneScene& scene, const float* values,

@@ -112,9 +112,9 @@ class Compiler {
       return static_cast<std::size_t>(ClusterOf(pair.first)) * clusters +
              static_cast<std::size_t>(ClusterOf(pair.second));
     };
-    const std::vector<SpherePair> meeting = ThatMayMeet(spheres, pairs, margin_m);
+    const std::vector<SpherePair> touching = PairsThatMayTouch(spheres, pairs, margin_m);
     std::vector<std::int32_t> count(clusters * clusters, 0);
-    for (const SpherePair& pair : meeting) ++count[slot_of(pair)];
+    for (const SpherePair& pair : touching) ++count[slot_of(pair)];
     // In the order of pairs of groups; the clusters of a group are consecutive.
     std::vector<std::int32_t> next(count.size(), 0);
     std::int32_t begin = 0;
@@ -132,8 +132,8 @@ class Compiler {
         }
       }
     }
-    lanes.sphere_pairs.resize(meeting.size());
-    for (const SpherePair& pair : meeting) {
+    lanes.sphere_pairs.resize(touching.size());
+    for (const SpherePair& pair : touching) {
       const auto a = static_cast<std::size_t>(pair.first),
                  b = static_cast<std::size_t>(pair.second);
       lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
@@ -387,10 +387,11 @@ class Compiler {
     return RevolutePair(*inner.turning, *outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
   }
 
-  std::vector<SpherePair> ThatMayMeet(std::span<const PlacedSphere> spheres,
-                                      std::span<const SpherePair> pairs, double margin_m) const {
+  std::vector<SpherePair> PairsThatMayTouch(std::span<const PlacedSphere> spheres,
+                                            std::span<const SpherePair> pairs,
+                                            double margin_m) const {
     std::map<std::pair<std::int32_t, std::int32_t>, bool> clusters_stay_apart;
-    std::vector<SpherePair> meeting;
+    std::vector<SpherePair> touching;
     for (const SpherePair& pair : pairs) {
       const std::int32_t a = ClusterOf(pair.first), b = ClusterOf(pair.second);
       const auto [known, is_new] = clusters_stay_apart.try_emplace({a, b}, false);
@@ -399,9 +400,9 @@ class Compiler {
       if (StayApart(Fix(spheres[static_cast<std::size_t>(pair.first)]),
                     Fix(spheres[static_cast<std::size_t>(pair.second)]), margin_m))
         continue;
-      meeting.push_back(pair);
+      touching.push_back(pair);
     }
-    return meeting;
+    return touching;
   }
 
   struct Range {

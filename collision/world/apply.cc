@@ -83,7 +83,7 @@ class Transaction {
     if (current == nullptr) return Missing(move.name);
     if (!IsPlaceable(move.X_WO)) return BadPose("pose");
     WorldObject moved = Unplaced(*current);
-    StandAt(move.X_WO, moved);
+    SetPoseAt(move.X_WO, moved);
     touched_[move.name] = std::move(moved);
     return absl::OkStatus();
   }
@@ -114,7 +114,7 @@ class Transaction {
     const WorldObject* current = Current(detach.name);
     if (current == nullptr) return Missing(detach.name);
     WorldObject detached = Unplaced(*current);
-    StandAt(current->X_WO, detached);
+    SetPoseAt(current->X_WO, detached);
     touched_[detach.name] = std::move(detached);
     return absl::OkStatus();
   }
@@ -215,7 +215,7 @@ class Transaction {
   }
 
   // Detaches the object and sets its pose.
-  void StandAt(const Pose& X_WO, WorldObject& object) const {
+  void SetPoseAt(const Pose& X_WO, WorldObject& object) const {
     if (object.attachment != nullptr) object.pose_revision = revision_;
     object.attachment = nullptr;
     SetPose(object, X_WO);
@@ -226,7 +226,7 @@ class Transaction {
     const Attachment& attachment = *object.attachment;
     const std::optional<int> link = robot.model().FindLink(attachment.link);
     if (!link.has_value()) {
-      StandAt(object.X_WO, object);
+      SetPoseAt(object.X_WO, object);
       return absl::OkStatus();
     }
     const Pose X_WO = robot.X_WL[static_cast<std::size_t>(*link)] * attachment.X_LO;
@@ -245,7 +245,7 @@ class Transaction {
     for (const std::string& each : AttachedTo(name)) {
       WorldObject object = Unplaced(*Current(each));
       if (robot == nullptr) {
-        StandAt(object.X_WO, object);
+        SetPoseAt(object.X_WO, object);
       } else if (absl::Status status = Follow(*robot, object); !status.ok()) {
         return status;
       }
@@ -288,7 +288,7 @@ class Transaction {
       object.geometry = put.geometry;
       object.geometry_revision = revision_;
     }
-    StandAt(put.X_WO, object);
+    SetPoseAt(put.X_WO, object);
     SetAttributes(object, put);
     return object;
   }

@@ -8,10 +8,10 @@ namespace {
 
 // derived: four times the deviation halves the number of segments, and leaves a quarter of a
 // sphere's triangles.
-constexpr double kCoarser = 4;
+constexpr double kCoarseningFactor = 4;
 // derived: at this deviation every round part of up to 100 m has kMinSegments, because a sagitta is
 // smaller than its radius.
-constexpr double kCoarsestDeviation_m = 100;
+constexpr double kMaxDeviation_m = 100;
 
 // The mesh of a shape that is used as it is, not copied; nullptr for other shapes.
 const TriangleMesh* MeshIn(const Shape& shape) {
@@ -73,8 +73,8 @@ std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t
   if (GivenTriangles(model) > max_triangles) return std::nullopt;
   double deviation_m = kDefaultDeviation_m;
   std::optional<FullSurface> surface = Joined(model, deviation_m, max_triangles, work);
-  while (!surface && deviation_m < kCoarsestDeviation_m) {
-    deviation_m *= kCoarser;
+  while (!surface && deviation_m < kMaxDeviation_m) {
+    deviation_m *= kCoarseningFactor;
     surface = Joined(model, deviation_m, max_triangles, work);
   }
   return surface;

@@ -15,12 +15,12 @@ bool IsEverything(const NamedThing& thing) { return thing.name == kEverything; }
 
 // True if `name` may be the name of a link in a robot's files.
 bool IsLinkName(const std::string& name) {
-  constexpr std::size_t kLongestLink = 256;
+  constexpr std::size_t kMaxLinkNameBytes = 256;
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  return name.size() <= kLongestLink && std::none_of(name.begin(), name.end(), is_control);
+  return name.size() <= kMaxLinkNameBytes && std::none_of(name.begin(), name.end(), is_control);
 }
 
-absl::Status CheckThing(const NamedThing& thing, const std::string& field) {
+absl::Status CheckNamed(const NamedThing& thing, const std::string& field) {
   if (!IsEverything(thing) && !IsValidName(thing.name)) {
     const std::string shown = IsLinkName(thing.name) ? thing.name : "?";
     return BadField(
@@ -58,8 +58,8 @@ int Specificity(const NamedPair& pair) {
 }
 
 absl::Status CheckPair(const NamedPair& pair) {
-  if (absl::Status status = CheckThing(pair.a, "a"); !status.ok()) return status;
-  return CheckThing(pair.b, "b");
+  if (absl::Status status = CheckNamed(pair.a, "a"); !status.ok()) return status;
+  return CheckNamed(pair.b, "b");
 }
 
 absl::Status CheckLinks(const NamedPair& pair,

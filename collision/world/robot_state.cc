@@ -72,8 +72,8 @@ class Setter {
   }
 
   // Checks the values of mimic joints, after all variables are set.
-  absl::Status CheckFollowers() const {
-    for (const auto& [link, value, place] : followers_) {
+  absl::Status CheckMimics() const {
+    for (const auto& [link, value, place] : mimics_) {
       const ModelLink& follower = model_.links[link];
       const double expected = follower.multiplier * state_[follower.variable] + follower.offset;
       if (std::abs(value - expected) <= kMimicTolerance) continue;
@@ -102,7 +102,7 @@ class Setter {
   std::vector<double> Take() && { return std::move(state_); }
 
  private:
-  struct Follower {
+  struct MimicJoint {
     int link = 0;
     double value = 0;
     std::string place;
@@ -117,7 +117,7 @@ class Setter {
                                    Quoted(value.variable), " is fixed"));
     }
     if (link.has_value() && model_.links[*link].is_mimic) {
-      followers_.push_back({*link, value.value, place});
+      mimics_.push_back({*link, value.value, place});
       return absl::OkStatus();
     }
     return BadField(place + ".variable",
@@ -129,7 +129,7 @@ class Setter {
   std::vector<double> state_;
   std::vector<bool> is_set_;
   std::map<std::string_view, int> index_;
-  std::vector<Follower> followers_;
+  std::vector<MimicJoint> mimics_;
 };
 
 }  // namespace
@@ -144,7 +144,7 @@ absl::StatusOr<std::vector<double>> StateWith(const RobotModel& model, std::vect
     const absl::Status status = setter.Set(joints.values[i], absl::StrCat("values[", i, "]"));
     if (!status.ok()) return status;
   }
-  if (auto status = setter.CheckFollowers(); !status.ok()) return status;
+  if (auto status = setter.CheckMimics(); !status.ok()) return status;
   if (auto status = setter.CheckQuaternions(); !status.ok()) return status;
   return std::move(setter).Take();
 }

@@ -11,7 +11,7 @@
 namespace cwm::collision {
 namespace {
 
-bool SameStand(const WorldRobot& a, const WorldRobot& b) {
+bool SameBaseAndState(const WorldRobot& a, const WorldRobot& b) {
   return SamePose(a.X_WB, b.X_WB) && a.state == b.state;
 }
 
@@ -75,7 +75,7 @@ std::vector<RobotDelta> RobotTransaction::Finish() {
     WorldRobotPtr before = base_.FindRobot(name);
     if (before == nullptr && !robot.has_value()) continue;
     const bool is_same_robot = before != nullptr && robot.has_value() && before->IsSameAs(*robot);
-    if (is_same_robot && SameStand(*before, *robot)) continue;
+    if (is_same_robot && SameBaseAndState(*before, *robot)) continue;
     if (is_same_robot) robot->state_revision = revision_;
     deltas.push_back({.before = std::move(before),
                       .after = robot.has_value() ? Place(*std::move(robot)) : nullptr});

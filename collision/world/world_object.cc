@@ -81,8 +81,8 @@ std::string_view NameOf(ObjectState state) {
 }
 
 bool IsValidName(std::string_view name) {
-  constexpr std::size_t kLongestName = 128;  // chosen: fits a file name with room for a suffix
-  if (name.empty() || name.size() > kLongestName) return false;
+  constexpr std::size_t kMaxNameBytes = 128;  // chosen: fits a file name with room for a suffix
+  if (name.empty() || name.size() > kMaxNameBytes) return false;
   return std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-' || c == '.' || c == '/';
@@ -105,9 +105,9 @@ std::int64_t QueryCost(const Shape& shape) {
 }
 
 Aabb BoundsAt(const PreparedPart& part, const Pose& X_FP) {
-  constexpr std::size_t kFewTriangles = 64;  // chosen: as fast as a search of a tree
+  constexpr std::size_t kMaxLinearTriangles = 64;  // chosen: as fast as a search of a tree
   const auto* mesh = std::get_if<Mesh>(&part.shape);
-  if (mesh == nullptr || mesh->mesh->triangles.size() <= kFewTriangles) {
+  if (mesh == nullptr || mesh->mesh->triangles.size() <= kMaxLinearTriangles) {
     return TightBounds(part.shape, X_FP);
   }
   return TreeOf(*part.engines[static_cast<int>(EngineKind::kExact)])->BoundsAt(X_FP);

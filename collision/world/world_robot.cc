@@ -22,8 +22,7 @@ class StopCounter final : public WorkCounter {
   const std::stop_token& stop_;
 };
 
-std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot,
-                                                      WorkCounter& work) {
+std::shared_ptr<const SphereModel> FitLinkSpheres(const RobotGeometry& robot, WorkCounter& work) {
   std::vector<std::vector<LinkPiece>> pieces(robot.model->links.size());
   for (std::size_t k = 0; k < robot.geometry->parts.size(); ++k) {
     const PreparedPart& part = robot.geometry->parts[k];
@@ -78,7 +77,7 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
   robot->model = std::move(model);
   robot->programs = std::make_shared<ProgramCache>(*robot->model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
-  robot->bounding_spheres = SpheresAroundLinks(*robot, work);
+  robot->bounding_spheres = FitLinkSpheres(*robot, work);
   if (stop.stop_requested()) return nullptr;
   if (robot->bounding_spheres)
     robot->prepared_bounding_spheres = PrepareSpheres(*robot->bounding_spheres);

@@ -189,11 +189,11 @@ std::string ParseRule(const tinyxml2::XMLDocument& document) {
 }  // namespace
 
 std::string Quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 60;  // a line of a terminal, less the rest of the message
-  std::string shown(text.substr(0, kLongest));
+  constexpr std::size_t kMaxShown = 60;  // a line of a terminal, less the rest of the message
+  std::string shown(text.substr(0, kMaxShown));
   std::replace_if(
       shown.begin(), shown.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return absl::StrCat("\"", shown, text.size() > kLongest ? "..." : "", "\"");
+  return absl::StrCat("\"", shown, text.size() > kMaxShown ? "..." : "", "\"");
 }
 
 absl::Status FaultAt(std::string_view place, std::string_view rule) {
