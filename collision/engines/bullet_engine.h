@@ -3,8 +3,8 @@
 //   - The default margins are 4 cm. They are set to zero on every shape (bullet_geometry).
 //   - The dispatcher and its pools are not thread safe. btGjkPairDetector is called directly, with
 //     solvers on the stack.
-//   - Concave-concave and plane-concave pairs return nothing, without an error. The capability table
-//     excludes them.
+//   - Concave-concave and plane-concave pairs return nothing, without an error. The capability
+//     table excludes them.
 //   - Meshes are surfaces. Containment is tested separately.
 //   - Depth near contact is unreliable without margins. It is labelled kDegraded.
 #pragma once

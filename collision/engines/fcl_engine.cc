@@ -155,10 +155,10 @@ double ProvenGap_m(const FclPair& pair, std::size_t i, std::size_t j, const Vect
          Reach_m(pair.b.solid->exact().pieces()[j], in_b);
 }
 
-// Sets the accuracy and the bound of a positive distance. FCL's GJK sometimes stops early (measured: 6
-// mm too far in one of a thousand pairs of cones and cylinders; 14 mm for a box that faces a mesh
-// squarely). Between convex shapes, the gap along the normal bounds the error; for meshes, only
-// FCL's closed forms are reliable.
+// Sets the accuracy and the bound of a positive distance. FCL's GJK sometimes stops early
+// (measured: 6 mm too far in one of a thousand pairs of cones and cylinders; 14 mm for a box that
+// faces a mesh squarely). Between convex shapes, the gap along the normal bounds the error; for
+// meshes, only FCL's closed forms are reliable.
 void Label(const FclPair& pair, double proven_m, PairDistance& answer) {
   const double pieces_m = pair.a.shape.bound_m + pair.b.shape.bound_m;
   const bool is_open = pair.a.solid->is_open() || pair.b.solid->is_open();

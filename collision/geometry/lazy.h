@@ -17,8 +17,8 @@
 namespace cwm {
 namespace internal {
 
-// Threads wait here for a value that another thread builds. Many values share one of a few monitors,
-// so that a thread may be woken for the value of another.
+// Threads wait here for a value that another thread builds. Many values share one of a few
+// monitors, so that a thread may be woken for the value of another.
 struct BuildMonitor {
   std::mutex mutex;
   std::condition_variable changed;

@@ -24,8 +24,8 @@ constexpr double kSameShare = 1e-6;
 // Relative difference below which two values count as equal and the first is taken, so that
 // rounding does not choose.
 constexpr double kTieShare = 1e-9;
-// Largest number of triangle pairs that are tested, at some 0.2 us each, and number of candidates at
-// which inner ones are dropped.
+// Largest number of triangle pairs that are tested, at some 0.2 us each, and number of candidates
+// at which inner ones are dropped.
 constexpr int kMaxFacetPairs = 65'536;
 constexpr std::size_t kMaxCandidates = 4'096;
 // A point of a plate's piece that is deeper than this in the plate lies on a cut between pieces.
@@ -146,8 +146,8 @@ Corners Common(const Foreground& a, const Foreground& b) {
   return Within(larger.shadow(), smaller.shadow(), border_m);
 }
 
-// The index of the candidate with the largest value, the first if rounding could exchange several; the
-// number of candidates if no value is above `min`.
+// The index of the candidate with the largest value, the first if rounding could exchange several;
+// the number of candidates if no value is above `min`.
 template <class Value>
 std::size_t FirstLargest(const Candidates& candidates, double min, const Value& value) {
   std::size_t best = candidates.size();
@@ -161,7 +161,8 @@ std::size_t FirstLargest(const Candidates& candidates, double min, const Value& 
   return best;
 }
 
-// The candidates that ExactContacts returns: the deepest, the farthest from it, and one to either side.
+// The candidates that ExactContacts returns: the deepest, the farthest from it, and one to either
+// side.
 absl::InlinedVector<Candidate, kMaxPatchPoints> Spanning(const Candidates& candidates,
                                                          double same_m) {
   absl::InlinedVector<Candidate, kMaxPatchPoints> chosen;
@@ -326,8 +327,8 @@ class PatchSearch {
     constexpr int kDirections = 32;
     std::array<std::size_t, kDirections + 1> kept = {};
     for (std::size_t k = 0; k < kept.size(); ++k) {
-      // The offset avoids directions across borders parallel to the axes, on which every candidate would
-      // be outermost.
+      // The offset avoids directions across borders parallel to the axes, on which every candidate
+      // would be outermost.
       const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + 0.37) / kDirections;
       const Vector2 out(std::cos(angle), std::sin(angle));
       const auto rank = [&](const Candidate& s) {

@@ -103,8 +103,8 @@ class CoreDifference {
   // The vector from a point inside B to a point inside A.
   Vector3 CentreOffset() const { return a_.centre - (R_AB_ * b_.centre + p_AB_); }
 
-  // The vector from a point of B to a point of A that ClampToCore finds near each other. Only a start
-  // for searches; zero if that point of B lies in A.
+  // The vector from a point of B to a point of A that ClampToCore finds near each other. Only a
+  // start for searches; zero if that point of B lies in A.
   Vector3 NearOffset() const;
 
   // No point of D is farther from CentreOffset().

@@ -87,8 +87,8 @@ Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Projection& proj
 }
 
 // True if the distance has a kink at p: an edge that is about as near as the nearest one has
-// another gradient. On the border all edges at p count; elsewhere only those on which the projection is
-// locally nearest.
+// another gradient. On the border all edges at p count; elsewhere only those on which the
+// projection is locally nearest.
 bool PlaneProfile::IsKink(const Vector2& p, const PlaneSample& nearest, double sign) const {
   const double distance_m = std::abs(nearest.distance_m);
   const bool on_border = distance_m <= kKinkTolerance_m;

@@ -37,8 +37,8 @@ class PlaneProfile {
   void AddChain(std::span<const Vector2> points, bool closed, bool solid_on_left);
   static double ParameterOf(const ProfileEdge& edge, const Vector2& p);
   static Projection ProjectOn(const ProfileEdge& edge, const Vector2& p);
-  // True if no neighbouring point of the border is nearer than the projection. A corner counts once, for
-  // the edge that begins there.
+  // True if no neighbouring point of the border is nearer than the projection. A corner counts
+  // once, for the edge that begins there.
   bool IsLocallyNearest(const ProfileEdge& edge, const Projection& projection,
                         const Vector2& p) const;
   bool IsKink(const Vector2& p, const PlaneSample& nearest, double sign) const;

@@ -1,6 +1,6 @@
-// Many points against one solid, in arrays per coordinate that become vectors: what a batch of points
-// is sampled with. Plain numbers without Eigen, since the source is compiled for several instruction
-// sets and the machine's best is taken at run time. The formulas are those of
+// Many points against one solid, in arrays per coordinate that become vectors: what a batch of
+// points is sampled with. Plain numbers without Eigen, since the source is compiled for several
+// instruction sets and the machine's best is taken at run time. The formulas are those of
 // solid_distance-inl.h; tests hold them to signed_distance.h.
 //
 // A lane's answer depends on that lane alone, to the same bits on every processor.

@@ -12,8 +12,8 @@
 namespace cwm::collision {
 namespace {
 
-// chosen: the largest number of fractions of an edge at which one pair is measured. A pair that stays a
-// millimetre apart needs about one per millimetre that its parts travel.
+// chosen: the largest number of fractions of an edge at which one pair is measured. A pair that
+// stays a millimetre apart needs about one per millimetre that its parts travel.
 constexpr int kMaxMeasurements = 4000;
 // chosen: pairs that may come as near as this are measured; no larger clearance is reported.
 constexpr double kMaxClearance_m = 0.02;
@@ -103,7 +103,8 @@ class EdgeSearch {
   }
 
  private:
-  // Pairs farther apart than this at the start stay more than kMaxClearance_m away from their margin.
+  // Pairs farther apart than this at the start stay more than kMaxClearance_m away from their
+  // margin.
   static double Reach_m(double margin_m, double travel_m) {
     return std::max(0.0, margin_m) + travel_m + kMaxClearance_m;
   }
@@ -301,11 +302,11 @@ class EdgeSearch {
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
   }
 
-  // A lower bound on the gap between two fractions, from the separating planes at either of them. The
-  // gap closes only by the body's travel along the normal, so a body that slides along a plane does
-  // not close it. The planes separate whole shapes, so the bound is useless if one shape reaches
-  // around the other. -infinity for a pair that grazes near one end only, until the interval is
-  // narrow.
+  // A lower bound on the gap between two fractions, from the separating planes at either of them.
+  // The gap closes only by the body's travel along the normal, so a body that slides along a plane
+  // does not close it. The planes separate whole shapes, so the bound is useless if one shape
+  // reaches around the other. -infinity for a pair that grazes near one end only, until the
+  // interval is narrow.
   double GapAlongPlanes_m(const Candidate& candidate, const PairState& a,
                           const PairState& b) const {
     constexpr double kNone_m = -std::numeric_limits<double>::infinity();

@@ -42,10 +42,10 @@ struct MotionColumns {
   // path out of limits, the index of its first row out of limits. -1 if the motion is free or not
   // computed.
   std::vector<std::int32_t> segment;
-  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <= kMaxBracketWidth
-  // unless a pair before it grazes, or stays so near for so long that it is not proven free; both
-  // are 0 if the edge begins in contact. For a grazing or undecided motion: the interval in
-  // question. Else 0 and 1.
+  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <=
+  // kMaxBracketWidth unless a pair before it grazes, or stays so near for so long that it is not
+  // proven free; both are 0 if the edge begins in contact. For a grazing or undecided motion: the
+  // interval in question. Else 0 and 1.
   std::vector<double> lo, hi;
   // For a free motion: no pair comes nearer to its margin than this. It is at most 2 cm, since
   // larger distances are not measured. 0 for other motions.

@@ -126,8 +126,8 @@ RowVerdict EvaluateRow(BodySearch& search, UnseenSpace unseen) {
   return builder.row();
 }
 
-// The accuracy that EvaluateRow would return for a free row with the exact kernels, found without testing
-// any pair.
+// The accuracy that EvaluateRow would return for a free row with the exact kernels, found without
+// testing any pair.
 Accuracy FreeRowAccuracy(BodySearch& search) {
   Accuracy accuracy = Accuracy::kExact;
   ForEachNearPair(search, [&](const BodySearch::Pair& pair) {

@@ -238,8 +238,8 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
   return false;
 }
 
-// The accuracy of a depth and its bound: the length of any way out of all solids is an upper bound of
-// the depth.
+// The accuracy of a depth and its bound: the length of any way out of all solids is an upper bound
+// of the depth.
 PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
   const Vector3 way_out_W = PointOf(lane) + depth_m * sample.gradient;

@@ -101,7 +101,8 @@ double Distance_m(const Solid& solid, const Vector3& p_B) {
   return std::max(p.z(), 0.0);
 }
 
-// True if an axis is parallel to a coordinate axis, up to kAlignmentTolerance and in either direction.
+// True if an axis is parallel to a coordinate axis, up to kAlignmentTolerance and in either
+// direction.
 bool IsAlignedWith(const Matrix3& axes, int axis) {
   return (axes.col(axis).cwiseAbs().array() > kAlignmentTolerance).count() == 1;
 }

@@ -24,7 +24,8 @@ inline constexpr double kMaxMimicCoefficient = 1e6;
 
 // By joint; empty for joints that do not follow another. Chains are resolved to their end. Refuses
 // joints that follow an unknown joint, a joint without exactly one variable, or themselves in a
-// cycle; and multipliers or offsets beyond kMaxMimicCoefficient, in an element or for a whole chain.
+// cycle; and multipliers or offsets beyond kMaxMimicCoefficient, in an element or for a whole
+// chain.
 absl::StatusOr<std::vector<std::optional<ResolvedMimic>>> ResolveMimics(
     const RobotDescription& robot);
 

@@ -43,9 +43,9 @@ struct Variable {
   std::string name;
   int link = 0;  // the link below the joint
   int component = 0;
-  // The joint's own limits, narrowed so that all joints that mimic it keep their limits (NarrowRange
-  // in mimic.h); infinite if there are none. The length of a floating joint's quaternion is limited
-  // by OutOfLimits.
+  // The joint's own limits, narrowed so that all joints that mimic it keep their limits
+  // (NarrowRange in mimic.h); infinite if there are none. The length of a floating joint's
+  // quaternion is limited by OutOfLimits.
   double lower = 0;
   double upper = 0;
 };

@@ -34,8 +34,8 @@ struct RobotGeometry {
   std::vector<int> link_of_part;  // by part of `geometry`: index into model->links; ascending
   std::optional<SphereModel> spheres_as_given;               // absent if none were given
   std::optional<PreparedSpheres> prepared_spheres_as_given;  // likewise
-  // Spheres that contain the links' geometry (FitBoundingSpheres); nullptr if a link has a half-space,
-  // which no sphere contains.
+  // Spheres that contain the links' geometry (FitBoundingSpheres); nullptr if a link has a
+  // half-space, which no sphere contains.
   std::shared_ptr<const SphereModel> bounding_spheres;
   std::optional<PreparedSpheres> prepared_bounding_spheres;  // of bounding_spheres
   std::shared_ptr<ProgramCache> programs;                    // of queries about this robot

@@ -96,8 +96,8 @@ std::shared_ptr<const WorldSnapshot> Room(std::mt19937& random) {
 
 class BatchSizes : public ::testing::Test {
  protected:
-  // Checks all rows in batches of each size, which must give the same answers. Returns the accuracies
-  // of free rows.
+  // Checks all rows in batches of each size, which must give the same answers. Returns the
+  // accuracies of free rows.
   std::set<Accuracy> ExpectSameInAnyBatch(const WorldSnapshot& world, const QueryBody& body,
                                           const RobotModel& model, const QueryOptions& options) {
     const std::size_t width = model.all.variables.size();
