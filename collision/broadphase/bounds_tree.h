@@ -92,7 +92,7 @@ class BoundsTree {
   using Entries = absl::InlinedVector<Entry, kLeafSize>;
 
   // Nodes are small because every kept revision of the world owns the two paths that its change
-  // copied. A node therefore holds its own reference count, tells its kind by `bit`, and has bounds
+  // copied. A node therefore holds its own reference count, shows its kind by `bit`, and has bounds
   // of floats.
   struct Node {
     mutable std::atomic<std::uint32_t> references = 0;

@@ -13,7 +13,7 @@ namespace cwm {
 // Number of values that are sorted by one call of std::sort before they are merged.
 inline constexpr std::size_t kSortBlockSize = std::size_t{1} << 15;
 
-// Sorts like std::sort: blocks of kSortBlockSize values, then merges. Asks `work` at least every
+// Sorts like std::sort: blocks of kSortBlockSize values, then merges. Polls `work` at least every
 // few milliseconds; if that ends it, the order of the values is undefined.
 template <class T, class Before>
 void InterruptibleSort(std::vector<T>& values, const Before& before, WorkCounter* work = nullptr) {

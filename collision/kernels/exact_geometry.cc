@@ -86,7 +86,7 @@ bool ExactGeometry::IsOpen() const {
 const MeshHulls* ExactGeometry::hulls(WorkCounter* work) const {
   const auto* mesh = std::get_if<Mesh>(&shape_);
   if (mesh == nullptr) return nullptr;
-  const auto* hulls = hulls_.Get([&] { return MeshHulls::Of(*mesh, *tree_, work); }, work);
+  const auto* hulls = hulls_.Get([&] { return MeshHulls::Make(*mesh, *tree_, work); }, work);
   return hulls != nullptr ? hulls->get() : nullptr;
 }
 

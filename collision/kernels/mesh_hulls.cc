@@ -84,8 +84,8 @@ HullCore::HullCore(std::vector<Vector3> vertices)
   std::get<VertexCore>(core_.core).lanes = &lanes_;
 }
 
-std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree,
-                                               WorkCounter* work) {
+std::unique_ptr<const MeshHulls> MeshHulls::Make(const Mesh& mesh, const TriangleTree& tree,
+                                                 WorkCounter* work) {
   if (mesh.mesh->vertices.size() > kMaxVertices) return nullptr;
   const TriangleMesh hull = ConvexHull3(CornersOf(*mesh.mesh), work);
   if (hull.triangles.empty() || hull.vertices.size() > kMaxCorners) return nullptr;
@@ -159,7 +159,8 @@ namespace {
 
 // True if B lies beyond a face of A's box. Tests the axis of that box along which the boxes are
 // farthest apart.
-bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, double rounding_m) {
+bool FaceOfFirstSeparates(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB,
+                          double rounding_m) {
   const Vector3 between = X_AB * b.bounds.center() - a.bounds.center();
   const Vector3 off = between.cwiseAbs() - 0.5 * a.bounds.sizes() -
                       0.5 * (X_AB.linear().cwiseAbs() * b.bounds.sizes());
@@ -177,8 +178,8 @@ bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, 
 bool BoxFaceSeparates(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB) {
   const double extents_m = a.hulls.outer_hull().extent_m + b.hulls.outer_hull().extent_m;
   const double rounding_m = kTouchingRatio * extents_m;
-  return FaceOfFirstParts(a, b, X_AB, rounding_m) ||
-         FaceOfFirstParts(b, a, X_AB.inverse(Eigen::Isometry), rounding_m);
+  return FaceOfFirstSeparates(a, b, X_AB, rounding_m) ||
+         FaceOfFirstSeparates(b, a, X_AB.inverse(Eigen::Isometry), rounding_m);
 }
 
 }  // namespace cwm::collision

@@ -31,8 +31,8 @@ class HullCore {
 class MeshHulls {
  public:
   // nullptr for a mesh that is flat, or so large that its hull would cost more than it saves.
-  static std::unique_ptr<const MeshHulls> Of(const Mesh& mesh, const TriangleTree& tree,
-                                             WorkCounter* work = nullptr);
+  static std::unique_ptr<const MeshHulls> Make(const Mesh& mesh, const TriangleTree& tree,
+                                               WorkCounter* work = nullptr);
 
   // The hull around the mesh. It contains every triangle up to a few roundings of its extent, and
   // its corners are corners of triangles.

@@ -366,7 +366,7 @@ class EdgeSearch {
     return state;
   }
 
-  // True if the pair overlaps and its margin is not negative. The kernels tell an overlap reliably,
+  // True if the pair overlaps and its margin is not negative. The kernels detect an overlap reliably,
   // even if its depth is only bounded.
   static bool ProvesContact(const BodySearch::Pair& pair, const PairDistance& answer) {
     return answer.distance_m < 0 && pair.margin_m >= 0;
@@ -469,7 +469,7 @@ MotionResult EdgeChecker::Check(const BodyMotion& edge) {
           .lo = result.lo,
           .hi = result.hi,
           .clearance_m = result.clearance_m,
-          .object = result.pair.IsSelfPair() ? kSelfObject : ranks_.Of(result.pair.object),
+          .object = result.pair.IsSelfPair() ? kSelfObject : ranks_.IndexOf(result.pair.object),
           .body_part = result.pair.body_part,
           .object_part = result.pair.object_part,
           .accuracy = std::max(result.accuracy, body_.best_accuracy)};

@@ -248,13 +248,13 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
 
 void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
   near_.clear();
-  const ObstacleRules rules = rules_.Of(object);
+  const ObstacleRules rules = rules_.RulesOf(object);
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
     if (CountBoxes(object)) return near_.clear();
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
-      if (!rules.empty() && rules.Of(mine.frame, o).allowed) continue;
+      if (!rules.empty() && rules.At(mine.frame, o).allowed) continue;
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, object.parts_W[o].bounds_W);
       if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
       if (filter_.SkipsPart(object, object.geometry->parts[o].source)) continue;
@@ -265,7 +265,7 @@ void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
 
 void BodySearch::GatherSelfPairs(double reach_m) {
   near_.clear();
-  const std::span<const EffectiveRule> rules = rules_.OfSelfPairs();
+  const std::span<const EffectiveRule> rules = rules_.SelfPairRules();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];

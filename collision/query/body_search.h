@@ -235,7 +235,7 @@ int WeightOf(const Shape& shape);
 template <class Visit>
 void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
-  const ObstacleRules rules = rules_.Of(object);
+  const ObstacleRules rules = rules_.RulesOf(object);
   const double more_m = sigmas_ * object.geometry->max_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
@@ -247,7 +247,7 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
       if (!rules.empty() && (o == 0 || rules.by_part())) {
-        const EffectiveRule& terms = rules.Of(mine.frame, o);
+        const EffectiveRule& terms = rules.At(mine.frame, o);
         if (terms.allowed && !rules.by_part()) break;
         if (terms.allowed) continue;
         margin_m = terms.Margin_m(default_m) + mine.inflation_m;
@@ -269,7 +269,7 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
 
 template <class Visit>
 void BodySearch::ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit) {
-  const std::span<const EffectiveRule> rules = rules_.OfSelfPairs();
+  const std::span<const EffectiveRule> rules = rules_.SelfPairRules();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];

@@ -115,7 +115,7 @@ class Caster : public ChunkWorker {
     for (int i = 0; i < 3; ++i) {
       columns.normal[3 * row + static_cast<std::size_t>(i)] = nearest.hit.normal[i];
     }
-    columns.object[row] = ranks_.Of(nearest.object);
+    columns.object[row] = ranks_.IndexOf(nearest.object);
     columns.object_part[row] = nearest.part;
   }
 

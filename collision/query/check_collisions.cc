@@ -281,7 +281,8 @@ class Checker : public ChunkWorker {
     CollisionColumns& columns = batch_.columns;
     columns.verdict[row] = result.verdict;
     columns.accuracy[row] = std::max(result.accuracy, batch_.body.best_accuracy);
-    columns.object[row] = result.pair.IsSelfPair() ? kSelfObject : ranks_.Of(result.pair.object);
+    columns.object[row] =
+        result.pair.IsSelfPair() ? kSelfObject : ranks_.IndexOf(result.pair.object);
     columns.body_part[row] = result.pair.body_part;
     columns.object_part[row] = result.pair.object_part;
   }

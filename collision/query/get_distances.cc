@@ -86,7 +86,7 @@ class NearestObjects {
       : search_(search), max_distance_m_(max_distance_m), best_(best) {}
 
   void Find() {
-    waiting_.clear();
+    queue_.clear();
     search_.world().bounds().ForEachNearest(search_.body_bounds_W(), reach_m(),
                                             [&](const Obstacle& obstacle, double min_m) {
                                               EvaluateWithin(min_m);
@@ -98,11 +98,11 @@ class NearestObjects {
   }
 
  private:
-  struct Waiting {
+  struct QueueEntry {
     double squared_m2;  // squared gap
     const Obstacle* object;
     // Order for a heap that yields the nearest first, of equally near ones the first name.
-    friend bool operator<(const Waiting& a, const Waiting& b) {
+    friend bool operator<(const QueueEntry& a, const QueueEntry& b) {
       return a.squared_m2 != b.squared_m2 ? a.squared_m2 > b.squared_m2
                                           : a.object->name > b.object->name;
     }
@@ -113,18 +113,18 @@ class NearestObjects {
   double reach_m() const { return std::max(0.0, limit_m()); }
 
   void Await(const Obstacle& object) {
-    waiting_.push_back({search_.MinBoxDistance_m2(object), &object});
-    std::push_heap(waiting_.begin(), waiting_.end());
+    queue_.push_back({search_.MinBoxDistance_m2(object), &object});
+    std::push_heap(queue_.begin(), queue_.end());
   }
 
   // Tests the waiting objects whose gap is at most `min_m`, a lower bound for all objects to
   // come.
   void EvaluateWithin(double min_m) {
-    while (!waiting_.empty() && waiting_.front().squared_m2 <= min_m * min_m && !search_.ended()) {
-      const Waiting next = waiting_.front();
-      std::pop_heap(waiting_.begin(), waiting_.end());
-      waiting_.pop_back();
-      if (next.squared_m2 > reach_m() * reach_m()) return waiting_.clear();
+    while (!queue_.empty() && queue_.front().squared_m2 <= min_m * min_m && !search_.ended()) {
+      const QueueEntry next = queue_.front();
+      std::pop_heap(queue_.begin(), queue_.end());
+      queue_.pop_back();
+      if (next.squared_m2 > reach_m() * reach_m()) return queue_.clear();
       AddNearestOfObject(search_, *next.object, limit_m(), best_);
     }
   }
@@ -132,7 +132,7 @@ class NearestObjects {
   BodySearch& search_;
   const double max_distance_m_;
   BestPairs& best_;
-  std::vector<Waiting> waiting_;
+  std::vector<QueueEntry> queue_;
 };
 
 class NearestFinder : public RowFinder {

@@ -60,7 +60,7 @@ void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, Object
     Append(columns.point_body, pair.answer.point_a);
     Append(columns.point_object, pair.answer.point_b);
     Append(columns.normal, pair.answer.normal);
-    columns.object.push_back(pair.id.IsSelfPair() ? kSelfObject : ranks.Of(pair.id.object));
+    columns.object.push_back(pair.id.IsSelfPair() ? kSelfObject : ranks.IndexOf(pair.id.object));
     columns.body_part.push_back(pair.id.body_part);
     columns.object_part.push_back(pair.id.object_part);
     columns.accuracy.push_back(pair.answer.accuracy);

@@ -130,7 +130,7 @@ std::size_t PairRuleLookup::BucketOf(std::string_view name) const {
   return static_cast<std::size_t>(HashOf(name)) & (buckets_.size() - 1);
 }
 
-ObstacleRules PairRuleLookup::RulesFor(const Obstacle& obstacle) {
+ObstacleRules PairRuleLookup::LookUp(const Obstacle& obstacle) {
   const auto [at, is_new] = rules_by_obstacle_.try_emplace(&obstacle);
   if (is_new && !of_named_.empty()) {
     std::vector<AppliedRule> applied;

@@ -34,7 +34,7 @@ class ObstacleRules {
   bool empty() const { return rules_ == nullptr; }
   // True if the rules differ between parts of the obstacle, which is then a robot.
   bool by_part() const { return by_link_ != nullptr; }
-  const EffectiveRule& Of(int frame, std::size_t part) const {
+  const EffectiveRule& At(int frame, std::size_t part) const {
     const auto row = static_cast<std::size_t>(frame);
     if (by_link_ == nullptr) return rules_[row];
     const auto link = static_cast<std::size_t>(by_link_->link_of_part[part]);
@@ -52,13 +52,13 @@ class PairRuleLookup {
  public:
   PairRuleLookup(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options);
 
-  ObstacleRules Of(const Obstacle& obstacle) {
-    return of_everything_.empty() && of_named_.empty() ? ObstacleRules() : RulesFor(obstacle);
+  ObstacleRules RulesOf(const Obstacle& obstacle) {
+    return of_everything_.empty() && of_named_.empty() ? ObstacleRules() : LookUp(obstacle);
   }
   // True if some rule applies to the body and an obstacle of the world.
   bool MayChangeWorldPairs() const { return !of_everything_.empty() || !of_named_.empty(); }
   // The rules for the self pairs of the body, by pair; empty if no rule applies to any.
-  std::span<const EffectiveRule> OfSelfPairs() const { return of_self_pairs_; }
+  std::span<const EffectiveRule> SelfPairRules() const { return of_self_pairs_; }
   // The largest margin that a rule sets for the body and the world; 0 if none does.
   double max_margin_m() const { return max_margin_m_; }
 
@@ -86,7 +86,7 @@ class PairRuleLookup {
   bool Covers(int frames, int frame) const;
   void FillBuckets();
   std::size_t BucketOf(std::string_view name) const;
-  ObstacleRules RulesFor(const Obstacle& obstacle);
+  ObstacleRules LookUp(const Obstacle& obstacle);
   RuleTable CombineRules(std::span<const AppliedRule> applied, const RobotGeometry* robot) const;
   void ResolveSelfPairs();
 

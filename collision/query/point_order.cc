@@ -21,7 +21,7 @@ constexpr std::array<std::uint16_t, 16> SpreadBits() {
 
 }  // namespace
 
-std::span<const std::uint32_t> PointOrder::Of(std::span<const Vector3> points) {
+std::span<const std::uint32_t> PointOrder::Sort(std::span<const Vector3> points) {
   static constexpr std::array<std::uint16_t, 16> kSpreadBits = SpreadBits();
   Aabb bounds;
   for (const Vector3& p : points) bounds.extend(p);

@@ -32,7 +32,7 @@ PointSample SampleAt(const LaneSamples& samples, int i) {
 bool PointSampler::Sample(std::span<const Vector3> points, std::size_t first, std::size_t count,
                           PointColumns& columns) {
   const std::span<const Vector3> chunk = points.subspan(first, count);
-  const std::span<const std::uint32_t> order = order_.Of(chunk);
+  const std::span<const std::uint32_t> order = order_.Sort(chunk);
   ListNearParts(chunk);
   std::array<std::uint32_t, kBlockLanes> rows;
   for (std::size_t begin = 0; begin < count; begin += kBlockLanes) {
@@ -65,7 +65,7 @@ void PointSampler::ListNearParts(std::span<const Vector3> chunk) {
   bool few = true;
   world_.bounds().ForEachNearest(
       bounds, limit_m_ + kKinkTolerance_m, [&](const Obstacle& object, double) {
-        for (const SampledPart& part : parts_.Of(object)) {
+        for (const SampledPart& part : parts_.PartsOf(object)) {
           listed_.push_back(&part);
           listed_reach_m_ = std::min(listed_reach_m_, FarthestCorner_m(bounds, part.bounds_W()));
         }
@@ -110,7 +110,7 @@ bool PointSampler::MeasureWorld(const Aabb& block) {
   bool ended = false;
   world_.bounds().ForEachNearest(
       block, limit_m_ + kKinkTolerance_m, [&](const Obstacle& object, double) {
-        for (const SampledPart& part : parts_.Of(object)) {
+        for (const SampledPart& part : parts_.PartsOf(object)) {
           const double reach_m = reach_m_ + kKinkTolerance_m;
           if (SquaredDistance_m2(block, part.bounds_W()) > reach_m * reach_m) continue;
           ended = ended || !MeasurePart(part);
@@ -283,7 +283,7 @@ double PointSampler::SolidDistance_m(const Vector3& p_W) {
   double min_m = std::numeric_limits<double>::infinity();
   world_.bounds().ForEachNearest(Aabb(p_W, p_W), 2 * kTouching_m,
                                  [&](const Obstacle& object, double) {
-                                   for (const SampledPart& part : parts_.Of(object)) {
+                                   for (const SampledPart& part : parts_.PartsOf(object)) {
                                      if (part.is_open() || !part.bounds_W().contains(p_W)) continue;
                                      min_m = std::min(min_m, part.Distance_m(p_W, &interrupt_));
                                    }

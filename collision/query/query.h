@@ -83,7 +83,7 @@ struct QueryBody {
     return frame < frame_count ? nullptr : &attached[static_cast<std::size_t>(frame - frame_count)];
   }
   // True if the parts in the frame belong to a world object, either querying or attached.
-  bool IsOfObject(int frame) const {
+  bool IsObjectFrame(int frame) const {
     return AttachedIn(frame) != nullptr || (robot == nullptr && !self.empty());
   }
 };
@@ -167,8 +167,8 @@ struct QueryOptions {
   // result has the same bytes for any number.
   int threads = 1;
   // Deadline for handing over the completed prefix. Work stops earlier by the time of the handover.
-  std::optional<std::chrono::steady_clock::time_point> give_up_at = {};
-  std::chrono::nanoseconds handover_of_answer{0};  // handover time of one entry of the columns
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
+  std::chrono::nanoseconds handover_per_entry{0};  // handover time of one entry of the columns
 };
 
 enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimits, kUndecided };

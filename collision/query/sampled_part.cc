@@ -141,11 +141,11 @@ double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m,
   return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(*shape_, p);
 }
 
-std::span<const SampledPart> SampledParts::Of(const Obstacle& object) {
+std::span<const SampledPart> SampledParts::PartsOf(const Obstacle& object) {
   const auto [at, is_new] = parts_.try_emplace(&object);
   if (is_new && !filter_.Skips(object)) {
     at->second.reserve(object.parts_W.size());
-    const std::int32_t index = ranks_.Of(&object);
+    const std::int32_t index = ranks_.IndexOf(&object);
     const std::int32_t by_name =
         world_.robots().empty() ? index : static_cast<std::int32_t>(world_.RankByName(object));
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {

@@ -88,7 +88,7 @@ class SampledParts {
       : world_(world), filter_(filter), ranks_(world) {}
 
   // The parts of an object of the world that pass the filter.
-  std::span<const SampledPart> Of(const Obstacle& object);
+  std::span<const SampledPart> PartsOf(const Obstacle& object);
 
  private:
   const WorldSnapshot& world_;

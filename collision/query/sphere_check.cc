@@ -75,7 +75,7 @@ bool RulesKeepFreePairs(const PairRuleLookup& rules, double margin_m) {
   const auto keeps = [&](const EffectiveRule& terms) {
     return !terms.has_margin || terms.margin_m <= margin_m;
   };
-  const std::span<const EffectiveRule> of_itself = rules.OfSelfPairs();
+  const std::span<const EffectiveRule> of_itself = rules.SelfPairRules();
   return rules.max_margin_m() <= margin_m && std::all_of(of_itself.begin(), of_itself.end(), keeps);
 }
 
@@ -157,7 +157,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);
   if (!RulesKeepFreePairs(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
-  const bool has_rules = rules.MayChangeWorldPairs() || !rules.OfSelfPairs().empty();
+  const bool has_rules = rules.MayChangeWorldPairs() || !rules.SelfPairRules().empty();
 
   std::optional<Spheres> spheres = OwnSpheres(body);
   const bool is_the_body = spheres.has_value() && body.attached.empty() && !has_rules;
@@ -208,7 +208,7 @@ std::span<const Verdict> SphereCheck::Check(std::size_t first, std::size_t count
   verdicts_.resize(count);
   LoadStates(program_->inputs, rows_->states().rows.data() + first * width, width, count, stride,
              values_.data(), marks_.data());
-  const std::span<const std::uint32_t> order = order_.Of(values_.data(), stride, count);
+  const std::span<const std::uint32_t> order = order_.Sort(values_.data(), stride, count);
   for (std::size_t k = 0; k < program_->inputs.size(); ++k) {
     const float* from = values_.data() + k * stride;
     float* to = sorted_values_.data() + k * stride;

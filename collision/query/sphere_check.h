@@ -38,7 +38,7 @@ class SphereCheck {
   // True if the k-th of these rows is known to be within limits, even if it is UNDECIDED.
   bool IsKnownWithinLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
   // The frames and pairs that determine the accuracy of a FREE row. Spheres prove parts apart, but
-  // do not tell if the boxes of parts meet those of an open mesh.
+  // do not show if the boxes of parts meet those of an open mesh.
   const UnresolvedTags& tags_for_accuracy() const { return tags_for_accuracy_; }
   bool needs_accuracy_tests() const {
     return tags_for_accuracy_.worlds != 0 || tags_for_accuracy_.pairs != 0;

@@ -31,7 +31,7 @@ class WorldFilter {
   }
   // The same for a part of the body in the given frame.
   bool SkipsPart(const QueryBody& body, int frame, PartSource source) const {
-    return body.IsOfObject(frame) && Skips(source);
+    return body.IsObjectFrame(frame) && Skips(source);
   }
 
  private:

@@ -380,13 +380,13 @@ class StateChecker {
   }
 
   static Lane Beyond(const LaneObstacle& obstacle, const Point& p, Lane reach) {
-    return Of(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
+    return Dispatch(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
       return Solid(obstacle).Beyond<kForm, kIsAligned>(p, reach);
     });
   }
 
   Lane Lowest(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
-    return Of(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
+    return Dispatch(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
       const Solid solid(obstacle);
       Lane lowest = All(1);
       for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
@@ -400,11 +400,11 @@ class StateChecker {
 
   // Calls `find`, instantiated for the obstacle's form and alignment.
   template <typename Find>
-  static Lane Of(const LaneObstacle& obstacle, const Find& find) {
+  static Lane Dispatch(const LaneObstacle& obstacle, const Find& find) {
     return obstacle.is_aligned ? Of<true>(obstacle.form, find) : Of<false>(obstacle.form, find);
   }
   template <bool kIsAligned, typename Find>
-  static Lane Of(LaneObstacle::Form form, const Find& find) {
+  static Lane Dispatch(LaneObstacle::Form form, const Find& find) {
     using Form = LaneObstacle::Form;
     switch (form) {
       case Form::kRound:

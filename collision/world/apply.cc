@@ -149,13 +149,13 @@ class Transaction {
   }
 
   absl::Status CheckExpected(const Change& change, Revision expected) const {
-    if (IsOfPairs(change)) {
+    if (IsPairRuleChange(change)) {
       return BadField("expected_object_revision",
                       "is given, must be absent: rules of pairs have no revision of their own");
     }
     const std::optional<Revision> latest = LatestRevisionOf(base_, change);
     const std::string who =
-        absl::StrCat(IsOfRobot(change) ? "robot '" : "object '", NameOf(change), "'");
+        absl::StrCat(IsRobotChange(change) ? "robot '" : "object '", NameOf(change), "'");
     if (!latest.has_value()) {
       return absl::AbortedError(
           absl::StrCat(who, " does not exist, expected at revision ", expected.value));
@@ -321,25 +321,25 @@ const std::string& NameOf(const Change& change) {
       change.what);
 }
 
-bool IsOfPairs(const Change& change) {
+bool IsPairRuleChange(const Change& change) {
   return std::holds_alternative<AllowCollision>(change.what) ||
          std::holds_alternative<SetPairMargin>(change.what) ||
          std::holds_alternative<ExpireRules>(change.what);
 }
 
-bool IsOfRobot(const Change& change) {
+bool IsRobotChange(const Change& change) {
   return std::holds_alternative<PutRobot>(change.what) ||
          std::holds_alternative<RemoveRobot>(change.what) ||
          std::holds_alternative<SetRobotState>(change.what);
 }
 
-bool IsOfUnknownRobot(const Change& change, const ApplyFault& fault) {
-  return IsOfRobot(change) ||
+bool IsUnknownRobotFault(const Change& change, const ApplyFault& fault) {
+  return IsRobotChange(change) ||
          (std::holds_alternative<AttachObject>(change.what) && fault.field == "robot");
 }
 
 std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change) {
-  if (IsOfRobot(change)) {
+  if (IsRobotChange(change)) {
     const WorldRobotPtr robot = snapshot.FindRobot(NameOf(change));
     return robot != nullptr ? std::optional(robot->latest_revision()) : std::nullopt;
   }

@@ -72,7 +72,7 @@ TEST(MeshHulls, LieAroundAndWithinTheMesh) {
   int within = 0;
   for (const Mesh& mesh : SomeMeshes(random)) {
     const TriangleTree tree(*mesh.mesh);
-    const auto hulls = MeshHulls::Of(mesh, tree);
+    const auto hulls = MeshHulls::Make(mesh, tree);
     ASSERT_NE(hulls, nullptr);
     for (const Vector3& vertex : mesh.mesh->vertices) {
       const ConvexCore point = CoreOf(std::span(&vertex, 1));

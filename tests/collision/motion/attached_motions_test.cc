@@ -19,21 +19,22 @@ using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 constexpr int kSamples = 400;  // per edge
 
-Change Of(decltype(Change::what) what) {
+Change MakeChange(decltype(Change::what) what) {
   return {.what = std::move(what), .expected_object_revision = {}};
 }
 
 // The three balls of robot_text.h; a long box is attached to the last one, far from its link.
 SnapshotPtr WithBox(const SnapshotPtr& world) {
   const std::vector<Change> changes = {
-      Of(testing::PutArm("arm", Arm(testing::Robot(testing::ThreeBalls()), "<robot name=\"r\"/>"))),
+      MakeChange(testing::PutArm(
+          "arm", Arm(testing::Robot(testing::ThreeBalls()), "<robot name=\"r\"/>"))),
       PutOf("box", {{.X_FS = MakeTranslation(0, 0.1, 0), .shape = Box{{0.05, 0.4, 0.05}}}},
             Pose::Identity()),
-      Of(AttachObject{.name = "box",
-                      .robot = "arm",
-                      .link = "e",
-                      .X_LO = MakeTranslation(0.2, 0, 0),
-                      .touch_links = {}})};
+      MakeChange(AttachObject{.name = "box",
+                              .robot = "arm",
+                              .link = "e",
+                              .X_LO = MakeTranslation(0.2, 0, 0),
+                              .touch_links = {}})};
   auto next = Apply(world, changes);
   EXPECT_TRUE(next.ok()) << next.status();
   return *next;

@@ -352,7 +352,7 @@ TEST(CheckMotions, EndsWhenItIsTold) {
   EXPECT_TRUE(
       absl::IsCancelled(CheckMotions(*BallAtOrigin(), body, edges, {}, stop.get_token()).status()));
   QueryOptions late;
-  late.give_up_at = std::chrono::steady_clock::now();
+  late.deadline = std::chrono::steady_clock::now();
   const MotionColumns columns = *CheckMotions(*BallAtOrigin(), body, edges, late);
   EXPECT_EQ(columns.completed, 0u);
   EXPECT_EQ(columns.verdict[0], MotionVerdict::kNotComputed);

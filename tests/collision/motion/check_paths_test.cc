@@ -131,7 +131,7 @@ TEST(CheckPaths, GrazeWhereNoLaterEdgeMeetsAnything) {
 
 TEST(CheckPaths, ThatTimeDoesNotSufficeForAreNotComputed) {
   QueryOptions late;
-  late.give_up_at = std::chrono::steady_clock::now();
+  late.deadline = std::chrono::steady_clock::now();
   const MotionColumns columns = Along({{-1, 1}, {1, 1}}, {{}}, late);
   EXPECT_EQ(columns.completed, 0u);
   EXPECT_THAT(columns.verdict, ElementsAre(MotionVerdict::kNotComputed));
@@ -147,7 +147,7 @@ TEST(CheckPaths, StopWithinALongPath) {
   }
   const QueryBody body = BallBody();
   QueryOptions soon;
-  soon.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+  soon.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
   const std::vector<Path> paths = {{.row_count = rows}};
   const MotionColumns columns =
       *CheckPaths(*TwoBalls(), body, PoseWaypoints(body, poses), paths, soon);

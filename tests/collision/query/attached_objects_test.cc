@@ -38,7 +38,7 @@ const char* const kUrdf =
     "<child link=\"hand\"/><axis xyz=\"1 0 0\"/><limit lower=\"-1\" upper=\"1\"/></joint></robot>";
 const char* const kSrdf = "<robot name=\"arm\"/>";
 
-Change Of(decltype(Change::what) what) {
+Change MakeChange(decltype(Change::what) what) {
   return {.what = std::move(what), .expected_object_revision = {}};
 }
 SnapshotPtr With(const SnapshotPtr& world, const std::vector<Change>& changes) {
@@ -50,7 +50,7 @@ SnapshotPtr With(const SnapshotPtr& world, const std::vector<Change>& changes) {
 Change Robot(const std::string& name, const Pose& X_WB = Pose::Identity()) {
   PutRobot put = testing::PutArm(name, Arm(kUrdf, kSrdf));
   put.X_WB = X_WB;
-  return Of(put);
+  return MakeChange(put);
 }
 
 // A box of 0.1 m, attached 0.2 m beyond the hand.
@@ -60,11 +60,11 @@ Change Held(const std::string& name) {
 }
 Change Attach(const std::string& name, const Pose& X_LO = MakeTranslation(0.2, 0, 0),
               std::vector<std::string> touch_links = {}, const std::string& link = "hand") {
-  return Of(AttachObject{.name = name,
-                         .robot = "arm",
-                         .link = link,
-                         .X_LO = X_LO,
-                         .touch_links = std::move(touch_links)});
+  return MakeChange(AttachObject{.name = name,
+                                 .robot = "arm",
+                                 .link = link,
+                                 .X_LO = X_LO,
+                                 .touch_links = std::move(touch_links)});
 }
 Change Ball(const std::string& name, const Vector3& at, double radius_m = 0.05) {
   return PutOf(name, {{.X_FS = Pose::Identity(), .shape = Sphere{radius_m}}},
@@ -162,9 +162,9 @@ TEST(AttachedObjects, KeepTheirMargins) {
   const SnapshotPtr world =
       WorldOf({Robot("arm"), put, Attach("box"), Ball("ball", {1.2, 0.12, 0})});  // 2 cm away
   EXPECT_THAT(Check(*world, {0, 0}), ElementsAre(kHit));
-  const SnapshotPtr close = With(world, {Of(SetPairMargin{{{"box"}, {"ball"}}, 0.019})});
+  const SnapshotPtr close = With(world, {MakeChange(SetPairMargin{{{"box"}, {"ball"}}, 0.019})});
   EXPECT_THAT(Check(*close, {0, 0}), ElementsAre(kFree));
-  const SnapshotPtr of_arm = With(world, {Of(SetPairMargin{{{"arm"}, {"ball"}}, 0.0})});
+  const SnapshotPtr of_arm = With(world, {MakeChange(SetPairMargin{{{"arm"}, {"ball"}}, 0.0})});
   EXPECT_THAT(Check(*of_arm, {0, 0}), ElementsAre(kHit)) << "the box has a name of its own";
 }
 
@@ -184,7 +184,7 @@ TEST(AttachedObjects, MayReachIntoWhatSupportsThem) {
   EXPECT_THAT(Check(*world(0.0201), {0, 0}, options), ElementsAre(kHit));
   options.support_tolerance_m = 0;
   EXPECT_THAT(Check(*world(0.001), {0, 0}, options), ElementsAre(kHit));
-  const auto ruled = With(world(0.001), {Of(SetPairMargin{{{"box"}, {"table"}}, 0.0})});
+  const auto ruled = With(world(0.001), {MakeChange(SetPairMargin{{{"box"}, {"table"}}, 0.0})});
   EXPECT_THAT(Check(*ruled, {0, 0}), ElementsAre(kHit)) << "the rule goes before";
   // Contacts use the margin, distances are geometric.
   const ArmQuery arm_query = ArmIn(*world(0.0049), {0, 0});
@@ -268,7 +268,7 @@ TEST(RobotsOfTheWorld, AreMetByOtherRobotsWhereTheirStatePutsThem) {
   EXPECT_THAT(Check(*world, {kRight, 0}), ElementsAre(kFree));
   SetRobotState set{
       .name = "other", .X_WB = {}, .joints = {.named = {}, .values = {{"turn", -kRight}}}};
-  const SnapshotPtr turned = With(world, {Of(set)});
+  const SnapshotPtr turned = With(world, {MakeChange(set)});
   EXPECT_THAT(Check(*turned, {0, 0, kRight, 0}), ElementsAre(kFree, kHit));
   QueryOptions options;
   options.ignore_pairs = {{{"arm", "hand"}, {"other", "hand"}}};
@@ -277,9 +277,11 @@ TEST(RobotsOfTheWorld, AreMetByOtherRobotsWhereTheirStatePutsThem) {
   EXPECT_THAT(Check(*turned, {kRight, 0}, options), ElementsAre(kHit));
   options.ignore_pairs = {{{"arm"}, {"other"}}};
   EXPECT_THAT(Check(*turned, {kRight, 0}, options), ElementsAre(kFree));
-  const SnapshotPtr wide = With(world, {Of(SetPairMargin{{{"other", "hand"}, {"arm"}}, 2.0})});
+  const SnapshotPtr wide =
+      With(world, {MakeChange(SetPairMargin{{{"other", "hand"}, {"arm"}}, 2.0})});
   EXPECT_THAT(Check(*wide, {kRight, 0}), ElementsAre(kHit));
-  const SnapshotPtr by_base = With(world, {Of(SetPairMargin{{{"other", "base"}, {"arm"}}, 0.8})});
+  const SnapshotPtr by_base =
+      With(world, {MakeChange(SetPairMargin{{{"other", "base"}, {"arm"}}, 0.8})});
   EXPECT_THAT(Check(*by_base, {0, 0, kRight, 0}), ElementsAre(kFree, kFree))
       << "the base is a metre away, and only it keeps 0.8";
 }
@@ -353,11 +355,12 @@ TEST(AttachedObjects, AreAskedInLanesAsPairByPair) {
   std::get<PutObject>(far_one.what).margin_m = 0.03;
   const std::string first = world->ObstacleAt(0).name, second = world->ObstacleAt(1).name;
   const auto rule = [](const NamedThing& a, const NamedThing& b) { return NamedPair{a, b}; };
-  world = With(world, {Robot("arm"), Held("box"), Attach("box", RandomPose(random, 0.2)), far_one,
-                       Attach("far_one", MakeTranslation(0.1, 0.3, 0), {"base"}, "rod"),
-                       Of(AllowCollision{.pair = rule({"arm", "rod"}, {first})}),
-                       Of(AllowCollision{.pair = rule({"box"}, {"arm", "base"})}),
-                       Of(SetPairMargin{.pair = rule({"arm"}, {second}), .margin_m = 0.001})});
+  world =
+      With(world, {Robot("arm"), Held("box"), Attach("box", RandomPose(random, 0.2)), far_one,
+                   Attach("far_one", MakeTranslation(0.1, 0.3, 0), {"base"}, "rod"),
+                   MakeChange(AllowCollision{.pair = rule({"arm", "rod"}, {first})}),
+                   MakeChange(AllowCollision{.pair = rule({"box"}, {"arm", "base"})}),
+                   MakeChange(SetPairMargin{.pair = rule({"arm"}, {second}), .margin_m = 0.001})});
   std::vector<double> rows;
   for (int k = 0; k < 3000; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
   const ArmQuery of_links = ArmIn(*world, rows);

@@ -99,9 +99,9 @@ TEST(Interrupt, WithinAPairLeavesThePrefix) {
                              MakePose({0.1, 0.1, 0.01}, Quaternion(1, 0.1, 0.1, 0).normalized()));
   QueryOptions options;
   const PairColumns all = *GetDistances(*world, body, at, options);
-  options.give_up_at = std::chrono::steady_clock::now();
+  options.deadline = std::chrono::steady_clock::now();
   EXPECT_EQ(GetDistances(*world, body, at, options)->completed, 0u);
-  options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+  options.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
   const PairColumns some = *GetDistances(*world, body, at, options);
   EXPECT_LE(some.completed, at.size());
   for (std::size_t k = 0; k < some.distance_m.size(); ++k) {

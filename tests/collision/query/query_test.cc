@@ -466,7 +466,7 @@ TEST_F(QueryTest, AStoppedQuestionIsCancelled) {
 
 TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
   QueryOptions options;
-  options.give_up_at = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  options.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
   const PairColumns none = *GetDistances(*world_, body_, poses_, options);
   EXPECT_EQ(none.completed, 0u);
   EXPECT_THAT(none.row_begin, ElementsAre(0u));
@@ -476,7 +476,7 @@ TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
   EXPECT_THAT(verdicts.accuracy, ::testing::Each(Accuracy::kDegraded)) << "nothing is known";
 
   std::vector<Pose> many(200'000, poses_[0]);
-  options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
+  options.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
   const PairColumns part = *GetDistances(*world_, body_, many, options);
   const PairColumns whole = *GetDistances(*world_, body_, {poses_.data(), 1}, {});
   ASSERT_GT(part.completed, 0u);

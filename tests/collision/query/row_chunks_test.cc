@@ -169,7 +169,7 @@ class BatchTest : public ::testing::Test {
       std::chrono::duration<double> budget = std::chrono::microseconds(200);
       auto some = query(options);
       for (some->completed = 0; some->completed == 0; budget *= 1.25) {
-        options.give_up_at =
+        options.deadline =
             steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(budget);
         some = query(options);
       }
@@ -225,8 +225,8 @@ TEST_F(BatchTest, AnswersEndWhereHandingThemOverTakesTheTimeThatIsLeft) {
   for (const int threads : {1, 2}) {
     const auto options = [&] {
       return QueryOptions{.threads = threads,
-                          .give_up_at = steady_clock::now() + std::chrono::seconds(2),
-                          .handover_of_answer = milliseconds(200)};
+                          .deadline = steady_clock::now() + std::chrono::seconds(2),
+                          .handover_per_entry = milliseconds(200)};
     };
     const std::size_t most = static_cast<std::size_t>(threads) * (kLongestChunk + kBetweenLooks);
     EXPECT_LE(CheckCollisions(*world_, body_, poses_, options())->completed, most);

@@ -269,8 +269,8 @@ TEST_F(SamplePointsTest, ATimeBudgetCompletesAPrefix) {
     std::chrono::duration<double> budget = std::chrono::milliseconds(10);
     PointColumns some;
     for (; some.completed == 0; budget *= 1.25) {
-      options.give_up_at = std::chrono::steady_clock::now() +
-                           std::chrono::duration_cast<std::chrono::nanoseconds>(budget);
+      options.deadline = std::chrono::steady_clock::now() +
+                         std::chrono::duration_cast<std::chrono::nanoseconds>(budget);
       some = *SamplePoints(*world_, points, options);
     }
     ASSERT_LT(some.completed, points.size());
