@@ -247,10 +247,10 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
       if (!rules.empty() && (o == 0 || rules.by_part())) {
-        const EffectiveRule& terms = rules.At(mine.frame, o);
-        if (terms.allowed && !rules.by_part()) break;
-        if (terms.allowed) continue;
-        margin_m = terms.Margin_m(default_m) + mine.inflation_m;
+        const EffectiveRule& rule = rules.At(mine.frame, o);
+        if (rule.allowed && !rules.by_part()) break;
+        if (rule.allowed) continue;
+        margin_m = rule.Margin_m(default_m) + mine.inflation_m;
         start_m = Start_m(from, margin_m, more_m);
       }
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);

@@ -72,8 +72,8 @@ std::vector<FixedFrame> FixedFramesOf(const QueryBody& body) {
 // True if no rule sets a larger margin than `margin_m`, so that pairs proven apart by that margin
 // stay free.
 bool RulesKeepFreePairs(const PairRuleLookup& rules, double margin_m) {
-  const auto keeps = [&](const EffectiveRule& terms) {
-    return !terms.has_margin || terms.margin_m <= margin_m;
+  const auto keeps = [&](const EffectiveRule& rule) {
+    return !rule.has_margin || rule.margin_m <= margin_m;
   };
   const std::span<const EffectiveRule> of_itself = rules.SelfPairRules();
   return rules.max_margin_m() <= margin_m && std::all_of(of_itself.begin(), of_itself.end(), keeps);

@@ -157,7 +157,7 @@ class SharedAxes {
     lead_ += Share(axes_, solid) ? 1 : -1;
   }
 
-  Matrix3 Of(std::span<const Solid> solids) const {
+  Matrix3 Find(std::span<const Solid> solids) const {
     const auto count = [&](const Matrix3& axes) {
       return std::ranges::count_if(solids, [&](const Solid& solid) {
         return solid.form == LaneObstacle::Form::kBox && Share(axes, solid);
@@ -241,7 +241,7 @@ class SceneCompiler {
   void AddObstacles() {
     SharedAxes shared;
     for (const Solid& solid : solids_) shared.Add(solid);
-    const Matrix3 axes = shared.Of(solids_);
+    const Matrix3 axes = shared.Find(solids_);
     for (int i = 0; i < 9; ++i) scene_.rotation[i] = static_cast<float>(axes(i % 3, i / 3));
     for (std::size_t k = 0; k < solids_.size(); ++k) {
       Solid solid = solids_[k];
