@@ -204,14 +204,14 @@ MaybeViolation FindViolation(const Shape& shape, WorkCounter* work) {
 
 MaybeViolation FindViolation(const TriangleMesh& mesh, WorkCounter* work) {
   MaybeViolation found;
-  InPieces(mesh.vertices.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh.vertices.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last && !found; ++i) found = CheckVertex(mesh.vertices[i], i);
   });
   if (found) return found;
   if (mesh.triangles.empty()) {
     return Violation{"triangles", "0 triangles", "must have at least one triangle"};
   }
-  InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last && !found; ++i) found = CheckTriangle(mesh, i);
   });
   return found;

@@ -90,7 +90,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint
   component_points_ = ComponentPoints(mesh, components);
   triangles_.reserve(mesh.triangles.size());
   const bool is_copied =
-      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+      ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
           const auto& [a, b, c] = mesh.triangles[i];
           triangles_.push_back({{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}});
@@ -110,10 +110,11 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCou
   const std::int32_t all = count;
   nodes_.emplace_back();
   const auto for_all = [&](const auto& visit) {
-    return InPieces(static_cast<std::size_t>(all), work, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        visit(triangle(first + static_cast<std::int32_t>(i)));
-    });
+    return ForEachBlock(static_cast<std::size_t>(all), work,
+                        [&](std::size_t begin, std::size_t end) {
+                          for (std::size_t i = begin; i < end; ++i)
+                            visit(triangle(first + static_cast<std::int32_t>(i)));
+                        });
   };
   Aabb bounds, middles;
   const bool is_bounded = for_all([&](const TriangleCorners& t) {
@@ -351,7 +352,7 @@ int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
       angle_sr += SolidAngle_sr(a - p, b - p, c - p);
     }
   };
-  InPieces(triangles_.size(), work, add, kStepsPerAngle);
+  ForEachBlock(triangles_.size(), work, add, kStepsPerAngle);
   // The exact angle is a multiple of 4 pi; lround takes the nearest.
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }

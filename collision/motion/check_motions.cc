@@ -366,8 +366,8 @@ class EdgeSearch {
     return state;
   }
 
-  // True if the pair overlaps and its margin is not negative. The kernels detect an overlap reliably,
-  // even if its depth is only bounded.
+  // True if the pair overlaps and its margin is not negative. The kernels detect an overlap
+  // reliably, even if its depth is only bounded.
   static bool ProvesContact(const BodySearch::Pair& pair, const PairDistance& answer) {
     return answer.distance_m < 0 && pair.margin_m >= 0;
   }

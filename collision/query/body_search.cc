@@ -284,7 +284,7 @@ bool BodySearch::MakeHeap() {
     std::make_heap(near_.begin(), near_.end());
     return true;
   }
-  return InPieces(near_.size(), &interrupt_, [this](std::size_t first, std::size_t last) {
+  return ForEachBlock(near_.size(), &interrupt_, [this](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       std::push_heap(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     }

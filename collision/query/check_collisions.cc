@@ -155,7 +155,7 @@ class PlacedRows {
   std::span<const Pose> Next() {
     if (next_ == placed_) {
       const std::size_t count = std::min(kAtOnce, order_.size() - placed_);
-      rows_.PlaceSome(std::span(order_).subspan(placed_, count),
+      rows_.PlaceRows(std::span(order_).subspan(placed_, count),
                       std::span(X_WF_).first(count * frames_));
       first_ = placed_;
       placed_ += count;

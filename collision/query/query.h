@@ -33,7 +33,7 @@
 
 namespace cwm::collision {
 
-class ProgramCache;  // spheres/program_memo.h
+class ProgramCache;  // spheres/program_cache.h
 
 // Two parts of one body.
 struct PartPair {
@@ -100,7 +100,7 @@ class BodyRows {
   virtual void Place(std::size_t row, std::span<Pose> X_WF) const = 0;
   // The same for several rows, up to the last bits; `X_WF` holds the poses of one row after the
   // other. The poses of a row depend on that row alone.
-  virtual void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WF) const {
+  virtual void PlaceRows(std::span<const std::size_t> rows, std::span<Pose> X_WF) const {
     const std::size_t frames = rows.empty() ? 0 : X_WF.size() / rows.size();
     for (std::size_t k = 0; k < rows.size(); ++k) Place(rows[k], X_WF.subspan(k * frames, frames));
   }

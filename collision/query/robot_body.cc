@@ -86,9 +86,9 @@ std::span<const double> JointRows::Row(std::size_t row) const {
   return states_.rows.subspan(row * width, width);
 }
 
-void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const { PlaceSome({&row, 1}, X_WL); }
+void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const { PlaceRows({&row, 1}, X_WL); }
 
-void JointRows::PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const {
+void JointRows::PlaceRows(std::span<const std::size_t> rows, std::span<Pose> X_WL) const {
   absl::InlinedVector<double, 64> states;  // enough for eight states of a robot with one arm
   for (std::size_t row : rows) {
     states.insert(states.end(), states_.base.begin(), states_.base.end());

@@ -13,7 +13,7 @@ constexpr std::size_t kLinkBytes = 600;
 constexpr std::size_t kShapeBytes = 4'200;   // with a sphere around it
 constexpr std::size_t kTriangleBytes = 340;  // with its vertices and the kernels' tree
 constexpr std::size_t kSphereBytes = 1'750;  // one of the spheres around a link
-constexpr std::size_t kMaxLinkSpheres = 32;  // kMaxSpheres of spheres/containing_spheres.h
+constexpr std::size_t kMaxLinkSpheres = 32;  // kMaxSpheres of spheres/bounding_spheres.h
 constexpr std::size_t kLinkPairBytes = 8;    // LinkPair
 // Fitting spheres to a link visits the triangles of its meshes, up to this many. The work takes no
 // memory, but is counted as if it took this much per triangle.

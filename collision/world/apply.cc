@@ -38,8 +38,8 @@ bool SameContent(const WorldObject& a, const WorldObject& b) {
 // The error for a name that is taken. Objects and robots share one set of names, because answers
 // list both.
 absl::Status NameTaken(const std::string& name, std::string_view by) {
-  return BadField("name", absl::StrCat("'", name, "' is the name of ", std::string(by),
-                                       " of this world, must be another one"));
+  return InvalidFieldError("name", absl::StrCat("'", name, "' is the name of ", std::string(by),
+                                                " of this world, must be another one"));
 }
 
 // A copy without placed parts. Place adds them at the end, because a list may change one object
@@ -65,13 +65,13 @@ class Transaction {
         rules_(base) {}
 
   absl::Status operator()(const PutObject& put) {
-    if (!IsValidName(put.name)) return BadName(put.name);
+    if (!IsValidName(put.name)) return InvalidNameError(put.name);
     if (robots_.Has(put.name)) return NameTaken(put.name, "a robot");
-    if (!IsPlaceable(put.X_WO)) return BadPose("pose");
-    if (put.geometry == nullptr) return BadField("geometry", "must be given");
+    if (!IsPlaceable(put.X_WO)) return InvalidPoseError("pose");
+    if (put.geometry == nullptr) return InvalidFieldError("geometry", "must be given");
     if (!std::isfinite(put.margin_m) || put.margin_m < 0) {
-      return BadField("margin_m",
-                      absl::StrCat("is ", put.margin_m, ", must be finite and not negative"));
+      return InvalidFieldError(
+          "margin_m", absl::StrCat("is ", put.margin_m, ", must be finite and not negative"));
     }
     const WorldObject* current = Current(put.name);
     touched_[put.name] = current != nullptr ? Replaced(*current, put) : Added(put);
@@ -81,7 +81,7 @@ class Transaction {
   absl::Status operator()(const MoveObject& move) {
     const WorldObject* current = Current(move.name);
     if (current == nullptr) return Missing(move.name);
-    if (!IsPlaceable(move.X_WO)) return BadPose("pose");
+    if (!IsPlaceable(move.X_WO)) return InvalidPoseError("pose");
     WorldObject moved = Unplaced(*current);
     SetPoseAt(move.X_WO, moved);
     touched_[move.name] = std::move(moved);
@@ -98,7 +98,7 @@ class Transaction {
     const WorldObject* current = Current(attach.name);
     if (current == nullptr) return Missing(attach.name);
     const WorldRobot* robot = robots_.Current(attach.robot);
-    if (robot == nullptr) return InField("robot", MissingRobot(attach.robot));
+    if (robot == nullptr) return WithField("robot", RobotNotFoundError(attach.robot));
     absl::StatusOr<Attachment> attachment = AttachmentOf(attach, *robot, *current);
     if (!attachment.ok()) return attachment.status();
     WorldObject attached = Unplaced(*current);
@@ -150,8 +150,9 @@ class Transaction {
 
   absl::Status CheckExpected(const Change& change, Revision expected) const {
     if (IsPairRuleChange(change)) {
-      return BadField("expected_object_revision",
-                      "is given, must be absent: rules of pairs have no revision of their own");
+      return InvalidFieldError(
+          "expected_object_revision",
+          "is given, must be absent: rules of pairs have no revision of their own");
     }
     const std::optional<Revision> latest = LatestRevisionOf(base_, change);
     const std::string who =
@@ -205,7 +206,7 @@ class Transaction {
                        .is_object = Current(name) != nullptr};
     });
     const std::optional<FieldRule> fault = FieldRuleOf(status);
-    return fault ? BadField(absl::StrCat("pair.", fault->field), fault->rule) : status;
+    return fault ? InvalidFieldError(absl::StrCat("pair.", fault->field), fault->rule) : status;
   }
 
   void SetPose(WorldObject& object, const Pose& X_WO) const {
@@ -357,10 +358,10 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     if (change.expected_object_revision.has_value()) {
       const absl::Status status =
           transaction.CheckExpected(change, *change.expected_object_revision);
-      if (!status.ok()) return AtChange(i, status);
+      if (!status.ok()) return WithChangeIndex(i, status);
     }
     const absl::Status status = std::visit(transaction, change.what);
-    if (!status.ok()) return AtChange(i, status);
+    if (!status.ok()) return WithChangeIndex(i, status);
   }
   const auto next = transaction.Finish();
   if (HasEnded(work)) return absl::CancelledError("the changes were cancelled");

@@ -31,10 +31,10 @@ std::size_t GivenTriangles(const PreparedModel& model) {
 
 void Append(const TriangleMesh& mesh_P, const Pose& X_OP, TriangleMesh& all_O, WorkCounter* work) {
   const auto offset = static_cast<std::uint32_t>(all_O.vertices.size());
-  InPieces(mesh_P.vertices.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh_P.vertices.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) all_O.vertices.push_back(X_OP * mesh_P.vertices[i]);
   });
-  InPieces(mesh_P.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh_P.triangles.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const auto& [a, b, c] = mesh_P.triangles[i];
       all_O.triangles.push_back({offset + a, offset + b, offset + c});

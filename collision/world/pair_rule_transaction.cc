@@ -15,7 +15,7 @@ namespace {
 absl::Status CheckPairOf(const NamedPair& pair) {
   const absl::Status status = CheckPair(pair);
   const std::optional<FieldRule> fault = FieldRuleOf(status);
-  return fault ? BadField(absl::StrCat("pair.", fault->field), fault->rule) : status;
+  return fault ? InvalidFieldError(absl::StrCat("pair.", fault->field), fault->rule) : status;
 }
 
 }  // namespace
@@ -23,7 +23,8 @@ absl::Status CheckPairOf(const NamedPair& pair) {
 absl::Status PairRuleTransaction::Allow(const AllowCollision& allow) {
   if (absl::Status status = CheckPairOf(allow.pair); !status.ok()) return status;
   if (allow.withdraw && allow.expires.has_value()) {
-    return BadField("expires_after", "is given, must be absent: what is withdrawn cannot expire");
+    return InvalidFieldError("expires_after",
+                             "is given, must be absent: what is withdrawn cannot expire");
   }
   PairRule rule = Current(Ordered(allow.pair));
   rule.allowed = !allow.withdraw;
@@ -35,8 +36,8 @@ absl::Status PairRuleTransaction::SetMargin(const SetPairMargin& set) {
   if (absl::Status status = CheckPairOf(set.pair); !status.ok()) return status;
   const double margin_m = set.margin_m.value_or(0);
   if (!(margin_m >= 0 && margin_m <= kMaxCoordinate_m)) {
-    return BadField("margin_m",
-                    absl::StrCat("is ", margin_m, ", must be finite, not negative and at most ",
+    return InvalidFieldError(
+        "margin_m", absl::StrCat("is ", margin_m, ", must be finite, not negative and at most ",
                                  kMaxCoordinate_m));
   }
   PairRule rule = Current(Ordered(set.pair));

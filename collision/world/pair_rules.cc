@@ -23,15 +23,17 @@ bool IsLinkName(const std::string& name) {
 absl::Status CheckNamed(const NamedThing& thing, const std::string& field) {
   if (!IsEverything(thing) && !IsValidName(thing.name)) {
     const std::string shown = IsLinkName(thing.name) ? thing.name : "?";
-    return BadField(
+    return InvalidFieldError(
         field + ".name",
         absl::StrCat("'", shown, "' must be \"*\", or 1 to 128 letters, digits or \"_-./\""));
   }
   if (IsEverything(thing) && !thing.link.empty()) {
-    return BadField(field + ".link", "is given, must be empty: the name is \"*\", not a robot's");
+    return InvalidFieldError(field + ".link",
+                             "is given, must be empty: the name is \"*\", not a robot's");
   }
   if (!IsLinkName(thing.link)) {
-    return BadField(field + ".link", "must be at most 256 bytes without control characters");
+    return InvalidFieldError(field + ".link",
+                             "must be at most 256 bytes without control characters");
   }
   return absl::OkStatus();
 }
@@ -68,13 +70,14 @@ absl::Status CheckLinks(const NamedPair& pair,
     if (thing.link.empty()) return absl::OkStatus();
     const NameOwner owner = owner_of(thing.name);
     if (owner.is_object) {
-      return BadField(field, absl::StrCat("is '", thing.link, "', must be empty: '", thing.name,
-                                          "' is an object, which has no links"));
+      return InvalidFieldError(field,
+                               absl::StrCat("is '", thing.link, "', must be empty: '", thing.name,
+                                            "' is an object, which has no links"));
     }
     if (owner.robot == nullptr || owner.robot->FindLink(thing.link).has_value()) {
       return absl::OkStatus();
     }
-    return BadField(
+    return InvalidFieldError(
         field, absl::StrCat("is '", thing.link, "', must be a link of robot '", thing.name, "'"));
   };
   if (absl::Status status = check(pair.a, "a.link"); !status.ok()) return status;

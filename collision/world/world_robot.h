@@ -14,7 +14,7 @@
 
 namespace cwm::collision {
 
-class ProgramCache;  // spheres/program_memo.h
+class ProgramCache;  // spheres/program_cache.h
 
 // A sphere model ready for every engine: one part per sphere, in the frame of its link, ordered by
 // link and within a link as listed. Immutable, shared.

@@ -16,7 +16,7 @@ namespace cwm::collision {
 namespace {
 
 // chosen: the names of robots have a few words; longer ones flood tables.
-constexpr std::size_t kLongestName = 256;
+constexpr std::size_t kMaxNameBytes = 256;
 // chosen: the formats in use have some ten per element.
 constexpr std::size_t kMaxAttributes = 32;
 constexpr std::size_t kMaxTagsAndAttributes = 250'000;  // measured: parsing takes some 20 ms
@@ -237,7 +237,7 @@ absl::StatusOr<std::string> XmlElement::Text(const char* attribute) const {
 absl::StatusOr<std::string> XmlElement::Name(const char* attribute) const {
   absl::StatusOr<std::string> name = Text(attribute);
   if (!name.ok()) return name;
-  if (name->empty() || name->size() > kLongestName || !IsUtf8(*name) ||
+  if (name->empty() || name->size() > kMaxNameBytes || !IsUtf8(*name) ||
       std::any_of(name->begin(), name->end(), IsControl)) {
     return FaultOf(attribute, "must be 1 to 256 bytes of UTF-8 without control characters");
   }

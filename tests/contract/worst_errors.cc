@@ -14,7 +14,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr double kDeepest_m = 0.02, kFarthest_m = 1;
+constexpr double kMaxDepth_m = 0.02, kMaxDistance_m = 1;
 constexpr int kSearchedDirections = 200;
 // chosen: errors below this are the rounding of poses, and are not distinguished in the table.
 constexpr double kRounding_m = 1e-15;
@@ -120,8 +120,8 @@ PairErrors OfRandomPoses(const Shape& a, const Shape& b, int poses) {
   const auto count = [&](const PosedPair& pair) { Count(pair, TrueDistance_m(pair), errors); };
   for (int k = 0; k < poses; ++k) {
     const PosedPair pair{a, b, random.AnyPose(2), random.AnyPose(2)};
-    count(At(pair, random.Uniform(-kDeepest_m, 0)));
-    count(At(pair, random.Uniform(0, k % 2 == 0 ? kDeepest_m : kFarthest_m)));
+    count(At(pair, random.Uniform(-kMaxDepth_m, 0)));
+    count(At(pair, random.Uniform(0, k % 2 == 0 ? kMaxDepth_m : kMaxDistance_m)));
   }
   return errors;
 }

@@ -220,20 +220,21 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfDistances) {
 // If each answer takes a tenth of the time limit, at most ten are counted, besides those that
 // threads had begun.
 TEST_F(BatchTest, AnswersEndWhereHandingThemOverTakesTheTimeThatIsLeft) {
-  constexpr std::size_t kLongestChunk = 1024;  // most rows are counted at the end of a chunk
-  constexpr std::size_t kBetweenLooks = 64;    // rows between checks of the clock
+  constexpr std::size_t kMaxChunkRows = 1024;    // most rows are counted at the end of a chunk
+  constexpr std::size_t kRowsBetweenPolls = 64;  // rows between checks of the clock
   for (const int threads : {1, 2}) {
     const auto options = [&] {
       return QueryOptions{.threads = threads,
                           .deadline = steady_clock::now() + std::chrono::seconds(2),
                           .handover_per_entry = milliseconds(200)};
     };
-    const std::size_t most = static_cast<std::size_t>(threads) * (kLongestChunk + kBetweenLooks);
-    EXPECT_LE(CheckCollisions(*world_, body_, poses_, options())->completed, most);
-    EXPECT_LE(CastRays(*world_, rays_, options())->completed, most);
+    const std::size_t max_rows =
+        static_cast<std::size_t>(threads) * (kMaxChunkRows + kRowsBetweenPolls);
+    EXPECT_LE(CheckCollisions(*world_, body_, poses_, options())->completed, max_rows);
+    EXPECT_LE(CastRays(*world_, rays_, options())->completed, max_rows);
     const auto distances = GetDistances(*world_, body_, poses_, options());
     EXPECT_GT(distances->completed, 0U);
-    EXPECT_LE(distances->completed, static_cast<std::size_t>(threads) * (10 + kBetweenLooks));
+    EXPECT_LE(distances->completed, static_cast<std::size_t>(threads) * (10 + kRowsBetweenPolls));
   }
 }
 
