@@ -62,17 +62,18 @@ std::vector<std::string> WordsOfType(const std::string& type) {
   return absl::StrSplit(type, '|');
 }
 
-std::optional<Named> NamesFor(const CLI::Option& option, const CLI::App& command) {
+std::optional<NameKind> NamesFor(const CLI::Option& option, const CLI::App& command) {
   const std::string name = option.get_name(true, true);
-  if (absl::StrContains(name, "--world") && !absl::StrContains(name, "frame")) return Named::kWorld;
-  if (absl::StrContains(name, "--robot")) return Named::kRobot;
+  if (absl::StrContains(name, "--world") && !absl::StrContains(name, "frame"))
+    return NameKind::kWorld;
+  if (absl::StrContains(name, "--robot")) return NameKind::kRobot;
   const bool is_of_robots =
       command.get_parent() != nullptr && command.get_parent()->get_name() == "robot";
   if (option.get_positional() && option.get_name() == "NAME") {
-    return is_of_robots ? Named::kRobot : Named::kObject;
+    return is_of_robots ? NameKind::kRobot : NameKind::kObject;
   }
-  if (option.get_name() == "A" || option.get_name() == "B") return Named::kObject;
-  if (option.check_name("--at") || option.check_name("--ignore")) return Named::kObject;
+  if (option.get_name() == "A" || option.get_name() == "B") return NameKind::kObject;
+  if (option.check_name("--at") || option.check_name("--ignore")) return NameKind::kObject;
   return std::nullopt;
 }
 
@@ -80,8 +81,8 @@ std::vector<Candidate> ValuesOf(const CLI::Option& option, const CLI::App& comma
                                 const NameSource& names) {
   std::vector<Candidate> values;
   for (const std::string& word : WordsOfType(option.get_type_name())) values.push_back({word, ""});
-  if (const std::optional<Named> what = NamesFor(option, command)) {
-    for (const std::string& name : names(*what)) values.push_back({name, ""});
+  if (const std::optional<NameKind> kind = NamesFor(option, command)) {
+    for (const std::string& name : names(*kind)) values.push_back({name, ""});
   }
   return values;
 }
@@ -139,8 +140,8 @@ std::vector<Candidate> CandidatesFor(const CLI::App& app, const std::vector<std:
   return candidates;
 }
 
-std::string ValueGiven(const CLI::App& app, const std::vector<std::string>& words,
-                       const std::string& option) {
+std::string OptionValue(const CLI::App& app, const std::vector<std::string>& words,
+                        const std::string& option) {
   const CLI::Option* const wanted = app.get_option(option);
   std::string value;
   for (std::size_t i = 0; i + 2 < words.size(); ++i) {  // the last word is being typed

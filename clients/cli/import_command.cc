@@ -84,7 +84,7 @@ absl::Status CheckOptions(const CLI::App& command, const ImportArguments& argume
 
 absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
                          std::string_view bytes) {
-  auto header = ToHeader(arguments.scan, session);
+  auto header = ParseScanHeader(arguments.scan, session);
   if (!header.ok()) return header.status();
   header->set_mode(pb::INGEST_MODE_UPDATE);
   header->set_request_id(arguments.change.request_id);
@@ -106,7 +106,7 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                       ? scene::WorldName(std::filesystem::path(arguments.file).stem().string())
                       : arguments.name);
   object.set_kind(pb::OBJECT_KIND_USER);
-  *object.mutable_x_world_object() = ToProto(*pose);
+  *object.mutable_x_world_object() = PoseToProto(*pose);
   *object.add_shapes() = *part;
   return Apply(session, arguments.change, {change},
                absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
@@ -118,8 +118,8 @@ absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::
   pb::ListRobotsRequest request;
   request.set_world(session.world);
   request.set_name(name);
-  const auto found = AllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
-                                                      session.connection().robots(), request);
+  const auto found = ListAllPages<pb::ListRobotsResponse>(
+      session, &pb::RobotService::Stub::ListRobots, session.connection().robots(), request);
   if (!found.ok() && name.empty() && absl::IsNotFound(found.status())) {
     return std::nullopt;  // the import will create the world
   }
@@ -149,7 +149,7 @@ absl::StatusOr<std::vector<std::string>> ObjectsPut(Session& session) {
   request.set_world(session.world);
   request.set_view(pb::OBJECT_VIEW_BASIC);
   request.add_kinds(pb::OBJECT_KIND_USER);
-  const auto found = AllPages<pb::ListObjectsResponse>(
+  const auto found = ListAllPages<pb::ListObjectsResponse>(
       session, &pb::WorldService::Stub::ListObjects, session.connection().worlds(), request);
   if (absl::IsNotFound(found.status())) return std::vector<std::string>();
   if (!found.ok()) return found.status();
@@ -164,11 +164,11 @@ absl::StatusOr<scene::SceneImport> SendScene(Session& session, const formats::Sc
   Progress progress(session);
   options.progress = [&progress](const scene::MeshesSent& sent) {
     const std::string what = absl::StrCat("mesh ", sent.mesh, " of ", sent.meshes);
-    if (sent.sent_bytes >= sent.total_bytes) return progress.Stage("the server stores " + what);
-    progress.Moved({.doing = "sending",
-                    .moved_bytes = sent.sent_bytes,
-                    .total_bytes = sent.total_bytes,
-                    .of_what = what});
+    if (sent.sent_bytes >= sent.total_bytes) return progress.ShowStage("the server stores " + what);
+    progress.Update({.action = "sending",
+                     .moved_bytes = sent.sent_bytes,
+                     .total_bytes = sent.total_bytes,
+                     .detail = what});
   };
   return scene::ImportOf(session.connection(), file, options);
 }

@@ -75,9 +75,9 @@ absl::StatusOr<pb::ShapePart> UploadMesh(Session& session, const TriangleMesh& m
   const auto hash = client::WriteGeometry(
       session.connection(), {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)},
       [&](std::int64_t sent, std::int64_t total) {
-        if (sent >= total) return progress.Stage("the server stores " + triangles);
-        progress.Moved(
-            {.doing = "sending", .moved_bytes = sent, .total_bytes = total, .of_what = triangles});
+        if (sent >= total) return progress.ShowStage("the server stores " + triangles);
+        progress.Update(
+            {.action = "sending", .moved_bytes = sent, .total_bytes = total, .detail = triangles});
       });
   if (!hash.ok()) return hash.status();
   pb::ShapePart part;

@@ -78,14 +78,15 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
       ->type_name("objects|none");
 }
 
-absl::StatusOr<pb::IngestCloudHeader> ToHeader(const ScanArguments& scan, const Session& session) {
+absl::StatusOr<pb::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
+                                                      const Session& session) {
   pb::IngestCloudHeader header;
   header.set_world(session.world);
   header.set_sensor(scan.sensor);
   if (!scan.x_world_sensor.empty()) {
     const auto pose = ParsePose(scan.x_world_sensor, "--x-world-sensor");
     if (!pose.ok()) return pose.status();
-    *header.mutable_x_world_sensor() = ToProto(*pose);
+    *header.mutable_x_world_sensor() = PoseToProto(*pose);
   }
   if (scan.up != "auto") {
     const auto up = ParseVector(scan.up, "--up");
@@ -129,12 +130,13 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
   Progress progress(session);
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total) {
-      return progress.Stage(absl::StrCat("the server interprets ", geometry->size(), " points"));
+      return progress.ShowStage(
+          absl::StrCat("the server interprets ", geometry->size(), " points"));
     }
-    Transfer transfer{.doing = "sending", .moved_bytes = sent, .total_bytes = total};
-    transfer.of_what =
-        CountText(transfer, static_cast<std::int64_t>(geometry->point_step), "points");
-    progress.Moved(transfer);
+    Transfer transfer{.action = "sending", .moved_bytes = sent, .total_bytes = total};
+    transfer.detail =
+        FormatCount(transfer, static_cast<std::int64_t>(geometry->point_step), "points");
+    progress.Update(transfer);
   };
   return client::IngestCloud(session.connection(), header, *geometry, show);
 }

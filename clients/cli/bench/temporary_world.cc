@@ -1,4 +1,4 @@
-#include "clients/cli/bench/own_world.h"
+#include "clients/cli/bench/temporary_world.h"
 
 #include <unistd.h>
 
@@ -16,7 +16,7 @@ namespace pb = cwm::v1;
 constexpr int kObjects = 30;
 
 pb::ShapePart SomeShape(int i, Random& random) {
-  const auto size_m = [&] { return random.Between(0.04, 0.2); };
+  const auto size_m = [&] { return random.Uniform(0.04, 0.2); };
   const double a = size_m(), b = size_m(), c = size_m();
   pb::ShapePart part;
   switch (i % 4) {
@@ -52,7 +52,7 @@ absl::Status Delete(const client::Connection& connection, const std::string& nam
 
 }  // namespace
 
-std::string OwnWorldName() {
+std::string TemporaryWorldName() {
   std::random_device device;
   return absl::StrCat("cwm-bench-", ::getpid(), "-", absl::Hex(device(), absl::kZeroPad8));
 }
@@ -63,7 +63,7 @@ std::vector<pb::Change> BenchScene() {
   for (int i = 0; i < kObjects; ++i) {
     pb::Object& object = *changes.emplace_back().mutable_put()->mutable_object();
     object.set_name(absl::StrCat("bench_", i));
-    const client::PoseRow at = random.PoseIn(kBenchRegion);
+    const client::PoseRow at = random.RandomPose(kBenchRegion);
     pb::Pose& pose = *object.mutable_x_world_object();
     pose.set_tx_m(at[0]);
     pose.set_ty_m(at[1]);
@@ -77,9 +77,9 @@ std::vector<pb::Change> BenchScene() {
   return changes;
 }
 
-absl::StatusOr<std::unique_ptr<OwnWorld>> OwnWorld::Make(const client::Connection& connection,
-                                                         const std::string& name,
-                                                         const std::vector<pb::Change>& changes) {
+absl::StatusOr<std::unique_ptr<TemporaryWorld>> TemporaryWorld::Make(
+    const client::Connection& connection, const std::string& name,
+    const std::vector<pb::Change>& changes) {
   pb::ApplyChangesRequest request;
   request.set_world(name);
   request.mutable_changes()->Add(changes.begin(), changes.end());
@@ -91,15 +91,15 @@ absl::StatusOr<std::unique_ptr<OwnWorld>> OwnWorld::Make(const client::Connectio
         Delete(client::Connection({.address = connection.address(), .deadline = {}}), name, ""));
     return made.status();
   }
-  return std::unique_ptr<OwnWorld>(new OwnWorld(connection, name, made->world_uid()));
+  return std::unique_ptr<TemporaryWorld>(new TemporaryWorld(connection, name, made->world_uid()));
 }
 
-OwnWorld::~OwnWorld() {
+TemporaryWorld::~TemporaryWorld() {
   // A caller who wants the error has called Remove before.
   static_cast<void>(Remove());
 }
 
-absl::Status OwnWorld::Remove() {
+absl::Status TemporaryWorld::Remove() {
   if (uid_.empty()) return absl::OkStatus();
   const std::string uid = std::exchange(uid_, "");
   absl::Status removed = Delete(connection_, name_, uid);

@@ -1,4 +1,4 @@
-#include "clients/cli/out_pipe.h"
+#include "clients/cli/closed_pipe.h"
 
 #include <poll.h>
 #include <unistd.h>
@@ -7,7 +7,7 @@
 
 namespace cwm::cli {
 
-bool IsUnread(const std::ostream& out, std::chrono::milliseconds wait) {
+bool IsPipeClosed(const std::ostream& out, std::chrono::milliseconds wait) {
   // No events are requested, but errors are reported nevertheless. A descriptor of -1 is ignored,
   // so poll only waits.
   pollfd stdout_end{.fd = &out == &std::cout ? STDOUT_FILENO : -1, .events = 0, .revents = 0};

@@ -8,7 +8,7 @@ namespace cwm::cli {
 
 // True if `out` is the process's stdout and the other end of that pipe (or terminal) is closed, as
 // after `cwm watch | head -1`; waits up to `wait` for that. False for files and other streams.
-bool IsUnread(const std::ostream& out,
-              std::chrono::milliseconds wait = std::chrono::milliseconds(0));
+bool IsPipeClosed(const std::ostream& out,
+                  std::chrono::milliseconds wait = std::chrono::milliseconds(0));
 
 }  // namespace cwm::cli

@@ -7,18 +7,18 @@ namespace cwm::cli {
 
 // During its lifetime the first SIGINT and the first SIGTERM are only recorded, so that the work
 // can be cleaned up; a second one ends the process as usual. Only one may exist at a time.
-class Interruption {
+class InterruptHandler {
  public:
-  Interruption();
-  ~Interruption();
-  Interruption(const Interruption&) = delete;
-  Interruption& operator=(const Interruption&) = delete;
+  InterruptHandler();
+  ~InterruptHandler();
+  InterruptHandler(const InterruptHandler&) = delete;
+  InterruptHandler& operator=(const InterruptHandler&) = delete;
 
-  bool came() const;
+  bool signalled() const;
 
  private:
-  struct sigaction interrupt_before_ = {};
-  struct sigaction terminate_before_ = {};
+  struct sigaction previous_interrupt_ = {};
+  struct sigaction previous_terminate_ = {};
 };
 
 }  // namespace cwm::cli

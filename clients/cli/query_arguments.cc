@@ -1,4 +1,4 @@
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -25,40 +25,39 @@ void AddRevisionOption(CLI::App& command, std::string& at_revision) {
       ->type_name("REV");
 }
 
-void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
-  command.add_option("--engine", question.engine, "auto (default), exact, fcl or bullet")
+void AddQueryOptions(CLI::App& command, QueryArguments& query) {
+  command.add_option("--engine", query.engine, "auto (default), exact, fcl or bullet")
       ->transform(OneOf(ShortNames<pb::Engine>()))
       ->type_name("ENGINE");
   command
-      .add_option("--representation", question.representation,
+      .add_option("--representation", query.representation,
                   "of the objects: hybrid (default), shapes or surfaces")
       ->transform(OneOf(ShortNames<pb::Representation>()))
       ->type_name("REP");
   command
-      .add_option("--unseen", question.unseen,
+      .add_option("--unseen", query.unseen,
                   "what space that no sensor has seen counts as: block (default), report or ignore")
       ->transform(OneOf(ShortNames<pb::UnseenSpace>()))
       ->type_name("SPACE");
-  command.add_option("--max-distance", question.max_distance_m, "leave out what is farther (m)")
+  command.add_option("--max-distance", query.max_distance_m, "leave out what is farther (m)")
       ->type_name("M");
-  command
-      .add_option("--ignore", question.ignore, "leave this object or robot out; may be repeated")
+  command.add_option("--ignore", query.ignore, "leave this object or robot out; may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command
-      .add_option("--what-if", question.what_if,
+      .add_option("--what-if", query.what_if,
                   absl::StrCat("answer as if the world were changed so, for this question alone: ",
                                kChangeForms, "; may be repeated, applied in order"))
       ->allow_extra_args(false)
       ->type_name("CHANGE");
-  command.add_option("--time-budget", question.time_budget_s, "answer what is done by then (s)")
+  command.add_option("--time-budget", query.time_budget_s, "answer what is done by then (s)")
       ->check(PositiveSeconds)
       ->type_name("S");
-  AddRevisionOption(command, question.at_revision);
+  AddRevisionOption(command, query.at_revision);
 }
 
-void AddMarginOption(CLI::App& command, QuestionArguments& question) {
-  command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
+void AddMarginOption(CLI::App& command, QueryArguments& query) {
+  command.add_option("--margin", query.margin_m, "collision means nearer than this (m)")
       ->type_name("M");
 }
 
@@ -68,18 +67,18 @@ void AddExitCodeOption(CLI::App& command, bool& exit_code) {
                    "else with 11: out of limits, grazing, undecided or not computed");
 }
 
-void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {
+void AddPairRuleOptions(CLI::App& command, QueryArguments& query) {
   command
-      .add_option("--ignore-pair", question.ignore_pairs,
+      .add_option("--ignore-pair", query.ignore_pairs,
                   "let the two collide: NAME, ROBOT:LINK or '*' each; may be repeated")
       ->allow_extra_args(false)
       ->type_name("A,B");
   command
-      .add_option("--margin-sigma", question.margin_sigma,
+      .add_option("--margin-sigma", query.margin_sigma,
                   "widen fitted parts by so many deviations of their surfaces")
       ->type_name("K");
   command
-      .add_option("--support-tolerance", question.support_tolerance_m,
+      .add_option("--support-tolerance", query.support_tolerance_m,
                   "how deep an object that is attached or asks may reach into what supports it "
                   "(m, default 0.005)")
       ->type_name("M");
@@ -105,43 +104,43 @@ absl::StatusOr<pb::AtRevision> ParseRevision(const std::string& text) {
   return revision;
 }
 
-absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
-  const auto revision = ParseRevision(question.at_revision);
+absl::StatusOr<pb::QueryOptions> ParseQueryOptions(const QueryArguments& query) {
+  const auto revision = ParseRevision(query.at_revision);
   if (!revision.ok()) return revision.status();
   pb::QueryOptions options;
   *options.mutable_at_revision() = *revision;
-  options.set_engine(question.engine);
-  options.set_representation(question.representation);
-  options.set_unseen(question.unseen);
-  options.set_margin_m(question.margin_m);
-  if (question.max_distance_m) options.set_max_distance_m(*question.max_distance_m);
-  options.set_max_results(question.max_results);
-  options.set_max_contacts(question.max_contacts);
-  for (const std::string& name : question.ignore) options.add_ignore(name);
-  for (const std::string& text : question.ignore_pairs) {
+  options.set_engine(query.engine);
+  options.set_representation(query.representation);
+  options.set_unseen(query.unseen);
+  options.set_margin_m(query.margin_m);
+  if (query.max_distance_m) options.set_max_distance_m(*query.max_distance_m);
+  options.set_max_results(query.max_results);
+  options.set_max_contacts(query.max_contacts);
+  for (const std::string& name : query.ignore) options.add_ignore(name);
+  for (const std::string& text : query.ignore_pairs) {
     const auto pair = ParsePair(text, "--ignore-pair");
     if (!pair.ok()) return pair.status();
     *options.add_ignore_pairs() = *pair;
   }
-  for (const std::string& text : question.what_if) {
+  for (const std::string& text : query.what_if) {
     const auto change = ParseChange(text, "--what-if");
     if (!change.ok()) return change.status();
     *options.add_overlay() = *change;
   }
-  options.set_margin_sigma(question.margin_sigma);
-  if (question.support_tolerance_m) {
-    options.set_support_tolerance_m(*question.support_tolerance_m);
+  options.set_margin_sigma(query.margin_sigma);
+  if (query.support_tolerance_m) {
+    options.set_support_tolerance_m(*query.support_tolerance_m);
   }
-  if (question.time_budget_s) *options.mutable_time_budget() = ToDuration(*question.time_budget_s);
+  if (query.time_budget_s) *options.mutable_time_budget() = ToDuration(*query.time_budget_s);
   options.set_result_form(pb::RESULT_FORM_ROWS);
   options.set_scalar(pb::SCALAR_F64);
   return options;
 }
 
-std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked,
-                   const std::string& of_what) {
-  return absl::StrCat("revision ", revision, ", ", completed, " of ", asked, " ", of_what,
-                      asked == 1 ? "" : "s");
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t row_count,
+                   const std::string& unit) {
+  return absl::StrCat("revision ", revision, ", ", completed, " of ", row_count, " ", unit,
+                      row_count == 1 ? "" : "s");
 }
 
 std::size_t RowCount(const std::vector<Batch>& batches) {

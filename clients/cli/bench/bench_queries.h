@@ -12,33 +12,34 @@
 namespace cwm::cli {
 
 // A batch. Answers are requested as F64 columns.
-struct Question {
-  std::string of;  // "distances"
+struct BenchQuery {
+  std::string name;  // "distances"
   int rows = 1;
   cwm::v1::StreamQueriesRequest request;
 };
 
-// The queried world.
-struct AskedWorld {
+// A world that a benchmark queries.
+struct QueriedWorld {
   std::string name;
   Region region = kBenchRegion;  // where bodies and points are placed
 };
 
 // Queries with a gripper's body, a box of 0.10 x 0.08 x 0.20 m, at random places.
-Question BodyChecks(const AskedWorld& world, int rows);
-Question Distances(const AskedWorld& world, int rows);
+BenchQuery BodyChecks(const QueriedWorld& world, int rows);
+BenchQuery Distances(const QueriedWorld& world, int rows);
 // Samples at random places.
-Question SampledPoints(const AskedWorld& world, int rows);
+BenchQuery SampledPoints(const QueriedWorld& world, int rows);
 // Random states of all variables within their limits. Unlimited ones turn half a circle to either
 // side, or move 1 m; floating joints stay in place.
-Question RobotStates(const AskedWorld& world, const cwm::v1::Robot& robot, int rows);
+BenchQuery RobotStates(const QueriedWorld& world, const cwm::v1::Robot& robot, int rows);
 
-// The query of `ask` moved 1 km above the world: what remains is the cost of the call, its messages
-// and, for robots, forward kinematics.
-Question OfNothing(const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask);
+// The same query 1 km above the world: what remains is the cost of the call, its messages and, for
+// robots, forward kinematics.
+BenchQuery InEmptySpace(const QueriedWorld& world,
+                        const std::function<BenchQuery(const QueriedWorld&)>& make_query);
 
 // One call each. INTERNAL if not every row was answered.
-absl::Status AskUnary(const client::Connection& connection, const Question& question);
-absl::Status AskStream(client::QueryStream& stream, Question& question);
+absl::Status CallUnary(const client::Connection& connection, const BenchQuery& query);
+absl::Status CallStream(client::QueryStream& stream, BenchQuery& query);
 
 }  // namespace cwm::cli

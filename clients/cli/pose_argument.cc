@@ -1,4 +1,4 @@
-#include "clients/cli/place.h"
+#include "clients/cli/pose_argument.h"
 
 #include <algorithm>
 
@@ -21,13 +21,13 @@ absl::StatusOr<client::PointRow> CentreOf(Session& session, const std::string& n
   if (!found.ok()) return found.status();
   const pb::Pose& box = found->object().bounds().x_object_box();
   const client::PointRow centre = {box.tx_m(), box.ty_m(), box.tz_m()};
-  return Transformed(found->object().x_world_object(), centre);
+  return TransformPoint(found->object().x_world_object(), centre);
 }
 
 }  // namespace
 
-absl::StatusOr<client::PoseRow> ParsePlace(Session& session, const std::string& text,
-                                           const std::string& option) {
+absl::StatusOr<client::PoseRow> ParsePoseArgument(Session& session, const std::string& text,
+                                                  const std::string& option) {
   if (StartsWithNumber(text) || text.empty() || text.find(',') < text.find('+')) {
     return ParsePose(text, option);
   }

@@ -1,4 +1,4 @@
-// Places in the world, by numbers or by an object's name.
+// Poses in the world, by numbers or by an object's name.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace cwm::cli {
 
-// The forms of a place, for the help.
-inline constexpr char kPlaceForm[] = "X,Y,Z[,QX,QY,QZ,QW]|NAME[+DX,DY,DZ]";
+// The forms of a pose, for the help.
+inline constexpr char kPoseArgumentForm[] = "X,Y,Z[,QX,QY,QZ,QW]|NAME[+DX,DY,DZ]";
 
 // Parses "x,y,z", "x,y,z,qx,qy,qz,qw", or an object's name, optionally with an offset along the
 // world's axes: "mug+0,0,0.2". A name means the centre of the object's bounding box (its origin if
 // it has none), without rotation; the server is asked for it.
-absl::StatusOr<client::PoseRow> ParsePlace(Session& session, const std::string& text,
-                                           const std::string& option);
+absl::StatusOr<client::PoseRow> ParsePoseArgument(Session& session, const std::string& text,
+                                                  const std::string& option);
 
 }  // namespace cwm::cli

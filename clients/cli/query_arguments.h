@@ -18,7 +18,7 @@
 
 namespace cwm::cli {
 
-struct QuestionArguments {
+struct QueryArguments {
   std::string at_revision;  // "latest", "N" (exact) or "N+" (at least)
   cwm::v1::Engine engine = cwm::v1::ENGINE_UNSPECIFIED;
   cwm::v1::Representation representation = cwm::v1::REPRESENTATION_UNSPECIFIED;
@@ -35,13 +35,13 @@ struct QuestionArguments {
   std::optional<double> time_budget_s;
 };
 
-void AddQuestionOptions(CLI::App& command, QuestionArguments& question);
+void AddQueryOptions(CLI::App& command, QueryArguments& query);
 // For verdicts and contacts; distances are geometric.
-void AddMarginOption(CLI::App& command, QuestionArguments& question);
+void AddMarginOption(CLI::App& command, QueryArguments& query);
 // For queries about pairs; rays and samples have no pair rules.
-void AddPairRuleOptions(CLI::App& command, QuestionArguments& question);
+void AddPairRuleOptions(CLI::App& command, QueryArguments& query);
 void AddRevisionOption(CLI::App& command, std::string& at_revision);
-// For commands whose exit code is their answer, see CodeOfAll.
+// For commands whose exit code is their answer, see ExitCodeOfRows.
 void AddExitCodeOption(CLI::App& command, bool& exit_code);
 
 // A usage error for anything but "", "latest", "N" and "N+".
@@ -50,13 +50,14 @@ absl::StatusOr<cwm::v1::AtRevision> ParseRevision(const std::string& text);
 google::protobuf::Duration ToDuration(double seconds);
 
 // Requests F64 answers in rows, so that JSON is readable.
-absl::StatusOr<cwm::v1::QueryOptions> ToOptions(const QuestionArguments& question);
+absl::StatusOr<cwm::v1::QueryOptions> ParseQueryOptions(const QueryArguments& query);
 
 // Calls `method` for every batch and returns the answers as one, with all rows in order. All
 // batches are answered from the first answer's revision.
 template <class Request, class Response, class Method>
-absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vector<Batch>& batches,
-                                cwm::v1::QueryOptions options) {
+absl::StatusOr<Response> EvaluateBatches(Session& session, Method method,
+                                         const std::vector<Batch>& batches,
+                                         cwm::v1::QueryOptions options) {
   Response all;
   std::int64_t completed = 0;
   for (const Batch& batch : batches) {
@@ -82,16 +83,15 @@ absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vect
     if (answer->completed_count() < static_cast<std::int64_t>(batch.row_count)) break;
   }
   all.set_completed_count(completed);  // a prefix of all rows
-  WarnOfUnknownNames(session, options);
+  WarnAboutUnknownNames(session, options);
   return all;
 }
 
 // The same for rows of numbers, in as many messages as necessary: `set` puts some of the rows into
 // a request.
 template <class Request, class Response, class Method, class Row, class Set>
-absl::StatusOr<Response> AskInMessages(Session& session, Method method,
-                                       const std::vector<Row>& rows, cwm::v1::QueryOptions options,
-                                       Set set) {
+absl::StatusOr<Response> EvaluateRows(Session& session, Method method, const std::vector<Row>& rows,
+                                      cwm::v1::QueryOptions options, Set set) {
   Response all;
   std::int64_t completed = 0;
   for (std::size_t begin = 0; begin < rows.size(); begin += kMaxMessageRows) {
@@ -109,15 +109,15 @@ absl::StatusOr<Response> AskInMessages(Session& session, Method method,
     options.set_world_uid(answer->world_uid());
   }
   all.set_completed_count(completed);
-  WarnOfUnknownNames(session, options);
+  WarnAboutUnknownNames(session, options);
   return all;
 }
 
 // The exit code for --exit-code. Free means that all rows are known to be free: neither a state out
 // of limits nor a row without an answer counts as free. `code_of` is the code of one verdict.
 template <class Response, class CodeOf>
-ExitCode CodeOfAll(const Response& answer, std::size_t asked, CodeOf code_of) {
-  const bool all = static_cast<std::size_t>(answer.completed_count()) == asked;
+ExitCode ExitCodeOfRows(const Response& answer, std::size_t row_count, CodeOf code_of) {
+  const bool all = static_cast<std::size_t>(answer.completed_count()) == row_count;
   ExitCode code = all ? ExitCode::kDone : ExitCode::kNotFree;
   for (const auto& row : answer.rows()) {
     const ExitCode of_row = code_of(row.verdict());
@@ -128,16 +128,16 @@ ExitCode CodeOfAll(const Response& answer, std::size_t asked, CodeOf code_of) {
 }
 
 // The line below a table: "revision 7, 3 of 5 rows".
-std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked,
-                   const std::string& of_what = "row");
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t row_count,
+                   const std::string& unit = "row");
 // The obstacle of a row for tables: an object's name, or "itself" for a robot.
 template <class Row>
-std::string MetName(const Row& row) {
+std::string ObstacleName(const Row& row) {
   return row.object().empty() && row.has_object_link() ? "itself" : row.object();
 }
 // The obstacle of a ray or point, with the link if it is a robot.
 template <class Row>
-std::string HitName(const Row& row) {
+std::string HitObstacleName(const Row& row) {
   return row.has_object_link() ? row.object() + "/" + row.object_link() : row.object();
 }
 // The part of the body in contact: a robot's link, with the attached object if any.
