@@ -1,5 +1,5 @@
-// Pairs on the command line. A member of a pair is an object or a robot by its name, a link as ROBOT:LINK, and "*" for
-// everything. No name contains a colon, so the first one separates the link.
+// Pairs on the command line. A member of a pair is an object or a robot by its name, a link as
+// ROBOT:LINK, or "*" for everything. No name contains a colon, so the first one separates the link.
 #pragma once
 
 #include <string>

@@ -69,7 +69,7 @@ void Print(const grasp::Plan& plan, const std::string& json) {
   std::vector<cli::TableRow> rows;
   for (const grasp::ObjectPlan& object : plan.objects) {
     if (object.grasps.empty()) {
-      rows.push_back({{object.object.name(), "-", "", "", "", "", ""}, object.why});
+      rows.push_back({{object.object.name(), "-", "", "", "", "", ""}, object.failure_reason});
     }
     for (const grasp::Grasp& found : object.grasps) {
       const Eigen::Vector3d p = found.candidate.X_FG.translation();
@@ -78,9 +78,10 @@ void Print(const grasp::Plan& plan, const std::string& json) {
         return cli::FormatFixed(v.x(), 3) + " " + cli::FormatFixed(v.y(), 3) + " " +
                cli::FormatFixed(v.z(), 3);
       };
-      rows.push_back({{object.object.name(), found.candidate.way, cli::FormatFixed(found.score, 2),
-                       cli::FormatLength(found.assessment.width_m),
-                       cli::FormatLength(found.assessment.clearance_m), text(p), text(z)}});
+      rows.push_back(
+          {{object.object.name(), found.candidate.strategy, cli::FormatFixed(found.score, 2),
+            cli::FormatLength(found.assessment.width_m),
+            cli::FormatLength(found.assessment.clearance_m), text(p), text(z)}});
     }
   }
   cli::PrintTable({{"OBJECT"},
