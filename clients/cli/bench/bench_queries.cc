@@ -161,7 +161,7 @@ absl::Status CallUnary(const client::Connection& connection, const BenchQuery& q
 }
 
 absl::Status CallStream(client::QueryStream& stream, BenchQuery& query) {
-  const auto answer = stream.Ask(query.request);
+  const auto answer = stream.Evaluate(query.request);
   return answer.ok() ? CheckRowCount(CompletedCount(*answer), query) : answer.status();
 }
 

@@ -1,4 +1,4 @@
-#include "clients/planner/path_answers.h"
+#include "clients/planner/path_queries.h"
 
 #include <cstring>
 #include <utility>
@@ -17,8 +17,8 @@ void AddRow(const Row& row, v1::Subject& subject) {
 }
 
 // The contact of a CollisionRow or a MotionRow; empty if no pair is named.
-template <class Answer>
-std::string Meeting(const Answer& row) {
+template <class ResponseRow>
+std::string ContactText(const ResponseRow& row) {
   if (!row.has_body_link() && !row.has_object()) return "";
   const std::string who = row.has_body_object() ? row.body_object() : row.body_link();
   if (!row.has_object()) {
@@ -30,34 +30,34 @@ std::string Meeting(const Answer& row) {
 
 }  // namespace
 
-absl::StatusOr<std::string> WhatCollides(client::QueryStream& stream,
-                                         v1::CheckCollisionsRequest question, const Row& row) {
-  AddRow(row, *question.mutable_subject());
-  question.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+absl::StatusOr<std::string> DescribeCollision(client::QueryStream& stream,
+                                              v1::CheckCollisionsRequest query, const Row& row) {
+  AddRow(row, *query.mutable_subject());
+  query.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
   v1::StreamQueriesRequest request;
-  *request.mutable_check_collisions() = std::move(question);
-  const auto response = stream.Ask(request);
+  *request.mutable_check_collisions() = std::move(query);
+  const auto response = stream.Evaluate(request);
   if (!response.ok()) return response.status();
   const v1::CheckCollisionsResponse& answer = response->check_collisions();
   if (answer.rows_size() != 1) return absl::DataLossError("the server answered no row of 1");
-  const std::string meeting = Meeting(answer.rows(0));
-  return meeting.empty()
+  const std::string contact = ContactText(answer.rows(0));
+  return contact.empty()
              ? absl::StrCat("the verdict is ", v1::Verdict_Name(answer.rows(0).verdict()))
-             : meeting;
+             : contact;
 }
 
-absl::StatusOr<Certificate> Certify(client::QueryStream& stream,
-                                    const v1::CheckCollisionsRequest& question,
-                                    const std::vector<Row>& path) {
-  v1::StreamQueriesRequest asked;
-  v1::CheckMotionsRequest& request = *asked.mutable_check_motions();
-  request.set_world(question.world());
-  *request.mutable_subject() = question.subject();
-  *request.mutable_options() = question.options();
+absl::StatusOr<Certificate> CertifyPath(client::QueryStream& stream,
+                                        const v1::CheckCollisionsRequest& query,
+                                        const std::vector<Row>& path) {
+  v1::StreamQueriesRequest stream_request;
+  v1::CheckMotionsRequest& request = *stream_request.mutable_check_motions();
+  request.set_world(query.world());
+  *request.mutable_subject() = query.subject();
+  *request.mutable_options() = query.options();
   request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
   for (const Row& row : path) AddRow(row, *request.mutable_subject());
   request.add_path_row_counts(static_cast<std::int32_t>(path.size()));
-  const auto response = stream.Ask(asked);
+  const auto response = stream.Evaluate(stream_request);
   if (!response.ok()) return response.status();
   const v1::CheckMotionsResponse& answer = response->check_motions();
   if (answer.rows_size() != 1) return absl::DataLossError("the server answered no motion of 1");
@@ -65,8 +65,8 @@ absl::StatusOr<Certificate> Certify(client::QueryStream& stream,
   return Certificate{.verdict = row.verdict(),
                      .clearance_m = row.clearance_m(),
                      .segment = row.segment(),
-                     .what_is_met = Meeting(row),
-                     .trust = row.trust()};
+                     .contact = ContactText(row),
+                     .accuracy = row.trust()};
 }
 
 }  // namespace cwm::planner
