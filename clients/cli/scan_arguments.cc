@@ -110,7 +110,8 @@ namespace {
 
 // Programs disagree about the meaning of VIEWPOINT for a file's points, so it is not used as a
 // pose.
-void WarnOfViewpoint(Session& session, const formats::CloudFile& cloud, const std::string& file) {
+void WarnAboutViewpoint(Session& session, const formats::CloudFile& cloud,
+                        const std::string& file) {
   const std::array<double, 7>& v = cloud.viewpoint;
   if (v == formats::CloudFile{}.viewpoint) return;
   session.Warn(absl::StrCat(file, ": VIEWPOINT is not taken for the sensor's pose; if it is, say ",
@@ -126,7 +127,7 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const std::string& file) {
   const auto geometry = client::GeometryOf(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
-  if (!header.has_x_world_sensor()) WarnOfViewpoint(session, cloud, file);
+  if (!header.has_x_world_sensor()) WarnAboutViewpoint(session, cloud, file);
   Progress progress(session);
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total) {

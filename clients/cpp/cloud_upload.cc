@@ -105,7 +105,7 @@ absl::StatusOr<CloudFile> GeometryOf(const CloudFile& cloud) {
     if (absl::Status status = CheckCoordinate(cloud, name); !status.ok()) return status;
   }
   if (has_normals) names.insert(names.end(), normals.begin(), normals.end());
-  return formats::Select(cloud, names);
+  return formats::SelectFields(cloud, names);
 }
 
 absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection,

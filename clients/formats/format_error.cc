@@ -16,7 +16,7 @@ std::string Printable(std::string_view text) {
   return text.size() > kLongest ? absl::StrCat(shown, "...") : shown;
 }
 
-absl::Status FileError(std::string_view file, const Fault& fault) {
+absl::Status FileError(std::string_view file, const InvalidField& fault) {
   std::string message = absl::StrCat(std::string(file), ": ", fault.field);
   if (!fault.value.empty()) absl::StrAppend(&message, " is ", Printable(fault.value), ",");
   absl::StrAppend(&message, " ", fault.rule);

@@ -201,7 +201,7 @@ class NpyReader {
   CloudFile Cloud(std::string_view data) const {
     CloudFile cloud{.width = width_, .height = height_};
     for (const Column& column : columns_) cloud.fields.push_back(column.field);
-    cloud.point_step = LayOut(cloud.fields);
+    cloud.point_step = AssignOffsets(cloud.fields);
     const auto points = static_cast<std::size_t>(cloud.size());
     cloud.bytes.resize(points * cloud.point_step);
     for (std::size_t c = 0; c < columns_.size(); ++c) {

@@ -36,7 +36,7 @@ CloudFile EmptyCloud(const PcdHeader& header) {
   for (const CloudField& field : header.fields) {
     if (field.name != kPadding) cloud.fields.push_back(field);
   }
-  cloud.point_step = LayOut(cloud.fields);
+  cloud.point_step = AssignOffsets(cloud.fields);
   return cloud;
 }
 

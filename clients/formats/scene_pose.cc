@@ -38,7 +38,7 @@ Quaternion Product(const Quaternion& a, const Quaternion& b) {
 
 bool IsIdentity(const ScenePose& pose) { return pose == ScenePose{}; }
 
-ScenePose Composed(const ScenePose& x_a_b, const ScenePose& x_b_c) {
+ScenePose ComposePoses(const ScenePose& x_a_b, const ScenePose& x_b_c) {
   if (IsIdentity(x_a_b)) return x_b_c;
   if (IsIdentity(x_b_c)) return x_a_b;
   ScenePose x_a_c;
@@ -48,7 +48,7 @@ ScenePose Composed(const ScenePose& x_a_b, const ScenePose& x_b_c) {
   return x_a_c;
 }
 
-ScenePose FrameOfPlane(const std::array<double, 4>& abcd) {
+ScenePose PlaneFrame(const std::array<double, 4>& abcd) {
   const auto& [a, b, c, d] = abcd;
   const double length = std::hypot(a, b, c);
   const Vector n = {a / length, b / length, c / length};

@@ -116,7 +116,7 @@ PlanningEnvironment EnvironmentOfWorld(const PlanningWorld& world) {
 absl::StatusOr<PlanningEnvironment> EnvironmentOfScene(const client::Connection& connection,
                                                        const PlanningWorld& world,
                                                        const formats::SceneFile& scene) {
-  const auto import = scene::ImportOf(connection, scene, {.robot = &world.robot});
+  const auto import = scene::ConvertScene(connection, scene, {.robot = &world.robot});
   if (!import.ok()) return import.status();
   const auto objects = ObjectsOf(connection, world);
   if (!objects.ok()) return objects.status();

@@ -208,7 +208,7 @@ Json ViewsJson(const SimulatedScan& scan) {
 formats::CloudFile ToCloudFile(const perception::PointCloud& cloud) {
   formats::CloudFile file;
   for (const char* axis : {"x", "y", "z"}) file.fields.push_back({.name = axis});
-  file.point_step = formats::LayOut(file.fields);
+  file.point_step = formats::AssignOffsets(file.fields);
   file.width = cloud.width;
   file.height = cloud.height;
   static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));

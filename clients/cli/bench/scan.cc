@@ -80,7 +80,7 @@ double Noise_m(double depth_m, Random& random) {
 formats::CloudFile BenchScan() {
   formats::CloudFile cloud;
   for (const char* name : {"x", "y", "z"}) cloud.fields.push_back({.name = name});
-  cloud.point_step = formats::LayOut(cloud.fields);
+  cloud.point_step = formats::AssignOffsets(cloud.fields);
   cloud.width = kWidth;
   cloud.height = kHeight;
   cloud.bytes.reserve(cloud.point_step * static_cast<std::size_t>(cloud.size()));

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 CloudFile Cloud(std::vector<CloudField> fields) {
   CloudFile cloud;
   cloud.fields = std::move(fields);
-  cloud.point_step = formats::LayOut(cloud.fields);
+  cloud.point_step = formats::AssignOffsets(cloud.fields);
   cloud.width = 3;
   cloud.bytes.assign(3 * cloud.point_step, '\1');
   return cloud;

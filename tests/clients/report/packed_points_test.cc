@@ -18,7 +18,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 CloudFile CloudOf(const std::vector<Point>& points) {
   CloudFile cloud{.fields = {{.name = "x"}, {.name = "y"}, {.name = "z"}},
                   .width = static_cast<std::int64_t>(points.size())};
-  cloud.point_step = formats::LayOut(cloud.fields);
+  cloud.point_step = formats::AssignOffsets(cloud.fields);
   cloud.bytes.assign(reinterpret_cast<const char*>(points.data()), points.size() * sizeof(Point));
   return cloud;
 }

@@ -1,4 +1,4 @@
-#include "clients/simulator/yaml_place.h"
+#include "clients/simulator/yaml_node.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 YAML::Node Nothing() { return YAML::Node(YAML::NodeType::Undefined); }
 
-std::string Listed(std::initializer_list<std::string_view> names) {
+std::string JoinKeys(std::initializer_list<std::string_view> names) {
   std::string list;
   for (const std::string_view name : names) {
     if (!list.empty()) list += ", ";
@@ -31,13 +31,13 @@ int LineOf(const YAML::Node& node, int around) {
 
 }  // namespace
 
-YamlPlace::YamlPlace(const YAML::Node& node, std::string file)
-    : YamlPlace(node, std::move(file), "", LineOf(node, 1)) {}
+YamlNode::YamlNode(const YAML::Node& node, std::string file)
+    : YamlNode(node, std::move(file), "", LineOf(node, 1)) {}
 
-YamlPlace::YamlPlace(const YAML::Node& node, std::string file, std::string path, int line)
+YamlNode::YamlNode(const YAML::Node& node, std::string file, std::string path, int line)
     : node_(node), file_(std::move(file)), path_(std::move(path)), line_(line) {}
 
-absl::Status YamlPlace::Error(std::string_view rule) const {
+absl::Status YamlNode::Error(std::string_view rule) const {
   const bool is_scalar = node_.IsDefined() && node_.IsScalar();
   return formats::FileError(absl::StrCat(file_, ":", line_),
                             {.field = path_.empty() ? "the document" : path_,
@@ -45,45 +45,45 @@ absl::Status YamlPlace::Error(std::string_view rule) const {
                              .rule = std::string(rule)});
 }
 
-bool YamlPlace::Has(std::string_view key) const {
+bool YamlNode::Has(std::string_view key) const {
   return is_map() && node_[std::string(key)].IsDefined();
 }
 
-YamlPlace YamlPlace::operator[](std::string_view key) const {
+YamlNode YamlNode::operator[](std::string_view key) const {
   const std::string name(key);
   const YAML::Node found = is_map() ? node_[name] : Nothing();
   const int line = LineOf(found, line_);
   return {found, file_, path_.empty() ? name : absl::StrCat(path_, ".", name), line};
 }
 
-YamlPlace YamlPlace::operator[](std::size_t index) const {
+YamlNode YamlNode::operator[](std::size_t index) const {
   const YAML::Node found = node_[index];
   const int line = LineOf(found, line_);
   return {found, file_, absl::StrCat(path_, "[", index, "]"), line};
 }
 
-absl::Status YamlPlace::CheckKeys(std::initializer_list<std::string_view> allowed) const {
-  const std::string names = allowed.size() == 0 ? "none" : Listed(allowed);
+absl::Status YamlNode::CheckKeys(std::initializer_list<std::string_view> allowed) const {
+  const std::string names = allowed.size() == 0 ? "none" : JoinKeys(allowed);
   if (!is_map()) return Error(absl::StrCat("must be a map; known keys are ", names));
   std::set<std::string> seen;
   for (const auto& entry : node_) {
     const std::string key = entry.first.IsScalar() ? formats::Printable(entry.first.Scalar()) : "?";
-    const YamlPlace place(Nothing(), file_, path_.empty() ? key : absl::StrCat(path_, ".", key),
-                          LineOf(entry.first, line_));
+    const YamlNode node(Nothing(), file_, path_.empty() ? key : absl::StrCat(path_, ".", key),
+                        LineOf(entry.first, line_));
     const bool known = std::find(allowed.begin(), allowed.end(), key) != allowed.end();
-    if (!known) return place.Error(absl::StrCat("is no known key; known are ", names));
-    if (!seen.insert(key).second) return place.Error("stands here twice");
+    if (!known) return node.Error(absl::StrCat("is no known key; known are ", names));
+    if (!seen.insert(key).second) return node.Error("stands here twice");
   }
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string> YamlPlace::ReadText() const {
+absl::StatusOr<std::string> YamlNode::ReadText() const {
   if (!present()) return Error("is missing");
   if (!node_.IsScalar() || node_.Scalar().empty()) return Error("must be a text");
   return node_.Scalar();
 }
 
-absl::StatusOr<bool> YamlPlace::ReadFlag() const {
+absl::StatusOr<bool> YamlNode::ReadFlag() const {
   if (node_.IsDefined() && node_.IsScalar()) {
     if (node_.Scalar() == "true") return true;
     if (node_.Scalar() == "false") return false;
@@ -91,7 +91,7 @@ absl::StatusOr<bool> YamlPlace::ReadFlag() const {
   return Error("must be true or false");
 }
 
-absl::StatusOr<double> YamlPlace::ReadNumber() const {
+absl::StatusOr<double> YamlNode::ReadNumber() const {
   if (!present()) return Error("is missing");
   char bytes[sizeof(double)];
   const bool is_number = node_.IsScalar() &&
@@ -101,18 +101,18 @@ absl::StatusOr<double> YamlPlace::ReadNumber() const {
   return formats::ToDouble(bytes, formats::Scalar::kF64);
 }
 
-absl::StatusOr<int> YamlPlace::ReadInteger(int least, int most) const {
+absl::StatusOr<int> YamlNode::ReadInteger(int min, int max) const {
   int value = 0;
   const bool good = node_.IsDefined() && node_.IsScalar() &&
-                    absl::SimpleAtoi(node_.Scalar(), &value) && value >= least && value <= most;
+                    absl::SimpleAtoi(node_.Scalar(), &value) && value >= min && value <= max;
   if (!good) {
-    return Error(absl::StrCat(present() ? "" : "is missing, ", "must be a whole number from ",
-                              least, " to ", most));
+    return Error(absl::StrCat(present() ? "" : "is missing, ", "must be a whole number from ", min,
+                              " to ", max));
   }
   return value;
 }
 
-absl::StatusOr<std::vector<double>> YamlPlace::ReadNumbers(std::size_t count) const {
+absl::StatusOr<std::vector<double>> YamlNode::ReadNumbers(std::size_t count) const {
   if (!present()) return Error("is missing");
   if (!is_list() || size() != count) {
     return Error(absl::StrCat("must be a list of ", count, " numbers"));

@@ -1,4 +1,4 @@
-// A place in a YAML document with readers that report precise errors.
+// A node of a YAML document with readers that report precise errors.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@
 
 namespace cwm::simulator {
 
-// All errors are INVALID_ARGUMENT "FILE:LINE: FIELD is VALUE, RULE"; the line is that of the place,
-// or of the nearest enclosing place that exists.
-class YamlPlace {
+// All errors are INVALID_ARGUMENT "FILE:LINE: FIELD is VALUE, RULE"; the line is that of the node,
+// or of the nearest enclosing node that exists.
+class YamlNode {
  public:
   // The root of a document.
-  YamlPlace(const YAML::Node& node, std::string file);
+  YamlNode(const YAML::Node& node, std::string file);
 
   absl::Status Error(std::string_view rule) const;
 
@@ -33,8 +33,8 @@ class YamlPlace {
   const std::string& file() const { return file_; }
 
   // Not present if this is not a map or has no such key.
-  YamlPlace operator[](std::string_view key) const;
-  YamlPlace operator[](std::size_t index) const;  // element of a list
+  YamlNode operator[](std::string_view key) const;
+  YamlNode operator[](std::size_t index) const;  // element of a list
 
   // An error unless this is a map whose keys are all in `allowed`, each at most once.
   absl::Status CheckKeys(std::initializer_list<std::string_view> allowed) const;
@@ -42,11 +42,11 @@ class YamlPlace {
   absl::StatusOr<std::string> ReadText() const;  // not empty
   absl::StatusOr<bool> ReadFlag() const;         // true or false
   absl::StatusOr<double> ReadNumber() const;     // finite
-  absl::StatusOr<int> ReadInteger(int least, int most) const;
+  absl::StatusOr<int> ReadInteger(int min, int max) const;
   absl::StatusOr<std::vector<double>> ReadNumbers(std::size_t count) const;
 
  private:
-  YamlPlace(const YAML::Node& node, std::string file, std::string path, int line);
+  YamlNode(const YAML::Node& node, std::string file, std::string path, int line);
 
   YAML::Node node_;
   std::string file_;
