@@ -24,7 +24,8 @@ absl::StatusOr<reflection::ServerReflectionResponse> SendRequest(
   stream->Write(request);
   stream->WritesDone();
   const bool answered = stream->Read(&response);
-  if (const grpc::Status status = stream->Finish(); !status.ok()) return client::FromGrpc(status);
+  if (const grpc::Status status = stream->Finish(); !status.ok())
+    return client::StatusFromGrpc(status);
   if (!answered) return absl::InternalError("server reflection did not answer");
   if (response.has_error_response()) {
     return absl::NotFoundError(response.error_response().error_message());

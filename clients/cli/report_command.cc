@@ -67,7 +67,7 @@ absl::StatusOr<Meshes> FetchMeshes(Session& session, const pb::IngestCloudRespon
 absl::StatusOr<report::ScanRecord> Record(Session& session, const ReportArguments& arguments,
                                           const formats::CloudFile& cloud,
                                           pb::IngestCloudResponse response) {
-  const auto labels = client::LabelsOf(session.connection(), response, cloud.size());
+  const auto labels = client::ReadLabels(session.connection(), response, cloud.size());
   if (!labels.ok()) return labels.status();
   response.clear_labels();  // they are sent with the points
   auto meshes = FetchMeshes(session, response);

@@ -125,7 +125,7 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const pb::IngestCloudHeader& header,
                                                  const formats::CloudFile& cloud,
                                                  const std::string& file) {
-  const auto geometry = client::GeometryOf(cloud);
+  const auto geometry = client::SelectGeometry(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
   if (!header.has_x_world_sensor()) WarnAboutViewpoint(session, cloud, file);
   Progress progress(session);
@@ -151,7 +151,7 @@ absl::Status CheckLabelledName(const std::string& argument, const std::string& p
 
 absl::Status WriteLabelled(Session& session, const pb::IngestCloudResponse& response,
                            const formats::CloudFile& cloud, const std::string& path) {
-  const auto labels = client::LabelsOf(session.connection(), response, cloud.size());
+  const auto labels = client::ReadLabels(session.connection(), response, cloud.size());
   if (!labels.ok()) return labels.status();
   const auto pcd =
       formats::FormatPcd(formats::WithLabels(cloud, *labels), formats::PcdData::kBinaryCompressed);

@@ -161,7 +161,7 @@ absl::Status Watch(Session& session, const WatchArguments& arguments) {
     return absl::OkStatus();
   }
   const grpc::Status end = reader->Finish();
-  return pipe.closed() ? absl::OkStatus() : client::FromGrpc(end);
+  return pipe.closed() ? absl::OkStatus() : client::StatusFromGrpc(end);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ absl::StatusOr<v1::StreamQueriesResponse> QueryStream::Evaluate(v1::StreamQuerie
 }
 
 absl::Status QueryStream::EndOfStream() {
-  absl::Status status = FromGrpc(stream_->Finish());
+  absl::Status status = StatusFromGrpc(stream_->Finish());
   stream_.reset();
   return status.ok() ? absl::UnavailableError("the server ended the stream") : status;
 }

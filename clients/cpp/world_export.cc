@@ -57,7 +57,7 @@ absl::StatusOr<ExportedWorld> ExportWorld(const Connection& connection,
     exported.bytes += chunk.data();
     if (progress) progress(static_cast<std::int64_t>(exported.bytes.size()), chunk.total_bytes());
   }
-  if (const grpc::Status status = reader->Finish(); !status.ok()) return FromGrpc(status);
+  if (const grpc::Status status = reader->Finish(); !status.ok()) return StatusFromGrpc(status);
   if (!chunk.done() || static_cast<std::int64_t>(exported.bytes.size()) != chunk.total_bytes()) {
     return absl::DataLossError(absl::StrCat("the export has ", chunk.total_bytes(), " bytes, ",
                                             exported.bytes.size(), " arrived"));

@@ -12,9 +12,10 @@ namespace {
 
 namespace ob = ompl::base;
 
-XX
-    // may not be free.
-    constexpr std::size_t kMaxConfirmed = 3;
+// chosen: connections per round that are checked at the fine step; more than one, since the
+// shortest
+// may not be free.
+constexpr std::size_t kMaxConfirmed = 3;
 
 const JointSpace& SpaceOf(const ob::SpaceInformationPtr& information) {
   return *information->getStateSpace()->as<JointSpace>();

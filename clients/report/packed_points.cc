@@ -64,7 +64,7 @@ void Append(const Point& p, PackedPoints& packed) {
 
 }  // namespace
 
-PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points) {
+PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t max_points) {
   const auto measured = MeasuredByLabel(scan);
   PackedPoints packed;
   if (measured.empty()) return packed;
@@ -72,7 +72,7 @@ PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points) {
   for (const auto& [label, points] : measured) {
     packed.measured += static_cast<std::int64_t>(points.size());
   }
-  packed.every = std::max<std::int64_t>(1, (packed.measured + most_points - 1) / most_points);
+  packed.every = std::max<std::int64_t>(1, (packed.measured + max_points - 1) / max_points);
   for (const auto& [label, points] : measured) {
     PointRun run{.label = label};
     for (std::size_t i = 0; i < points.size(); i += static_cast<std::size_t>(packed.every)) {

@@ -45,7 +45,7 @@ absl::StatusOr<Ingested> Ingest(const RunningServer& server, const std::string& 
                                          [&](auto, auto) { last_byte = Clock::now(); });
   const Clock::time_point end = Clock::now();
   if (!reply.ok()) return reply.status();
-  auto labels = client::LabelsOf(server.connection(), *reply, file.size());
+  auto labels = client::ReadLabels(server.connection(), *reply, file.size());
   if (!labels.ok()) return labels.status();
   return Ingested{Milliseconds(end - start), Milliseconds(end - last_byte), *std::move(labels)};
 }

@@ -82,7 +82,7 @@ TEST(PackedPoints, AreThinnedLabelByLabelSoThatNoneVanishes) {
   const std::vector<Point> points(10, Point{0, 0, 1});
   std::vector<std::uint32_t> labels(10, 1);
   labels[4] = 20;
-  const PackedPoints packed = PackPoints({CloudOf(points), labels}, /*most_points=*/4);
+  const PackedPoints packed = PackPoints({CloudOf(points), labels}, /*max_points=*/4);
   EXPECT_EQ(packed.measured, 10);
   EXPECT_EQ(packed.every, 3);
   EXPECT_EQ(packed.runs, (std::vector<PointRun>{{1, 3}, {20, 1}}));
