@@ -13,8 +13,7 @@ namespace {
 namespace ob = ompl::base;
 
 // chosen: connections per round that are checked at the fine step; more than one, since the
-// shortest
-// may not be free.
+// shortest may not be free.
 constexpr std::size_t kMaxConfirmed = 3;
 
 const JointSpace& SpaceOf(const ob::SpaceInformationPtr& information) {
