@@ -1,10 +1,10 @@
 // Blobs read from the server by hash and cached by the browser: meshes, points, labels.
 import { BufferAttribute, BufferGeometry } from "three";
-import { PassingFailure, patiently } from "../retry";
+import { TransientError, withRetries } from "../retry";
 
 // Above these limits unused blobs are dropped; the browser has them in its cache.
-const mostKept = 500;
-const mostKept_bytes = 256 << 20;
+const maxKept = 500;
+const maxKept_bytes = 256 << 20;
 
 // The server, or a proxy on its behalf, is temporarily out of resources.
 const passing = new Set([408, 429, 502, 503, 504]);
@@ -16,15 +16,15 @@ async function fetchOnce(hash: string): Promise<ArrayBuffer> {
     response = await fetch(path);
     if (response.ok) return await response.arrayBuffer();
   } catch (error) {  // of the network; the page says itself that it is gone
-    throw new PassingFailure(`${path}: ${String(error)}`);
+    throw new TransientError(`${path}: ${String(error)}`);
   }
   const why = `${path}: ${response.status}`;
-  throw passing.has(response.status) ? new PassingFailure(why) : new Error(why);
+  throw passing.has(response.status) ? new TransientError(why) : new Error(why);
 }
 
 // Repeats a fetch while it is wanted and the failure may be temporary.
 export const fetchBlob = (hash: string, isWanted: () => boolean): Promise<ArrayBuffer> =>
-  patiently(() => fetchOnce(hash), isWanted);
+  withRetries(() => fetchOnce(hash), isWanted);
 
 // MESH_F64 of world.proto. Throws when the bytes are not a mesh.
 export function meshOf(bytes: ArrayBuffer): BufferGeometry {
@@ -57,7 +57,7 @@ export class MeshLibrary {
   // Drops the oldest unused blobs until the rest is within the limits.
   trim(isUsed: (hash: string) => boolean): void {
     for (const [hash, geometry] of this.known) {
-      if (this.known.size <= mostKept && this.bytes <= mostKept_bytes) return;
+      if (this.known.size <= maxKept && this.bytes <= maxKept_bytes) return;
       if (isUsed(hash)) continue;
       geometry.dispose();
       this.known.delete(hash);
@@ -89,7 +89,7 @@ export class MeshLibrary {
       this.bytes += bytesOf(geometry);
       return geometry;
     } catch (error) {
-      if (!(error instanceof PassingFailure)) this.failed(error instanceof Error ? error.message : String(error));
+      if (!(error instanceof TransientError)) this.failed(error instanceof Error ? error.message : String(error));
       return undefined;
     }
   }

@@ -1,19 +1,19 @@
-// Draws an answer: the body of the query, lines between nearest points, contacts with their
+// Draws a result: the body of the query, lines between nearest points, contacts with their
 // normals.
 import { Matrix4, Vector3 } from "three";
 import type { Vector3 as ApiVector3 } from "../../world/types";
 import { matrixOf } from "../../scene/pose";
-import type { Answer } from "../answer";
-import type { Question } from "../question";
+import type { QueryResult } from "../query_result";
+import type { Query } from "../query";
 import type { Label } from "./labels";
 import { arrowSegments, type Segment } from "./lines";
 import { shapeParts } from "./parts";
-import type { SceneThing } from "./world_view";
+import type { DrawnObject } from "./world_view";
 
 const freeColor = "#1f8fff";
 const touchColor = "#e5383b";
 
-export interface AnswerPicture { body: SceneThing | undefined; segments: Segment[]; labels: Label[]; }
+export interface ResultPicture { body: DrawnObject | undefined; segments: Segment[]; labels: Label[]; }
 
 export const bodyName = "\u0000question";  // no object can have this name
 
@@ -27,7 +27,7 @@ function crossSegments(at: Vector3, size_m: number, color: string): Segment[] {
   });
 }
 
-export function bodyOf({ subject }: Question, verdict: Answer["verdict"] | "asked"): SceneThing | undefined {
+export function bodyOf({ subject }: Query, verdict: QueryResult["verdict"] | "asked"): DrawnObject | undefined {
   if (!subject) return undefined;
   const color = verdict === "collision" ? touchColor : freeColor;
   const X: Matrix4 = matrixOf(subject.at);
@@ -37,16 +37,16 @@ export function bodyOf({ subject }: Question, verdict: Answer["verdict"] | "aske
 }
 
 // `scale_m`, the length of strokes, is about a twentieth of the picture's extent.
-export function answerPicture(question: Question, answer: Answer, scale_m: number): AnswerPicture {
+export function resultPicture(query: Query, result: QueryResult, scale_m: number): ResultPicture {
   const segments: Segment[] = [];
   const labels: Label[] = [];
-  for (const { from, to, normal, text, touches } of answer.marks) {
-    const color = touches && question.kind !== "ray" ? touchColor : freeColor;
+  for (const { from, to, normal, text, touches } of result.marks) {
+    const color = touches && query.kind !== "ray" ? touchColor : freeColor;
     const [a, b] = [vector(from), vector(to)];
     segments.push({ from: a, to: b, color }, ...crossSegments(b, 0.12 * scale_m, color));
-    if (question.kind !== "ray") segments.push(...crossSegments(a, 0.12 * scale_m, color));
+    if (query.kind !== "ray") segments.push(...crossSegments(a, 0.12 * scale_m, color));
     if (normal) segments.push(...arrowSegments(b, vector(normal), scale_m, "#f59f00"));
     if (text !== "") labels.push({ text, at: a.add(b).multiplyScalar(0.5), kind: "mark" });
   }
-  return { body: bodyOf(question, answer.verdict), segments, labels };
+  return { body: bodyOf(query, result.verdict), segments, labels };
 }

@@ -1,10 +1,10 @@
-// The materials of the four looks, for shapes in batches.
+// The materials of the four appearances, for shapes in batches.
 import { DoubleSide, FrontSide, type Material, type MeshStandardMaterial } from "three";
 import { completedMaterial, solidMaterial } from "../../scene/materials";
 
 // "solid": measured or given. "completed": not measured, hatched. "unseen": space that no sensor
 // has observed. "ghost": the body of a query.
-export type Look = "solid" | "completed" | "unseen" | "ghost";
+export type Appearance = "solid" | "completed" | "unseen" | "ghost";
 
 // A pattern of dots on the screen, through which objects behind stay visible.
 const dots = `
@@ -23,16 +23,16 @@ function patterned(material: MeshStandardMaterial, pattern: string, name: string
   return material;
 }
 
-export function materialFor(look: Look, isOpen: boolean): MeshStandardMaterial {
-  const material = look === "solid" ? solidMaterial("#ffffff")
-    : look === "completed" ? completedMaterial("#ffffff")
-    : look === "unseen" ? patterned(solidMaterial("#ffffff"), dots, "unseen")
+export function materialFor(appearance: Appearance, isOpen: boolean): MeshStandardMaterial {
+  const material = appearance === "solid" ? solidMaterial("#ffffff")
+    : appearance === "completed" ? completedMaterial("#ffffff")
+    : appearance === "unseen" ? patterned(solidMaterial("#ffffff"), dots, "unseen")
     : patterned(solidMaterial("#ffffff"), "gl_FragColor.a *= 0.55;", "ghost");
   material.side = isOpen ? DoubleSide : FrontSide;
   return material;
 }
 
-// Shaders that shape round instances of a unit geometry by `form`. They run after the look's
+// Shaders that shape round instances of a unit geometry by `form`. They run after the appearance's
 // shader.
 const forms = {
   // A cylinder of radius 1 and length 1: form is its radius at the bottom and at the top.

@@ -1,46 +1,46 @@
 // Typed queries and readable answers.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { answerOf } from "../../../clients/web/src/viewer/answer";
-import { examples, parseQuestion, QuestionError } from "../../../clients/web/src/viewer/question";
+import { parseResult } from "../../../clients/web/src/viewer/query_result";
+import { examples, parseQuery, QueryError } from "../../../clients/web/src/viewer/query";
 
 interface Rows { data: string; }
 
 const numbersOf = ({ data }: Rows): number[] => [...new Float64Array(new Uint8Array(Buffer.from(data, "base64")).buffer)];
 
 test("a shape stands where at says, with and without a rotation", () => {
-  const { method, request, subject } = parseQuestion("distance sphere 0.05 at 0.5 0 1");
+  const { method, request, subject } = parseQuery("distance sphere 0.05 at 0.5 0 1");
   assert.equal(method, "QueryService/GetDistances");
   const { shapes } = request["subject"] as { shapes: { shapes: object[]; x_world_body: Rows } };
   assert.deepEqual(shapes.shapes, [{ sphere: { radius_m: 0.05 } }]);
   assert.deepEqual(numbersOf(shapes.x_world_body), [0.5, 0, 1, 0, 0, 0, 1]);
   assert.deepEqual(subject?.at, { tx_m: 0.5, ty_m: 0, tz_m: 1, qx: 0, qy: 0, qz: 0, qw: 1 });
-  const turned = parseQuestion("check box 1 2 3 at 0 0 0 0 0 1 0");
+  const turned = parseQuery("check box 1 2 3 at 0 0 0 0 0 1 0");
   assert.equal(turned.subject?.at.qz, 1);
   assert.equal(turned.method, "QueryService/CheckCollisions");
 });
 
 test("what the command line prints can be pasted", () => {
-  const plain = parseQuestion("contacts box 0.1 0.1 0.2 at 0.5 0 1 margin 0.01 max-contacts 4");
-  assert.deepEqual(parseQuestion("cwm contacts --box 0.1,0.1,0.2 --at=0.5,0,1 --margin 0.01 --max-contacts=4"), plain);
+  const plain = parseQuery("contacts box 0.1 0.1 0.2 at 0.5 0 1 margin 0.01 max-contacts 4");
+  assert.deepEqual(parseQuery("cwm contacts --box 0.1,0.1,0.2 --at=0.5,0,1 --margin 0.01 --max-contacts=4"), plain);
 });
 
 test("negative numbers are no options", () => {
-  const { ray } = parseQuestion("ray from -1 -2 -3 direction 0 0 -1");
+  const { ray } = parseQuery("ray from -1 -2 -3 direction 0 0 -1");
   assert.deepEqual(ray, { from: [-1, -2, -3], direction: [0, 0, -1] });
 });
 
 test("a ray to a point goes towards it", () => {
-  assert.deepEqual(parseQuestion("ray from 1 1 1 to 2 1 0").ray?.direction, [1, 0, -1]);
+  assert.deepEqual(parseQuery("ray from 1 1 1 to 2 1 0").ray?.direction, [1, 0, -1]);
 });
 
 test("objects and robots stand where they are, and names may have spaces", () => {
-  assert.deepEqual(parseQuestion('distance object "my mug"').request["subject"], { object: { name: "my mug" } });
-  assert.deepEqual(parseQuestion("check robot panda").request["subject"], { robot: { robot: "panda" } });
+  assert.deepEqual(parseQuery('distance object "my mug"').request["subject"], { object: { name: "my mug" } });
+  assert.deepEqual(parseQuery("check robot panda").request["subject"], { robot: { robot: "panda" } });
 });
 
 test("options reach the request", () => {
-  const options = parseQuestion("distance object mug ignore a ignore b unseen report max-results 3 max-distance 2")
+  const options = parseQuery("distance object mug ignore a ignore b unseen report max-results 3 max-distance 2")
     .request["options"] as Record<string, unknown>;
   assert.deepEqual(options["ignore"], ["a", "b"]);
   assert.equal(options["unseen"], "UNSEEN_SPACE_REPORT");
@@ -49,7 +49,7 @@ test("options reach the request", () => {
 });
 
 test("every example of the help is understood", () => {
-  for (const example of examples) assert.ok(parseQuestion(example));
+  for (const example of examples) assert.ok(parseQuery(example));
 });
 
 const wrong: readonly (readonly [text: string, why: RegExp])[] = [
@@ -75,14 +75,14 @@ const wrong: readonly (readonly [text: string, why: RegExp])[] = [
 
 for (const [text, why] of wrong) {
   test(`"${text}" is refused with a reason`, () => {
-    assert.throws(() => parseQuestion(text), (error) => error instanceof QuestionError && why.test(error.message));
+    assert.throws(() => parseQuery(text), (error) => error instanceof QueryError && why.test(error.message));
   });
 }
 
 const origin = { x: 0, y: 0, z: 0 };
 
 test("a distance is told by its pairs, with what is drawn of them", () => {
-  const answer = answerOf(parseQuestion("distance sphere 0.05 at 0 0 1"), { revision: "3", rows: [{ answers: [
+  const answer = parseResult(parseQuery("distance sphere 0.05 at 0 0 1"), { revision: "3", rows: [{ answers: [
     { distance_m: 0.25, point_body: { x: 0, y: 0, z: 1 }, point_object: origin, normal: { x: 0, y: 0, z: -1 }, object: "mug",
       object_part: 0, trust: "TRUST_BOUNDED", bound_m: 0.001 }] }] });
   assert.equal(answer.title, "250.00 mm away");
@@ -93,30 +93,30 @@ test("a distance is told by its pairs, with what is drawn of them", () => {
 });
 
 test("a penetration is a collision, and nothing found says so", () => {
-  const question = parseQuestion("contacts sphere 0.05 at 0 0 1");
+  const question = parseQuery("contacts sphere 0.05 at 0 0 1");
   const pair = { distance_m: -0.01, object: "mug", object_part: 0, trust: "TRUST_EXACT" };
-  assert.match(answerOf(question, { revision: "1", rows: [{ answers: [pair, pair] }] }).title, /^2 contacts, deepest 10\.00 mm$/);
-  const none = answerOf(question, { revision: "1", rows: [{ answers: [] }] });
+  assert.match(parseResult(question, { revision: "1", rows: [{ answers: [pair, pair] }] }).title, /^2 contacts, deepest 10\.00 mm$/);
+  const none = parseResult(question, { revision: "1", rows: [{ answers: [] }] });
   assert.deepEqual([none.title, none.verdict, none.marks.length], ["No contact", "free", 0]);
 });
 
 test("verdicts name what is met", () => {
-  const question = parseQuestion("check sphere 0.05 at 0 0 1");
-  const collision = answerOf(question, { revision: "1", rows: [
+  const question = parseQuery("check sphere 0.05 at 0 0 1");
+  const collision = parseResult(question, { revision: "1", rows: [
     { verdict: "VERDICT_COLLISION", object: "panda", object_link: "hand", trust: "TRUST_EXACT" }] });
   assert.deepEqual([collision.title, collision.verdict], ["In collision with panda:hand", "collision"]);
-  const undecided = answerOf(question, { revision: "1", rows: [{ verdict: "VERDICT_UNDECIDED", trust: "TRUST_DEGRADED" }] });
+  const undecided = parseResult(question, { revision: "1", rows: [{ verdict: "VERDICT_UNDECIDED", trust: "TRUST_DEGRADED" }] });
   assert.deepEqual([undecided.title, undecided.verdict], ["Undecided", "neutral"]);
 });
 
 test("a ray that hits nothing is drawn all the same", () => {
-  const answer = answerOf(parseQuestion("ray from 0 0 0 direction 2 0 0"), { revision: "1", rows: [{ hit: false, trust: "TRUST_EXACT" }] });
+  const answer = parseResult(parseQuery("ray from 0 0 0 direction 2 0 0"), { revision: "1", rows: [{ hit: false, trust: "TRUST_EXACT" }] });
   assert.equal(answer.title, "Hits nothing");
   assert.deepEqual(answer.marks[0]?.to, { x: 5, y: 0, z: 0 });
 });
 
 test("a robot that meets itself is told with its links", () => {
-  const answer = answerOf(parseQuestion("check robot panda"), { revision: "1", rows: [
+  const answer = parseResult(parseQuery("check robot panda"), { revision: "1", rows: [
     { verdict: "VERDICT_COLLISION", body_link: "hand", object_link: "elbow", trust: "TRUST_EXACT" }] });
   assert.equal(answer.title, "In collision with itself (hand, elbow)");
 });

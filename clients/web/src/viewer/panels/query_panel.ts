@@ -1,25 +1,25 @@
-// A line for typing a query, and its answer as a table.
+// A line for typing a query, and its result as a table.
 import { element } from "../../page/dom";
-import type { Answer } from "../answer";
+import type { QueryResult } from "../query_result";
 import type { CallError } from "../messages";
-import { examples, parseQuestion, QuestionError, type Question } from "../question";
+import { examples, parseQuery, QueryError, type Query } from "../query";
 
-export interface QuestionListener {
-  ask: (question: Question) => void;
+export interface QueryListener {
+  evaluate: (query: Query) => void;
   clear: () => void;
   select: (name: string) => void;
 }
 
-const mostKept = 50;
+const maxKept = 50;
 
-export class QuestionPanel {
+export class QueryPanel {
   readonly root = element("section", "question");
   readonly input = element("input", "line");
-  readonly answer = element("div", "answer");
+  readonly result = element("div", "answer");
   private readonly past: string[] = [];
   private at = 0;
 
-  constructor(private readonly listener: QuestionListener) {
+  constructor(private readonly listener: QueryListener) {
     this.root.setAttribute("aria-label", "Questions to the world");
     this.input.type = "text";
     this.input.spellcheck = false;
@@ -27,12 +27,12 @@ export class QuestionPanel {
     this.input.placeholder = `Ask:  ${examples[0] ?? ""}`;
     this.input.setAttribute("aria-label", "A question, for example " + (examples[0] ?? ""));
     this.input.addEventListener("keydown", (event) => this.onKey(event));
-    this.answer.setAttribute("role", "status");
-    this.answer.hidden = true;
+    this.result.setAttribute("role", "status");
+    this.result.hidden = true;
     this.root.append(this.input);
   }
 
-  showAnswer(text: string, { title, verdict, columns, rows }: Answer, revision: string): void {
+  showResult(text: string, { title, verdict, columns, rows }: QueryResult, revision: string): void {
     const table = element("table", "",
       element("thead", "", element("tr", "", ...columns.map((column) => element("th", "", column)))),
       element("tbody", "", ...rows.map((row) => this.row(columns, row))));
@@ -53,19 +53,19 @@ export class QuestionPanel {
   }
 
   clear(): void {
-    this.answer.hidden = true;
-    this.answer.replaceChildren();
+    this.result.hidden = true;
+    this.result.replaceChildren();
     this.listener.clear();
   }
 
-  get isAnswered(): boolean { return !this.answer.hidden; }
+  get hasResult(): boolean { return !this.result.hidden; }
 
   private show(...children: HTMLElement[]): void {
     const close = element("button", "quiet close", "\u2715");
     close.setAttribute("aria-label", "Put the answer away");
     close.addEventListener("click", () => this.clear());
-    this.answer.replaceChildren(close, ...children);
-    this.answer.hidden = false;
+    this.result.replaceChildren(close, ...children);
+    this.result.hidden = false;
   }
 
   private row(columns: readonly string[], row: readonly string[]): HTMLElement {
@@ -81,12 +81,12 @@ export class QuestionPanel {
     const text = this.input.value.trim();
     if (text === "") return;
     if (this.past.at(-1) !== text) this.past.push(text);
-    if (this.past.length > mostKept) this.past.shift();
+    if (this.past.length > maxKept) this.past.shift();
     this.at = this.past.length;
     try {
-      this.listener.ask(parseQuestion(text));
+      this.listener.evaluate(parseQuery(text));
     } catch (error) {
-      if (!(error instanceof QuestionError)) throw error;
+      if (!(error instanceof QueryError)) throw error;
       this.clear();
       this.showError(error.message);
     }

@@ -1,7 +1,7 @@
-// Converts the server's answer to rows of a table and to things to draw. Pure.
+// Converts the server's reply to rows of a table and to marks to draw. Pure.
 import { fixed, mm } from "../page/quantity";
 import { shortName, type Vector3 } from "../world/types";
-import type { Question } from "./question";
+import type { Query } from "./query";
 
 export interface PairRow {
   distance_m: number;
@@ -34,7 +34,7 @@ export interface Reply { revision: string; rows: ({ answers: PairRow[] } | Colli
 // A line between two points in the world with a text beside it; a line of length 0 is a point.
 export interface Mark { from: Vector3; to: Vector3; normal?: Vector3; text: string; touches: boolean; }
 
-export interface Answer {
+export interface QueryResult {
   title: string;
   verdict: "free" | "collision" | "neutral";
   columns: readonly string[];
@@ -49,7 +49,7 @@ const length = (m: number): string => (Number.isFinite(Number(m)) ? `${mm(Number
 const triple = (v: Vector3 | undefined, decimals: number): string =>
   (v ? [v.x, v.y, v.z].map((value) => fixed(value, decimals)).join("  ") : "");
 
-const trustOf = (row: { trust: string; bound_m?: number }): string => {
+const accuracyOf = (row: { trust: string; bound_m?: number }): string => {
   const word = shortName(row.trust, "TRUST").replace("_", " ");
   return row.bound_m ? `${word}, ± ${mm(row.bound_m, 3)} mm` : word;
 };
@@ -60,7 +60,7 @@ function named({ object, object_link, body_link }: { object?: string; object_lin
   return body_link && object_link ? `itself (${body_link}, ${object_link})` : "itself";
 }
 
-function pairsAnswer(kind: "distance" | "contacts", pairs: readonly PairRow[]): Answer {
+function pairsResult(kind: "distance" | "contacts", pairs: readonly PairRow[]): QueryResult {
   const deepest = Math.min(...pairs.map((row) => Number(row.distance_m)));
   const none = kind === "contacts" ? "No contact" : "Nothing within reach";
   const touching = kind === "contacts" ? pairs.length > 0 : deepest < 0;
@@ -71,7 +71,7 @@ function pairsAnswer(kind: "distance" | "contacts", pairs: readonly PairRow[]): 
     title, verdict: touching ? "collision" : "free",
     columns: ["object", "distance", "on the object, m", "normal", "trust"],
     rows: pairs.map((row) => [
-      named(row), length(row.distance_m), triple(row.point_object, 4), triple(row.normal, 3), trustOf(row)]),
+      named(row), length(row.distance_m), triple(row.point_object, 4), triple(row.normal, 3), accuracyOf(row)]),
     marks: pairs.flatMap((row) => (row.point_body && row.point_object ? [{
       from: row.point_body, to: row.point_object, text: length(row.distance_m), touches: row.distance_m < 0,
       ...(row.normal && { normal: row.normal }) }] : [])),
@@ -79,7 +79,7 @@ function pairsAnswer(kind: "distance" | "contacts", pairs: readonly PairRow[]): 
   };
 }
 
-function collisionAnswer(rows: readonly CollisionRow[]): Answer {
+function collisionResult(rows: readonly CollisionRow[]): QueryResult {
   const worst = rows.find(({ verdict }) => verdict === "VERDICT_COLLISION") ?? rows[0];
   const word = shortName(worst?.verdict ?? "", "VERDICT").replaceAll("_", " ");
   const title = worst?.verdict === "VERDICT_COLLISION" ? `In collision with ${named(worst)}` : word[0]?.toUpperCase() + word.slice(1);
@@ -87,7 +87,7 @@ function collisionAnswer(rows: readonly CollisionRow[]): Answer {
     title, verdict: word === "free" ? "free" : word === "collision" ? "collision" : "neutral",
     columns: ["verdict", "object", "trust"],
     rows: rows.map((row) => [shortName(row.verdict, "VERDICT").replaceAll("_", " "),
-                             row.verdict === "VERDICT_COLLISION" ? named(row) : "", trustOf(row)]),
+                             row.verdict === "VERDICT_COLLISION" ? named(row) : "", accuracyOf(row)]),
     marks: [], objects: rows.flatMap(({ object }) => (object ? [object] : [])),
   };
 }
@@ -95,7 +95,7 @@ function collisionAnswer(rows: readonly CollisionRow[]): Answer {
 // The drawn length of a ray that hits nothing.
 const missLength_m = 5;
 
-function rayAnswer(rows: readonly RayRow[], { from: start, direction }: NonNullable<Question["ray"]>): Answer {
+function rayResult(rows: readonly RayRow[], { from: start, direction }: NonNullable<Query["ray"]>): QueryResult {
   const norm = Math.hypot(...direction);
   const at = (i: number): number => start[i] ?? 0;
   const reach = (i: number): number => at(i) + (missLength_m * (direction[i] ?? 0)) / norm;
@@ -105,8 +105,8 @@ function rayAnswer(rows: readonly RayRow[], { from: start, direction }: NonNulla
     title: hit ? `Hits ${named(hit)} after ${length(hit.distance_m ?? 0)}` : "Hits nothing", verdict: "neutral",
     columns: ["object", "distance", "point, m", "normal", "trust"],
     rows: rows.map((row) => (row.hit
-      ? [named(row), length(row.distance_m ?? 0), triple(row.point, 4), triple(row.normal, 3), trustOf(row)]
-      : ["none", "", "", "", trustOf(row)])),
+      ? [named(row), length(row.distance_m ?? 0), triple(row.point, 4), triple(row.normal, 3), accuracyOf(row)]
+      : ["none", "", "", "", accuracyOf(row)])),
     marks: rows.map((row) => ({
       from, to: row.point ?? { x: reach(0), y: reach(1), z: reach(2) }, text: row.hit ? length(row.distance_m ?? 0) : "",
       touches: row.hit, ...(row.normal && { normal: row.normal }) })),
@@ -114,9 +114,9 @@ function rayAnswer(rows: readonly RayRow[], { from: start, direction }: NonNulla
   };
 }
 
-export function answerOf(question: Question, reply: Reply): Answer {
-  if (question.kind === "ray" && question.ray) return rayAnswer(reply.rows as RayRow[], question.ray);
-  if (question.kind === "check") return collisionAnswer(reply.rows as CollisionRow[]);
+export function parseResult(query: Query, reply: Reply): QueryResult {
+  if (query.kind === "ray" && query.ray) return rayResult(reply.rows as RayRow[], query.ray);
+  if (query.kind === "check") return collisionResult(reply.rows as CollisionRow[]);
   const pairs = (reply.rows as { answers: PairRow[] }[]).flatMap(({ answers }) => answers);
-  return pairsAnswer(question.kind === "contacts" ? "contacts" : "distance", pairs);
+  return pairsResult(query.kind === "contacts" ? "contacts" : "distance", pairs);
 }

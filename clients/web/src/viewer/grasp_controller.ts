@@ -6,7 +6,7 @@ import { checkSize, GraspFileError, parseGrasps, planWarning, staleness, type Gr
 import { GraspPanel } from "./panels/grasp_panel";
 import { emptyWorld, type WorldState } from "./world_model";
 
-export class GraspDesk {
+export class GraspController {
   readonly panel: GraspPanel;
   readonly opener = new FileOpener((file) => void this.open(file));
   private plan: GraspPlan | undefined;

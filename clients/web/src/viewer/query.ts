@@ -3,10 +3,10 @@
 import type { Pose, ShapeOneOf } from "../world/types";
 import type { Json, Method } from "./messages";
 
-export type QuestionKind = "distance" | "contacts" | "check" | "ray";
+export type QueryKind = "distance" | "contacts" | "check" | "ray";
 
-export interface Question {
-  kind: QuestionKind;
+export interface Query {
+  kind: QueryKind;
   method: Method;
   request: Json;  // without world and revision
   subject?: { shape: ShapeOneOf; at: Pose };  // the body of the query, to be drawn
@@ -15,9 +15,9 @@ export interface Question {
 }
 
 // The message is a sentence about the error in the text.
-export class QuestionError extends Error {}
+export class QueryError extends Error {}
 
-const methods: Record<QuestionKind, Method> = {
+const methods: Record<QueryKind, Method> = {
   distance: "QueryService/GetDistances", contacts: "QueryService/GetContacts",
   check: "QueryService/CheckCollisions", ray: "QueryService/CastRays" };
 
@@ -64,7 +64,7 @@ class Words {
 
   name(of: string): string {
     const word = this.take();
-    if (word === undefined) throw new QuestionError(`${of}: a name is missing`);
+    if (word === undefined) throw new QueryError(`${of}: a name is missing`);
     return word;
   }
 
@@ -74,7 +74,7 @@ class Words {
     return fields.map((field) => {
       if (!this.isNumber()) {
         const found = this.next === undefined ? "nothing" : `"${this.next}"`;
-        throw new QuestionError(`${of}: ${field} must be a number, found ${found}; ${of} takes ${fields.join(" ")}`);
+        throw new QueryError(`${of}: ${field} must be a number, found ${found}; ${of} takes ${fields.join(" ")}`);
       }
       return Number(this.take());
     });
@@ -82,7 +82,7 @@ class Words {
 
   count(of: string): number {
     const [value = 0] = this.numbers(of, ["N"]);
-    if (!Number.isInteger(value) || value < 1) throw new QuestionError(`${of}: N must be 1, 2, ..., found ${value}`);
+    if (!Number.isInteger(value) || value < 1) throw new QueryError(`${of}: N must be 1, 2, ..., found ${value}`);
     return Math.min(value, 2 ** 31 - 1);
   }
 }
@@ -104,7 +104,7 @@ function readPose(words: Words): Pose {
   const turned = words.isNumber();
   const [qx = 0, qy = 0, qz = 0, qw = 1] = turned ? words.numbers("at X Y Z", ["QX", "QY", "QZ", "QW"]) : [];
   if (turned && Math.abs(Math.hypot(qx, qy, qz, qw) - 1) > 1e-3) {
-    throw new QuestionError("at: the quaternion QX QY QZ QW must be of length 1");
+    throw new QueryError("at: the quaternion QX QY QZ QW must be of length 1");
   }
   return { tx_m, ty_m, tz_m, qx, qy, qz, qw };
 }
@@ -120,7 +120,7 @@ const optionReaders: Record<string, (words: Words, options: Json) => void> = {
   unseen: (words, options) => {
     const word = words.name("unseen");
     if (!["ignore", "report", "block"].includes(word)) {
-      throw new QuestionError(`unseen: must be ignore, report or block, found "${word}"`);
+      throw new QueryError(`unseen: must be ignore, report or block, found "${word}"`);
     }
     options["unseen"] = `UNSEEN_SPACE_${word.toUpperCase()}`;
   },
@@ -131,13 +131,13 @@ function readPart(words: Words, parts: Parts): void {
   const shape = entry(shapes, word);
   const option = entry(optionReaders, word);
   if (shape) {
-    if (parts.shape) throw new QuestionError(`${word}: only one shape at a time`);
+    if (parts.shape) throw new QueryError(`${word}: only one shape at a time`);
     parts.shape = shape.make(words.numbers(word, shape.fields));
   } else if (option) option(words, parts.options);
   else if (word === "object" || word === "robot") parts[word] = words.name(word);
   else if (word === "at") parts.at = readPose(words);
   else if (word === "from" || word === "direction" || word === "to") parts[word] = words.numbers(word, ["X", "Y", "Z"]);
-  else throw new QuestionError(`"${word}" is no word of a question; press ? for all of them`);
+  else throw new QueryError(`"${word}" is no word of a question; press ? for all of them`);
 }
 
 const base64 = (numbers: readonly number[]): string => {
@@ -149,24 +149,24 @@ const rows = (numbers: readonly number[]): Json => ({ scalar: "SCALAR_F64", data
 
 const poseNumbers = (at: Pose): number[] => [at.tx_m, at.ty_m, at.tz_m, at.qx, at.qy, at.qz, at.qw];
 
-function rayQuestion(parts: Parts, options: Json): Question {
+function rayQuery(parts: Parts, options: Json): Query {
   const { from, direction, to } = parts;
-  if (!from) throw new QuestionError("ray: from X Y Z is missing");
+  if (!from) throw new QueryError("ray: from X Y Z is missing");
   if ((direction === undefined) === (to === undefined)) {
-    throw new QuestionError("ray: takes one of direction X Y Z and to X Y Z");
+    throw new QueryError("ray: takes one of direction X Y Z and to X Y Z");
   }
   const along = direction ?? to?.map((value, i) => value - (from[i] ?? 0)) ?? [];
-  if (Math.hypot(...along) === 0) throw new QuestionError("ray: its direction must not be zero");
+  if (Math.hypot(...along) === 0) throw new QueryError("ray: its direction must not be zero");
   return { kind: "ray", method: methods.ray, request: { rays: rows([...from, ...along]), options },
            ray: { from, direction: along } };
 }
 
-function subjectOf(kind: QuestionKind, { shape, object, robot, at }: Parts): Json {
+function subjectOf(kind: QueryKind, { shape, object, robot, at }: Parts): Json {
   if ([shape, object, robot].filter((one) => one !== undefined).length !== 1) {
-    throw new QuestionError(`${kind}: takes one shape, object NAME or robot NAME`);
+    throw new QueryError(`${kind}: takes one shape, object NAME or robot NAME`);
   }
   if (shape) {
-    if (!at) throw new QuestionError(`${kind}: at X Y Z is missing, where the shape is`);
+    if (!at) throw new QueryError(`${kind}: at X Y Z is missing, where the shape is`);
     return { shapes: { shapes: [shape], x_world_body: rows(poseNumbers(at)) } };
   }
   if (object !== undefined) return { object: { name: object, ...(at && { x_world_object: rows(poseNumbers(at)) }) } };
@@ -174,21 +174,21 @@ function subjectOf(kind: QuestionKind, { shape, object, robot, at }: Parts): Jso
 }
 
 // Throws a QuestionError.
-export function parseQuestion(text: string): Question {
+export function parseQuery(text: string): Query {
   const all = wordsOf(text);
   if (all[0] === "cwm") all.shift();  // copied from a shell
   const words = new Words(all);
   const kind = words.take() ?? "";
   if (!Object.hasOwn(methods, kind)) {
-    throw new QuestionError(`a question begins with distance, contacts, check or ray, not with "${kind}"`);
+    throw new QueryError(`a question begins with distance, contacts, check or ray, not with "${kind}"`);
   }
   const parts: Parts = { options: { result_form: "RESULT_FORM_ROWS", scalar: "SCALAR_F64" } };
   while (words.next !== undefined) readPart(words, parts);
-  if (kind === "ray") return rayQuestion(parts, parts.options);
-  const question: Question = {
-    kind: kind as QuestionKind, method: methods[kind as QuestionKind],
-    request: { subject: subjectOf(kind as QuestionKind, parts), options: parts.options } };
-  if (parts.shape && parts.at) question.subject = { shape: parts.shape, at: parts.at };
-  if (parts.object !== undefined) question.object = parts.object;
-  return question;
+  if (kind === "ray") return rayQuery(parts, parts.options);
+  const query: Query = {
+    kind: kind as QueryKind, method: methods[kind as QueryKind],
+    request: { subject: subjectOf(kind as QueryKind, parts), options: parts.options } };
+  if (parts.shape && parts.at) query.subject = { shape: parts.shape, at: parts.at };
+  if (parts.object !== undefined) query.object = parts.object;
+  return query;
 }

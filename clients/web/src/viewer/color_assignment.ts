@@ -10,7 +10,7 @@ export const robotColors: readonly string[] = ["#c9ced6", "#b9c4cf", "#d2c8bb"];
 // `index` is the index of an object's colour, or -1 for colours of other kinds.
 interface Entry { color: string; index: number; place: Vector3; kind: string; }
 
-export class ColorBook {
+export class ColorAssignment {
   private readonly entries = new Map<string, Entry>();
   private readonly counts = new Map<string, number>();
 

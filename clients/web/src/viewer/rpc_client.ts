@@ -1,5 +1,5 @@
 // The page's end of the worker: unary calls and streams.
-import type { CallError, FromWorker, Json, LinkState, Method, ToWorker } from "./messages";
+import type { CallError, FromWorker, Json, ConnectionState, Method, ToWorker } from "./messages";
 
 export class CallFailure extends Error {
   constructor(readonly error: CallError) { super(error.message); }
@@ -10,11 +10,11 @@ export interface StreamReader<Message> {
   end: (error: CallError | undefined) => void;
 }
 
-export class Link {
+export class RpcClient {
   private readonly worker: Worker;
   private readonly readers = new Map<number, StreamReader<Json>>();
   private lastId = 0;
-  onState: (state: LinkState) => void = () => {};
+  onState: (state: ConnectionState) => void = () => {};
 
   constructor(script: string) {
     this.worker = new Worker(script, { type: "module" });
@@ -39,12 +39,12 @@ export class Link {
   // The reply of a unary call; throws a CallFailure.
   call<Message>(method: Method, request: Json): Promise<Message> {
     return new Promise((resolve, reject) => {
-      let answer: Message | undefined;
+      let result: Message | undefined;
       this.stream<Message>(method, request, {
-        message: (message) => { answer = message; },
+        message: (message) => { result = message; },
         end: (error) => {
           if (error) reject(new CallFailure(error));
-          else if (answer !== undefined) resolve(answer);
+          else if (result !== undefined) resolve(result);
         },
       });
     });
