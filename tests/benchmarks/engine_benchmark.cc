@@ -76,8 +76,8 @@ void MeasureEngines(Report& report) {
   report.Add({.key = "distances_per_s",
               .value = auto_rate,
               .unit = "1/s",
-              .rival = "FCL, same broadphase",
-              .rival_value = fcl_rate,
+              .baseline = "FCL, same broadphase",
+              .baseline_value = fcl_rate,
               .ratio = fcl_rate > 0 ? auto_rate / fcl_rate : std::nan(""),
               .how = "in process, one thread, nearest of 30 objects to a box at random poses, best "
                      "of 3 x 0.5 s"});

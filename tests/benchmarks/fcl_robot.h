@@ -1,4 +1,4 @@
-// The rival for robots: FCL's own meshes and objects, queried as a planner's plain loop would.
+// The baseline for robots: FCL's own meshes and objects, queried as a planner's plain loop would.
 #pragma once
 
 #include <memory>

@@ -140,31 +140,31 @@ void MeasureFitting(Report& report) {
   }
   const BenchmarkScans scans = LoadBenchmarkScans();
   const testing::ScratchDirectory scratch;
-  std::vector<FitTimes> ours, rivals;
+  std::vector<FitTimes> ours, baselines;
   std::vector<double> ratios;
   for (const perception::PointCloud& cloud : scans.clouds) {
     const std::vector<Thing> things = ThingsOf(cloud);
     if (things.empty()) continue;
     for (int round = 0; round < 3; ++round) {  // in turn, so that both run under the same load
-      const std::optional<FitTimes> rival = FitCgal(things, scratch / "objects");
-      if (!rival) return report.Fail("cwm-bench-cgal failed");
-      rivals.push_back(*rival);
+      const std::optional<FitTimes> baseline = FitCgal(things, scratch / "objects");
+      if (!baseline) return report.Fail("cwm-bench-cgal failed");
+      baselines.push_back(*baseline);
       ours.push_back(FitOurs(things));
-      ratios.push_back(rivals.back().ms / ours.back().ms);
+      ratios.push_back(baselines.back().ms / ours.back().ms);
     }
   }
   report.Detail("Model fitting alone, one thread, same object points and normals; " + scans.source);
   report.Detail(Line("ours", ours));
-  report.Detail(Line("CGAL Efficient_RANSAC", rivals));
-  std::vector<double> ours_ms, rivals_ms;
+  report.Detail(Line("CGAL Efficient_RANSAC", baselines));
+  std::vector<double> ours_ms, baselines_ms;
   for (const FitTimes& fit : ours) ours_ms.push_back(fit.ms);
-  for (const FitTimes& fit : rivals) rivals_ms.push_back(fit.ms);
+  for (const FitTimes& fit : baselines) baselines_ms.push_back(fit.ms);
   report.Add(AsRatio(
       {.key = "cgal_fit_ratio",
        .value = Median(ours_ms),
        .unit = "ms",
-       .rival = "CGAL Efficient_RANSAC",
-       .rival_value = Median(rivals_ms),
+       .baseline = "CGAL Efficient_RANSAC",
+       .baseline_value = Median(baselines_ms),
        .ratio = Median(ratios),
        .how = "ModelObject beside CGAL with the same epsilon (3 sigma), angle (15 degrees), "
               "least points (60) and probability 0.01; median of CGAL's time over ours"}));

@@ -122,8 +122,8 @@ void MeasureRobots(Report& report) {
       AsRatio({.key = "panda_exact_ratio_fcl",
                .value = each_us(tally.ours_s),
                .unit = "us",
-               .rival = "FCL, plain loop",
-               .rival_value = each_us(tally.plain_s),
+               .baseline = "FCL, plain loop",
+               .baseline_value = each_us(tally.plain_s),
                .ratio = tally.plain_s / tally.ours_s,
                .how = "verdict of a state against scene and self, meshes, in process, one thread; "
                       "half uniformly random, half within 0.1 rad of the goals"}));

@@ -213,8 +213,8 @@ struct Latencies {
     return {.key = key,
             .value = Median(state_ms),
             .unit = "ms",
-            .rival = "health check",
-            .rival_value = Median(health_ms),
+            .baseline = "health check",
+            .baseline_value = Median(health_ms),
             .ratio = Median(health_ms) / Median(state_ms),
             .how = how};
   }
@@ -294,8 +294,8 @@ void MeasureRobotStream(Report& report) {
         {.key = key,
          .value = 1e6 / Mean(rates.through_us),
          .unit = "1/s",
-         .rival = "in process, one thread",
-         .rival_value = 1e6 / Mean(rates.within_us),
+         .baseline = "in process, one thread",
+         .baseline_value = 1e6 / Mean(rates.within_us),
          .ratio = Mean(rates.within_us) / Mean(rates.through_us),
          .how = "verdicts of " + what +
                 " against scene and self, batches of 10 000 on one StreamQueries over the "
@@ -307,8 +307,8 @@ void MeasureRobotStream(Report& report) {
   report.Add({.key = "panda_stream_cpu_us",
               .value = Mean(spheres->client_cpu_us) + Mean(spheres->server_cpu_us),
               .unit = "us",
-              .rival = "in process",
-              .rival_value = Mean(spheres->within_cpu_us),
+              .baseline = "in process",
+              .baseline_value = Mean(spheres->within_cpu_us),
               .how = "processor time of client and server for a state of the spheres as given, in "
                      "the same run"});
 }
@@ -352,8 +352,8 @@ void MeasureRobotLatency(Report& report) {
   report.Add({.key = "unary_idle_p99_ms",
               .value = Quantile(idle_ms, 0.99),
               .unit = "ms",
-              .rival = "median",
-              .rival_value = Median(idle_ms),
+              .baseline = "median",
+              .baseline_value = Median(idle_ms),
               .how = "CheckCollisions of one state of the Panda's meshes over the Unix socket, 20 "
                      "calls 3 s apart to an idle server; the longest of them"});
   report.Add(in_a_row.AsFigure("unary_in_a_row_p50_ms",

@@ -71,7 +71,7 @@ double OwnRate(const collision::WorldSnapshot& world, const std::vector<Vector3>
   return BestRate([&] { return collision::SamplePoints(world, points, options).ok(); });
 }
 
-// The rival: a plain loop over all parts for the distance alone; each thread takes its share.
+// The baseline: a plain loop over all parts for the distance alone; each thread takes its share.
 double PlainRate(const std::vector<Vector3>& points) {
   struct Solid {
     Pose X_SW;
@@ -147,11 +147,11 @@ double MeasureInProcess(const std::vector<Vector3>& points, Report& report) {
   report.Add({.key = "sample_points_per_s",
               .value = own,
               .unit = "1/s",
-              .rival = "loop over all parts",
-              .rival_value = plain,
+              .baseline = "loop over all parts",
+              .baseline_value = plain,
               .ratio = own / plain,
               .how = "in process, two threads, distance, gradient, object and trust of 65 536 "
-                     "scattered points among 30 objects; the rival, on two threads too, has the "
+                     "scattered points among 30 objects; the baseline, on two threads too, has the "
                      "distance alone; best of 3 x 30 batches"});
   return alone;
 }
@@ -169,8 +169,8 @@ void MeasureSamples(Report& report) {
   report.Add({.key = "sample_points_grpc_per_s",
               .value = rate,
               .unit = "1/s",
-              .rival = "in process, one thread",
-              .rival_value = alone,
+              .baseline = "in process, one thread",
+              .baseline_value = alone,
               .ratio = rate / alone,
               .how = "StreamQueries over the Unix socket, batches of 65 536 points, F64 both ways, "
                      "two in flight; client and server share the cores; best of 5 x 20 batches"});

@@ -159,8 +159,8 @@ void MeasureTransport(const RunningServer& server, Report& report) {
   report.Add({.key = "transport_us_per_distance",
               .value = Median(through) - Median(within),
               .unit = "us",
-              .rival = "same batch in process",
-              .rival_value = Median(within),
+              .baseline = "same batch in process",
+              .baseline_value = Median(within),
               .ratio = Median(through) / Median(within),
               .how = "StreamQueries minus in process, batches of 10 000 distances with points, "
                      "normal, object in F64, of a ball to a world of one ball; ratio is through "
@@ -250,8 +250,8 @@ void MeasureScan(const RunningServer& server, const BenchmarkScans& scans, Repor
   report.Add({.key = "scan_ms",
               .value = Median(whole_ms),
               .unit = "ms",
-              .rival = "",
-              .rival_value = std::nullopt,
+              .baseline = "",
+              .baseline_value = std::nullopt,
               .ratio = std::nullopt,
               .how = "median of whole IngestCloud calls, upload included, until the world holds "
                      "the scan for every engine; " +

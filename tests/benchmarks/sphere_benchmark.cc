@@ -94,8 +94,8 @@ void MeasureSpheres(Report& report) {
   report.Add({.key = "panda_core_us",
               .value = 1e6 * tally.core_s / states,
               .unit = "us",
-              .rival = "plain path, double precision",
-              .rival_value = 1e6 * tally.plain_s / states,
+              .baseline = "plain path, double precision",
+              .baseline_value = 1e6 * tally.plain_s / states,
               .ratio = tally.plain_s / tally.core_s,
               .how = "verdict of a state against scene and self, 59 given spheres, in process, one "
                      "thread, 1000 states at once; half uniformly random, "
