@@ -27,7 +27,7 @@ class FclRobot {
   struct Pair {
     std::size_t part = 0;
     std::size_t other = 0;
-    bool is_of_itself = false;
+    bool is_self_pair = false;
   };
   bool PairCollides(const Pair& pair, const Vector3& offset_W) const;
 

@@ -42,8 +42,8 @@ bool SetTrueShape(const Shape& shape, v1::ShapePart* part) {
   return true;
 }
 
-bool PutTruth(const client::Connection& connection, const perception::SimulatedScene& scene,
-              const std::string& world) {
+bool PutTrueObjects(const client::Connection& connection, const perception::SimulatedScene& scene,
+                    const std::string& world) {
   v1::ApplyChangesRequest request;
   request.set_world(world);
   for (const perception::SimulatedObject& object : scene.objects) {
@@ -128,15 +128,17 @@ const char* NameOf(grasp::GraspFailure failure) {
 }
 
 // Assesses the best grasp of the scan in the true scene. It may come as near as touching.
-absl::StatusOr<grasp::Assessment> Judge(const client::Connection& connection,
-                                        const grasp::PlanRequest& request, const grasp::Plan& truth,
-                                        const std::string& object, const grasp::Grasp& best) {
+absl::StatusOr<grasp::Assessment> AssessBestGrasp(const client::Connection& connection,
+                                                  const grasp::PlanRequest& request,
+                                                  const grasp::Plan& truth,
+                                                  const std::string& object,
+                                                  const grasp::Grasp& best) {
   grasp::GraspQuery query = grasp::MakeGraspQuery(request, truth);
   query.clearance_m = 0;
-  const auto judged =
+  const auto assessed =
       grasp::Assess(connection, query, {{.X_WG = best.candidate.X_FG, .target = object}});
-  if (!judged.ok()) return judged.status();
-  return judged->front();
+  if (!assessed.ok()) return assessed.status();
+  return assessed->front();
 }
 
 // The same assessment with the formulas of the true shapes alone: points 6 mm apart in the open
@@ -219,7 +221,7 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
       perception::RandomScene(perception::SceneFamily::kTable, seed);
   const std::string seen = "seen_" + std::to_string(seed),
                     true_world = "true_" + std::to_string(seed);
-  if (!PutTruth(connection, view.scene, true_world)) return false;
+  if (!PutTrueObjects(connection, view.scene, true_world)) return false;
   if (!IngestScan(connection, view, seed, seen)) return false;
   grasp::PlanRequest of_truth{.world = true_world}, of_scan{.world = seen};
   const auto truth = grasp::PlanGrasps(connection, of_truth);
@@ -239,9 +241,10 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
     } else if (found->grasps.empty()) {
       count.Fail(seed, object.name, "no grasp", found->failure_reason);
     } else {
-      const auto judged = Judge(connection, of_truth, *truth, object.name, found->grasps.front());
-      if (!judged.ok()) return false;
-      if (judged->failure == grasp::GraspFailure::kNone) {
+      const auto assessed =
+          AssessBestGrasp(connection, of_truth, *truth, object.name, found->grasps.front());
+      if (!assessed.ok()) return false;
+      if (assessed->failure == grasp::GraspFailure::kNone) {
         const PointChecker points(view.scene, grasp::MakeGraspQuery(of_truth, *truth));
         if (points.Confirms(found->grasps.front().candidate.X_FG, object.name)) {
           ++count.confirmed;
@@ -250,8 +253,9 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
                      found->grasps.front().candidate.strategy);
         }
       } else {
-        count.Fail(seed, object.name, NameOf(judged->failure),
-                   judged->obstacle + " by a grasp of " + found->grasps.front().candidate.strategy);
+        count.Fail(
+            seed, object.name, NameOf(assessed->failure),
+            assessed->obstacle + " by a grasp of " + found->grasps.front().candidate.strategy);
       }
     }
   }

@@ -95,13 +95,13 @@ pcl::PointIndices::Ptr FindModel(const Cloud::Ptr& cloud, int model, double gate
 }
 
 Cloud::Ptr Without(const Cloud::Ptr& cloud, const pcl::PointIndices::Ptr& taken) {
-  auto left = std::make_shared<Cloud>();
+  auto rest = std::make_shared<Cloud>();
   pcl::ExtractIndices<Point> extract;
   extract.setInputCloud(cloud);
   extract.setIndices(taken);
   extract.setNegative(true);
-  extract.filter(*left);
-  return left;
+  extract.filter(*rest);
+  return rest;
 }
 
 // The points of objects above the largest plane, and the points that belong neither to them nor to
@@ -221,17 +221,17 @@ PclFullTimes RunPclFull(const perception::PointCloud& cloud) {
       kDistanceGate_sigma * perception::SensorNoise{}.AxialSigma_m(MedianDepth_m(*voxels));
   EstimateNormals(voxels);
   const Split split = SplitAtPlane(voxels, gate_m);
-  std::vector<Cloud::Ptr> things;
+  std::vector<Cloud::Ptr> objects;
   for (const Cloud::Ptr& cloud : {split.objects, split.rest}) {
     for (const pcl::PointIndices& cluster : Clusters(cloud)) {
-      things.push_back(std::make_shared<Cloud>(*cloud, cluster.indices));
+      objects.push_back(std::make_shared<Cloud>(*cloud, cluster.indices));
     }
   }
-  times.clusters = static_cast<int>(things.size());
+  times.clusters = static_cast<int>(objects.size());
   times.segmentation_ms = watch.Lap_ms();
-  for (Cloud::Ptr& thing : things) thing = TakeModels(thing, gate_m, times);
+  for (Cloud::Ptr& object : objects) object = TakeModels(object, gate_m, times);
   times.models_ms = watch.Lap_ms();
-  for (const Cloud::Ptr& left : things) MeshOf(left);
+  for (const Cloud::Ptr& rest : objects) MeshOf(rest);
   times.meshes_ms = watch.Lap_ms();
   return times;
 }

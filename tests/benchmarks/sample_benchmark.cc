@@ -53,12 +53,12 @@ std::vector<Vector3> PointsOfTrajectories() {
 }
 
 // The best rate of the rounds, because other users of the machine only ever slow it down.
-template <class Ask>
-double BestRate(const Ask& ask, int rounds = kRounds) {
+template <class Function>
+double BestRate(const Function& evaluate, int rounds = kRounds) {
   double best = 0;
   for (int round = 0; round < rounds; ++round) {
     const Clock::time_point start = Clock::now();
-    if (!ask()) return 0;
+    if (!evaluate()) return 0;
     best = std::max(best, kPoints / Seconds(Clock::now() - start));
   }
   return best;
@@ -84,11 +84,11 @@ double PlainRate(const std::vector<Vector3>& points) {
   std::vector<double> distances(points.size());
   const auto work = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      double least_m = 1e300;
+      double nearest_m = 1e300;
       for (const Solid& solid : solids) {
-        least_m = std::min(least_m, SignedDistance_m(solid.shape, solid.X_SW * points[i]));
+        nearest_m = std::min(nearest_m, SignedDistance_m(solid.shape, solid.X_SW * points[i]));
       }
-      distances[i] = least_m;
+      distances[i] = nearest_m;
     }
   };
   return BestRate(

@@ -15,13 +15,13 @@ namespace cwm::benchmarks {
 inline constexpr double kTouching_m = 1e-6;
 
 // Ordered from the strongest proof to none.
-enum class Why {
+enum class DifferenceCause {
   kContained,  // FCL's meshes are surfaces: one inside another collides with nothing
   kShared,     // FCL overlooks a point of a triangle that lies in the other solid
   kTouching,   // FCL's verdict changes after a move by no more than kTouching_m
   kUnknown,
 };
-std::string_view NameOf(Why why);
+std::string_view NameOf(DifferenceCause cause);
 
 struct PlacedPart {
   const collision::PreparedPart& part;
@@ -29,21 +29,21 @@ struct PlacedPart {
 };
 
 // Keeps references to all of its arguments.
-class DifferenceReason {
+class DifferenceExplainer {
  public:
-  DifferenceReason(const collision::QueryBody& body, const collision::WorldSnapshot& world,
-                   const FclRobot& fcl);
+  DifferenceExplainer(const collision::QueryBody& body, const collision::WorldSnapshot& world,
+                      const FclRobot& fcl);
 
   // The weakest reason among the pairs whose verdicts differ in a state, as `fcl` was last queried;
   // kUnknown if a pair has no reason or no pair differs.
-  Why Explain(std::span<const Pose> X_WF) const;
+  DifferenceCause Explain(std::span<const Pose> X_WF) const;
 
  private:
   PlacedPart Part(std::size_t k, std::span<const Pose> X_WF) const;
   PlacedPart Other(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
   bool Ours(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
   std::vector<FclRobot::Pair> Different(std::span<const Pose> X_WF) const;
-  Why WhyOf(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
+  DifferenceCause CauseOf(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
 
   const collision::QueryBody& body_;
   const FclRobot& fcl_;

@@ -1,4 +1,4 @@
-#include "tests/benchmarks/difference_reason.h"
+#include "tests/benchmarks/difference_explainer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 // True if all corners of `other` lie in `holder`, by solid angles or formulas rather than by the
 // trees and hulls that the engine uses. If the surfaces crossed, some corner would lie outside.
-bool HoldsAllOf(const PlacedPart& holder, const PlacedPart& other) {
+bool Encloses(const PlacedPart& holder, const PlacedPart& other) {
   const Pose X_HO = holder.X_WP.inverse(Eigen::Isometry) * other.X_WP;
   const auto* mesh = std::get_if<Mesh>(&holder.part.shape);
   if (mesh != nullptr && !mesh->watertight) return false;
@@ -48,7 +48,7 @@ std::optional<Exact> Outside_m(const Shape& shape, const ExactPoint& p) {
 
 // The minimum of a convex function on [0, 1].
 template <class Function>
-Exact LeastOf(const Function& f) {
+Exact MinimumOf(const Function& f) {
   constexpr int kSteps = 80;  // thirds, down to 1e-14 of a triangle's edge
   Exact low = 0, high = 1;
   for (int k = 0; k < kSteps; ++k) {
@@ -64,7 +64,7 @@ Exact LeastOf(const Function& f) {
 
 // True if a point of one of the mesh's triangles is certainly inside the solid: by formulas in
 // extended precision, without any of the engine's kernels.
-bool SharesAPoint(const PlacedPart& of_mesh, const PlacedPart& solid) {
+bool SharesPoint(const PlacedPart& of_mesh, const PlacedPart& solid) {
   constexpr Exact kSurely_m = 1e-12L;  // poses are products in double precision
   const auto* mesh = std::get_if<Mesh>(&of_mesh.part.shape);
   if (mesh == nullptr || !Outside_m(solid.part.shape, ExactPoint::Zero())) return false;
@@ -83,22 +83,22 @@ bool SharesAPoint(const PlacedPart& of_mesh, const PlacedPart& solid) {
     const Exact radius_m =
         std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
     if (outside_m(middle) > radius_m) return false;
-    const Exact deepest_m = LeastOf([&](Exact u) {
+    const Exact deepest_m = MinimumOf([&](Exact u) {
       const ExactPoint on_ab = a + u * (b - a);
-      return LeastOf([&](Exact v) { return outside_m(on_ab + v * (c - on_ab)); });
+      return MinimumOf([&](Exact v) { return outside_m(on_ab + v * (c - on_ab)); });
     });
     return deepest_m < -kSurely_m;
   });
 }
 
 // True if FCL's verdict changes when the second part moves by no more than kTouching_m.
-bool ChangesWithinTouching(const FclRobot& fcl, const FclRobot::Pair& pair, bool told) {
+bool ChangesWithinTouching(const FclRobot& fcl, const FclRobot::Pair& pair, bool verdict) {
   for (const double x : {-1.0, 0.0, 1.0}) {
     for (const double y : {-1.0, 0.0, 1.0}) {
       for (const double z : {-1.0, 0.0, 1.0}) {
         const Vector3 d(x, y, z);
         if (d.isZero()) continue;
-        if (fcl.PairCollides(pair, kTouching_m * d.normalized()) != told) return true;
+        if (fcl.PairCollides(pair, kTouching_m * d.normalized()) != verdict) return true;
       }
     }
   }
@@ -107,22 +107,22 @@ bool ChangesWithinTouching(const FclRobot& fcl, const FclRobot::Pair& pair, bool
 
 }  // namespace
 
-std::string_view NameOf(Why why) {
-  switch (why) {
-    case Why::kContained:
+std::string_view NameOf(DifferenceCause cause) {
+  switch (cause) {
+    case DifferenceCause::kContained:
       return "one part inside of another, of which FCL has the surface alone";
-    case Why::kShared:
+    case DifferenceCause::kShared:
       return "a point of a triangle lies in the other solid, by formulas in extended precision";
-    case Why::kTouching:
+    case DifferenceCause::kTouching:
       return "touching, FCL tells otherwise a micrometre farther";
-    case Why::kUnknown:
+    case DifferenceCause::kUnknown:
       break;
   }
   return "unexplained";
 }
 
-DifferenceReason::DifferenceReason(const QueryBody& body, const WorldSnapshot& world,
-                                   const FclRobot& fcl)
+DifferenceExplainer::DifferenceExplainer(const QueryBody& body, const WorldSnapshot& world,
+                                         const FclRobot& fcl)
     : body_(body), fcl_(fcl) {
   for (const WorldObjectPtr& object : world.objects()) {
     for (std::size_t k = 0; k < object->parts_W.size(); ++k) {
@@ -131,24 +131,25 @@ DifferenceReason::DifferenceReason(const QueryBody& body, const WorldSnapshot& w
   }
 }
 
-Why DifferenceReason::Explain(std::span<const Pose> X_WF) const {
+DifferenceCause DifferenceExplainer::Explain(std::span<const Pose> X_WF) const {
   const std::vector<FclRobot::Pair> different = Different(X_WF);
-  if (different.empty()) return Why::kUnknown;
-  Why weakest = Why::kContained;
-  for (const FclRobot::Pair& pair : different) weakest = std::max(weakest, WhyOf(pair, X_WF));
+  if (different.empty()) return DifferenceCause::kUnknown;
+  DifferenceCause weakest = DifferenceCause::kContained;
+  for (const FclRobot::Pair& pair : different) weakest = std::max(weakest, CauseOf(pair, X_WF));
   return weakest;
 }
 
-PlacedPart DifferenceReason::Part(std::size_t k, std::span<const Pose> X_WF) const {
+PlacedPart DifferenceExplainer::Part(std::size_t k, std::span<const Pose> X_WF) const {
   const PreparedPart& part = body_.geometry->parts[k];
   return {part, X_WF[static_cast<std::size_t>(body_.frame_of_part[k])] * part.X_OP};
 }
 
-PlacedPart DifferenceReason::Other(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const {
-  return pair.is_of_itself ? Part(pair.other, X_WF) : world_[pair.other];
+PlacedPart DifferenceExplainer::Other(const FclRobot::Pair& pair,
+                                      std::span<const Pose> X_WF) const {
+  return pair.is_self_pair ? Part(pair.other, X_WF) : world_[pair.other];
 }
 
-bool DifferenceReason::Ours(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const {
+bool DifferenceExplainer::Ours(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const {
   const auto placed = [](const PlacedPart& p) {
     return PlacedGeometry{KindOf(p.part.shape),
                           *p.part.engines[static_cast<int>(EngineKind::kExact)], p.X_WP};
@@ -157,7 +158,7 @@ bool DifferenceReason::Ours(const FclRobot::Pair& pair, std::span<const Pose> X_
   return GetEngine(EngineKind::kExact).Collides(placed(first), placed(second));
 }
 
-std::vector<FclRobot::Pair> DifferenceReason::Different(std::span<const Pose> X_WF) const {
+std::vector<FclRobot::Pair> DifferenceExplainer::Different(std::span<const Pose> X_WF) const {
   std::vector<FclRobot::Pair> pairs;
   const auto add = [&](const FclRobot::Pair& pair) {
     if (Ours(pair, X_WF) != fcl_.PairCollides(pair, Vector3::Zero())) pairs.push_back(pair);
@@ -171,12 +172,16 @@ std::vector<FclRobot::Pair> DifferenceReason::Different(std::span<const Pose> X_
   return pairs;
 }
 
-Why DifferenceReason::WhyOf(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const {
+DifferenceCause DifferenceExplainer::CauseOf(const FclRobot::Pair& pair,
+                                             std::span<const Pose> X_WF) const {
   const bool fcl = fcl_.PairCollides(pair, Vector3::Zero());
   const PlacedPart first = Part(pair.part, X_WF), second = Other(pair, X_WF);
-  if (!fcl && (HoldsAllOf(first, second) || HoldsAllOf(second, first))) return Why::kContained;
-  if (!fcl && (SharesAPoint(first, second) || SharesAPoint(second, first))) return Why::kShared;
-  return ChangesWithinTouching(fcl_, pair, fcl) ? Why::kTouching : Why::kUnknown;
+  if (!fcl && (Encloses(first, second) || Encloses(second, first)))
+    return DifferenceCause::kContained;
+  if (!fcl && (SharesPoint(first, second) || SharesPoint(second, first)))
+    return DifferenceCause::kShared;
+  return ChangesWithinTouching(fcl_, pair, fcl) ? DifferenceCause::kTouching
+                                                : DifferenceCause::kUnknown;
 }
 
 }  // namespace cwm::benchmarks
