@@ -4,7 +4,7 @@ import numpy as np
 
 import cwm
 
-with cwm.connect(world="put_and_ask") as world:
+with cwm.connect(world="put_and_query") as world:
     world.apply(
         [
             cwm.Put("shelf", cwm.Box(0.4, 1.0, 0.03), cwm.pose([0.6, 0, 0.5])),

@@ -172,7 +172,7 @@ class Answers(ServerCase):
     def test_in_batches_are_those_of_one_question(self):
         random = np.random.default_rng(4)
         poses = poses_at(*random.uniform(-1, 2, (1000, 3)))
-        asked = {
+        queried = {
             "check": lambda w: w.check(cwm.Sphere(0.1), poses),
             "distance": lambda w: w.distance(cwm.Sphere(0.1), poses, k=2, max_distance_m=0.6),
             "contacts": lambda w: w.contacts(cwm.Sphere(0.2), poses),
@@ -185,13 +185,13 @@ class Answers(ServerCase):
             ),
             "sample": lambda w: w.sample(poses[:, :3, 3]),
         }
-        for name, ask in asked.items():
+        for name, query in queried.items():
             with self.subTest(name):
                 random = np.random.default_rng(5)
-                whole = ask(self.world)
+                whole = query(self.world)
                 random = np.random.default_rng(5)
-                with mock.patch.object(queries, "_most_rows", return_value=37):
-                    cut = ask(self.world)
+                with mock.patch.object(queries, "_max_rows", return_value=37):
+                    cut = query(self.world)
                 for key, value in vars(whole).items():
                     np.testing.assert_array_equal(getattr(cut, key), value, key)
 
@@ -216,7 +216,7 @@ class Answers(ServerCase):
             return answer
 
         with (
-            mock.patch.object(queries, "_most_rows", return_value=10),
+            mock.patch.object(queries, "_max_rows", return_value=10),
             mock.patch.object(self.world.connection, "call", call_and_move),
         ):
             answer = self.world.distance(cwm.Sphere(0.01), poses)
@@ -237,7 +237,7 @@ class Answers(ServerCase):
             return call(method, request, timeout_s)
 
         with (
-            mock.patch.object(queries, "_most_rows", return_value=40),
+            mock.patch.object(queries, "_max_rows", return_value=40),
             mock.patch.object(self.world.connection, "call", forget_once),
         ):
             answer = self.world.sample(points)
@@ -313,9 +313,9 @@ class Answers(ServerCase):
                 r"paths\[0\] has 1 rows, must have at least 2",
             ),
         ]
-        for ask, kind, message in cases:
+        for query, kind, message in cases:
             with self.subTest(message), self.assertRaisesRegex(kind, message):
-                ask()
+                query()
         with self.assertRaises(cwm.NotFound):
             self.world.check("nobody", at)
         with self.assertRaises(cwm.InvalidArgument) as caught:

@@ -36,7 +36,7 @@ constexpr char kSrdf[] =
 )";
 
 // The arm is extended along x; a box surrounds its hand.
-class RobotQuestion : public ServerTest {
+class RobotQuery : public ServerTest {
  protected:
   void SetUp() override {
     ServerTest::SetUp();
@@ -54,7 +54,7 @@ class RobotQuestion : public ServerTest {
   }
 };
 
-TEST_F(RobotQuestion, ChecksStatesByNumbersByNameAndAsItStands) {
+TEST_F(RobotQuery, ChecksStatesByNumbersByNameAndAsItStands) {
   EXPECT_THAT(Verdicts({"check", "--robot", "arm"}), ::testing::ElementsAre("VERDICT_COLLISION"));
   EXPECT_THAT(Verdicts({"check", "--robot", "arm", "--group", "both", "--joints", "1.5,0",
                         "--joints", "0,0", "--joints", "1.5,3", "--joints=-3.1,0", "--joints",
@@ -70,7 +70,7 @@ TEST_F(RobotQuestion, ChecksStatesByNumbersByNameAndAsItStands) {
   EXPECT_EQ(itself.at("rows").at(0).at("trust"), "TRUST_DEGRADED");
 }
 
-TEST_F(RobotQuestion, IsAnsweredAsIfTheWorldWereChanged) {
+TEST_F(RobotQuery, IsAnsweredAsIfTheWorldWereChanged) {
   const std::vector<std::string> check = {"check", "--robot", "arm"};
   const auto supposing = [&](const std::vector<std::string>& changes) {
     std::vector<std::string> arguments = check;
@@ -89,7 +89,7 @@ TEST_F(RobotQuestion, IsAnsweredAsIfTheWorldWereChanged) {
   EXPECT_EQ(wrong.exit_code, 3) << wrong.err;
 }
 
-TEST_F(RobotQuestion, ShowsLinksToPeople) {
+TEST_F(RobotQuery, ShowsLinksToPeople) {
   const Finished table = Cwm({"check", "--robot", "arm", "--joints", "0,0", "--joints", "bent"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   for (const char* text : {"BODY LINK", "post", "itself", "hand", "base", "2 of 2 rows"}) {
@@ -108,7 +108,7 @@ TEST_F(RobotQuestion, ShowsLinksToPeople) {
   EXPECT_THAT(Cwm({"motion", "--help"}).out, HasSubstr("Examples:\n  cwm motion"));
 }
 
-TEST_F(RobotQuestion, NamesTheJointThatIsOutOfItsLimits) {
+TEST_F(RobotQuery, NamesTheJointThatIsOutOfItsLimits) {
   const json checked = CwmJson({"check", "--robot", "arm", "--joints", "0,3.1", "--joints", "0,0"});
   EXPECT_EQ(checked.at("rows").at(0).at("variable"), "elbow");
   EXPECT_FALSE(checked.at("rows").at(1).contains("variable"));
@@ -123,7 +123,7 @@ TEST_F(RobotQuestion, NamesTheJointThatIsOutOfItsLimits) {
   }
 }
 
-TEST_F(RobotQuestion, SaysByItsExitCodeWhatItMet) {
+TEST_F(RobotQuery, SaysByItsExitCodeWhatItMet) {
   const auto exit_code = [&](std::vector<std::string> arguments, const std::string& input = "") {
     const Finished finished = Cwm(std::move(arguments), input);
     return finished.exit_code;
@@ -168,7 +168,7 @@ TEST_F(RobotQuestion, SaysByItsExitCodeWhatItMet) {
               HasSubstr("named state: aside, bent"));
 }
 
-TEST_F(RobotQuestion, TakesMotionsFromLinesAndAnswersEachByALine) {
+TEST_F(RobotQuery, TakesMotionsFromLinesAndAnswersEachByALine) {
   const std::string lines =
       "{\"robot\": \"arm\", \"group\": \"both\", \"joints\": [[1.5, 0], [2.5, 0]]}\n"
       "{\"robot\": \"arm\", \"group\": \"both\", \"joints\": [[1.5, 0], [1, 0], [0, 0]]}\n"
@@ -192,7 +192,7 @@ TEST_F(RobotQuestion, TakesMotionsFromLinesAndAnswersEachByALine) {
 }
 
 // More rows than one message can hold: they are sent as columns and printed as rows.
-TEST_F(RobotQuestion, ChecksThousandsOfStates) {
+TEST_F(RobotQuery, ChecksThousandsOfStates) {
   std::string lines;
   for (int k = 0; k < 3'000; ++k) lines += k % 3 == 0 ? "[1.5, 3]\n" : "[1.5, 0]\n";
   const json answer = CwmJson({"check", "--robot", "arm", "--joints", "-"}, lines);
@@ -209,7 +209,7 @@ TEST_F(RobotQuestion, ChecksThousandsOfStates) {
   EXPECT_EQ(moved.at("body_links").size(), 3u);
 }
 
-TEST_F(RobotQuestion, AnswersForThePandaOfMotionBenchMaker) {
+TEST_F(RobotQuery, AnswersForThePandaOfMotionBenchMaker) {
   const auto panda = OutsideData("motion_bench_maker/panda");
   if (!panda) GTEST_SKIP() << "the Panda (motion_bench_maker) is not in CWM_DATA";
   CwmJson({"robot", "load", *panda + "/panda.urdf", "--srdf", *panda + "/panda.srdf", "--spheres",
