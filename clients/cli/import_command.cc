@@ -46,7 +46,7 @@ struct ImportArguments {
   ChangeArguments change;
 };
 
-std::string EndingOf(const std::string& file) {
+std::string ExtensionOf(const std::string& file) {
   return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
 }
 
@@ -54,7 +54,7 @@ std::string EndingOf(const std::string& file) {
 // treated as scenes, whose reader reports the error.
 const char* ContentOf(std::string_view bytes, const std::string& file) {
   if (meshes::IsMesh(bytes, file)) return kMesh;
-  const std::string ending = EndingOf(file);
+  const std::string ending = ExtensionOf(file);
   if (ending == ".scene" || ending == ".yaml" || ending == ".yml") return kScene;
   for (const char* cloud : {".pcd", ".ply", ".xyz", ".npy", ".asc", ".csv", ".txt"}) {
     if (ending == cloud) return kCloud;

@@ -64,9 +64,8 @@ std::size_t MotionCount(const std::vector<Body>& bodies) {
 }
 
 // All requests are answered from the first answer's revision.
-absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
-                                                    std::vector<pb::CheckMotionsRequest> requests,
-                                                    pb::QueryOptions options) {
+absl::StatusOr<pb::CheckMotionsResponse> EvaluateMotions(
+    Session& session, std::vector<pb::CheckMotionsRequest> requests, pb::QueryOptions options) {
   pb::CheckMotionsResponse all;
   std::int64_t completed = 0;
   for (pb::CheckMotionsRequest& request : requests) {
@@ -131,7 +130,7 @@ absl::Status Move(Session& session, const MotionArguments& arguments) {
   if (!bodies.ok()) return bodies.status();
   const auto requests = ToRequests(*bodies);
   if (!requests.ok()) return requests.status();
-  const auto answer = AskMotions(session, *requests, *options);
+  const auto answer = EvaluateMotions(session, *requests, *options);
   if (!answer.ok()) return answer.status();
   if (arguments.exit_code) {
     session.verdict_code = ExitCodeOfRows(*answer, MotionCount(*bodies), CodeOf);

@@ -25,7 +25,7 @@ struct RayArguments {
   QueryArguments query;
 };
 
-absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments, Session& session) {
+absl::StatusOr<client::RayRow> ParseRay(const RayArguments& arguments, Session& session) {
   if (arguments.from.empty() || arguments.direction.empty() == arguments.to.empty()) {
     return UsageError("--from and one of --direction and --to, or JSON lines on stdin");
   }
@@ -81,7 +81,7 @@ absl::StatusOr<std::vector<client::RayRow>> ReadRays(const RayArguments& argumen
   const bool on_the_line =
       !arguments.from.empty() || !arguments.direction.empty() || !arguments.to.empty();
   if (!on_the_line && !streams.in_is_terminal) return RaysOnStdin(streams.in);
-  const auto ray = RayOnTheLine(arguments, session);
+  const auto ray = ParseRay(arguments, session);
   if (!ray.ok()) return ray.status();
   return std::vector<client::RayRow>{*ray};
 }

@@ -51,7 +51,7 @@ absl::StatusOr<pb::NamedPair> PairOf(const RuleArguments& arguments) {
   return pair;
 }
 
-std::string Both(const RuleArguments& arguments) {
+std::string FormatRulePair(const RuleArguments& arguments) {
   return absl::StrCat(arguments.a, " and ", arguments.b);
 }
 
@@ -68,8 +68,8 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
   pb::Change change;
   *change.mutable_allow()->mutable_pair() = *pair;
   change.mutable_allow()->set_withdraw(arguments.withdraw);
-  std::string done =
-      absl::StrCat(Both(arguments), arguments.withdraw ? ": no longer allowed" : ": may collide");
+  std::string done = absl::StrCat(FormatRulePair(arguments),
+                                  arguments.withdraw ? ": no longer allowed" : ": may collide");
   if (arguments.for_s) {
     if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // false for NaN
       return UsageError(absl::StrCat("--for: is ", *arguments.for_s,
@@ -91,7 +91,7 @@ absl::Status SetMargin(Session& session, const MarginArguments& arguments) {
   *change.mutable_margin()->mutable_pair() = *pair;
   if (arguments.margin_m) change.mutable_margin()->set_margin_m(*arguments.margin_m);
   return ApplyRule(session, arguments, change, *pair,
-                   absl::StrCat(Both(arguments),
+                   absl::StrCat(FormatRulePair(arguments),
                                 arguments.margin_m ? ": margin " + FormatLength(*arguments.margin_m)
                                                    : ": no margin of their own"));
 }

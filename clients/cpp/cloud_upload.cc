@@ -55,7 +55,7 @@ absl::Status CheckCoordinate(const CloudFile& cloud, const std::string& name) {
                    ", must be one number of at most 32 bits or a float"));
 }
 
-absl::Status FillIn(const CloudFile& cloud, pb::IngestCloudHeader& header) {
+absl::Status SetLayout(const CloudFile& cloud, pb::IngestCloudHeader& header) {
   header.mutable_layout()->Clear();
   for (const CloudField& field : cloud.fields) {
     if (absl::Status status = CheckCoordinate(cloud, field.name); !status.ok()) return status;
@@ -112,7 +112,7 @@ absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection
                                                     pb::IngestCloudHeader header,
                                                     const CloudFile& cloud,
                                                     const Progress& progress) {
-  if (absl::Status status = FillIn(cloud, header); !status.ok()) return status;
+  if (absl::Status status = SetLayout(cloud, header); !status.ok()) return status;
   grpc::ClientContext context;
   connection.Prepare(context);
   pb::IngestCloudResponse response;

@@ -83,7 +83,7 @@ bool IsKey(std::string_view word) {
 }
 
 // Collects the lines up to and including DATA.
-absl::StatusOr<HeaderEntries> Collect(TextCursor& cursor, const std::string& file) {
+absl::StatusOr<HeaderEntries> CollectEntries(TextCursor& cursor, const std::string& file) {
   std::map<std::string, Words> entries;
   const bool magic =
       cursor.rest().substr(0, 6) == "# .PCD" || cursor.rest().substr(0, 7) == "VERSION";
@@ -207,7 +207,7 @@ absl::Status CheckVersion(const HeaderEntries& entries) {
 }  // namespace
 
 absl::StatusOr<PcdHeader> ParsePcdHeader(TextCursor& cursor, const std::string& file) {
-  const auto entries = Collect(cursor, file);
+  const auto entries = CollectEntries(cursor, file);
   if (!entries.ok()) return entries.status();
   if (absl::Status version = CheckVersion(*entries); !version.ok()) return version;
   PcdHeader header;

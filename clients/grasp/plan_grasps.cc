@@ -59,7 +59,7 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-absl::Status Unknown(const std::string& name, const WorldObjects& world) {
+absl::Status UnknownObjectError(const std::string& name, const WorldObjects& world) {
   std::string nearest;
   std::size_t min_distance = name.size() / 2 + 1;  // a larger distance means another word
   for (const auto& [known, object] : world.objects) {
@@ -95,7 +95,7 @@ absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
   std::map<std::string, pb::Object> wanted;  // each object once, by name
   for (const std::string& name : request.objects) {
     const auto found = world.objects.find(name);
-    if (found == world.objects.end()) return Unknown(name, world);
+    if (found == world.objects.end()) return UnknownObjectError(name, world);
     const std::string why = UngraspableReason(found->second);
     if (!why.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("object \"", name, "\" ", why));

@@ -94,7 +94,7 @@ class Sampler {
 
 // Places along an extent centred at 0, at most half a pad apart if seven places suffice; the
 // outermost are half a pad from the ends, so that pads are fully covered.
-std::vector<double> Slots(double extent_m, const Gripper& gripper) {
+std::vector<double> PositionsAlong(double extent_m, const Gripper& gripper) {
   const double reach_m = (extent_m - gripper.pad_length_m) / 2;
   if (reach_m <= 0) return {0.0};
   const int steps =
@@ -111,14 +111,14 @@ struct Wall {
   double length_m = 0;
 };
 
-double TiltOf(const Wall& wall) {
+double WallTilt(const Wall& wall) {
   return std::abs(std::atan2(wall.radius_top_m - wall.radius_bottom_m, wall.length_m));
 }
 
 void AddAcross(const Wall& wall, const char* strategy, Sampler& sampler) {
   constexpr int kAzimuths = 12;  // chosen: over half a turn, 15 degrees apart
-  const double tilt_rad = TiltOf(wall);
-  for (const double z_m : Slots(wall.length_m, sampler.options().gripper)) {
+  const double tilt_rad = WallTilt(wall);
+  for (const double z_m : PositionsAlong(wall.length_m, sampler.options().gripper)) {
     const double share = z_m / wall.length_m + 0.5;
     const double radius_m =
         wall.radius_bottom_m + share * (wall.radius_top_m - wall.radius_bottom_m);
@@ -183,8 +183,8 @@ Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options) {
   const Vector3d size_m(box.size_x_m(), box.size_y_m(), box.size_z_m());
   for (int closing = 0; closing < 3; ++closing) {
     const int j = (closing + 1) % 3, k = (closing + 2) % 3;
-    for (const double a_m : Slots(size_m[j], options.gripper)) {
-      for (const double b_m : Slots(size_m[k], options.gripper)) {
+    for (const double a_m : PositionsAlong(size_m[j], options.gripper)) {
+      for (const double b_m : PositionsAlong(size_m[k], options.gripper)) {
         ClosingLine line{.middle_S = Vector3d::Zero(),
                          .direction_S = Vector3d::Unit(closing),
                          .width_m = size_m[closing]};

@@ -34,7 +34,7 @@ const v1::RobotGroup* FindGroup(const v1::Robot& robot, const std::string& name)
   return found == robot.groups().end() ? nullptr : &*found;
 }
 
-std::string ListOr(const std::vector<std::string>& names, const char* none) {
+std::string JoinOr(const std::vector<std::string>& names, const char* none) {
   return names.empty() ? none : absl::StrJoin(names, ", ");
 }
 
@@ -48,7 +48,7 @@ absl::StatusOr<PlannedGroup> ReadPlannedGroup(const v1::Robot& robot, const std:
     for (const v1::RobotGroup& known : robot.groups()) names.push_back(known.name());
     return absl::InvalidArgumentError(absl::StrCat("group is \"", formats::Printable(name),
                                                    "\", must be one of ", robot.name(), ": ",
-                                                   ListOr(names, "it has none")));
+                                                   JoinOr(names, "it has none")));
   }
   for (int i = 0; i < robot.variables_size() && i < robot.state_size(); ++i) {
     const v1::RobotVariable& variable = robot.variables(i);
@@ -91,7 +91,7 @@ absl::StatusOr<Row> NamedState(const v1::Robot& robot, const PlannedGroup& group
     return absl::InvalidArgumentError(
         absl::StrCat("\"", formats::Printable(name),
                      "\" must be numbers, one for each joint, or a named state: ",
-                     ListOr(known, "there is none")));
+                     JoinOr(known, "there is none")));
   }
   return absl::InvalidArgumentError(absl::StrCat(
       "\"", name, "\" is a state of ", absl::StrJoin(groups, " and "), ": say which with --group"));

@@ -48,7 +48,7 @@ struct FillShape {
   }
 };
 
-bool BelongsInName(char c) {
+bool IsNameCharacter(char c) {
   return absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
          std::string("_-./").find(c) != std::string::npos;
 }
@@ -70,7 +70,7 @@ pb::Pose ScenePoseToProto(const formats::ScenePose& pose) {
 std::string ObjectName(const std::string& id) {
   std::string name = id;
   std::replace_if(
-      name.begin(), name.end(), [](char c) { return !BelongsInName(c); }, '_');
+      name.begin(), name.end(), [](char c) { return !IsNameCharacter(c); }, '_');
   return name;
 }
 

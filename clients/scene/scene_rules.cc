@@ -66,7 +66,7 @@ class RuleBuilder {
   // True if the matrix says false for a pair that a rule allows; for "*" the default counts.
   bool Forbids(const pb::NamedPair& pair) const {
     const auto a = NameInFile(pair.a()), b = NameInFile(pair.b());
-    if (a && b) return Said(*a, *b) == false;
+    if (a && b) return MatrixEntry(*a, *b) == false;
     const bool a_is_all = pair.a().name() == "*", b_is_all = pair.b().name() == "*";
     const auto& one = a ? a : b;
     if (!one || !(a_is_all || b_is_all)) return false;
@@ -82,11 +82,11 @@ class RuleBuilder {
   }
 
   bool IsAllowed(const std::string& a, const std::string& b) const {
-    return Said(a, b).value_or(false);
+    return MatrixEntry(a, b).value_or(false);
   }
 
   // The file's value for two different names; empty if it has none.
-  std::optional<bool> Said(const std::string& a, const std::string& b) const {
+  std::optional<bool> MatrixEntry(const std::string& a, const std::string& b) const {
     const auto row_a = row_.find(a);
     const auto row_b = row_.find(b);
     if (row_a != row_.end() && row_b != row_.end()) {
@@ -163,7 +163,7 @@ class RuleBuilder {
         if (robot_->links(a).collision_count() == 0 || robot_->links(b).collision_count() == 0) {
           continue;
         }
-        const std::optional<bool> said = Said(name_a, name_b);
+        const std::optional<bool> said = MatrixEntry(name_a, name_b);
         const bool is_checked = std::find(of_a.begin(), of_a.end(), b) == of_a.end();
         const std::string pair = absl::StrCat(name_a, " with ", name_b);
         if (said == false && !is_checked) unchecked.push_back(pair);

@@ -13,7 +13,7 @@
 namespace cwm::simulator {
 namespace {
 
-YAML::Node Nothing() { return YAML::Node(YAML::NodeType::Undefined); }
+YAML::Node UndefinedNode() { return YAML::Node(YAML::NodeType::Undefined); }
 
 std::string JoinKeys(std::initializer_list<std::string_view> names) {
   std::string list;
@@ -51,7 +51,7 @@ bool YamlNode::Has(std::string_view key) const {
 
 YamlNode YamlNode::operator[](std::string_view key) const {
   const std::string name(key);
-  const YAML::Node found = is_map() ? node_[name] : Nothing();
+  const YAML::Node found = is_map() ? node_[name] : UndefinedNode();
   const int line = LineOf(found, line_);
   return {found, file_, path_.empty() ? name : absl::StrCat(path_, ".", name), line};
 }
@@ -68,7 +68,7 @@ absl::Status YamlNode::CheckKeys(std::initializer_list<std::string_view> allowed
   std::set<std::string> seen;
   for (const auto& entry : node_) {
     const std::string key = entry.first.IsScalar() ? formats::Printable(entry.first.Scalar()) : "?";
-    const YamlNode node(Nothing(), file_, path_.empty() ? key : absl::StrCat(path_, ".", key),
+    const YamlNode node(UndefinedNode(), file_, path_.empty() ? key : absl::StrCat(path_, ".", key),
                         LineOf(entry.first, line_));
     const bool known = std::find(allowed.begin(), allowed.end(), key) != allowed.end();
     if (!known) return node.Error(absl::StrCat("is no known key; known are ", names));

@@ -101,7 +101,7 @@ std::vector<Claims> AssessAll(std::size_t count, const std::function<Claims(std:
   return all;
 }
 
-std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>& counts) {
+std::string FormatByClaim(const char* how, const std::array<std::int64_t, kClaimCount>& counts) {
   std::string text;
   for (int c = 0; c < kClaimCount; ++c) {
     const std::int64_t count = counts[static_cast<std::size_t>(c)];
@@ -113,8 +113,8 @@ std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>
 }
 
 // The lost points, by where they lie.
-std::string Lost(const Coverage& coverage) {
-  return ByClaim("points deep in", coverage.deep) +
+std::string FormatBarePoints(const Coverage& coverage) {
+  return FormatByClaim("points deep in", coverage.deep) +
          ", bare points: " + std::to_string(coverage.bare[Coverage::kOfSupport]) +
          " of supports, " + std::to_string(coverage.bare[Coverage::kOfThing]) + " of things, " +
          std::to_string(coverage.bare[Coverage::kRejected]) + " rejected";
@@ -127,8 +127,9 @@ void Print(const std::string& name, const Claims& claims, Report& report) {
                 "explained by shapes",
                 name.c_str(), claims.coverage.share(), claims.free_space.share(),
                 static_cast<long long>(claims.free_space.rays), claims.explained.share());
-  report.Detail(text + ByClaim("rays deep in", claims.free_space.deep) +
-                ByClaim("across", claims.free_space.crossed) + Lost(claims.coverage));
+  report.Detail(text + FormatByClaim("rays deep in", claims.free_space.deep) +
+                FormatByClaim("across", claims.free_space.crossed) +
+                FormatBarePoints(claims.coverage));
 }
 
 struct Source {

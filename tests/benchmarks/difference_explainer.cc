@@ -132,7 +132,7 @@ DifferenceExplainer::DifferenceExplainer(const QueryBody& body, const WorldSnaps
 }
 
 DifferenceCause DifferenceExplainer::Explain(std::span<const Pose> X_WF) const {
-  const std::vector<FclRobot::Pair> different = Different(X_WF);
+  const std::vector<FclRobot::Pair> different = DifferingPairs(X_WF);
   if (different.empty()) return DifferenceCause::kUnknown;
   DifferenceCause weakest = DifferenceCause::kContained;
   for (const FclRobot::Pair& pair : different) weakest = std::max(weakest, CauseOf(pair, X_WF));
@@ -149,7 +149,8 @@ PlacedPart DifferenceExplainer::Other(const FclRobot::Pair& pair,
   return pair.is_self_pair ? Part(pair.other, X_WF) : world_[pair.other];
 }
 
-bool DifferenceExplainer::Ours(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const {
+bool DifferenceExplainer::CollidesByExactEngine(const FclRobot::Pair& pair,
+                                                std::span<const Pose> X_WF) const {
   const auto placed = [](const PlacedPart& p) {
     return PlacedGeometry{KindOf(p.part.shape),
                           *p.part.engines[static_cast<int>(EngineKind::kExact)], p.X_WP};
@@ -158,10 +159,11 @@ bool DifferenceExplainer::Ours(const FclRobot::Pair& pair, std::span<const Pose>
   return GetEngine(EngineKind::kExact).Collides(placed(first), placed(second));
 }
 
-std::vector<FclRobot::Pair> DifferenceExplainer::Different(std::span<const Pose> X_WF) const {
+std::vector<FclRobot::Pair> DifferenceExplainer::DifferingPairs(std::span<const Pose> X_WF) const {
   std::vector<FclRobot::Pair> pairs;
   const auto add = [&](const FclRobot::Pair& pair) {
-    if (Ours(pair, X_WF) != fcl_.PairCollides(pair, Vector3::Zero())) pairs.push_back(pair);
+    if (CollidesByExactEngine(pair, X_WF) != fcl_.PairCollides(pair, Vector3::Zero()))
+      pairs.push_back(pair);
   };
   for (const PartPair& pair : body_.self_pairs) {
     add({static_cast<std::size_t>(pair.first), static_cast<std::size_t>(pair.second), true});

@@ -41,8 +41,8 @@ class DifferenceExplainer {
  private:
   PlacedPart Part(std::size_t k, std::span<const Pose> X_WF) const;
   PlacedPart Other(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
-  bool Ours(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
-  std::vector<FclRobot::Pair> Different(std::span<const Pose> X_WF) const;
+  bool CollidesByExactEngine(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
+  std::vector<FclRobot::Pair> DifferingPairs(std::span<const Pose> X_WF) const;
   DifferenceCause CauseOf(const FclRobot::Pair& pair, std::span<const Pose> X_WF) const;
 
   const collision::QueryBody& body_;

@@ -219,7 +219,7 @@ struct Latencies {
             .ratio = Median(health_ms) / Median(state_ms),
             .how = how};
   }
-  std::string Tails(const std::string& name) const {
+  std::string FormatQuantiles(const std::string& name) const {
     char text[160];
     std::snprintf(text, sizeof(text), "%s: p99 of a state %.2f ms, of a health check %.2f ms",
                   name.c_str(), Quantile(state_ms, 0.99), Quantile(health_ms, 0.99));
@@ -370,11 +370,11 @@ void MeasureRobotLatency(Report& report) {
                                       "beside the same batches, 2 000 of each in a row"));
   report.Add(spheres.AsFigure("unary_beside_spheres_p50_ms",
                               "the same beside batches of 10 000 states of the spheres as given"));
-  report.Detail(in_a_row.Tails("in a row"));
-  report.Detail(paced.Tails("20 ms apart"));
-  report.Detail(loaded.Tails("beside batches of meshes"));
-  report.Detail(loaded_in_a_row.Tails("in a row beside batches of meshes"));
-  report.Detail(spheres.Tails("beside batches of spheres"));
+  report.Detail(in_a_row.FormatQuantiles("in a row"));
+  report.Detail(paced.FormatQuantiles("20 ms apart"));
+  report.Detail(loaded.FormatQuantiles("beside batches of meshes"));
+  report.Detail(loaded_in_a_row.FormatQuantiles("in a row beside batches of meshes"));
+  report.Detail(spheres.FormatQuantiles("beside batches of spheres"));
 }
 
 }  // namespace cwm::benchmarks

@@ -106,7 +106,7 @@ void PrintCalibration(const ParameterCalibration& calibration, Report& report) {
   }
 }
 
-std::string HowShapes(const ShapeTally& tally, std::size_t scenes) {
+std::string DescribeRun(const ShapeTally& tally, std::size_t scenes) {
   return std::to_string(tally.true_count()) + " true shapes with 300 points or more in " +
          std::to_string(scenes) +
          " random scenes, half tables and half clutter, Kinect noise; pose given for even seeds, "
@@ -114,7 +114,7 @@ std::string HowShapes(const ShapeTally& tally, std::size_t scenes) {
 }
 
 void AddFigures(const ShapeTally& tally, std::size_t scenes, Report& report) {
-  const std::string how = HowShapes(tally, scenes);
+  const std::string how = DescribeRun(tally, scenes);
   const auto add = [&](const char* key, double value, const char* unit, const std::string& text) {
     report.Add({.key = key, .value = value, .unit = unit, .how = text});
   };
@@ -207,7 +207,7 @@ std::string Describe(const Shape& shape, const Pose& X_WS) {
 }
 
 // The support of a found shape's object, as text.
-std::string Below(const perception::DetectedObject& object) {
+std::string SupportText(const perception::DetectedObject& object) {
   if (object.rests_on >= 0) return " on object " + std::to_string(object.rests_on);
   return object.supported_by >= 0 ? " on a support" : " on nothing";
 }
@@ -229,7 +229,7 @@ void PrintScene(const SceneShapes& shapes, const perception::SceneInterpretation
     report.Detail("found " + std::to_string(f) + " " + Describe(found.part.shape, found.X_WS) +
                   "  " + std::to_string(found.points.size()) + " points, object " +
                   std::to_string(found.object) +
-                  Below(interpretation.objects[static_cast<std::size_t>(found.object)]) +
+                  SupportText(interpretation.objects[static_cast<std::size_t>(found.object)]) +
                   (found.part.role == PartRole::kCompleted ? ", completed" : ""));
   }
 }
