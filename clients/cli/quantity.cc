@@ -12,7 +12,7 @@ namespace {
 
 // derived: a smaller rotation is rounding of a quaternion; 1e-6 rad moves the end of a 1 m object
 // by 1 um.
-constexpr double kSmallestShownAngle_rad = 1e-6;
+constexpr double kMinShownAngle_rad = 1e-6;
 
 }  // namespace
 
@@ -47,7 +47,7 @@ std::string FormatPose(const cwm::v1::Pose& pose) {
                                   " ", FormatFixed(pose.tz_m(), 3), " m");
   const double sine = std::hypot(pose.qx(), pose.qy(), pose.qz());
   const double angle_rad = 2 * std::atan2(sine, std::abs(pose.qw()));
-  if (angle_rad < kSmallestShownAngle_rad) return text;
+  if (angle_rad < kMinShownAngle_rad) return text;
   const double scale = (pose.qw() < 0 ? -1 : 1) / sine;
   cwm::v1::Vector3 axis;
   axis.set_x(scale * pose.qx());

@@ -23,7 +23,7 @@ constexpr char kPairMemberForms[] =
     "A and B are NAME (of an object, or of a robot with all its links), ROBOT:LINK, or '*' for\n"
     "everything, bodies without a name included. They need not be there, yet or any more.";
 
-constexpr double kLongest_s = 366 * 24 * 3600;  // the server's limit
+constexpr double kMaxDuration_s = 366 * 24 * 3600;  // the server's limit
 
 struct RuleArguments {
   std::string a, b;
@@ -71,9 +71,9 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
   std::string done = absl::StrCat(FormatRulePair(arguments),
                                   arguments.withdraw ? ": no longer allowed" : ": may collide");
   if (arguments.for_s) {
-    if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // false for NaN
+    if (!(*arguments.for_s > 0 && *arguments.for_s <= kMaxDuration_s)) {  // false for NaN
       return UsageError(absl::StrCat("--for: is ", *arguments.for_s,
-                                     ", must be positive and at most ", kLongest_s, " s"));
+                                     ", must be positive and at most ", kMaxDuration_s, " s"));
     }
     *change.mutable_allow()->mutable_expires_after() = ToDuration(*arguments.for_s);
     absl::StrAppend(&done, " for ", *arguments.for_s, " s");

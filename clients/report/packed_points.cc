@@ -11,7 +11,7 @@ namespace {
 using Point = std::array<double, 3>;
 
 // chosen: a tenth of the noise of the best supported sensor at its nearest range.
-constexpr double kFinestStep_m = 1e-4;
+constexpr double kMinStep_m = 1e-4;
 constexpr double kMaxSteps = std::numeric_limits<std::uint16_t>::max();
 
 std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud& scan) {
@@ -47,7 +47,7 @@ void LayGrid(const std::map<std::uint32_t, std::vector<Point>>& measured, Packed
     }
   }
   packed.origin_m = low;
-  packed.step_m = kFinestStep_m;
+  packed.step_m = kMinStep_m;
   for (std::size_t k = 0; k < 3; ++k) {
     packed.step_m = std::max(packed.step_m, (high[k] - low[k]) / kMaxSteps);
   }

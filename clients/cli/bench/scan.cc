@@ -24,13 +24,13 @@ constexpr double kFloor_m = -0.7;
 constexpr std::array<Region, 3> kBoxes = {{{.min = {-0.35, 0.05, 0}, .max = {-0.15, 0.15, 0.24}},
                                            {.min = {0.0, 0.1, 0}, .max = {0.12, 0.22, 0.1}},
                                            {.min = {0.1, -0.25, 0}, .max = {0.28, -0.19, 0.06}}}};
-struct Sphere {
+struct SceneBall {
   Vector3 centre_m;
   double radius_m;
 };
-constexpr std::array<Sphere, 3> kBalls = {{{.centre_m = {-0.1, -0.15, 0.05}, .radius_m = 0.05},
-                                           {.centre_m = {0.35, 0.05, 0.08}, .radius_m = 0.08},
-                                           {.centre_m = {-0.4, -0.2, 0.04}, .radius_m = 0.04}}};
+constexpr std::array<SceneBall, 3> kBalls = {{{.centre_m = {-0.1, -0.15, 0.05}, .radius_m = 0.05},
+                                              {.centre_m = {0.35, 0.05, 0.08}, .radius_m = 0.08},
+                                              {.centre_m = {-0.4, -0.2, 0.04}, .radius_m = 0.04}}};
 
 // The camera's position in the world; it looks at the middle of the table, along z with x to the
 // right.
@@ -50,7 +50,7 @@ double HitBox(const Region& box, const Vector3& direction) {
   return enter < leave ? enter : kNoHit;
 }
 
-double HitSphere(const Sphere& ball, const Vector3& direction) {
+double HitBall(const SceneBall& ball, const Vector3& direction) {
   const Vector3 to_centre = {ball.centre_m[0] - kEye_m[0], ball.centre_m[1] - kEye_m[1],
                              ball.centre_m[2] - kEye_m[2]};
   const double a = Dot(direction, direction), b = Dot(direction, to_centre);
@@ -63,7 +63,7 @@ double Depth_m(const Vector3& direction) {
   double depth = HitBox(kTable, direction);
   if (direction[2] < 0) depth = std::min(depth, (kFloor_m - kEye_m[2]) / direction[2]);
   for (const Region& box : kBoxes) depth = std::min(depth, HitBox(box, direction));
-  for (const Sphere& ball : kBalls) depth = std::min(depth, HitSphere(ball, direction));
+  for (const SceneBall& ball : kBalls) depth = std::min(depth, HitBall(ball, direction));
   return depth;
 }
 
