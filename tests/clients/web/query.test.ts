@@ -82,41 +82,41 @@ for (const [text, why] of wrong) {
 const origin = { x: 0, y: 0, z: 0 };
 
 test("a distance is told by its pairs, with what is drawn of them", () => {
-  const answer = parseResult(parseQuery("distance sphere 0.05 at 0 0 1"), { revision: "3", rows: [{ answers: [
+  const result = parseResult(parseQuery("distance sphere 0.05 at 0 0 1"), { revision: "3", rows: [{ answers: [
     { distance_m: 0.25, point_body: { x: 0, y: 0, z: 1 }, point_object: origin, normal: { x: 0, y: 0, z: -1 }, object: "mug",
       object_part: 0, trust: "TRUST_BOUNDED", bound_m: 0.001 }] }] });
-  assert.equal(answer.title, "250.00 mm away");
-  assert.equal(answer.verdict, "free");
-  assert.deepEqual(answer.rows[0]?.slice(0, 2), ["mug", "250.00 mm"]);
-  assert.equal(answer.rows[0]?.at(-1), "bounded, ± 1.000 mm");
-  assert.equal(answer.marks.length, 1);
+  assert.equal(result.title, "250.00 mm away");
+  assert.equal(result.verdict, "free");
+  assert.deepEqual(result.rows[0]?.slice(0, 2), ["mug", "250.00 mm"]);
+  assert.equal(result.rows[0]?.at(-1), "bounded, ± 1.000 mm");
+  assert.equal(result.marks.length, 1);
 });
 
 test("a penetration is a collision, and nothing found says so", () => {
-  const question = parseQuery("contacts sphere 0.05 at 0 0 1");
+  const query = parseQuery("contacts sphere 0.05 at 0 0 1");
   const pair = { distance_m: -0.01, object: "mug", object_part: 0, trust: "TRUST_EXACT" };
-  assert.match(parseResult(question, { revision: "1", rows: [{ answers: [pair, pair] }] }).title, /^2 contacts, deepest 10\.00 mm$/);
-  const none = parseResult(question, { revision: "1", rows: [{ answers: [] }] });
+  assert.match(parseResult(query, { revision: "1", rows: [{ answers: [pair, pair] }] }).title, /^2 contacts, deepest 10\.00 mm$/);
+  const none = parseResult(query, { revision: "1", rows: [{ answers: [] }] });
   assert.deepEqual([none.title, none.verdict, none.marks.length], ["No contact", "free", 0]);
 });
 
 test("verdicts name what is met", () => {
-  const question = parseQuery("check sphere 0.05 at 0 0 1");
-  const collision = parseResult(question, { revision: "1", rows: [
+  const query = parseQuery("check sphere 0.05 at 0 0 1");
+  const collision = parseResult(query, { revision: "1", rows: [
     { verdict: "VERDICT_COLLISION", object: "panda", object_link: "hand", trust: "TRUST_EXACT" }] });
   assert.deepEqual([collision.title, collision.verdict], ["In collision with panda:hand", "collision"]);
-  const undecided = parseResult(question, { revision: "1", rows: [{ verdict: "VERDICT_UNDECIDED", trust: "TRUST_DEGRADED" }] });
+  const undecided = parseResult(query, { revision: "1", rows: [{ verdict: "VERDICT_UNDECIDED", trust: "TRUST_DEGRADED" }] });
   assert.deepEqual([undecided.title, undecided.verdict], ["Undecided", "neutral"]);
 });
 
 test("a ray that hits nothing is drawn all the same", () => {
-  const answer = parseResult(parseQuery("ray from 0 0 0 direction 2 0 0"), { revision: "1", rows: [{ hit: false, trust: "TRUST_EXACT" }] });
-  assert.equal(answer.title, "Hits nothing");
-  assert.deepEqual(answer.marks[0]?.to, { x: 5, y: 0, z: 0 });
+  const result = parseResult(parseQuery("ray from 0 0 0 direction 2 0 0"), { revision: "1", rows: [{ hit: false, trust: "TRUST_EXACT" }] });
+  assert.equal(result.title, "Hits nothing");
+  assert.deepEqual(result.marks[0]?.to, { x: 5, y: 0, z: 0 });
 });
 
 test("a robot that meets itself is told with its links", () => {
-  const answer = parseResult(parseQuery("check robot panda"), { revision: "1", rows: [
+  const result = parseResult(parseQuery("check robot panda"), { revision: "1", rows: [
     { verdict: "VERDICT_COLLISION", body_link: "hand", object_link: "elbow", trust: "TRUST_EXACT" }] });
-  assert.equal(answer.title, "In collision with itself (hand, elbow)");
+  assert.equal(result.title, "In collision with itself (hand, elbow)");
 });

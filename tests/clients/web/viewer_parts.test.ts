@@ -72,17 +72,17 @@ test("instances stay with their owners when others go and when there are many", 
 });
 
 test("an object keeps its colour while others come and go, and neighbours differ", () => {
-  const book = new ColorAssignment();
+  const colors = new ColorAssignment();
   const named = (name: string, x: number): WorldObject =>
     objectOf([], { name, x_world_object: { tx_m: x, ty_m: 0, tz_m: 0, qx: 0, qy: 0, qz: 0, qw: 1 } });
   const row = Array.from({ length: 3 * objectColors.length }, (_, i) => named(`thing_${i}`, i));
-  book.update(row);
-  const before = row.map(({ name }) => book.of(name));
+  colors.update(row);
+  const before = row.map(({ name }) => colors.of(name));
   before.slice(1).forEach((color, i) => assert.notEqual(color, before[i]));
   const fewer = row.filter((_, i) => i % 2 === 0);
-  book.update([...fewer, named("new", 0.5)]);
-  fewer.forEach(({ name }, i) => assert.equal(book.of(name), before[2 * i]));
-  assert.notEqual(book.of("new"), book.of("thing_0"));
+  colors.update([...fewer, named("new", 0.5)]);
+  fewer.forEach(({ name }, i) => assert.equal(colors.of(name), before[2 * i]));
+  assert.notEqual(colors.of("new"), colors.of("thing_0"));
 });
 
 test("labels name their owners", () => {
@@ -139,7 +139,7 @@ function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_C
 test("what was completed is pointed at as what was measured is; unseen space lets through", () => {
   const view = new WorldView(new MeshLibrary(assert.fail), () => undefined);
   const ray = new Raycaster(new Vector3(-5, 0, 0), new Vector3(1, 0, 0));
-  const show = (...things: DrawnObject[]): void => view.sync(new Map(things.map((thing) => [thing.name, thing])));
+  const show = (...objects: DrawnObject[]): void => view.sync(new Map(objects.map((object) => [object.name, object])));
   const back = cubeAt("back", 3, "PART_ROLE_FITTED");
   show(back, cubeAt("hatched", 1, "PART_ROLE_COMPLETED"));
   assert.equal(view.pick(ray)?.owner, "hatched");

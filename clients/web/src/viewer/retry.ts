@@ -48,7 +48,7 @@ export class CoalescedTask {
   }
 }
 
-// Uses only the answer to the newest of successive requests.
+// Uses only the reply to the newest of successive requests.
 export class LatestRequest {
   private last = 0;
   private isOpen = false;

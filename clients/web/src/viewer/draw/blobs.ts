@@ -7,7 +7,7 @@ const maxKept = 500;
 const maxKept_bytes = 256 << 20;
 
 // The server, or a proxy on its behalf, is temporarily out of resources.
-const passing = new Set([408, 429, 502, 503, 504]);
+const transientStatuses = new Set([408, 429, 502, 503, 504]);
 
 async function fetchOnce(hash: string): Promise<ArrayBuffer> {
   const path = `/geometry/${encodeURIComponent(hash)}`;
@@ -19,7 +19,7 @@ async function fetchOnce(hash: string): Promise<ArrayBuffer> {
     throw new TransientError(`${path}: ${String(error)}`);
   }
   const why = `${path}: ${response.status}`;
-  throw passing.has(response.status) ? new TransientError(why) : new Error(why);
+  throw transientStatuses.has(response.status) ? new TransientError(why) : new Error(why);
 }
 
 // Repeats a fetch while it is wanted and the failure may be temporary.
@@ -43,11 +43,11 @@ export function meshOf(bytes: ArrayBuffer): BufferGeometry {
 const bytesOf = (geometry: BufferGeometry): number =>
   24 * geometry.getAttribute("position").count + 4 * (geometry.index?.count ?? 0);  // with normals
 
-interface Coming { mesh: Promise<BufferGeometry | undefined>; wanted: (() => boolean)[]; }
+interface PendingMesh { mesh: Promise<BufferGeometry | undefined>; wanted: (() => boolean)[]; }
 
 export class MeshLibrary {
   private readonly known = new Map<string, BufferGeometry>();  // the ones that came first are first
-  private readonly onTheWay = new Map<string, Coming>();
+  private readonly pending = new Map<string, PendingMesh>();
   private bytes = 0;
 
   constructor(private readonly failed: (why: string) => void, private readonly fetchOf: typeof fetchBlob = fetchBlob) {}
@@ -72,14 +72,14 @@ export class MeshLibrary {
   get(hash: string, isWanted: () => boolean): Promise<BufferGeometry | undefined> {
     const known = this.known.get(hash);
     if (known) return Promise.resolve(known);
-    let coming = this.onTheWay.get(hash);
-    if (coming) coming.wanted.push(isWanted);
+    let pendingMesh = this.pending.get(hash);
+    if (pendingMesh) pendingMesh.wanted.push(isWanted);
     else {
       const wanted = [isWanted];
-      coming = { wanted, mesh: this.fetch(hash, wanted).finally(() => this.onTheWay.delete(hash)) };
-      this.onTheWay.set(hash, coming);
+      pendingMesh = { wanted, mesh: this.fetch(hash, wanted).finally(() => this.pending.delete(hash)) };
+      this.pending.set(hash, pendingMesh);
     }
-    return coming.mesh;
+    return pendingMesh.mesh;
   }
 
   private async fetch(hash: string, wanted: readonly (() => boolean)[]): Promise<BufferGeometry | undefined> {

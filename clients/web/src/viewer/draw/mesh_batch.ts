@@ -6,13 +6,13 @@ import { materialFor, type Appearance } from "./appearance";
 const firstInstances = 16;
 const firstVertices = 4096;
 
-interface Held { id: number; users: number; geometry: BufferGeometry; }
+interface StoredMesh { id: number; users: number; geometry: BufferGeometry; }
 
 interface MeshSlot<Owner> extends Slot<Owner> { readonly key: string; }
 
 export class MeshBatch<Owner> implements Batch<Owner> {
   readonly object: BatchedMesh;
-  private readonly held = new Map<string, Held>();
+  private readonly held = new Map<string, StoredMesh>();
   private readonly slots = new Map<number, MeshSlot<Owner>>();
 
   constructor(appearance: Appearance) {
@@ -66,7 +66,7 @@ export class MeshBatch<Owner> implements Batch<Owner> {
     return found;
   }
 
-  private hold(key: string, geometry: BufferGeometry): Held {
+  private hold(key: string, geometry: BufferGeometry): StoredMesh {
     const known = this.held.get(key);
     if (known) {
       ++known.users;
