@@ -130,7 +130,7 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
     json["certificate"] = {{"verdict", ShortName(report.certificate->verdict)},
                            {"clearance_m", report.certificate->clearance_m},
                            {"segment", report.certificate->segment},
-                           {"contact", report.certificate->contact},
+                           {"what_is_met", report.certificate->contact},
                            {"trust", ShortName(report.certificate->accuracy)}};
   }
   // Names may not be valid UTF-8: invalid bytes are replaced instead of throwing.
