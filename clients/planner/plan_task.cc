@@ -68,7 +68,8 @@ absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskAr
   auto group = ReadPlannedGroup(environment->robot, arguments.group.value_or(request->group));
   if (!group.ok()) return group.status();
   task.group = *std::move(group);
-  const scene::SceneState start = scene::StateOf(request->start, task.world.robot, "start_state");
+  const scene::SceneState start =
+      scene::ConvertRobotState(request->start, task.world.robot, "start_state");
   for (const auto* list : {&request->warnings, &environment->warnings, &start.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }

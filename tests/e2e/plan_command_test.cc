@@ -280,12 +280,12 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   client::QueryStream stream(connection);
   planner::ServerChecker checker(stream, query);
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
-  const auto free = checker.AreFree(rows, 2);
+  const auto free = checker.CheckStates(rows, 2);
   ASSERT_TRUE(free.ok()) << free.status();
   EXPECT_THAT(*free, ::testing::ElementsAre(1, 0, 1, 0));
-  const auto width = checker.AreFree(rows, 1);
+  const auto width = checker.CheckStates(rows, 1);
   EXPECT_THAT(std::string(width.status().message()), HasSubstr("rows.width: is 1, must be 2"));
-  EXPECT_TRUE(checker.AreFree(rows, 2).ok()) << "the stream goes on";
+  EXPECT_TRUE(checker.CheckStates(rows, 2).ok()) << "the stream goes on";
   const Finished nobody = RunProgram(
       {Program("cwm-plan"), "--addr", "unix:" + scratch() / "nobody.sock", "--goal", "left"});
   EXPECT_EQ(nobody.exit_code, 2);
@@ -293,7 +293,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   v1::CheckCollisionsRequest of_ghost;
   of_ghost.mutable_subject()->mutable_robot()->set_robot("ghost");
   planner::ServerChecker ghost(stream, of_ghost);
-  EXPECT_TRUE(absl::IsNotFound(ghost.AreFree(rows, 2).status()));
+  EXPECT_TRUE(absl::IsNotFound(ghost.CheckStates(rows, 2).status()));
 }
 
 TEST_F(PlanCommand, SolvesProblemsOfMotionBenchMaker) {
