@@ -173,7 +173,7 @@ function subjectOf(kind: QueryKind, { shape, object, robot, at }: Parts): Json {
   return { robot: { robot, ...(at && { x_world_base: at }) } };
 }
 
-// Throws a QuestionError.
+// Throws a QueryError.
 export function parseQuery(text: string): Query {
   const all = wordsOf(text);
   if (all[0] === "cwm") all.shift();  // copied from a shell
