@@ -9,7 +9,7 @@
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 #include "clients/cli/unknown_names.h"
 
@@ -20,7 +20,7 @@ namespace pb = cwm::v1;
 
 struct MotionArguments {
   BodyArguments body;
-  QuestionArguments question;
+  QueryArguments query;
   bool exit_code = false;
 };
 
@@ -64,9 +64,8 @@ std::size_t MotionCount(const std::vector<Body>& bodies) {
 }
 
 // All requests are answered from the first answer's revision.
-absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
-                                                    std::vector<pb::CheckMotionsRequest> requests,
-                                                    pb::QueryOptions options) {
+absl::StatusOr<pb::CheckMotionsResponse> EvaluateMotions(
+    Session& session, std::vector<pb::CheckMotionsRequest> requests, pb::QueryOptions options) {
   pb::CheckMotionsResponse all;
   std::int64_t completed = 0;
   for (pb::CheckMotionsRequest& request : requests) {
@@ -87,7 +86,7 @@ absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
     options.set_world_uid(answer->world_uid());
   }
   all.set_completed_count(completed);
-  WarnOfUnknownNames(session, options);
+  WarnAboutUnknownNames(session, options);
   return all;
 }
 
@@ -96,10 +95,10 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
   for (const pb::MotionRow& row : response.rows()) {
     lines.push_back(
         {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(),
-          row.has_clearance_m() ? Fixed(1000 * row.clearance_m(), 3) : "",
+          row.has_clearance_m() ? FormatFixed(1000 * row.clearance_m(), 3) : "",
           row.has_segment() ? absl::StrCat(row.segment()) : "",
-          row.has_lo() ? Fixed(row.lo(), 5) : "", row.has_hi() ? Fixed(row.hi(), 5) : "",
-          MetName(row), row.object_link(),
+          row.has_lo() ? FormatFixed(row.lo(), 5) : "",
+          row.has_hi() ? FormatFixed(row.hi(), 5) : "", ObstacleName(row), row.object_link(),
           row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
           row.has_body_part() ? absl::StrCat(row.body_part()) : "", ShortName(row.trust())}});
   }
@@ -125,16 +124,16 @@ ExitCode CodeOf(pb::MotionVerdict verdict) {
 }
 
 absl::Status Move(Session& session, const MotionArguments& arguments) {
-  const auto options = ToOptions(arguments.question);
+  const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto bodies = ReadBodies(arguments.body, session);
   if (!bodies.ok()) return bodies.status();
   const auto requests = ToRequests(*bodies);
   if (!requests.ok()) return requests.status();
-  const auto answer = AskMotions(session, *requests, *options);
+  const auto answer = EvaluateMotions(session, *requests, *options);
   if (!answer.ok()) return answer.status();
   if (arguments.exit_code) {
-    session.answer = CodeOfAll(*answer, MotionCount(*bodies), CodeOf);
+    session.verdict_code = ExitCodeOfRows(*answer, MotionCount(*bodies), CodeOf);
   }
   session.PrintList(
       *answer,
@@ -173,9 +172,9 @@ void AddMotionCommand(CommandLine& line) {
        "line the rows alone."},
       [arguments](Session& session) { return Move(session, *arguments); });
   AddBodyOptions(command, arguments->body);
-  AddQuestionOptions(command, arguments->question);
-  AddMarginOption(command, arguments->question);
-  AddPairRuleOptions(command, arguments->question);
+  AddQueryOptions(command, arguments->query);
+  AddMarginOption(command, arguments->query);
+  AddPairRuleOptions(command, arguments->query);
   AddExitCodeOption(command, arguments->exit_code);
 }
 

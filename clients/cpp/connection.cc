@@ -18,13 +18,13 @@ constexpr int kKeepaliveMs = 30'000;
 
 // Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
 // up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
-void KeepLibrary() {
+void KeepGrpcInitialized() {
   static std::once_flag once;
   std::call_once(once, grpc_init);
 }
 
 grpc::ChannelArguments Arguments() {
-  KeepLibrary();
+  KeepGrpcInitialized();
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetMaxSendMessageSize(kMaxMessageBytes);
@@ -40,7 +40,7 @@ grpc::ChannelArguments Arguments() {
 // A channel on which every call fails with `status`.
 std::shared_ptr<grpc::Channel> FailingChannel(const std::string& address,
                                               const absl::Status& status) {
-  KeepLibrary();
+  KeepGrpcInitialized();
   const std::string message(status.message());
   return grpc::CreateChannelInternal(
       "",

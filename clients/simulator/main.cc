@@ -46,7 +46,7 @@ struct Arguments {
   int view_count = 1;
   double up_error_deg = 0;
   std::string out, truth, write_scene;
-  cwm::simulator::Edits edits;
+  cwm::simulator::SceneEdits edits;
 };
 
 absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {

@@ -106,8 +106,8 @@ void MeasurePairs(Report& report) {
   report.Add({.key = "pair_us",
               .value = exact_us,
               .unit = "us",
-              .rival = "FCL engine",
-              .rival_value = fcl_us,
+              .baseline = "FCL engine",
+              .baseline_value = fcl_us,
               .ratio = fcl_us / exact_us,
               .how = "mean over 15 pairs of sphere, box, cylinder, cone, capsule at random poses"});
 }

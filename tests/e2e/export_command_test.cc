@@ -20,7 +20,7 @@ class ExportCommand : public ServerTest {
   std::string File(const std::string& name) const { return scratch() / name; }
 
   // Objects of every look except those of perception, and a robot.
-  void PutThings() const {
+  void PutObjects() const {
     CwmJson({"put", "can", "--cylinder", "0.03,0.1", "--at", "0,0,1"});
     CwmJson({"put", "hat", "--cone", "0.1,0,0.2", "--at", "1,0,1"});
     CwmJson({"put", "dark", "--box", "1,1,1", "--at", "3,0,1", "--unseen"});
@@ -41,7 +41,7 @@ class ExportCommand : public ServerTest {
 TEST_F(ExportCommand, WritesGlbWithoutAnythingToSayOfIt) {
   ASSERT_TRUE(std::filesystem::exists(kValidator))
       << "gltf-validator is missing: ./dev setup test installs it";
-  PutThings();
+  PutObjects();
   const Finished exported = Cwm({"export", File("things.glb")});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.err, HasSubstr("ground: a half-space is left out"));
@@ -59,7 +59,7 @@ TEST_F(ExportCommand, WritesAnEmptyWorldToo) {
 }
 
 TEST_F(ExportCommand, PutsMeshesBesideAModel) {
-  PutThings();
+  PutObjects();
   const Finished exported = Cwm({"export", File("things.urdf")});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.out, HasSubstr("and 1 mesh beside it"));

@@ -36,26 +36,26 @@ class GraspCommand : public ServerTest {
 };
 
 TEST_F(GraspCommand, TakesEveryKindOfShapeByItsWidth) {
-  struct Thing {
+  struct GraspCase {
     std::string name, option, size, at;
-    double least_m, most_m;  // the range of its grasps' widths
+    double min_m, max_m;  // the range of its grasps' widths
   };
-  const std::vector<Thing> things = {
+  const std::vector<GraspCase> cases = {
       {"box", "--box", "0.05,0.2,0.1", "0,0,0.05", 0.05, 0.05},
       {"can", "--cylinder", "0.03,0.12", "0.5,0,0.06", 0.06, 0.06},
       {"ball", "--sphere", "0.03", "0,0.5,0.03", 0.05, 0.06},
       {"cup", "--cone", "0.02,0.03,0.1", "0.5,0.5,0.05", 0.04, 0.06}};
-  for (const Thing& thing : things) {
-    CwmJson({"put", thing.name, thing.option, thing.size, "--at", thing.at});
+  for (const GraspCase& object : cases) {
+    CwmJson({"put", object.name, object.option, object.size, "--at", object.at});
   }
-  for (const Thing& thing : things) {
-    const json found = Of(thing.name);
-    ASSERT_FALSE(found.at("grasps").empty()) << thing.name << ": " << found.at("why");
+  for (const GraspCase& object : cases) {
+    const json found = Of(object.name);
+    ASSERT_FALSE(found.at("grasps").empty()) << object.name << ": " << found.at("why");
     double last = 1;
     for (const json& grasp : found["grasps"]) {
       const double width_m = grasp.at("width_m");
-      EXPECT_GE(width_m, thing.least_m - 1e-6) << thing.name;
-      EXPECT_LE(width_m, thing.most_m + 1e-6) << thing.name;
+      EXPECT_GE(width_m, object.min_m - 1e-6) << object.name;
+      EXPECT_LE(width_m, object.max_m + 1e-6) << object.name;
       EXPECT_GE(grasp.at("clearance_m").get<double>(), 0.002);
       EXPECT_LE(grasp.at("score").get<double>(), last) << "the best come first";
       last = grasp.at("score");

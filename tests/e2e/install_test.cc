@@ -36,9 +36,9 @@ TEST_F(Install, LetsAProgramOutsideOfTheTreeAskAServer) {
                 "-DCMAKE_BUILD_TYPE=Debug"}));
   ASSERT_NO_FATAL_FAILURE(Succeeds({"cmake", "--build", build}));
   ASSERT_EQ(Cwm({"put", "post", "--box", "0.2,0.2,0.2", "--at", "1,0,0"}).exit_code, 0);
-  const Finished asked = RunProgram({build + "/consumer", address()});
-  EXPECT_EQ(asked.exit_code, 0) << asked.err;
-  EXPECT_EQ(asked.out, "post 0.800\n") << "a ball of 0.1 m, a face at 0.9 m";
+  const Finished finished = RunProgram({build + "/consumer", address()});
+  EXPECT_EQ(finished.exit_code, 0) << finished.err;
+  EXPECT_EQ(finished.out, "post 0.800\n") << "a ball of 0.1 m, a face at 0.9 m";
 }
 
 TEST_F(Install, PutsProgramsWhereTheyRun) {

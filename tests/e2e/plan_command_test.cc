@@ -111,10 +111,10 @@ TEST_F(PlanCommand, GoesAroundWhatIsInTheWay) {
 }
 
 TEST_F(PlanCommand, PlansTheSameForTheSameSeed) {
-  const std::vector<std::string> asked = {"--group", "both",  "--start", "left",
-                                          "--goal",  "right", "--seed"};
+  const std::vector<std::string> base = {"--group", "both",  "--start", "left",
+                                         "--goal",  "right", "--seed"};
   const auto path = [&](const std::string& seed) {
-    std::vector<std::string> arguments = asked;
+    std::vector<std::string> arguments = base;
     arguments.push_back(seed);
     return PlanJson(arguments).at("path");
   };
@@ -259,9 +259,9 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
   // The grain is in the middle of one of the 200 steps from -0.5 to 0.5.
   CwmJson({"put", "grain", "--sphere", "0.0002", "--at", "0.999996875,0.002499997,0", "--world",
            "sewing"});
-  const std::vector<std::string> asked = {"--world", "sewing", "--start=-0.5", "--goal", "0.5"};
-  EXPECT_EQ(PlanJson(asked).at("outcome"), "SOLVED") << "its states are free";
-  std::vector<std::string> certified = asked;
+  const std::vector<std::string> base = {"--world", "sewing", "--start=-0.5", "--goal", "0.5"};
+  EXPECT_EQ(PlanJson(base).at("outcome"), "SOLVED") << "its states are free";
+  std::vector<std::string> certified = base;
   certified.insert(certified.end(), {"--certify", "-o", "json"});
   const Finished run = Plan(certified);
   EXPECT_EQ(run.exit_code, 15) << run.out << run.err;
@@ -275,17 +275,17 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
 
 TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   const client::Connection connection({.address = address(), .deadline = {}});
-  v1::CheckCollisionsRequest question;
-  question.mutable_subject()->mutable_robot()->set_robot("arm");
+  v1::CheckCollisionsRequest query;
+  query.mutable_subject()->mutable_robot()->set_robot("arm");
   client::QueryStream stream(connection);
-  planner::ServerChecker checker(stream, question);
+  planner::ServerChecker checker(stream, query);
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
-  const auto free = checker.AreFree(rows, 2);
+  const auto free = checker.CheckStates(rows, 2);
   ASSERT_TRUE(free.ok()) << free.status();
   EXPECT_THAT(*free, ::testing::ElementsAre(1, 0, 1, 0));
-  const auto width = checker.AreFree(rows, 1);
+  const auto width = checker.CheckStates(rows, 1);
   EXPECT_THAT(std::string(width.status().message()), HasSubstr("rows.width: is 1, must be 2"));
-  EXPECT_TRUE(checker.AreFree(rows, 2).ok()) << "the stream goes on";
+  EXPECT_TRUE(checker.CheckStates(rows, 2).ok()) << "the stream goes on";
   const Finished nobody = RunProgram(
       {Program("cwm-plan"), "--addr", "unix:" + scratch() / "nobody.sock", "--goal", "left"});
   EXPECT_EQ(nobody.exit_code, 2);
@@ -293,7 +293,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   v1::CheckCollisionsRequest of_ghost;
   of_ghost.mutable_subject()->mutable_robot()->set_robot("ghost");
   planner::ServerChecker ghost(stream, of_ghost);
-  EXPECT_TRUE(absl::IsNotFound(ghost.AreFree(rows, 2).status()));
+  EXPECT_TRUE(absl::IsNotFound(ghost.CheckStates(rows, 2).status()));
 }
 
 TEST_F(PlanCommand, SolvesProblemsOfMotionBenchMaker) {

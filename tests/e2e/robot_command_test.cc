@@ -101,9 +101,10 @@ TEST_F(RobotCommand, TellsOfNamedStatesThatSayNothing) {
   const Finished loaded = Cwm({"robot", "load", urdf(), "--srdf", srdf});
   EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
   EXPECT_THAT(loaded.err, HasSubstr("group_state \"open\": joint \"swing\" is not one of group"));
-  const Finished asked = Cwm({"check", "--robot", "crane", "--group", "hook", "--joints", "open"});
-  EXPECT_EQ(asked.exit_code, 1);
-  EXPECT_THAT(asked.err, HasSubstr("\"open\" says nothing that joints of hook can take"));
+  const Finished finished =
+      Cwm({"check", "--robot", "crane", "--group", "hook", "--joints", "open"});
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_THAT(finished.err, HasSubstr("\"open\" says nothing that joints of hook can take"));
 }
 
 TEST_F(RobotCommand, SaysByItsExitCodeWhatWentWrong) {

@@ -54,9 +54,9 @@ TEST_F(RuleCommand, WarnsOfNamesThatNothingHas) {
   const std::vector<std::string> ball = {"check", "--sphere", "0.1", "--at", "0,0,0"};
   const auto warned = [&](std::vector<std::string> line, const std::vector<std::string>& more) {
     line.insert(line.end(), more.begin(), more.end());
-    const Finished asked = Cwm(line);
-    EXPECT_EQ(asked.exit_code, 0) << asked.err;
-    return asked.err;
+    const Finished finished = Cwm(line);
+    EXPECT_EQ(finished.exit_code, 0) << finished.err;
+    return finished.err;
   };
   EXPECT_THAT(warned(ball, {"--ignore", "crat"}),
               HasSubstr("--ignore: nothing is named \"crat\"; did you mean crate?"));
@@ -64,12 +64,12 @@ TEST_F(RuleCommand, WarnsOfNamesThatNothingHas) {
   EXPECT_EQ(warned(ball, {"--ignore", "crate"}), "");
   EXPECT_THAT(warned(ball, {"--ignore-pair", "crat,*"}), HasSubstr("did you mean crate?"));
   EXPECT_EQ(warned(ball, {"--ignore-pair", "crate,*"}), "");
-  for (const std::vector<std::string>& question :
+  for (const std::vector<std::string>& query :
        {std::vector<std::string>{"ray", "--from", "0,0,1", "--direction", "0,0,-1"},
         {"sample", "0,0,1"},
         {"distance", "--sphere", "0.1", "--at", "0,0,1"},
         {"motion", "--sphere", "0.1", "--at", "0,0,1", "--at", "0,0,2"}}) {
-    EXPECT_THAT(warned(question, {"--ignore", "crat"}), HasSubstr("did you mean crate?"));
+    EXPECT_THAT(warned(query, {"--ignore", "crat"}), HasSubstr("did you mean crate?"));
   }
   EXPECT_THAT(warned({"allow", "crat", "*"}, {}), HasSubstr("did you mean crate?"));
   EXPECT_THAT(warned({"margin", "crate", "crat", "0.1"}, {}), HasSubstr("did you mean crate?"));
@@ -94,9 +94,9 @@ TEST_F(RuleCommand, QuestionsHaveRulesOfTheirOwn) {
   EXPECT_TRUE(Collides({}, "0,0,0"));
   EXPECT_FALSE(Collides({"--ignore-pair", "*,crate"}, "0,0,0"));
   EXPECT_FALSE(Collides({"--margin-sigma", "3"}));  // a user's object has no fit uncertainty
-  const json asked = CwmJson({"distance", "--sphere", "0.1", "--at", "1,0,0", "--ignore-pair",
-                              "crate,*", "--margin-sigma", "2"});
-  EXPECT_EQ(asked.at("objects").size(), 0u);
+  const json distances = CwmJson({"distance", "--sphere", "0.1", "--at", "1,0,0", "--ignore-pair",
+                                  "crate,*", "--margin-sigma", "2"});
+  EXPECT_EQ(distances.at("objects").size(), 0u);
   const json touched =
       CwmJson({"contacts", "--sphere", "0.1", "--at", "0,0,0", "--ignore-pair", "crate,*"});
   EXPECT_EQ(touched.at("objects").size(), 0u);
