@@ -91,7 +91,7 @@ ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& 
 absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   if (absl::Status known = CheckFormat(request_.format()); !known.ok()) return known;
   const FieldPath root;
-  const auto rule = FromProto(request_.at_revision(), root.Field("at_revision"));
+  const auto rule = RevisionRuleFromProto(request_.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();

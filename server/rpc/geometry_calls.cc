@@ -102,7 +102,7 @@ absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
   const FieldPath path = root.Field("object");
   const v1::ObjectSurface& asked = request_.object();
   if (auto status = CheckName(asked.name(), path.Field("name")); !status.ok()) return status;
-  const auto rule = FromProto(asked.at_revision(), path.Field("at_revision"));
+  const auto rule = RevisionRuleFromProto(asked.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime_, asked.world(), asked.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
@@ -117,7 +117,7 @@ absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
   header.set_hash((*surface)->hash);
   header.set_world_uid(at->world->uid());
   header.set_revision(at->snapshot->revision().value);
-  *header.mutable_x_world_object() = ToProto(object->X_WO);
+  *header.mutable_x_world_object() = PoseToProto(object->X_WO);
   header.set_max_deviation_m((*surface)->max_deviation_m);
   return absl::OkStatus();
 }

@@ -67,7 +67,8 @@ absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
 
 absl::Status IngestCall::TakeHeader(const v1::IngestCloudHeader& header) {
   if (plan_) return InvalidField("header", "came twice, must come once");
-  auto plan = FromProto(header, runtime_.application.limits, FieldPath::OfRequest("header"));
+  auto plan =
+      CloudPlanFromProto(header, runtime_.application.limits, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
   const std::int64_t most = runtime_.application.limits.max_cloud_bytes;
   if (plan->total_bytes > most) {
@@ -175,8 +176,8 @@ absl::Status IngestCall::Interpret() {
     lease->Keep();
     KeepScan(**lease, *request, *outcome);
   }
-  auto status = ToProto({*outcome, **lease, plan_->want_point_labels}, application.limits,
-                        application.geometry, &response_);
+  auto status = IngestReplyToProto({*outcome, **lease, plan_->want_point_labels},
+                                   application.limits, application.geometry, &response_);
   if (!lease->kept()) response_.clear_world_uid();
   return status;
 }

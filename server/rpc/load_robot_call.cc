@@ -48,7 +48,7 @@ absl::Status LoadRobotCall::TakeHeader(const v1::LoadRobotHeader& header) {
   header_ = EmptyCharge();
   auto charged = header_.Resize(static_cast<std::int64_t>(header.ByteSizeLong()));
   if (!charged.ok()) return charged;
-  auto plan = FromProto(header, FieldPath::OfRequest("header"));
+  auto plan = RobotPlanFromProto(header, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
   plan_ = *std::move(plan);
   v1::LoadRobotHeader content = header;
@@ -139,7 +139,7 @@ absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
   told.name = put->name;
   told.robot = put->robot;
   told.state = put->state;
-  const auto size = static_cast<std::int64_t>(ToProto(told).ByteSizeLong());
+  const auto size = static_cast<std::int64_t>(RobotToProto(told).ByteSizeLong());
   const std::int64_t most = runtime_.application.limits.max_object_bytes;
   if (size <= most) return put;
   return RobotTooLarge(absl::StrCat("header.urdf: names, joints and groups of the robot have ",
@@ -185,7 +185,7 @@ absl::Status LoadRobotCall::Reply(const World& world, const WriteOutcome& outcom
     snapshot = *std::move(first);
   }
   const collision::WorldRobotPtr robot = snapshot->FindRobot(name);
-  *response_.mutable_robot() = ToProto(*robot);
+  *response_.mutable_robot() = RobotToProto(*robot);
   for (const std::string& warning : WarningsOf(*robot->robot, plan_->srdf.has_value())) {
     response_.add_warnings(warning);
   }

@@ -92,8 +92,8 @@ absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
                                         const v1::QueryOptions& options, SnapshotPtr base,
                                         WorkBudget* budget) {
   if (options.overlay().empty()) return base;
-  auto changes = FromProto(options.overlay(), application.limits, application.geometry,
-                           FieldPath::OfRequest("options"), "overlay", budget);
+  auto changes = ChangesFromProto(options.overlay(), application.limits, application.geometry,
+                                  FieldPath::OfRequest("options"), "overlay", budget);
   if (!changes.ok()) return changes.status();
   return WithChanges(base, *changes, "options.overlay", budget);
 }
@@ -119,7 +119,7 @@ absl::Status CheckIgnoredPairs(const std::vector<collision::NamedPair>& pairs,
 template <class Request>
 absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
                                  StreamMemory* memory) {
-  auto options = FromProto(request.options(), FieldPath::OfRequest("options"));
+  auto options = QueryOptionsFromProto(request.options(), FieldPath::OfRequest("options"));
   if (!options.ok()) return options.status();
   auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
@@ -152,7 +152,7 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
 }
 
 // A kind of query about a body in rows.
-template <class Columns>
+template <class Columns, class Response>
 struct BodyQuestion {
   absl::StatusOr<Columns> (*ask)(const collision::WorldSnapshot& world,
                                  const collision::QueryBody& body, const collision::BodyRows& rows,
@@ -161,6 +161,7 @@ struct BodyQuestion {
   std::string_view field;
   std::int64_t (*per_row)(const collision::QueryOptions& options,
                           const collision::WorldSnapshot& world);
+  void (*to_proto)(const Columns& answers, const AnswerContext& context, Response* response);
 };
 
 std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSnapshot&) {
@@ -182,15 +183,15 @@ std::int64_t ContactsPerRow(const collision::QueryOptions& options,
 
 template <class Columns, class Request, class Response>
 absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallContext& call,
-                        StreamMemory* memory, const BodyQuestion<Columns>& kind,
+                        StreamMemory* memory, const BodyQuestion<Columns, Response>& kind,
                         Response* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
-  auto question = FromProto(request.subject(),
-                            {*asked->snapshot, application.geometry, application.limits,
-                             asked->options.query.ignore, &asked->budget},
-                            FieldPath::OfRequest("subject"));
+  auto question = StateQueryFromProto(request.subject(),
+                                      {*asked->snapshot, application.geometry, application.limits,
+                                       asked->options.query.ignore, &asked->budget},
+                                      FieldPath::OfRequest("subject"));
   if (!question.ok()) return question.status();
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
   auto status = CheckForm(asked->options.form, rows->size(), application.limits);
@@ -203,7 +204,7 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
   asked->options.query.threads = share.threads();
   auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(BodyNamesOf(*question)), response);
+  kind.to_proto(*answers, asked->Context(BodyNamesOf(*question)), response);
   return absl::OkStatus();
 }
 
@@ -212,10 +213,10 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
 absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
                     const CallContext& call, StreamMemory* memory,
                     v1::CheckCollisionsResponse* response) {
-  return AnswerBody(
-      runtime, request, call, memory,
-      BodyQuestion<collision::CollisionColumns>{collision::CheckCollisions, "", OnePerRow},
-      response);
+  return AnswerBody(runtime, request, call, memory,
+                    BodyQuestion<collision::CollisionColumns, v1::CheckCollisionsResponse>{
+                        collision::CheckCollisions, "", OnePerRow, CollisionAnswersToProto},
+                    response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
@@ -223,7 +224,8 @@ absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
                     v1::GetDistancesResponse* response) {
   return AnswerBody(
       runtime, request, call, memory,
-      BodyQuestion<collision::PairColumns>{collision::GetDistances, "max_results", ResultsPerRow},
+      BodyQuestion<collision::PairColumns, v1::GetDistancesResponse>{
+          collision::GetDistances, "max_results", ResultsPerRow, DistanceAnswersToProto},
       response);
 }
 
@@ -232,7 +234,8 @@ absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
                     v1::GetContactsResponse* response) {
   return AnswerBody(
       runtime, request, call, memory,
-      BodyQuestion<collision::PairColumns>{collision::GetContacts, "max_contacts", ContactsPerRow},
+      BodyQuestion<collision::PairColumns, v1::GetContactsResponse>{
+          collision::GetContacts, "max_contacts", ContactsPerRow, ContactAnswersToProto},
       response);
 }
 
@@ -242,7 +245,8 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
-  auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
+  auto motions =
+      MotionQueryFromProto(request, {*asked->snapshot, application.geometry, application.limits,
                                      asked->options.query.ignore, &asked->budget});
   if (!motions.ok()) return motions.status();
   auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
@@ -253,7 +257,7 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
   auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
                                        motions->paths, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(BodyNamesOf(question)), response);
+  MotionAnswersToProto(*answers, asked->Context(BodyNamesOf(question)), response);
   return absl::OkStatus();
 }
 
@@ -262,7 +266,7 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Limits& limits = runtime.application.limits;
-  auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath::OfRequest("rays"));
+  auto rays = RaysFromProto(request.rays(), limits.max_batch_rows, FieldPath::OfRequest("rays"));
   if (!rays.ok()) return rays.status();
   if (auto status = CheckForm(asked->options.form, rays->size(), limits); !status.ok()) {
     return status;
@@ -272,7 +276,7 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
   asked->options.query.threads = share.threads();
   auto answers = collision::CastRays(*asked->snapshot, *rays, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, *rays, asked->Context(), response);
+  RayAnswersToProto(*answers, *rays, asked->Context(), response);
   return absl::OkStatus();
 }
 
@@ -293,7 +297,7 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
   auto answers =
       collision::SamplePoints(*asked->snapshot, *points, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(), response);
+  SampleAnswersToProto(*answers, asked->Context(), response);
   return absl::OkStatus();
 }
 

@@ -44,7 +44,7 @@ absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& re
                       const CallContext& call, v1::GetRobotLinksResponse* response) {
   const FieldPath root;
   if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
-  const auto rule = FromProto(request.at_revision(), root.Field("at_revision"));
+  const auto rule = RevisionRuleFromProto(request.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
   if (!at.ok()) return at.status();

@@ -22,8 +22,8 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
   if (bytes > most) {
     return InvalidField("overlay", absl::StrCat("has ", bytes, " bytes, must have at most ", most));
   }
-  return FromProto(overlay.changes(), application.limits, application.geometry,
-                   FieldPath::OfRequest("overlay"), "changes", budget);
+  return ChangesFromProto(overlay.changes(), application.limits, application.geometry,
+                          FieldPath::OfRequest("overlay"), "changes", budget);
 }
 
 // Replaces a change that has expired, so that later changes keep their indices.

@@ -120,7 +120,7 @@ void WatchCall::Pump() {
 
 absl::Status WatchCall::Open() {
   const FieldPath root;
-  auto view = FromProto(request_.view(), View::kShapes, root.Field("view"));
+  auto view = ViewFromProto(request_.view(), View::kShapes, root.Field("view"));
   if (!view.ok()) return view.status();
   view_ = *view;
   auto options = OptionsOf(request_);

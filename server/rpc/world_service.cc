@@ -136,8 +136,8 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   const auto prepared = application.memory->Charge(
       MemoryBudget::Client(call.client), PreparedBytes(request.changes(), application.geometry));
   if (!prepared.ok()) return prepared.status();
-  auto changes = FromProto(request.changes(), application.limits, application.geometry, {},
-                           "changes", &budget);
+  auto changes = ChangesFromProto(request.changes(), application.limits, application.geometry, {},
+                                  "changes", &budget);
   if (!changes.ok()) return changes.status();
   return ApplyTo(application.worlds, request, *changes, *options, budget, response);
 }
@@ -145,10 +145,10 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
 absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
                  v1::GetObjectResponse* response) {
   const FieldPath root;
-  auto view = FromProto(request.view(), View::kFull, root.Field("view"));
+  auto view = ViewFromProto(request.view(), View::kFull, root.Field("view"));
   if (!view.ok()) return view.status();
   if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
-  auto rule = FromProto(request.at_revision(), root.Field("at_revision"));
+  auto rule = RevisionRuleFromProto(request.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
@@ -156,14 +156,14 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
   if (object == nullptr) return UnknownObject(request.name());
   response->set_world_uid(at->world->uid());
   response->set_revision(at->snapshot->revision().value);
-  *response->mutable_object() = ToProto(*object, *view, at->world->observations().Of(object->name),
-                                        runtime.application.geometry);
+  *response->mutable_object() = ObjectToProto(
+      *object, *view, at->world->observations().Of(object->name), runtime.application.geometry);
   return absl::OkStatus();
 }
 
 absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, const CallContext& call,
                       v1::GetWorldResponse* response) {
-  auto rule = FromProto(request.at_revision(), FieldPath::OfRequest("at_revision"));
+  auto rule = RevisionRuleFromProto(request.at_revision(), FieldPath::OfRequest("at_revision"));
   if (!rule.ok()) return rule.status();
   auto at = FindWorldAt(runtime, request.world(), "", *rule, call);
   if (!at.ok()) return at.status();
@@ -171,7 +171,7 @@ absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, cons
   response->set_world_uid(response->world().world_uid());
   response->set_revision(response->world().revision());
   for (const collision::PairRule& pair : at->snapshot->pair_rules()) {
-    *response->add_pair_rules() = ToProto(pair);
+    *response->add_pair_rules() = PairRuleToProto(pair);
   }
   return absl::OkStatus();
 }

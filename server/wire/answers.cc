@@ -87,7 +87,7 @@ std::string EnumBytes(const std::vector<Enum>& values) {
 }
 
 v1::Vector3 VectorAt(const std::vector<double>& values, std::size_t i) {
-  return ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+  return VectorToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
 }
 
 template <class Response>
@@ -282,18 +282,18 @@ void SetPairs(const collision::PairColumns& answers, const AnswerContext& contex
 
 }  // namespace
 
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetDistancesResponse* response) {
+void DistanceAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                            v1::GetDistancesResponse* response) {
   SetPairs(answers, context, response);
 }
 
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetContactsResponse* response) {
+void ContactAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                           v1::GetContactsResponse* response) {
   SetPairs(answers, context, response);
 }
 
-void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
-             v1::CheckCollisionsResponse* response) {
+void CollisionAnswersToProto(const collision::CollisionColumns& answers,
+                             const AnswerContext& context, v1::CheckCollisionsResponse* response) {
   // Queries of verdicts only name no pairs: only the pairs that had to be searched for are known.
   const bool named = !context.verdicts_only;
   std::vector<std::int32_t> objects;
@@ -347,8 +347,8 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
 
 }  // namespace
 
-void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
-             v1::CheckMotionsResponse* response) {
+void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerContext& context,
+                          v1::CheckMotionsResponse* response) {
   const auto objects = SetObjects(answers.object, answers.completed, context, response);
   SetLinks(context, response);
   if (context.form == Form::kRows) return SetRows(answers, context, response);
@@ -409,8 +409,9 @@ void SetRows(const collision::PointColumns& answers, const AnswerContext& contex
 
 }  // namespace
 
-void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
-             const AnswerContext& context, v1::CastRaysResponse* response) {
+void RayAnswersToProto(const collision::RayColumns& answers,
+                       std::span<const collision::RayRow> rays, const AnswerContext& context,
+                       v1::CastRaysResponse* response) {
   // Rows without a hit name no object, whatever their other columns contain.
   std::vector<std::int32_t> hit_objects = answers.object;
   for (std::size_t i = 0; i < hit_objects.size(); ++i) {
@@ -435,14 +436,14 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     if (answers.hit[i] == 0) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_point() =
-        ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
+        VectorToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
     *row->mutable_normal() = VectorAt(answers.normal, i);
     SetObstacle(answers.object[i], answers.object_part[i], context, row);
   }
 }
 
-void ToProto(const collision::PointColumns& answers, const AnswerContext& context,
-             v1::SamplePointsResponse* response) {
+void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerContext& context,
+                          v1::SamplePointsResponse* response) {
   std::vector<std::int32_t> near_objects = answers.object;
   for (std::size_t i = 0; i < near_objects.size(); ++i) {
     if (answers.state[i] == collision::SampleState::kBeyond) near_objects[i] = kNoObject;

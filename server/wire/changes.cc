@@ -35,13 +35,14 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
   model->shapes.reserve(static_cast<std::size_t>(object.shapes_size()));
   model->surfaces.reserve(static_cast<std::size_t>(object.surfaces_size()));
   for (int i = 0; i < object.shapes_size(); ++i) {
-    auto part = FromProto(object.shapes(i), source.store, path.Item("shapes", i), source.budget);
+    auto part =
+        ShapePartFromProto(object.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     model->shapes.push_back(*std::move(part));
   }
   for (int i = 0; i < object.surfaces_size(); ++i) {
-    auto part =
-        FromProto(object.surfaces(i), source.store, path.Item("surfaces", i), source.budget);
+    auto part = SurfacePartFromProto(object.surfaces(i), source.store, path.Item("surfaces", i),
+                                     source.budget);
     if (!part.ok()) return part.status();
     model->surfaces.push_back(*std::move(part));
   }
@@ -60,11 +61,11 @@ absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Chang
   }
   if (auto status = CheckName(object.name(), path.Field("name")); !status.ok()) return status;
   put.name = object.name();
-  auto kind = FromProto(object.kind(), collision::ObjectKind::kUser, path.Field("kind"));
+  auto kind = ObjectKindFromProto(object.kind(), collision::ObjectKind::kUser, path.Field("kind"));
   if (!kind.ok()) return kind.status();
   put.kind = *kind;
   if (object.has_x_world_object()) {
-    auto X_WO = FromProto(object.x_world_object(), path.Field("x_world_object"));
+    auto X_WO = PoseFromProto(object.x_world_object(), path.Field("x_world_object"));
     if (!X_WO.ok()) return X_WO.status();
     put.X_WO = *X_WO;
   }
@@ -88,7 +89,7 @@ absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const F
   if (auto status = CheckName(move.name(), path.Field("name")); !status.ok()) return status;
   const FieldPath pose_path = path.Field("x_world_object");
   if (!move.has_x_world_object()) return pose_path.Error("is absent, must be given");
-  auto X_WO = FromProto(move.x_world_object(), pose_path);
+  auto X_WO = PoseFromProto(move.x_world_object(), pose_path);
   if (!X_WO.ok()) return X_WO.status();
   return collision::MoveObject{.name = move.name(), .X_WO = *X_WO};
 }
@@ -102,7 +103,7 @@ absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
   result.robot = attach.robot();
   result.link = attach.link();
   if (attach.has_x_link_object()) {
-    auto X_LO = FromProto(attach.x_link_object(), path.Field("x_link_object"));
+    auto X_LO = PoseFromProto(attach.x_link_object(), path.Field("x_link_object"));
     if (!X_LO.ok()) return X_LO.status();
     result.X_LO = *X_LO;
   }
@@ -135,19 +136,19 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Chang
       break;
     }
     case v1::Change::kRobotState: {
-      auto set = FromProto(change.robot_state(), path.Field("robot_state"));
+      auto set = SetRobotStateFromProto(change.robot_state(), path.Field("robot_state"));
       if (!set.ok()) return set.status();
       result.what = *std::move(set);
       break;
     }
     case v1::Change::kAllow: {
-      auto allow = FromProto(change.allow(), path.Field("allow"));
+      auto allow = AllowCollisionFromProto(change.allow(), path.Field("allow"));
       if (!allow.ok()) return allow.status();
       result.what = *std::move(allow);
       break;
     }
     case v1::Change::kMargin: {
-      auto set = FromProto(change.margin(), path.Field("margin"));
+      auto set = SetPairMarginFromProto(change.margin(), path.Field("margin"));
       if (!set.ok()) return set.status();
       result.what = *std::move(set);
       break;
@@ -178,7 +179,7 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Chang
 
 }  // namespace
 
-absl::StatusOr<std::vector<collision::Change>> FromProto(
+absl::StatusOr<std::vector<collision::Change>> ChangesFromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
     const GeometryStore& store, const FieldPath& path, std::string_view list, WorkBudget* budget) {
   const ChangeSource source{limits, store, budget};

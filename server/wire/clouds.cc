@@ -188,12 +188,12 @@ absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::Ingest
   if (!clustering.ok()) return clustering.status();
   options.clustering = *clustering;
   if (header.has_x_world_sensor()) {
-    auto X_WC = FromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
+    auto X_WC = PoseFromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
     if (!X_WC.ok()) return X_WC.status();
     options.X_WC = *X_WC;
   }
   if (header.has_up()) {
-    auto up_C = FromProto(header.up(), path.Field("up"));
+    auto up_C = VectorFromProto(header.up(), path.Field("up"));
     if (!up_C.ok()) return up_C.status();
     if (!(up_C->stableNorm() > 0)) {
       return path.Field("up").Error("has length 0, must have a positive length");
@@ -239,7 +239,7 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
   request.mode = *mode;
   request.frame_stamp = std::chrono::system_clock::now();
   if (header.has_frame_stamp()) {
-    auto stamp = FromProto(header.frame_stamp(), path.Field("frame_stamp"));
+    auto stamp = TimePointFromProto(header.frame_stamp(), path.Field("frame_stamp"));
     if (!stamp.ok()) return stamp.status();
     request.frame_stamp = *stamp;
   }
@@ -248,8 +248,8 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
 
 }  // namespace
 
-absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
-                                    const FieldPath& path) {
+absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
+                                             const Limits& limits, const FieldPath& path) {
   auto layout = LayoutOf(header.layout(), path.Field("layout"));
   if (!layout.ok()) return layout.status();
   if (auto status = CheckCounts(header, limits, path); !status.ok()) return status;
@@ -267,7 +267,7 @@ absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const L
   plan.request.cloud.width = organised ? header.width() : static_cast<int>(header.point_count());
   plan.request.cloud.height = organised ? header.height() : 1;
   if (header.has_time_budget()) {
-    auto budget = FromProto(header.time_budget(), path.Field("time_budget"));
+    auto budget = DurationFromProto(header.time_budget(), path.Field("time_budget"));
     if (!budget.ok()) return budget.status();
     plan.time_budget = *budget;
   }

@@ -52,8 +52,8 @@ struct CloudPlan {
 
 // Checks the header before any data. Refuses what exceeds the limits or is inconsistent (count,
 // step, total, width and height).
-absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
-                                    const FieldPath& path);
+absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
+                                             const Limits& limits, const FieldPath& path);
 
 // Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return), but
 // at least one point must be finite ("chunk.data"). InvalidArgument with the field "point 17.x" for
@@ -66,7 +66,7 @@ struct IngestReply {
   bool want_point_labels = false;
 };
 // Labels larger than limits.max_inline_bytes are put into the store and named by their hash.
-absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
-                     v1::IngestCloudResponse* response);
+absl::Status IngestReplyToProto(const IngestReply& reply, const Limits& limits,
+                                GeometryStore& store, v1::IngestCloudResponse* response);
 
 }  // namespace cwm::server

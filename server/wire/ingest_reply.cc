@@ -72,7 +72,7 @@ absl::Status SetObjects(const IngestReply& reply, GeometryStore& store,
   for (std::size_t i = 0; i < outcome.supports.size(); ++i) {
     const collision::WorldObject& support = *outcome.supports[i];
     v1::Object* proto = response->add_supports();
-    *proto = ToProto(support, View::kFull, ObservationOf(support, reply.world), store);
+    *proto = ObjectToProto(support, View::kFull, ObservationOf(support, reply.world), store);
     if (i < outcome.support_reachable.size() && outcome.support_reachable[i].has_value()) {
       proto->set_reachable(*outcome.support_reachable[i]);
     }
@@ -81,7 +81,7 @@ absl::Status SetObjects(const IngestReply& reply, GeometryStore& store,
   for (const collision::WorldObjectPtr& object : outcome.objects) {
     v1::Object* proto = response->add_objects();  // stays empty if a user's object explains it
     if (object == nullptr) continue;
-    *proto = ToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
+    *proto = ObjectToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
     if (absl::Status held = HoldMeshes(*object, store); !held.ok()) return held;
   }
   return absl::OkStatus();
@@ -103,11 +103,11 @@ absl::Status SetLabels(const std::vector<std::uint32_t>& labels, const Limits& l
 
 }  // namespace
 
-absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
-                     v1::IngestCloudResponse* response) {
+absl::Status IngestReplyToProto(const IngestReply& reply, const Limits& limits,
+                                GeometryStore& store, v1::IngestCloudResponse* response) {
   response->set_world_uid(reply.world.uid());
   response->set_revision(reply.outcome.revision.value);
-  *response->mutable_x_world_sensor() = ToProto(reply.outcome.X_WC);
+  *response->mutable_x_world_sensor() = PoseToProto(reply.outcome.X_WC);
   SetReport(reply.outcome.report, response);
   if (absl::Status status = SetObjects(reply, store, response); !status.ok()) return status;
   SetChanges(reply.outcome, response->mutable_changes());

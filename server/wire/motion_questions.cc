@@ -43,15 +43,15 @@ absl::StatusOr<std::vector<Path>> PathsOf(const v1::CheckMotionsRequest& request
 
 }  // namespace
 
-absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
-                                         const QuestionSource& source) {
+absl::StatusOr<MotionQuestion> MotionQueryFromProto(const v1::CheckMotionsRequest& request,
+                                                    const QuestionSource& source) {
   const FieldPath root;
   const FieldPath subject = root.Field("subject");
   if (request.subject().has_points()) {
     return subject.Field("points").Error(
         "do not move, must be one of shapes, object, robot: give a small sphere as shapes");
   }
-  auto question = FromProto(request.subject(), source, subject);
+  auto question = StateQueryFromProto(request.subject(), source, subject);
   if (!question.ok()) return question.status();
   auto paths = PathsOf(request, RowsOf(*question)->size());
   if (!paths.ok()) return paths.status();

@@ -28,7 +28,7 @@ absl::Status UnknownValue(Enum value, std::string_view type, const FieldPath& pa
       absl::StrCat("is ", static_cast<int>(value), ", must be a known ", std::string(type)));
 }
 
-absl::StatusOr<collision::EngineChoice> FromProto(v1::Engine engine, const FieldPath& path) {
+absl::StatusOr<collision::EngineChoice> EngineFromProto(v1::Engine engine, const FieldPath& path) {
   switch (engine) {
     case v1::ENGINE_UNSPECIFIED:
     case v1::ENGINE_AUTO:
@@ -44,7 +44,8 @@ absl::StatusOr<collision::EngineChoice> FromProto(v1::Engine engine, const Field
   }
 }
 
-absl::StatusOr<collision::UnseenSpace> FromProto(v1::UnseenSpace unseen, const FieldPath& path) {
+absl::StatusOr<collision::UnseenSpace> UnseenSpaceFromProto(v1::UnseenSpace unseen,
+                                                            const FieldPath& path) {
   switch (unseen) {
     case v1::UNSEEN_SPACE_UNSPECIFIED:
     case v1::UNSEEN_SPACE_BLOCK:
@@ -58,8 +59,8 @@ absl::StatusOr<collision::UnseenSpace> FromProto(v1::UnseenSpace unseen, const F
   }
 }
 
-absl::StatusOr<collision::Representation> FromProto(v1::Representation representation,
-                                                    const FieldPath& path) {
+absl::StatusOr<collision::Representation> RepresentationFromProto(v1::Representation representation,
+                                                                  const FieldPath& path) {
   switch (representation) {
     case v1::REPRESENTATION_UNSPECIFIED:
     case v1::REPRESENTATION_HYBRID:
@@ -94,10 +95,11 @@ absl::Status SetForm(const v1::QueryOptions& options, const FieldPath& path,
 
 absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
                       collision::QueryOptions& query) {
-  auto engine = FromProto(options.engine(), path.Field("engine"));
+  auto engine = EngineFromProto(options.engine(), path.Field("engine"));
   if (!engine.ok()) return engine.status();
   query.engine = *engine;
-  auto representation = FromProto(options.representation(), path.Field("representation"));
+  auto representation =
+      RepresentationFromProto(options.representation(), path.Field("representation"));
   if (!representation.ok()) return representation.status();
   query.representation = *representation;
   auto status = CheckLength(options.margin_m(), path.Field("margin_m"));
@@ -128,11 +130,11 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
   auto status = CheckRange(options.ignore_pairs_size(), {0, kMaxPairs}, path.Field("ignore_pairs"));
   if (!status.ok()) return status;
   for (int i = 0; i < options.ignore_pairs_size(); ++i) {
-    auto pair = FromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
+    auto pair = NamedPairFromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
     if (!pair.ok()) return pair.status();
     query.ignore_pairs.push_back(*std::move(pair));
   }
-  auto unseen = FromProto(options.unseen(), path.Field("unseen"));
+  auto unseen = UnseenSpaceFromProto(options.unseen(), path.Field("unseen"));
   if (!unseen.ok()) return unseen.status();
   query.unseen = *unseen;
   if (options.has_support_tolerance_m()) {
@@ -158,12 +160,13 @@ absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
   std::vector<Placed<>> parts;
   parts.reserve(shapes.shapes_size());
   for (int i = 0; i < shapes.shapes_size(); ++i) {
-    auto part = FromProto(shapes.shapes(i), source.store, path.Item("shapes", i), source.budget);
+    auto part =
+        PlacedShapeFromProto(shapes.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     parts.push_back(*std::move(part));
   }
-  auto rows =
-      FromProto(shapes.x_world_body(), source.limits.max_batch_rows, path.Field("x_world_body"));
+  auto rows = PosesFromProto(shapes.x_world_body(), source.limits.max_batch_rows,
+                             path.Field("x_world_body"));
   if (!rows.ok()) return rows.status();
   collision::QueryBody body = collision::BodyFromShapes(std::move(parts), source.budget);
   if (body.geometry == nullptr) return source.budget->status();
@@ -178,15 +181,15 @@ absl::StatusOr<Question> ObjectQuestion(const v1::Subject::WorldObject& subject,
   if (subject.x_world_object().data().empty()) {
     return Question{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
   }
-  auto rows = FromProto(subject.x_world_object(), source.limits.max_batch_rows,
-                        path.Field("x_world_object"));
+  auto rows = PosesFromProto(subject.x_world_object(), source.limits.max_batch_rows,
+                             path.Field("x_world_object"));
   if (!rows.ok()) return rows.status();
   return Question{collision::BodyFromObject(*object), *std::move(rows)};
 }
 
 absl::StatusOr<Question> PointsQuestion(const v1::Subject::Points& points,
                                         const QuestionSource& source, const FieldPath& path) {
-  auto rows = FromProto(points, source.limits.max_batch_rows, path);
+  auto rows = PointPosesFromProto(points, source.limits.max_batch_rows, path);
   if (!rows.ok()) return rows.status();
   return Question{collision::BodyFromShapes({Placed<>{Pose::Identity(), Sphere{kPointRadius_m}}}),
                   *std::move(rows)};
@@ -194,7 +197,8 @@ absl::StatusOr<Question> PointsQuestion(const v1::Subject::Points& points,
 
 }  // namespace
 
-absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPath& path) {
+absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
+                                                   const FieldPath& path) {
   switch (rule.revision_case()) {
     case v1::AtRevision::kLatest:
     case v1::AtRevision::REVISION_NOT_SET:
@@ -209,9 +213,10 @@ absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPa
   return Latest{};
 }
 
-absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const FieldPath& path) {
+absl::StatusOr<QuestionOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
+                                                      const FieldPath& path) {
   QuestionOptions result;
-  auto rule = FromProto(options.at_revision(), path.Field("at_revision"));
+  auto rule = RevisionRuleFromProto(options.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   result.at_revision = *rule;
   result.world_uid = options.world_uid();
@@ -219,15 +224,15 @@ absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const
   if (auto status = SetPairs(options, path, result.query); !status.ok()) return status;
   if (auto status = SetForm(options, path, result); !status.ok()) return status;
   if (options.has_time_budget()) {
-    auto budget = FromProto(options.time_budget(), path.Field("time_budget"));
+    auto budget = DurationFromProto(options.time_budget(), path.Field("time_budget"));
     if (!budget.ok()) return budget.status();
     result.time_budget = *budget;
   }
   return result;
 }
 
-absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,
-                                   const FieldPath& path) {
+absl::StatusOr<Question> StateQueryFromProto(const v1::Subject& subject,
+                                             const QuestionSource& source, const FieldPath& path) {
   switch (subject.what_case()) {
     case v1::Subject::kShapes:
       return ShapesQuestion(subject.shapes(), source, path.Field("shapes"));
@@ -236,7 +241,7 @@ absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSou
     case v1::Subject::kPoints:
       return PointsQuestion(subject.points(), source, path.Field("points"));
     case v1::Subject::kRobot:
-      return FromProto(subject.robot(), source, path.Field("robot"));
+      return RobotQueryFromProto(subject.robot(), source, path.Field("robot"));
     case v1::Subject::WHAT_NOT_SET:
       break;
   }

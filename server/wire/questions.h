@@ -20,7 +20,8 @@
 namespace cwm::server {
 
 // Negative revisions of AtLeast and Exactly are refused.
-absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPath& path);
+absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
+                                                   const FieldPath& path);
 
 // Precision of answer columns.
 enum class Precision { kSingle, kDouble };
@@ -34,7 +35,8 @@ struct QuestionOptions {
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
 };
-absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const FieldPath& path);
+absl::StatusOr<QuestionOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
+                                                      const FieldPath& path);
 
 // chosen: the most shapes of a body; each row checks every one of them.
 inline constexpr int kMaxBodyShapes = 1'024;
@@ -80,12 +82,12 @@ struct QuestionSource {
   WorkBudget* budget = nullptr;              // reading ends with its status
 };
 // NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.
-absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,
-                                   const FieldPath& path);
+absl::StatusOr<Question> StateQueryFromProto(const v1::Subject& subject,
+                                             const QuestionSource& source, const FieldPath& path);
 // FailedPrecondition NO_SPHERES if the given spheres are requested of a robot that was loaded
 // without any.
-absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const QuestionSource& source,
-                                   const FieldPath& path);
+absl::StatusOr<Question> RobotQueryFromProto(const v1::RobotSubject& subject,
+                                             const QuestionSource& source, const FieldPath& path);
 
 // Motions of a subject, each along a path.
 struct MotionQuestion {
@@ -93,8 +95,8 @@ struct MotionQuestion {
   std::vector<collision::Path> paths;
 };
 // Refuses points as subject.
-absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
-                                         const QuestionSource& source);
+absl::StatusOr<MotionQuestion> MotionQueryFromProto(const v1::CheckMotionsRequest& request,
+                                                    const QuestionSource& source);
 
 // Refuses RESULT_FORM_ROWS for more than limits.max_rows_as_messages rows.
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);

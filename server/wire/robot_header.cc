@@ -35,7 +35,8 @@ absl::Status TakeText(const TextSource& source, Files& files, const FieldPath& p
 
 }  // namespace
 
-absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const FieldPath& path) {
+absl::StatusOr<RobotPlan> RobotPlanFromProto(const v1::LoadRobotHeader& header,
+                                             const FieldPath& path) {
   RobotPlan plan;
   plan.world = header.world();
   plan.world_uid = header.world_uid();
@@ -54,11 +55,11 @@ absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const Fie
     plan.spheres = TextSource{header.spheres(), header.spheres_file()};
   }
   if (header.has_x_world_base()) {
-    auto X_WB = FromProto(header.x_world_base(), path.Field("x_world_base"));
+    auto X_WB = PoseFromProto(header.x_world_base(), path.Field("x_world_base"));
     if (!X_WB.ok()) return X_WB.status();
     plan.X_WB = *X_WB;
   }
-  auto joints = FromProto(header.initial_state(), path.Field("initial_state"));
+  auto joints = JointValuesFromProto(header.initial_state(), path.Field("initial_state"));
   if (!joints.ok()) return joints.status();
   plan.initial_state = *std::move(joints);
   plan.write.request_id = header.request_id();

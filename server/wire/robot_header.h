@@ -30,7 +30,8 @@ struct RobotPlan {
   WriteOptions write;
 };
 
-absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const FieldPath& path);
+absl::StatusOr<RobotPlan> RobotPlanFromProto(const v1::LoadRobotHeader& header,
+                                             const FieldPath& path);
 
 // The files as input of ReadRobot. INVALID_FIELD below `path` names a text whose file was not sent.
 // Moves the contents out of `files`.

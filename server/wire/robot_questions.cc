@@ -28,7 +28,8 @@ using collision::RobotModel;
 
 constexpr std::size_t kMaxNamesInError = 20;
 
-absl::StatusOr<collision::RobotScope> FromProto(v1::RobotScope scope, const FieldPath& path) {
+absl::StatusOr<collision::RobotScope> RobotScopeFromProto(v1::RobotScope scope,
+                                                          const FieldPath& path) {
   switch (scope) {
     case v1::ROBOT_SCOPE_UNSPECIFIED:
     case v1::ROBOT_SCOPE_BOTH:
@@ -107,7 +108,7 @@ absl::StatusOr<collision::QueryBody> BodyOfSpheres(const collision::WorldRobot& 
 absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
                                             const v1::RobotSubject& subject,
                                             const FieldPath& path) {
-  const auto scope = FromProto(subject.scope(), path.Field("scope"));
+  const auto scope = RobotScopeFromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
   const FieldPath geometry = path.Field("robot_geometry");
   std::vector<std::int64_t> parts;
@@ -258,7 +259,7 @@ absl::StatusOr<std::vector<double>> RowsFromProto(const v1::JointRows& rows,
 absl::StatusOr<std::vector<double>> BaseFromProto(const v1::RobotJointState& joints,
                                                   const collision::WorldRobot& robot,
                                                   const FieldPath& path) {
-  const auto values = server::FromProto(joints, path);
+  const auto values = JointValuesFromProto(joints, path);
   if (!values.ok()) return values.status();
   auto state = collision::StateWith(robot.model(), robot.state, *values);
   if (state.ok()) return state;
@@ -288,15 +289,15 @@ absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBu
 
 }  // namespace
 
-absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const QuestionSource& source,
-                                   const FieldPath& path) {
+absl::StatusOr<Question> RobotQueryFromProto(const v1::RobotSubject& subject,
+                                             const QuestionSource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.robot(), path.Field("robot")); !status.ok()) return status;
   RobotStates states;
   states.robot = source.snapshot.FindRobot(subject.robot());
   if (states.robot == nullptr) return UnknownRobot(subject.robot());
   auto bare = BodyOf(*states.robot, subject, path);
   if (!bare.ok()) return bare.status();
-  const auto scope = FromProto(subject.scope(), path.Field("scope"));
+  const auto scope = RobotScopeFromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
   auto carrying = WithCarried(*std::move(bare), source, *states.robot, *scope, path);
   if (!carrying.ok()) return carrying.status();
@@ -307,7 +308,7 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
   states.group = *group;
   states.X_WB = states.robot->X_WB;
   if (subject.has_x_world_base()) {
-    const auto X_WB = FromProto(subject.x_world_base(), path.Field("x_world_base"));
+    const auto X_WB = PoseFromProto(subject.x_world_base(), path.Field("x_world_base"));
     if (!X_WB.ok()) return X_WB.status();
     states.X_WB = *X_WB;
   }

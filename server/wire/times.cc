@@ -12,9 +12,9 @@ constexpr std::int64_t kFarthestStamp_s =
 
 }  // namespace
 
-absl::StatusOr<std::chrono::nanoseconds> FromProto(const google::protobuf::Duration& duration,
-                                                   const FieldPath& path,
-                                                   std::chrono::seconds longest) {
+absl::StatusOr<std::chrono::nanoseconds> DurationFromProto(
+    const google::protobuf::Duration& duration, const FieldPath& path,
+    std::chrono::seconds longest) {
   const bool nanos_valid = duration.nanos() >= 0 && duration.nanos() < kNanosPerSecond;
   const bool positive = duration.seconds() > 0 || (duration.seconds() == 0 && duration.nanos() > 0);
   if (!nanos_valid || !positive || duration.seconds() > longest.count()) {
@@ -24,14 +24,14 @@ absl::StatusOr<std::chrono::nanoseconds> FromProto(const google::protobuf::Durat
   return std::chrono::seconds(duration.seconds()) + std::chrono::nanoseconds(duration.nanos());
 }
 
-google::protobuf::Duration ToProto(std::chrono::nanoseconds duration) {
+google::protobuf::Duration DurationToProto(std::chrono::nanoseconds duration) {
   google::protobuf::Duration proto;
   proto.set_seconds(duration.count() / kNanosPerSecond);
   proto.set_nanos(static_cast<std::int32_t>(duration.count() % kNanosPerSecond));
   return proto;
 }
 
-absl::StatusOr<std::chrono::system_clock::time_point> FromProto(
+absl::StatusOr<std::chrono::system_clock::time_point> TimePointFromProto(
     const google::protobuf::Timestamp& stamp, const FieldPath& path) {
   const bool nanos_valid = stamp.nanos() >= 0 && stamp.nanos() < kNanosPerSecond;
   const bool seconds_valid =
@@ -46,7 +46,7 @@ absl::StatusOr<std::chrono::system_clock::time_point> FromProto(
           std::chrono::seconds(stamp.seconds()) + std::chrono::nanoseconds(stamp.nanos())));
 }
 
-google::protobuf::Timestamp ToProto(std::chrono::system_clock::time_point time) {
+google::protobuf::Timestamp TimePointToProto(std::chrono::system_clock::time_point time) {
   const std::int64_t nanos =
       std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
   // Timestamp requires non-negative nanos, also before 1970.

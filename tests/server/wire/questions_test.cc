@@ -15,7 +15,7 @@ namespace {
 
 absl::StatusOr<QuestionOptions> ConvertOptions(const v1::QueryOptions& options) {
   const FieldPath root;
-  return FromProto(options, root.Field("options"));
+  return QueryOptionsFromProto(options, root.Field("options"));
 }
 
 TEST(QueryOptions, HaveTheDocumentedDefaults) {
@@ -105,7 +105,7 @@ class Subjects : public ::testing::Test {
     snapshot_ = collision::WorldSnapshot({1}, objects);
   }
   absl::StatusOr<Question> ConvertOptions(const v1::Subject& subject) {
-    return FromProto(subject, {snapshot_, store_, limits_}, {});
+    return StateQueryFromProto(subject, {snapshot_, store_, limits_}, {});
   }
 
   collision::WorldSnapshot snapshot_;
@@ -183,15 +183,15 @@ TEST_F(Subjects, ABatchHasALimitOfAnswersThatTheErrorNames) {
 TEST(WireTime, SurvivesARoundTripAlsoBefore1970) {
   for (const std::int64_t nanos : {0LL, 1LL, -1LL, 1'700'000'000'123'456'789LL, -5'000'000'001LL}) {
     const std::chrono::system_clock::time_point time{std::chrono::nanoseconds(nanos)};
-    const auto proto = ToProto(time);
+    const auto proto = TimePointToProto(time);
     EXPECT_GE(proto.nanos(), 0);
-    const auto back = FromProto(proto, {});
+    const auto back = TimePointFromProto(proto, {});
     ASSERT_TRUE(back.ok());
     EXPECT_EQ(*back, time);
   }
   google::protobuf::Timestamp far;
   far.set_seconds(std::numeric_limits<std::int64_t>::min());
-  EXPECT_FALSE(FromProto(far, {}).ok());
+  EXPECT_FALSE(TimePointFromProto(far, {}).ok());
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ TEST(Mentions, OfOneMeshPrepareItOnce) {
   google::protobuf::RepeatedPtrField<v1::Change> changes;
   *changes.Add() = PutOfMentions(stored->hash, 600);
   WorkBudget budget;
-  const auto read = FromProto(changes, Limits{}, store, {}, "changes", &budget);
+  const auto read = ChangesFromProto(changes, Limits{}, store, {}, "changes", &budget);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(store.FindMesh(stored->hash)->facts->computed(), 1);
   const auto& put = std::get<collision::PutObject>(read->front().what);
@@ -63,7 +63,7 @@ TEST(Mentions, AreReadNoLongerThanTheBudgetLasts) {
   for (int i = 0; i < 20; ++i) *changes.Add() = PutOfMentions(stored->hash, 600);
   for (const int look : {1, 2, 5}) {
     EndsAtLook budget(look);
-    const auto ended = FromProto(changes, Limits{}, store, {}, "changes", &budget);
+    const auto ended = ChangesFromProto(changes, Limits{}, store, {}, "changes", &budget);
     EXPECT_TRUE(absl::IsCancelled(ended.status())) << ended.status();
     EXPECT_EQ(budget.looks(), look);
   }

@@ -38,7 +38,7 @@ class RobotSubjects : public ::testing::Test {
   }
   absl::StatusOr<Question> Convert() {
     const FieldPath root;
-    return FromProto(robot_, {*snapshot_, store_, limits_}, root.Field("robot"));
+    return RobotQueryFromProto(robot_, {*snapshot_, store_, limits_}, root.Field("robot"));
   }
   absl::StatusOr<RobotStates> States() {
     const auto question = Convert();
@@ -299,7 +299,7 @@ class MotionRequests : public RobotSubjects {
     if (request_.subject().what_case() == v1::Subject::WHAT_NOT_SET) {
       *request_.mutable_subject()->mutable_robot() = robot_;
     }
-    return FromProto(request_, QuestionSource{*snapshot_, store_, limits_});
+    return MotionQueryFromProto(request_, QuestionSource{*snapshot_, store_, limits_});
   }
   void ExpectMotionFault(const std::string& field, const std::string& rule) {
     const absl::Status status = ConvertMotions().status();

@@ -31,7 +31,7 @@ collision::WorldRobot WorldArm() {
 }
 
 TEST(WireRobot, TellsLinksVariablesGroupsAndState) {
-  const v1::Robot robot = ToProto(WorldArm());
+  const v1::Robot robot = RobotToProto(WorldArm());
   EXPECT_EQ(robot.name(), "left");
   EXPECT_EQ(robot.uid(), "left@3");
   EXPECT_EQ(robot.x_world_base().tz_m(), 3);
@@ -70,13 +70,13 @@ TEST(WireRobot, TellsLinksVariablesGroupsAndState) {
 
 TEST(WireRobot, CountsTheSpheresOfItsLinks) {
   collision::WorldRobot arm = WorldArm();
-  EXPECT_EQ(ToProto(arm).links(0).sphere_count(), 0);
+  EXPECT_EQ(RobotToProto(arm).links(0).sphere_count(), 0);
   collision::SphereModel spheres;
   spheres.links.resize(7);
   spheres.links[0] = {{}, {}};
   arm.robot = Arm(ArmUrdf(), collision::testing::ArmSrdf(), spheres);
-  EXPECT_EQ(ToProto(arm).links(0).sphere_count(), 2);
-  EXPECT_EQ(ToProto(arm).links(1).sphere_count(), 0);
+  EXPECT_EQ(RobotToProto(arm).links(0).sphere_count(), 2);
+  EXPECT_EQ(RobotToProto(arm).links(1).sphere_count(), 0);
 }
 
 class WireRobotState : public ::testing::Test {
@@ -89,13 +89,13 @@ class WireRobotState : public ::testing::Test {
   }
   std::string Fault() {
     const FieldPath root;
-    return FieldAtFault(FromProto(set_, root.Field("robot_state")).status());
+    return FieldAtFault(SetRobotStateFromProto(set_, root.Field("robot_state")).status());
   }
   v1::SetRobotState set_;
 };
 
 TEST_F(WireRobotState, LeavesOutWhatIsNotGiven) {
-  const auto set = FromProto(set_, FieldPath());
+  const auto set = SetRobotStateFromProto(set_, FieldPath());
   ASSERT_TRUE(set.ok()) << set.status();
   EXPECT_FALSE(set->X_WB.has_value());
   EXPECT_FALSE(set->joints.named.has_value());
@@ -129,10 +129,10 @@ TEST_F(WireRobotState, NamesWhatIsMalformed) {
 TEST(WireRobotHeader, TakesTextsAndFilesAlike) {
   v1::LoadRobotHeader header;
   const FieldPath root;
-  EXPECT_EQ(FieldAtFault(FromProto(header, root.Field("header")).status()), "header.urdf");
+  EXPECT_EQ(FieldAtFault(RobotPlanFromProto(header, root.Field("header")).status()), "header.urdf");
   header.set_urdf_file("r.urdf");
   header.set_srdf("<robot/>");
-  const auto plan = FromProto(header, root.Field("header"));
+  const auto plan = RobotPlanFromProto(header, root.Field("header"));
   ASSERT_TRUE(plan.ok()) << plan.status();
   const auto files = FilesOf(*plan, {{"r.urdf", "text"}, {"a.stl", "mesh"}}, root);
   ASSERT_TRUE(files.ok()) << files.status();
