@@ -15,7 +15,7 @@
 #include "server/rpc/at_revision.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/objects.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {

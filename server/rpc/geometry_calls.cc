@@ -13,7 +13,7 @@
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -100,14 +100,14 @@ absl::Status ReadGeometryCall::FindBlob() {
 absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
   const FieldPath root;  // must outlive the paths derived from it
   const FieldPath path = root.Field("object");
-  const v1::ObjectSurface& asked = request_.object();
-  if (auto status = CheckName(asked.name(), path.Field("name")); !status.ok()) return status;
-  const auto rule = RevisionRuleFromProto(asked.at_revision(), path.Field("at_revision"));
+  const v1::ObjectSurface& requested = request_.object();
+  if (auto status = CheckName(requested.name(), path.Field("name")); !status.ok()) return status;
+  const auto rule = RevisionRuleFromProto(requested.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
-  const auto at = FindWorldAt(runtime_, asked.world(), asked.world_uid(), *rule, call);
+  const auto at = FindWorldAt(runtime_, requested.world(), requested.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
-  const collision::WorldObjectPtr object = at->snapshot->Find(asked.name());
-  if (object == nullptr) return UnknownObject(asked.name());
+  const collision::WorldObjectPtr object = at->snapshot->Find(requested.name());
+  if (object == nullptr) return UnknownObject(requested.name());
   WorkBudget budget(call.deadline, call.stop);
   const auto surface = runtime_.application.geometry.SurfaceOf(object->geometry, &budget);
   if (!surface.ok()) return surface.status();

@@ -8,7 +8,7 @@
 #include "proto/transfer/sha256.h"
 #include "server/rpc/at_revision.h"
 #include "server/wire/numbers.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {

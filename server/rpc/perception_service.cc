@@ -37,8 +37,8 @@ grpc::ServerUnaryReactor* PerceptionService::ListScans(grpc::CallbackServerConte
                                                        grpc::ByteBuffer* response) {
   return Read<v1::ListScansRequest, v1::ListScansResponse>(
       context, runtime_, request, response,
-      [this](const v1::ListScansRequest& asked, const CallContext&, v1::ListScansResponse* reply) {
-        return List(runtime_.application, asked, reply);
+      [this](const v1::ListScansRequest& parsed, const CallContext&, v1::ListScansResponse* reply) {
+        return List(runtime_.application, parsed, reply);
       });
 }
 

@@ -284,22 +284,23 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
   }
   switch (request_.query_case()) {
     case v1::StreamQueriesRequest::kCheckCollisions:
-      return Answer(runtime_, request_.check_collisions(), call, &memory_,
-                    response_.mutable_check_collisions());
+      return AnswerQuery(runtime_, request_.check_collisions(), call, &memory_,
+                         response_.mutable_check_collisions());
     case v1::StreamQueriesRequest::kGetDistances:
-      return Answer(runtime_, request_.get_distances(), call, &memory_,
-                    response_.mutable_get_distances());
+      return AnswerQuery(runtime_, request_.get_distances(), call, &memory_,
+                         response_.mutable_get_distances());
     case v1::StreamQueriesRequest::kGetContacts:
-      return Answer(runtime_, request_.get_contacts(), call, &memory_,
-                    response_.mutable_get_contacts());
+      return AnswerQuery(runtime_, request_.get_contacts(), call, &memory_,
+                         response_.mutable_get_contacts());
     case v1::StreamQueriesRequest::kCastRays:
-      return Answer(runtime_, request_.cast_rays(), call, &memory_, response_.mutable_cast_rays());
+      return AnswerQuery(runtime_, request_.cast_rays(), call, &memory_,
+                         response_.mutable_cast_rays());
     case v1::StreamQueriesRequest::kSamplePoints:
-      return Answer(runtime_, request_.sample_points(), call, &memory_,
-                    response_.mutable_sample_points());
+      return AnswerQuery(runtime_, request_.sample_points(), call, &memory_,
+                         response_.mutable_sample_points());
     case v1::StreamQueriesRequest::kCheckMotions:
-      return Answer(runtime_, request_.check_motions(), call, &memory_,
-                    response_.mutable_check_motions());
+      return AnswerQuery(runtime_, request_.check_motions(), call, &memory_,
+                         response_.mutable_check_motions());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }

@@ -32,8 +32,8 @@ grpc::ServerUnaryReactor* Read(grpc::CallbackServerContext* context, Runtime& ru
   return StartUnary<Request, Response>(
       context, runtime, request, response, runtime.reads,
       {.plan =
-           [&runtime](const Request& asked) {
-             return UnaryPlan{.queue = &runtime.reads, .await = WhatToAwait(runtime, asked)};
+           [&runtime](const Request& parsed) {
+             return UnaryPlan{.queue = &runtime.reads, .await = WhatToAwait(runtime, parsed)};
            },
        .work = std::move(work)});
 }

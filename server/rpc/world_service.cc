@@ -21,7 +21,7 @@
 #include "server/wire/objects.h"
 #include "server/wire/pair_rules.h"
 #include "server/wire/prepared_bytes.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -142,8 +142,8 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   return ApplyTo(application.worlds, request, *changes, *options, budget, response);
 }
 
-absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
-                 v1::GetObjectResponse* response) {
+absl::Status ReadObject(Runtime& runtime, const v1::GetObjectRequest& request,
+                        const CallContext& call, v1::GetObjectResponse* response) {
   const FieldPath root;
   auto view = ViewFromProto(request.view(), View::kFull, root.Field("view"));
   if (!view.ok()) return view.status();
@@ -161,8 +161,8 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
   return absl::OkStatus();
 }
 
-absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, const CallContext& call,
-                      v1::GetWorldResponse* response) {
+absl::Status DescribeWorld(Runtime& runtime, const v1::GetWorldRequest& request,
+                           const CallContext& call, v1::GetWorldResponse* response) {
   auto rule = RevisionRuleFromProto(request.at_revision(), FieldPath::OfRequest("at_revision"));
   if (!rule.ok()) return rule.status();
   auto at = FindWorldAt(runtime, request.world(), "", *rule, call);
@@ -196,8 +196,8 @@ grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* co
                                                  grpc::ByteBuffer* response) {
   return Read<v1::GetWorldRequest, v1::GetWorldResponse>(
       context, runtime_, request, response,
-      [this](const v1::GetWorldRequest& asked, const CallContext& call,
-             v1::GetWorldResponse* reply) { return Describe(runtime_, asked, call, reply); });
+      [this](const v1::GetWorldRequest& parsed, const CallContext& call,
+             v1::GetWorldResponse* reply) { return DescribeWorld(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext* context,
@@ -205,8 +205,8 @@ grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext*
                                                     grpc::ByteBuffer* response) {
   return Read<v1::ListObjectsRequest, v1::ListObjectsResponse>(
       context, runtime_, request, response,
-      [this](const v1::ListObjectsRequest& asked, const CallContext& call,
-             v1::ListObjectsResponse* reply) { return ListPage(runtime_, asked, call, reply); });
+      [this](const v1::ListObjectsRequest& parsed, const CallContext& call,
+             v1::ListObjectsResponse* reply) { return ListPage(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* context,
@@ -214,8 +214,8 @@ grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* c
                                                   grpc::ByteBuffer* response) {
   return Read<v1::GetObjectRequest, v1::GetObjectResponse>(
       context, runtime_, request, response,
-      [this](const v1::GetObjectRequest& asked, const CallContext& call,
-             v1::GetObjectResponse* reply) { return Get(runtime_, asked, call, reply); });
+      [this](const v1::GetObjectRequest& parsed, const CallContext& call,
+             v1::GetObjectResponse* reply) { return ReadObject(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext* context,
@@ -223,8 +223,8 @@ grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext*
                                                     grpc::ByteBuffer* response) {
   return Write<v1::DeleteWorldRequest, v1::DeleteWorldResponse>(
       context, runtime_, request, response,
-      [this](const v1::DeleteWorldRequest& asked, const CallContext&,
-             v1::DeleteWorldResponse* reply) { return Delete(runtime_, asked, reply); });
+      [this](const v1::DeleteWorldRequest& parsed, const CallContext&,
+             v1::DeleteWorldResponse* reply) { return Delete(runtime_, parsed, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,
@@ -233,17 +233,17 @@ grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext
   return StartUnary<v1::ApplyChangesRequest, v1::ApplyChangesResponse>(
       context, runtime_, request, response, runtime_.batches,
       {.plan =
-           [this](const v1::ApplyChangesRequest& asked) {
-             const double cost_s = EstimatedCost_s(runtime_, asked);
+           [this](const v1::ApplyChangesRequest& parsed) {
+             const double cost_s = EstimatedCost_s(runtime_, parsed);
              UnaryPlan plan{.queue = &WriteQueueFor(runtime_, cost_s), .cost_s = cost_s};
              const absl::Status affordable = CheckCost(cost_s, runtime_.application.limits);
              if (!affordable.ok()) plan.await = affordable;
              return plan;
            },
        .work =
-           [this](const v1::ApplyChangesRequest& asked, const CallContext& call,
+           [this](const v1::ApplyChangesRequest& parsed, const CallContext& call,
                   v1::ApplyChangesResponse* reply) {
-             return ApplyRequest(runtime_.application, asked, call, reply);
+             return ApplyRequest(runtime_.application, parsed, call, reply);
            }});
 }
 

@@ -9,7 +9,7 @@
 #include "collision/motion/check_motions.h"
 #include "collision/query/query.h"
 #include "cwm/v1/query.pb.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "server/wire/objects.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 #include "server/wire/watch_events.h"
 #include "tests/server/wire/wire_test_values.h"
 

@@ -1,4 +1,4 @@
-// A robot as the subject of a query; declared in questions.h.
+// A robot as the subject of a query; declared in queries.h.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -16,7 +16,7 @@
 #include "server/core/load_robot.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 #include "server/wire/robots.h"
 
 namespace cwm::server {
@@ -72,7 +72,7 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
 
 // Adds the attached objects to the robot's body and checks the sizes again.
 absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
-                                                 const QuestionSource& source,
+                                                 const QuerySource& source,
                                                  const collision::WorldRobot& robot,
                                                  collision::RobotScope scope,
                                                  const FieldPath& path) {
@@ -289,8 +289,8 @@ absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBu
 
 }  // namespace
 
-absl::StatusOr<Question> RobotQueryFromProto(const v1::RobotSubject& subject,
-                                             const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
+                                               const QuerySource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.robot(), path.Field("robot")); !status.ok()) return status;
   RobotStates states;
   states.robot = source.snapshot.FindRobot(subject.robot());
@@ -321,37 +321,37 @@ absl::StatusOr<Question> RobotQueryFromProto(const v1::RobotSubject& subject,
   states.rows = *std::move(rows);
   if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok())
     return status;
-  return Question{std::move(body), std::move(states)};
+  return StateQuery{std::move(body), std::move(states)};
 }
 
-std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question) {
-  if (const auto* states = std::get_if<RobotStates>(&question.where)) {
+std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query) {
+  if (const auto* states = std::get_if<RobotStates>(&query.states)) {
     return std::make_unique<collision::JointRows>(JointRowsOf(*states));
   }
-  return std::make_unique<collision::PoseRows>(std::get<std::vector<Pose>>(question.where));
+  return std::make_unique<collision::PoseRows>(std::get<std::vector<Pose>>(query.states));
 }
 
-std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question) {
-  if (const auto* states = std::get_if<RobotStates>(&question.where)) {
-    return std::make_unique<collision::JointWaypoints>(states->robot->model(), question.body,
+std::unique_ptr<const collision::Waypoints> WaypointsOf(const StateQuery& query) {
+  if (const auto* states = std::get_if<RobotStates>(&query.states)) {
+    return std::make_unique<collision::JointWaypoints>(states->robot->model(), query.body,
                                                        JointRowsOf(*states));
   }
-  return std::make_unique<collision::PoseWaypoints>(question.body,
-                                                    std::get<std::vector<Pose>>(question.where));
+  return std::make_unique<collision::PoseWaypoints>(query.body,
+                                                    std::get<std::vector<Pose>>(query.states));
 }
 
-BodyNames BodyNamesOf(const Question& question) {
+BodyNames BodyNamesOf(const StateQuery& query) {
   BodyNames names;
-  const auto* states = std::get_if<RobotStates>(&question.where);
+  const auto* states = std::get_if<RobotStates>(&query.states);
   if (states == nullptr) return names;
   for (const collision::Variable& variable : states->robot->model().variables) {
     names.variables.push_back(variable.name);
   }
-  for (const int frame : question.body.frame_of_part) {
-    const collision::CarriedObject* carried = question.body.CarriedIn(frame);
+  for (const int frame : query.body.frame_of_part) {
+    const collision::CarriedObject* carried = query.body.CarriedIn(frame);
     const int link = carried != nullptr ? carried->link : frame;
     names.links.push_back(states->robot->model().links[static_cast<std::size_t>(link)].name);
-    if (question.body.carried.empty()) continue;
+    if (query.body.carried.empty()) continue;
     names.objects.push_back(carried != nullptr ? carried->object->name : "");
   }
   return names;

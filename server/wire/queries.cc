@@ -1,4 +1,4 @@
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 #include <algorithm>
 #include <utility>
@@ -81,7 +81,7 @@ absl::StatusOr<int> CountOf(int given, int otherwise, int most, const FieldPath&
 }
 
 absl::Status SetForm(const v1::QueryOptions& options, const FieldPath& path,
-                     QuestionOptions& result) {
+                     ParsedQueryOptions& result) {
   if (!v1::ResultForm_IsValid(options.result_form())) {
     return UnknownValue(options.result_form(), "ResultForm", path.Field("result_form"));
   }
@@ -153,8 +153,8 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
                           kMaxSigmas));
 }
 
-absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
-                                        const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> ShapesQuery(const v1::Subject::Shapes& shapes, const QuerySource& source,
+                                       const FieldPath& path) {
   auto status = CheckRange(shapes.shapes_size(), {1, kMaxBodyShapes}, path.Field("shapes"));
   if (!status.ok()) return status;
   std::vector<Placed<>> parts;
@@ -170,29 +170,29 @@ absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
   if (!rows.ok()) return rows.status();
   collision::QueryBody body = collision::BodyFromShapes(std::move(parts), source.budget);
   if (body.geometry == nullptr) return source.budget->status();
-  return Question{std::move(body), *std::move(rows)};
+  return StateQuery{std::move(body), *std::move(rows)};
 }
 
-absl::StatusOr<Question> ObjectQuestion(const v1::Subject::WorldObject& subject,
-                                        const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> ObjectQuery(const v1::Subject::WorldObject& subject,
+                                       const QuerySource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.name(), path.Field("name")); !status.ok()) return status;
   const collision::WorldObjectPtr object = source.snapshot.Find(subject.name());
   if (object == nullptr) return UnknownObject(subject.name());
   if (subject.x_world_object().data().empty()) {
-    return Question{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
+    return StateQuery{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
   }
   auto rows = PosesFromProto(subject.x_world_object(), source.limits.max_batch_rows,
                              path.Field("x_world_object"));
   if (!rows.ok()) return rows.status();
-  return Question{collision::BodyFromObject(*object), *std::move(rows)};
+  return StateQuery{collision::BodyFromObject(*object), *std::move(rows)};
 }
 
-absl::StatusOr<Question> PointsQuestion(const v1::Subject::Points& points,
-                                        const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> PointsQuery(const v1::Subject::Points& points, const QuerySource& source,
+                                       const FieldPath& path) {
   auto rows = PointPosesFromProto(points, source.limits.max_batch_rows, path);
   if (!rows.ok()) return rows.status();
-  return Question{collision::BodyFromShapes({Placed<>{Pose::Identity(), Sphere{kPointRadius_m}}}),
-                  *std::move(rows)};
+  return StateQuery{collision::BodyFromShapes({Placed<>{Pose::Identity(), Sphere{kPointRadius_m}}}),
+                    *std::move(rows)};
 }
 
 }  // namespace
@@ -213,9 +213,9 @@ absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
   return Latest{};
 }
 
-absl::StatusOr<QuestionOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
-                                                      const FieldPath& path) {
-  QuestionOptions result;
+absl::StatusOr<ParsedQueryOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
+                                                         const FieldPath& path) {
+  ParsedQueryOptions result;
   auto rule = RevisionRuleFromProto(options.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   result.at_revision = *rule;
@@ -231,15 +231,15 @@ absl::StatusOr<QuestionOptions> QueryOptionsFromProto(const v1::QueryOptions& op
   return result;
 }
 
-absl::StatusOr<Question> StateQueryFromProto(const v1::Subject& subject,
-                                             const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> StateQueryFromProto(const v1::Subject& subject,
+                                               const QuerySource& source, const FieldPath& path) {
   switch (subject.what_case()) {
     case v1::Subject::kShapes:
-      return ShapesQuestion(subject.shapes(), source, path.Field("shapes"));
+      return ShapesQuery(subject.shapes(), source, path.Field("shapes"));
     case v1::Subject::kObject:
-      return ObjectQuestion(subject.object(), source, path.Field("object"));
+      return ObjectQuery(subject.object(), source, path.Field("object"));
     case v1::Subject::kPoints:
-      return PointsQuestion(subject.points(), source, path.Field("points"));
+      return PointsQuery(subject.points(), source, path.Field("points"));
     case v1::Subject::kRobot:
       return RobotQueryFromProto(subject.robot(), source, path.Field("robot"));
     case v1::Subject::WHAT_NOT_SET:
