@@ -308,8 +308,8 @@ class SmallLimits : public HttpTest {
   static ViewerLimits Limits() {
     ViewerLimits limits;
     limits.connections = 8;
-    limits.idle_http = std::chrono::milliseconds(300);
-    limits.no_byte_taken = std::chrono::milliseconds(300);
+    limits.http_idle_timeout = std::chrono::milliseconds(300);
+    limits.write_timeout = std::chrono::milliseconds(300);
     return limits;
   }
   SmallLimits() : HttpTest(Limits()) {}
@@ -345,7 +345,7 @@ class LargeFile : public HttpTest {
   }
   static ViewerLimits Limits() {
     ViewerLimits limits;
-    limits.no_byte_taken = std::chrono::milliseconds(1'500);
+    limits.write_timeout = std::chrono::milliseconds(1'500);
     return limits;
   }
   LargeFile() : HttpTest(Limits(), "", Files()) {}

@@ -115,7 +115,7 @@ class ShortCalls : public SocketTest {
  protected:
   static ViewerLimits Limits() {
     ViewerLimits limits;
-    limits.call_time = milliseconds(300);
+    limits.call_timeout = milliseconds(300);
     return limits;
   }
   ShortCalls() : SocketTest(Limits()) {}
@@ -145,7 +145,7 @@ class SmallSockets : public SocketTest {
   static ViewerLimits Limits() {
     ViewerLimits limits;
     limits.sockets = 2;
-    limits.no_byte_taken = milliseconds(500);
+    limits.write_timeout = milliseconds(500);
     limits.ping_period = milliseconds(300);
     return limits;
   }
@@ -210,10 +210,10 @@ class FewBytes : public SocketTest {
  protected:
   static constexpr std::uint64_t kCalls = 10;
   static constexpr auto kPause = milliseconds(1'000);
-  static ViewerLimits Limits(milliseconds catch_up, std::size_t burst_bytes = 64 << 20) {
+  static ViewerLimits Limits(milliseconds max_lag, std::size_t burst_bytes = 64 << 20) {
     ViewerLimits limits;
     limits.waiting_bytes = 3 << 20;
-    limits.catch_up = catch_up;
+    limits.max_lag = max_lag;
     limits.burst_bytes = burst_bytes;
     return limits;
   }

@@ -291,7 +291,7 @@ TEST_F(SocketTest, AServerStopsThoughNobodyReads) {
   page.Begin(1, kWatch, WatchRequest());
   const auto start = std::chrono::steady_clock::now();
   viewer_->Stop();
-  EXPECT_LT(std::chrono::steady_clock::now() - start, ViewerLimits{}.goodbye + seconds(3));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, ViewerLimits{}.close_timeout + seconds(3));
 }
 
 }  // namespace
