@@ -16,11 +16,12 @@ constexpr char kDescription[] =
     "Examples:\n"
     "  cwm-server                                 for this user's programs; viewer on port 8640\n"
     "  cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
-    "  cwm-server --viewer 0.0.0.0:8640           who has the printed token looks from anywhere\n\n"
+    "  cwm-server --viewer 0.0.0.0:8640           who has the printed token check_count from "
+    "anywhere\n\n"
     "Without --listen its socket lies where this user and root alone can put one:\n"
     "XDG_RUNTIME_DIR, which others must not be able to write to, else /tmp/cwm-$UID,\n"
     "which it makes (mode 0700). On loopback the viewer is for this user and root;\n"
-    "CWM_VIEWER_TOKEN chooses its token, and then whoever has that looks, here too.\n"
+    "CWM_VIEWER_TOKEN chooses its token, and then whoever has that check_count, here too.\n"
     "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.";
 
 // Interpreting a scan of 640 x 480 points takes about 40 MiB.

@@ -11,7 +11,7 @@
 
 namespace cwm::server {
 
-// Runs one thread. A listener that has died looks healthy from within the process; only `check`,
+// Runs one thread. A listener that has died check_count healthy from within the process; only `check`,
 // which connects like a client, notices.
 class Watchdog {
  public:

@@ -48,8 +48,8 @@ class FairQuota {
   // elsewhere.
   std::optional<Refusal> Take(QuotaHolder holder, std::int64_t amount, std::int64_t reserved = 0);
   // Takes the amount even if it is not free.
-  void TakeAnyway(QuotaHolder holder, std::int64_t amount);
-  void GiveBack(QuotaHolder holder, std::int64_t amount);
+  void ForceTake(QuotaHolder holder, std::int64_t amount);
+  void Release(QuotaHolder holder, std::int64_t amount);
 
   std::int64_t taken() const;
   std::int64_t taken_by(QuotaHolder holder) const;
@@ -80,7 +80,7 @@ class QuotaShare {
     return *this;
   }
   ~QuotaShare() {
-    if (quota_ != nullptr) quota_->GiveBack(holder_, amount_);
+    if (quota_ != nullptr) quota_->Release(holder_, amount_);
   }
 
   // Empty if the quota refuses.

@@ -69,7 +69,7 @@ class Planner {
     CollectRemoved();
     for (int d = 0; d < detections_.size(); ++d) PlanDetection(d);
     for (const Association& association : match_.associations) {
-      if (detections_.Of(association) < 0) PlanUnseen(association);
+      if (detections_.DetectionOf(association) < 0) PlanUnseen(association);
     }
     return std::move(plan_);
   }
@@ -80,7 +80,7 @@ class Planner {
   absl::Status OrderByDetection() {
     by_detection_.assign(static_cast<std::size_t>(detections_.size()), nullptr);
     for (const Association& association : match_.associations) {
-      const int d = detections_.Of(association);
+      const int d = detections_.DetectionOf(association);
       const bool known_needed =
           association.what != What::kAdd && association.what != What::kExplained;
       if (association.known >= static_cast<int>(match_.known.size()) ||
@@ -164,7 +164,7 @@ class Planner {
                    .owner = Owner::kPerception,
                    .state = ObjectState::kConfirmed,
                    .X_WO = detections_.X_WO(d),
-                   .geometry = geometry_.Of(d),
+                   .geometry = geometry_.Prepared(d),
                    .supported_by = SeenSupporter(d),
                    .margin_m = 0});
   }
@@ -175,7 +175,7 @@ class Planner {
     put.kind = detections_.kind(d);
     put.state = ObjectState::kConfirmed;
     put.X_WO = detections_.X_WO(d);
-    put.geometry = geometry_.Of(d);
+    put.geometry = geometry_.Prepared(d);
     put.supported_by = SeenSupporter(d);
     Emit(std::move(put));
   }
@@ -237,7 +237,7 @@ class Planner {
 
 }  // namespace
 
-int Detections::Of(const Association& association) const {
+int Detections::DetectionOf(const Association& association) const {
   if (association.support >= 0) return association.support;
   return association.object < 0 ? -1 : supports() + association.object;
 }
@@ -281,7 +281,7 @@ SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretatio
   return match;
 }
 
-std::shared_ptr<const collision::PreparedModel> DetectionGeometry::Of(int detection) {
+std::shared_ptr<const collision::PreparedModel> DetectionGeometry::Prepared(int detection) {
   auto& prepared = prepared_[static_cast<std::size_t>(detection)];
   if (prepared == nullptr) prepared = collision::Prepare(detections_.model(detection));
   return prepared;
@@ -292,7 +292,7 @@ absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode m
   std::vector<int> wanted;
   for (const Association& association : match.associations) {
     const What what = InMode(association.what, mode);
-    const int d = detections_.Of(association);
+    const int d = detections_.DetectionOf(association);
     if ((what == What::kAdd || what == What::kReplace) && d >= 0 && d < detections_.size()) {
       wanted.push_back(d);
     }
@@ -301,7 +301,7 @@ absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode m
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   try {
     perception::ParallelFor(wanted.size(), 1, work, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) Of(wanted[k]);
+      for (std::size_t k = begin; k < end; ++k) Prepared(wanted[k]);
     });
   } catch (const perception::Stopped&) {
     return absl::CancelledError("ingest: the caller went away");

@@ -67,9 +67,9 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
                 .objects = NamesOf(outcome.objects)};
   scan.kept_count = std::min(scan.point_count, limits.max_kept_scan_points);
   Columns columns = Thinned(request, outcome, scan.point_count, scan.kept_count);
-  auto points = store.PutForHolder(BlobFormat::kPointsF32, std::move(columns.points));
+  auto points = store.PutTemporary(BlobFormat::kPointsF32, std::move(columns.points));
   if (!points.ok()) return points.status();
-  auto labels = store.PutForHolder(BlobFormat::kLabelsU32, std::move(columns.labels));
+  auto labels = store.PutTemporary(BlobFormat::kLabelsU32, std::move(columns.labels));
   if (!labels.ok()) return labels.status();
   scan.points = *std::move(points);
   scan.labels = *std::move(labels);

@@ -107,12 +107,12 @@ absl::Status MemoryBudget::Take(const Payer& payer, std::int64_t bytes) {
   return Exhausted(payer, *refusal, bytes, quota.taken() + reserved, quota.limit());
 }
 
-void MemoryBudget::TakeAnyway(const Payer& payer, std::int64_t bytes) {
-  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).TakeAnyway(payer.holder, bytes);
+void MemoryBudget::ForceTake(const Payer& payer, std::int64_t bytes) {
+  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).ForceTake(payer.holder, bytes);
 }
 
-void MemoryBudget::GiveBack(const Payer& payer, std::int64_t bytes) {
-  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).GiveBack(payer.holder, bytes);
+void MemoryBudget::Release(const Payer& payer, std::int64_t bytes) {
+  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).Release(payer.holder, bytes);
 }
 
 MemoryCharge MemoryCharge::Empty(std::shared_ptr<MemoryBudget> budget, MemoryBudget::Payer payer) {
@@ -127,16 +127,16 @@ absl::Status MemoryCharge::Resize(std::int64_t bytes) {
   if (bytes > bytes_) {
     if (absl::Status taken = budget_->Take(payer_, bytes - bytes_); !taken.ok()) return taken;
   } else if (bytes < bytes_) {
-    budget_->GiveBack(payer_, bytes_ - bytes);
+    budget_->Release(payer_, bytes_ - bytes);
   }
   bytes_ = bytes;
   return absl::OkStatus();
 }
 
-void MemoryCharge::ResizeAnyway(std::int64_t bytes) {
+void MemoryCharge::ForceResize(std::int64_t bytes) {
   if (budget_ == nullptr) return;
-  if (bytes > bytes_) budget_->TakeAnyway(payer_, bytes - bytes_);
-  if (bytes < bytes_) budget_->GiveBack(payer_, bytes_ - bytes);
+  if (bytes > bytes_) budget_->ForceTake(payer_, bytes - bytes_);
+  if (bytes < bytes_) budget_->Release(payer_, bytes_ - bytes);
   bytes_ = bytes;
 }
 

@@ -120,14 +120,14 @@ void UnaryCall::ParseAndPlan() {
                                  .stop = call_.stop,
                                  .client = call_.client,
                                  .cost_s = plan.cost_s,
-                                 .may_answer_in_part = plan.may_answer_in_part},
+                                 .allows_partial_answer = plan.allows_partial_answer},
                                 *plan.queue, [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
                                   if (!snapshot.ok()) return End(snapshot.status());
                                   call_.reached = {world, *std::move(snapshot)};
                                   Run();
                                 });
   }
-  if (plan.length == WorkLength::kShort && plan.queue->TryRunHere([this] { Run(); })) return;
+  if (plan.length == WorkLength::kShort && plan.queue->TryRunInline([this] { Run(); })) return;
   Enqueue(plan);
 }
 
@@ -140,7 +140,7 @@ void UnaryCall::Enqueue(const UnaryPlan& plan) {
                     .client = call_.client,
                     .cost_s = plan.cost_s,
                     .deadline = call_.deadline,
-                    .may_answer_in_part = plan.may_answer_in_part});
+                    .allows_partial_answer = plan.allows_partial_answer});
 }
 
 void UnaryCall::Run() {

@@ -72,8 +72,8 @@ struct UnaryPlan {
   WorkQueue* queue = nullptr;
   MaybeAwait await = {std::nullopt};
   WorkLength length = WorkLength::kAny;
-  double cost_s = 0;                // estimated time on one core
-  bool may_answer_in_part = false;  // can return what is complete when the time is over
+  double cost_s = 0;                   // estimated time on one core
+  bool allows_partial_answer = false;  // can return what is complete when the time is over
 };
 
 // A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The

@@ -117,7 +117,7 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
     file->bytes = std::move(text_);
     file->warnings = std::move(warnings_);
     file->files = std::move(named_);
-    charge->ResizeAnyway(static_cast<std::int64_t>(file->bytes.size()));
+    charge->ForceResize(static_cast<std::int64_t>(file->bytes.size()));
     file->charge = *std::move(charge);
     file_ = runtime_.exports.Keep(key, std::move(file));
   }

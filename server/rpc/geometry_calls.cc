@@ -156,7 +156,7 @@ absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
     return InvalidField("header.total_bytes", absl::StrCat("is ", header_.total_bytes(),
                                                            ", must be ", size, " for that hash"));
   }
-  auto stored = store.PutAgain(FormatOf(header_), hash);
+  auto stored = store.Renew(FormatOf(header_), hash);
   if (absl::IsNotFound(stored.status())) return false;  // it was just dropped
   if (!stored.ok()) return stored.status();
   Reply(*stored);

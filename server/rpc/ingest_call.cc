@@ -161,7 +161,7 @@ absl::Status IngestCall::Interpret() {
   if (!request.ok()) return request.status();
   upload_.reset();  // its bytes were converted to the cloud
   line_.points = static_cast<std::int64_t>(request->cloud.points.size());
-  auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
+  auto lease = application.worlds.AcquireLease(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
   request->options.max_threads = runtime_.cores;
   request->options.threads_now = [this] { return runtime_.ThreadsForScan(); };
@@ -173,12 +173,12 @@ absl::Status IngestCall::Interpret() {
   line_.objects = static_cast<std::int64_t>(outcome->objects.size());
   line_.revision = outcome->revision.value;
   if (request->mode != IngestMode::kSegmentOnly) {
-    lease->Keep();
+    lease->Commit();
     KeepScan(**lease, *request, *outcome);
   }
   auto status = IngestReplyToProto({*outcome, **lease, plan_->want_point_labels},
                                    application.limits, application.geometry, &response_);
-  if (!lease->kept()) response_.clear_world_uid();
+  if (!lease->committed()) response_.clear_world_uid();
   return status;
 }
 

@@ -163,11 +163,11 @@ absl::Status LoadRobotCall::Work() {
   if (!put.ok()) return put.status();
   files_.clear();  // their bytes were converted to the robot
   if (call_.stop.stop_requested()) return CallCancelled();
-  auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
+  auto lease = application.worlds.AcquireLease(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
   auto outcome = LoadRobot(**lease, *put, plan_->write, application.limits);
   if (!outcome.ok()) return outcome.status();
-  lease->Keep();
+  lease->Commit();
   runtime_.log.RobotLoaded(WorldNameOf(plan_->world), put->name,
                            static_cast<std::int64_t>(put->robot->model->links.size()),
                            outcome->revision.value);

@@ -115,7 +115,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
       break;
     }
     v1::Object* proto = response->add_objects();
-    *proto = ObjectToProto(*object, *view, world.observations().Of(object->name),
+    *proto = ObjectToProto(*object, *view, world.observations().Get(object->name),
                            runtime.application.geometry);
     bytes += proto->ByteSizeLong();
   }

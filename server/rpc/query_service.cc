@@ -25,7 +25,7 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
                                                  options.at_revision()),
                             .length = LengthOf(parsed, cost_s),
                             .cost_s = cost_s,
-                            .may_answer_in_part = true};
+                            .allows_partial_answer = true};
              const absl::Status affordable = CheckCost(cost_s, runtime.application.limits);
              if (!affordable.ok()) plan.await = affordable;
              return plan;

@@ -16,7 +16,7 @@ Task TaskOf(const RevisionWait& wait, std::function<void(const absl::Status&)> r
           .client = wait.client,
           .cost_s = wait.cost_s,
           .deadline = wait.deadline,
-          .may_answer_in_part = wait.may_answer_in_part};
+          .allows_partial_answer = wait.allows_partial_answer};
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct RevisionWait {
   // The same as in Task (fair_tasks.h).
   ClientId client = {};
   double cost_s = 0;
-  bool may_answer_in_part = false;
+  bool allows_partial_answer = false;
 };
 
 // Thread safe. A wait holds no thread and no place in a queue until its revision exists. Then it

@@ -201,7 +201,7 @@ void StreamQueriesCall::ParseAndPlan() {
   WorkBudget budget(deadline_, stop_.get_token());
   const absl::Status parsed = ParseRequest(request_bytes_, &request_, &budget);
   if (!parsed.ok()) return Break(parsed);
-  charge_.ResizeAnyway(static_cast<std::int64_t>(request_.SpaceUsedLong()));
+  charge_.ForceResize(static_cast<std::int64_t>(request_.SpaceUsedLong()));
   Plan();
 }
 
@@ -243,7 +243,7 @@ void StreamQueriesCall::Plan() {
                         .stop = stop_.get_token(),
                         .client = client_,
                         .cost_s = cost_s_,
-                        .may_answer_in_part = true},
+                        .allows_partial_answer = true},
                        Queue(),
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
                          if (!snapshot.ok()) return self->Answered(snapshot.status());
@@ -261,7 +261,7 @@ void StreamQueriesCall::Enqueue() {
                 .client = client_,
                 .cost_s = cost_s_,
                 .deadline = deadline_,
-                .may_answer_in_part = true});
+                .allows_partial_answer = true});
 }
 
 void StreamQueriesCall::Work() {
@@ -333,7 +333,7 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
       {});
   const std::int64_t id = response_.id();
   response_ = v1::StreamQueriesResponse();
-  charge_.ResizeAnyway(static_cast<std::int64_t>(answered_.Length()));
+  charge_.ForceResize(static_cast<std::int64_t>(answered_.Length()));
   if (!serialized.ok()) {
     response_.set_id(id);
     *response_.mutable_error() = ToQueryError(serialized);

@@ -172,7 +172,7 @@ absl::StatusOr<bool> WatchCall::NextStep() {
   has_told_ = true;
   last_ = (*step)->last;
   next_ = 0;
-  if ((*step)->what == WatchStep::What::kInitialState) {
+  if ((*step)->kind == WatchStep::Kind::kInitialState) {
     initial_ = (*step)->snapshot;
   } else {
     step_ = **std::move(step);
@@ -182,7 +182,7 @@ absl::StatusOr<bool> WatchCall::NextStep() {
 
 bool WatchCall::NextBookmark() {
   bookmark_is_due_ = false;
-  step_ = WatchStep{.what = WatchStep::What::kBookmark, .revision = cursor_->position()};
+  step_ = WatchStep{.kind = WatchStep::Kind::kBookmark, .revision = cursor_->position()};
   return true;
 }
 
@@ -192,7 +192,7 @@ v1::WatchWorldResponse WatchCall::NextPiece() {
   if (initial_ != nullptr) {
     message = InitialStatePiece(*initial_, context, &next_);
     if (message.initial_state().initial_state_done()) initial_ = nullptr;
-  } else if (step_->what == WatchStep::What::kEvents) {
+  } else if (step_->kind == WatchStep::Kind::kEvents) {
     message = EventsPiece(*step_, context, &next_);
     if (!message.events().more()) step_.reset();
   } else {

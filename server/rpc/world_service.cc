@@ -96,11 +96,11 @@ absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& reque
     auto world = worlds.Find(request.world(), request.world_uid());
     if (!world.ok()) return world.status();
   }
-  auto lease = worlds.FindOrMake(request.world(), request.world_uid());
+  auto lease = worlds.AcquireLease(request.world(), request.world_uid());
   if (!lease.ok()) return lease.status();
   auto outcome = (*lease)->Apply(changes, options, &budget);
   if (!outcome.ok()) return outcome.status();
-  lease->Keep();
+  lease->Commit();
   SetReply(**lease, *outcome, response);
   return absl::OkStatus();
 }
@@ -157,7 +157,7 @@ absl::Status ReadObject(Runtime& runtime, const v1::GetObjectRequest& request,
   response->set_world_uid(at->world->uid());
   response->set_revision(at->snapshot->revision().value);
   *response->mutable_object() = ObjectToProto(
-      *object, *view, at->world->observations().Of(object->name), runtime.application.geometry);
+      *object, *view, at->world->observations().Get(object->name), runtime.application.geometry);
   return absl::OkStatus();
 }
 

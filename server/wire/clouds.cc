@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "cloud bytes are read 
 constexpr int kMaxPointBytes = 1'024;
 constexpr int kMaxFields = 256;
 // chosen: no range sensor has a constant sigma above a metre.
-constexpr double kLargestSigma_m = 1;
+constexpr double kMaxSigma_m = 1;
 constexpr std::array<std::string_view, 3> kCoordinates = {"x", "y", "z"};
 constexpr std::array<std::string_view, 3> kNormals = {"normal_x", "normal_y", "normal_z"};
 
@@ -145,9 +145,9 @@ absl::StatusOr<perception::SensorNoise> NoiseOf(const v1::SensorModel& model,
       return path.Field("kind").Error(absl::StrCat("is ", static_cast<int>(model.kind()),
                                                    ", must be a known SensorModel.Kind"));
   }
-  if (!(model.sigma_m() > 0 && model.sigma_m() <= kLargestSigma_m)) {
+  if (!(model.sigma_m() > 0 && model.sigma_m() <= kMaxSigma_m)) {
     return path.Field("sigma_m").Error(
-        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kLargestSigma_m));
+        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kMaxSigma_m));
   }
   noise.model = perception::SensorModel::kConstant;
   noise.constant_sigma_m = model.sigma_m();
@@ -318,10 +318,10 @@ absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
     if (!field.is_double) continue;
     for (std::int64_t i = 0; i < plan.point_count; ++i) {
       const double value = ReadScalar(bytes.data() + i * plan.layout.point_step, field);
-      if (!std::isfinite(value) || std::abs(value) <= kFarthestPoint_m) continue;
+      if (!std::isfinite(value) || std::abs(value) <= kMaxPointDistance_m) continue;
       const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
       return FieldPath::OfRequest(name).Error(
-          absl::StrCat("is ", value, ", must be within ", kFarthestPoint_m,
+          absl::StrCat("is ", value, ", must be within ", kMaxPointDistance_m,
                        " m of the sensor: coordinates are metres in its frame; are these "
                        "millimetres? Else give the offset in x_world_sensor"));
     }

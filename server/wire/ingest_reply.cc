@@ -40,7 +40,7 @@ void SetChanges(const IngestOutcome& outcome, v1::IngestChanges* changes) {
 
 // A provisional object belongs to no world; a world's object of the same name is another one.
 Observation ObservationOf(const collision::WorldObject& object, const World& world) {
-  return object.create_revision.value == 0 ? Observation{} : world.observations().Of(object.name);
+  return object.create_revision.value == 0 ? Observation{} : world.observations().Get(object.name);
 }
 
 absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {

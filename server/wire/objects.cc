@@ -29,7 +29,7 @@ v1::Handle HandleToProto(const Handle& handle, GeometryStore& store) {
   *proto.mutable_axis() = VectorToProto(handle.axis_O);
   *proto.mutable_bounds() = OrientedBoxToProto(handle.bounds);
   if (handle.surface.mesh != nullptr && !handle.surface.mesh->triangles.empty()) {
-    proto.set_hash(store.Offer(handle.surface.mesh));
+    proto.set_hash(store.RegisterMesh(handle.surface.mesh));
   }
   return proto;
 }

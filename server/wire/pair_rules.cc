@@ -9,7 +9,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr std::chrono::hours kLongestAllowance{24 * 366};
+constexpr std::chrono::hours kMaxAllowanceTime{24 * 366};
 
 collision::NamedThing ThingOf(const v1::NamedThing& thing) { return {thing.name(), thing.link()}; }
 
@@ -41,7 +41,7 @@ absl::StatusOr<collision::AllowCollision> AllowCollisionFromProto(const v1::Allo
   if (allow.withdraw()) {
     return field.Error("is given, must be absent: what is withdrawn cannot expire");
   }
-  const auto after = DurationFromProto(allow.expires_after(), field, kLongestAllowance);
+  const auto after = DurationFromProto(allow.expires_after(), field, kMaxAllowanceTime);
   if (!after.ok()) return after.status();
   result.expires = collision::ExpiryAfter(*after);
   return result;

@@ -188,8 +188,10 @@ void SetShape(const Shape& shape, GeometryStore& store, M* m) {
             for (const Polygon& hole : s.holes) SetPolygon(hole, m->mutable_plate()->add_holes());
             m->mutable_plate()->set_thickness_m(s.thickness_m);
           },
-          [m, &store](const Convex& s) { m->mutable_convex()->set_hash(store.Offer(s.hull)); },
-          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.Offer(s.mesh)); },
+          [m, &store](const Convex& s) {
+            m->mutable_convex()->set_hash(store.RegisterMesh(s.hull));
+          },
+          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.RegisterMesh(s.mesh)); },
       },
       shape);
 }
@@ -288,7 +290,7 @@ v1::ShapePart ShapePartToProto(const ShapePart& part, GeometryStore& store) {
 
 v1::SurfacePart SurfacePartToProto(const SurfacePart& part, GeometryStore& store) {
   v1::SurfacePart proto;
-  proto.set_hash(store.Offer(part.surface.mesh));
+  proto.set_hash(store.RegisterMesh(part.surface.mesh));
   proto.set_vertex_count(static_cast<std::int64_t>(part.surface.mesh->vertices.size()));
   proto.set_triangle_count(static_cast<std::int64_t>(part.surface.mesh->triangles.size()));
   proto.set_watertight(part.surface.watertight);

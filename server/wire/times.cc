@@ -7,8 +7,7 @@ namespace {
 
 constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
 // derived: the whole seconds that system_clock can count in 64-bit nanoseconds: years 1678 to 2262.
-constexpr std::int64_t kFarthestStamp_s =
-    std::numeric_limits<std::int64_t>::max() / kNanosPerSecond - 1;
+constexpr std::int64_t kMaxStamp_s = std::numeric_limits<std::int64_t>::max() / kNanosPerSecond - 1;
 
 }  // namespace
 
@@ -34,8 +33,7 @@ google::protobuf::Duration DurationToProto(std::chrono::nanoseconds duration) {
 absl::StatusOr<std::chrono::system_clock::time_point> TimePointFromProto(
     const google::protobuf::Timestamp& stamp, const FieldPath& path) {
   const bool nanos_valid = stamp.nanos() >= 0 && stamp.nanos() < kNanosPerSecond;
-  const bool seconds_valid =
-      stamp.seconds() >= -kFarthestStamp_s && stamp.seconds() <= kFarthestStamp_s;
+  const bool seconds_valid = stamp.seconds() >= -kMaxStamp_s && stamp.seconds() <= kMaxStamp_s;
   if (!nanos_valid || !seconds_valid) {
     return path.Error(absl::StrCat(
         "is ", stamp.seconds(), " s and ", stamp.nanos(),

@@ -16,7 +16,7 @@ constexpr std::size_t kPieceBytes = 1 << 20;
 constexpr std::size_t kMaxObserved = 6'000;
 
 v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {
-  return ObjectToProto(object, context.view, context.world.observations().Of(object.name),
+  return ObjectToProto(object, context.view, context.world.observations().Get(object.name),
                        context.store);
 }
 
@@ -118,7 +118,8 @@ v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World
                                        std::uint64_t* observed) {
   v1::WatchWorldResponse message = Message(revision, world);
   auto& last_observed = *message.mutable_bookmark()->mutable_last_observed();
-  for (const Observations::Numbered& one : world.observations().After(*observed, kMaxObserved)) {
+  for (const Observations::Numbered& one :
+       world.observations().NewerThan(*observed, kMaxObserved)) {
     last_observed[one.name] = TimePointToProto(one.last);
     *observed = one.number;
   }

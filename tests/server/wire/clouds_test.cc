@@ -89,7 +89,8 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
   header.set_total_bytes(48);
   const auto plan = Convert(header);
   ASSERT_TRUE(plan.ok());
-  EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0.99 * kFarthestPoint_m, 0, 1})).ok());
+  EXPECT_TRUE(
+      DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0.99 * kMaxPointDistance_m, 0, 1})).ok());
   const auto refused = DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0, 4.5e6, 1}));
   EXPECT_EQ(FieldAtFault(refused.status()), "point 1.y");
   EXPECT_THAT(TextOf(refused.status()), HasSubstr("give the offset in x_world_sensor"));

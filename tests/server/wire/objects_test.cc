@@ -148,7 +148,7 @@ class WireEvents : public ::testing::Test {
     return object;
   }
   v1::ObjectEvent EventOf(collision::WorldObjectPtr before, collision::WorldObjectPtr after) {
-    WatchStep step{.what = WatchStep::What::kEvents, .revision = {2}, .snapshot = {}, .deltas = {}};
+    WatchStep step{.kind = WatchStep::Kind::kEvents, .revision = {2}, .snapshot = {}, .deltas = {}};
     step.deltas.push_back({std::move(before), std::move(after)});
     std::size_t next = 0;
     const auto message = EventsPiece(step, {world_, View::kShapes, store_}, &next);

@@ -9,7 +9,7 @@
 #include "server/core/error.h"
 #include "server/wire/objects.h"
 #include "server/wire/shapes.h"
-#include "tests/server/core/looks.h"
+#include "tests/server/core/ends_at_check.h"
 #include "tests/server/wire/wire_test_values.h"
 
 namespace cwm::server {
@@ -61,11 +61,11 @@ TEST(Mentions, AreReadNoLongerThanTheBudgetLasts) {
   ASSERT_TRUE(stored.ok());
   google::protobuf::RepeatedPtrField<v1::Change> changes;
   for (int i = 0; i < 20; ++i) *changes.Add() = PutOfMentions(stored->hash, 600);
-  for (const int look : {1, 2, 5}) {
-    EndsAtLook budget(look);
+  for (const int check : {1, 2, 5}) {
+    EndsAtCheck budget(check);
     const auto ended = ChangesFromProto(changes, Limits{}, store, {}, "changes", &budget);
     EXPECT_TRUE(absl::IsCancelled(ended.status())) << ended.status();
-    EXPECT_EQ(budget.looks(), look);
+    EXPECT_EQ(budget.check_count(), check);
   }
 }
 

@@ -162,7 +162,7 @@ class WireRobotEvents : public ::testing::Test {
   v1::RobotEvent EventOf(const collision::WorldRobotPtr& before,
                          const collision::WorldRobotPtr& after) {
     WatchStep step;
-    step.what = WatchStep::What::kEvents;
+    step.kind = WatchStep::Kind::kEvents;
     step.revision = {6};
     step.robot_deltas.push_back({before, after});
     std::size_t next = 0;
