@@ -232,11 +232,11 @@ struct GeometryStore::State {
       return nullptr;
     }
     recent.erase(found->second.used);
-    return LetGo(found->second);
+    return ReleaseBytes(found->second);
   }
 
   // Drops the entry's blob and facts. The caller removes the hash from `recent`.
-  std::shared_ptr<const Blob> LetGo(Entry& entry) {
+  std::shared_ptr<const Blob> ReleaseBytes(Entry& entry) {
     held_bytes -= Cost(*entry.blob);
     entry.facts = nullptr;
     return std::exchange(entry.blob, nullptr);
@@ -256,7 +256,7 @@ struct GeometryStore::State {
     Freed freed;
     while (held_bytes > max_bytes && recent.size() > 1) {
       const auto oldest = entries.find(recent.back());
-      freed.push_back(LetGo(oldest->second));
+      freed.push_back(ReleaseBytes(oldest->second));
       recent.pop_back();
     }
     PurgeDead();
@@ -448,7 +448,7 @@ void GeometryStore::DropUnused() {
       const bool is_unused =
           entry.was_used && mesh != nullptr && mesh.use_count() == 1 && entry.blob.use_count() == 1;
       hash = is_unused ? state_->recent.erase(hash) : std::next(hash);
-      if (is_unused) freed.push_back(state_->LetGo(entry));
+      if (is_unused) freed.push_back(state_->ReleaseBytes(entry));
     }
   }
   state_->encoded.DropExpired();

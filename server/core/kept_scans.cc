@@ -76,13 +76,13 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
   return scan;
 }
 
-void KeptScans::Keep(KeptScan scan, std::int64_t most) {
+void KeptScans::Keep(KeptScan scan, std::int64_t max_sensors) {
   KeptScan replaced;  // its blobs are freed after the lock
   const std::lock_guard lock(mutex_);
   KeptScan& place = by_sensor_[scan.sensor];
   if (place.revision.value > scan.revision.value) return;
   replaced = std::exchange(place, std::move(scan));
-  if (static_cast<std::int64_t>(by_sensor_.size()) <= most) return;
+  if (static_cast<std::int64_t>(by_sensor_.size()) <= max_sensors) return;
   const auto oldest =
       std::min_element(by_sensor_.begin(), by_sensor_.end(), [](const auto& a, const auto& b) {
         return a.second.revision.value < b.second.revision.value;

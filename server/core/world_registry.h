@@ -30,7 +30,7 @@ class WorldRegistry {
   ~WorldRegistry();
 
   // A world to write to. A world that was created for the lease is visible only to writers until
-  // one of them keeps it; otherwise it is removed with the last lease, so that a refused write
+  // one of them commits it; otherwise it is removed with the last lease, so that a refused write
   // creates no world. Must not outlive the registry.
   class Lease {
    public:
@@ -58,7 +58,7 @@ class WorldRegistry {
   // - . 1 to 128 characters), ResourceExhausted for too many worlds. A non-empty `uid` requires an
   // existing world: the errors of Find.
   absl::StatusOr<Lease> AcquireLease(const std::string& name, const std::string& uid = "");
-  // The world, or a new one that is kept at once.
+  // The world, or a new one that is committed at once.
   absl::StatusOr<std::shared_ptr<World>> FindOrCreate(const std::string& name);
   // NotFound WORLD_UNKNOWN. FailedPrecondition WORLD_REPLACED if `uid` is non-empty and differs.
   absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,

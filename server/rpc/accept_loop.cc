@@ -51,12 +51,12 @@ std::string PeerAddressOf(int descriptor) {
   return {reinterpret_cast<const char*>(&address), std::min<std::size_t>(size, sizeof(address))};
 }
 
-bool IsLackOfDescriptors(int error) {
+bool IsDescriptorShortage(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
 // True for errors of a single connection that ended before it was accepted, or of its network.
-bool IsOfOneConnection(int error) {
+bool IsPerConnectionError(int error) {
   return error == EINTR || error == ECONNABORTED || error == EPROTO || error == ENETDOWN ||
          error == ENOPROTOOPT || error == EHOSTDOWN || error == ENONET || error == EHOSTUNREACH ||
          error == EOPNOTSUPP || error == ENETUNREACH || error == EPERM;
@@ -122,7 +122,7 @@ struct AcceptLoop::State {
   void TakeTurn() {
     std::array<epoll_event, kMaxEvents> events;
     const int count = epoll_wait(epoll.number(), events.data(), kMaxEvents, Timeout_ms());
-    for (int i = 0; i < count; ++i) See(events[static_cast<std::size_t>(i)].data.fd);
+    for (int i = 0; i < count; ++i) HandleEvent(events[static_cast<std::size_t>(i)].data.fd);
     if (stop_listening && is_listening) CloseListeners();
     CloseTooSilent();
     if (is_paused && Clock::now() >= resume_at) Resume();
@@ -131,7 +131,7 @@ struct AcceptLoop::State {
 
   int Timeout_ms() const {
     auto until = Clock::time_point::max();
-    if (untold > 0 || connections.open() > 0) until = next_tick;
+    if (unlogged_count > 0 || connections.open() > 0) until = next_tick;
     if (is_paused) until = std::min(until, resume_at);
     for (const auto& [user, queue] : silent_of) until = std::min(until, queue.front().close_at);
     if (until == Clock::time_point::max()) return -1;
@@ -139,7 +139,7 @@ struct AcceptLoop::State {
     return static_cast<int>(std::max<std::int64_t>(left.count(), 0));
   }
 
-  void See(int descriptor) {
+  void HandleEvent(int descriptor) {
     if (descriptor == wake.number()) {
       std::uint64_t ignored = 0;
       [[maybe_unused]] const ssize_t size = read(descriptor, &ignored, sizeof(ignored));
@@ -148,15 +148,15 @@ struct AcceptLoop::State {
     // A late event of a descriptor that was closed a moment ago finds nobody, or the next
     // connection with that number, which may be checked at any time.
     if (const auto place = place_of.find(descriptor); place != place_of.end()) {
-      return Hear(place->second.user, place->second.silent);
+      return CheckPreface(place->second.user, place->second.silent);
     }
     for (const FileDescriptor& listener : listeners) {
       if (listener.number() == descriptor) return Accept(descriptor, kMaxAcceptsAtOnce);
     }
   }
 
-  void Accept(int listener, int at_most) {
-    for (int i = 0; i < at_most; ++i) {
+  void Accept(int listener, int max_count) {
+    for (int i = 0; i < max_count; ++i) {
       FileDescriptor connection(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
       if (connection.is_open()) {
         Admit(std::move(connection));
@@ -164,8 +164,8 @@ struct AcceptLoop::State {
       }
       const int error = errno;
       if (error == EAGAIN) return;
-      if (IsOfOneConnection(error)) continue;
-      if (IsLackOfDescriptors(error)) {
+      if (IsPerConnectionError(error)) continue;
+      if (IsDescriptorShortage(error)) {
         ShedWithReserve(listener);
       } else {
         Shed(0, absl::StrCat("accept: ", std::strerror(error)));
@@ -204,9 +204,9 @@ struct AcceptLoop::State {
     }
   }
 
-  bool IsExpected(int descriptor) {
+  bool IsExempt(int descriptor) {
     const std::lock_guard lock(mutex);
-    return !expected.empty() && PeerAddressOf(descriptor) == expected;
+    return !exempt_peer.empty() && PeerAddressOf(descriptor) == exempt_peer;
   }
 
   void Admit(FileDescriptor connection) {
@@ -215,16 +215,16 @@ struct AcceptLoop::State {
       return Shed(1, absl::StrCat(UserName(user),
                                   " is another user of the machine (--allow-any-local-user)"));
     }
-    if (IsExpected(connection.number())) {
+    if (IsExempt(connection.number())) {
       connections.AdmitAlways(user);
     } else {
       const auto of_user = silent_of.find(user);
       const auto count = of_user == silent_of.end() ? 0 : of_user->second.size();
       if (static_cast<std::int64_t>(count) >= connections.limits().silent_of_user) {
-        CloseLongestSilent(user, "connections that are silent");
+        CloseOldestSilent(user, "connections that are silent");
       }
       if (!connections.TryAdmit(user) &&
-          !(CloseLongestSilent(user, "connections") && connections.TryAdmit(user))) {
+          !(CloseOldestSilent(user, "connections") && connections.TryAdmit(user))) {
         return Shed(1, absl::StrCat(UserName(user), " or all together have as many as may be"));
       }
     }
@@ -238,19 +238,20 @@ struct AcceptLoop::State {
       Close(user, position);
       return Shed(1, absl::StrCat("epoll: ", std::strerror(errno)));
     }
-    Hear(user, position);
+    CheckPreface(user, position);
   }
 
-  void Hear(User user, Queue::iterator silent) {
-    std::array<char, kHttp2BeginningBytes> said;
+  void CheckPreface(User user, Queue::iterator silent) {
+    std::array<char, kHttp2PrefaceAndHeaderBytes> received;
     const int descriptor = silent->connection.number();
-    const ssize_t size = recv(descriptor, said.data(), said.size(), MSG_PEEK | MSG_DONTWAIT);
+    const ssize_t size =
+        recv(descriptor, received.data(), received.size(), MSG_PEEK | MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     if (size <= 0) return Close(user, silent);  // the peer has closed the connection
     const auto beginning =
-        LookAtHttp2Beginning(std::string_view(said.data(), static_cast<std::size_t>(size)));
-    if (beginning == Http2Beginning::kIncomplete) return;
-    if (beginning == Http2Beginning::kWrong) {
+        CheckHttp2Preface(std::string_view(received.data(), static_cast<std::size_t>(size)));
+    if (beginning == Http2PrefaceState::kIncomplete) return;
+    if (beginning == Http2PrefaceState::kWrong) {
       Close(user, silent);
       return Shed(1, absl::StrCat(UserName(user), " does not speak HTTP/2"));
     }
@@ -270,10 +271,10 @@ struct AcceptLoop::State {
 
   void Close(User user, Queue::iterator silent) {
     Remove(user, silent).Close();
-    connections.Forget(user);
+    connections.CancelAdmission(user);
   }
 
-  bool CloseLongestSilent(User user, const char* what) {
+  bool CloseOldestSilent(User user, const char* what) {
     const auto queue = silent_of.find(user);
     if (queue == silent_of.end()) return false;
     Close(user, queue->second.begin());
@@ -312,16 +313,16 @@ struct AcceptLoop::State {
 
   void Shed(std::int64_t count, std::string why) {
     connections.CountShed(count);
-    if (untold++ == 0) why_shed = std::move(why);
+    if (unlogged_count++ == 0) why_shed = std::move(why);
   }
 
   void Tick() {
     next_tick = Clock::now() + kTick;
-    connections.Sweep();
-    if (untold == 0) return;
-    spdlog::warn("connections refused or closed: {}, the first because {}; {} are open", untold,
-                 why_shed, connections.open());
-    untold = 0;
+    connections.DropClosed();
+    if (unlogged_count == 0) return;
+    spdlog::warn("connections refused or closed: {}, the first because {}; {} are open",
+                 unlogged_count, why_shed, connections.open());
+    unlogged_count = 0;
   }
 
   std::vector<FileDescriptor> listeners;
@@ -340,15 +341,15 @@ struct AcceptLoop::State {
   bool is_paused = false;
   Clock::time_point resume_at;
   Clock::time_point next_tick = Clock::now() + kTick;
-  std::int64_t untold = 0;  // refusals not logged yet
-  std::string why_shed;     // the reason of the first of them
+  std::int64_t unlogged_count = 0;  // refusals not logged yet
+  std::string why_shed;             // the reason of the first of them
 
   std::atomic<bool> stop_listening = false;
   std::atomic<bool> stopping = false;
   std::mutex mutex;
   std::condition_variable changed;
   bool has_stopped_listening = false;
-  std::string expected;
+  std::string exempt_peer;
   std::thread thread;  // last: starts when the other members exist
 };
 
@@ -370,9 +371,9 @@ AcceptLoop::AcceptLoop(std::unique_ptr<State> state) : state_(std::move(state)) 
 
 AcceptLoop::~AcceptLoop() { Stop(); }
 
-void AcceptLoop::Expect(std::string peer_address) {
+void AcceptLoop::ExemptPeer(std::string peer_address) {
   const std::lock_guard lock(state_->mutex);
-  state_->expected = std::move(peer_address);
+  state_->exempt_peer = std::move(peer_address);
 }
 
 void AcceptLoop::StopListening() {

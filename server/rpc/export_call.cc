@@ -27,7 +27,7 @@ constexpr std::size_t kMaxWarnings = 1'000;
 // of up to 64 MiB.
 constexpr std::int64_t kMaxTriangles = 1'000'000;
 
-std::int64_t MostTriangles(const Runtime& runtime) {
+std::int64_t MaxTriangles(const Runtime& runtime) {
   return std::min(kMaxTriangles, runtime.application.limits.max_mesh_triangles);
 }
 
@@ -84,7 +84,8 @@ ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& 
   } else if (!place_) {
     Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   } else {
-    Start(WhatToAwait(runtime, request_.world(), request_.world_uid(), request_.at_revision()));
+    Start(FindRevisionToAwait(runtime, request_.world(), request_.world_uid(),
+                              request_.at_revision()));
   }
 }
 
@@ -134,7 +135,7 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   return absl::OkStatus();
 }
 
-void ExportWorldCall::LetGo() {
+void ExportWorldCall::ReleaseBytes() {
   bytes_.reset();
   file_.reset();
 }
@@ -145,7 +146,7 @@ absl::Status ExportWorldCall::Format(const collision::WorldSnapshot& snapshot,
   if (format == v1::EXPORT_FORMAT_GLB || format == v1::EXPORT_FORMAT_PLY) {
     return FormatDrawing(snapshot, world, go_on);
   }
-  auto scene = SceneOf(snapshot, MostTriangles(runtime_), go_on);
+  auto scene = SceneOf(snapshot, MaxTriangles(runtime_), go_on);
   if (!scene.ok()) return scene.status();
   scene->name = world;
   if (format != v1::EXPORT_FORMAT_URDF && format != v1::EXPORT_FORMAT_SDF) {
@@ -181,7 +182,7 @@ absl::Status ExportWorldCall::FormatScene(const collision::WorldSnapshot& snapsh
 
 absl::Status ExportWorldCall::FormatDrawing(const collision::WorldSnapshot& snapshot,
                                             const std::string& world, const GoOn& go_on) {
-  auto drawn = Draw(snapshot, MostTriangles(runtime_), go_on);
+  auto drawn = Draw(snapshot, MaxTriangles(runtime_), go_on);
   if (!drawn.ok()) return drawn.status();
   drawn->name = world;
   const bool is_glb = request_.format() == v1::EXPORT_FORMAT_GLB;
@@ -194,9 +195,9 @@ absl::Status ExportWorldCall::FormatDrawing(const collision::WorldSnapshot& snap
 
 absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on) {
   const bool is_urdf = request_.format() == v1::EXPORT_FORMAT_URDF;
-  const std::int64_t most = MostTriangles(runtime_);
-  auto model = is_urdf ? FormatUrdf(std::move(scene), most, go_on)
-                       : FormatSdf(std::move(scene), most, go_on);
+  const std::int64_t max_triangles = MaxTriangles(runtime_);
+  auto model = is_urdf ? FormatUrdf(std::move(scene), max_triangles, go_on)
+                       : FormatSdf(std::move(scene), max_triangles, go_on);
   if (!model.ok()) return model.status();
   std::string bytes;
   for (const NamedFile& file : model->files) {

@@ -22,7 +22,7 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
 
  private:
   absl::Status Prepare(const CallContext& call) override;
-  void LetGo() override;
+  void ReleaseBytes() override;
   void Complete(v1::ExportWorldResponse& message) override;
 
   // Makes the file: sets text, warnings and, if there are several files, their names.

@@ -75,7 +75,7 @@ ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime
     Start(std::nullopt);
   } else {
     const v1::ObjectSurface& object = request_.object();
-    Start(WhatToAwait(runtime, object.world(), object.world_uid(), object.at_revision()));
+    Start(FindRevisionToAwait(runtime, object.world(), object.world_uid(), object.at_revision()));
   }
 }
 
@@ -186,10 +186,10 @@ absl::Status WriteGeometryCall::TakeHeader(const v1::WriteGeometryRequest::Heade
         absl::StrCat("is ", static_cast<int>(header.format()), ", must be a known GeometryFormat"));
   }
   const Limits& limits = runtime_.application.limits;
-  const std::int64_t largest_mesh =
+  const std::int64_t max_mesh_bytes =
       kMeshCountsBytes + limits.max_mesh_triangles * kMaxBytesPerTriangle;
-  const std::int64_t most = std::min(largest_mesh, limits.max_geometry_bytes);
-  auto status = CheckRange(header.total_bytes(), {1, most}, path.Field("total_bytes"));
+  const std::int64_t max_bytes = std::min(max_mesh_bytes, limits.max_geometry_bytes);
+  auto status = CheckRange(header.total_bytes(), {1, max_bytes}, path.Field("total_bytes"));
   if (!status.ok()) return status;
   header_ = header;
   upload_.emplace(header.total_bytes(), limits.max_chunk_bytes, EmptyCharge());
@@ -204,7 +204,7 @@ absl::Status WriteGeometryCall::CheckEnd() const {
 WorkQueue& WriteGeometryCall::Queue() { return WriteQueueFor(runtime_, Cost_s()); }
 
 double WriteGeometryCall::Cost_s() const {
-  return upload_ ? CostOfGeometry_s(static_cast<std::int64_t>(upload_->bytes().size())) : 0;
+  return upload_ ? GeometryCost_s(static_cast<std::int64_t>(upload_->bytes().size())) : 0;
 }
 
 absl::Status WriteGeometryCall::Work() {

@@ -70,10 +70,10 @@ absl::Status IngestCall::TakeHeader(const v1::IngestCloudHeader& header) {
   auto plan =
       CloudPlanFromProto(header, runtime_.application.limits, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
-  const std::int64_t most = runtime_.application.limits.max_cloud_bytes;
-  if (plan->total_bytes > most) {
+  const std::int64_t max_bytes = runtime_.application.limits.max_cloud_bytes;
+  if (plan->total_bytes > max_bytes) {
     return InvalidField("header.total_bytes",
-                        absl::StrCat("is ", plan->total_bytes, ", must be at most ", most));
+                        absl::StrCat("is ", plan->total_bytes, ", must be at most ", max_bytes));
   }
   header_ = header;
   plan_ = *std::move(plan);
@@ -165,7 +165,8 @@ absl::Status IngestCall::Interpret() {
   if (!lease.ok()) return lease.status();
   request->options.max_threads = runtime_.cores;
   request->options.threads_now = [this] { return runtime_.ThreadsForScan(); };
-  const BudgetGuard budget(runtime_.timer, GiveUpAt(plan_->time_budget, call_.deadline), stop_);
+  const BudgetGuard budget(runtime_.timer, AnswerDeadline(plan_->time_budget, call_.deadline),
+                           stop_);
   auto outcome = Ingest(**lease, *request, application.interpret, call_.stop);
   if (!outcome.ok()) {
     return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();

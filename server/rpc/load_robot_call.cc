@@ -135,15 +135,15 @@ absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
   if (!robot.ok()) return absl::IsCancelled(robot.status()) ? CallCancelled() : robot.status();
   auto put = PutOf(*plan_, *std::move(robot), path);
   if (!put.ok()) return put.status();
-  collision::WorldRobot told;  // a watch sends the robot whole
-  told.name = put->name;
-  told.robot = put->robot;
-  told.state = put->state;
-  const auto size = static_cast<std::int64_t>(RobotToProto(told).ByteSizeLong());
-  const std::int64_t most = runtime_.application.limits.max_object_bytes;
-  if (size <= most) return put;
+  collision::WorldRobot put_robot;  // a watch sends the robot whole
+  put_robot.name = put->name;
+  put_robot.robot = put->robot;
+  put_robot.state = put->state;
+  const auto size = static_cast<std::int64_t>(RobotToProto(put_robot).ByteSizeLong());
+  const std::int64_t max_bytes = runtime_.application.limits.max_object_bytes;
+  if (size <= max_bytes) return put;
   return RobotTooLarge(absl::StrCat("header.urdf: names, joints and groups of the robot have ",
-                                    size, " bytes, must have at most ", most,
+                                    size, " bytes, must have at most ", max_bytes,
                                     " (max_object_bytes)"));
 }
 

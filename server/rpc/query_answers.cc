@@ -34,13 +34,13 @@ AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 // The time to pass an answer to a client on this machine. measured: three times the time on an
 // otherwise idle machine (1.2 to 1.7 ns per byte of columns, 1 us per message).
 std::chrono::nanoseconds HandoverTime(const AnswerSize& size, const ParsedQueryOptions& options,
-                                      const ReplyPace& pace) {
+                                      const ReplySlowdown& pace) {
   constexpr int kByteCost_ns = 4, kMessageCost_ns = 3'000;
   const int scalar_bytes = options.precision == Precision::kSingle ? 4 : 8;
   const int quiet_ns = options.form == Form::kRows
                            ? kMessageCost_ns
                            : kByteCost_ns * (size.scalars * scalar_bytes + size.bytes);
-  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * pace.Slowness()));
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * pace.Factor()));
 }
 
 // chosen: reading a request may always take this long; the answer then has the rows that there was
@@ -124,15 +124,15 @@ absl::StatusOr<ParsedQuery> ParseQuery(Runtime& runtime, const Request& request,
   if (!options.ok()) return options.status();
   auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
-  options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
+  options->query.give_up_at = AnswerDeadline(options->time_budget, call.deadline);
   options->query.handover_of_answer =
-      HandoverTime(SizeOfAnswer(request), *options, runtime.reply_pace);
+      HandoverTime(SizeOfAnswer(request), *options, runtime.reply_slowdown);
   const auto read_until = std::max(options->query.give_up_at.value_or(Clock::time_point::max()),
                                    Clock::now() + kShortReading);
   ParsedQuery parsed{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
                      WorkBudget(read_until, call.stop)};
   if (memory != nullptr) {
-    auto overlaid = memory->overlay.Over(*at->world, std::move(at->snapshot), &parsed.budget);
+    auto overlaid = memory->overlay.ApplyTo(*at->world, std::move(at->snapshot), &parsed.budget);
     if (!overlaid.ok()) return overlaid.status();
     at->snapshot = *std::move(overlaid);
   }
@@ -203,7 +203,7 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
       {kind.field, kind.per_row(parsed->options.query, *parsed->snapshot), rows->size()},
       parsed->options.form, application.limits);
   if (!status.ok()) return status;
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
+  const CoreShare share(runtime, IsBatch(runtime, request));
   parsed->options.query.threads = share.threads();
   auto answers =
       kind.evaluate(*parsed->snapshot, query->body, *rows, parsed->options.query, call.stop);
@@ -256,7 +256,7 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& reques
   auto status = CheckForm(parsed->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
   const StateQuery& query = motions->query;
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
+  const CoreShare share(runtime, IsBatch(runtime, request));
   parsed->options.query.threads = share.threads();
   auto answers = collision::CheckPaths(*parsed->snapshot, query.body, *WaypointsOf(query),
                                        motions->paths, parsed->options.query, call.stop);
@@ -277,7 +277,7 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::CastRaysRequest& request,
     return status;
   }
   for (collision::RayRow& ray : *rays) ray.max_distance_m = parsed->options.query.max_distance_m;
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
+  const CoreShare share(runtime, IsBatch(runtime, request));
   parsed->options.query.threads = share.threads();
   auto answers = collision::CastRays(*parsed->snapshot, *rays, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();
@@ -297,7 +297,7 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::SamplePointsRequest& reques
   if (auto status = CheckForm(parsed->options.form, points->size(), limits); !status.ok()) {
     return status;
   }
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
+  const CoreShare share(runtime, IsBatch(runtime, request));
   parsed->options.query.threads = share.threads();
   auto answers =
       collision::SamplePoints(*parsed->snapshot, *points, parsed->options.query, call.stop);

@@ -26,18 +26,17 @@ WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& optio
   const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
                            options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&
                            options.engine() != v1::ENGINE_BULLET;
-  const bool is_short = RowBytes(subject) <= kMaxBytesOfShort && cost_s <= kMaxCostOfShort_s;
+  const bool is_short = RowBytes(subject) <= kMaxShortQueryBytes && cost_s <= kMaxShortQueryCost_s;
   return is_prepared && is_short ? WorkLength::kShort : WorkLength::kAny;
 }
 
 }  // namespace
 
-ShareOfCores::ShareOfCores(Runtime& runtime, bool is_batch)
-    : runtime_(runtime), is_batch_(is_batch) {
+CoreShare::CoreShare(Runtime& runtime, bool is_batch) : runtime_(runtime), is_batch_(is_batch) {
   if (is_batch_) threads_ = std::max(1, runtime.cores / ++runtime.batches_under_way);
 }
 
-ShareOfCores::~ShareOfCores() {
+CoreShare::~CoreShare() {
   if (is_batch_) --runtime_.batches_under_way;
 }
 

@@ -20,12 +20,13 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
            [&runtime](const Request& parsed) {
              const v1::QueryOptions& options = parsed.options();
              const double cost_s = EstimatedCost_s(runtime, parsed);
-             UnaryPlan plan{.queue = &QueueOf(runtime, parsed, cost_s),
-                            .await = WhatToAwait(runtime, parsed.world(), options.world_uid(),
-                                                 options.at_revision()),
-                            .length = LengthOf(parsed, cost_s),
-                            .cost_s = cost_s,
-                            .allows_partial_answer = true};
+             UnaryPlan plan{
+                 .queue = &QueueOf(runtime, parsed, cost_s),
+                 .await = FindRevisionToAwait(runtime, parsed.world(), options.world_uid(),
+                                              options.at_revision()),
+                 .length = LengthOf(parsed, cost_s),
+                 .cost_s = cost_s,
+                 .allows_partial_answer = true};
              const absl::Status affordable = CheckCost(cost_s, runtime.application.limits);
              if (!affordable.ok()) plan.await = affordable;
              return plan;

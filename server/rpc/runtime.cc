@@ -119,7 +119,7 @@ int Runtime::ThreadsForScan() const {
   return idle > kPauseOfQueries ? cores : std::max(1, cores - 1);
 }
 
-void Runtime::ReturnMemorySoon() {
+void Runtime::ScheduleMemoryReturn() {
   if (returns_memory_.exchange(true)) return;
   // By then the readers of deleted worlds have released them.
   constexpr auto kDelay = std::chrono::milliseconds(500);

@@ -219,8 +219,8 @@ absl::Status Server::CheckItself(std::chrono::milliseconds timeout) const {
   AcceptLoop& loop = *state_->accept_loop;
   const absl::Status status =
       CheckHealth(state_->addresses.front(), timeout,
-                  [&loop](std::string own_address) { loop.Expect(std::move(own_address)); });
-  loop.Expect("");  // the address may belong to another client from now on
+                  [&loop](std::string own_address) { loop.ExemptPeer(std::move(own_address)); });
+  loop.ExemptPeer("");  // the address may belong to another client from now on
   return status;
 }
 
@@ -249,7 +249,7 @@ void Server::Stop(std::chrono::milliseconds grace) {
   state_->EndCalls(begun, grace);
   state_->accept_loop = nullptr;
   const Connections& connections = state_->runtime.connections;
-  state_->runtime.connections.Sweep();
+  state_->runtime.connections.DropClosed();
   if (connections.open() > 0) {
     connections.ShutDown(SHUT_WR);
     std::this_thread::sleep_for(std::min(grace, kTimeToReadEnd));

@@ -47,13 +47,13 @@ double CostOf(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
   return EstimatedCost_s(request, {runtime.application.geometry, snapshot.get()});
 }
 
-MaybeAwait WhatToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
+MaybeAwait FindRevisionToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
   return WithQuery(
       request,
       [&](const auto& query) {
         const v1::QueryOptions& options = query.options();
-        return server::WhatToAwait(runtime, query.world(), options.world_uid(),
-                                   options.at_revision());
+        return server::FindRevisionToAwait(runtime, query.world(), options.world_uid(),
+                                           options.at_revision());
       },
       MaybeAwait(std::nullopt));
 }
@@ -87,14 +87,14 @@ void StreamQueriesCall::Advance() {
   {
     const std::lock_guard lock(mutex_);
     if (is_over_) return;
-    has_begun = MoveOn();
+    has_begun = AdvanceLocked();
   }
   if (!has_begun) return;
-  AnswerIfItThrows([this] { Begin(); });
+  AnswerOnException([this] { Begin(); });
 }
 
 // Advances all places. True if a query has come to be answered.
-bool StreamQueriesCall::MoveOn() {
+bool StreamQueriesCall::AdvanceLocked() {
   if (answer_ == Place::kDone && write_ == Place::kEmpty) {
     written_.Swap(&answered_);
     answer_ = Place::kEmpty;
@@ -133,8 +133,8 @@ void StreamQueriesCall::FinishIfOver() {
     status = Draining();
   } else if (client_is_gone_ || stop_.stop_requested()) {
     status = CallCancelled();
-  } else if (!broken_.ok()) {
-    status = broken_;
+  } else if (!stream_error_.ok()) {
+    status = stream_error_;
   } else if (!client_is_done_ || read_ != Place::kEmpty) {
     return;
   }
@@ -173,24 +173,24 @@ void StreamQueriesCall::OnWriteDone(bool ok) {
 WorkQueue& StreamQueriesCall::Queue() {
   const bool is_batch = WithQuery(
       request_, [&](const auto& query) { return IsBatch(query, cost_s_); },
-      cost_s_ > kMaxCostOfFew_s);
+      cost_s_ > kMaxSmallQueryCost_s);
   return is_batch ? runtime_.batches : runtime_.query;
 }
 
 void StreamQueriesCall::Begin() {
-  begun_ = Clock::now();
+  begin_time_ = Clock::now();
   const std::size_t size = request_bytes_.Length();
   // While it is parsed, the request is in memory twice.
   const absl::Status charged = charge_.Resize(2 * static_cast<std::int64_t>(size));
   if (!charged.ok()) {
     request_bytes_.Clear();
-    return Answered(charged);
+    return OnAnswered(charged);
   }
   if (size <= kMaxParsedAtOnceBytes) return ParseAndPlan();
   runtime_.batches.Push({.run =
                              [self = shared_from_this()](const absl::Status& admitted) {
-                               if (!admitted.ok()) return self->Answered(admitted);
-                               self->AnswerIfItThrows([&self] { self->ParseAndPlan(); });
+                               if (!admitted.ok()) return self->OnAnswered(admitted);
+                               self->AnswerOnException([&self] { self->ParseAndPlan(); });
                              },
                          .client = client_,
                          .cost_s = kParsing_s_per_byte * static_cast<double>(size),
@@ -200,26 +200,26 @@ void StreamQueriesCall::Begin() {
 void StreamQueriesCall::ParseAndPlan() {
   WorkBudget budget(deadline_, stop_.get_token());
   const absl::Status parsed = ParseRequest(request_bytes_, &request_, &budget);
-  if (!parsed.ok()) return Break(parsed);
+  if (!parsed.ok()) return FailStream(parsed);
   charge_.ForceResize(static_cast<std::int64_t>(request_.SpaceUsedLong()));
   Plan();
 }
 
-void StreamQueriesCall::AnswerIfItThrows(const std::function<void()>& work) {
+void StreamQueriesCall::AnswerOnException(const std::function<void()>& work) {
   const absl::Status done = RunGuarded(
       [&work](const CallContext&) {
         work();
         return absl::OkStatus();
       },
       {});
-  if (!done.ok()) Answered(done);
+  if (!done.ok()) OnAnswered(done);
 }
 
 // Ends the stream: the message cannot be parsed, so later ones cannot be trusted either.
-void StreamQueriesCall::Break(const absl::Status& status) {
+void StreamQueriesCall::FailStream(const absl::Status& status) {
   {
     const std::lock_guard lock(mutex_);
-    broken_ = status;
+    stream_error_ = status;
     client_is_done_ = true;
     answer_ = Place::kEmpty;
     if (read_ == Place::kDone) read_ = Place::kEmpty;
@@ -230,10 +230,10 @@ void StreamQueriesCall::Break(const absl::Status& status) {
 void StreamQueriesCall::Plan() {
   cost_s_ = CostOf(runtime_, request_);
   if (auto status = CheckCost(cost_s_, runtime_.application.limits); !status.ok()) {
-    return Answered(status);
+    return OnAnswered(status);
   }
-  const MaybeAwait await = WhatToAwait(runtime_, request_);
-  if (!await.ok()) return Answered(await.status());
+  const MaybeAwait await = FindRevisionToAwait(runtime_, request_);
+  if (!await.ok()) return OnAnswered(await.status());
   reached_.reset();
   if (!await->has_value()) return Enqueue();
   const std::shared_ptr<World>& world = (*await)->world;
@@ -246,7 +246,7 @@ void StreamQueriesCall::Plan() {
                         .allows_partial_answer = true},
                        Queue(),
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
-                         if (!snapshot.ok()) return self->Answered(snapshot.status());
+                         if (!snapshot.ok()) return self->OnAnswered(snapshot.status());
                          self->reached_ = {world, *std::move(snapshot)};
                          self->Work();
                        });
@@ -255,7 +255,7 @@ void StreamQueriesCall::Plan() {
 void StreamQueriesCall::Enqueue() {
   Queue().Push({.run =
                     [self = shared_from_this()](const absl::Status& admitted) {
-                      if (!admitted.ok()) return self->Answered(admitted);
+                      if (!admitted.ok()) return self->OnAnswered(admitted);
                       self->Work();
                     },
                 .client = client_,
@@ -270,9 +270,9 @@ void StreamQueriesCall::Work() {
                          .stop = stop_.get_token(),
                          .reached = std::exchange(reached_, std::nullopt),
                          .client = client_};
-  if (runtime_.draining()) return Answered(Draining());
+  if (runtime_.draining()) return OnAnswered(Draining());
   const auto status = RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call);
-  Answered(WhyItEnded(status, runtime_));
+  OnAnswered(DrainingIfStopped(status, runtime_));
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
@@ -309,13 +309,13 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
                       "cast_rays, sample_points, check_motions");
 }
 
-void StreamQueriesCall::Answered(const absl::Status& status) {
+void StreamQueriesCall::OnAnswered(const absl::Status& status) {
   response_.set_id(request_.id());
   if (!status.ok()) {
     *response_.mutable_error() = ToQueryError(status);
     runtime_.log.Refused(kMethod, status.code(), response_.error().reason(), client_);
   }
-  const Clock::duration took = Clock::now() - begun_;
+  const Clock::duration took = Clock::now() - begin_time_;
   if (took > kSlowCall) {
     runtime_.log.Slow(kMethod, status.code(), took, request_.ByteSizeLong(),
                       response_.ByteSizeLong());
@@ -326,8 +326,8 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
       [this](const CallContext&) {
         const auto begin = Clock::now();
         SerializeResponse(response_, &answered_);
-        runtime_.reply_pace.NoteSerialized(static_cast<std::int64_t>(answered_.Length()),
-                                           Clock::now() - begin);
+        runtime_.reply_slowdown.NoteSerialized(static_cast<std::int64_t>(answered_.Length()),
+                                               Clock::now() - begin);
         return absl::OkStatus();
       },
       {});

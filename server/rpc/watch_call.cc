@@ -74,7 +74,7 @@ WatchCall::WatchCall(Runtime& runtime, grpc::CallbackServerContext& context)
 void WatchCall::Wake() {
   {
     const std::lock_guard lock(mutex_);
-    look_again_ = true;
+    check_again_ = true;
     if (turn_taken_) return;
     turn_taken_ = true;
   }
@@ -142,7 +142,7 @@ absl::Status WatchCall::Open() {
 absl::StatusOr<bool> WatchCall::NextMessage() {
   {
     const std::lock_guard lock(mutex_);
-    look_again_ = false;
+    check_again_ = false;
     if (std::exchange(period_is_over_, false)) bookmark_is_due_ = true;
     if (cancelled_) return CallCancelled();
   }
@@ -165,11 +165,11 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
 // Sets the next data to send; false if there is none now.
 absl::StatusOr<bool> WatchCall::NextStep() {
   // Observations are sent once per period, however many events there are.
-  if (bookmark_is_due_ && has_told_) return NextBookmark();
+  if (bookmark_is_due_ && has_sent_) return NextBookmark();
   auto step = cursor_->Next();
   if (!step.ok()) return step.status();
   if (!step->has_value()) return bookmark_is_due_ && NextBookmark();
-  has_told_ = true;
+  has_sent_ = true;
   last_ = (*step)->last;
   next_ = 0;
   if ((*step)->kind == WatchStep::Kind::kInitialState) {
@@ -205,7 +205,7 @@ v1::WatchWorldResponse WatchCall::NextPiece() {
 // False if something happened meanwhile, so that the holder must check again.
 bool WatchCall::ReturnTurn() {
   const std::lock_guard lock(mutex_);
-  if (look_again_ || cancelled_) return false;
+  if (check_again_ || cancelled_) return false;
   turn_taken_ = false;
   return true;
 }

@@ -61,12 +61,12 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::uint64_t observed_ = 0;     // number of the last observation that was sent
   bool last_ = false;              // message_ is the last message
   grpc::ByteBuffer message_;       // being written
-  bool has_told_ = false;          // the initial state or an event was sent
+  bool has_sent_ = false;          // the initial state or an event was sent
   bool bookmark_is_due_ = false;
 
   std::mutex mutex_;
   bool turn_taken_ = true;  // taken by Start
-  bool look_again_ = false;
+  bool check_again_ = false;
   bool cancelled_ = false;
   bool period_is_over_ = false;  // the period of bookmarks
 };

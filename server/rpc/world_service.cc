@@ -113,7 +113,7 @@ absl::Status Delete(Runtime& runtime, const v1::DeleteWorldRequest& request,
   if (!deleted.ok()) return deleted.status();
   response->set_world_uid(deleted->uid);
   response->set_revision(deleted->revision.value);
-  runtime.ReturnMemorySoon();
+  runtime.ScheduleMemoryReturn();
   return absl::OkStatus();
 }
 

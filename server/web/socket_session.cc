@@ -32,23 +32,23 @@ grpc::Status NotReadable(const std::string& method) {
       {.reason = "METHOD_NOT_READABLE", .metadata = {{"method", method.substr(0, kShownBytes)}}}));
 }
 
-grpc::Status TooMany(const char* what, std::size_t most, const char* reason) {
-  return ToGrpcStatus(Overloaded(absl::StrCat("there are ", most, " ", what,
+grpc::Status TooMany(const char* what, std::size_t limit, const char* reason) {
+  return ToGrpcStatus(Overloaded(absl::StrCat("there are ", limit, " ", what,
                                               " of this socket already, must be at most as many"),
                                  reason));
 }
 
-grpc::Status TooLong(std::chrono::milliseconds most) {
+grpc::Status TooLong(std::chrono::milliseconds limit) {
   return ToGrpcStatus(MakeError(
       absl::StatusCode::kDeadlineExceeded,
-      absl::StrCat("there was no answer within ", absl::FormatDuration(absl::FromChrono(most)),
+      absl::StrCat("there was no answer within ", absl::FormatDuration(absl::FromChrono(limit)),
                    ", the most that a page waits; ask by gRPC with a deadline of your own"),
       {.reason = "CALL_TOO_LONG"}));
 }
 
 // `when` tells whether the bytes would wait, or have waited for some time.
-grpc::Status TooSlow(std::size_t most, const std::string& when) {
-  return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", most,
+grpc::Status TooSlow(std::size_t limit, const std::string& when) {
+  return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", limit,
                                               " bytes ", when, ", must be at most as many"),
                                  "SOCKET_TOO_SLOW"));
 }
@@ -186,9 +186,9 @@ void SocketSession::End(std::uint64_t id, const grpc::Status& status) {
 void SocketSession::SendMessage(std::uint64_t id, std::string message) {
   const auto page_call = calls_.find(id);
   if (page_call == calls_.end()) return;
-  const std::size_t most = viewer_.limits.burst_bytes;
-  if (!waiting_.empty() && waiting_bytes_ + message.size() > most) {
-    page_call->second.why = TooSlow(most, "would wait for it");
+  const std::size_t limit = viewer_.limits.burst_bytes;
+  if (!waiting_.empty() && waiting_bytes_ + message.size() > limit) {
+    page_call->second.why = TooSlow(limit, "would wait for it");
     return Cancel(id);
   }
   v1::ViewerResponse response;

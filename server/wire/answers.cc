@@ -16,7 +16,7 @@ namespace {
 constexpr std::int32_t kNoObject = -1;
 
 // True for the index of an object; false for no object and for the body itself.
-bool IsOfObject(std::int32_t index) { return index >= 0; }
+bool IsObjectIndex(std::int32_t index) { return index >= 0; }
 
 v1::Verdict EnumToProto(collision::Verdict verdict) {
   switch (verdict) {
@@ -107,7 +107,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   const std::size_t objects = snapshot.objects().size();
   std::vector<std::int32_t> reply_index(objects + snapshot.robots().size(), kNoObject);
   for (const std::int32_t index : snapshot_indices) {
-    if (IsOfObject(index)) reply_index[index] = 0;
+    if (IsObjectIndex(index)) reply_index[index] = 0;
   }
   std::vector<std::size_t> mentioned;
   for (std::size_t i = 0; i < reply_index.size(); ++i) {
@@ -139,7 +139,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   std::vector<std::int32_t> translated(snapshot_indices.size());
   for (std::size_t i = 0; i < translated.size(); ++i) {
     const std::int32_t index = snapshot_indices[i];
-    translated[i] = IsOfObject(index) ? reply_index[index] : index;
+    translated[i] = IsObjectIndex(index) ? reply_index[index] : index;
   }
   return translated;
 }
@@ -226,7 +226,7 @@ void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
     return context.body.objects.empty() ? std::string()
                                         : context.body.objects[static_cast<std::size_t>(part)];
   };
-  if (IsOfObject(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
+  if (IsObjectIndex(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
   row->set_body_part(pair.body_part);
   row->set_object_part(pair.object_part);
   if (context.body.links.empty()) return;
@@ -254,8 +254,8 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
 
 // A row that was not computed has no accuracy.
 v1::Trust TrustAt(const collision::CollisionColumns& answers, std::size_t i) {
-  const bool is_told = answers.verdict[i] != collision::Verdict::kNotComputed;
-  return is_told ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
+  const bool is_computed = answers.verdict[i] != collision::Verdict::kNotComputed;
+  return is_computed ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
 }
 
 std::string TrustColumn(const collision::CollisionColumns& answers) {

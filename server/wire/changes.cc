@@ -13,7 +13,7 @@ namespace cwm::server {
 namespace {
 
 // Steps of a WorkBudget that a change takes besides its geometry: a few microseconds.
-constexpr std::size_t kStepsOfChange = 64;
+constexpr std::size_t kStepsPerChange = 64;
 
 // The sources from which changes are made.
 struct ChangeSource {
@@ -191,7 +191,7 @@ absl::StatusOr<std::vector<collision::Change>> ChangesFromProto(
   std::vector<collision::Change> result;
   result.reserve(changes.size());
   for (int i = 0; i < changes.size(); ++i) {
-    if (MustEnd(budget, kStepsOfChange)) return budget->status();
+    if (MustEnd(budget, kStepsPerChange)) return budget->status();
     auto change = ChangeOf(changes[i], source, path.Item(list, i));
     if (!change.ok()) return change.status();
     result.push_back(*std::move(change));

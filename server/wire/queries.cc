@@ -75,8 +75,8 @@ absl::StatusOr<collision::Representation> RepresentationFromProto(v1::Representa
 }
 
 // Checks a count; 0 means the default `otherwise`.
-absl::StatusOr<int> CountOf(int given, int otherwise, int most, const FieldPath& path) {
-  if (auto status = CheckRange(given, {0, most}, path); !status.ok()) return status;
+absl::StatusOr<int> CountOf(int given, int otherwise, int max, const FieldPath& path) {
+  if (auto status = CheckRange(given, {0, max}, path); !status.ok()) return status;
   return given == 0 ? otherwise : given;
 }
 
@@ -258,15 +258,15 @@ absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits) {
 }
 
 absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits) {
-  const std::int64_t most =
+  const std::int64_t max_answers =
       form == Form::kRows ? limits.max_answers_as_messages : limits.max_answers;
   const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(bound.row_count));
-  if (bound.per_row <= most / rows) return absl::OkStatus();
+  if (bound.per_row <= max_answers / rows) return absl::OkStatus();
   const FieldPath root;
   const FieldPath options = root.Field("options");
   return options.Field(bound.field)
       .Error(absl::StrCat("is ", bound.per_row, " for ", rows, " rows, must be at most ",
-                          most / rows, ": a batch has at most ", most,
+                          max_answers / rows, ": a batch has at most ", max_answers,
                           form == Form::kRows ? " answers as RESULT_FORM_ROWS" : " answers"));
 }
 

@@ -12,13 +12,12 @@ constexpr std::int64_t kMaxStamp_s = std::numeric_limits<std::int64_t>::max() / 
 }  // namespace
 
 absl::StatusOr<std::chrono::nanoseconds> DurationFromProto(
-    const google::protobuf::Duration& duration, const FieldPath& path,
-    std::chrono::seconds longest) {
+    const google::protobuf::Duration& duration, const FieldPath& path, std::chrono::seconds max) {
   const bool nanos_valid = duration.nanos() >= 0 && duration.nanos() < kNanosPerSecond;
   const bool positive = duration.seconds() > 0 || (duration.seconds() == 0 && duration.nanos() > 0);
-  if (!nanos_valid || !positive || duration.seconds() > longest.count()) {
+  if (!nanos_valid || !positive || duration.seconds() > max.count()) {
     return path.Error(absl::StrCat("is ", duration.seconds(), " s and ", duration.nanos(),
-                                   " ns, must be positive and at most ", longest.count(), " s"));
+                                   " ns, must be positive and at most ", max.count(), " s"));
   }
   return std::chrono::seconds(duration.seconds()) + std::chrono::nanoseconds(duration.nanos());
 }

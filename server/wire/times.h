@@ -11,10 +11,10 @@
 
 namespace cwm::server {
 
-// A duration: positive and at most `longest`; a time budget is at most a day.
+// A duration: positive and at most `max`; a time budget is at most a day.
 absl::StatusOr<std::chrono::nanoseconds> DurationFromProto(
     const google::protobuf::Duration& duration, const FieldPath& path,
-    std::chrono::seconds longest = std::chrono::hours(24));
+    std::chrono::seconds max = std::chrono::hours(24));
 google::protobuf::Duration DurationToProto(std::chrono::nanoseconds duration);
 
 // Checks the ranges of protobuf (years 1 to 9999) and of the system clock.

@@ -330,9 +330,9 @@ TEST_F(IngestTest, WhetherASupportIsReachableStaysKnownUntilItChanges) {
   MustIngest(scan);
   EXPECT_EQ(world.observations().Get("support_1").reachable, true);
   EXPECT_EQ(world.observations().Get("object_1").reachable, std::nullopt);
-  TableScan untold = scan;
-  untold.truth.supports[0].reachable = std::nullopt;
-  MustIngest(untold);
+  TableScan unlogged_count = scan;
+  unlogged_count.truth.supports[0].reachable = std::nullopt;
+  MustIngest(unlogged_count);
   EXPECT_EQ(world.observations().Get("support_1").reachable, true) << "it is where it was";
 }
 
