@@ -104,7 +104,7 @@ struct Converter {
 
 }  // namespace
 
-PlannerShape ToPlanner(const Placed<Shape>& part) {
+PlannerShape ToPlannerShape(const Placed<Shape>& part) {
   PlannerShape result;
   result.X_OS = part.X_FS;
   std::visit(Converter{result}, part.shape);

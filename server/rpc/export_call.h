@@ -27,12 +27,12 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
 
   // Makes the file: sets text, warnings and, if there are several files, their names.
   absl::Status Format(const collision::WorldSnapshot& snapshot, const std::string& world,
-                      const GoOn& go_on);
+                      const CancellationCheck& check_cancelled);
   absl::Status FormatScene(const collision::WorldSnapshot& snapshot, PlanningScene scene,
-                           const GoOn& go_on);
+                           const CancellationCheck& check_cancelled);
   absl::Status FormatDrawing(const collision::WorldSnapshot& snapshot, const std::string& world,
-                             const GoOn& go_on);
-  absl::Status FormatModel(PlanningScene scene, const GoOn& go_on);
+                             const CancellationCheck& check_cancelled);
+  absl::Status FormatModel(PlanningScene scene, const CancellationCheck& check_cancelled);
 
   v1::ExportWorldRequest request_;
   std::optional<QuotaShare> place_;  // in the quota of streams
