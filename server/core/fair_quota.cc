@@ -28,8 +28,8 @@ QuotaHolder HolderOf(const ClientId& client) {
           .member = client.connection};
 }
 
-std::optional<FairQuota::Refusal> FairQuota::Take(QuotaHolder holder, std::int64_t amount,
-                                                  std::int64_t reserved) {
+std::optional<FairQuota::Refusal> FairQuota::TryTake(QuotaHolder holder, std::int64_t amount,
+                                                     std::int64_t reserved) {
   if (amount <= 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
   const std::int64_t free = options_.limit - reserved - taken_;

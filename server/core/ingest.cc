@@ -45,8 +45,8 @@ std::optional<SensorPose> PoseFor(const IngestRequest& request,
 
 // An object that belongs to no world: what a scan showed, under a name of its own. Its geometry has
 // only the model, prepared for no engine.
-WorldObjectPtr Provisional(std::string name, const Detections& detections, int d,
-                           std::string supported_by) {
+WorldObjectPtr ProvisionalObject(std::string name, const Detections& detections, int d,
+                                 std::string supported_by) {
   collision::WorldObject object;
   object.name = std::move(name);
   object.kind = detections.kind(d);
@@ -92,8 +92,8 @@ class IngestRun {
     for (int d = 0; d < detections_.size(); ++d) {
       const int supporter = detections_.supported_by(d);
       Append(outcome, d,
-             Provisional(names[static_cast<std::size_t>(d)], detections_, d,
-                         supporter < 0 ? "" : names[static_cast<std::size_t>(supporter)]));
+             ProvisionalObject(names[static_cast<std::size_t>(d)], detections_, d,
+                               supporter < 0 ? "" : names[static_cast<std::size_t>(supporter)]));
     }
     return outcome;
   }
@@ -216,7 +216,7 @@ class IngestRun {
     for (int d = 0; d < detections_.size(); ++d) {
       const std::string& name = plan_.names[static_cast<std::size_t>(d)];
       WorldObjectPtr object = name.empty() ? nullptr : written.snapshot->Find(name);
-      Append(outcome, d, object != nullptr ? object : Provisional(name, detections_, d, ""));
+      Append(outcome, d, object != nullptr ? object : ProvisionalObject(name, detections_, d, ""));
     }
     outcome.added = plan_.added;
     outcome.moved = plan_.moved;

@@ -22,8 +22,8 @@ std::int64_t CountReturns(const std::vector<Eigen::Vector3f>& points) {
 
 // Selects `kept` of the `returns` finite points, evenly spread; all of them if both numbers are the
 // same.
-Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t returns,
-                std::int64_t kept) {
+Columns Subsample(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t returns,
+                  std::int64_t kept) {
   Columns columns;
   columns.points.resize(static_cast<std::size_t>(kept) * 3 * sizeof(float));
   columns.labels.resize(static_cast<std::size_t>(kept) * sizeof(std::uint32_t));
@@ -66,7 +66,7 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
                 .supports = NamesOf(outcome.supports),
                 .objects = NamesOf(outcome.objects)};
   scan.kept_count = std::min(scan.point_count, limits.max_kept_scan_points);
-  Columns columns = Thinned(request, outcome, scan.point_count, scan.kept_count);
+  Columns columns = Subsample(request, outcome, scan.point_count, scan.kept_count);
   auto points = store.PutTemporary(BlobFormat::kPointsF32, std::move(columns.points));
   if (!points.ok()) return points.status();
   auto labels = store.PutTemporary(BlobFormat::kLabelsU32, std::move(columns.labels));

@@ -53,7 +53,7 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   friend class MemoryCharge;
 
   explicit MemoryBudget(std::int64_t limit_bytes);
-  absl::Status Take(const Payer& payer, std::int64_t bytes);
+  absl::Status TryTake(const Payer& payer, std::int64_t bytes);
   void ForceTake(const Payer& payer, std::int64_t bytes);
   void Release(const Payer& payer, std::int64_t bytes);
 

@@ -37,7 +37,7 @@ constexpr double kCostDoubt = 0.25;
 // Marks the server's own work, which may wait as long as it takes.
 constexpr auto kNeverLate = Clock::time_point::max();
 
-void NameAndRankThisThread(const WorkQueueOptions& options) {
+void SetThreadNameAndNice(const WorkQueueOptions& options) {
   pthread_setname_np(pthread_self(), options.name.substr(0, kThreadNameLength).c_str());
   if (options.nice == 0) return;
   // On Linux the nice value belongs to the thread. If it is refused (raising a priority needs a
@@ -176,7 +176,7 @@ struct WorkQueue::State {
   }
 
   void Serve() {
-    NameAndRankThisThread(options);
+    SetThreadNameAndNice(options);
     for (;;) {
       const Turn turn = Take();
       if (!turn.task.run) return;

@@ -80,7 +80,7 @@ struct AcceptLoop::State {
     Clock::time_point close_at;
   };
   using Queue = std::list<Silent>;
-  struct Place {
+  struct SilentEntry {
     User user;
     Queue::iterator silent;
   };
@@ -116,7 +116,8 @@ struct AcceptLoop::State {
         std::this_thread::sleep_for(kAcceptPause);
       }
     }
-    while (!silent_of.empty()) Close(silent_of.begin()->first, silent_of.begin()->second.begin());
+    while (!silent_by_user.empty())
+      Close(silent_by_user.begin()->first, silent_by_user.begin()->second.begin());
   }
 
   void TakeTurn() {
@@ -133,7 +134,8 @@ struct AcceptLoop::State {
     auto until = Clock::time_point::max();
     if (unlogged_count > 0 || connections.open() > 0) until = next_tick;
     if (is_paused) until = std::min(until, resume_at);
-    for (const auto& [user, queue] : silent_of) until = std::min(until, queue.front().close_at);
+    for (const auto& [user, queue] : silent_by_user)
+      until = std::min(until, queue.front().close_at);
     if (until == Clock::time_point::max()) return -1;
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now());
     return static_cast<int>(std::max<std::int64_t>(left.count(), 0));
@@ -147,8 +149,9 @@ struct AcceptLoop::State {
     }
     // A late event of a descriptor that was closed a moment ago finds nobody, or the next
     // connection with that number, which may be checked at any time.
-    if (const auto place = place_of.find(descriptor); place != place_of.end()) {
-      return CheckPreface(place->second.user, place->second.silent);
+    if (const auto entry = silent_by_descriptor.find(descriptor);
+        entry != silent_by_descriptor.end()) {
+      return CheckPreface(entry->second.user, entry->second.silent);
     }
     for (const FileDescriptor& listener : listeners) {
       if (listener.number() == descriptor) return Accept(descriptor, kMaxAcceptsAtOnce);
@@ -218,8 +221,8 @@ struct AcceptLoop::State {
     if (IsExempt(connection.number())) {
       connections.AdmitAlways(user);
     } else {
-      const auto of_user = silent_of.find(user);
-      const auto count = of_user == silent_of.end() ? 0 : of_user->second.size();
+      const auto of_user = silent_by_user.find(user);
+      const auto count = of_user == silent_by_user.end() ? 0 : of_user->second.size();
       if (static_cast<std::int64_t>(count) >= connections.limits().silent_of_user) {
         CloseOldestSilent(user, "connections that are silent");
       }
@@ -229,10 +232,10 @@ struct AcceptLoop::State {
       }
     }
     const int descriptor = connection.number();
-    Queue& queue = silent_of[user];
+    Queue& queue = silent_by_user[user];
     queue.push_back({std::move(connection), Clock::now() + max_silence});
     const auto position = std::prev(queue.end());
-    place_of[descriptor] = {user, position};
+    silent_by_descriptor[descriptor] = {user, position};
     // Edge-triggered, since the received bytes are left in the socket.
     if (!Watch(descriptor, EPOLLIN | EPOLLRDHUP | EPOLLET)) {
       Close(user, position);
@@ -262,10 +265,10 @@ struct AcceptLoop::State {
 
   FileDescriptor Remove(User user, Queue::iterator silent) {
     FileDescriptor connection = std::move(silent->connection);
-    place_of.erase(connection.number());
-    Queue& queue = silent_of.at(user);
+    silent_by_descriptor.erase(connection.number());
+    Queue& queue = silent_by_user.at(user);
     queue.erase(silent);
-    if (queue.empty()) silent_of.erase(user);
+    if (queue.empty()) silent_by_user.erase(user);
     return connection;
   }
 
@@ -275,8 +278,8 @@ struct AcceptLoop::State {
   }
 
   bool CloseOldestSilent(User user, const char* what) {
-    const auto queue = silent_of.find(user);
-    if (queue == silent_of.end()) return false;
+    const auto queue = silent_by_user.find(user);
+    if (queue == silent_by_user.end()) return false;
     Close(user, queue->second.begin());
     Shed(1, absl::StrCat(UserName(user), " has too many ", what));
     return true;
@@ -285,13 +288,13 @@ struct AcceptLoop::State {
   void CloseTooSilent() {
     const auto now = Clock::now();
     std::vector<User> users;
-    for (const auto& [user, queue] : silent_of) {
+    for (const auto& [user, queue] : silent_by_user) {
       if (queue.front().close_at <= now) users.push_back(user);
     }
     for (const User user : users) {
-      for (auto queue = silent_of.find(user);
-           queue != silent_of.end() && queue->second.front().close_at <= now;
-           queue = silent_of.find(user)) {
+      for (auto queue = silent_by_user.find(user);
+           queue != silent_by_user.end() && queue->second.front().close_at <= now;
+           queue = silent_by_user.find(user)) {
         Close(user, queue->second.begin());
         Shed(1, absl::StrCat(UserName(user), " said nothing for ", max_silence.count(), " ms"));
       }
@@ -335,8 +338,9 @@ struct AcceptLoop::State {
   FileDescriptor reserve = OpenReserve();
 
   // Members used only by the loop's thread.
-  std::map<User, Queue> silent_of;          // silent connections in order of arrival
-  std::unordered_map<int, Place> place_of;  // of silent connections, by descriptor
+  std::map<User, Queue> silent_by_user;  // silent connections in order of arrival
+  std::unordered_map<int, SilentEntry>
+      silent_by_descriptor;  // of silent connections, by descriptor
   bool is_listening = true;
   bool is_paused = false;
   Clock::time_point resume_at;

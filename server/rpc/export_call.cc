@@ -78,10 +78,10 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                  const grpc::ByteBuffer* request)
     : ChunkedRead(context, runtime, runtime.batches),
-      place_(QuotaShare::Take(runtime.streams, runtime.ClientOf(*context))) {
+      quota_share_(QuotaShare::TryTake(runtime.streams, runtime.ClientOf(*context))) {
   if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
     Start(parsed);
-  } else if (!place_) {
+  } else if (!quota_share_) {
     Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   } else {
     Start(FindRevisionToAwait(runtime, request_.world(), request_.world_uid(),

@@ -35,7 +35,7 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
   absl::Status FormatModel(PlanningScene scene, const CancellationCheck& check_cancelled);
 
   v1::ExportWorldRequest request_;
-  std::optional<QuotaShare> place_;  // in the quota of streams
+  std::optional<QuotaShare> quota_share_;  // in the quota of streams
   std::shared_ptr<const ExportedWorld> file_;
   // Used while the file is made.
   std::string text_;

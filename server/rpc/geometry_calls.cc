@@ -55,7 +55,7 @@ v1::GeometryFormat FormatToProto(BlobFormat format) {
 }
 
 // The error of a request that does not name exactly one source.
-absl::Status OneOfTwo(const std::string& fault) {
+absl::Status ObjectOrHashError(const std::string& fault) {
   const std::string rule = "must give exactly one of hash and object";
   return MakeError(absl::StatusCode::kInvalidArgument,
                    absl::StrCat("hash and object ", fault, ", ", rule),
@@ -82,7 +82,7 @@ ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime
 absl::Status ReadGeometryCall::Prepare(const CallContext& call) {
   const bool by_hash = !request_.hash().empty();
   if (by_hash == request_.has_object()) {
-    return OneOfTwo(by_hash ? "are both given" : "are both absent");
+    return ObjectOrHashError(by_hash ? "are both given" : "are both absent");
   }
   const absl::Status found = by_hash ? FindBlob() : FindSurface(call);
   return found.ok() ? Begin() : found;

@@ -156,7 +156,7 @@ std::optional<SocketFile> FindSocket(const std::string& address) {
 void RemoveSocket(const std::string& address, const SocketFile& own) {
   const auto path = SocketPath(address);
   if (!path) return;
-  const auto lock = SocketLock::Take(*path);  // so that nobody replaces the socket meanwhile
+  const auto lock = SocketLock::Acquire(*path);  // so that nobody replaces the socket meanwhile
   if (lock.ok() && FindSocket(address) == own) unlink(path->c_str());
 }
 

@@ -129,11 +129,11 @@ absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
   const FieldPath path = root.Field("header");
   std::map<std::string, std::string, std::less<>> bytes;
   for (auto& [name, upload] : files_) bytes.emplace(name, upload.Take());
-  auto files = FilesOf(*plan_, std::move(bytes), path);
+  auto files = MakeRobotFiles(*plan_, std::move(bytes), path);
   if (!files.ok()) return files.status();
   auto robot = ReadRobot(*std::move(files), runtime_.application.limits.robot, call_.stop);
   if (!robot.ok()) return absl::IsCancelled(robot.status()) ? CallCancelled() : robot.status();
-  auto put = PutOf(*plan_, *std::move(robot), path);
+  auto put = MakePutRobot(*plan_, *std::move(robot), path);
   if (!put.ok()) return put.status();
   collision::WorldRobot put_robot;  // a watch sends the robot whole
   put_robot.name = put->name;

@@ -21,7 +21,7 @@ struct Filter {
   std::optional<Aabb> within_W;
 };
 
-bool Passes(const collision::WorldObject& object, const Filter& filter) {
+bool MatchesFilter(const collision::WorldObject& object, const Filter& filter) {
   if (!filter.kinds.empty() &&
       std::find(filter.kinds.begin(), filter.kinds.end(), object.kind) == filter.kinds.end()) {
     return false;
@@ -107,7 +107,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
   std::size_t bytes = 0;
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
     if (object->name <= source->after) continue;
-    if (!Passes(*object, *filter)) continue;
+    if (!MatchesFilter(*object, *filter)) continue;
     const auto count = static_cast<std::size_t>(response->objects_size());
     if (count == *size || bytes >= kPageBytes) {
       const std::string& last = response->objects(response->objects_size() - 1).name();

@@ -22,7 +22,8 @@ std::size_t RowBytes(const v1::Subject& subject) {
 }
 
 // kShort only if the query brings no geometry and uses no engine that may have to prepare it first.
-WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& options, double cost_s) {
+WorkLength LengthForSubject(const v1::Subject& subject, const v1::QueryOptions& options,
+                            double cost_s) {
   const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
                            options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&
                            options.engine() != v1::ENGINE_BULLET;
@@ -41,10 +42,10 @@ CoreShare::~CoreShare() {
 }
 
 WorkLength LengthOf(const v1::CheckCollisionsRequest& request, double cost_s) {
-  return LengthAbout(request.subject(), request.options(), cost_s);
+  return LengthForSubject(request.subject(), request.options(), cost_s);
 }
 WorkLength LengthOf(const v1::GetDistancesRequest& request, double cost_s) {
-  return LengthAbout(request.subject(), request.options(), cost_s);
+  return LengthForSubject(request.subject(), request.options(), cost_s);
 }
 
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request) {

@@ -64,8 +64,8 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
                                             Runtime& runtime) {
   const std::shared_ptr<StreamQueriesCall> call(new StreamQueriesCall(context, runtime));
   call->self_ = call;
-  call->place_ = QuotaShare::Take(runtime.streams, call->client_);
-  if (call->place_) {
+  call->quota_share_ = QuotaShare::TryTake(runtime.streams, call->client_);
+  if (call->quota_share_) {
     call->Advance();
     runtime.AddDrainable(call);
   } else {
@@ -95,39 +95,39 @@ void StreamQueriesCall::Advance() {
 
 // Advances all places. True if a query has come to be answered.
 bool StreamQueriesCall::AdvanceLocked() {
-  if (answer_ == Place::kDone && write_ == Place::kEmpty) {
+  if (answer_ == SlotState::kDone && write_ == SlotState::kEmpty) {
     written_.Swap(&answered_);
-    answer_ = Place::kEmpty;
-    write_ = Place::kUnderWay;
+    answer_ = SlotState::kEmpty;
+    write_ = SlotState::kInProgress;
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
                                   [this] { context_->TryCancel(); });
     StartWrite(&written_);
   }
   const bool goes_on = !client_is_gone_ && !runtime_.draining();
-  const bool begins = goes_on && read_ == Place::kDone && answer_ == Place::kEmpty;
+  const bool begins = goes_on && read_ == SlotState::kDone && answer_ == SlotState::kEmpty;
   if (begins) {
     request_bytes_.Swap(&next_);
-    read_ = Place::kEmpty;
-    answer_ = Place::kUnderWay;
+    read_ = SlotState::kEmpty;
+    answer_ = SlotState::kInProgress;
   }
-  if (read_ == Place::kEmpty || answer_ == Place::kEmpty) ahead_.reset();
+  if (read_ == SlotState::kEmpty || answer_ == SlotState::kEmpty) ahead_.reset();
   if (goes_on) Read();
   FinishIfOver();
   return begins;
 }
 
 void StreamQueriesCall::Read() {
-  if (read_ != Place::kEmpty || client_is_done_) return;
-  if (answer_ != Place::kEmpty) {
-    ahead_ = QuotaShare::Take(runtime_.read_ahead, client_);
+  if (read_ != SlotState::kEmpty || client_is_done_) return;
+  if (answer_ != SlotState::kEmpty) {
+    ahead_ = QuotaShare::TryTake(runtime_.read_ahead, client_);
     if (!ahead_) return;
   }
-  read_ = Place::kUnderWay;
+  read_ = SlotState::kInProgress;
   StartRead(&next_);
 }
 
 void StreamQueriesCall::FinishIfOver() {
-  if (answer_ != Place::kEmpty || write_ != Place::kEmpty) return;
+  if (answer_ != SlotState::kEmpty || write_ != SlotState::kEmpty) return;
   absl::Status status;
   if (runtime_.draining()) {
     status = Draining();
@@ -135,7 +135,7 @@ void StreamQueriesCall::FinishIfOver() {
     status = CallCancelled();
   } else if (!stream_error_.ok()) {
     status = stream_error_;
-  } else if (!client_is_done_ || read_ != Place::kEmpty) {
+  } else if (!client_is_done_ || read_ != SlotState::kEmpty) {
     return;
   }
   End(status);
@@ -153,7 +153,7 @@ void StreamQueriesCall::OnReadDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
     if (!ok) client_is_done_ = true;
-    read_ = ok ? Place::kDone : Place::kEmpty;
+    read_ = ok ? SlotState::kDone : SlotState::kEmpty;
   }
   Advance();
 }
@@ -163,7 +163,7 @@ void StreamQueriesCall::OnWriteDone(bool ok) {
   open_.NoteProgress();
   {
     const std::lock_guard lock(mutex_);
-    write_ = Place::kEmpty;
+    write_ = SlotState::kEmpty;
     client_is_gone_ = !ok;
     written_.Clear();
   }
@@ -221,8 +221,8 @@ void StreamQueriesCall::FailStream(const absl::Status& status) {
     const std::lock_guard lock(mutex_);
     stream_error_ = status;
     client_is_done_ = true;
-    answer_ = Place::kEmpty;
-    if (read_ == Place::kDone) read_ = Place::kEmpty;
+    answer_ = SlotState::kEmpty;
+    if (read_ == SlotState::kDone) read_ = SlotState::kEmpty;
   }
   Advance();
 }
@@ -341,7 +341,7 @@ void StreamQueriesCall::OnAnswered(const absl::Status& status) {
   }
   {
     const std::lock_guard lock(mutex_);
-    answer_ = Place::kDone;
+    answer_ = SlotState::kDone;
   }
   Advance();
 }

@@ -65,17 +65,17 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   grpc::CallbackServerContext* const context_;
   const ClientId client_;
-  std::optional<QuotaShare> place_;  // in the quota of streams
-  MemoryCharge charge_;              // for the request and its answer
-  StallTimers::Guard reading_;       // while the client reads an answer
+  std::optional<QuotaShare> quota_share_;  // in the quota of streams
+  MemoryCharge charge_;                    // for the request and its answer
+  StallTimers::Guard reading_;             // while the client reads an answer
 
-  enum class Place { kEmpty, kUnderWay, kDone };
+  enum class SlotState { kEmpty, kInProgress, kDone };
   // The data of a place in progress belongs to the one who works on it. The mutex is held during
   // StartRead, StartWrite and Finish, in which gRPC never calls a reaction.
   std::mutex mutex_;
-  Place read_ = Place::kEmpty;
-  Place answer_ = Place::kEmpty;
-  Place write_ = Place::kEmpty;             // never kDone
+  SlotState read_ = SlotState::kEmpty;
+  SlotState answer_ = SlotState::kEmpty;
+  SlotState write_ = SlotState::kEmpty;     // never kDone
   std::optional<QuotaShare> ahead_;         // for read_, if it is read ahead
   bool client_is_done_ = false;             // nothing more is read
   bool client_is_gone_ = false;             // nothing more is written

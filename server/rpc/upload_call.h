@@ -73,8 +73,8 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
  private:
   void Begin() {
     if (runtime_.draining()) return End(Draining());
-    place_ = QuotaShare::Take(runtime_.uploads, call_.client);
-    if (!place_) return End(Overloaded("too many uploads are under way", "TOO_MANY_UPLOADS"));
+    quota_share_ = QuotaShare::TryTake(runtime_.uploads, call_.client);
+    if (!quota_share_) return End(Overloaded("too many uploads are under way", "TOO_MANY_UPLOADS"));
     sending_ = StallTimers::Guard(
         runtime_.stalls, runtime_.application.limits.max_stall, [weak = this->weak_from_this()] {
           if (const auto call = weak.lock(); call != nullptr && call->is_reading_) {
@@ -213,7 +213,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   grpc::ByteBuffer bytes_;  // of the message being read
   MemoryCharge header_charge_ = EmptyCharge();
   grpc::ByteBuffer* const reply_;
-  std::optional<QuotaShare> place_;
+  std::optional<QuotaShare> quota_share_;
   StallTimers::Guard sending_;
   std::mutex mutex_;
   bool is_over_ = false;

@@ -52,8 +52,8 @@ WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runti
     call->End(parsed);
     return call.get();
   }
-  call->place_ = QuotaShare::Take(quota, client);
-  if (call->place_) {
+  call->quota_share_ = QuotaShare::TryTake(quota, client);
+  if (call->quota_share_) {
     call->EnqueuePump();
   } else {
     call->End(

@@ -48,7 +48,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::shared_ptr<WatchCall> self_;  // until OnDone
   grpc::CallbackServerContext& context_;
   MemoryCharge charge_;  // for message_
-  std::optional<QuotaShare> place_;
+  std::optional<QuotaShare> quota_share_;
   StallTimers::Guard reading_;  // while the client reads a message
 
   // Used only by the holder of the turn.

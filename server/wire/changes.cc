@@ -22,9 +22,9 @@ struct ChangeSource {
   WorkBudget* budget;
 };
 
-absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& object,
-                                                           const ChangeSource& source,
-                                                           const FieldPath& path) {
+absl::StatusOr<std::shared_ptr<const HybridModel>> ModelFromProto(const v1::Object& object,
+                                                                  const ChangeSource& source,
+                                                                  const FieldPath& path) {
   const int parts = object.shapes_size() + object.surfaces_size();
   if (parts == 0) return path.Field("shapes").Error("is empty, must hold a shape or surfaces one");
   if (parts > source.limits.max_parts) {
@@ -49,8 +49,9 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
   return model;
 }
 
-absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const ChangeSource& source,
-                                           const FieldPath& path) {
+absl::StatusOr<collision::PutObject> PutObjectFromProto(const v1::Object& object,
+                                                        const ChangeSource& source,
+                                                        const FieldPath& path) {
   const Limits& limits = source.limits;
   collision::PutObject put;
   const auto bytes = static_cast<std::int64_t>(object.ByteSizeLong());
@@ -78,14 +79,15 @@ absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Chang
     if (auto status = CheckName(object.supported_by(), field); !status.ok()) return status;
     put.supported_by = object.supported_by();
   }
-  auto model = ModelOf(object, source, path);
+  auto model = ModelFromProto(object, source, path);
   if (!model.ok()) return model.status();
   put.geometry = collision::Prepare(*std::move(model), source.budget);
   if (put.geometry == nullptr) return source.budget->status();
   return put;
 }
 
-absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const FieldPath& path) {
+absl::StatusOr<collision::MoveObject> MoveObjectFromProto(const v1::MoveObject& move,
+                                                          const FieldPath& path) {
   if (auto status = CheckName(move.name(), path.Field("name")); !status.ok()) return status;
   const FieldPath pose_path = path.Field("x_world_object");
   if (!move.has_x_world_object()) return pose_path.Error("is absent, must be given");
@@ -94,8 +96,8 @@ absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const F
   return collision::MoveObject{.name = move.name(), .X_WO = *X_WO};
 }
 
-absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
-                                                 const FieldPath& path) {
+absl::StatusOr<collision::AttachObject> AttachObjectFromProto(const v1::AttachObject& attach,
+                                                              const FieldPath& path) {
   if (auto status = CheckName(attach.name(), path.Field("name")); !status.ok()) return status;
   if (auto status = CheckName(attach.robot(), path.Field("robot")); !status.ok()) return status;
   collision::AttachObject result;
@@ -111,19 +113,20 @@ absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
   return result;
 }
 
-absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const ChangeSource& source,
-                                           const FieldPath& path) {
+absl::StatusOr<collision::Change> ChangeFromProto(const v1::Change& change,
+                                                  const ChangeSource& source,
+                                                  const FieldPath& path) {
   collision::Change result;
   switch (change.what_case()) {
     case v1::Change::kPut: {
       const FieldPath put_path = path.Field("put");
-      auto put = PutOf(change.put().object(), source, put_path.Field("object"));
+      auto put = PutObjectFromProto(change.put().object(), source, put_path.Field("object"));
       if (!put.ok()) return put.status();
       result.what = *std::move(put);
       break;
     }
     case v1::Change::kMove: {
-      auto move = MoveOf(change.move(), path.Field("move"));
+      auto move = MoveObjectFromProto(change.move(), path.Field("move"));
       if (!move.ok()) return move.status();
       result.what = *std::move(move);
       break;
@@ -154,7 +157,7 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Chang
       break;
     }
     case v1::Change::kAttach: {
-      auto attach = AttachOf(change.attach(), path.Field("attach"));
+      auto attach = AttachObjectFromProto(change.attach(), path.Field("attach"));
       if (!attach.ok()) return attach.status();
       result.what = *std::move(attach);
       break;
@@ -192,7 +195,7 @@ absl::StatusOr<std::vector<collision::Change>> ChangesFromProto(
   result.reserve(changes.size());
   for (int i = 0; i < changes.size(); ++i) {
     if (MustEnd(budget, kStepsPerChange)) return budget->status();
-    auto change = ChangeOf(changes[i], source, path.Item(list, i));
+    auto change = ChangeFromProto(changes[i], source, path.Item(list, i));
     if (!change.ok()) return change.status();
     result.push_back(*std::move(change));
   }

@@ -80,7 +80,7 @@ absl::StatusOr<std::optional<VectorField>> FindVector(const v1::CloudLayout& lay
   return VectorField{*found[0], *found[1], *found[2]};
 }
 
-absl::StatusOr<CloudLayout> LayoutOf(const v1::CloudLayout& layout, const FieldPath& path) {
+absl::StatusOr<CloudLayout> LayoutFromProto(const v1::CloudLayout& layout, const FieldPath& path) {
   auto status = CheckRange(layout.point_step(), {1, kMaxPointBytes}, path.Field("point_step"));
   if (!status.ok()) return status;
   if (layout.fields_size() > kMaxFields) {
@@ -122,8 +122,8 @@ absl::Status CheckCounts(const v1::IngestCloudHeader& header, const Limits& limi
   return absl::OkStatus();
 }
 
-absl::StatusOr<perception::SensorNoise> NoiseOf(const v1::SensorModel& model,
-                                                const FieldPath& path) {
+absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorModel& model,
+                                                             const FieldPath& path) {
   perception::SensorNoise noise;
   switch (model.kind()) {
     case v1::SensorModel::KIND_UNSPECIFIED:
@@ -161,8 +161,8 @@ void SetModeler(const v1::IngestOptions& options, perception::ModelerOptions& mo
   if (options.has_search_cones()) modeler.search_cones = options.search_cones();
 }
 
-absl::StatusOr<perception::Clustering> ClusteringOf(v1::Clustering clustering,
-                                                    const FieldPath& path) {
+absl::StatusOr<perception::Clustering> ClusteringFromProto(v1::Clustering clustering,
+                                                           const FieldPath& path) {
   switch (clustering) {
     case v1::CLUSTERING_UNSPECIFIED:
     case v1::CLUSTERING_OBJECTS:
@@ -175,16 +175,16 @@ absl::StatusOr<perception::Clustering> ClusteringOf(v1::Clustering clustering,
   }
 }
 
-absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::IngestCloudHeader& header,
-                                                                const FieldPath& path) {
+absl::StatusOr<perception::InterpretOptions> InterpretOptionsFromProto(
+    const v1::IngestCloudHeader& header, const FieldPath& path) {
   perception::InterpretOptions options;
-  auto noise = NoiseOf(header.sensor_model(), path.Field("sensor_model"));
+  auto noise = SensorNoiseFromProto(header.sensor_model(), path.Field("sensor_model"));
   if (!noise.ok()) return noise.status();
   options.noise = *noise;
   SetModeler(header.options(), options.modeler);
   const FieldPath options_path = path.Field("options");
   const auto clustering =
-      ClusteringOf(header.options().clustering(), options_path.Field("clustering"));
+      ClusteringFromProto(header.options().clustering(), options_path.Field("clustering"));
   if (!clustering.ok()) return clustering.status();
   options.clustering = *clustering;
   if (header.has_x_world_sensor()) {
@@ -203,7 +203,7 @@ absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::Ingest
   return options;
 }
 
-absl::StatusOr<IngestMode> ModeOf(v1::IngestMode mode, const FieldPath& path) {
+absl::StatusOr<IngestMode> IngestModeFromProto(v1::IngestMode mode, const FieldPath& path) {
   switch (mode) {
     case v1::INGEST_MODE_UNSPECIFIED:
     case v1::INGEST_MODE_UPDATE:
@@ -218,8 +218,8 @@ absl::StatusOr<IngestMode> ModeOf(v1::IngestMode mode, const FieldPath& path) {
   }
 }
 
-absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
-                                        const FieldPath& path) {
+absl::StatusOr<IngestRequest> IngestRequestFromProto(const v1::IngestCloudHeader& header,
+                                                     const FieldPath& path) {
   constexpr std::int64_t kMaxIdBytes = 128;
   IngestRequest request;
   auto status = CheckTextLength(header.sensor(), kMaxIdBytes, path.Field("sensor"));
@@ -231,10 +231,10 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
   if (header.has_expected_revision()) {
     request.write.expected_revision = collision::Revision{header.expected_revision()};
   }
-  auto options = InterpretOptionsOf(header, path);
+  auto options = InterpretOptionsFromProto(header, path);
   if (!options.ok()) return options.status();
   request.options = *options;
-  auto mode = ModeOf(header.mode(), path.Field("mode"));
+  auto mode = IngestModeFromProto(header.mode(), path.Field("mode"));
   if (!mode.ok()) return mode.status();
   request.mode = *mode;
   request.frame_stamp = std::chrono::system_clock::now();
@@ -250,10 +250,10 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
 
 absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
                                              const Limits& limits, const FieldPath& path) {
-  auto layout = LayoutOf(header.layout(), path.Field("layout"));
+  auto layout = LayoutFromProto(header.layout(), path.Field("layout"));
   if (!layout.ok()) return layout.status();
   if (auto status = CheckCounts(header, limits, path); !status.ok()) return status;
-  auto request = RequestOf(header, path);
+  auto request = IngestRequestFromProto(header, path);
   if (!request.ok()) return request.status();
   CloudPlan plan{.world = header.world(),
                  .world_uid = header.world_uid(),

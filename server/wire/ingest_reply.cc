@@ -43,25 +43,25 @@ Observation ObservationOf(const collision::WorldObject& object, const World& wor
   return object.create_revision.value == 0 ? Observation{} : world.observations().Get(object.name);
 }
 
-absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {
+absl::Status StoreMesh(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {
   if (mesh == nullptr || mesh->triangles.empty()) return absl::OkStatus();
   return store.Put(BlobFormat::kMeshF64, EncodeMesh(*mesh)).status();
 }
 
 // The meshes of a provisional object would be freed with it. They are stored like labels, so that
 // the client can read the hashes in the reply.
-absl::Status HoldMeshes(const collision::WorldObject& object, GeometryStore& store) {
+absl::Status StoreMeshes(const collision::WorldObject& object, GeometryStore& store) {
   if (object.create_revision.value != 0 || object.geometry == nullptr) return absl::OkStatus();
   for (const ShapePart& part : object.model().shapes) {
     const auto* mesh = std::get_if<Mesh>(&part.shape);  // a vessel's wall
     if (mesh == nullptr) continue;
-    if (absl::Status held = Hold(mesh->mesh, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMesh(mesh->mesh, store); !stored.ok()) return stored;
   }
   for (const SurfacePart& part : object.model().surfaces) {
-    if (absl::Status held = Hold(part.surface.mesh, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMesh(part.surface.mesh, store); !stored.ok()) return stored;
   }
   for (const Handle& handle : object.model().handles) {
-    if (absl::Status held = Hold(handle.surface.mesh, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMesh(handle.surface.mesh, store); !stored.ok()) return stored;
   }
   return absl::OkStatus();
 }
@@ -76,13 +76,13 @@ absl::Status SetObjects(const IngestReply& reply, GeometryStore& store,
     if (i < outcome.support_reachable.size() && outcome.support_reachable[i].has_value()) {
       proto->set_reachable(*outcome.support_reachable[i]);
     }
-    if (absl::Status held = HoldMeshes(support, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMeshes(support, store); !stored.ok()) return stored;
   }
   for (const collision::WorldObjectPtr& object : outcome.objects) {
     v1::Object* proto = response->add_objects();  // stays empty if a user's object explains it
     if (object == nullptr) continue;
     *proto = ObjectToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
-    if (absl::Status held = HoldMeshes(*object, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMeshes(*object, store); !stored.ok()) return stored;
   }
   return absl::OkStatus();
 }

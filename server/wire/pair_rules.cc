@@ -11,9 +11,11 @@ namespace {
 
 constexpr std::chrono::hours kMaxAllowanceTime{24 * 366};
 
-collision::NamedThing ThingOf(const v1::NamedThing& thing) { return {thing.name(), thing.link()}; }
+collision::NamedThing NamedThingFromProto(const v1::NamedThing& thing) {
+  return {thing.name(), thing.link()};
+}
 
-v1::NamedThing ThingToProto(const collision::NamedThing& thing) {
+v1::NamedThing NamedThingToProto(const collision::NamedThing& thing) {
   v1::NamedThing proto;
   proto.set_name(thing.name);
   proto.set_link(thing.link);
@@ -24,7 +26,7 @@ v1::NamedThing ThingToProto(const collision::NamedThing& thing) {
 
 absl::StatusOr<collision::NamedPair> NamedPairFromProto(const v1::NamedPair& pair,
                                                         const FieldPath& path) {
-  collision::NamedPair result{ThingOf(pair.a()), ThingOf(pair.b())};
+  collision::NamedPair result{NamedThingFromProto(pair.a()), NamedThingFromProto(pair.b())};
   const absl::Status status = CheckPair(result);
   if (status.ok()) return result;
   const auto fault = collision::FieldRuleOf(status);
@@ -62,8 +64,8 @@ absl::StatusOr<collision::SetPairMargin> SetPairMarginFromProto(const v1::SetPai
 
 v1::PairRule PairRuleToProto(const collision::PairRule& rule) {
   v1::PairRule proto;
-  *proto.mutable_pair()->mutable_a() = ThingToProto(rule.pair.a);
-  *proto.mutable_pair()->mutable_b() = ThingToProto(rule.pair.b);
+  *proto.mutable_pair()->mutable_a() = NamedThingToProto(rule.pair.a);
+  *proto.mutable_pair()->mutable_b() = NamedThingToProto(rule.pair.b);
   proto.set_allowed(rule.allowed);
   if (rule.expires.has_value())
     *proto.mutable_expires() = TimePointToProto(rule.expires->wall_time);

@@ -69,7 +69,8 @@ absl::StatusOr<RobotPlan> RobotPlanFromProto(const v1::LoadRobotHeader& header,
   return plan;
 }
 
-absl::StatusOr<RobotFiles> FilesOf(const RobotPlan& plan, Files files, const FieldPath& path) {
+absl::StatusOr<RobotFiles> MakeRobotFiles(const RobotPlan& plan, Files files,
+                                          const FieldPath& path) {
   RobotFiles result;
   auto status = TakeText(plan.urdf, files, path.Field("urdf_file"), &result.urdf);
   if (status.ok() && plan.srdf.has_value()) {
@@ -83,9 +84,9 @@ absl::StatusOr<RobotFiles> FilesOf(const RobotPlan& plan, Files files, const Fie
   return result;
 }
 
-absl::StatusOr<collision::PutRobot> PutOf(const RobotPlan& plan,
-                                          std::shared_ptr<const collision::RobotGeometry> robot,
-                                          const FieldPath& path) {
+absl::StatusOr<collision::PutRobot> MakePutRobot(
+    const RobotPlan& plan, std::shared_ptr<const collision::RobotGeometry> robot,
+    const FieldPath& path) {
   const collision::RobotModel& model = *robot->model;
   collision::PutRobot put;
   put.name = plan.name.empty() ? model.name : plan.name;

@@ -71,11 +71,11 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
 }
 
 // Adds the attached objects to the robot's body and checks the sizes again.
-absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
-                                                 const QuerySource& source,
-                                                 const collision::WorldRobot& robot,
-                                                 collision::RobotScope scope,
-                                                 const FieldPath& path) {
+absl::StatusOr<collision::QueryBody> WithAttached(collision::QueryBody bare,
+                                                  const QuerySource& source,
+                                                  const collision::WorldRobot& robot,
+                                                  collision::RobotScope scope,
+                                                  const FieldPath& path) {
   const std::size_t carried = collision::CountCarriedParts(source.snapshot, robot, source.ignore);
   const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + carried);
   if (carried > 0 && parts > kMaxRobotParts) {  // before their pairs, which are many more
@@ -299,9 +299,9 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
   if (!bare.ok()) return bare.status();
   const auto scope = RobotScopeFromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
-  auto carrying = WithCarried(*std::move(bare), source, *states.robot, *scope, path);
-  if (!carrying.ok()) return carrying.status();
-  collision::QueryBody body = *std::move(carrying);
+  auto with_attached = WithAttached(*std::move(bare), source, *states.robot, *scope, path);
+  if (!with_attached.ok()) return with_attached.status();
+  collision::QueryBody body = *std::move(with_attached);
   body.self = states.robot->name;  // pair rules refer to this name
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();

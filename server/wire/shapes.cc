@@ -109,7 +109,7 @@ std::string MessageField(std::string field) {
 }
 
 // Checks the validation rules of shapes; `name` is the alternative of the oneof.
-absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path, WorkBudget* budget) {
+absl::StatusOr<Shape> Validated(Shape shape, const FieldPath& path, WorkBudget* budget) {
   // A plate of thousands of vertices takes a millisecond, everything else less than one step.
   const bool is_plate = std::holds_alternative<Plate>(shape);
   if (MustEnd(budget, is_plate ? kStepsOfPlate : 1)) return budget->status();
@@ -129,21 +129,22 @@ absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const Fiel
                               WorkBudget* budget) {
   switch (m.shape_case()) {
     case M::kSphere:
-      return Checked(Sphere{m.sphere().radius_m()}, path, budget);
+      return Validated(Sphere{m.sphere().radius_m()}, path, budget);
     case M::kBox:
-      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path,
-                     budget);
+      return Validated(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path,
+                       budget);
     case M::kCylinder:
-      return Checked(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path, budget);
+      return Validated(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path, budget);
     case M::kCone:
-      return Checked(Cone{m.cone().radius_bottom_m(), m.cone().radius_top_m(), m.cone().length_m()},
-                     path, budget);
+      return Validated(
+          Cone{m.cone().radius_bottom_m(), m.cone().radius_top_m(), m.cone().length_m()}, path,
+          budget);
     case M::kCapsule:
-      return Checked(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path, budget);
+      return Validated(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path, budget);
     case M::kHalfSpace:
       return Shape(HalfSpace{});
     case M::kPlate:
-      return Checked(PlateOf(m.plate()), path, budget);
+      return Validated(PlateOf(m.plate()), path, budget);
     case M::kConvex:
       return HullOf(m.convex(), store, path.Field("convex"), budget);
     case M::kMesh: {

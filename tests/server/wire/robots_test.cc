@@ -134,27 +134,29 @@ TEST(WireRobotHeader, TakesTextsAndFilesAlike) {
   header.set_srdf("<robot/>");
   const auto plan = RobotPlanFromProto(header, root.Field("header"));
   ASSERT_TRUE(plan.ok()) << plan.status();
-  const auto files = FilesOf(*plan, {{"r.urdf", "text"}, {"a.stl", "mesh"}}, root);
+  const auto files = MakeRobotFiles(*plan, {{"r.urdf", "text"}, {"a.stl", "mesh"}}, root);
   ASSERT_TRUE(files.ok()) << files.status();
   EXPECT_EQ(files->urdf, "text");
   EXPECT_EQ(files->srdf, "<robot/>");
   EXPECT_FALSE(files->spheres.has_value());
   EXPECT_EQ(files->meshes.at("a.stl"), "mesh");
-  EXPECT_EQ(FieldAtFault(FilesOf(*plan, {}, root.Field("header")).status()), "header.urdf_file");
+  EXPECT_EQ(FieldAtFault(MakeRobotFiles(*plan, {}, root.Field("header")).status()),
+            "header.urdf_file");
 }
 
 TEST(WireRobotHeader, GivesTheRobotItsNameAndItsState) {
   RobotPlan plan;
   const FieldPath root;
   const FieldPath path = root.Field("header");
-  EXPECT_EQ(PutOf(plan, Arm(), path)->name, "arm");
-  EXPECT_EQ(FieldAtFault(PutOf(plan, Arm(ArmUrdf("my arm")), path).status()), "header.name");
+  EXPECT_EQ(MakePutRobot(plan, Arm(), path)->name, "arm");
+  EXPECT_EQ(FieldAtFault(MakePutRobot(plan, Arm(ArmUrdf("my arm")), path).status()), "header.name");
   plan.name = "left";
-  EXPECT_EQ(PutOf(plan, Arm(ArmUrdf("my arm")), path)->name, "left");
+  EXPECT_EQ(MakePutRobot(plan, Arm(ArmUrdf("my arm")), path)->name, "left");
   plan.initial_state.named = {"reach", "ready"};
-  EXPECT_EQ(PutOf(plan, Arm(), path)->state[0], 0.5);
+  EXPECT_EQ(MakePutRobot(plan, Arm(), path)->state[0], 0.5);
   plan.initial_state.named->state = "home";
-  EXPECT_EQ(FieldAtFault(PutOf(plan, Arm(), path).status()), "header.initial_state.named_state");
+  EXPECT_EQ(FieldAtFault(MakePutRobot(plan, Arm(), path).status()),
+            "header.initial_state.named_state");
 }
 
 class WireRobotEvents : public ::testing::Test {
