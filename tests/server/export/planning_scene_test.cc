@@ -177,11 +177,11 @@ TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
                                 PutBall("cup", collision::ObjectKind::kUser),
                                 Allow({{"crane", "tip"}, {"*"}}),
                                 Allow({{"cup"}, {"tray"}})});
-  int asked = 0;
+  int check_count = 0;
   const auto make = [&](int times) -> absl::Status {
-    asked = 0;
+    check_count = 0;
     const CancellationCheck check_cancelled = [&] {
-      return ++asked > times ? absl::CancelledError("enough") : absl::OkStatus();
+      return ++check_count > times ? absl::CancelledError("enough") : absl::OkStatus();
     };
     auto scene = MakePlanningScene(*world, 0, check_cancelled);
     if (!scene.ok()) return scene.status();
@@ -192,11 +192,11 @@ TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
     return text.ok() ? FormatSceneYaml(*scene, check_cancelled).status() : text.status();
   };
   ASSERT_TRUE(make(1'000).ok());
-  const int all = asked;
+  const int all = check_count;
   EXPECT_EQ(all, 3 * 1 + 7 + 2 + 1 + 5);  // three for the cup, links, rules, defaults, rows
   for (int times = 0; times < all; ++times) {
     EXPECT_TRUE(absl::IsCancelled(make(times))) << times;
-    EXPECT_EQ(asked, times + 1);
+    EXPECT_EQ(check_count, times + 1);
   }
 }
 

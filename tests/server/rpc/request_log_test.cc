@@ -97,7 +97,7 @@ TEST_F(LoggingServerTest, ACrowdOfRefusalsIsTenLinesAndANumber) {
   EXPECT_LE(refused, 5 * kMaxLinesOfKind) << "500 calls take far less than five seconds";
 }
 
-TEST_F(LoggingServerTest, AStreamTellsWhichOfItsQuestionsWereRefused) {
+TEST_F(LoggingServerTest, AStreamTellsWhichOfItsQueriesWereRefused) {
   {
     Call call;
     const auto stream = query_->StreamQueries(&call);

@@ -41,7 +41,7 @@ TEST(SocketLock, IsHeldByOneAtATimeThoughItsFileComesAndGoes) {
   const std::string path = scratch / "cwm.sock";
   std::atomic<int> holders = 0;
   std::atomic<int> taken = 0;
-  std::atomic<int> most = 0;
+  std::atomic<int> max_holders = 0;
   {
     std::vector<std::jthread> threads;
     for (int i = 0; i < kThreads; ++i) {
@@ -51,14 +51,14 @@ TEST(SocketLock, IsHeldByOneAtATimeThoughItsFileComesAndGoes) {
           if (!lock.ok()) continue;  // timed out on a busy machine
           ++taken;
           const int now = ++holders;
-          if (now > most) most = now;
+          if (now > max_holders) max_holders = now;
           std::this_thread::yield();
           --holders;
         }
       });
     }
   }
-  EXPECT_EQ(most, 1);
+  EXPECT_EQ(max_holders, 1);
   EXPECT_GE(taken, kRounds);
 }
 

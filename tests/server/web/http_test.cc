@@ -377,10 +377,10 @@ TEST_F(LargeFile, ComesWholeOnASlowLineAndNotAtAllWhereNobodyReads) {
 
 TEST_F(SmallLimits, ABlobThatNobodyReadsIsGivenUp) {
   const std::string hash = Sha256Hex(PutBlob(5'000'000));
-  RawConnection asks(port());
-  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/geometry/" + hash)));
+  RawConnection client(port());
+  ASSERT_TRUE(client.Send(RequestText(port(), "GET", "/geometry/" + hash)));
   std::this_thread::sleep_for(std::chrono::seconds(2));
-  const HttpAnswer late = asks.Receive();
+  const HttpAnswer late = client.Receive();
   EXPECT_EQ(late.status, 0) << "it ends before the length that it named";
   ExpectServes();
 }

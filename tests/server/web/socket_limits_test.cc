@@ -26,9 +26,9 @@ class ManyWatches : public SocketTest {
 TEST_F(ManyWatches, TooManyCallsAreRefusedOneByOne) {
   PutBox("a", 1);
   ViewerPage page(port());
-  const std::size_t most = ViewerLimits{}.calls_of_socket;
-  for (std::size_t i = 0; i < most; ++i) page.Begin(i, kWatch, WatchRequest());
-  for (std::size_t i = 0; i < most; ++i) {
+  const std::size_t max_calls = ViewerLimits{}.calls_of_socket;
+  for (std::size_t i = 0; i < max_calls; ++i) page.Begin(i, kWatch, WatchRequest());
+  for (std::size_t i = 0; i < max_calls; ++i) {
     EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
   }
   page.Begin(100, kList, "");
@@ -322,13 +322,13 @@ TEST_F(SteadyReader, APageThatKeepsUpIsServedHoweverMuchThereIs) {
 
 // Each refusal is an answer: without a limit, a page that never reads would fill the memory.
 TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
-  RawConnection asks(port());
-  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/socket",
-                                    {{"Connection", "Upgrade"},
-                                     {"Upgrade", "websocket"},
-                                     {"Sec-WebSocket-Version", "13"},
-                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
-  ASSERT_EQ(asks.Receive().status, 101);
+  RawConnection client(port());
+  ASSERT_TRUE(client.Send(RequestText(port(), "GET", "/socket",
+                                      {{"Connection", "Upgrade"},
+                                       {"Upgrade", "websocket"},
+                                       {"Sec-WebSocket-Version", "13"},
+                                       {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
+  ASSERT_EQ(client.Receive().status, 101);
   v1::ViewerRequest request;
   request.mutable_begin()->set_method("no such method");
   const std::string payload = request.SerializeAsString();
@@ -340,7 +340,7 @@ TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
   for (int i = 0; i < 10'000; ++i) many += frame;
   std::size_t sent = 0;
   constexpr std::size_t kFarMoreThanBuffers = 64 << 20;
-  while (sent < kFarMoreThanBuffers && asks.Send(many, seconds(1))) sent += many.size();
+  while (sent < kFarMoreThanBuffers && client.Send(many, seconds(1))) sent += many.size();
   EXPECT_LT(sent, kFarMoreThanBuffers);
   ExpectServes();
 }

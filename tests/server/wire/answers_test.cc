@@ -94,18 +94,18 @@ TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
     v1::GetDistancesResponse columns;
     DistanceAnswersToProto(pairs_, Context(Form::kColumns, precision), &columns);
     const std::string& bytes = columns.columns().bound_m();
-    std::vector<double> told;
+    std::vector<double> bounds;
     if (precision == Precision::kSingle) {
       const auto single = NumbersIn<float>(bytes);
-      told.assign(single.begin(), single.end());
+      bounds.assign(single.begin(), single.end());
     } else {
-      told = NumbersIn<double>(bytes);
+      bounds = NumbersIn<double>(bytes);
     }
-    ASSERT_EQ(told.size(), 3u);
-    EXPECT_EQ(told[0], 0);
-    EXPECT_GE(told[1], 0.1) << "not rounded down";
-    EXPECT_FLOAT_EQ(static_cast<float>(told[1]), 0.1F);
-    EXPECT_TRUE(std::isnan(told[2]));
+    ASSERT_EQ(bounds.size(), 3u);
+    EXPECT_EQ(bounds[0], 0);
+    EXPECT_GE(bounds[1], 0.1) << "not rounded down";
+    EXPECT_FLOAT_EQ(static_cast<float>(bounds[1]), 0.1F);
+    EXPECT_TRUE(std::isnan(bounds[2]));
   }
   v1::GetDistancesResponse rows;
   DistanceAnswersToProto(pairs_, Context(Form::kRows), &rows);

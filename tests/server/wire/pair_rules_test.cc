@@ -99,7 +99,7 @@ TEST(WirePairRules, ChangesAreNamedByTheirFields) {
   }
 }
 
-TEST(WirePairRules, QuestionsMayIgnorePairsAndWidenParts) {
+TEST(WirePairRules, QueriesMayIgnorePairsAndWidenParts) {
   v1::QueryOptions proto;
   *proto.add_ignore_pairs() = HandAndCup();
   proto.add_ignore_pairs()->mutable_a()->set_name("*");
@@ -150,27 +150,27 @@ TEST(WirePairRules, AreTheLastOfAnInitialStateAndOfEvents) {
     step.rule_deltas.push_back({.before = rules.back(), .after = {.pair = rules.back().pair}});
   }
   const collision::WorldSnapshot snapshot({6}, {}, {}, rules);
-  std::size_t next = 0, told = 0;
+  std::size_t next = 0, rule_count = 0;
   int messages = 0;
   for (bool done = false; !done; ++messages) {
     const auto message = InitialStatePiece(snapshot, context, &next);
     done = message.initial_state().initial_state_done();
     for (const v1::PairRule& rule : message.initial_state().pair_rules()) {
-      EXPECT_EQ(rule.pair().a().name(), rules[told++].pair.a.name);
+      EXPECT_EQ(rule.pair().a().name(), rules[rule_count++].pair.a.name);
     }
   }
   EXPECT_GT(messages, 1);
-  EXPECT_EQ(told, rules.size());
-  next = told = 0;
+  EXPECT_EQ(rule_count, rules.size());
+  next = rule_count = 0;
   for (bool more = true; more;) {
     const auto message = EventsPiece(step, context, &next);
     more = message.events().more();
     for (const v1::PairRule& rule : message.events().pair_rules()) {
-      EXPECT_EQ(rule.pair().a().name(), rules[told++].pair.a.name);
+      EXPECT_EQ(rule.pair().a().name(), rules[rule_count++].pair.a.name);
       EXPECT_FALSE(rule.has_margin_m());
     }
   }
-  EXPECT_EQ(told, rules.size());
+  EXPECT_EQ(rule_count, rules.size());
 }
 
 }  // namespace

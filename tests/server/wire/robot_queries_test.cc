@@ -156,15 +156,15 @@ TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
   const std::vector<collision::Change> changes = {
       {.what = collision::testing::PutArm("left", Arm(urdf)), .expected_object_revision = {}}};
   snapshot_ = *collision::Apply(snapshot_, changes);
-  const float least = -0.0873F, most = 0.0873F;
-  ASSERT_GT(double{most}, 0.0873);
+  const float min = -0.0873F, max = 0.0873F;
+  ASSERT_GT(double{max}, 0.0873);
   std::vector<float> rows;
   std::vector<bool> is_inside;
   while (is_inside.size() < 400) {  // enough to fill the SIMD lanes
-    for (const float elbow : {most, least, 0.0F, std::nextafter(most, 1.0F),
-                              std::nextafter(least, -1.0F), std::nextafter(most, 0.0F)}) {
+    for (const float elbow : {max, min, 0.0F, std::nextafter(max, 1.0F), std::nextafter(min, -1.0F),
+                              std::nextafter(max, 0.0F)}) {
       rows.insert(rows.end(), {elbow, 0.1F});
-      is_inside.push_back(elbow >= least && elbow <= most);
+      is_inside.push_back(elbow >= min && elbow <= max);
     }
   }
   robot_.mutable_rows()->set_scalar(v1::SCALAR_F32);
@@ -172,10 +172,10 @@ TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
   const auto query = Convert();
   ASSERT_TRUE(query.ok()) << query.status();
   EXPECT_EQ(std::get<RobotStates>(query->states).rows[0], 0.0873);
-  const auto asked = RowsOf(*query);
-  const auto in_lanes = *collision::CheckCollisions(*snapshot_, query->body, *asked, {});
+  const auto body_rows = RowsOf(*query);
+  const auto in_lanes = *collision::CheckCollisions(*snapshot_, query->body, *body_rows, {});
   for (std::size_t row = 0; row < is_inside.size(); ++row) {
-    EXPECT_EQ(asked->IsWithinLimits(row), is_inside[row]) << row;
+    EXPECT_EQ(body_rows->IsWithinLimits(row), is_inside[row]) << row;
     EXPECT_EQ(in_lanes.verdict[row] != collision::Verdict::kOutOfLimits, is_inside[row]) << row;
   }
   const std::vector<double> doubles(rows.begin(), rows.end());
