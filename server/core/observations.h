@@ -44,7 +44,8 @@ class Observations {
     std::chrono::system_clock::time_point last;
   };
   std::uint64_t last_number() const;
-  // The last observation of each object that is newer than `number`; oldest first, at most `max_count`.
+  // The last observation of each object that is newer than `number`; oldest first, at most
+  // `max_count`.
   std::vector<Numbered> NewerThan(std::uint64_t number, std::size_t max_count) const;
 
  private:

@@ -62,9 +62,9 @@ absl::StatusOr<DrawnWorld> DrawWorld(const collision::WorldSnapshot& snapshot,
                                      std::int64_t max_triangles,
                                      const CancellationCheck& check_cancelled = absl::OkStatus);
 
-// Binary glTF 2.0. A node for each object and each robot, with its properties as extras, below a root
-// that rotates the world's Z to glTF's Y. Objects of one model share their mesh. Coordinates are
-// single precision, in the object's frame.
+// Binary glTF 2.0. A node for each object and each robot, with its properties as extras, below a
+// root that rotates the world's Z to glTF's Y. Objects of one model share their mesh. Coordinates
+// are single precision, in the object's frame.
 absl::StatusOr<std::string> FormatGlb(const DrawnWorld& world,
                                       const CancellationCheck& check_cancelled = absl::OkStatus);
 

@@ -74,7 +74,8 @@ absl::StatusOr<PlanningScene> MakePlanningScene(
 
 // Adds the robot's state and base (`robot` may be null) and the allowed collisions. Links that the
 // robot does not check against each other are allowed to collide. An object attached to another
-// robot becomes a free object at its present pose. Fails with the errors of MakeAllowedCollisionMatrix.
+// robot becomes a free object at its present pose. Fails with the errors of
+// MakeAllowedCollisionMatrix.
 absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
                               const collision::WorldRobot* robot, PlanningScene& scene,
                               const CancellationCheck& check_cancelled = absl::OkStatus);

@@ -34,13 +34,13 @@ AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 // The time to pass an answer to a client on this machine. measured: three times the time on an
 // otherwise idle machine (1.2 to 1.7 ns per byte of columns, 1 us per message).
 std::chrono::nanoseconds HandoverTime(const AnswerSize& size, const ParsedQueryOptions& options,
-                                      const ReplySlowdown& pace) {
+                                      const ReplySlowdown& slowdown) {
   constexpr int kByteCost_ns = 4, kMessageCost_ns = 3'000;
   const int scalar_bytes = options.precision == Precision::kSingle ? 4 : 8;
   const int quiet_ns = options.form == Form::kRows
                            ? kMessageCost_ns
                            : kByteCost_ns * (size.scalars * scalar_bytes + size.bytes);
-  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * pace.Factor()));
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * slowdown.Factor()));
 }
 
 // chosen: reading a request may always take this long; the answer then has the rows that there was

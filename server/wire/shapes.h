@@ -25,7 +25,8 @@ absl::StatusOr<SurfacePart> SurfacePartFromProto(const v1::SurfacePart& part,
                                                  const GeometryStore& store, const FieldPath& path,
                                                  WorkBudget* budget = nullptr);
 
-// Meshes become readable by their hash (`store.RegisterMesh`). The hash of a Convex is that of its hull.
+// Meshes become readable by their hash (`store.RegisterMesh`). The hash of a Convex is that of its
+// hull.
 v1::PlacedShape PlacedShapeToProto(const Placed<>& placed, GeometryStore& store);
 v1::ShapePart ShapePartToProto(const ShapePart& part, GeometryStore& store);
 v1::SurfacePart SurfacePartToProto(const SurfacePart& part, GeometryStore& store);

@@ -47,9 +47,9 @@ class DeadlineTest : public RunningServer {
   v1::GetDistancesRequest request_;
 };
 
-// Calls attempt(timeout), which returns true if a part of the answer came in time, with growing shares
-// of the full answer's time on this machine until one succeeds. Other load of the machine may make
-// some of them fail.
+// Calls attempt(timeout), which returns true if a part of the answer came in time, with growing
+// shares of the full answer's time on this machine until one succeeds. Other load of the machine
+// may make some of them fail.
 template <class Attempt>
 void ExpectPartInTime(Clock::duration whole, const Attempt& attempt) {
   constexpr int kTimes = 3;
