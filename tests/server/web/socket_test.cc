@@ -114,13 +114,13 @@ TEST_F(SocketTest, AWatchTellsWhatAWatchOfGrpcTells) {
     EXPECT_TRUE(message.ParseFromString(response.message()));
     return message;
   });
-  const auto direct = events_until(21, [&] {
+  const auto direct_events = events_until(21, [&] {
     v1::WatchWorldResponse message;
     EXPECT_TRUE(watch->Read(&message));
     return message;
   });
   EXPECT_EQ(bridged.size(), 20U);
-  EXPECT_EQ(bridged, direct);
+  EXPECT_EQ(bridged, direct_events);
 }
 
 TEST_F(SocketTest, LargeStreamsArriveWhole) {
