@@ -69,7 +69,7 @@ void SetChannelArguments(const Application& application, grpc::ServerBuilder& bu
 
 // Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
 // up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
-void KeepLibrary() {
+void KeepGrpcInitialized() {
   static std::once_flag once;
   std::call_once(once, grpc_init);
 }
@@ -83,7 +83,7 @@ absl::StatusOr<std::vector<SocketLock>> LockSockets(const std::vector<std::strin
   }
   std::vector<SocketLock> locks;
   for (const std::string& path : paths) {
-    auto lock = SocketLock::Take(path);
+    auto lock = SocketLock::Acquire(path);
     if (!lock.ok()) return lock.status();
     locks.push_back(*std::move(lock));
   }
@@ -135,7 +135,7 @@ absl::Status Server::State::Start(const ListenOptions& listen) {
 }
 
 absl::Status Server::State::StartGrpc() {
-  KeepLibrary();
+  KeepGrpcInitialized();
   grpc::EnableDefaultHealthCheckService(true);
   // The library serves health without its descriptor; using the descriptor links it, so that
   // reflection lists it.
@@ -219,8 +219,8 @@ absl::Status Server::CheckItself(std::chrono::milliseconds timeout) const {
   AcceptLoop& loop = *state_->accept_loop;
   const absl::Status status =
       CheckHealth(state_->addresses.front(), timeout,
-                  [&loop](std::string own_address) { loop.Expect(std::move(own_address)); });
-  loop.Expect("");  // the address may belong to another client from now on
+                  [&loop](std::string own_address) { loop.ExemptPeer(std::move(own_address)); });
+  loop.ExemptPeer("");  // the address may belong to another client from now on
   return status;
 }
 
@@ -249,7 +249,7 @@ void Server::Stop(std::chrono::milliseconds grace) {
   state_->EndCalls(begun, grace);
   state_->accept_loop = nullptr;
   const Connections& connections = state_->runtime.connections;
-  state_->runtime.connections.Sweep();
+  state_->runtime.connections.DropClosed();
   if (connections.open() > 0) {
     connections.ShutDown(SHUT_WR);
     std::this_thread::sleep_for(std::min(grace, kTimeToReadEnd));

@@ -16,7 +16,7 @@ namespace {
 constexpr std::int32_t kNoObject = -1;
 
 // True for the index of an object; false for no object and for the body itself.
-bool IsOfObject(std::int32_t index) { return index >= 0; }
+bool IsObjectIndex(std::int32_t index) { return index >= 0; }
 
 v1::Verdict EnumToProto(collision::Verdict verdict) {
   switch (verdict) {
@@ -87,7 +87,7 @@ std::string EnumBytes(const std::vector<Enum>& values) {
 }
 
 v1::Vector3 VectorAt(const std::vector<double>& values, std::size_t i) {
-  return ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+  return VectorToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
 }
 
 template <class Response>
@@ -107,7 +107,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   const std::size_t objects = snapshot.objects().size();
   std::vector<std::int32_t> reply_index(objects + snapshot.robots().size(), kNoObject);
   for (const std::int32_t index : snapshot_indices) {
-    if (IsOfObject(index)) reply_index[index] = 0;
+    if (IsObjectIndex(index)) reply_index[index] = 0;
   }
   std::vector<std::size_t> mentioned;
   for (std::size_t i = 0; i < reply_index.size(); ++i) {
@@ -139,7 +139,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   std::vector<std::int32_t> translated(snapshot_indices.size());
   for (std::size_t i = 0; i < translated.size(); ++i) {
     const std::int32_t index = snapshot_indices[i];
-    translated[i] = IsOfObject(index) ? reply_index[index] : index;
+    translated[i] = IsObjectIndex(index) ? reply_index[index] : index;
   }
   return translated;
 }
@@ -226,7 +226,7 @@ void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
     return context.body.objects.empty() ? std::string()
                                         : context.body.objects[static_cast<std::size_t>(part)];
   };
-  if (IsOfObject(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
+  if (IsObjectIndex(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
   row->set_body_part(pair.body_part);
   row->set_object_part(pair.object_part);
   if (context.body.links.empty()) return;
@@ -254,8 +254,8 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
 
 // A row that was not computed has no accuracy.
 v1::Trust TrustAt(const collision::CollisionColumns& answers, std::size_t i) {
-  const bool is_told = answers.verdict[i] != collision::Verdict::kNotComputed;
-  return is_told ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
+  const bool is_computed = answers.verdict[i] != collision::Verdict::kNotComputed;
+  return is_computed ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
 }
 
 std::string TrustColumn(const collision::CollisionColumns& answers) {
@@ -282,18 +282,18 @@ void SetPairs(const collision::PairColumns& answers, const AnswerContext& contex
 
 }  // namespace
 
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetDistancesResponse* response) {
+void DistanceAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                            v1::GetDistancesResponse* response) {
   SetPairs(answers, context, response);
 }
 
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetContactsResponse* response) {
+void ContactAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                           v1::GetContactsResponse* response) {
   SetPairs(answers, context, response);
 }
 
-void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
-             v1::CheckCollisionsResponse* response) {
+void CollisionAnswersToProto(const collision::CollisionColumns& answers,
+                             const AnswerContext& context, v1::CheckCollisionsResponse* response) {
   // Queries of verdicts only name no pairs: only the pairs that had to be searched for are known.
   const bool named = !context.verdicts_only;
   std::vector<std::int32_t> objects;
@@ -347,8 +347,8 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
 
 }  // namespace
 
-void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
-             v1::CheckMotionsResponse* response) {
+void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerContext& context,
+                          v1::CheckMotionsResponse* response) {
   const auto objects = SetObjects(answers.object, answers.completed, context, response);
   SetLinks(context, response);
   if (context.form == Form::kRows) return SetRows(answers, context, response);
@@ -409,8 +409,9 @@ void SetRows(const collision::PointColumns& answers, const AnswerContext& contex
 
 }  // namespace
 
-void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
-             const AnswerContext& context, v1::CastRaysResponse* response) {
+void RayAnswersToProto(const collision::RayColumns& answers,
+                       std::span<const collision::RayRow> rays, const AnswerContext& context,
+                       v1::CastRaysResponse* response) {
   // Rows without a hit name no object, whatever their other columns contain.
   std::vector<std::int32_t> hit_objects = answers.object;
   for (std::size_t i = 0; i < hit_objects.size(); ++i) {
@@ -435,14 +436,14 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     if (answers.hit[i] == 0) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_point() =
-        ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
+        VectorToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
     *row->mutable_normal() = VectorAt(answers.normal, i);
     SetObstacle(answers.object[i], answers.object_part[i], context, row);
   }
 }
 
-void ToProto(const collision::PointColumns& answers, const AnswerContext& context,
-             v1::SamplePointsResponse* response) {
+void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerContext& context,
+                          v1::SamplePointsResponse* response) {
   std::vector<std::int32_t> near_objects = answers.object;
   for (std::size_t i = 0; i < near_objects.size(); ++i) {
     if (answers.state[i] == collision::SampleState::kBeyond) near_objects[i] = kNoObject;

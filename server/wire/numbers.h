@@ -12,11 +12,11 @@ absl::Status CheckCoordinate(double value, const FieldPath& path);
 absl::Status CheckLength(double value, const FieldPath& path);
 
 struct IntRange {
-  std::int64_t least;
-  std::int64_t most;
+  std::int64_t min;
+  std::int64_t max;
 };
 absl::Status CheckRange(std::int64_t value, IntRange range, const FieldPath& path);
-absl::Status CheckTextLength(const std::string& text, std::int64_t most_bytes,
+absl::Status CheckTextLength(const std::string& text, std::int64_t max_bytes,
                              const FieldPath& path);
 
 }  // namespace cwm::server

@@ -210,7 +210,7 @@ class ClientOfTest : public ::testing::TestWithParam<const char*> {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     return grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), arguments);
   }
-  ClientId Ask(const std::shared_ptr<grpc::Channel>& channel) {
+  ClientId ClientIdOf(const std::shared_ptr<grpc::Channel>& channel) {
     Call call;
     v1::GetServerInfoResponse info;
     const auto status = v1::AdminService::NewStub(channel)->GetServerInfo(&call, {}, &info);
@@ -232,26 +232,26 @@ INSTANTIATE_TEST_SUITE_P(Addresses, ClientOfTest,
 
 TEST_P(ClientOfTest, EachConnectionIsAnotherClientHoweverManyCameBefore) {
   const auto first = Dial();
-  const ClientId id = Ask(first);
+  const ClientId id = ClientIdOf(first);
   EXPECT_EQ(id.connection, 1);
   std::set<std::int64_t> seen = {id.connection};
   for (int i = 0; i < 300; ++i) {
     const auto channel = Dial();
-    const ClientId other = Ask(channel);
+    const ClientId other = ClientIdOf(channel);
     EXPECT_TRUE(seen.insert(other.connection).second) << other.connection << " came twice";
-    EXPECT_EQ(Ask(channel), other);
+    EXPECT_EQ(ClientIdOf(channel), other);
   }
-  EXPECT_EQ(Ask(first), id) << "it stays who it is";
+  EXPECT_EQ(ClientIdOf(first), id) << "it stays who it is";
 }
 
 TEST_P(ClientOfTest, TheUserIsTheOneWhoConnected) {
-  const ClientId id = Ask(Dial());
+  const ClientId id = ClientIdOf(Dial());
   EXPECT_GT(id.connection, 0);
   EXPECT_EQ(id.uid, ClientId{.uid = getuid()}.uid);
 }
 
 TEST_P(ClientOfTest, ACallWithinTheProcessIsNobodys) {
-  EXPECT_EQ(Ask(server_->InProcessChannel({})), ClientId{});
+  EXPECT_EQ(ClientIdOf(server_->InProcessChannel({})), ClientId{});
 }
 
 // Limits the process to `more` further descriptors during its lifetime.

@@ -46,19 +46,19 @@ TEST_F(ChannelArgumentsTest, TheSettingsTellTheLimitsOfTheServer) {
   ASSERT_EQ(header.size(), 9U);
   ASSERT_EQ(header[3], 4) << "a SETTINGS frame comes first";
   const std::string settings = peer.Receive(NumberIn(header, 0, 3), kSoon);
-  std::map<std::uint32_t, std::uint32_t> told;
+  std::map<std::uint32_t, std::uint32_t> values;
   for (std::size_t i = 0; i + 6 <= settings.size(); i += 6) {
-    told[NumberIn(settings, i, 2)] = NumberIn(settings, i + 2, 4);
+    values[NumberIn(settings, i, 2)] = NumberIn(settings, i + 2, 4);
   }
   constexpr std::uint32_t kMaxConcurrentStreams = 3;
   constexpr std::uint32_t kMaxHeaderListSize = 6;
   v1::GetServerInfoResponse info;
   Call call;
   ASSERT_TRUE(admin_->GetServerInfo(&call, {}, &info).ok());
-  EXPECT_EQ(told[kMaxConcurrentStreams], info.limits().max_calls_of_connection());
+  EXPECT_EQ(values[kMaxConcurrentStreams], info.limits().max_calls_of_connection());
   EXPECT_GT(info.limits().max_calls_of_connection(),
             info.limits().max_streams() + info.limits().max_watchers());
-  EXPECT_EQ(told[kMaxHeaderListSize], info.limits().max_metadata_bytes());
+  EXPECT_EQ(values[kMaxHeaderListSize], info.limits().max_metadata_bytes());
 }
 
 TEST_F(ChannelArgumentsTest, MetadataOverTheLimitIsRefusedAndTheServerGoesOn) {

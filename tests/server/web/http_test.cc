@@ -308,8 +308,8 @@ class SmallLimits : public HttpTest {
   static ViewerLimits Limits() {
     ViewerLimits limits;
     limits.connections = 8;
-    limits.idle_http = std::chrono::milliseconds(300);
-    limits.no_byte_taken = std::chrono::milliseconds(300);
+    limits.http_idle_timeout = std::chrono::milliseconds(300);
+    limits.write_timeout = std::chrono::milliseconds(300);
     return limits;
   }
   SmallLimits() : HttpTest(Limits()) {}
@@ -345,7 +345,7 @@ class LargeFile : public HttpTest {
   }
   static ViewerLimits Limits() {
     ViewerLimits limits;
-    limits.no_byte_taken = std::chrono::milliseconds(1'500);
+    limits.write_timeout = std::chrono::milliseconds(1'500);
     return limits;
   }
   LargeFile() : HttpTest(Limits(), "", Files()) {}
@@ -377,10 +377,10 @@ TEST_F(LargeFile, ComesWholeOnASlowLineAndNotAtAllWhereNobodyReads) {
 
 TEST_F(SmallLimits, ABlobThatNobodyReadsIsGivenUp) {
   const std::string hash = Sha256Hex(PutBlob(5'000'000));
-  RawConnection asks(port());
-  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/geometry/" + hash)));
+  RawConnection client(port());
+  ASSERT_TRUE(client.Send(RequestText(port(), "GET", "/geometry/" + hash)));
   std::this_thread::sleep_for(std::chrono::seconds(2));
-  const HttpAnswer late = asks.Receive();
+  const HttpAnswer late = client.Receive();
   EXPECT_EQ(late.status, 0) << "it ends before the length that it named";
   ExpectServes();
 }

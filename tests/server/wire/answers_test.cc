@@ -51,7 +51,7 @@ class Answers : public ::testing::Test {
 
 TEST_F(Answers, ColumnsAreTheBytesOfTheAnswer) {
   v1::GetDistancesResponse response;
-  ToProto(pairs_, Context(Form::kColumns), &response);
+  DistanceAnswersToProto(pairs_, Context(Form::kColumns), &response);
   EXPECT_EQ(response.world_uid(), "uid");
   EXPECT_EQ(response.revision(), 9);
   EXPECT_EQ(response.completed_count(), 2);
@@ -73,7 +73,7 @@ TEST_F(Answers, ColumnsAreTheBytesOfTheAnswer) {
 
 TEST_F(Answers, SinglePrecisionRoundsEachNumberOnce) {
   v1::GetContactsResponse response;
-  ToProto(pairs_, Context(Form::kColumns, Precision::kSingle), &response);
+  ContactAnswersToProto(pairs_, Context(Form::kColumns, Precision::kSingle), &response);
   EXPECT_EQ(response.columns().scalar(), v1::SCALAR_F32);
   EXPECT_THAT(NumbersIn<float>(response.columns().distance_m()), ElementsAre(0.5f, -0.25f, 1.5f));
   EXPECT_EQ(response.columns().normal().size(), 9 * sizeof(float));
@@ -82,7 +82,7 @@ TEST_F(Answers, SinglePrecisionRoundsEachNumberOnce) {
 TEST_F(Answers, BoundsAreLeftOutWhereAllIsExact) {
   pairs_.trust.assign(3, collision::Trust::kExact);
   v1::GetDistancesResponse response;
-  ToProto(pairs_, Context(Form::kColumns), &response);
+  DistanceAnswersToProto(pairs_, Context(Form::kColumns), &response);
   EXPECT_TRUE(response.columns().bound_m().empty());
 }
 
@@ -92,23 +92,23 @@ TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
   pairs_.bound_m = {1e-9, 0.1, 0.5};  // for a degraded answer, of the part that an engine computed
   for (const Precision precision : {Precision::kDouble, Precision::kSingle}) {
     v1::GetDistancesResponse columns;
-    ToProto(pairs_, Context(Form::kColumns, precision), &columns);
+    DistanceAnswersToProto(pairs_, Context(Form::kColumns, precision), &columns);
     const std::string& bytes = columns.columns().bound_m();
-    std::vector<double> told;
+    std::vector<double> bounds;
     if (precision == Precision::kSingle) {
       const auto single = NumbersIn<float>(bytes);
-      told.assign(single.begin(), single.end());
+      bounds.assign(single.begin(), single.end());
     } else {
-      told = NumbersIn<double>(bytes);
+      bounds = NumbersIn<double>(bytes);
     }
-    ASSERT_EQ(told.size(), 3u);
-    EXPECT_EQ(told[0], 0);
-    EXPECT_GE(told[1], 0.1) << "not rounded down";
-    EXPECT_FLOAT_EQ(static_cast<float>(told[1]), 0.1F);
-    EXPECT_TRUE(std::isnan(told[2]));
+    ASSERT_EQ(bounds.size(), 3u);
+    EXPECT_EQ(bounds[0], 0);
+    EXPECT_GE(bounds[1], 0.1) << "not rounded down";
+    EXPECT_FLOAT_EQ(static_cast<float>(bounds[1]), 0.1F);
+    EXPECT_TRUE(std::isnan(bounds[2]));
   }
   v1::GetDistancesResponse rows;
-  ToProto(pairs_, Context(Form::kRows), &rows);
+  DistanceAnswersToProto(pairs_, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).answers(0).has_bound_m());
   EXPECT_EQ(rows.rows(1).answers(0).bound_m(), 0.1);
   EXPECT_FALSE(rows.rows(1).answers(1).has_bound_m());
@@ -116,7 +116,7 @@ TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
 
 TEST_F(Answers, RowsSayTheSameWithNames) {
   v1::GetDistancesResponse response;
-  ToProto(pairs_, Context(Form::kRows), &response);
+  DistanceAnswersToProto(pairs_, Context(Form::kRows), &response);
   EXPECT_FALSE(response.has_columns());
   ASSERT_EQ(response.rows_size(), 2);
   ASSERT_EQ(response.rows(1).answers_size(), 2);
@@ -138,12 +138,12 @@ TEST_F(Answers, VerdictsNameThePairThatTold) {
       .trust = {collision::Trust::kExact, collision::Trust::kExact},
       .completed = 2};
   v1::CheckCollisionsResponse columns;
-  ToProto(answers, Context(Form::kColumns), &columns);
+  CollisionAnswersToProto(answers, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.verdicts(), std::string("\x01\x02"));
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.object_index()), ElementsAre(-1, 0));
   EXPECT_EQ(columns.objects(0).name(), "b");
   v1::CheckCollisionsResponse rows;
-  ToProto(answers, Context(Form::kRows), &rows);
+  CollisionAnswersToProto(answers, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).has_object());
   EXPECT_EQ(rows.rows(1).verdict(), v1::VERDICT_COLLISION);
   EXPECT_EQ(rows.rows(1).object(), "b");
@@ -160,11 +160,11 @@ TEST_F(Answers, RowsThatAreNotComputedHaveNoTrust) {
       .trust = {collision::Trust::kExact, collision::Trust::kDegraded},
       .completed = 1};
   v1::CheckCollisionsResponse columns;
-  ToProto(answers, Context(Form::kColumns), &columns);
+  CollisionAnswersToProto(answers, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.verdicts(), std::string("\x01\x05"));
   EXPECT_EQ(columns.trust(), std::string("\x01\x00", 2));
   v1::CheckCollisionsResponse rows;
-  ToProto(answers, Context(Form::kRows), &rows);
+  CollisionAnswersToProto(answers, Context(Form::kRows), &rows);
   ASSERT_EQ(rows.rows_size(), 1);
   EXPECT_EQ(rows.rows(0).trust(), v1::TRUST_EXACT);
 }
@@ -180,7 +180,7 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
       .bounds = {},
       .completed = 2};
   v1::SamplePointsResponse exact;
-  ToProto(answers, Context(Form::kColumns), &exact);
+  SampleAnswersToProto(answers, Context(Form::kColumns), &exact);
   ASSERT_EQ(exact.objects_size(), 1);
   EXPECT_EQ(exact.objects(0).name(), "c");
   EXPECT_THAT(NumbersIn<std::int32_t>(exact.object_index()), ElementsAre(-1, 0));
@@ -188,10 +188,10 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
   answers.trust[1] = collision::Trust::kBounded;
   answers.bounds = {{.row = 1, .bound_m = 0.5}};
   v1::SamplePointsResponse bounded;
-  ToProto(answers, Context(Form::kColumns), &bounded);
+  SampleAnswersToProto(answers, Context(Form::kColumns), &bounded);
   EXPECT_THAT(NumbersIn<double>(bounded.bound_m()), ElementsAre(0, 0.5));
   v1::SamplePointsResponse rows;
-  ToProto(answers, Context(Form::kRows), &rows);
+  SampleAnswersToProto(answers, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).has_distance_m() || rows.rows(0).has_bound_m());
   EXPECT_EQ(rows.rows(1).bound_m(), 0.5);
   EXPECT_EQ(rows.rows(1).object(), "c");
@@ -205,13 +205,13 @@ TEST_F(Answers, OfARobotNameItsLinks) {
   pairs_.body_part = {0, 1, 0};
   pairs_.object_part = {3, 4, 2};
   v1::GetDistancesResponse columns;
-  ToProto(pairs_, context, &columns);
+  DistanceAnswersToProto(pairs_, context, &columns);
   EXPECT_THAT(columns.body_links(), ElementsAre("base", "arm", "hand"));
   EXPECT_EQ(columns.objects_size(), 2);
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.columns().object_index()), ElementsAre(1, 0, -2));
   context.form = Form::kRows;
   v1::GetDistancesResponse rows;
-  ToProto(pairs_, context, &rows);
+  DistanceAnswersToProto(pairs_, context, &rows);
   EXPECT_EQ(rows.rows(0).answers(0).object(), "c");
   EXPECT_EQ(rows.rows(0).answers(0).body_link(), "base");
   EXPECT_FALSE(rows.rows(0).answers(0).has_object_link());
@@ -226,7 +226,7 @@ TEST_F(Answers, OfARobotNameItsLinks) {
                                              .trust = {collision::Trust::kDegraded},
                                              .completed = 1};
   v1::CheckCollisionsResponse checked;
-  ToProto(verdicts, context, &checked);
+  CollisionAnswersToProto(verdicts, context, &checked);
   EXPECT_FALSE(checked.rows(0).has_object());
   EXPECT_EQ(checked.rows(0).body_link(), "arm");
   EXPECT_EQ(checked.rows(0).object_link(), "hand");
@@ -274,7 +274,7 @@ class MotionAnswers : public Answers {
 
 TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
   v1::CheckMotionsResponse columns;
-  ToProto(motions_, Context(Form::kColumns), &columns);
+  MotionAnswersToProto(motions_, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.completed_count(), 6);
   EXPECT_EQ(columns.verdicts(), "\x01\x02\x02\x03\x04\x06\x05");
   EXPECT_EQ(columns.trust(), "\x03\x02\x01\x01\x01\x04\x01");
@@ -293,7 +293,7 @@ TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
 // As floats 0.1 / 7 and 0.7 are smaller, 0.1 and 0.3 larger than as doubles; bounds stay bounds.
 TEST_F(MotionAnswers, SinglePrecisionKeepsBoundsBounds) {
   v1::CheckMotionsResponse columns;
-  ToProto(motions_, Context(Form::kColumns, Precision::kSingle), &columns);
+  MotionAnswersToProto(motions_, Context(Form::kColumns, Precision::kSingle), &columns);
   EXPECT_EQ(columns.scalar(), v1::SCALAR_F32);
   const auto lo = NumbersIn<float>(columns.lo()), hi = NumbersIn<float>(columns.hi()),
              clearance = NumbersIn<float>(columns.clearance_m());
@@ -312,7 +312,7 @@ TEST_F(MotionAnswers, RowsSayWhatTheirVerdictKnows) {
   AnswerContext context = Context(Form::kRows);
   context.body.links = {"arm", "hand"};
   v1::CheckMotionsResponse response;
-  ToProto(motions_, context, &response);
+  MotionAnswersToProto(motions_, context, &response);
   ASSERT_EQ(response.rows_size(), 6);
   const v1::MotionRow& free = response.rows(0);
   EXPECT_TRUE(free.has_clearance_m());
@@ -346,12 +346,12 @@ TEST_F(Answers, RaysThatMissNameNothing) {
   const std::vector<collision::RayRow> rays = {{.origin = {0, 0, 5}, .direction = {1, 0, 0}},
                                                {.origin = {0, 0, 5}, .direction = {0, 0, -1}}};
   v1::CastRaysResponse columns;
-  ToProto(answers, rays, Context(Form::kColumns), &columns);
+  RayAnswersToProto(answers, rays, Context(Form::kColumns), &columns);
   ASSERT_EQ(columns.objects_size(), 1);
   EXPECT_EQ(columns.objects(0).name(), "c");
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.object_index()), ElementsAre(-1, 0));
   v1::CastRaysResponse rows;
-  ToProto(answers, rays, Context(Form::kRows), &rows);
+  RayAnswersToProto(answers, rays, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).hit() || rows.rows(0).has_distance_m() || rows.rows(0).has_object());
   EXPECT_EQ(rows.rows(1).point().z(), 3);
   EXPECT_EQ(rows.rows(1).object(), "c");

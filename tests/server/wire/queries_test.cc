@@ -1,4 +1,4 @@
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@
 namespace cwm::server {
 namespace {
 
-absl::StatusOr<QuestionOptions> ConvertOptions(const v1::QueryOptions& options) {
+absl::StatusOr<ParsedQueryOptions> ConvertOptions(const v1::QueryOptions& options) {
   const FieldPath root;
-  return FromProto(options, root.Field("options"));
+  return QueryOptionsFromProto(options, root.Field("options"));
 }
 
 TEST(QueryOptions, HaveTheDocumentedDefaults) {
@@ -88,8 +88,8 @@ TEST(QueryOptions, FaultsAreNamed) {
   }
 }
 
-const std::vector<Pose>& PosesOf(const Question& question) {
-  return std::get<std::vector<Pose>>(question.where);
+const std::vector<Pose>& PosesOf(const StateQuery& query) {
+  return std::get<std::vector<Pose>>(query.states);
 }
 
 class Subjects : public ::testing::Test {
@@ -104,8 +104,8 @@ class Subjects : public ::testing::Test {
     const collision::WorldObjectPtr objects[] = {collision::Place(object)};
     snapshot_ = collision::WorldSnapshot({1}, objects);
   }
-  absl::StatusOr<Question> ConvertOptions(const v1::Subject& subject) {
-    return FromProto(subject, {snapshot_, store_, limits_}, {});
+  absl::StatusOr<StateQuery> ConvertOptions(const v1::Subject& subject) {
+    return StateQueryFromProto(subject, {snapshot_, store_, limits_}, {});
   }
 
   collision::WorldSnapshot snapshot_;
@@ -118,11 +118,11 @@ TEST_F(Subjects, ShapesAtPoses) {
   subject.mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
   subject.mutable_shapes()->mutable_x_world_body()->set_data(
       BytesOf<double>({1, 0, 0, 0, 0, 0, 1, 2, 0, 0, 0, 0, 0, 1}));
-  const auto question = ConvertOptions(subject);
-  ASSERT_TRUE(question.ok()) << question.status();
-  EXPECT_EQ(PosesOf(*question).size(), 2u);
-  EXPECT_EQ(question->body.geometry->parts.size(), 1u);
-  EXPECT_TRUE(question->body.self.empty());
+  const auto query = ConvertOptions(subject);
+  ASSERT_TRUE(query.ok()) << query.status();
+  EXPECT_EQ(PosesOf(*query).size(), 2u);
+  EXPECT_EQ(query->body.geometry->parts.size(), 1u);
+  EXPECT_TRUE(query->body.self.empty());
   subject.mutable_shapes()->clear_shapes();
   EXPECT_EQ(FieldAtFault(ConvertOptions(subject).status()), "shapes.shapes");
 }
@@ -156,9 +156,9 @@ TEST_F(Subjects, PointsAndNothing) {
   EXPECT_EQ(FieldAtFault(ConvertOptions(subject).status()), "what");
   subject.mutable_points()->set_scalar(v1::SCALAR_F32);
   subject.mutable_points()->set_data(BytesOf<float>({1, 2, 3}));
-  const auto question = ConvertOptions(subject);
-  ASSERT_TRUE(question.ok());
-  EXPECT_EQ(PosesOf(*question)[0].translation(), Vector3(1, 2, 3));
+  const auto query = ConvertOptions(subject);
+  ASSERT_TRUE(query.ok());
+  EXPECT_EQ(PosesOf(*query)[0].translation(), Vector3(1, 2, 3));
 }
 
 TEST_F(Subjects, RowsAreForFewRows) {
@@ -183,15 +183,15 @@ TEST_F(Subjects, ABatchHasALimitOfAnswersThatTheErrorNames) {
 TEST(WireTime, SurvivesARoundTripAlsoBefore1970) {
   for (const std::int64_t nanos : {0LL, 1LL, -1LL, 1'700'000'000'123'456'789LL, -5'000'000'001LL}) {
     const std::chrono::system_clock::time_point time{std::chrono::nanoseconds(nanos)};
-    const auto proto = ToProto(time);
+    const auto proto = TimePointToProto(time);
     EXPECT_GE(proto.nanos(), 0);
-    const auto back = FromProto(proto, {});
+    const auto back = TimePointFromProto(proto, {});
     ASSERT_TRUE(back.ok());
     EXPECT_EQ(*back, time);
   }
   google::protobuf::Timestamp far;
   far.set_seconds(std::numeric_limits<std::int64_t>::min());
-  EXPECT_FALSE(FromProto(far, {}).ok());
+  EXPECT_FALSE(TimePointFromProto(far, {}).ok());
 }
 
 }  // namespace

@@ -18,10 +18,10 @@
 
 namespace cwm::server {
 
-class RequestMemory {
+class IdempotencyCache {
  public:
   // `charge` is kept equal to the bytes of the records.
-  explicit RequestMemory(Retention retention, MemoryCharge charge = {})
+  explicit IdempotencyCache(Retention retention, MemoryCharge charge = {})
       : retention_(retention), charge_(std::move(charge)) {}
 
   // The first reply if the options' request_id was used before; empty if the id is new or empty.
@@ -33,8 +33,8 @@ class RequestMemory {
                                                    Clock::time_point now);
 
   // Records a write that succeeded, with or without effect. Does nothing for an empty request_id.
-  void Remember(const WriteOptions& options, const WriteOutcome& outcome,
-                std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
+  void Insert(const WriteOptions& options, const WriteOutcome& outcome,
+              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
 
  private:
   struct Record {
@@ -47,7 +47,7 @@ class RequestMemory {
   };
 
   void Expire(Clock::time_point now);
-  void ForgetReply(Record& record);
+  void DropReply(Record& record);
 
   std::int64_t Bytes() const;
 

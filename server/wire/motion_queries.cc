@@ -1,9 +1,9 @@
-// Motions of a subject; declared in questions.h.
+// Motions of a subject; declared in queries.h.
 #include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -43,19 +43,19 @@ absl::StatusOr<std::vector<Path>> PathsOf(const v1::CheckMotionsRequest& request
 
 }  // namespace
 
-absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
-                                         const QuestionSource& source) {
+absl::StatusOr<MotionQuery> MotionQueryFromProto(const v1::CheckMotionsRequest& request,
+                                                 const QuerySource& source) {
   const FieldPath root;
   const FieldPath subject = root.Field("subject");
   if (request.subject().has_points()) {
     return subject.Field("points").Error(
         "do not move, must be one of shapes, object, robot: give a small sphere as shapes");
   }
-  auto question = FromProto(request.subject(), source, subject);
-  if (!question.ok()) return question.status();
-  auto paths = PathsOf(request, RowsOf(*question)->size());
+  auto query = StateQueryFromProto(request.subject(), source, subject);
+  if (!query.ok()) return query.status();
+  auto paths = PathsOf(request, RowsOf(*query)->size());
   if (!paths.ok()) return paths.status();
-  return MotionQuestion{*std::move(question), *std::move(paths)};
+  return MotionQuery{*std::move(query), *std::move(paths)};
 }
 
 }  // namespace cwm::server

@@ -9,7 +9,7 @@
 namespace cwm::server {
 
 // Thread safe: an average of the newest replies. A lost update does not matter.
-class ReplyPace {
+class ReplySlowdown {
  public:
   using Seconds = std::chrono::duration<double>;
 
@@ -22,7 +22,7 @@ class ReplyPace {
   }
 
   // The factor by which replies take longer than on an otherwise idle machine, at least 1.
-  double Slowness() const { return std::max(1.0, serializing_s_.load() / kQuietSerializing_s); }
+  double Factor() const { return std::max(1.0, serializing_s_.load() / kQuietSerializing_s); }
 
  private:
   static constexpr std::int64_t kMinBytes = 1 << 20;  // smaller ones measure clock noise

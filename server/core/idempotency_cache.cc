@@ -1,4 +1,4 @@
-#include "server/core/request_memory.h"
+#include "server/core/idempotency_cache.h"
 
 #include <utility>
 
@@ -11,7 +11,7 @@ namespace cwm::server {
 namespace {
 
 // chosen: a UUID has 36 characters; room for four of them, or for prefixes.
-constexpr std::size_t kLongestRequestId = 128;
+constexpr std::size_t kMaxRequestIdBytes = 128;
 // chosen: ids are freed one by one as they age, hundreds in a second at the rate that fills the
 // memory.
 constexpr double kRetryAfter_s = 1;
@@ -53,14 +53,14 @@ absl::Status Exhausted(std::int64_t limit) {
 
 }  // namespace
 
-absl::StatusOr<std::optional<WriteOutcome>> RequestMemory::Find(const WriteOptions& options,
-                                                                Clock::time_point now) {
+absl::StatusOr<std::optional<WriteOutcome>> IdempotencyCache::Find(const WriteOptions& options,
+                                                                   Clock::time_point now) {
   const std::string& id = options.request_id;
   if (id.empty()) return std::nullopt;
-  if (id.size() > kLongestRequestId) {
+  if (id.size() > kMaxRequestIdBytes) {
     return InvalidField(
         "request_id",
-        absl::StrCat("has ", id.size(), " characters, must have at most ", kLongestRequestId));
+        absl::StrCat("has ", id.size(), " characters, must have at most ", kMaxRequestIdBytes));
   }
   Expire(now);
   const auto found = records_.find(id);
@@ -76,8 +76,8 @@ absl::StatusOr<std::optional<WriteOutcome>> RequestMemory::Find(const WriteOptio
   return WriteOutcome{.revision = record.revision, .replayed = true, .ingest = record.reply};
 }
 
-void RequestMemory::Remember(const WriteOptions& options, const WriteOutcome& outcome,
-                             std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) {
+void IdempotencyCache::Insert(const WriteOptions& options, const WriteOutcome& outcome,
+                              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) {
   const std::string& id = options.request_id;
   if (id.empty()) return;
   by_age_.push_back(id);
@@ -88,27 +88,27 @@ void RequestMemory::Remember(const WriteOptions& options, const WriteOutcome& ou
             .was_ingest = reply != nullptr,
             .reply = std::move(reply),
             .reply_bytes = 0};
-  if (!record.was_ingest) return charge_.ResizeAnyway(Bytes());
+  if (!record.was_ingest) return charge_.ForceResize(Bytes());
   record.reply_bytes = BytesOf(*record.reply);
   reply_bytes_ += record.reply_bytes;
   replies_by_age_.push_back(id);
   while (reply_bytes_ > retention_.reply_bytes && !replies_by_age_.empty()) {
-    ForgetReply(records_.at(replies_by_age_.front()));
+    DropReply(records_.at(replies_by_age_.front()));
     replies_by_age_.pop_front();
   }
-  charge_.ResizeAnyway(Bytes());
+  charge_.ForceResize(Bytes());
 }
 
-std::int64_t RequestMemory::Bytes() const {
+std::int64_t IdempotencyCache::Bytes() const {
   return kRecordBytes * static_cast<std::int64_t>(records_.size()) + reply_bytes_;
 }
 
-void RequestMemory::Expire(Clock::time_point now) {
+void IdempotencyCache::Expire(Clock::time_point now) {
   while (!by_age_.empty()) {
     const auto oldest = records_.find(by_age_.front());
     if (oldest->second.when + retention_.request_id_time >= now) return;
     if (!replies_by_age_.empty() && replies_by_age_.front() == by_age_.front()) {
-      ForgetReply(oldest->second);
+      DropReply(oldest->second);
       replies_by_age_.pop_front();
     }
     records_.erase(oldest);
@@ -116,7 +116,7 @@ void RequestMemory::Expire(Clock::time_point now) {
   }
 }
 
-void RequestMemory::ForgetReply(Record& record) {
+void IdempotencyCache::DropReply(Record& record) {
   reply_bytes_ -= record.reply_bytes;
   record.reply_bytes = 0;
   record.reply = nullptr;

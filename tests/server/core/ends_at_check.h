@@ -8,15 +8,15 @@
 namespace cwm::server {
 
 // Behaves like a caller who cancels before the n-th check, counted from 1.
-class EndsAtLook : public WorkBudget {
+class EndsAtCheck : public WorkBudget {
  public:
-  explicit EndsAtLook(std::int64_t look) : look_(look) {}
+  explicit EndsAtCheck(std::int64_t check) : check_(check) {}
 
  protected:
-  End Look() const override { return looks() >= look_ ? End::kCancelled : End::kNone; }
+  End Check() const override { return check_count() >= check_ ? End::kCancelled : End::kNone; }
 
  private:
-  const std::int64_t look_;
+  const std::int64_t check_;
 };
 
 }  // namespace cwm::server

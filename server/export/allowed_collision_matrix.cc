@@ -16,8 +16,8 @@ using collision::NamedThing;
 using collision::PairRule;
 using collision::WorldRobot;
 
-std::string NameOf(const NamedThing& thing) {
-  return thing.link.empty() ? thing.name : absl::StrCat(thing.name, ":", thing.link);
+std::string NameOf(const NamedThing& named) {
+  return named.link.empty() ? named.name : absl::StrCat(named.name, ":", named.link);
 }
 
 std::string NameOf(const PairRule& rule) {
@@ -38,9 +38,9 @@ class MatrixMaker {
     names_.insert(links_.begin(), links_.end());
     for (const PairRule& rule : snapshot.pair_rules()) {
       if (!rule.allowed || IsOfAnother(rule)) continue;
-      for (const NamedThing* thing : {&rule.pair.a, &rule.pair.b}) {
-        if (IsEverything(*thing) || IsRobot(*thing)) continue;
-        names_.insert(thing->link.empty() ? thing->name : thing->link);
+      for (const NamedThing* named : {&rule.pair.a, &rule.pair.b}) {
+        if (IsEverything(*named) || IsRobot(*named)) continue;
+        names_.insert(named->link.empty() ? named->name : named->link);
       }
     }
   }
@@ -57,7 +57,7 @@ class MatrixMaker {
 
   // Allows the pairs of links that the robot does not check, adjacent links and links of one rigid
   // body included: MoveIt's matrix has no other way to express it.
-  absl::Status AllowUncheckedLinks(const GoOn& go_on) {
+  absl::Status AllowUncheckedLinks(const CancellationCheck& check_cancelled) {
     if (robot_ == nullptr) return absl::OkStatus();
     const auto& links = robot_->model().links;
     std::set<std::pair<int, int>> checked;
@@ -65,7 +65,7 @@ class MatrixMaker {
       checked.insert(std::minmax(pair.first, pair.second));
     }
     for (int i = 0; i < static_cast<int>(links.size()); ++i) {
-      if (absl::Status status = go_on(); !status.ok()) return status;
+      if (absl::Status status = check_cancelled(); !status.ok()) return status;
       for (int j = i + 1; j < static_cast<int>(links.size()); ++j) {
         const auto& a = links[static_cast<std::size_t>(i)];
         const auto& b = links[static_cast<std::size_t>(j)];
@@ -93,39 +93,39 @@ class MatrixMaker {
     }
   }
 
-  absl::StatusOr<AllowedMatrix> Made(const GoOn& go_on) {
+  absl::StatusOr<AllowedCollisionMatrix> Made(const CancellationCheck& check_cancelled) {
     for (const std::string& name : by_default_) {
-      if (absl::Status status = go_on(); !status.ok()) return status;
+      if (absl::Status status = check_cancelled(); !status.ok()) return status;
       for (const std::string& other : names_) Allow(name, other);
     }
-    return AllowedMatrix{.names = {names_.begin(), names_.end()},
-                         .allowed = std::move(allowed_),
-                         .by_default = {by_default_.begin(), by_default_.end()}};
+    return AllowedCollisionMatrix{.names = {names_.begin(), names_.end()},
+                                  .allowed = std::move(allowed_),
+                                  .by_default = {by_default_.begin(), by_default_.end()}};
   }
 
  private:
-  static bool IsEverything(const NamedThing& thing) { return thing.name == collision::kEverything; }
-  bool IsRobot(const NamedThing& thing) const {
-    return robot_ != nullptr && thing.name == robot_->name && thing.link.empty();
+  static bool IsEverything(const NamedThing& named) { return named.name == collision::kEverything; }
+  bool IsRobot(const NamedThing& named) const {
+    return robot_ != nullptr && named.name == robot_->name && named.link.empty();
   }
-  bool IsOfAnother(const NamedThing& thing) const {
-    if (IsEverything(thing) || (robot_ != nullptr && thing.name == robot_->name)) return false;
-    return !thing.link.empty() || others_.count(thing.name) > 0;
+  bool IsOfAnother(const NamedThing& named) const {
+    if (IsEverything(named) || (robot_ != nullptr && named.name == robot_->name)) return false;
+    return !named.link.empty() || others_.count(named.name) > 0;
   }
 
   // The scene's names of the object, robot or link. Must not be called for "everything".
-  std::vector<std::string> NamesOf(const NamedThing& thing) const {
-    if (IsRobot(thing)) return links_;
-    return {thing.link.empty() ? thing.name : thing.link};
+  std::vector<std::string> NamesOf(const NamedThing& named) const {
+    if (IsRobot(named)) return links_;
+    return {named.link.empty() ? named.name : named.link};
   }
 
-  // Adds the names of `thing` to the default entries; their pairs are made at the end, once per
+  // Adds the names of `named` to the default entries; their pairs are made at the end, once per
   // name.
-  void AddDefault(const NamedThing& thing) {
-    if (IsEverything(thing)) {
+  void AddDefault(const NamedThing& named) {
+    if (IsEverything(named)) {
       by_default_ = names_;
     } else {
-      for (const std::string& name : NamesOf(thing)) by_default_.insert(name);
+      for (const std::string& name : NamesOf(named)) by_default_.insert(name);
     }
   }
 
@@ -147,23 +147,22 @@ class MatrixMaker {
 
 }  // namespace
 
-absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& snapshot,
-                                              const WorldRobot* robot,
-                                              std::vector<std::string>& warnings,
-                                              const GoOn& go_on) {
+absl::StatusOr<AllowedCollisionMatrix> MakeAllowedCollisionMatrix(
+    const collision::WorldSnapshot& snapshot, const WorldRobot* robot,
+    std::vector<std::string>& warnings, const CancellationCheck& check_cancelled) {
   MatrixMaker maker(snapshot, robot);
-  if (maker.name_count() > kMaxAllowedNames) {
+  if (maker.name_count() > kMaxMatrixNames) {
     return MakeError(
         absl::StatusCode::kResourceExhausted,
         absl::StrCat("the matrix of allowed collisions would have ", maker.name_count(),
-                     " names of links and objects, must have at most ", kMaxAllowedNames),
+                     " names of links and objects, must have at most ", kMaxMatrixNames),
         {.reason = "EXPORT_TOO_LARGE"});
   }
   maker.LayOut();
-  if (absl::Status status = maker.AllowUncheckedLinks(go_on); !status.ok()) return status;
+  if (absl::Status status = maker.AllowUncheckedLinks(check_cancelled); !status.ok()) return status;
   Notes notes;
   for (const PairRule& rule : snapshot.pair_rules()) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
+    if (absl::Status status = check_cancelled(); !status.ok()) return status;
     if (rule.margin_m) notes.Add("the margin of the pair is left out", NameOf(rule));
     if (!rule.allowed) continue;
     if (maker.IsOfAnother(rule)) {
@@ -174,7 +173,7 @@ absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& sn
     if (rule.expires) notes.Add("allowed for good, here it ends by itself", NameOf(rule));
   }
   notes.AppendTo(warnings);
-  return maker.Made(go_on);
+  return maker.Made(check_cancelled);
 }
 
 }  // namespace cwm::server

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 #include "tests/collision/world/test_arm.h"
 #include "tests/server/wire/wire_test_values.h"
 
@@ -36,14 +36,14 @@ class RobotSubjects : public ::testing::Test {
     robot_.set_robot("left");
     robot_.set_group("reach");
   }
-  absl::StatusOr<Question> Convert() {
+  absl::StatusOr<StateQuery> Convert() {
     const FieldPath root;
-    return FromProto(robot_, {*snapshot_, store_, limits_}, root.Field("robot"));
+    return RobotQueryFromProto(robot_, {*snapshot_, store_, limits_}, root.Field("robot"));
   }
   absl::StatusOr<RobotStates> States() {
-    const auto question = Convert();
-    if (!question.ok()) return question.status();
-    return std::get<RobotStates>(question->where);
+    const auto query = Convert();
+    if (!query.ok()) return query.status();
+    return std::get<RobotStates>(query->states);
   }
   void SetRows(const std::vector<double>& values) {
     robot_.mutable_rows()->set_data(BytesOf(values));
@@ -85,18 +85,18 @@ TEST_F(RobotSubjects, HaveRowsOfTheirGroupOverTheirBase) {
   SetBase("grip", 0.01);
   robot_.mutable_rows()->set_scalar(v1::SCALAR_F32);
   robot_.mutable_rows()->set_data(BytesOf<float>({0.25, 0.125, -0.5, 0.5}));
-  const auto question = Convert();
-  ASSERT_TRUE(question.ok()) << question.status();
-  const auto& states = std::get<RobotStates>(question->where);
+  const auto query = Convert();
+  ASSERT_TRUE(query.ok()) << query.status();
+  const auto& states = std::get<RobotStates>(query->states);
   EXPECT_THAT(states.rows, ElementsAre(0.25, 0.125, -0.5, 0.5));
   EXPECT_EQ(states.base[0], 0.5);
   EXPECT_EQ(states.base[2], 0.01);
-  const auto rows = RowsOf(*question);
+  const auto rows = RowsOf(*query);
   EXPECT_EQ(rows->size(), 2u);
   std::vector<Pose> X_WL(7);
   rows->Place(1, X_WL);
   EXPECT_EQ(X_WL[0].translation(), Vector3(1, 0, 0));
-  EXPECT_THAT(BodyNamesOf(*question).links, ElementsAre("base", "upper", "tip", "tip"));
+  EXPECT_THAT(BodyNamesOf(*query).links, ElementsAre("base", "upper", "tip", "tip"));
 }
 
 TEST_F(RobotSubjects, HaveEveryVariableWithoutAGroup) {
@@ -156,26 +156,26 @@ TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
   const std::vector<collision::Change> changes = {
       {.what = collision::testing::PutArm("left", Arm(urdf)), .expected_object_revision = {}}};
   snapshot_ = *collision::Apply(snapshot_, changes);
-  const float least = -0.0873F, most = 0.0873F;
-  ASSERT_GT(double{most}, 0.0873);
+  const float min = -0.0873F, max = 0.0873F;
+  ASSERT_GT(double{max}, 0.0873);
   std::vector<float> rows;
   std::vector<bool> is_inside;
   while (is_inside.size() < 400) {  // enough to fill the SIMD lanes
-    for (const float elbow : {most, least, 0.0F, std::nextafter(most, 1.0F),
-                              std::nextafter(least, -1.0F), std::nextafter(most, 0.0F)}) {
+    for (const float elbow : {max, min, 0.0F, std::nextafter(max, 1.0F), std::nextafter(min, -1.0F),
+                              std::nextafter(max, 0.0F)}) {
       rows.insert(rows.end(), {elbow, 0.1F});
-      is_inside.push_back(elbow >= least && elbow <= most);
+      is_inside.push_back(elbow >= min && elbow <= max);
     }
   }
   robot_.mutable_rows()->set_scalar(v1::SCALAR_F32);
   robot_.mutable_rows()->set_data(BytesOf(rows));
-  const auto question = Convert();
-  ASSERT_TRUE(question.ok()) << question.status();
-  EXPECT_EQ(std::get<RobotStates>(question->where).rows[0], 0.0873);
-  const auto asked = RowsOf(*question);
-  const auto in_lanes = *collision::CheckCollisions(*snapshot_, question->body, *asked, {});
+  const auto query = Convert();
+  ASSERT_TRUE(query.ok()) << query.status();
+  EXPECT_EQ(std::get<RobotStates>(query->states).rows[0], 0.0873);
+  const auto body_rows = RowsOf(*query);
+  const auto in_lanes = *collision::CheckCollisions(*snapshot_, query->body, *body_rows, {});
   for (std::size_t row = 0; row < is_inside.size(); ++row) {
-    EXPECT_EQ(asked->IsWithinLimits(row), is_inside[row]) << row;
+    EXPECT_EQ(body_rows->IsWithinLimits(row), is_inside[row]) << row;
     EXPECT_EQ(in_lanes.verdict[row] != collision::Verdict::kOutOfLimits, is_inside[row]) << row;
   }
   const std::vector<double> doubles(rows.begin(), rows.end());
@@ -186,12 +186,12 @@ TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
 
 TEST_F(RobotSubjects, OutliveTheWorldThatTheyAreOf) {
   SetRows({0.1, 0.2});
-  const auto question = Convert();
-  ASSERT_TRUE(question.ok());
+  const auto query = Convert();
+  ASSERT_TRUE(query.ok());
   snapshot_.reset();
   std::vector<Pose> X_WL(7);
-  RowsOf(*question)->Place(0, X_WL);
-  EXPECT_TRUE(RowsOf(*question)->IsWithinLimits(0));
+  RowsOf(*query)->Place(0, X_WL);
+  EXPECT_TRUE(RowsOf(*query)->IsWithinLimits(0));
 }
 
 TEST_F(RobotSubjects, AreAskedForAScope) {
@@ -208,10 +208,10 @@ TEST_F(RobotSubjects, AreAskedForAScope) {
 
 TEST_F(RobotSubjects, AreOfSpheresWhereTheyHaveSome) {
   robot_.set_robot_geometry(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
-  const auto question = Convert();
-  ASSERT_TRUE(question.ok()) << question.status();
-  EXPECT_THAT(BodyNamesOf(*question).links, ElementsAre("base", "base"));
-  EXPECT_EQ(question->body.best_trust, collision::Trust::kDegraded);
+  const auto query = Convert();
+  ASSERT_TRUE(query.ok()) << query.status();
+  EXPECT_THAT(BodyNamesOf(*query).links, ElementsAre("base", "base"));
+  EXPECT_EQ(query->body.best_trust, collision::Trust::kDegraded);
   robot_.set_robot("bare");
   const absl::Status none = Convert().status();
   EXPECT_EQ(none.code(), absl::StatusCode::kFailedPrecondition);
@@ -295,11 +295,11 @@ TEST_F(RobotSubjects, AreRefusedWhereARowWouldTakeLong) {
 
 class MotionRequests : public RobotSubjects {
  protected:
-  absl::StatusOr<MotionQuestion> ConvertMotions() {
+  absl::StatusOr<MotionQuery> ConvertMotions() {
     if (request_.subject().what_case() == v1::Subject::WHAT_NOT_SET) {
       *request_.mutable_subject()->mutable_robot() = robot_;
     }
-    return FromProto(request_, QuestionSource{*snapshot_, store_, limits_});
+    return MotionQueryFromProto(request_, QuerySource{*snapshot_, store_, limits_});
   }
   void ExpectMotionFault(const std::string& field, const std::string& rule) {
     const absl::Status status = ConvertMotions().status();
@@ -352,7 +352,7 @@ TEST_F(MotionRequests, MoveFloatingJoints) {
   SetRows(rows);
   const auto motion = ConvertMotions();
   ASSERT_TRUE(motion.ok()) << motion.status();
-  EXPECT_EQ(RowsOf(motion->question)->size(), 2u);
+  EXPECT_EQ(RowsOf(motion->query)->size(), 2u);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A robot as the subject of a query; declared in questions.h.
+// A robot as the subject of a query; declared in queries.h.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -16,7 +16,7 @@
 #include "server/core/load_robot.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 #include "server/wire/robots.h"
 
 namespace cwm::server {
@@ -28,7 +28,8 @@ using collision::RobotModel;
 
 constexpr std::size_t kMaxNamesInError = 20;
 
-absl::StatusOr<collision::RobotScope> FromProto(v1::RobotScope scope, const FieldPath& path) {
+absl::StatusOr<collision::RobotScope> RobotScopeFromProto(v1::RobotScope scope,
+                                                          const FieldPath& path) {
   switch (scope) {
     case v1::ROBOT_SCOPE_UNSPECIFIED:
     case v1::ROBOT_SCOPE_BOTH:
@@ -70,11 +71,11 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
 }
 
 // Adds the attached objects to the robot's body and checks the sizes again.
-absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
-                                                 const QuestionSource& source,
-                                                 const collision::WorldRobot& robot,
-                                                 collision::RobotScope scope,
-                                                 const FieldPath& path) {
+absl::StatusOr<collision::QueryBody> WithAttached(collision::QueryBody bare,
+                                                  const QuerySource& source,
+                                                  const collision::WorldRobot& robot,
+                                                  collision::RobotScope scope,
+                                                  const FieldPath& path) {
   const std::size_t carried = collision::CountCarriedParts(source.snapshot, robot, source.ignore);
   const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + carried);
   if (carried > 0 && parts > kMaxRobotParts) {  // before their pairs, which are many more
@@ -107,7 +108,7 @@ absl::StatusOr<collision::QueryBody> BodyOfSpheres(const collision::WorldRobot& 
 absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
                                             const v1::RobotSubject& subject,
                                             const FieldPath& path) {
-  const auto scope = FromProto(subject.scope(), path.Field("scope"));
+  const auto scope = RobotScopeFromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
   const FieldPath geometry = path.Field("robot_geometry");
   std::vector<std::int64_t> parts;
@@ -258,7 +259,7 @@ absl::StatusOr<std::vector<double>> RowsFromProto(const v1::JointRows& rows,
 absl::StatusOr<std::vector<double>> BaseFromProto(const v1::RobotJointState& joints,
                                                   const collision::WorldRobot& robot,
                                                   const FieldPath& path) {
-  const auto values = server::FromProto(joints, path);
+  const auto values = JointValuesFromProto(joints, path);
   if (!values.ok()) return values.status();
   auto state = collision::StateWith(robot.model(), robot.state, *values);
   if (state.ok()) return state;
@@ -288,26 +289,26 @@ absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBu
 
 }  // namespace
 
-absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const QuestionSource& source,
-                                   const FieldPath& path) {
+absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
+                                               const QuerySource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.robot(), path.Field("robot")); !status.ok()) return status;
   RobotStates states;
   states.robot = source.snapshot.FindRobot(subject.robot());
   if (states.robot == nullptr) return UnknownRobot(subject.robot());
   auto bare = BodyOf(*states.robot, subject, path);
   if (!bare.ok()) return bare.status();
-  const auto scope = FromProto(subject.scope(), path.Field("scope"));
+  const auto scope = RobotScopeFromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
-  auto carrying = WithCarried(*std::move(bare), source, *states.robot, *scope, path);
-  if (!carrying.ok()) return carrying.status();
-  collision::QueryBody body = *std::move(carrying);
+  auto with_attached = WithAttached(*std::move(bare), source, *states.robot, *scope, path);
+  if (!with_attached.ok()) return with_attached.status();
+  collision::QueryBody body = *std::move(with_attached);
   body.self = states.robot->name;  // pair rules refer to this name
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();
   states.group = *group;
   states.X_WB = states.robot->X_WB;
   if (subject.has_x_world_base()) {
-    const auto X_WB = FromProto(subject.x_world_base(), path.Field("x_world_base"));
+    const auto X_WB = PoseFromProto(subject.x_world_base(), path.Field("x_world_base"));
     if (!X_WB.ok()) return X_WB.status();
     states.X_WB = *X_WB;
   }
@@ -320,37 +321,37 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
   states.rows = *std::move(rows);
   if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok())
     return status;
-  return Question{std::move(body), std::move(states)};
+  return StateQuery{std::move(body), std::move(states)};
 }
 
-std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question) {
-  if (const auto* states = std::get_if<RobotStates>(&question.where)) {
+std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query) {
+  if (const auto* states = std::get_if<RobotStates>(&query.states)) {
     return std::make_unique<collision::JointRows>(JointRowsOf(*states));
   }
-  return std::make_unique<collision::PoseRows>(std::get<std::vector<Pose>>(question.where));
+  return std::make_unique<collision::PoseRows>(std::get<std::vector<Pose>>(query.states));
 }
 
-std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question) {
-  if (const auto* states = std::get_if<RobotStates>(&question.where)) {
-    return std::make_unique<collision::JointWaypoints>(states->robot->model(), question.body,
+std::unique_ptr<const collision::Waypoints> WaypointsOf(const StateQuery& query) {
+  if (const auto* states = std::get_if<RobotStates>(&query.states)) {
+    return std::make_unique<collision::JointWaypoints>(states->robot->model(), query.body,
                                                        JointRowsOf(*states));
   }
-  return std::make_unique<collision::PoseWaypoints>(question.body,
-                                                    std::get<std::vector<Pose>>(question.where));
+  return std::make_unique<collision::PoseWaypoints>(query.body,
+                                                    std::get<std::vector<Pose>>(query.states));
 }
 
-BodyNames BodyNamesOf(const Question& question) {
+BodyNames BodyNamesOf(const StateQuery& query) {
   BodyNames names;
-  const auto* states = std::get_if<RobotStates>(&question.where);
+  const auto* states = std::get_if<RobotStates>(&query.states);
   if (states == nullptr) return names;
   for (const collision::Variable& variable : states->robot->model().variables) {
     names.variables.push_back(variable.name);
   }
-  for (const int frame : question.body.frame_of_part) {
-    const collision::CarriedObject* carried = question.body.CarriedIn(frame);
+  for (const int frame : query.body.frame_of_part) {
+    const collision::CarriedObject* carried = query.body.CarriedIn(frame);
     const int link = carried != nullptr ? carried->link : frame;
     names.links.push_back(states->robot->model().links[static_cast<std::size_t>(link)].name);
-    if (question.body.carried.empty()) continue;
+    if (query.body.carried.empty()) continue;
     names.objects.push_back(carried != nullptr ? carried->object->name : "");
   }
   return names;

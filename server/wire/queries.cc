@@ -1,4 +1,4 @@
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 #include <algorithm>
 #include <utility>
@@ -28,7 +28,7 @@ absl::Status UnknownValue(Enum value, std::string_view type, const FieldPath& pa
       absl::StrCat("is ", static_cast<int>(value), ", must be a known ", std::string(type)));
 }
 
-absl::StatusOr<collision::EngineChoice> FromProto(v1::Engine engine, const FieldPath& path) {
+absl::StatusOr<collision::EngineChoice> EngineFromProto(v1::Engine engine, const FieldPath& path) {
   switch (engine) {
     case v1::ENGINE_UNSPECIFIED:
     case v1::ENGINE_AUTO:
@@ -44,7 +44,8 @@ absl::StatusOr<collision::EngineChoice> FromProto(v1::Engine engine, const Field
   }
 }
 
-absl::StatusOr<collision::UnseenSpace> FromProto(v1::UnseenSpace unseen, const FieldPath& path) {
+absl::StatusOr<collision::UnseenSpace> UnseenSpaceFromProto(v1::UnseenSpace unseen,
+                                                            const FieldPath& path) {
   switch (unseen) {
     case v1::UNSEEN_SPACE_UNSPECIFIED:
     case v1::UNSEEN_SPACE_BLOCK:
@@ -58,8 +59,8 @@ absl::StatusOr<collision::UnseenSpace> FromProto(v1::UnseenSpace unseen, const F
   }
 }
 
-absl::StatusOr<collision::Representation> FromProto(v1::Representation representation,
-                                                    const FieldPath& path) {
+absl::StatusOr<collision::Representation> RepresentationFromProto(v1::Representation representation,
+                                                                  const FieldPath& path) {
   switch (representation) {
     case v1::REPRESENTATION_UNSPECIFIED:
     case v1::REPRESENTATION_HYBRID:
@@ -74,13 +75,13 @@ absl::StatusOr<collision::Representation> FromProto(v1::Representation represent
 }
 
 // Checks a count; 0 means the default `otherwise`.
-absl::StatusOr<int> CountOf(int given, int otherwise, int most, const FieldPath& path) {
-  if (auto status = CheckRange(given, {0, most}, path); !status.ok()) return status;
+absl::StatusOr<int> CountOf(int given, int otherwise, int max, const FieldPath& path) {
+  if (auto status = CheckRange(given, {0, max}, path); !status.ok()) return status;
   return given == 0 ? otherwise : given;
 }
 
 absl::Status SetForm(const v1::QueryOptions& options, const FieldPath& path,
-                     QuestionOptions& result) {
+                     ParsedQueryOptions& result) {
   if (!v1::ResultForm_IsValid(options.result_form())) {
     return UnknownValue(options.result_form(), "ResultForm", path.Field("result_form"));
   }
@@ -94,10 +95,11 @@ absl::Status SetForm(const v1::QueryOptions& options, const FieldPath& path,
 
 absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
                       collision::QueryOptions& query) {
-  auto engine = FromProto(options.engine(), path.Field("engine"));
+  auto engine = EngineFromProto(options.engine(), path.Field("engine"));
   if (!engine.ok()) return engine.status();
   query.engine = *engine;
-  auto representation = FromProto(options.representation(), path.Field("representation"));
+  auto representation =
+      RepresentationFromProto(options.representation(), path.Field("representation"));
   if (!representation.ok()) return representation.status();
   query.representation = *representation;
   auto status = CheckLength(options.margin_m(), path.Field("margin_m"));
@@ -128,11 +130,11 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
   auto status = CheckRange(options.ignore_pairs_size(), {0, kMaxPairs}, path.Field("ignore_pairs"));
   if (!status.ok()) return status;
   for (int i = 0; i < options.ignore_pairs_size(); ++i) {
-    auto pair = FromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
+    auto pair = NamedPairFromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
     if (!pair.ok()) return pair.status();
     query.ignore_pairs.push_back(*std::move(pair));
   }
-  auto unseen = FromProto(options.unseen(), path.Field("unseen"));
+  auto unseen = UnseenSpaceFromProto(options.unseen(), path.Field("unseen"));
   if (!unseen.ok()) return unseen.status();
   query.unseen = *unseen;
   if (options.has_support_tolerance_m()) {
@@ -151,50 +153,52 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
                           kMaxSigmas));
 }
 
-absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
-                                        const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> ShapesQuery(const v1::Subject::Shapes& shapes, const QuerySource& source,
+                                       const FieldPath& path) {
   auto status = CheckRange(shapes.shapes_size(), {1, kMaxBodyShapes}, path.Field("shapes"));
   if (!status.ok()) return status;
   std::vector<Placed<>> parts;
   parts.reserve(shapes.shapes_size());
   for (int i = 0; i < shapes.shapes_size(); ++i) {
-    auto part = FromProto(shapes.shapes(i), source.store, path.Item("shapes", i), source.budget);
+    auto part =
+        PlacedShapeFromProto(shapes.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     parts.push_back(*std::move(part));
   }
-  auto rows =
-      FromProto(shapes.x_world_body(), source.limits.max_batch_rows, path.Field("x_world_body"));
+  auto rows = PosesFromProto(shapes.x_world_body(), source.limits.max_batch_rows,
+                             path.Field("x_world_body"));
   if (!rows.ok()) return rows.status();
   collision::QueryBody body = collision::BodyFromShapes(std::move(parts), source.budget);
   if (body.geometry == nullptr) return source.budget->status();
-  return Question{std::move(body), *std::move(rows)};
+  return StateQuery{std::move(body), *std::move(rows)};
 }
 
-absl::StatusOr<Question> ObjectQuestion(const v1::Subject::WorldObject& subject,
-                                        const QuestionSource& source, const FieldPath& path) {
+absl::StatusOr<StateQuery> ObjectQuery(const v1::Subject::WorldObject& subject,
+                                       const QuerySource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.name(), path.Field("name")); !status.ok()) return status;
   const collision::WorldObjectPtr object = source.snapshot.Find(subject.name());
   if (object == nullptr) return UnknownObject(subject.name());
   if (subject.x_world_object().data().empty()) {
-    return Question{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
+    return StateQuery{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
   }
-  auto rows = FromProto(subject.x_world_object(), source.limits.max_batch_rows,
-                        path.Field("x_world_object"));
+  auto rows = PosesFromProto(subject.x_world_object(), source.limits.max_batch_rows,
+                             path.Field("x_world_object"));
   if (!rows.ok()) return rows.status();
-  return Question{collision::BodyFromObject(*object), *std::move(rows)};
+  return StateQuery{collision::BodyFromObject(*object), *std::move(rows)};
 }
 
-absl::StatusOr<Question> PointsQuestion(const v1::Subject::Points& points,
-                                        const QuestionSource& source, const FieldPath& path) {
-  auto rows = FromProto(points, source.limits.max_batch_rows, path);
+absl::StatusOr<StateQuery> PointsQuery(const v1::Subject::Points& points, const QuerySource& source,
+                                       const FieldPath& path) {
+  auto rows = PointPosesFromProto(points, source.limits.max_batch_rows, path);
   if (!rows.ok()) return rows.status();
-  return Question{collision::BodyFromShapes({Placed<>{Pose::Identity(), Sphere{kPointRadius_m}}}),
-                  *std::move(rows)};
+  return StateQuery{collision::BodyFromShapes({Placed<>{Pose::Identity(), Sphere{kPointRadius_m}}}),
+                    *std::move(rows)};
 }
 
 }  // namespace
 
-absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPath& path) {
+absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
+                                                   const FieldPath& path) {
   switch (rule.revision_case()) {
     case v1::AtRevision::kLatest:
     case v1::AtRevision::REVISION_NOT_SET:
@@ -209,9 +213,10 @@ absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPa
   return Latest{};
 }
 
-absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const FieldPath& path) {
-  QuestionOptions result;
-  auto rule = FromProto(options.at_revision(), path.Field("at_revision"));
+absl::StatusOr<ParsedQueryOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
+                                                         const FieldPath& path) {
+  ParsedQueryOptions result;
+  auto rule = RevisionRuleFromProto(options.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   result.at_revision = *rule;
   result.world_uid = options.world_uid();
@@ -219,24 +224,24 @@ absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const
   if (auto status = SetPairs(options, path, result.query); !status.ok()) return status;
   if (auto status = SetForm(options, path, result); !status.ok()) return status;
   if (options.has_time_budget()) {
-    auto budget = FromProto(options.time_budget(), path.Field("time_budget"));
+    auto budget = DurationFromProto(options.time_budget(), path.Field("time_budget"));
     if (!budget.ok()) return budget.status();
     result.time_budget = *budget;
   }
   return result;
 }
 
-absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,
-                                   const FieldPath& path) {
+absl::StatusOr<StateQuery> StateQueryFromProto(const v1::Subject& subject,
+                                               const QuerySource& source, const FieldPath& path) {
   switch (subject.what_case()) {
     case v1::Subject::kShapes:
-      return ShapesQuestion(subject.shapes(), source, path.Field("shapes"));
+      return ShapesQuery(subject.shapes(), source, path.Field("shapes"));
     case v1::Subject::kObject:
-      return ObjectQuestion(subject.object(), source, path.Field("object"));
+      return ObjectQuery(subject.object(), source, path.Field("object"));
     case v1::Subject::kPoints:
-      return PointsQuestion(subject.points(), source, path.Field("points"));
+      return PointsQuery(subject.points(), source, path.Field("points"));
     case v1::Subject::kRobot:
-      return FromProto(subject.robot(), source, path.Field("robot"));
+      return RobotQueryFromProto(subject.robot(), source, path.Field("robot"));
     case v1::Subject::WHAT_NOT_SET:
       break;
   }
@@ -253,15 +258,15 @@ absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits) {
 }
 
 absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits) {
-  const std::int64_t most =
+  const std::int64_t max_answers =
       form == Form::kRows ? limits.max_answers_as_messages : limits.max_answers;
   const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(bound.row_count));
-  if (bound.per_row <= most / rows) return absl::OkStatus();
+  if (bound.per_row <= max_answers / rows) return absl::OkStatus();
   const FieldPath root;
   const FieldPath options = root.Field("options");
   return options.Field(bound.field)
       .Error(absl::StrCat("is ", bound.per_row, " for ", rows, " rows, must be at most ",
-                          most / rows, ": a batch has at most ", most,
+                          max_answers / rows, ": a batch has at most ", max_answers,
                           form == Form::kRows ? " answers as RESULT_FORM_ROWS" : " answers"));
 }
 

@@ -20,13 +20,14 @@
 namespace cwm::server {
 
 // Negative revisions of AtLeast and Exactly are refused.
-absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPath& path);
+absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
+                                                   const FieldPath& path);
 
 // Precision of answer columns.
 enum class Precision { kSingle, kDouble };
 enum class Form { kColumns, kRows };
 
-struct QuestionOptions {
+struct ParsedQueryOptions {
   RevisionRule at_revision;
   std::string world_uid;
   collision::QueryOptions query;  // give_up_at is set by the caller, who knows the deadline
@@ -34,7 +35,8 @@ struct QuestionOptions {
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
 };
-absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const FieldPath& path);
+absl::StatusOr<ParsedQueryOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
+                                                         const FieldPath& path);
 
 // chosen: the most shapes of a body; each row checks every one of them.
 inline constexpr int kMaxBodyShapes = 1'024;
@@ -57,22 +59,22 @@ struct RobotStates {
 };
 
 // The subject of a query and its rows: a rigid body at poses, or a robot in states.
-struct Question {
+struct StateQuery {
   collision::QueryBody body;
-  std::variant<std::vector<Pose>, RobotStates> where;
+  std::variant<std::vector<Pose>, RobotStates> states;
 };
-// The rows in the form for queries and in the form for motions; both refer to the question.
-std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question);
-std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question);
+// The rows in the form for queries and in the form for motions; both refer to the query.
+std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query);
+std::unique_ptr<const collision::Waypoints> WaypointsOf(const StateQuery& query);
 // For a robot: the names of its body's parts and of its state's variables.
 struct BodyNames {
   std::vector<std::string> links = {};    // for an attached object, the link that it is attached to
   std::vector<std::string> objects = {};  // "" for own parts; empty: nothing is attached
   std::vector<std::string> variables = {};
 };
-BodyNames BodyNamesOf(const Question& question);
+BodyNames BodyNamesOf(const StateQuery& query);
 
-struct QuestionSource {
+struct QuerySource {
   const collision::WorldSnapshot& snapshot;  // for subjects that are in the world
   const GeometryStore& store;
   const Limits& limits;
@@ -80,21 +82,21 @@ struct QuestionSource {
   WorkBudget* budget = nullptr;              // reading ends with its status
 };
 // NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.
-absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,
-                                   const FieldPath& path);
+absl::StatusOr<StateQuery> StateQueryFromProto(const v1::Subject& subject,
+                                               const QuerySource& source, const FieldPath& path);
 // FailedPrecondition NO_SPHERES if the given spheres are requested of a robot that was loaded
 // without any.
-absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const QuestionSource& source,
-                                   const FieldPath& path);
+absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
+                                               const QuerySource& source, const FieldPath& path);
 
 // Motions of a subject, each along a path.
-struct MotionQuestion {
-  Question question;
+struct MotionQuery {
+  StateQuery query;
   std::vector<collision::Path> paths;
 };
 // Refuses points as subject.
-absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
-                                         const QuestionSource& source);
+absl::StatusOr<MotionQuery> MotionQueryFromProto(const v1::CheckMotionsRequest& request,
+                                                 const QuerySource& source);
 
 // Refuses RESULT_FORM_ROWS for more than limits.max_rows_as_messages rows.
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);
