@@ -12,7 +12,7 @@
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/hypotheses/model_hypotheses.h"
-#include "perception/question_input.h"
+#include "perception/diagnose_input.h"
 #include "perception/refinement/attach/attach_handles.h"
 #include "perception/refinement/attach/attach_spouts.h"
 #include "perception/refinement/complete/complete_below.h"
@@ -178,7 +178,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   std::vector<std::string> diagnostics;
   DoBoth(
       work, [&] { modelled = ModelHypotheses(segmented, modeler, modeling, work); },
-      [&] { diagnostics = QuestionInput(cloud, measured, options); });
+      [&] { diagnostics = DiagnoseInput(cloud, measured, options); });
   RefinedScene refined{.state = modelled->state};
   if (!modelled->is_shapeless && options.clustering != Clustering::kNone) {
     refined = Refine(modelled->state, RefinementPasses(), options.disabled_passes,

@@ -129,7 +129,7 @@ void ScaleCounts(const PointSample& sample, MeshedObject& object) {
 MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
                             const SurfaceOptions& options, const Work& work) {
   SurfaceOptions surface = options;
-  if (hypothesis.model->is_in_haste) surface.spacing_m *= 2;  // a quarter of the triangles
+  if (hypothesis.model->is_reduced_effort) surface.spacing_m *= 2;  // a quarter of the triangles
   const PointSample sample(all, hypothesis.points, hypothesis.node_count);
   const OrientedPoints points = sample.Points();
   const std::vector<std::int32_t> part_of_sampled =

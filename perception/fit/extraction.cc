@@ -18,7 +18,7 @@ constexpr int kMaxShapes = 64, kMaxRefusals = 48;
 // another.
 constexpr int kMaxRefusalsInRow = 13;
 // chosen: a third of them at reduced effort; a thousand simulated balls then cost a quarter less.
-constexpr int kMaxRefusalsInHaste = kMaxRefusalsInRow / 3;
+constexpr int kMaxRefusalsAtReducedEffort = kMaxRefusalsInRow / 3;
 
 std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
                                        const std::vector<char>& available) {
@@ -34,7 +34,7 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 }  // namespace
 
 Extraction ExtractShapes(const FitContext& context) {
-  const int most_in_row = context.options.in_haste ? kMaxRefusalsInHaste : kMaxRefusalsInRow;
+  const int max_in_row = context.options.reduced_effort ? kMaxRefusalsAtReducedEffort : kMaxRefusalsInRow;
   Extraction out;
   CandidateList candidates(context.points, context.connectivity, context.options.seed,
                            context.work);
@@ -60,7 +60,7 @@ Extraction ExtractShapes(const FitContext& context) {
       ++in_row;
     }
     if (static_cast<int>(out.fits.size()) < kMaxShapes && refusals < kMaxRefusals &&
-        in_row < most_in_row) {
+        in_row < max_in_row) {
       continue;
     }
     out.notes.push_back("shape search ended at its cap of shapes; the rest becomes surfaces");

@@ -16,7 +16,7 @@
 #include "perception/fit/solid.h"
 #include "perception/search/connectivity.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/prolonged.h"
+#include "perception/solids/extended_distance.h"
 
 namespace cwm::perception {
 namespace {
@@ -50,7 +50,7 @@ bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>
   std::size_t on = 0;
   for (std::uint32_t i : cluster) {
     const Vector3 p = X_SL * points.points[i].cast<double>();
-    on += ProlongedDistance_m(host.shape, p) <= BelongsWithin_m(points.sigma_m[i]);
+    on += ExtendedDistance_m(host.shape, p) <= BelongsWithin_m(points.sigma_m[i]);
   }
   return 2 * on > cluster.size();
 }

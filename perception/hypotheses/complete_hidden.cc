@@ -14,7 +14,7 @@
 #include "perception/fit/solid.h"
 #include "perception/search/model_points.h"
 #include "perception/segmentation/surface_graph.h"
-#include "perception/solids/lengthened.h"
+#include "perception/solids/extended_solid.h"
 
 namespace cwm::perception {
 namespace {
@@ -50,8 +50,8 @@ std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
 // The solid lengthened by `gap_m` at its lower end; empty if it would end in an apex before.
 std::optional<ShapePart> LongerBelow(const ShapePart& part, const Upright& upright, double gap_m) {
   const SolidEnd lower{upright.axis, -upright.sign};
-  if (!(gap_m < MostLonger_m(part.shape, lower))) return std::nullopt;
-  Placed<> placed = Lengthened({part.X_OS, part.shape}, lower, gap_m);
+  if (!(gap_m < MaxExtension_m(part.shape, lower))) return std::nullopt;
+  Placed<> placed = Extended({part.X_OS, part.shape}, lower, gap_m);
   ShapePart longer = part;
   longer.X_OS = placed.X_FS;
   longer.shape = std::move(placed.shape);

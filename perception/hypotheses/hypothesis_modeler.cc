@@ -39,7 +39,7 @@ Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hyp
   const double foot_height_m = hypothesis.resting.foot_height_m;
   const std::optional<Pose> X_LFoot = X_LGround(measured, hypothesis.resting);
   Standing best{X_LFoot, model(X_LFoot)};
-  if (!X_LFoot || !(foot_height_m > 0) || options.modeler.in_haste) return best;
+  if (!X_LFoot || !(foot_height_m > 0) || options.modeler.reduced_effort) return best;
   const double left = UnexplainedShare(best.found);
   // A model of one solid is right already. measured: so it is for 26 of the 31 objects in simulated
   // scenes that seem to rest on others.
@@ -95,7 +95,7 @@ ModelPtr HypothesisModeler::ModelIf(const Admission& admits, const ObjectHypothe
     CompleteHidden({points, *standing.X_LGround}, *measured_.sight, standing.found.shapes);
   }
   auto model = Finish(std::move(standing), sample, points, work_);
-  model->is_in_haste = options.modeler.in_haste;
+  model->is_reduced_effort = options.modeler.reduced_effort;
   return model;
 }
 

@@ -63,7 +63,7 @@ std::vector<std::string> WarningsOf(std::size_t count, const Efforts& efforts, b
   } else if (count > efforts.full) {
     warnings.push_back(absl::StrCat(
         "of ", count, " things all but the largest ", efforts.full,
-        " were modelled in haste: some shapes of theirs may be missed, their meshes are coarser"));
+        " were modelled with reduced effort: some of their shapes may be missed, and their meshes are coarser"));
   }
   return warnings;
 }
@@ -76,9 +76,9 @@ ModelledScene ModelHypotheses(const SceneState& state, const HypothesisModeler& 
   const std::vector<std::size_t> order = LargestFirst(hypotheses);
   const Efforts efforts(state.points().size());
   ModelingOptions unsplit = options;
-  unsplit.modeler.part_touching = false;
+  unsplit.modeler.split_touching = false;
   ModelingOptions reduced = unsplit;
-  reduced.modeler.in_haste = true;
+  reduced.modeler.reduced_effort = true;
   ModelingOptions meshed = reduced;
   meshed.modeler = WithoutSearch(meshed.modeler);
 

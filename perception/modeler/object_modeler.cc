@@ -11,15 +11,15 @@
 #include "perception/handles/vessel_handles.h"
 #include "perception/solids/box_sigma.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/own_ends.h"
+#include "perception/solids/extent_from_points.h"
 #include "perception/solids/solid_assembly.h"
 #include "perception/vessels/lying_vessel.h"
 #include "perception/vessels/revolved_wall.h"
 #include "perception/vessels/shell_fit.h"
-#include "perception/whole/left_over.h"
-#include "perception/whole/one_solid.h"
-#include "perception/whole/parted_solids.h"
-#include "perception/whole/yield_to_rays.h"
+#include "perception/primitive_fit/unexplained_points.h"
+#include "perception/primitive_fit/single_primitive.h"
+#include "perception/primitive_fit/split_solids.h"
+#include "perception/primitive_fit/shrink_to_free_space.h"
 
 namespace cwm::perception {
 namespace {
@@ -72,18 +72,18 @@ bool IsOneSolid(const ObjectModel& model) {
 // True if there is only one solid and it leaves no connected piece of points unexplained. The
 // inside of a vessel would be such a piece.
 bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
-  return assembly.solids.size() == 1 && LeaveNoPiece(assembly.solids, context);
+  return assembly.solids.size() == 1 && LeaveNoConnectedRest(assembly.solids, context);
 }
 
 // Returns the assembly with its shells, if they leave no points for objects beside it or for lying
 // walls.
 std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& context,
                                         Assembly assembly) {
-  ReachOwnPoints(context, assembly.solids);
+  SetExtentFromPoints(context, assembly.solids);
   PreferShells(vessel.walls(), context, assembly);
   const bool has_shell = std::ranges::any_of(
       assembly.solids, [](const Solid& solid) { return solid.vessel != nullptr; });
-  if (!has_shell || !LeaveNoPiece(assembly.solids, context)) return std::nullopt;
+  if (!has_shell || !LeaveNoConnectedRest(assembly.solids, context)) return std::nullopt;
   return assembly;
 }
 
@@ -129,10 +129,10 @@ void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& 
   Solid solid;
   solid.X_MS = Eigen::Translation3d(-context.points.origin_L) * model.shapes.front().X_OS;
   solid.shape = model.shapes.front().shape;
-  std::optional<WholeFit> better = BetterSolid(context, {solid});
+  std::optional<PrimitiveFit> better = FindBetterPrimitive(context, {solid});
   if (!better) return;
-  std::vector<Solid> solids = {Described(*std::move(better), context)};
-  YieldToRays(context, solids);
+  std::vector<Solid> solids = {WithParameterSigmas(*std::move(better), context)};
+  ShrinkToFreeSpace(context, solids);
   model.shapes = InLevelFrame(std::move(solids), context);
   const std::vector<std::int32_t> part = ExplainPoints(rest, model.shapes, work);
   for (std::size_t k = 0; k < others.size(); ++k) model.part_of_point[others[k]] = part[k];
@@ -152,7 +152,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const double spacing_m = searched.points.spacing_m;
   const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
   const FitContext context = searched.Context(noise, options, work, passing);
-  const bool may_be_open = SearchesAny(options) && !options.in_haste;
+  const bool may_be_open = SearchesAny(options) && !options.reduced_effort;
   Extraction extraction;
   std::optional<Vessel> vessel;
   DoBoth(
@@ -161,10 +161,10 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
         if (may_be_open) vessel = Vessel::Find(points, work);
       });
   Assembly assembly = AssembleSolids(extraction, context, searched.ground);
-  PreferOneSolid(context, assembly);
+  ReplaceBySinglePrimitive(context, assembly);
   // Solids are narrowed before the checks of what they leave over: one that rays enter explains too
   // much.
-  YieldToRays(context, assembly.solids);
+  ShrinkToFreeSpace(context, assembly.solids);
   std::optional<Assembly> with_shells;
   if (vessel) with_shells = AsUprightVessel(*vessel, context, assembly);
   if (with_shells) {
@@ -175,13 +175,13 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     std::optional<RevolvedWall> lying;
     const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
     DoBoth(
-        work, [&] { is_parted = PreferPartedSolids(context, assembly); },
+        work, [&] { is_parted = ReplaceBySplitSolids(context, assembly); },
         [&] {
           if (!may_lie) return;
           const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
           lying = FindLyingWall(points, standing, AxesOf(extraction), context);
         });
-    ReachOwnPoints(context, assembly.solids);
+    SetExtentFromPoints(context, assembly.solids);
     if (is_parted) {
       vessel.reset();
     } else if (lying) {
@@ -217,7 +217,7 @@ std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose&
   if (!IsEnough(thinned, options)) return std::nullopt;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, {});
-  const std::optional<WholeFit> fit = BetterSolid(context, {});
+  const std::optional<PrimitiveFit> fit = FindBetterPrimitive(context, {});
   if (!fit) return std::nullopt;
   return InLevelFrame({fit->solid}, context).front();
 }

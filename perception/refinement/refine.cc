@@ -154,7 +154,7 @@ class PassRunner {
       return context_.modeler.ModelGiven(hypothesis, *product.given_shapes);
     }
     ModelingOptions options = context_.options;
-    if (product.expects == Expectation::kOneObject) options.modeler.part_touching = false;
+    if (product.expects == Expectation::kOneObject) options.modeler.split_touching = false;
     const auto admits = [&](const ObjectModel& found) {
       return pass_.Admits(state, proposal, k, found);
     };

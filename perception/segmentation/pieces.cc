@@ -116,7 +116,7 @@ std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const
 }
 
 // Extends supports over the warp of a real sensor: level nodes that continue a support evenly
-// belong to it up to MostOffPlane_m, beyond its 3 sigma. Steps and slopes end it.
+// belong to it up to WidePlaneTolerance_m, beyond its 3 sigma. Steps and slopes end it.
 void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
                 const std::vector<char>& crease, SupportRelation& to_support, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
@@ -138,7 +138,7 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
     graph.ForEachLinked(i, [&](std::size_t j) {
       if (!open[j]) return;
       const double other = plane.Height_m(nodes.points[j]);
-      if (std::abs(other) > nodes.MostOffPlane_m(j)) return;
+      if (std::abs(other) > nodes.WidePlaneTolerance_m(j)) return;
       if (std::abs(other - height) > nodes.sigma_m[j]) return;
       if (!IsLevel(nodes, j, up)) return;
       open[j] = 0;
@@ -222,7 +222,7 @@ class PieceGrower {
       Target& target = targets_[i];
       target.p = nodes.points[i];
       target.sigma_m = nodes.sigma_m[i];
-      if (pieces.of_node[i] != kNoIndex) target.least_cost = kTaken;
+      if (pieces.of_node[i] != kNoIndex) target.min_cost = kTaken;
     });
   }
 
@@ -264,16 +264,16 @@ class PieceGrower {
     Vector3f p = Vector3f::Zero();
     float sigma_m = 0;
     // The best claim on it so far: the distance from the anchor's plane, in sigma.
-    float least_cost = std::numeric_limits<float>::infinity();
+    float min_cost = std::numeric_limits<float>::infinity();
     Anchor anchor;
   };
   // The cost of a node that has its piece.
   static constexpr float kTaken = -std::numeric_limits<float>::infinity();
 
-  bool IsTaken(std::size_t node) const { return targets_[node].least_cost == kTaken; }
+  bool IsTaken(std::size_t node) const { return targets_[node].min_cost == kTaken; }
 
   Key KeyOf(std::uint32_t node) const {
-    return Key{std::bit_cast<std::uint32_t>(targets_[node].least_cost)} << 32 | node;
+    return Key{std::bit_cast<std::uint32_t>(targets_[node].min_cost)} << 32 | node;
   }
 
   // True if this claim on the target is the best so far.
@@ -287,10 +287,10 @@ class PieceGrower {
       distance = normal.dot(target.p - targets_[anchor.node].p);
     }
     const float cost = std::abs(distance) / target.sigma_m;
-    if (std::tie(cost, anchor.piece) >= std::tie(target.least_cost, target.anchor.piece)) {
+    if (std::tie(cost, anchor.piece) >= std::tie(target.min_cost, target.anchor.piece)) {
       return false;
     }
-    target.least_cost = cost;
+    target.min_cost = cost;
     target.anchor = anchor;
     return true;
   }
@@ -298,7 +298,7 @@ class PieceGrower {
   void Take(std::uint32_t node) {
     const Anchor anchor = targets_[node].anchor;
     pieces_.of_node[node] = anchor.piece;
-    targets_[node].least_cost = kTaken;
+    targets_[node].min_cost = kTaken;
     graph_.ForEachLinked(node, [&](std::size_t to) {
       if (IsTaken(to) || !Improve(targets_[to], anchor)) return;
       claims_.push(KeyOf(static_cast<std::uint32_t>(to)));

@@ -188,7 +188,7 @@ bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const Suppor
   std::size_t under = 0;
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
     const Vector3 place = coarse.cells.points[c].cast<double>();
-    const double depth_m = coarse.cells.MostOffPlane_m(c);
+    const double depth_m = coarse.cells.WidePlaneTolerance_m(c);
     under += patch.plane.Height_m(place) < -kBoardClearance_m &&
              support.plane.Height_m(place) > -depth_m && footprint.Covers(place);
   }

@@ -104,7 +104,7 @@ SimulatedScene Balls(int count) {
 
 TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCutOrUnhurried) {
   const auto cut = ::testing::HasSubstr("alone were looked at for things that touch");
-  const auto in_haste = ::testing::HasSubstr("were modelled in haste");
+  const auto reduced_effort = ::testing::HasSubstr("were modelled with reduced effort");
   for (const int count : {20, 35, 112}) {
     const auto scene = InterpretScene(Scan(Balls(count), KitchenCamera(), {}).cloud, {});
     ASSERT_TRUE(scene.ok()) << scene.status();
@@ -113,12 +113,12 @@ TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCutOrUnhurried) {
       return ::testing::Matches(::testing::Contains(what))(scene->report.warnings);
     };
     EXPECT_EQ(is_told(cut), count > 25);
-    EXPECT_EQ(is_told(in_haste), count > 100);
+    EXPECT_EQ(is_told(reduced_effort), count > 100);
   }
 }
 
 // Objects that are modelled with reduced effort still get their shape.
-TEST(InterpretScene, FindsBallsInHaste) {
+TEST(InterpretScene, FindsBallsAtReducedEffort) {
   const auto scene = InterpretScene(Scan(Balls(112), KitchenCamera(), {}).cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();
   const auto balls = std::ranges::count_if(scene->objects, [](const DetectedObject& object) {

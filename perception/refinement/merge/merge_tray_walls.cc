@@ -163,7 +163,7 @@ class TrayFinder {
   double ShareOnTray(const Found& found, const ObjectHypothesis& hypothesis) const {
     const Pose X_BL = found.X_LB.inverse(Eigen::Isometry);
     const double floor_m =
-        OrientedPoints::OffPlane_m(state_.points().spread.usual, Sigma_m(hypothesis));
+        OrientedPoints::PlaneTolerance_m(state_.points().spread.usual, Sigma_m(hypothesis));
     const std::vector<Eigen::Vector3f>& points = hypothesis.model->thinned_L;
     const auto on = std::ranges::count_if(points, [&](const Eigen::Vector3f& p) {
       const Vector3 p_B = X_BL * p.cast<double>();
@@ -244,7 +244,7 @@ class TrayFinder {
     for (std::uint32_t i : points) {
       const Vector3 p_B = X_BL * state_.points().points[i].cast<double>();
       if (!found.box.IsOver(p_B) || found.box.ToSides_m(p_B) <= kVesselWall_m) continue;
-      if (p_B.z() <= double{state_.points().UsuallyOffPlane_m(i)}) heights_m.push_back(p_B.z());
+      if (p_B.z() <= double{state_.points().UsualPlaneTolerance_m(i)}) heights_m.push_back(p_B.z());
     }
     return heights_m;
   }

@@ -7,7 +7,7 @@
 #include "perception/segmentation/sight_map.h"
 #include "perception/segmentation/surface_graph.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/prolonged.h"
+#include "perception/solids/extended_distance.h"
 
 namespace cwm::perception {
 namespace {
@@ -42,7 +42,7 @@ bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t 
 }
 
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
-  return ProlongedDistance_m(solid.shape, InSolid(solid, all, point)) <=
+  return ExtendedDistance_m(solid.shape, InSolid(solid, all, point)) <=
          BelongsWithin_m(all.sigma_m[point]);
 }
 

@@ -20,7 +20,7 @@ SightBetween LookBetween(const SceneState& state, const PointSet& a, const Point
 
 // True if a point lies on the surface of the solid.
 bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
-// True if a point lies on the solid's surface extended beyond its ends (ProlongedDistance_m). The
+// True if a point lies on the solid's surface extended beyond its ends (ExtendedDistance_m). The
 // end caps of cylinders and cones do not count.
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
 

@@ -43,7 +43,7 @@ class OverGround {
   bool Rises(const PointSet& members) const {
     double most_m = 0;
     for (const std::uint32_t i : members) {
-      most_m = std::max(most_m, double{points_.MostOffPlane_m(i)});
+      most_m = std::max(most_m, double{points_.WidePlaneTolerance_m(i)});
     }
     return Height_m(members, 1 - kMixedPixels) > most_m;
   }

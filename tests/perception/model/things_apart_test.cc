@@ -12,8 +12,8 @@
 #include "perception/handles/vessel_handles.h"
 #include "perception/modeler/object_modeler.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/prolonged.h"
-#include "perception/whole/one_solid.h"
+#include "perception/solids/extended_distance.h"
+#include "perception/primitive_fit/single_primitive.h"
 #include "tests/perception/model/surfaces.h"
 
 namespace cwm::perception {
@@ -152,10 +152,10 @@ TEST(ModelObject, ACylinderThatLeansIsOne) {
 }
 
 TEST(ProlongedDistance, RunsOnBeyondTheEnds) {
-  EXPECT_NEAR(ProlongedDistance_m(Cylinder{0.03, 0.1}, Vector3(0, 0.032, 5)), 0.002, 1e-12);
-  EXPECT_NEAR(ProlongedDistance_m(Box{{0.2, 0.3, 0.4}}, Vector3(3, 0.149, -7)), 0.001, 1e-12);
+  EXPECT_NEAR(ExtendedDistance_m(Cylinder{0.03, 0.1}, Vector3(0, 0.032, 5)), 0.002, 1e-12);
+  EXPECT_NEAR(ExtendedDistance_m(Box{{0.2, 0.3, 0.4}}, Vector3(3, 0.149, -7)), 0.001, 1e-12);
   // At 45 degrees, a point a millimetre farther out is 1 / sqrt 2 mm away.
-  EXPECT_NEAR(ProlongedDistance_m(Cone{0.1, 0.3, 0.2}, Vector3(1.201, 0, 1)), 0.001 / std::sqrt(2),
+  EXPECT_NEAR(ExtendedDistance_m(Cone{0.1, 0.3, 0.2}, Vector3(1.201, 0, 1)), 0.001 / std::sqrt(2),
               1e-9);
 }
 
