@@ -142,7 +142,7 @@ void DiagnoseNoise(const std::vector<LocalPlane>& patches, const OrientedPoints&
   if (noise.model == SensorModel::kConstant && median < kMinScatter_sigma) {
     diagnostics.push_back(absl::StrFormat(
         "points scatter by %.2g mm about flat patches, %.2g of the sigma that was given: small "
-        "things may be missed",
+        "objects may be missed",
         scatter_mm, median));
   }
 }

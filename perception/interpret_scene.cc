@@ -117,7 +117,7 @@ SceneState AttachCutOffParts(SceneState state, const InterpretOptions& options, 
     const FoundHandles found = FindCutOffHandles(state, work);
     if (!found.all_looked_at) {
       report.warnings.push_back(
-          "too many things touch to look for handles of each in all others: some may be missed");
+          "too many objects touch to look for handles of each in all others: some may be missed");
     }
     state = Attach(state, found.gifts);
   }

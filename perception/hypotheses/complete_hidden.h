@@ -11,7 +11,7 @@
 namespace cwm::perception {
 
 // An object's points, and the plane that its solids are completed to, in the level frame.
-struct StandingThing {
+struct StandingObject {
   const OrientedPoints& points;
   // z = 0 is the plane to reach. z points from it towards the object: up from the ground below, or
   // down from the foot of an object above (CompleteBelow).
@@ -28,7 +28,7 @@ struct StandingThing {
 // ground is marked COMPLETED, without a change, if the same holds for 30 mm or more of its foot
 // that no point lies on. Solids that lie, lean, or end below the ground stay as they are. `shapes`
 // are in the level frame.
-void CompleteHidden(const StandingThing& thing, const SightMap& sight,
+void CompleteHidden(const StandingObject& object, const SightMap& sight,
                     std::vector<ShapePart>& shapes);
 
 }  // namespace cwm::perception

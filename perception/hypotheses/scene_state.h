@@ -20,7 +20,7 @@ std::optional<Pose> X_LGround(const SegmentedScene& measured, const Resting& res
 // An immutable value; a changed state shares all hypotheses that did not change.
 class SceneState {
  public:
-  // Ids are 0, 1, ... in the order of SegmentedScene::things. The objects and the points of the
+  // Ids are 0, 1, ... in the order of SegmentedScene::hypotheses. The objects and the points of the
   // supports are moved into the state.
   explicit SceneState(SegmentedScene scene);
 

@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxAskedPoints = 64;
 inline constexpr std::size_t kMaxInGroup = 12;
 
 // chosen: the largest extent of a tabletop object: a pan with its handle, a moving box.
-inline constexpr double kMaxThing_m = 0.7;
+inline constexpr double kMaxObjectSize_m = 0.7;
 // derived: a single face is modelled half as thick, and noise adds to it.
 inline constexpr double kMaxLoneThickness_m = kLoneThickness_m * 2;
 // chosen: nearer faces are the same face, by noise, warp and bent cardboard; flat objects are

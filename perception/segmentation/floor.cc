@@ -59,15 +59,15 @@ bool Floor::Carries(const NodeList& region) const {
   const auto all = static_cast<double>(region.size()), share = static_cast<double>(over.size());
   if (share < kLargerPart * all) {
     if (share >= kMaxPassing * all && HidesItsPlace(region)) {
-      return StandsOrIsHidden(region) && Footprint_m2(over) >= kMinThing_m2;
+      return StandsOrIsHidden(region) && Footprint_m2(over) >= kMinObjectArea_m2;
     }
     if (IsOverHiddenPart(region)) {
-      return StandsOrIsHidden(region) && Footprint_m2(region) >= kMinThing_m2;
+      return StandsOrIsHidden(region) && Footprint_m2(region) >= kMinObjectArea_m2;
     }
     return share >= kMaxPassing * all && HidesItsSupport(region) &&
-           Footprint_m2(over) >= kMinThing_m2;
+           Footprint_m2(over) >= kMinObjectArea_m2;
   }
-  return (StandsOrIsHidden(over) || IsBallOnIt(over)) && Footprint_m2(over) >= kMinThing_m2;
+  return (StandsOrIsHidden(over) || IsBallOnIt(over)) && Footprint_m2(over) >= kMinObjectArea_m2;
 }
 
 Floor::NodeList Floor::NodesOver(const NodeList& region) const {

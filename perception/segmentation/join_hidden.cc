@@ -161,7 +161,7 @@ bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const Members some_b = EvenlySpread(b.members, kLinesOfSight);
   return std::ranges::any_of(some_a, [&](std::uint32_t i) {
     return std::ranges::any_of(some_b, [&](std::uint32_t j) {
-      return (nodes.points[i] - nodes.points[j]).norm() > float{kLongestThing_m};
+      return (nodes.points[i] - nodes.points[j]).norm() > float{kMaxObjectLength_m};
     });
   });
 }

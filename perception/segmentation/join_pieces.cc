@@ -63,7 +63,7 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
       }
     }
     if (best.links == 0) continue;
-    const bool scrap = piece.area_m2 <= kMinThing_m2;
+    const bool scrap = piece.area_m2 <= kMinObjectArea_m2;
     const bool touches = AreInContact(views, p, best.piece);
     const bool attached = piece.area_m2 <= kAttachedShare * views.pieces[best.piece].area_m2 &&
                           all - to_support >= kNearlyAll * all && best.level < kLevelBorder_cos;

@@ -36,7 +36,7 @@ double Reach_m(const Plane& plane, const OrientedPoints& points, const Nodes& me
 bool IsLong(const OrientedPoints& points, std::span<const std::uint32_t> members) {
   Eigen::AlignedBox3f bounds;
   for (std::uint32_t i : members) bounds.extend(points.points[i]);
-  return bounds.diagonal().norm() >= float{kLongestThing_m};
+  return bounds.diagonal().norm() >= float{kMaxObjectLength_m};
 }
 
 Nodes SampleOf(const Nodes& members) {
@@ -69,7 +69,7 @@ std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std
   Nodes on;
   std::ranges::copy_if(members, std::back_inserter(on),
                        [&](auto i) { return IsOnPlane(*plane, points, i, tolerance); });
-  if (Reach_m(*plane, points, on) < kLongestThing_m) return std::nullopt;
+  if (Reach_m(*plane, points, on) < kMaxObjectLength_m) return std::nullopt;
   return plane;
 }
 

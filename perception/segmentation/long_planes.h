@@ -13,7 +13,7 @@
 namespace cwm::perception {
 
 // chosen: the tallest object on a counter is a bottle or a box of half a metre.
-inline constexpr double kLongestThing_m = 0.5;
+inline constexpr double kMaxObjectLength_m = 0.5;
 
 // chosen: the cosine of a point's normal with the plane's, 25 degrees: warp and nearby creases bend
 // it.
@@ -29,7 +29,7 @@ double ShareOn(const Plane& plane, const OrientedPoints& points,
                std::span<const std::uint32_t> members, PlaneTolerance tolerance);
 
 // The plane that at least the given share of the members lies on, if these reach farther than
-// kLongestThing_m.
+// kMaxObjectLength_m.
 std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std::uint32_t> members,
                                PlaneTolerance tolerance, double min_share);
 

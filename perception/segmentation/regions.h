@@ -38,7 +38,7 @@ struct Regions {
 //         the support are hidden.
 //   - It reaches down to the support, or its foot is hidden, or it is a ball that touches the
 //     support and lies mostly over the outline.
-//   - Its footprint on the support's cells is at least kMinThing_m2.
+//   - Its footprint on the support's cells is at least kMinObjectArea_m2.
 // A region also stands on a support if it rests on objects that do (FindSupportsUnderStacks). Every
 // other region of linked pieces becomes one residual, and so does every wall or front
 // (FindStructures), which is part of no region. Objects that rest on others are marked

@@ -270,7 +270,7 @@ void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const
   ParallelFor(regions.segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (!regions.segments[k].plane) continue;
-      scene.things[k].plates = PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
+      scene.hypotheses[k].plates = PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
     }
   });
 }
@@ -290,7 +290,7 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
     scene.supports.push_back({std::move(supports.plates[s]), node_points.Of(support_nodes[s])});
   }
   for (const Segment& segment : regions.segments) {
-    scene.things.push_back({.supported_by = segment.supported_by,
+    scene.hypotheses.push_back({.supported_by = segment.supported_by,
                             .rests_on = segment.rests_on,
                             .foot_height_m = segment.foot_height_m,
                             .points = node_points.Of(segment.nodes),
@@ -308,8 +308,8 @@ UpSource BorneOut(const SegmentedScene& scene) {
   if (!from_plane) return scene.up_source;
   if (scene.supports.empty()) return UpSource::kBarePlane;
   const bool anything_stands =
-      std::any_of(scene.things.begin(), scene.things.end(),
-                  [](const SegmentedThing& thing) { return thing.supported_by >= 0; });
+      std::any_of(scene.hypotheses.begin(), scene.hypotheses.end(),
+                  [](const SegmentedHypothesis& hypothesis) { return hypothesis.supported_by >= 0; });
   return anything_stands ? UpSource::kSupport : scene.up_source;
 }
 

@@ -33,7 +33,7 @@ inline constexpr double kMinSupport_m2 = kClosing_m * kClosing_m;
 
 // chosen: the least area of an object, and of its footprint: the rim of a spray can seen from the
 // front.
-inline constexpr double kMinThing_m2 = 2e-4;
+inline constexpr double kMinObjectArea_m2 = 2e-4;
 
 // chosen: how high above its support, besides 3 sigma, the lowest points of an object are seen; the
 // crease takes lower ones.

@@ -158,14 +158,14 @@ UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
   if (image_up <= -kMinUpComponent) return UpVerdict::kReversed;
   if (image_up >= kMinUpComponent) return UpVerdict::kSeenFromBelow;
   const std::optional<Plane> plane = FitPlane(coarse.cells, level.from_below, level.from_below[0]);
-  bool things_stand = false;
+  bool objects_stand = false;
   if (plane) {
     const std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, level.from_below);
     const BesidePlane beside = CountBeside(coarse, *plane, inliers);
-    things_stand = beside.Stands(inliers.size(), image ? 0 : kMaxlyBelow);
+    objects_stand = beside.Stands(inliers.size(), image ? 0 : kMaxlyBelow);
   }
-  if (!image) return things_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
-  return things_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;
+  if (!image) return objects_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
+  return objects_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;
 }
 
 bool IsSeenFromBelowAlone(const CoarseCloud& coarse, const Vector3& up) {

@@ -60,12 +60,12 @@ int CurvedShapes(const perception::SceneInterpretation& scene) {
 
 Claims Judge(const perception::PointCloud& cloud, const perception::PinholeCamera& camera,
              const perception::SceneInterpretation& scene,
-             const std::vector<std::uint32_t>& points_on_things) {
+             const std::vector<std::uint32_t>& points_on_objects) {
   const ClaimedGeometry claims = ClaimsOf(scene);
   return {.ok = true,
           .coverage = MeasureCoverage(claims, cloud, scene.labels, kPointStride),
           .free_space = MeasureFreeSpace(claims, cloud, camera, kRayStride),
-          .explained = CoverageBySolids(claims, cloud, points_on_things),
+          .explained = CoverageBySolids(claims, cloud, points_on_objects),
           .curved = CurvedShapes(scene)};
 }
 
@@ -75,21 +75,21 @@ Claims JudgeReal(const LabelledScan& scan) {
   options.max_threads = 1;
   const auto scene = perception::InterpretScene(scan.cloud, options);
   if (!scene.ok()) return {};
-  std::vector<std::uint32_t> on_things;
+  std::vector<std::uint32_t> on_objects;
   for (std::uint32_t i = 0; i < scan.labels.size(); ++i) {
-    if (scan.labels[i] >= kFirstObjectLabel) on_things.push_back(i);
+    if (scan.labels[i] >= kFirstObjectLabel) on_objects.push_back(i);
   }
-  return Judge(scan.cloud, {}, *scene, on_things);
+  return Judge(scan.cloud, {}, *scene, on_objects);
 }
 
 Claims JudgeSimulated(const CaseName& name) {
   const absl::StatusOr<SimulatedCase> run = RunCase(name);
   if (!run.ok()) return {};
-  std::vector<std::uint32_t> on_things;
+  std::vector<std::uint32_t> on_objects;
   for (const TrueShape& truth : TrueShapes(run->view())) {
-    on_things.insert(on_things.end(), truth.points.begin(), truth.points.end());
+    on_objects.insert(on_objects.end(), truth.points.begin(), truth.points.end());
   }
-  return Judge(run->scan.cloud, run->simulated.camera, run->interpretation, on_things);
+  return Judge(run->scan.cloud, run->simulated.camera, run->interpretation, on_objects);
 }
 
 std::vector<Claims> JudgeAll(std::size_t count, const std::function<Claims(std::size_t)>& judge) {
@@ -116,14 +116,14 @@ std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>
 std::string Lost(const Coverage& coverage) {
   return ByClaim("points deep in", coverage.deep) +
          ", bare points: " + std::to_string(coverage.bare[Coverage::kOfSupport]) +
-         " of supports, " + std::to_string(coverage.bare[Coverage::kOfThing]) + " of things, " +
+         " of supports, " + std::to_string(coverage.bare[Coverage::kOfObject]) + " of objects, " +
          std::to_string(coverage.bare[Coverage::kRejected]) + " rejected";
 }
 
 void Print(const std::string& name, const Claims& claims, Report& report) {
   char text[200];
   std::snprintf(text, sizeof(text),
-                "  %-22s coverage %.5f; %.5f of %lld rays violate free space; on true things %.4f "
+                "  %-22s coverage %.5f; %.5f of %lld rays violate free space; on true objects %.4f "
                 "explained by shapes",
                 name.c_str(), claims.coverage.share(), claims.free_space.share(),
                 static_cast<long long>(claims.free_space.rays), claims.explained.share());
@@ -230,7 +230,7 @@ void MeasureClaims(Report& report) {
       report);
   AddFigure(
       "shape_explained", sources, [](const Claims& c) { return c.explained.share(); },
-      std::less<double>(), "share of points on true things that shapes explain, meshes not",
+      std::less<double>(), "share of points on true objects that shapes explain, meshes not",
       report);
 }
 

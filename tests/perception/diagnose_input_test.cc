@@ -25,8 +25,8 @@ using ::testing::Not;
 using Warnings = std::vector<std::string>;
 
 SimulatedScene BoxAndCan() {
-  return {{Table(), Thing("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.25, 0.08)),
-           Thing("can", Cylinder{0.06, 0.18}, MakeTranslation(0, 0.1, 0.09))}};
+  return {{Table(), MakeObject("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.25, 0.08)),
+           MakeObject("can", Cylinder{0.06, 0.18}, MakeTranslation(0, 0.1, 0.09))}};
 }
 
 SensorNoise OfSigma(double sigma_m) {
@@ -81,7 +81,7 @@ TEST(DiagnoseInput, DoubtsASensorWhosePointsScatterFarMore) {
 TEST(DiagnoseInput, DoubtsAGivenSigmaThatIsFarTooLarge) {
   const PointCloud cloud = SeenBy(OfSigma(1e-3)).cloud;
   EXPECT_THAT(WarningsSaidToBeOf(OfSigma(0.05), cloud),
-              Contains(HasSubstr("small things may be missed")));
+              Contains(HasSubstr("small objects may be missed")));
   EXPECT_THAT(WarningsSaidToBeOf({}, cloud), Not(Contains(HasSubstr("scatter"))));
 }
 
@@ -119,7 +119,7 @@ TEST(DiagnoseInput, DoubtsGivenNormalsThatContradictTheSurface) {
 // Too little stands on the table to tell which side is its upper one; the sensor's position tells
 // it.
 TEST(DiagnoseInput, DoubtsAnUpThatIsUpsideDownOfACloudThatIsNoImage) {
-  const SimulatedScene ball{{Table(), Thing("ball", Sphere{0.03}, MakeTranslation(0, 0, 0.03))}};
+  const SimulatedScene ball{{Table(), MakeObject("ball", Sphere{0.03}, MakeTranslation(0, 0, 0.03))}};
   const PointCloud cloud = Shuffled(Scan(ball, TableCamera(), {}), 1).cloud;
   const auto upside_down = Contains(HasSubstr("may be upside down"));
   InterpretOptions options;
@@ -141,7 +141,7 @@ TEST(DiagnoseInput, SaysHowFarTheTableIsFromLevelByAPoseThatIsWrong) {
   options.up_C = Vector3::UnitX();
   EXPECT_THAT(WarningsOf(cloud, options),
               Contains(HasSubstr("is 90 degrees from level by the up")));
-  const SimulatedScene wall{{Thing("wall", Box{{0.1, 4, 4}}, MakeTranslation(0.5, 0, 0))}};
+  const SimulatedScene wall{{MakeObject("wall", Box{{0.1, 4, 4}}, MakeTranslation(0.5, 0, 0))}};
   options.up_C = TableCamera().X_WC.linear().row(2).transpose();
   EXPECT_THAT(WarningsOf(Scan(wall, TableCamera(), {}).cloud, options),
               Not(Contains(HasSubstr("from level"))));

@@ -102,8 +102,8 @@ SimulatedScene Balls(int count) {
   return scene;
 }
 
-TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCutOrUnhurried) {
-  const auto cut = ::testing::HasSubstr("alone were looked at for things that touch");
+TEST(InterpretScene, SaysWhereObjectsWereTooManyToBeCutOrUnhurried) {
+  const auto cut = ::testing::HasSubstr("alone were looked at for objects that touch");
   const auto reduced_effort = ::testing::HasSubstr("were modelled with reduced effort");
   for (const int count : {20, 35, 112}) {
     const auto scene = InterpretScene(Scan(Balls(count), KitchenCamera(), {}).cloud, {});
@@ -150,7 +150,7 @@ PointCloud Clods(int rows, int columns) {
 
 // If the largest objects have no shape, the others are meshed without a search for shapes, and a
 // warning says so. No point is lost.
-TEST(InterpretScene, LooksForNoShapesWhereTheLargestThingsAreNone) {
+TEST(InterpretScene, LooksForNoShapesWhereTheLargestObjectsAreNone) {
   const PointCloud cloud = Clods(7, 8);
   const auto scene = InterpretScene(cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();

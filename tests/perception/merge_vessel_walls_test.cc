@@ -80,9 +80,9 @@ TEST(LyingVessels, KeepTheirHandles) {
 // Boxes and a can that touch stay three objects.
 TEST(LyingVessels, LeavesWhatIsNoVesselApart) {
   const SceneInterpretation scene = Interpreted(
-      {{Table(), Thing("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.12, 0.08)),
-        Thing("can", Cylinder{0.05, 0.12}, MakeTranslation(0, 0, 0.06)),
-        Thing("low box", Box{{0.12, 0.1, 0.06}}, MakeTranslation(-0.02, 0.1, 0.03))}});
+      {{Table(), MakeObject("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.12, 0.08)),
+        MakeObject("can", Cylinder{0.05, 0.12}, MakeTranslation(0, 0, 0.06)),
+        MakeObject("low box", Box{{0.12, 0.1, 0.06}}, MakeTranslation(-0.02, 0.1, 0.03))}});
   EXPECT_EQ(std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind), 3);
   for (const DetectedObject& object : scene.objects) {
     for (const ShapePart& part : object.model->shapes) EXPECT_FALSE(part.vessel);

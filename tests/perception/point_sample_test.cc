@@ -40,12 +40,12 @@ TEST(PointSample, IsAllOfAnImagesPointsHoweverMany) {
   EXPECT_EQ(sample.Points().points, row.points.points);
 }
 
-TEST(PointSample, IsAllOfASmallThingHoweverDense) {
+TEST(PointSample, IsAllOfASmallObjectHoweverDense) {
   const Row row = MakeRow(120'000, 10);
   EXPECT_EQ(row.Sample().stride(), 1u);
 }
 
-TEST(PointSample, OfADenseThingGrowsWithItsNodesAndNotWithItsPoints) {
+TEST(PointSample, OfADenseObjectGrowsWithItsNodesAndNotWithItsPoints) {
   for (const std::size_t count : {400'000u, 800'000u}) {
     const Row row = MakeRow(count, 20'000);
     const std::size_t sampled = row.Sample().Points().size();

@@ -106,7 +106,7 @@ TEST_F(RealMeasurements, APacketOfTeaHasItsEdges) {
   }
 }
 
-TEST_F(RealMeasurements, ATinHasItsRadiusLyingOnEdgeAndUnderOtherThings) {
+TEST_F(RealMeasurements, ATinHasItsRadiusLyingOnEdgeAndUnderOtherObjects) {
   const double radius_m = 0.095;
   for (const Pixel& at :
        {Pixel{33, 229, 380}, Pixel{35, 300, 387}, Pixel{36, 151, 350}, Pixel{37, 131, 335},

@@ -16,13 +16,13 @@ namespace {
 constexpr double kWithin_m = 0.01;  // mixed pixels take this much from both sides of a border
 
 SimulatedObject Can(double radius_m, double height_m, double y_m) {
-  return Thing("can", Cylinder{radius_m, height_m}, MakeTranslation(0, y_m, 0.5 * height_m));
+  return MakeObject("can", Cylinder{radius_m, height_m}, MakeTranslation(0, y_m, 0.5 * height_m));
 }
 
 SimulatedObject Carton(const Vector3& size_m, double y_m, double turned_rad) {
   Pose X_WO = MakeTranslation(0, y_m, 0.5 * size_m.z());
   X_WO.rotate(Eigen::AngleAxisd(turned_rad, Vector3::UnitZ()));
-  return Thing("carton", Box{size_m}, X_WO);
+  return MakeObject("carton", Box{size_m}, X_WO);
 }
 
 Pose Lying(double x_m, double y_m, double turned_rad, double radius_m) {
@@ -66,7 +66,7 @@ TEST(PartStanding, CartonsOfOneHeightAreTwoObjectsWhereTheyAreTurned) {
 TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
   const SceneInterpretation scene =
       Interpreted({{Table(), Can(0.033, 0.12, 0), Can(0.04, 0.1, 0.0735),
-                    Thing("ball", Sphere{0.07}, MakeTranslation(0, 0.0935, 0.17))}});
+                    MakeObject("ball", Sphere{0.07}, MakeTranslation(0, 0.0935, 0.17))}});
   ASSERT_EQ(scene.objects.size(), 3u);
   const auto ball =
       std::ranges::find_if(scene.objects, [](const auto& object) { return object.rests_on >= 0; });

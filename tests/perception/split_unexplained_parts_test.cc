@@ -75,7 +75,7 @@ TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
 
 // A box of the same size and tilt fits the cylinder's few points equally well, apart from their
 // noise.
-TEST(ModelThing, ALeaningCylinderIsNoTiltedBox) {
+TEST(ModelObject, ALeaningCylinderIsNoTiltedBox) {
   constexpr std::size_t kLeaning = 7;
   for (const std::uint64_t seed : {7120U, 7222U}) {
     const Seen seen = See(SceneFamily::kTable, seed);
@@ -90,7 +90,7 @@ TEST(ModelThing, ALeaningCylinderIsNoTiltedBox) {
 }
 
 // A lying cylinder hides the foot of one that leans beside it and seems to rest on it.
-TEST(ModelThing, StandsOnTheSupportWhereThatExplainsItBetter) {
+TEST(ModelObject, StandsOnTheSupportWhereThatExplainsItBetter) {
   constexpr std::size_t kLeaning = 8;
   const Seen seen = See(SceneFamily::kClutter, 35);
   const DetectedObject& leaning = seen.Of(kLeaning);

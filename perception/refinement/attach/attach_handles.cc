@@ -146,14 +146,14 @@ class Adoption {
   }
 
   std::size_t VesselOf(std::size_t part) {
-    const ObjectHypothesis& thing = At(part);
-    const double most = static_cast<double>(thing.points.size()) / kLargerPart;
+    const ObjectHypothesis& hypothesis = At(part);
+    const double most = static_cast<double>(hypothesis.points.size()) / kLargerPart;
     for (std::size_t k = 0; k < given_to_.size(); ++k) {
       const ObjectHypothesis& vessel = At(k);
       if (k == part || given_to_[k] != k) continue;
       if (static_cast<double>(vessel.points.size()) < most) continue;
       if (bounds_[part].exteriorDistance(bounds_[k]) > kTouching_m) continue;
-      if (IsHandleOf(thing, k)) return k;
+      if (IsHandleOf(hypothesis, k)) return k;
     }
     return part;
   }

@@ -78,17 +78,17 @@ class Adoption {
 
   // The nearest vessel that the part is a spout of; the part itself if there is none.
   std::size_t VesselOf(std::size_t part) {
-    const ObjectHypothesis& thing = At(part);
-    if (!thing.plates.empty() || thing.points.size() < kMinHandlePoints) return part;
+    const ObjectHypothesis& hypothesis = At(part);
+    if (!hypothesis.plates.empty() || hypothesis.points.size() < kMinHandlePoints) return part;
     std::size_t vessel = part;
     double nearest_m = kMaxSpoutGap_m;
     for (std::size_t k = 0; k < given_to_.size(); ++k) {
       const std::int32_t support = At(k).resting.support;
       if (k == part || given_to_[k] != k || support < 0) continue;
       const auto most = kLargerPart * static_cast<double>(At(k).points.size());
-      if (static_cast<double>(thing.points.size()) > most || RestsOnAnother(part, k) ||
+      if (static_cast<double>(hypothesis.points.size()) > most || RestsOnAnother(part, k) ||
           bounds_[part].exteriorDistance(bounds_[k]) > kMaxSpoutGap_m ||
-          !Hangs(thing, static_cast<std::size_t>(support))) {
+          !Hangs(hypothesis, static_cast<std::size_t>(support))) {
         continue;
       }
       if (const double gap_m = GapToWall_m(part, k); gap_m <= nearest_m) {
@@ -107,11 +107,11 @@ class Adoption {
   // True if the space below the object, at three heights, is seen to be empty. measured: below
   // simulated spouts 0.67 and more of the places are empty, below objects behind a vessel or in its
   // shadow 0.01 and less.
-  bool Hangs(const ObjectHypothesis& thing, std::size_t support) const {
+  bool Hangs(const ObjectHypothesis& hypothesis, std::size_t support) const {
     const Pose& X_LS = state_.measured().supports[support].plate.X_FS;
     const Pose X_SL = X_LS.inverse(Eigen::Isometry);
     std::vector<std::pair<double, std::uint32_t>> heights_m;
-    for (std::uint32_t i : thing.points) {
+    for (std::uint32_t i : hypothesis.points) {
       heights_m.emplace_back((X_SL * state_.points().points[i].cast<double>()).z(), i);
     }
     std::ranges::sort(heights_m);

@@ -17,7 +17,7 @@ namespace {
 
 bool IsSmall(const ObjectHypothesis& hypothesis) {
   const Eigen::AlignedBox3f& bounds = hypothesis.model->bounds_L;
-  return hypothesis.plates.empty() && !bounds.isEmpty() && bounds.diagonal().norm() <= kMaxThing_m;
+  return hypothesis.plates.empty() && !bounds.isEmpty() && bounds.diagonal().norm() <= kMaxObjectSize_m;
 }
 
 bool IsFlat(const HypothesisModel& model) {

@@ -63,7 +63,7 @@ std::vector<Candidate> WithWholeWalls(const std::vector<LoneWall>& walls) {
     }
     const bool is_known =
         std::ranges::any_of(wholes, [&](const Candidate& other) { return other.of == whole.of; });
-    if (whole.of.size() < 2 || is_known || span.length() > kMaxThing_m) continue;
+    if (whole.of.size() < 2 || is_known || span.length() > kMaxObjectSize_m) continue;
     const Vector2 foot = SpanAlong(walls[a], walls[a].normal).middle() * walls[a].normal;
     whole.wall.ends = {foot + span.low * along, foot + span.high * along};
     wholes.push_back(std::move(whole));
@@ -78,7 +78,7 @@ bool AreOpposite(const LoneWall& a, const LoneWall& b) {
   const Vector2 along(-a.normal.y(), a.normal.x());
   const double from_m = SpanAlong(a, a.normal).middle(), to_m = SpanAlong(b, a.normal).middle();
   const double apart_m = std::abs(to_m - from_m);
-  if (apart_m < kMinWall_m || apart_m > kMaxThing_m) return false;
+  if (apart_m < kMinWall_m || apart_m > kMaxObjectSize_m) return false;
   if (a.normal.dot(b.normal) < 0 && to_m < from_m) return false;
   const Span of_a = SpanAlong(a, along), of_b = SpanAlong(b, along);
   const double common_m = std::min(of_a.high, of_b.high) - std::max(of_a.low, of_b.low);
@@ -241,7 +241,7 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
     span.Extend(along.dot(corner.head<2>()));
     height.Extend(corner.z());
   }
-  if (span.length() < kMinWall_m || span.length() > kMaxThing_m) return std::nullopt;
+  if (span.length() < kMinWall_m || span.length() > kMaxObjectSize_m) return std::nullopt;
   wall.ends = {at_m * wall.normal + span.low * along, at_m * wall.normal + span.high * along};
   wall.rim_m = height.high;
   return wall;

@@ -25,15 +25,15 @@ SegmentedScene SomeScene() {
   };
   scene.supports.push_back({.plate = {}, .points = take(2)});
   for (const std::size_t count : {3u, 2u, 1u}) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
-    thing.points = take(count);
-    thing.node_count = count;
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
+    hypothesis.points = take(count);
+    hypothesis.node_count = count;
   }
-  scene.things[2].rests_on = 0;
-  scene.things[2].foot_height_m = 0.1;
-  scene.things.emplace_back().points = take(4);
-  scene.things.back().node_count = 4;
+  scene.hypotheses[2].rests_on = 0;
+  scene.hypotheses[2].foot_height_m = 0.1;
+  scene.hypotheses.emplace_back().points = take(4);
+  scene.hypotheses.back().node_count = 4;
   scene.rejected = take(1);
   return scene;
 }
@@ -96,8 +96,8 @@ TEST(SceneState, StandsOnTheSupportWhereItsModelReachesIt) {
 
 TEST(BrokenInvariants, TellOfPointsWithoutAnOwnerAndWithTwo) {
   SegmentedScene scene = SomeScene();
-  scene.things[0].points.pop_back();
-  scene.things[1].points.push_back(0);  // belongs to the support
+  scene.hypotheses[0].points.pop_back();
+  scene.hypotheses[1].points.push_back(0);  // belongs to the support
   const auto broken = BrokenInvariants(SceneState(std::move(scene)));
   ASSERT_THAT(broken, SizeIs(2));
   EXPECT_THAT(broken[0], HasSubstr("no owner"));
@@ -116,7 +116,7 @@ TEST(BrokenInvariants, TellOfWhatRestsOnNothingThatLives) {
 
 TEST(BrokenInvariants, TellOfCircles) {
   SegmentedScene scene = SomeScene();
-  scene.things[0].rests_on = 2;
+  scene.hypotheses[0].rests_on = 2;
   const auto broken = BrokenInvariants(SceneState(std::move(scene)));
   EXPECT_THAT(broken, ::testing::Contains(HasSubstr("rests on itself")));
 }

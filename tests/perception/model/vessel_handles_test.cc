@@ -71,7 +71,7 @@ TEST_F(VesselHandles, AreNoSlimSpouts) {
   EXPECT_TRUE(Find().empty());
 }
 
-TEST_F(VesselHandles, AreFoundAmongPointsThatAnotherThingTook) {
+TEST_F(VesselHandles, AreFoundAmongPointsThatAnotherObjectTook) {
   const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
   ASSERT_TRUE(vessel);
   OrientedPoints other;

@@ -18,11 +18,11 @@ SceneState Tower() {
   scene.points.points.resize(8);
   scene.supports.emplace_back();
   for (std::uint32_t k = 0; k < 4; ++k) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
-    thing.points = {2 * k, 2 * k + 1};
-    thing.node_count = 2;
-    thing.rests_on = static_cast<std::int32_t>(k) - 1;
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
+    hypothesis.points = {2 * k, 2 * k + 1};
+    hypothesis.node_count = 2;
+    hypothesis.rests_on = static_cast<std::int32_t>(k) - 1;
   }
   return SceneState(std::move(scene));
 }

@@ -107,11 +107,11 @@ bool HandBuilt::IsVisible(const Vector3& p, std::size_t member) const {
 // Samples points on the surface: random places of the bounds, moved to the nearest surface point.
 void HandBuilt::Sample(std::size_t member, OrientedPoints& points, SegmentedScene& scene) const {
   RandomDraws draws(member + 1, 0);
-  SegmentedThing& thing = scene.things.emplace_back();
-  thing.supported_by = members_[member].support;
+  SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+  hypothesis.supported_by = members_[member].support;
   if (const auto& on = members_[member].on) {
-    thing.rests_on = static_cast<std::int32_t>(on->first.value);
-    thing.foot_height_m = on->second;
+    hypothesis.rests_on = static_cast<std::int32_t>(on->first.value);
+    hypothesis.foot_height_m = on->second;
   }
   for (const Placed<>& solid : members_[member].solids) {
     const Vector3 size_m = TightBounds(solid.shape, Pose::Identity()).sizes();
@@ -120,11 +120,11 @@ void HandBuilt::Sample(std::size_t member, OrientedPoints& points, SegmentedScen
       const SurfacePoint at = NearestSurfacePoint(solid.shape, p_S.cwiseProduct(size_m));
       const Vector3 p = solid.X_FS * at.nearest, n = solid.X_FS.linear() * at.normal;
       if (n.dot((kEye - p).normalized()) < kMinFacing || !IsVisible(p, member)) continue;
-      thing.points.push_back(static_cast<std::uint32_t>(points.size()));
+      hypothesis.points.push_back(static_cast<std::uint32_t>(points.size()));
       AddPoint(p, n, points);
     }
   }
-  thing.node_count = thing.points.size();
+  hypothesis.node_count = hypothesis.points.size();
 }
 
 SegmentedScene HandBuilt::Segmented() const {

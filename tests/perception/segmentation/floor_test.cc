@@ -24,11 +24,11 @@ class OverAFloor {
 
   // Adds an upright rectangle that faces the sensor, given its lower corner.
   OverAFloor& AddFront(const Vector3& corner_m, double width_m, double height_m) {
-    return AddUpright(corner_m, width_m, height_m, kThing);
+    return AddUpright(corner_m, width_m, height_m, kObject);
   }
   // Adds the front and the top of a box of 10 cm.
   OverAFloor& AddBox(const Vector3& corner_m) {
-    AddLevel(corner_m + 0.1 * Vector3::UnitZ(), 0.1, 0.1, kThing);
+    AddLevel(corner_m + 0.1 * Vector3::UnitZ(), 0.1, 0.1, kObject);
     return AddFront(corner_m, 0.1, 0.1);
   }
   // Adds a screen that hides the places behind it.
@@ -36,7 +36,7 @@ class OverAFloor {
     return AddUpright(corner_m, width_m, height_m, kScreen);
   }
 
-  bool CarriesTheThing() const {
+  bool CarriesTheObject() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kFloorCell_m);
     const OrientedPoints nodes = Downsample(points_, grid);
     const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, {});
@@ -53,17 +53,17 @@ class OverAFloor {
     plate.shape.outline = {
         {0, 0}, {kFloorSide_m, 0}, {kFloorSide_m, kFloorSide_m}, {0, kFloorSide_m}};
     plate.shape.thickness_m = 0.02;
-    Floor::NodeList thing;
+    Floor::NodeList object;
     for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-      if (label_[grid.PointsOf(i)[0]] == kThing) thing.push_back(i);
+      if (label_[grid.PointsOf(i)[0]] == kObject) object.push_back(i);
     }
-    EXPECT_FALSE(thing.empty());
+    EXPECT_FALSE(object.empty());
     const SightMap sight(nodes, kFloorPitch_rad);
-    return Floor(graph, coarse, support, plate, sight).Carries(thing);
+    return Floor(graph, coarse, support, plate, sight).Carries(object);
   }
 
  private:
-  enum Label { kTable, kThing, kScreen };
+  enum Label { kTable, kObject, kScreen };
 
   void AddLevel(const Vector3& corner_m, double depth_m, double width_m, Label label) {
     for (double x = 0.5 * kFloorStep_m; x < depth_m; x += kFloorStep_m) {
@@ -96,8 +96,8 @@ class OverAFloor {
 };
 
 TEST(Floor, CarriesABoxUnlessOneSeesBelowIt) {
-  EXPECT_TRUE(OverAFloor().AddBox({0.2, 0.25, 0.005}).CarriesTheThing());
-  EXPECT_FALSE(OverAFloor().AddBox({0.2, 0.25, 0.15}).CarriesTheThing());
+  EXPECT_TRUE(OverAFloor().AddBox({0.2, 0.25, 0.005}).CarriesTheObject());
+  EXPECT_FALSE(OverAFloor().AddBox({0.2, 0.25, 0.15}).CarriesTheObject());
 }
 
 // The screen is 15 cm in front of the box. Rays past its lower and its upper edge meet the box's
@@ -106,18 +106,18 @@ TEST(Floor, CarriesWhatNobodySeesBelow) {
   EXPECT_TRUE(OverAFloor()
                   .AddBox({0.2, 0.25, 0.15})
                   .AddScreen({0.05, 0.2, 0.15}, 0.2, 0.12)
-                  .CarriesTheThing());
+                  .CarriesTheObject());
 }
 
 // A footprint of at least two cells of 1 cm (2 cm^2) makes an object.
 TEST(Floor, CarriesNothingWithoutAFootprint) {
-  EXPECT_FALSE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.01, 0.1).CarriesTheThing());
-  EXPECT_TRUE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.04, 0.1).CarriesTheThing());
+  EXPECT_FALSE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.01, 0.1).CarriesTheObject());
+  EXPECT_TRUE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.04, 0.1).CarriesTheObject());
 }
 
 TEST(Floor, CarriesNothingBelowItOrBesideIt) {
-  EXPECT_FALSE(OverAFloor().AddFront({-0.02, 0.2, -0.4}, 0.2, 0.35).CarriesTheThing());
-  EXPECT_FALSE(OverAFloor().AddBox({0.2, kFloorSide_m + 0.1, 0.005}).CarriesTheThing());
+  EXPECT_FALSE(OverAFloor().AddFront({-0.02, 0.2, -0.4}, 0.2, 0.35).CarriesTheObject());
+  EXPECT_FALSE(OverAFloor().AddBox({0.2, kFloorSide_m + 0.1, 0.005}).CarriesTheObject());
 }
 
 }  // namespace

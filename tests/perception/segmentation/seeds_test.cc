@@ -100,7 +100,7 @@ TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
   EXPECT_EQ(SeedAt(seeds, measured, 30, 45), kNoIndex);
 }
 
-TEST(Seeds, OfNarrowThingsWithAStepBetweenAreTwo) {
+TEST(Seeds, OfNarrowObjectsWithAStepBetweenAreTwo) {
   const MeasuredPoints measured =
       Image([](int v, int u) { return v < 18 || v > 24 ? std::nanf("") : TwoFaces(v, u, 4); });
   const Seeds seeds = SeedsOf(measured);
