@@ -100,8 +100,8 @@ void DiagnoseUp(const SegmentedScene& scene, const InterpretOptions& options,
 
 void DiagnoseLevel(const SegmentedScene& scene, const InterpretOptions& options,
                    std::vector<std::string>& diagnostics) {
-  if (!scene.rival_up) return;
-  const double angle_rad = std::acos(std::clamp(scene.rival_up->z(), -1.0, 1.0));
+  if (!scene.alternative_up) return;
+  const double angle_rad = std::acos(std::clamp(scene.alternative_up->z(), -1.0, 1.0));
   if (angle_rad <= kMaxUpError_rad) return;
   diagnostics.push_back(absl::StrCat("what looks most like a support is ",
                                 std::lround(angle_rad * 180 / std::numbers::pi),

@@ -39,7 +39,7 @@ struct InterpretOptions {
   SurfaceOptions surface;
   int max_threads = 2;
   std::function<int()> threads_now;  // Work::threads_now; may be empty
-  std::function<void()> on_piece;    // Work::on_piece; may be empty
+  std::function<void()> on_chunk;    // Work::on_chunk; may be empty
 };
 
 // Returns InvalidArgument, with field, value and rule, for a cloud that cannot be interpreted (no

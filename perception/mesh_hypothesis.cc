@@ -58,12 +58,12 @@ class HybridBuilder {
 
  private:
   void FindExplained() {
-    PollEvery poll(work_, ItemsPerPiece(1us));
+    PollEvery poll(work_, ItemsPerChunk(1us));
     explained_.resize(points_.size());
     for (std::size_t k = 0; k < points_.size(); ++k) {
       poll();
       explained_[k] =
-          NearAnyShape(found_.shapes, part_of_point_[k], points_.points[k].cast<double>(),
+          IsNearAnyShape(found_.shapes, part_of_point_[k], points_.points[k].cast<double>(),
                        ExplainedWithin_m(points_.sigma_m[k]));
     }
   }
@@ -133,7 +133,7 @@ MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPo
   const PointSample sample(all, hypothesis.points, hypothesis.node_count);
   const OrientedPoints points = sample.Points();
   const std::vector<std::int32_t> part_of_sampled =
-      sample.OfSampled(hypothesis.model->part_of_point());
+      sample.PartsOfSampledPoints(hypothesis.model->part_of_point());
   HybridBuilder builder(points, *hypothesis.model, part_of_sampled, surface, work);
   builder.Build();
   MeshedObject object = builder.Take();

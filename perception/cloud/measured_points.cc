@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 // chosen: a cloud whose neighbouring rays are farther apart is no image (a 64-line laser has 0.01).
 constexpr float kMaxPixelAngle_rad = 0.05f;
-constexpr std::size_t kPointsPerRange = ItemsPerPiece(50ns);  // derived: one piece of work
+constexpr std::size_t kPointsPerRange = ItemsPerChunk(50ns);  // derived: one piece of work
 
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {

@@ -95,7 +95,7 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
     std::sort(wider, most);
     for (auto disc = most; disc != wider;) {
       const std::ptrdiff_t within = --disc - away_m.begin();
-      if (within < kPointsOfCell) break;
+      if (within < kMinPointsPerCell) break;
       if (!IsFull(static_cast<double>(within), *disc, per_m2)) continue;
       widest_m = 2 * *disc;
       break;
@@ -104,7 +104,7 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
   return widest_m;
 }
 
-std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
+std::vector<char> MarkWideParts(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                              double diameter_m, double beside_m) {
   std::vector<char> as_wide(points.size(), 0);
   if (points.empty()) return as_wide;

@@ -93,7 +93,7 @@ double SeenArea_m2(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 Slenderness MeasureSlenderness(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                                double spacing_m) {
   if (points.empty()) return {};
-  const double cell_m = std::max(kThinnedTo_m, std::sqrt(kPointsOfCell) * spacing_m);
+  const double cell_m = std::max(kThinningSpacing_m, std::sqrt(kMinPointsPerCell) * spacing_m);
   const VoxelGrid grid = VoxelGrid::Build(points, static_cast<float>(cell_m));
   const Way way = LongestWay(grid);
   const double length_m = way.length_m + cell_m;

@@ -16,9 +16,9 @@ constexpr int kMaxShapes = 64, kMaxRefusals = 48;
 // measured: successive refusals that end the search. In 45 real scans and 112 simulated ones no
 // shape was found after more than 12; an object without shapes has one refused candidate after
 // another.
-constexpr int kMaxRefusalsInRow = 13;
+constexpr int kMaxConsecutiveRejections = 13;
 // chosen: a third of them at reduced effort; a thousand simulated balls then cost a quarter less.
-constexpr int kMaxRefusalsAtReducedEffort = kMaxRefusalsInRow / 3;
+constexpr int kMaxRejectionsAtReducedEffort = kMaxConsecutiveRejections / 3;
 
 std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
                                        const std::vector<char>& available) {
@@ -34,7 +34,7 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 }  // namespace
 
 Extraction ExtractShapes(const FitContext& context) {
-  const int max_in_row = context.options.reduced_effort ? kMaxRefusalsAtReducedEffort : kMaxRefusalsInRow;
+  const int max_in_row = context.options.reduced_effort ? kMaxRejectionsAtReducedEffort : kMaxConsecutiveRejections;
   Extraction out;
   CandidateList candidates(context.points, context.connectivity, context.options.seed,
                            context.work);
@@ -51,11 +51,11 @@ Extraction ExtractShapes(const FitContext& context) {
     if (std::optional<ShapeFit> fit = SelectModel(*leader, candidates, context)) {
       in_row = 0;
       take(*std::move(fit));
-      if (auto wall = WallBehindDisc(out.fits.back(), context, candidates.available())) {
+      if (auto wall = FindWallBehindDisc(out.fits.back(), context, candidates.available())) {
         take(*std::move(wall));
       }
     } else {
-      candidates.Refuse(*leader);
+      candidates.Reject(*leader);
       ++refusals;
       ++in_row;
     }

@@ -62,7 +62,7 @@ PlaneModel MeanPlane(const std::vector<SamplePoint>& fan) {
 
 std::vector<SamplePoint> FanOf(const std::vector<std::uint32_t>& inliers, const FitContext& c) {
   std::vector<SamplePoint> fan;
-  for (std::uint32_t i : Thinned(inliers, kFanPoints))
+  for (std::uint32_t i : Subsampled(inliers, kFanPoints))
     fan.push_back({c.points.p[i], c.points.n[i]});
   return fan;
 }
@@ -172,7 +172,7 @@ std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
                                       const FitContext& c) {
   std::vector<std::uint32_t> best;
   PlaneModel plane;
-  for (std::uint32_t seed : Thinned(listed, kFaceSeeds)) {
+  for (std::uint32_t seed : Subsampled(listed, kFaceSeeds)) {
     c.work.Poll();
     const PlaneModel trial{.point = c.points.p[seed], .normal = c.points.n[seed]};
     std::vector<std::uint32_t> inliers;
@@ -188,7 +188,7 @@ std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
 
 std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const FitContext& c) {
   std::vector<PlaneModel> faces;
-  std::vector<std::uint32_t> rest = Thinned(listed, 500);
+  std::vector<std::uint32_t> rest = Subsampled(listed, 500);
   while (static_cast<int>(faces.size()) < kFacesSeen && rest.size() >= 10) {
     const std::optional<PlaneModel> face = LargestFace(rest, c);
     if (!face) break;
@@ -362,7 +362,7 @@ std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList
     const std::size_t best = BestOf(alternatives, region, context);
     if (lying.fit && lying.value <= ValueOf(alternatives[best], all, context)) break;
     if (std::optional<ShapeFit> finished = Finished(alternatives[best], candidates, context)) {
-      if (MayLie(*finished, context)) {
+      if (CanRestOnGround(*finished, context)) {
         lying.Offer(RestOnGround(*finished, context, candidates.available()), all, straight_value,
                     context);
       } else if (IsWorthItsSlope(*finished, ValueOf(*finished, all, context), straight_value)) {

@@ -29,7 +29,7 @@ inline constexpr double kMinElongation = 2;
 inline constexpr double kMaxHandleWidth_m = 0.03;
 // chosen: the reach of a bow with room for a hand. A handle that reaches out farther is a bar,
 // which is straight.
-inline constexpr double kMaxReachOfBow_m = 0.065;
+inline constexpr double kMaxBowReach_m = 0.065;
 // chosen: the largest width at the widest place, as SeenWidth_m measures it: that of a thick pan's
 // handle, with noise at its edges. Bows that return to the wall, and long bars, are no spouts and
 // may be this wide at one place.
@@ -54,12 +54,12 @@ class Vessel {
     std::vector<Cluster> handles, spouts;
   };
   // Finds handles and spouts among those points of the object whose flag in `among` is set.
-  Fixed FindFixed(const OrientedPoints& object, const std::vector<char>& among,
+  Fixed FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
                   const Work& work) const;
 
   // Returns the points outside the walls, by more than noise explains and no farther than handles
   // reach.
-  Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
+  Cluster ProtrudingPoints(const OrientedPoints& points, const std::vector<char>& among) const;
 
   // Returns clusters of another object's points, seen by the same sensor, that are handles of this
   // vessel and begin at its wall. The segmentation gave them to an object that touches the vessel.
@@ -80,7 +80,7 @@ class Vessel {
   bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
 
  private:
-  double StandsOut_m(const Eigen::Vector3f& p) const;  // from the nearest wall
+  double Protrusion_m(const Eigen::Vector3f& p) const;  // from the nearest wall
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool IsSpout(const OrientedPoints& points, const Cluster& cluster) const;
   bool EndsAsSpout(const std::vector<Eigen::Vector3f>& members) const;

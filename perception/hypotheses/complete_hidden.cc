@@ -177,7 +177,7 @@ bool ShowsItselfBelow(const StandingObject& object, const ShapePart& part, const
   below.max()[upright.axis] = std::max(bottom_m, bottom_m - upright.sign * gap_m);
   std::size_t count = 0;
   for (std::size_t i = 0; i < object.points.size() && count <= kOneSample; ++i) {
-    const double gate_m = LargestJump_m(object.points.sigma_m[i]);
+    const double gate_m = MaxJump_m(object.points.sigma_m[i]);
     Aabb wide = below;
     wide.min().array() -= gate_m;
     wide.max().array() += gate_m;
@@ -214,7 +214,7 @@ double HeightOfLowest_m(const ShapePart& part, const Pose& X_LSupport) {
 void CompleteHidden(const StandingObject& object, const SightMap& sight,
                     std::vector<ShapePart>& shapes) {
   if (object.points.points.empty()) return;
-  const double tolerance_m = LargestJump_m(Median(object.points.sigma_m));
+  const double tolerance_m = MaxJump_m(Median(object.points.sigma_m));
   const Vector3 up_L = object.X_LSupport.linear().col(2);
   for (ShapePart& part : shapes) {
     const std::optional<Upright> upright = UprightOf(part, up_L);

@@ -57,10 +57,10 @@ std::shared_ptr<HypothesisModel> Finish(Standing standing, const PointSample& sa
                                         const OrientedPoints& points, const Work& work) {
   auto model = std::make_shared<HypothesisModel>();
   model->object = std::move(standing.found);
-  model->object.part_of_point = sample.OfAll(model->object.part_of_point, work);
+  model->object.part_of_point = sample.PartsOfAllPoints(model->object.part_of_point, work);
   model->reaches_support = standing.reaches_support;
-  // Thinned as DetectedObject::points_L requires.
-  const float spacing_m = std::max(static_cast<float>(kThinnedTo_m), Median(points.sigma_m));
+  // Subsampled as DetectedObject::points_L requires.
+  const float spacing_m = std::max(static_cast<float>(kThinningSpacing_m), Median(points.sigma_m));
   const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) {
     model->thinned_L.push_back(thin.Centroid(c));
@@ -104,7 +104,7 @@ ModelPtr HypothesisModeler::ModelGiven(const ObjectHypothesis& hypothesis,
   const PointSample sample = SampleOf(measured_, hypothesis);
   const OrientedPoints points = sample.Points();
   const std::optional<Pose> X_LFoot = X_LGround(measured_, hypothesis.resting);
-  auto model = Finish({X_LFoot, ModelKnown(points, X_LFoot, std::move(shapes), work_)}, sample,
+  auto model = Finish({X_LFoot, ModelFromShapes(points, X_LFoot, std::move(shapes), work_)}, sample,
                       points, work_);
   model->is_given = true;
   return model;

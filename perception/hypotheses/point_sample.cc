@@ -38,13 +38,13 @@ OrientedPoints PointSample::Points() const {
   return Subset(all_, sampled);
 }
 
-std::vector<std::int32_t> PointSample::OfAll(const std::vector<std::int32_t>& part_of_sampled,
+std::vector<std::int32_t> PointSample::PartsOfAllPoints(const std::vector<std::int32_t>& part_of_sampled,
                                              const Work& work) const {
   if (stride_ == 1) return part_of_sampled;
   std::vector<std::int32_t> part_of_point(members_.size());
   for (std::size_t s = 0; s < part_of_sampled.size(); ++s) {
     // Up to 100 points of at most 30 ns each.
-    if (s % ItemsPerPiece(3us) == 0) work.Poll();
+    if (s % ItemsPerChunk(3us) == 0) work.Poll();
     const std::size_t end = std::min((s + 1) * stride_, members_.size());
     const Around around = AroundSampled(s, part_of_sampled.size());
     const auto first = part_of_sampled.begin() + static_cast<std::ptrdiff_t>(around.first);
@@ -57,7 +57,7 @@ std::vector<std::int32_t> PointSample::OfAll(const std::vector<std::int32_t>& pa
   return part_of_point;
 }
 
-std::vector<std::int32_t> PointSample::OfSampled(
+std::vector<std::int32_t> PointSample::PartsOfSampledPoints(
     const std::vector<std::int32_t>& part_of_member) const {
   if (stride_ == 1) return part_of_member;
   std::vector<std::int32_t> part_of_sampled;

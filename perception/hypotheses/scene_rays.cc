@@ -66,7 +66,7 @@ class Feet {
 
 View ViewOf(const OrientedPoints& all, const PointSet& members,
             const std::optional<Pose>& X_LGround, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(20ns));
+  PollEvery poll(work, ItemsPerChunk(20ns));
   const Eigen::Vector3f viewpoint = all.viewpoint.cast<float>();
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
   for (std::uint32_t i : members) middle += all.points[i] - viewpoint;
@@ -92,11 +92,11 @@ View ViewOf(const OrientedPoints& all, const PointSet& members,
 
 SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(scene) {
   if (!scene.sight) return;
-  PollEvery poll(work, ItemsPerPiece(20ns));
+  PollEvery poll(work, ItemsPerChunk(20ns));
   const std::size_t count = scene.points.size();
   // derived: an object of 2 000 of a camera's 300 000 pixels has about 300 of these rays around it,
   // and the search through all of them takes 0.1 ms per object.
-  stride_ = std::max<std::size_t>(1, count / kMaxOfScene);
+  stride_ = std::max<std::size_t>(1, count / kMaxScenePoints);
   const Eigen::Vector3f viewpoint = scene.points.viewpoint.cast<float>();
   for (std::size_t i = 0; i < count; i += stride_) {
     poll();

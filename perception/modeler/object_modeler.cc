@@ -29,7 +29,7 @@ namespace {
 constexpr std::size_t kPointsPerSearchPoint = 4;
 
 std::size_t SearchPoints(std::size_t count) {
-  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMaxOfScene);
+  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMaxScenePoints);
 }
 
 Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) {
@@ -65,7 +65,7 @@ bool ExplainsNearlyAll(const ObjectModel& model) {
   return static_cast<double>(unexplained) <=
          2 * kMixedPixels * static_cast<double>(model.part_of_point.size());
 }
-bool IsOneSolid(const ObjectModel& model) {
+bool IsSingleSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
@@ -80,7 +80,7 @@ bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
 std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& context,
                                         Assembly assembly) {
   SetExtentFromPoints(context, assembly.solids);
-  PreferShells(vessel.walls(), context, assembly);
+  ReplaceByShells(vessel.walls(), context, assembly);
   const bool has_shell = std::ranges::any_of(
       assembly.solids, [](const Solid& solid) { return solid.vessel != nullptr; });
   if (!has_shell || !LeaveNoConnectedRest(assembly.solids, context)) return std::nullopt;
@@ -102,7 +102,7 @@ struct Searched {
   FitContext Context(const SensorNoise& noise, const ModelerOptions& options, const Work& work,
                      const PassingRays& passing) const {
     return {points,  octree, connectivity, noise,
-            options, work,   ground,       RaysPast(points, ground, passing)};
+            options, work,   ground,       FreeRaysPast(points, ground, passing)};
   }
 
   const ModelPoints points;
@@ -122,7 +122,7 @@ void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& 
     if (model.part_of_point[i] <= 0) others.push_back(i);
   }
   const OrientedPoints rest = Subset(points, others);
-  ModelPoints thinned = ThinForSearch(rest, SearchPoints(rest.size()), work);
+  ModelPoints thinned = SubsampleForSearch(rest, SearchPoints(rest.size()), work);
   if (!IsEnough(thinned, options)) return;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, passing);
@@ -146,7 +146,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
                         const PassingRays& passing) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
-  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return model;
   const Searched searched(std::move(thinned), X_LSupport);
   const double spacing_m = searched.points.spacing_m;
@@ -155,7 +155,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const bool may_be_open = SearchesAny(options) && !options.reduced_effort;
   Extraction extraction;
   std::optional<Vessel> vessel;
-  DoBoth(
+  ParallelInvoke(
       work, [&] { extraction = ExtractShapes(context); },
       [&] {
         if (may_be_open) vessel = Vessel::Find(points, work);
@@ -174,7 +174,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     bool is_parted = false;
     std::optional<RevolvedWall> lying;
     const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
-    DoBoth(
+    ParallelInvoke(
         work, [&] { is_parted = ReplaceBySplitSolids(context, assembly); },
         [&] {
           if (!may_lie) return;
@@ -187,16 +187,16 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     } else if (lying) {
       vessel = Vessel(points, {*std::move(lying)});
     }
-    if (vessel) PreferShells(vessel->walls(), context, assembly);
+    if (vessel) ReplaceByShells(vessel->walls(), context, assembly);
   }
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), context);
   model.part_of_point = ExplainPoints(points, model.shapes, work);
-  if (IsOneSolid(model)) vessel.reset();
+  if (IsSingleSolid(model)) vessel.reset();
   Clusters of_vessel;
   if (vessel) {
     of_vessel = HandlesOfVessel(*vessel, points, ground_L, model.shapes, model.part_of_point, work);
-    TakeFromSolids(of_vessel, model.shapes, model.part_of_point);
+    RemoveFromSolids(of_vessel, model.shapes, model.part_of_point);
   }
   DropSolidsOfHandles(points, spacing_m, ground_L, model.shapes, model.part_of_point, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
@@ -210,10 +210,10 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   return model;
 }
 
-std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose& X_LSupport,
+std::optional<ShapePart> ModelSingleSolid(const OrientedPoints& points, const Pose& X_LSupport,
                                        const SensorNoise& noise, const ModelerOptions& options,
                                        const Work& work) {
-  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return std::nullopt;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, {});
@@ -226,7 +226,7 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
                                          const std::optional<Pose>& X_LSupport,
                                          const std::vector<Vector3>& axes, const SensorNoise& noise,
                                          const ModelerOptions& options, const Work& work) {
-  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return std::nullopt;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, {});
@@ -236,11 +236,11 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
   return InLevelFrame({*std::move(shell)}, context).front();
 }
 
-ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+ObjectModel ModelFromShapes(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                        std::vector<ShapePart> shapes, const Work& work) {
   ObjectModel model;
   model.shapes = std::move(shapes);
-  const double spacing_m = ThinForSearch(points, SearchPoints(points.size()), work).spacing_m;
+  const double spacing_m = SubsampleForSearch(points, SearchPoints(points.size()), work).spacing_m;
   model.part_of_point = ExplainPoints(points, model.shapes, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
   FindHandles(points, spacing_m, GroundOf(X_LSupport, Vector3::Zero()), model, work);
@@ -256,7 +256,7 @@ ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Place
                       .role = PartRole::kCompleted,
                       .fit = FitQuality()});
   }
-  return ModelKnown(points, std::nullopt, std::move(shapes), work);
+  return ModelFromShapes(points, std::nullopt, std::move(shapes), work);
 }
 
 }  // namespace cwm::perception

@@ -60,7 +60,7 @@ constexpr double kRaysPerSampleLying = 2.4;
 // no second fit with rays is made.
 constexpr double kWorthMoving = 2;
 // chosen: the clearance up to which rays take part in a fit. It is half of the length that a ray's
-// places span (PlacedAround); the steps that rays cause are smaller.
+// places span (ResampledAround); the steps that rays cause are smaller.
 constexpr double kNear_m = 0.02;
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
@@ -113,8 +113,8 @@ Eigen::VectorXd Residuals(PrimitiveKind kind, const PrimitiveParameters& x, cons
   evidence.places_G.DistancesTo(solid.shape, X_SG, places_m);
   auto place = places_m.begin();
   for (const FreeRay& ray : evidence.rays_G) {
-    r(k++) = Depth_sigma(*std::min_element(place, place + kFreePlaces), ray);
-    place += kFreePlaces;
+    r(k++) = Depth_sigma(*std::min_element(place, place + kSamplesPerRay), ray);
+    place += kSamplesPerRay;
   }
   r(k) = SlopeOf(kind, x) / kSlopeSpread;
   return r;
@@ -231,7 +231,7 @@ std::optional<Minimum> BestStart(PrimitiveKind kind, const std::vector<Solid>& k
   }
   // measured: of 1 500 fits in simulated scenes that ended with 0.9 of the points within their
   // gates, 1 in 500 began with less than half of them.
-  if (best && ShareWithinGates(best->residuals, evidence.points.p_G.size()) < kLargerPart) {
+  if (best && ShareWithinGates(best->residuals, evidence.points.p_G.size()) < kMajority) {
     return std::nullopt;
   }
   return best;
@@ -257,7 +257,7 @@ double CostOf(const Solid& solid, const FitContext& c) {
   double squares = 0;
   for (const FreeRay& ray : c.free.rays) {
     if (!MayComeNear(sphere.middle, sphere.radius_m, ray)) continue;
-    const double depth = Depth_sigma(NearestTo(distance_m, X_SM, ray).clearance_m, ray);
+    const double depth = Depth_sigma(FindNearestRayPoint(distance_m, X_SM, ray).clearance_m, ray);
     squares += std::min(depth * depth, kTruncatedSquare);
   }
   return squares * c.free.weight / kPointsPerIndependentSample;
@@ -281,7 +281,7 @@ Evidence EvidenceOf(const FitContext& c, std::size_t most = kUsedPoints) {
 }
 
 double RaysPerSample(PrimitiveKind kind) {
-  return Lies(kind) ? kRaysPerSampleLying : kPointsPerIndependentSample;
+  return IsLying(kind) ? kRaysPerSampleLying : kPointsPerIndependentSample;
 }
 
 // Adds the rays within kNear_m of the solid to the evidence. The steps of the fit are too small to
@@ -294,9 +294,9 @@ void AddRaysNear(const Solid& solid, PrimitiveKind kind, const FitContext& c, Ev
   std::vector<Vector3> places;
   for (const FreeRay& ray : c.free.rays) {
     if (!MayComeNear(sphere.middle, sphere.radius_m + kNear_m, ray)) continue;
-    const NearestPlace nearest = NearestTo(distance_m, X_SM, ray);
+    const NearestRayPoint nearest = FindNearestRayPoint(distance_m, X_SM, ray);
     if (nearest.clearance_m > kNear_m) continue;
-    FreeRay& near = evidence.rays_G.emplace_back(PlacedAround(nearest.p, ray));
+    FreeRay& near = evidence.rays_G.emplace_back(ResampledAround(nearest.p, ray));
     for (Vector3& p : near.p) places.emplace_back(p = X_GM * p);
   }
   evidence.places_G = PlaceLanes(places);
@@ -311,7 +311,7 @@ bool IsLidAlone(const PrimitiveFit& fit, const ModelPoints& points) {
   double length_m = 0;
   if (const auto* cylinder = std::get_if<Cylinder>(&fit.solid.shape)) length_m = cylinder->length_m;
   if (const auto* cone = std::get_if<Cone>(&fit.solid.shape)) length_m = cone->length_m;
-  if (length_m == 0 || Lies(fit.kind)) return false;
+  if (length_m == 0 || IsLying(fit.kind)) return false;
   const Pose X_SM = fit.solid.X_MS.inverse(Eigen::Isometry);
   const auto below = std::ranges::count_if(fit.solid.inliers, [&](std::uint32_t i) {
     return (X_SM * points.p[i]).z() < 0.5 * length_m - points.gate_m[i];

@@ -20,8 +20,8 @@ void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, Pri
     const double half_m = 0.5 * box->size_m(k), at_m = along.dot(middle);
     // A face that looks away from the sensor has no points that could pull at it.
     const double viewer_m = along.dot(points.viewpoint) - at_m;
-    const double low_gate_m = viewer_m < -half_m ? points.widest_gate_m : 0;
-    const double high_gate_m = viewer_m > half_m ? points.widest_gate_m : 0;
+    const double low_gate_m = viewer_m < -half_m ? points.max_gate_m : 0;
+    const double high_gate_m = viewer_m > half_m ? points.max_gate_m : 0;
     const double low_m = std::max(-half_m, extent.low_m - at_m - low_gate_m);
     const double high_m = std::min(half_m, extent.high_m - at_m + high_gate_m);
     const bool low_shown = low_m == -half_m, high_shown = high_m == half_m;
@@ -47,11 +47,11 @@ void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, Pri
 void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
                    const ModelerOptions& options, PrimitiveFit& fit) {
   const bool leans = fit.kind == PrimitiveKind::kLeaningCylinder;
-  if ((!leans && !Lies(fit.kind)) || fit.solid.inliers.empty()) return;
+  if ((!leans && !IsLying(fit.kind)) || fit.solid.inliers.empty()) return;
   const Eigen::Index radius = leans ? 4 : 3, length = radius + 1;
   const Vector3 axis = fit.solid.X_MS.linear().col(2);
   const double half_m = 0.5 * fit.parameters(length), at_m = axis.dot(fit.solid.X_MS.translation());
-  const double most_m = leans ? kHiddenRadii * fit.parameters(radius) : points.widest_gate_m;
+  const double most_m = leans ? kHiddenRadii * fit.parameters(radius) : points.max_gate_m;
   const Interval shown = ExtentAlong(axis, points, fit.solid.inliers, Density::kFading);
   const double low_m = shown.low_m - at_m, high_m = shown.high_m - at_m;
   const bool low_ends = leans || low_m + half_m <= most_m, high_ends = half_m - high_m <= most_m;

@@ -22,7 +22,7 @@ bool IsWithin(double radius_m, const ModelerOptions& options) {
 
 bool IsValid(PrimitiveKind kind, const PrimitiveParameters& x, const ModelerOptions& options) {
   if (!x.allFinite() || std::abs(SlopeOf(kind, x)) > kMaxCupSlope) return false;
-  if (Lies(kind) && x(4) < kMinLying * x(3)) return false;
+  if (IsLying(kind) && x(4) < kMinLying * x(3)) return false;
   if (kind == PrimitiveKind::kLeaningCylinder &&
       (std::abs(std::sin(x(3)) - 0.5) > 0.5 - kMinLean || x(5) < kMinLeaning * x(4))) {
     return false;
@@ -33,7 +33,7 @@ bool IsValid(PrimitiveKind kind, const PrimitiveParameters& x, const ModelerOpti
     return IsWithin(cylinder->radius_m, options) && cylinder->length_m >= options.min_radius_m;
   }
   if (const auto* cone = std::get_if<Cone>(&shape)) {
-    if (!Lies(kind) && cone->radius_bottom_m < kMinFoot * cone->length_m) return false;
+    if (!IsLying(kind) && cone->radius_bottom_m < kMinFoot * cone->length_m) return false;
     return IsWithin(cone->radius_bottom_m, options) && IsWithin(cone->radius_top_m, options) &&
            cone->length_m >= options.min_radius_m;
   }
@@ -46,7 +46,7 @@ bool IsAtLimit(const PrimitiveFit& fit, const ModelerOptions& options) {
   if (const auto* box = std::get_if<Box>(&fit.solid.shape)) {
     return box->size_m.minCoeff() < kBarely * 2 * options.min_radius_m;
   }
-  return Lies(fit.kind) && fit.parameters(4) < kBarely * kMinLying * fit.parameters(3);
+  return IsLying(fit.kind) && fit.parameters(4) < kBarely * kMinLying * fit.parameters(3);
 }
 
 }  // namespace cwm::perception

@@ -106,7 +106,7 @@ bool IsConical(PrimitiveKind kind) {
   return kind == PrimitiveKind::kUprightCone || kind == PrimitiveKind::kLyingCone;
 }
 
-bool Lies(PrimitiveKind kind) {
+bool IsLying(PrimitiveKind kind) {
   return kind == PrimitiveKind::kLyingCylinder || kind == PrimitiveKind::kLyingCone;
 }
 
@@ -162,7 +162,7 @@ std::optional<PrimitiveParameters> ParametersOf(PrimitiveKind kind, const Placed
   if (kind == PrimitiveKind::kTiltedBox) return OfTiltedBox(solid);
   const std::optional<Axial> axial = AsAxial(solid);
   if (!axial) return std::nullopt;
-  if (Lies(kind)) return OfLying(kind, *axial);
+  if (IsLying(kind)) return OfLying(kind, *axial);
   if (kind == PrimitiveKind::kLeaningCylinder) return OfLeaning(*axial);
   const bool upright = kind == PrimitiveKind::kUprightCylinder || kind == PrimitiveKind::kUprightCone;
   return upright ? OfUpright(kind, *axial) : std::nullopt;

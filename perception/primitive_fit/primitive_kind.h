@@ -23,7 +23,7 @@ enum class PrimitiveKind {
 using PrimitiveParameters = Eigen::VectorXd;
 
 bool IsConical(PrimitiveKind kind);
-bool Lies(PrimitiveKind kind);
+bool IsLying(PrimitiveKind kind);
 
 // chosen: one standard deviation of a cone's slope. It puts half of all cups below a half angle of
 // 6 degrees if nothing else constrains the slope.

@@ -55,7 +55,7 @@ void WidenSigmas(const Solid& before, Solid& after) {
 void ShrinkRoundSolid(const FitContext& c, Solid& solid) {
   const double radius_m = RadiusOf(solid.shape);
   if (!(radius_m > 0) || solid.vessel) return;
-  const double at_first = PassedShare(solid, c.free);
+  const double at_first = CrossingRayShare(solid, c.free);
   if (at_first < kMixedPixels) return;  // a correct outline has mixed pixels too
   const Vector3 axis = solid.X_MS.linear().col(2);
   Vector3 toward = c.points.viewpoint - solid.X_MS.translation();
@@ -68,7 +68,7 @@ void ShrinkRoundSolid(const FitContext& c, Solid& solid) {
   for (int step = 1; step <= kNarrowings && least > kMinCleared * at_first; ++step) {
     c.work.Poll();
     Solid narrowed = Narrowed(solid, toward, step * kMaxNarrowed / kNarrowings * radius_m);
-    const double now = PassedShare(narrowed, c.free);
+    const double now = CrossingRayShare(narrowed, c.free);
     if (now < least) least = now, clearest = std::move(narrowed);
   }
   if (!(least < worthwhile)) return;

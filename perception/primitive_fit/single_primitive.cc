@@ -57,7 +57,7 @@ double PriorOf(const PrimitiveFit& fit) {
       return size_m.head<2>().maxCoeff() > size_m.z() ? kLyingPrior : 0;
     }
     default:
-      return Lies(fit.kind) ? kLyingPrior : 0;
+      return IsLying(fit.kind) ? kLyingPrior : 0;
   }
 }
 
@@ -167,7 +167,7 @@ bool IsCredible(const PrimitiveFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kNearlyAll * all && HasWorthySlope(fit) &&
          LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
-         PassedShare(fit.solid, c.free) <= kMaxPassedBeside && !IsCrossed(fit.solid, c) &&
+         CrossingRayShare(fit.solid, c.free) <= kMaxPassedBeside && !IsCrossed(fit.solid, c) &&
          SeenShare(fit.solid, c) >= MinSeenShare(fit.kind);
 }
 
@@ -253,7 +253,7 @@ std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>&
 // True if few rays enter the disc, it does not reach below the plate (whose part below the ground
 // was cut off), and the criterion prefers it to the plate.
 bool IsCredibleDisc(const Solid& disc, const Solid& plate, const FitContext& c) {
-  if (PassedShare(disc, c.free) > kMaxPassedBeside) return false;
+  if (CrossingRayShare(disc, c.free) > kMaxPassedBeside) return false;
   if (c.ground.known &&
       LowestHeight_m(disc, c.ground) < LowestHeight_m(plate, c.ground) - kGroundNoise_m) {
     return false;
@@ -303,7 +303,7 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
   const auto* box = std::get_if<Box>(&solid.shape);
   if (box == nullptr) return true;
   Eigen::Index thin = 0;
-  if (box->size_m.minCoeff(&thin) > 2 * c.points.widest_gate_m) return true;
+  if (box->size_m.minCoeff(&thin) > 2 * c.points.max_gate_m) return true;
   const Eigen::Index across = (thin + 1) % 3, along = (thin + 2) % 3;
   const Vector3 half = 0.5 * box->size_m;
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);

@@ -102,7 +102,7 @@ class GroundPlan {
 // The cuts with the least volume, each different from the ones before.
 std::vector<Candidate> CutsOf(const Members& part, const GroundPlan& plan) {
   std::vector<Vector3> points;
-  for (std::uint32_t i : Thinned(part, kUsedPoints)) points.push_back(plan.WithHeight(i));
+  for (std::uint32_t i : Subsampled(part, kUsedPoints)) points.push_back(plan.WithHeight(i));
   const double all_m3 = VolumeBelow_m3(points);
   const auto min_points = std::max<std::size_t>(
       3, static_cast<std::size_t>(kMinPiece * static_cast<double>(points.size())));
@@ -265,7 +265,7 @@ class SolidSplitter {
   bool IsBetterCutOff(const Part& part, const Part& other) const {
     const auto rank = [&](const Part& p) {
       const auto* box = std::get_if<Box>(&p.fit->solid.shape);
-      const bool is_sheet = box && box->size_m.minCoeff() <= 2 * c_.points.widest_gate_m;
+      const bool is_sheet = box && box->size_m.minCoeff() <= 2 * c_.points.max_gate_m;
       return std::pair(!is_sheet, p.members.size());
     };
     return rank(part) > rank(other);
@@ -404,7 +404,7 @@ std::vector<Solid> UnexplainedKnownSolids(const std::vector<Solid>& known, const
 // kMaxPassedBeside of the free rays enter it.
 bool IsExplainedBySingleSolid(const std::vector<Solid>& solids, const FitContext& c) {
   return solids.size() == 1 && LeaveNoConnectedRest(solids, c) &&
-         PassedShare(solids.front(), c.free) <= kMaxPassedBeside / 2;
+         CrossingRayShare(solids.front(), c.free) <= kMaxPassedBeside / 2;
 }
 
 bool ExplainNearlyAll(const std::vector<Solid>& solids, const FitContext& c) {

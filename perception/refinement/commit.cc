@@ -20,8 +20,8 @@ std::optional<HypothesisId> Below(const SceneState& state, const Proposal& propo
   if (product.on_product) return state.NextId(*product.on_product);
   const Consumed* const consumed = FindConsumed(proposal, product.resting.on);
   if (consumed == nullptr) return product.resting.on;
-  if (consumed->heir == k) return std::nullopt;
-  return state.NextId(consumed->heir);
+  if (consumed->successor == k) return std::nullopt;
+  return state.NextId(consumed->successor);
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ SceneState Commit(const SceneState& state, const Proposal& proposal,
       resting.on = state.NextId(reseat->on_product);
       resting.foot_height_m = reseat->foot_height_m.value_or(resting.foot_height_m);
     } else if (const Consumed* const below = FindConsumed(proposal, resting.on)) {
-      resting.on = state.NextId(below->heir);
+      resting.on = state.NextId(below->successor);
     } else {
       continue;
     }

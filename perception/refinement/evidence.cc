@@ -20,7 +20,7 @@ void SortPoints(PointSet& points) { std::ranges::sort(points); }
 
 }  // namespace
 
-bool IsOneSolid(const ObjectModel& model, double min_explained) {
+bool IsSingleSolid(const ObjectModel& model, double min_explained) {
   const auto explained = std::ranges::count(model.part_of_point, 0);
   return model.shapes.size() == 1 &&
          static_cast<double>(explained) >=
@@ -49,12 +49,12 @@ double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
   return sum / static_cast<double>(points.size());
 }
 
-bool AllAccountedFor(const ModelledProposal& modelled) {
+bool ExplainsAllParts(const ModelledProposal& modelled) {
   const OrientedPoints& all = modelled.state.points();
   const std::vector<ShapePart>& whole = modelled.products.front()->shapes();
   return std::ranges::all_of(modelled.proposal.consumes, [&](const Consumed& consumed) {
     const ObjectHypothesis& part = modelled.state.Get(consumed.id);
-    const PointSet some = Thinned(part.points, kMaxLookedAt);
+    const PointSet some = Subsampled(part.points, kMaxTestedPointsPerWall);
     return MisfitOf(whole, some, all) <= MisfitOf(part.model->shapes(), some, all) + kMaxLoss;
   });
 }

@@ -21,7 +21,7 @@ struct RefinementContext {
 };
 
 // The expected product: one object is modelled without a search for touching objects.
-enum class Expectation { kAny, kOneObject };
+enum class Expectation { kAny, kSingleObject };
 
 struct Product {
   PointSet points = {};
@@ -37,7 +37,7 @@ struct Product {
 
 struct Consumed {
   HypothesisId id;
-  std::size_t heir = 0;  // product that the objects on it rest on afterwards
+  std::size_t successor = 0;  // product that the objects on it rest on afterwards
 };
 
 // A hypothesis that only changes in that it rests on a product.
@@ -74,7 +74,7 @@ struct ModelledProposal {
 inline constexpr int kMaxTrials = 32;
 
 // The largest work of a pass in one scene, over all rounds.
-struct Allowance {
+struct WorkBudget {
   // Number of proposals that are examined, whether or not they are modelled. A proposal that was
   // outbid counts again. measured: no more than three merges of occluded parts in 317 scenes, and
   // more than six merges of vessel walls in one of 45 real scans, of clutter.
@@ -93,7 +93,7 @@ class RefinementPass {
   virtual std::string_view Name() const = 0;
   // Passes that must run before this one.
   virtual std::span<const std::string_view> After() const { return {}; }
-  virtual Allowance MaxWork() const = 0;
+  virtual WorkBudget MaxWork() const = 0;
 
   // Promising proposals. If the allowance does not suffice for all, the first ones are examined;
   // most passes propose in the order of output. All hypotheses have models.

@@ -113,7 +113,7 @@ class PassRunner {
   void Examine(const SceneState& state, Attempt& attempt) const {
     std::optional<Proposal> examined = pass_.Examine(state, std::move(attempt.proposal), context_);
     if (!examined) {
-      attempt.trial.outcome = Trial::Outcome::kNotExamined;
+      attempt.trial.outcome = Trial::Outcome::kRejected;
       return;
     }
     attempt.proposal = *std::move(examined);
@@ -128,7 +128,7 @@ class PassRunner {
         points_left_ -= points;
         continue;
       }
-      attempt.trial.outcome = Trial::Outcome::kTooDear;
+      attempt.trial.outcome = Trial::Outcome::kOverBudget;
       TellOfLimit(attempt.proposal, refined);
     }
   }
@@ -154,7 +154,7 @@ class PassRunner {
       return context_.modeler.ModelGiven(hypothesis, *product.given_shapes);
     }
     ModelingOptions options = context_.options;
-    if (product.expects == Expectation::kOneObject) options.modeler.split_touching = false;
+    if (product.expects == Expectation::kSingleObject) options.modeler.split_touching = false;
     const auto admits = [&](const ObjectModel& found) {
       return pass_.Admits(state, proposal, k, found);
     };
@@ -181,7 +181,7 @@ class PassRunner {
         is_free &= !product.resting.on || !changed.contains(*product.resting.on);
       }
       if (!is_free) {
-        attempt->trial.outcome = Trial::Outcome::kOutbid;
+        attempt->trial.outcome = Trial::Outcome::kOutranked;
         known_.erase(attempt->key);
         continue;
       }
@@ -200,7 +200,7 @@ class PassRunner {
 
   void CheckInvariants(const SceneState& state) const {
 #ifndef NDEBUG
-    if (const std::vector<std::string> broken = BrokenInvariants(state); !broken.empty()) {
+    if (const std::vector<std::string> broken = ViolatedInvariants(state); !broken.empty()) {
       throw std::logic_error(
           absl::StrCat(std::string(pass_.Name()), ": ", absl::StrJoin(broken, "; ")));
     }
@@ -235,7 +235,7 @@ RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std:
   return refined;
 }
 
-std::vector<std::string> OutOfOrder(const Passes& passes) {
+std::vector<std::string> PassesOutOfOrder(const Passes& passes) {
   std::vector<std::string> wrong;
   for (std::size_t k = 0; k < passes.size(); ++k) {
     for (const std::string_view before : passes[k]->After()) {

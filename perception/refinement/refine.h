@@ -19,11 +19,11 @@ using Passes = std::vector<std::unique_ptr<const RefinementPass>>;
 struct Trial {
   enum class Outcome {
     kOpen,         // in progress
-    kTooDear,      // the pass's allowance of work was spent
-    kNotExamined,  // the pass's second examination rejected it
+    kOverBudget,      // the pass's allowance of work was spent
+    kRejected,  // the pass's second examination rejected it
     kNotAdmitted,  // a product was not as expected
     kNoGain,
-    kOutbid,  // another proposal for the same hypothesis gains more
+    kOutranked,  // another proposal for the same hypothesis gains more
     kCommitted,
   };
   std::string_view pass;
@@ -47,6 +47,6 @@ RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std:
                     const RefinementContext& context);
 
 // Names of passes that run before one that they must follow; empty if the order is valid.
-std::vector<std::string> OutOfOrder(const Passes& passes);
+std::vector<std::string> PassesOutOfOrder(const Passes& passes);
 
 }  // namespace cwm::perception

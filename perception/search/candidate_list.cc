@@ -40,7 +40,7 @@ CandidateList::CandidateList(const ModelPoints& points, const Connectivity& conn
       work_(work),
       shuffled_(points.size()),
       available_(points.size(), 1),
-      refused_kinds_(points.size(), 0) {
+      rejected_kinds_(points.size(), 0) {
   std::mt19937_64 random(seed);
   for (std::size_t i = 0; i < shuffled_.size(); ++i) shuffled_[i] = static_cast<std::uint32_t>(i);
   for (std::size_t i = shuffled_.size(); i > 1; --i) {
@@ -75,7 +75,7 @@ void CandidateList::Add(const AnyModel& model) {
   if (candidate.inliers.empty() && candidate.subsets_done < subset_end_.size()) {
     EvaluateNextSubset(candidate);  // small shapes may have no point in the first subset
   }
-  if (candidate.inliers.empty() || IsRefused(candidate)) return;
+  if (candidate.inliers.empty() || IsRejected(candidate)) return;
   candidates_.push_back(std::move(candidate));
   if (candidates_.size() > kMaxCandidates) Prune();
 }
@@ -121,10 +121,10 @@ double CandidateList::UpperBound(const Candidate& candidate) const {
   return static_cast<double>(available_count_) * std::min(1.0, share + kConfidence_sigma * sd);
 }
 
-bool CandidateList::IsRefused(const Candidate& candidate) const {
+bool CandidateList::IsRejected(const Candidate& candidate) const {
   std::size_t refused = 0;
   for (std::uint32_t i : candidate.inliers) {
-    refused += (refused_kinds_[i] & KindBit(candidate.model)) ? 1 : 0;
+    refused += (rejected_kinds_[i] & KindBit(candidate.model)) ? 1 : 0;
   }
   return static_cast<double>(refused) >
          kRefusedShare * static_cast<double>(candidate.inliers.size());
@@ -148,7 +148,7 @@ const Candidate* CandidateList::Leader() {
       EvaluateNextSubset(candidate);
     } else {
       KeepLargestComponent(candidate);
-      if (candidate.inliers.empty() || IsRefused(candidate)) refused = best;
+      if (candidate.inliers.empty() || IsRejected(candidate)) refused = best;
     }
     if (refused < candidates_.size()) {
       candidates_.erase(candidates_.begin() + static_cast<std::ptrdiff_t>(refused));
@@ -183,9 +183,9 @@ void CandidateList::Remove(std::span<const std::uint32_t> taken) {
   std::erase_if(candidates_, [](const Candidate& c) { return c.inliers.empty(); });
 }
 
-void CandidateList::Refuse(const Candidate& leader) {
-  for (std::uint32_t i : leader.inliers) refused_kinds_[i] |= KindBit(leader.model);
-  std::erase_if(candidates_, [this](const Candidate& c) { return IsRefused(c); });
+void CandidateList::Reject(const Candidate& leader) {
+  for (std::uint32_t i : leader.inliers) rejected_kinds_[i] |= KindBit(leader.model);
+  std::erase_if(candidates_, [this](const Candidate& c) { return IsRejected(c); });
 }
 
 void CandidateList::Prune() {

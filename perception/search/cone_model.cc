@@ -7,7 +7,7 @@
 
 namespace cwm::perception {
 
-std::optional<AxisFoot> MeetOnAxis(std::span<const SamplePoint> sample, const Vector3& axis) {
+std::optional<AxisFoot> FindAxisFoot(std::span<const SamplePoint> sample, const Vector3& axis) {
   const Matrix3 basis = BasisFromZ(axis);
   const double share = 1 / static_cast<double>(sample.size());
   Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
@@ -47,7 +47,7 @@ std::optional<ConeModel> ConeModel::FromSample(std::span<const SamplePoint> samp
 
 std::optional<ConeModel> ConeModel::AroundAxis(std::span<const SamplePoint> sample,
                                                const Vector3& axis) {
-  const std::optional<AxisFoot> foot = MeetOnAxis(sample, axis);
+  const std::optional<AxisFoot> foot = FindAxisFoot(sample, axis);
   if (!foot) return std::nullopt;
   double along = 0, across = 0, height_m = 0;
   for (const SamplePoint& s : sample) {

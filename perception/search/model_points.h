@@ -25,7 +25,7 @@ struct ModelPoints {
   std::vector<std::uint32_t> index;  // into the object's points
   Vector3 origin_L = Vector3::Zero();
   Vector3 viewpoint = Vector3::Zero();  // position of the sensor, relative to origin_L
-  double widest_gate_m = 0;             // the largest of gate_m
+  double max_gate_m = 0;             // the largest of gate_m
   double weight = 1;                    // measured points per point
   double spacing_m = 0;                 // median distance between neighbours in Morton order
 
@@ -45,7 +45,7 @@ double NormalGate_cos(double normal_sigma_rad);
 
 // Returns every k-th point in Morton order, so that at most `most_points` remain, evenly spread.
 // Points that are not finite or have no normal are left out.
-ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
+ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t most_points,
                           const Work& work = {});
 
 // Returns the listed points, in the order of the list, about the same origin.
@@ -62,6 +62,6 @@ bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double
 }
 
 // Returns at most `most` of the indices, evenly spread over the list.
-std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most);
+std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices, std::size_t most);
 
 }  // namespace cwm::perception

@@ -192,7 +192,7 @@ class Absorption {
     std::vector<std::uint32_t> cells;
     for (std::uint32_t i : part.members) cells.push_back(coarse_.grid.CellOfPoint(i));
     const SupportPlane& plane = supports_[support];
-    return GapIsClosed(plane.plane, coarse_.cells, plane.cells, cells, sight_);
+    return IsGapClosed(plane.plane, coarse_.cells, plane.cells, cells, sight_);
   }
 
   const OrientedPoints& nodes_;

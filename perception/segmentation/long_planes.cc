@@ -73,7 +73,7 @@ std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std
   return plane;
 }
 
-std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
+std::vector<Plane> LabelLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
                                    const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
   const ConnectedSets sets = FindConnectedSets(graph, classes, work);

@@ -36,7 +36,7 @@ std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std
 // Gives connected nodes of class 0 on long planes the classes from 1 on, one for each plane, and
 // returns the planes. An object that stands against a wall is connected to it through gaps that
 // noise leaves in the crease between them.
-std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
+std::vector<Plane> LabelLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
                                    const Work& work);
 
 }  // namespace cwm::perception

@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 
 // chosen: the floor of a pan of 30 cm.
 constexpr double kMaxPatch_m2 = 0.07;
-constexpr std::size_t kNodesPerPiece = ItemsPerPiece(20ns);
+constexpr std::size_t kNodesPerPiece = ItemsPerChunk(20ns);
 // derived: the least number of links of a contact per square root of nodes: a tenth of the outline
 // of a compact piece, whose border nodes have three links across each.
 constexpr double kMinContact = 1.2;
@@ -84,7 +84,7 @@ SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& c
       out.support[i] = static_cast<std::int32_t>(s);
     };
     const std::vector<std::uint32_t> cells = CellsAround(coarse, supports[s]);
-    ParallelFor(cells.size(), ItemsPerPiece(2us), work, [&](std::size_t begin, std::size_t end) {
+    ParallelFor(cells.size(), ItemsPerChunk(2us), work, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         for (std::uint32_t i : coarse.grid.PointsOf(cells[k])) relate(i);
       }
@@ -348,7 +348,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
     const bool is_free = to_support.relation[i] == Relation::kFree;
     if (is_free && !graph.nodes().normals[i].isZero() && !graph.IsAtStep(i)) may_seed[i] = 0;
   });
-  const std::vector<Plane> long_planes = ClassLongPlanes(graph, may_seed, work);
+  const std::vector<Plane> long_planes = LabelLongPlanes(graph, may_seed, work);
   const Seeds seeds = FindSeeds(graph, crease, may_seed, work);
   StartPieces(seeds, pieces, work);
   PieceGrower(graph, supports, pieces, work).Grow();

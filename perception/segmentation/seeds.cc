@@ -42,7 +42,7 @@ ConnectedSets SetsBesideNoStep(const SurfaceGraph& graph, const std::vector<std:
     return {.of_node = std::vector<std::int32_t>(graph.size(), kNoIndex), .first_nodes = {}};
   }
   std::vector<std::int32_t> beside_none = classes;
-  ParallelFor(graph.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerChunk(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (classes[i] < 0) continue;
       graph.ForEachLinked(i, [&](std::size_t j) {
@@ -184,7 +184,7 @@ Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
     of_set[s] = seed->second;
   }
   seeds.of_node.assign(graph.size(), kNoIndex);
-  ParallelFor(graph.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerChunk(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (wholes.of_node[i] < 0) continue;
       seeds.of_node[i] = of_whole[static_cast<std::size_t>(wholes.of_node[i])];

@@ -50,7 +50,7 @@ struct SegmentedScene {
   // orientation is used as it is.
   UpVerdict up_verdict = UpVerdict::kPlausible;
   // The up that EstimateUp would choose, in the level frame, if up was given and no support found.
-  std::optional<Vector3> rival_up;
+  std::optional<Vector3> alternative_up;
   OrientedPoints points;
   std::vector<SegmentedSupport> supports;  // largest first
   std::vector<SegmentedHypothesis> hypotheses;     // objects, largest first, then residuals

@@ -44,7 +44,7 @@ inline constexpr std::size_t kLineStride = 19;
 
 // chosen: evenly spread nodes of an object or a cloud that are tested. For an object that fills the
 // view of a Kinect at 1 m these are two per cell of its footprint, for one below 30 cm there all.
-inline constexpr std::size_t kMaxNodesAsked = 20'000;
+inline constexpr std::size_t kMaxTestedNodes = 20'000;
 
 // True if all points may have been seen from the viewpoint: few of them lie behind others in its
 // view, unlike in clouds merged from several views. `pitch_rad` is that of a sight map of the

@@ -51,7 +51,7 @@ Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const
     if (out.of_piece[p] != kNoIndex || samples[p].size() < kTwoSamples) continue;
     for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoIndex; ++s) {
       if (ShareOn(out.planes[s], graph.nodes(), samples[p], PlaneTolerance::kUsual) < kNearlyAll) continue;
-      if (!GapIsClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
+      if (!IsGapClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
         continue;
       }
       out.of_piece[p] = static_cast<std::int32_t>(s);

@@ -71,7 +71,7 @@ bool PassageTest::operator()(const Vector3& place) const {
   return sight_.Look(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
 }
 
-bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
+bool IsGapClosed(const Plane& plane, const OrientedPoints& points,
                  std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
                  const SightMap* sight) {
   std::vector<Line> lines;

@@ -131,7 +131,7 @@ std::vector<SupportPlane> MergeOnce(const CellView& coarse, const SightMap* sigh
   for (SupportPlane& plane : planes) {
     const auto same = std::find_if(merged.begin(), merged.end(), [&](const SupportPlane& m) {
       return AreCoplanar(coarse, m, plane) &&
-             GapIsClosed(m.plane, coarse.cells, m.cells, plane.cells, sight);
+             IsGapClosed(m.plane, coarse.cells, m.cells, plane.cells, sight);
     });
     if (same == merged.end()) {
       merged.push_back(std::move(plane));
@@ -177,7 +177,7 @@ bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   std::vector<std::uint32_t> own;
   std::set_intersection(others.begin(), others.end(), plane.cells.begin(), plane.cells.end(),
                         std::back_inserter(own));
-  return static_cast<double>(own.size()) >= kLargerPart * static_cast<double>(others.size());
+  return static_cast<double>(own.size()) >= kMajority * static_cast<double>(others.size());
 }
 
 // True if something was measured below the patch, above or on the support, where a solid that
@@ -221,7 +221,7 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
   const auto whole = std::count_if(sides.begin(), sides.end(), [&](const auto& side) {
     return static_cast<double>(side.second.size()) >= kMainShare * slices;
   });
-  return static_cast<double>(whole) * footprint.pixel_m() >= kLargerPart * std::sqrt(patch.area_m2);
+  return static_cast<double>(whole) * footprint.pixel_m() >= kMajority * std::sqrt(patch.area_m2);
 }
 
 // True if the cell may be level. A board at eye height is seen at a grazing angle, where normals
@@ -278,7 +278,7 @@ CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
   return coarse;
 }
 
-CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
+CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work) {
   const OrientedPoints& all = image.oriented;
   const std::size_t sampled = SampleStride(all.size());
   std::vector<float> ranges_m;

@@ -89,7 +89,7 @@ HWY_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowL
   const LaneMask frontal_here = IsFrontal(normal_here, here, range_m);
   WholeLane linked = hn::Zero(kWhole), steps = hn::Zero(kWhole);
   for (int k = 0; k < 8; ++k) {
-    const int v = row + kBeside[k][0], u = column + kBeside[k][1];
+    const int v = row + kNeighbourOffsets[k][0], u = column + kNeighbourOffsets[k][1];
     if (v < 0 || v >= planes.height) continue;
     const Vectors there = PointAt(planes, v, u);
     const Vectors d = Minus(there, here);

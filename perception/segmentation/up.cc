@@ -109,7 +109,7 @@ BesidePlane CountBeside(const CoarseCloud& coarse, const Plane& plane,
 }  // namespace
 
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
-  if (measured.organised()) return SketchCoarseCloud(measured, work);
+  if (measured.organised()) return MakeSubsampledCoarseCloud(measured, work);
   const OrientedPoints& all = measured.oriented;
   if (all.size() <= kMaxPointsForUp) return MakeCoarseCloud(all, work);
   std::vector<std::uint32_t> some;
@@ -147,7 +147,7 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
   return best;
 }
 
-UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
+UpVerdict CheckUp(const CoarseCloud& coarse, const Vector3& up,
                   const std::optional<ImageAxes>& image) {
   const Vector3 unit_up = up.normalized();
   const LevelCells level = FindLevelCells(coarse.cells, unit_up);

@@ -300,7 +300,7 @@ Group DrawRow(RandomDraws& draws) {
   return row;
 }
 
-SimulatedObject DrawLidded(RandomDraws& draws) {
+SimulatedObject DrawLiddedObject(RandomDraws& draws) {
   const double lid_m = draws.Uniform(0.002, 0.015);
   const double height_m = draws.Uniform(0.05, 0.16);
   const Pose X_OBody = MakeTranslation(0, 0, 0.5 * height_m);

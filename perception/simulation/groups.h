@@ -37,6 +37,6 @@ Group DrawRow(RandomDraws& draws);
 
 // A can, jar or box with a lid, at most 3 mm wider or narrower and 2 to 15 mm high: one object of
 // two parts.
-SimulatedObject DrawLidded(RandomDraws& draws);
+SimulatedObject DrawLiddedObject(RandomDraws& draws);
 
 }  // namespace cwm::perception

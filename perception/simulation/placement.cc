@@ -31,15 +31,15 @@ bool StandsUpright(const SimulatedObject& object) {
 
 }  // namespace
 
-Spot DrawSpot(const Vector2& middle_W, double radius_m, RandomDraws& draws) {
+PlanarPose DrawPlanarPose(const Vector2& middle_W, double radius_m, RandomDraws& draws) {
   const double distance_m = radius_m * std::sqrt(draws.Uniform());
   const Vector2 place_W = middle_W + distance_m * Direction(draws.Uniform(0, kTurn_rad));
   return {.place_W = place_W, .yaw_rad = draws.Uniform(0, kTurn_rad)};
 }
 
-std::optional<SimulatedObject> PutDown(SimulatedObject object, const RestingArea& area,
-                                       const Spot& spot) {
-  object.X_WO = PoseAt(spot.place_W, area.top_m, spot.yaw_rad);
+std::optional<SimulatedObject> PlaceOnArea(SimulatedObject object, const RestingArea& area,
+                                       const PlanarPose& pose) {
+  object.X_WO = PoseAt(pose.place_W, area.top_m, pose.yaw_rad);
   if (!WithinArea(object, area)) return std::nullopt;
   return object;
 }
@@ -70,7 +70,7 @@ std::optional<SimulatedObject> PushAgainst(SimulatedObject object, const Resting
   return object;
 }
 
-bool Holds(const SimulatedObject& neighbour, const SimulatedObject& object) {
+bool CanHold(const SimulatedObject& neighbour, const SimulatedObject& object) {
   if (neighbour.is_support || neighbour.parts.size() != 1) return false;
   if (std::holds_alternative<Sphere>(neighbour.parts.front().shape)) return false;
   if (!StandsUpright(neighbour)) return false;

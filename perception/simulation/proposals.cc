@@ -24,15 +24,15 @@ std::size_t Below(std::size_t count, RandomDraws& draws) {
 std::optional<Placement> ProposeWithin(const Disc& disc, const Arrangement& arrangement,
                                        const RestingArea& area, const SimulatedObject& object,
                                        RandomDraws& draws) {
-  const Spot spot = DrawSpot(disc.middle_W, disc.radius_m, draws);
-  return Judged(arrangement, PutDown(object, area, spot), std::nullopt);
+  const PlanarPose pose = DrawPlanarPose(disc.middle_W, disc.radius_m, draws);
+  return Judged(arrangement, PlaceOnArea(object, area, pose), std::nullopt);
 }
 
 std::optional<Placement> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
                                         const SimulatedObject& object, RandomDraws& draws) {
   const std::size_t index = Below(arrangement.scene().objects.size(), draws);
   const SimulatedObject& neighbour = arrangement.object(index);
-  if (!Holds(neighbour, object)) return std::nullopt;
+  if (!CanHold(neighbour, object)) return std::nullopt;
   const Side side = DrawLeaningSide(neighbour, draws);
   return Judged(arrangement, PushAgainst(object, area, neighbour, side), index);
 }

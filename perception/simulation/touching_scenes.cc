@@ -134,7 +134,7 @@ SimulatedView RandomLidView(std::uint64_t seed) {
       SceneFamily::kLids, seed, {.min = 4, .max = 8}, {.min_gap_m = 0.02, .max_hidden = 0.35},
       [](int wanted, Table& table, RandomDraws& draws) {
         for (int i = 0, added = 0; i < kDrawsPerObject * wanted && added < wanted; ++i) {
-          added += AddSingle(DrawLidded(draws), table, draws);
+          added += AddSingle(DrawLiddedObject(draws), table, draws);
         }
       });
 }

@@ -125,7 +125,7 @@ class ExtentFromPoints {
                                std::min(-kGroundNoise_m, LowestHeight_m(solid, c_.ground))) {
       return true;
     }
-    return PassedShare(longer, c_.free) > PassedShare(solid, c_.free) + kMaxNewlyPassed ||
+    return CrossingRayShare(longer, c_.free) > CrossingRayShare(solid, c_.free) + kMaxNewlyPassed ||
            IsCrossed(longer, c_);
   }
 

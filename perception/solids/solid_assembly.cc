@@ -78,7 +78,7 @@ std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const 
   for (const SingleFace& face : faces) {
     const double own = static_cast<double>(OwnOf(face, out, c.points).size());
     const double all = static_cast<double>(face.fit.inliers.size());
-    if (!face.is_thin() && own >= kLargerPart * all) out.push_back(face);
+    if (!face.is_thin() && own >= kMajority * all) out.push_back(face);
   }
   for (const SingleFace& face : faces) {
     if (!face.is_thin()) continue;

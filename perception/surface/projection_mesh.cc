@@ -32,7 +32,7 @@ template <class Point>
 class PolledTree : public pcl::search::KdTree<Point> {
  public:
   // A search, with the work of the loops in between, takes about 10 us.
-  explicit PolledTree(const Work& work) : poll_(work, ItemsPerPiece(10us)) {}
+  explicit PolledTree(const Work& work) : poll_(work, ItemsPerChunk(10us)) {}
 
   using pcl::search::Search<Point>::nearestKSearch;
   using pcl::search::Search<Point>::radiusSearch;

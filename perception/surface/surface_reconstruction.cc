@@ -49,7 +49,7 @@ bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
 
 // Returns the triangles without slivers and repetitions, wound towards the viewpoint.
 TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(1us));
+  PollEvery poll(work, ItemsPerChunk(1us));
   TriangleMesh mesh;
   for (const Eigen::Vector3f& p : front.vertices) mesh.vertices.push_back(p.cast<double>());
   std::set<TriangleMesh::Triangle> known;
@@ -208,8 +208,8 @@ std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
   std::vector<char> near(points.size(), 0);
   std::atomic<std::size_t> lonely_cells = 0;
   ParallelFor(
-      thinned.grid.size(), ItemsPerPiece(25us), work, [&](std::size_t begin, std::size_t end) {
-        PollEvery poll(work, ItemsPerPiece(1us));
+      thinned.grid.size(), ItemsPerChunk(25us), work, [&](std::size_t begin, std::size_t end) {
+        PollEvery poll(work, ItemsPerChunk(1us));
         for (std::size_t cell = begin; cell < end && lonely_cells <= most_lonely; ++cell) {
           CellSearch search(searched, cell);
           bool lonely = false;
@@ -285,7 +285,7 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
   // With vertices closer than the noise, the mesh would follow the noise.
   const double noise_m = Median(points.sigma_m);
   double spacing_m =
-      WidenedForSample(std::max({kBelowNoise_m, options.spacing_m, noise_m}), points, tried, work);
+      WidenedForSample(std::max({kSubNoise_m, options.spacing_m, noise_m}), points, tried, work);
   while (true) {
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
     // A surface has about two triangles per vertex, so it is not triangulated before there are few

@@ -14,7 +14,7 @@ namespace {
 // derived: the model of one scan and the points of another have one warp each.
 constexpr double kOfBoth = std::numbers::sqrt2;
 // derived: cells of about three by three thinned points.
-constexpr double kPointCell_m = kThinnedTo_m * 3;
+constexpr double kPointCell_m = kThinningSpacing_m * 3;
 
 }  // namespace
 

@@ -97,7 +97,7 @@ class LyingVesselSearch {
     if (shell.role != PartRole::kFitted) return false;
     std::size_t within = 0;
     for (std::size_t i = 0; i < c_.points.size(); ++i) {
-      within += wall.StandsOut_m(c_.points.origin_L + c_.points.p[i]) <= c_.points.gate_m[i];
+      within += wall.Protrusion_m(c_.points.origin_L + c_.points.p[i]) <= c_.points.gate_m[i];
     }
     return static_cast<double>(shell.inliers.size()) >= kNearlyAll * static_cast<double>(within);
   }

@@ -78,7 +78,7 @@ bool Agrees(const SteepPoint& point, const Vector2& axis) {
   const Vector2 to = point.place - axis;
   const double miss_m = std::abs(to.x() * point.direction.y() - to.y() * point.direction.x());
   return miss_m <= std::max(kNoiseReach_m, kNormalMiss_sin * to.norm()) &&
-         to.norm() <= kWidestVessel_m;
+         to.norm() <= kMaxVesselRadius_m;
 }
 
 double ShareAgreeing(const std::vector<SteepPoint>& steep, const Vector2& axis) {
@@ -133,7 +133,7 @@ std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
     const Vector2 to = b.place - a.place;
     const double way_m = (to.x() * b.direction.y() - to.y() * b.direction.x()) / cross;
     const Vector2 axis = a.place + way_m * a.direction;
-    if ((axis - a.place).norm() > kWidestVessel_m) continue;
+    if ((axis - a.place).norm() > kMaxVesselRadius_m) continue;
     const double support = Support(steep, axis);
     if (support > most) most = support, best = axis;
   }
@@ -374,7 +374,7 @@ double RevolvedWall::OuterRadius_m(double z_m) const {
                    within - static_cast<double>(below));
 }
 
-double RevolvedWall::StandsOut_m(const Vector3& p_L) const {
+double RevolvedWall::Protrusion_m(const Vector3& p_L) const {
   const Vector3 p = R_LW.transpose() * p_L;
   return (p.head<2>() - AxisAt(p.z())).norm() - OuterRadius_m(p.z());
 }
@@ -391,7 +391,7 @@ std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const W
     if (!wall) break;
     walls.push_back(*wall);
     std::erase_if(steep, [&](const SteepPoint& p) {
-      return wall->StandsOut_m({p.place.x(), p.place.y(), p.z_m}) <= p.gate_m;
+      return wall->Protrusion_m({p.place.x(), p.place.y(), p.z_m}) <= p.gate_m;
     });
   }
   return walls;

@@ -136,7 +136,7 @@ class ShellFitter {
     // would.
     const std::optional<Solid> standing = Built(MakeShell(outline));
     if (standing && !IsPassedThrough(*standing)) return standing;
-    outline.foot = ShellFoot::kOfWhatIsSeen;
+    outline.foot = ShellFoot::kAtSeenEnd;
     const std::optional<Solid> floating = Built(MakeShell(outline));
     if (floating && !IsPassedThrough(*floating)) return floating;
     return std::nullopt;
@@ -346,7 +346,7 @@ class ShellFitter {
   // and rays past it. The depth that solids tolerate is thicker than any wall, so every ray that
   // enters the wall counts.
   bool IsPassedThrough(const Solid& shell) const {
-    if (PassedShare(shell, c_.free) > kMaxPassing) return true;
+    if (CrossingRayShare(shell, c_.free) > kMaxPassing) return true;
     if (!c_.options.from_viewpoint) return false;
     const double reach_m = TightBounds(shell.shape, Pose::Identity()).diagonal().norm();
     const std::size_t stride = std::max<std::size_t>(1, c_.points.size() / kRays);
@@ -356,7 +356,7 @@ class ShellFitter {
       const double clear_m = std::max(kMaxDepth_m, c_.points.gate_m[i]) + thickness_m_;
       ++own;
       crossing +=
-          Enters(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
+          EntersSolid(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
     }
     return crossing > kMaxPassing * own;
   }
@@ -413,14 +413,14 @@ std::optional<Solid> FitShell(const RevolvedWall& wall, const FitContext& contex
   return ShellFitter(wall, context).Fit();
 }
 
-void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
+void ReplaceByShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
                   Assembly& assembly) {
   for (auto wall = walls.begin(); wall != walls.end(); ++wall) {
     context.work.Poll();
     // A wall whose middle lies within an earlier wall consists of points that the earlier one left
     // over.
     const bool is_rest = std::any_of(walls.begin(), wall, [&](const RevolvedWall& before) {
-      return before.StandsOut_m(wall->Middle()) < 0;
+      return before.Protrusion_m(wall->Middle()) < 0;
     });
     if (is_rest) continue;
     std::optional<Solid> shell = FitShell(*wall, context);

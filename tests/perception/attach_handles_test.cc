@@ -38,10 +38,10 @@ class CutOff : public ::testing::Test {
   // Attaches the handles found; false if not all pairs could be examined.
   bool AttachAll() {
     state_.emplace(scene_);
-    const FoundHandles found = FindCutOffHandles(*state_, kUnbounded);
-    state_ = Attach(*state_, found.gifts);
-    EXPECT_THAT(BrokenInvariants(*state_), ::testing::IsEmpty());
-    return found.all_looked_at;
+    const FoundHandles found = FindCutOffHandles(*state_, kSerialWork);
+    state_ = Attach(*state_, found.transfers);
+    EXPECT_THAT(ViolatedInvariants(*state_), ::testing::IsEmpty());
+    return found.all_searched;
   }
   std::size_t Count() const { return state_->hypotheses().size(); }
   const ObjectHypothesis& At(std::size_t k) const { return *state_->hypotheses()[k]; }

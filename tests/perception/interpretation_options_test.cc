@@ -26,7 +26,7 @@ Interpreted InterpretUntil(const PointCloud& cloud, int max_threads, int stop_at
   std::atomic<int> pieces{0}, after_stop{0};
   InterpretOptions options;
   options.max_threads = max_threads;
-  options.on_piece = [&] {
+  options.on_chunk = [&] {
     if (source.stop_requested()) ++after_stop;
     if (++pieces == stop_at) source.request_stop();
   };

@@ -75,8 +75,8 @@ void ExpectUpperSquare(const Mesh& surface) {
   ASSERT_NE(surface.mesh, nullptr);
   EXPECT_THAT(surface.mesh->triangles, ::testing::Not(IsEmpty()));
   for (const Vector3& v : surface.mesh->vertices) {
-    EXPECT_NEAR(v.z(), 0.1, kThinnedTo_m);
-    EXPECT_LT(v.head<2>().cwiseAbs().maxCoeff(), 0.04 + kThinnedTo_m);
+    EXPECT_NEAR(v.z(), 0.1, kThinningSpacing_m);
+    EXPECT_LT(v.head<2>().cwiseAbs().maxCoeff(), 0.04 + kThinningSpacing_m);
   }
 }
 

@@ -45,15 +45,15 @@ SegmentedScene ObjectOnWall() {
 TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
   SegmentedScene scene = ObjectOnWall();
   scene.sight.reset();
-  EXPECT_TRUE(SceneRays(scene, kUnbounded)
-                  .Past(scene.hypotheses[0].points, std::nullopt, kUnbounded)
+  EXPECT_TRUE(SceneRays(scene, kSerialWork)
+                  .Past(scene.hypotheses[0].points, std::nullopt, kSerialWork)
                   .ends.empty());
 }
 
 TEST(SceneRays, PassAnObjectWhereTheyEndBesideItAndNotOnIt) {
   const SegmentedScene scene = ObjectOnWall();
   const PassingRays rays =
-      SceneRays(scene, kUnbounded).Past(scene.hypotheses[0].points, std::nullopt, kUnbounded);
+      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   ASSERT_FALSE(rays.ends.empty());
   EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
   const float half_m = kPitch_m * kHalfObject;
@@ -69,9 +69,9 @@ TEST(SceneRays, RunBelowAnObjectThatHangsAboveWhatItStandsOn) {
   Pose X_LSupport = MakeTranslation(0, 0.3, 2);  // y points down
   X_LSupport.linear() = BasisFromZ(-Vector3::UnitY());
   const PassingRays rays =
-      SceneRays(scene, kUnbounded).Past(scene.hypotheses[0].points, X_LSupport, kUnbounded);
+      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, X_LSupport, kSerialWork);
   const PassingRays unknown =
-      SceneRays(scene, kUnbounded).Past(scene.hypotheses[0].points, std::nullopt, kUnbounded);
+      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   ASSERT_EQ(rays.about, unknown.ends.size());
   EXPECT_EQ(unknown.about, unknown.ends.size());
   EXPECT_TRUE(std::equal(unknown.ends.begin(), unknown.ends.end(), rays.ends.begin()));
@@ -95,9 +95,9 @@ TEST(SceneRays, StandForAllThatWereMeasured) {
                                 scene.points.sigma_m.end());
   }
   const PassingRays one =
-      SceneRays(scene, kUnbounded).Past(scene.hypotheses[0].points, std::nullopt, kUnbounded);
+      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   const PassingRays four =
-      SceneRays(dense, kUnbounded).Past(dense.hypotheses[0].points, std::nullopt, kUnbounded);
+      SceneRays(dense, kSerialWork).Past(dense.hypotheses[0].points, std::nullopt, kSerialWork);
   EXPECT_EQ(one.weight, 1);
   EXPECT_EQ(four.weight, 4);
 }

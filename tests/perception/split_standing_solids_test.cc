@@ -111,11 +111,11 @@ TEST(PartStanding, WhatStandsOnAnotherPartStaysWithIt) {
   EXPECT_EQ(Interpreted({{Table(), pot}}).objects.size(), 1u);
 }
 
-TEST(CarriesOn, RodsOnOneAxisDo) {
+TEST(ContinuesSurface, RodsOnOneAxisDo) {
   const ShapePart rod{Lying(0, 0, 0, 0.04), Cylinder{0.04, 0.08}};
   const auto carries_on = [&](const ShapePart& other) {
-    EXPECT_EQ(CarriesOn(rod, other, Pose::Identity()), CarriesOn(other, rod, Pose::Identity()));
-    return CarriesOn(rod, other, Pose::Identity());
+    EXPECT_EQ(ContinuesSurface(rod, other, Pose::Identity()), ContinuesSurface(other, rod, Pose::Identity()));
+    return ContinuesSurface(rod, other, Pose::Identity());
   };
   EXPECT_TRUE(carries_on({Lying(0.003, 0.15, 0.05, 0.042), Cylinder{0.042, 0.06}}));
   EXPECT_FALSE(carries_on({Lying(0.003, 0.15, 0.05, 0.05), Cylinder{0.05, 0.06}}));
@@ -124,16 +124,16 @@ TEST(CarriesOn, RodsOnOneAxisDo) {
   EXPECT_FALSE(carries_on({MakeTranslation(0, 0.08, 0.04), Sphere{0.04}}));
 }
 
-TEST(CarriesOn, BoxesThatAreLevelAndAlignedDo) {
+TEST(ContinuesSurface, BoxesThatAreLevelAndAlignedDo) {
   const auto box = [](const Vector3& size_m, double turned_rad) {
     const SimulatedObject carton = Carton(size_m, 0.08, turned_rad);
     return ShapePart{carton.X_WO, carton.parts.front().shape};
   };
   const ShapePart carton{MakeTranslation(0, 0, 0.1), Box{{0.09, 0.06, 0.2}}};
   const auto carries_on = [&](const ShapePart& other) {
-    EXPECT_EQ(CarriesOn(carton, other, Pose::Identity()),
-              CarriesOn(other, carton, Pose::Identity()));
-    return CarriesOn(carton, other, Pose::Identity());
+    EXPECT_EQ(ContinuesSurface(carton, other, Pose::Identity()),
+              ContinuesSurface(other, carton, Pose::Identity()));
+    return ContinuesSurface(carton, other, Pose::Identity());
   };
   EXPECT_TRUE(carries_on(box({0.05, 0.04, 0.202}, 0.15)));
   EXPECT_TRUE(carries_on(box({0.05, 0.04, 0.202}, 0.5 * std::numbers::pi)));

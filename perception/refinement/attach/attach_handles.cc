@@ -55,9 +55,9 @@ class Adoption {
         vessels_(state.hypotheses().size()),
         known_(state.hypotheses().size()),
         asked_(state.hypotheses().size(), 0),
-        given_to_(state.hypotheses().size()),
+        transferred_to_(state.hypotheses().size()),
         looks_left_(kMaxLooks * state.points().size()) {
-    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+    std::iota(transferred_to_.begin(), transferred_to_.end(), std::size_t{0});
     for (const HypothesisPtr& hypothesis : state.hypotheses()) {
       bounds_.push_back(BoundsOf(state.points(), hypothesis->points));
     }
@@ -67,7 +67,7 @@ class Adoption {
   // needed.
   void AskAhead() {
     std::vector<std::size_t> touched;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       work_.Poll();
       if (IsTouched(k)) touched.push_back(k);
     }
@@ -80,14 +80,14 @@ class Adoption {
   // next round.
   bool Give() {
     bool any = false;
-    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+    for (std::size_t part = 0; part < transferred_to_.size(); ++part) {
       work_.Poll();
-      if (given_to_[part] != part || !IsLarge(part)) continue;
+      if (transferred_to_[part] != part || !IsLarge(part)) continue;
       const std::size_t vessel = VesselOf(part);
       if (vessel == part) continue;
       Know(SampleOf(At(part)).Points().points, vessel);
       bounds_[vessel].extend(bounds_[part]);
-      given_to_[part] = vessel;
+      transferred_to_[part] = vessel;
       any = true;
     }
     return any;
@@ -96,12 +96,12 @@ class Adoption {
   // For objects that remain: gives their points that are handles of the wall of another object that
   // they touch.
   void GiveParts() {
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
-      if (given_to_[k] != k) continue;
-      for (std::size_t from = 0; from < given_to_.size(); ++from) {
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
+      if (transferred_to_[k] != k) continue;
+      for (std::size_t from = 0; from < transferred_to_.size(); ++from) {
         work_.Poll();
-        if (from == k || given_to_[from] != from || !IsLarge(from) ||
-            bounds_[from].exteriorDistance(bounds_[k]) > kTouching_m) {
+        if (from == k || transferred_to_[from] != from || !IsLarge(from) ||
+            bounds_[from].exteriorDistance(bounds_[k]) > kMaxTouchingGap_m) {
           continue;
         }
         if (!asked_[k]) Ask(k);
@@ -117,12 +117,12 @@ class Adoption {
   }
 
   FoundHandles Found() const {
-    FoundHandles found{.gifts = {}, .all_looked_at = all_looked_at_};
+    FoundHandles found{.transfers = {}, .all_searched = all_looked_at_};
     for (const GivenPart& part : given_parts_) {
-      found.gifts.push_back({At(part.from).id, At(part.to).id, part.points});
+      found.transfers.push_back({At(part.from).id, At(part.to).id, part.points});
     }
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
-      if (given_to_[k] != k) found.gifts.push_back({At(k).id, At(given_to_[k]).id, {}});
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
+      if (transferred_to_[k] != k) found.transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
     }
     return found;
   }
@@ -136,9 +136,9 @@ class Adoption {
   bool IsLarge(std::size_t k) const { return At(k).points.size() >= kMinHandlePoints; }
 
   bool IsTouched(std::size_t k) const {
-    for (std::size_t other = 0; other < given_to_.size(); ++other) {
+    for (std::size_t other = 0; other < transferred_to_.size(); ++other) {
       if (other != k && IsLarge(other) &&
-          bounds_[other].exteriorDistance(bounds_[k]) <= kTouching_m) {
+          bounds_[other].exteriorDistance(bounds_[k]) <= kMaxTouchingGap_m) {
         return true;
       }
     }
@@ -147,12 +147,12 @@ class Adoption {
 
   std::size_t VesselOf(std::size_t part) {
     const ObjectHypothesis& hypothesis = At(part);
-    const double most = static_cast<double>(hypothesis.points.size()) / kLargerPart;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+    const double most = static_cast<double>(hypothesis.points.size()) / kMajority;
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       const ObjectHypothesis& vessel = At(k);
-      if (k == part || given_to_[k] != k) continue;
+      if (k == part || transferred_to_[k] != k) continue;
       if (static_cast<double>(vessel.points.size()) < most) continue;
-      if (bounds_[part].exteriorDistance(bounds_[k]) > kTouching_m) continue;
+      if (bounds_[part].exteriorDistance(bounds_[k]) > kMaxTouchingGap_m) continue;
       if (IsHandleOf(hypothesis, k)) return k;
     }
     return part;
@@ -168,7 +168,7 @@ class Adoption {
     vessels_[k] = Vessel::Find(points, work_);
     if (!vessels_[k]) return;
     const std::vector<char> all(points.size(), 1);
-    for (const Vessel::Cluster& handle : vessels_[k]->FindFixed(points, all, work_).handles) {
+    for (const Vessel::Cluster& handle : vessels_[k]->FindFixedParts(points, all, work_).handles) {
       for (std::uint32_t i : handle) known_[k].push_back(points.points[i]);
     }
   }
@@ -197,17 +197,17 @@ class Adoption {
       for (std::uint32_t i : handle) part[i] = 0;
     }
     PointSet given;
-    const std::vector<std::int32_t> of_all = sample.OfAll(part, work_);
+    const std::vector<std::int32_t> of_all = sample.PartsOfAllPoints(part, work_);
     for (std::size_t i = 0; i < of_all.size(); ++i) {
       if (of_all[i] == 0) given.push_back(At(from).points[i]);
     }
-    const double most = kLargerPart * static_cast<double>(At(k).points.size());
+    const double most = kMajority * static_cast<double>(At(k).points.size());
     if (given.empty() || static_cast<double>(given.size()) > most || HasGivenPart(from) ||
         Stands(state_.measured(), given, At(k).resting.support)) {
       return;
     }
     if (is_of_vessel || given.size() == At(from).points.size()) {
-      given_to_[from] = k;
+      transferred_to_[from] = k;
       bounds_[k].extend(bounds_[from]);
     } else {
       given_parts_.push_back({from, k, std::move(given)});
@@ -234,7 +234,7 @@ class Adoption {
   std::vector<std::optional<Vessel>> vessels_;       // of the objects searched so far
   std::vector<std::vector<Eigen::Vector3f>> known_;  // points of their handles
   std::vector<char> asked_;
-  std::vector<std::size_t> given_to_;
+  std::vector<std::size_t> transferred_to_;
   std::vector<GivenPart> given_parts_;
   std::size_t looks_left_;
   bool all_looked_at_ = true;
@@ -245,7 +245,7 @@ class Adoption {
 FoundHandles FindCutOffHandles(const SceneState& state, const Work& work) {
   Adoption adoption(state, work);
   adoption.AskAhead();
-  for (int round = 0; round < kMaxGiftRounds && adoption.Give();) ++round;
+  for (int round = 0; round < kMaxTransferRounds && adoption.Give();) ++round;
   adoption.GiveParts();
   return adoption.Found();
 }

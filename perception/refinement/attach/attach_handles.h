@@ -12,8 +12,8 @@ namespace cwm::perception {
 inline constexpr std::string_view kAttachHandles = "attach.handles";
 
 struct FoundHandles {
-  std::vector<Gift> gifts;
-  bool all_looked_at =
+  std::vector<PointTransfer> transfers;
+  bool all_searched =
       true;  // false: too many hypotheses touch to search each for parts of handles
 };
 

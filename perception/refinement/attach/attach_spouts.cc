@@ -36,8 +36,8 @@ class Adoption {
         places_(state.hypotheses().size()),
         vessels_(state.hypotheses().size()),
         asked_(state.hypotheses().size(), 0),
-        given_to_(state.hypotheses().size()) {
-    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+        transferred_to_(state.hypotheses().size()) {
+    std::iota(transferred_to_.begin(), transferred_to_.end(), std::size_t{0});
     for (const HypothesisPtr& hypothesis : state.hypotheses()) {
       Eigen::AlignedBox3f& bounds = bounds_.emplace_back();
       for (std::uint32_t i : hypothesis->points) bounds.extend(state.points().points[i]);
@@ -48,12 +48,12 @@ class Adoption {
   // next round.
   bool Give() {
     bool any = false;
-    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+    for (std::size_t part = 0; part < transferred_to_.size(); ++part) {
       work_.Poll();
-      if (given_to_[part] != part) continue;
+      if (transferred_to_[part] != part) continue;
       const std::size_t vessel = VesselOf(part);
       if (vessel == part) continue;
-      given_to_[part] = vessel;
+      transferred_to_[part] = vessel;
       bounds_[vessel].extend(bounds_[part]);
       const std::vector<Vector3f>& places = PlacesOf(part);
       places_[vessel].insert(places_[vessel].end(), places.begin(), places.end());
@@ -62,12 +62,12 @@ class Adoption {
     return any;
   }
 
-  std::vector<Gift> Gifts() const {
-    std::vector<Gift> gifts;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
-      if (given_to_[k] != k) gifts.push_back({At(k).id, At(given_to_[k]).id, {}});
+  std::vector<PointTransfer> Gifts() const {
+    std::vector<PointTransfer> transfers;
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
+      if (transferred_to_[k] != k) transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
     }
-    return gifts;
+    return transfers;
   }
 
  private:
@@ -82,10 +82,10 @@ class Adoption {
     if (!hypothesis.plates.empty() || hypothesis.points.size() < kMinHandlePoints) return part;
     std::size_t vessel = part;
     double nearest_m = kMaxSpoutGap_m;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       const std::int32_t support = At(k).resting.support;
-      if (k == part || given_to_[k] != k || support < 0) continue;
-      const auto most = kLargerPart * static_cast<double>(At(k).points.size());
+      if (k == part || transferred_to_[k] != k || support < 0) continue;
+      const auto most = kMajority * static_cast<double>(At(k).points.size());
       if (static_cast<double>(hypothesis.points.size()) > most || RestsOnAnother(part, k) ||
           bounds_[part].exteriorDistance(bounds_[k]) > kMaxSpoutGap_m ||
           !Hangs(hypothesis, static_cast<std::size_t>(support))) {
@@ -101,7 +101,7 @@ class Adoption {
 
   bool RestsOnAnother(std::size_t part, std::size_t vessel) const {
     const std::optional<HypothesisId>& below = At(part).resting.on;
-    return below && given_to_[state_.IndexOf(*below)] != vessel;
+    return below && transferred_to_[state_.IndexOf(*below)] != vessel;
   }
 
   // True if the space below the object, at three heights, is seen to be empty. measured: below
@@ -118,7 +118,7 @@ class Adoption {
     const std::size_t lowest =
         static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
     std::size_t asked = 0, empty = 0;
-    for (std::size_t k = 0; k < lowest; k += lowest / kMaxAskedPoints + 1, ++asked) {
+    for (std::size_t k = 0; k < lowest; k += lowest / kMaxTestedPoints + 1, ++asked) {
       const double height_m = heights_m[k].first;
       const std::uint32_t i = heights_m[k].second;
       empty +=
@@ -126,7 +126,7 @@ class Adoption {
             Vector3 below = X_SL * state_.points().points[i].cast<double>();
             below.z() = share * height_m;
             return state_.sight()->Look((X_LS * below).cast<float>(),
-                                        LargestJump_m(state_.points().sigma_m[i])) ==
+                                        MaxJump_m(state_.points().sigma_m[i])) ==
                    Visibility::kSeenThrough;
           });
     }
@@ -142,7 +142,7 @@ class Adoption {
     if (!vessels_[k]) return kInfinity;
     const OrientedPoints points = SampleOf(part).Points();
     const std::vector<char> all(points.size(), 1);
-    const Vessel::Cluster outside = vessels_[k]->StandOut(points, all);
+    const Vessel::Cluster outside = vessels_[k]->ProtrudingPoints(points, all);
     // Contents of a vessel are not part of it, and neither are objects on its rim, such as lids and
     // ladles.
     if (static_cast<double>(outside.size()) < kMainShare * static_cast<double>(points.size())) {
@@ -174,8 +174,8 @@ class Adoption {
     }
     const std::vector<Vector3f>& places = PlacesOf(part);
     float nearest_m2 = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxLookedAt) {
-      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxLookedAt) {
+    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxTestedPointsPerWall) {
+      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxTestedPointsPerWall) {
         nearest_m2 = std::min(nearest_m2, (places[i] - near[j]).squaredNorm());
       }
     }
@@ -188,15 +188,15 @@ class Adoption {
   std::vector<std::vector<Vector3f>> places_;   // of the objects searched so far
   std::vector<std::optional<Vessel>> vessels_;  // likewise
   std::vector<char> asked_;
-  std::vector<std::size_t> given_to_;
+  std::vector<std::size_t> transferred_to_;
 };
 
 }  // namespace
 
-std::vector<Gift> FindSpouts(const SceneState& state, const Work& work) {
+std::vector<PointTransfer> FindSpouts(const SceneState& state, const Work& work) {
   if (!state.sight()) return {};
   Adoption adoption(state, work);
-  for (int round = 0; round < kMaxGiftRounds && adoption.Give();) ++round;
+  for (int round = 0; round < kMaxTransferRounds && adoption.Give();) ++round;
   return adoption.Gifts();
 }
 

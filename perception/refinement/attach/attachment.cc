@@ -10,8 +10,8 @@ namespace {
 // The receivers of hypotheses that are given as a whole.
 class Receivers {
  public:
-  explicit Receivers(std::span<const Gift> gifts) {
-    for (const Gift& gift : gifts) {
+  explicit Receivers(std::span<const PointTransfer> transfers) {
+    for (const PointTransfer& gift : transfers) {
       if (gift.points.empty()) to_[gift.from] = gift.to;
     }
   }
@@ -37,16 +37,16 @@ void Move(const PointSet& points, ObjectHypothesis& from, ObjectHypothesis& to) 
 
 }  // namespace
 
-SceneState Attach(const SceneState& state, std::span<const Gift> gifts) {
-  const Receivers receivers(gifts);
+SceneState Attach(const SceneState& state, std::span<const PointTransfer> transfers) {
+  const Receivers receivers(transfers);
   std::map<HypothesisId, ObjectHypothesis> changed;
   const auto open = [&](HypothesisId id) -> ObjectHypothesis& {
     return changed.try_emplace(id, state.Get(id)).first->second;
   };
-  for (const Gift& gift : gifts) {
+  for (const PointTransfer& gift : transfers) {
     if (!gift.points.empty()) Move(gift.points, open(gift.from), open(gift.to));
   }
-  for (const Gift& gift : gifts) {
+  for (const PointTransfer& gift : transfers) {
     if (gift.points.empty()) open(gift.from), open(receivers.Last(gift.to));
   }
   for (auto& [id, hypothesis] : changed) {

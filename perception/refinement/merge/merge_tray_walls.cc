@@ -223,15 +223,15 @@ class TrayFinder {
   }
 
   std::vector<ShapePart> ShapesOf(const Found& found, double floor_m, bool sees_floor) const {
-    std::array<Made, 4> sides{};
+    std::array<PartOrigin, 4> sides{};
     for (std::size_t k = 0; k < sides.size(); ++k) {
-      sides[k] = found.box.sides[k].is_seen ? Made::kSeen
-                 : IsSideOpen(found, k)     ? Made::kNot
-                                            : Made::kCompleted;
+      sides[k] = found.box.sides[k].is_seen ? PartOrigin::kMeasured
+                 : IsSideOpen(found, k)     ? PartOrigin::kNone
+                                            : PartOrigin::kCompleted;
     }
     const Pose X_LP = found.X_LB * found.box.X_PB.inverse(Eigen::Isometry);
     std::vector<ShapePart> parts =
-        PartsOf(found.box, sides, floor_m, sees_floor ? Made::kSeen : Made::kCompleted);
+        PartsOf(found.box, sides, floor_m, sees_floor ? PartOrigin::kMeasured : PartOrigin::kCompleted);
     for (ShapePart& part : parts) part.X_OS = X_LP * part.X_OS;
     return parts;
   }
@@ -262,7 +262,7 @@ class TrayFinder {
     }
     return static_cast<double>(within) >=
                kNearlyAll * static_cast<double>(other.model->thinned_L.size()) &&
-           foot_m <= floor_m + double{LargestJump_m(Sigma_m(other))};
+           foot_m <= floor_m + double{MaxJump_m(Sigma_m(other))};
   }
 
   const SceneState& state_;
@@ -273,7 +273,7 @@ class MergeTrayWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.tray_walls"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  WorkBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The number of hypotheses that become one tray. Every proposal gains, because the walls prove
@@ -288,7 +288,7 @@ std::span<const std::string_view> MergeTrayWalls::After() const {
   return kAfter;
 }
 
-Allowance MergeTrayWalls::MaxWork() const {
+WorkBudget MergeTrayWalls::MaxWork() const {
   // Walls are merged without a search for shapes, so the work is one test per point.
   return {.max_trials = kMaxTrials, .points_divisor = 1, .note = "it may be a part of a tray"};
 }

@@ -10,13 +10,13 @@ namespace cwm::perception {
 
 // Shares of the places on straight lines between two point sets that are seen through, and that are
 // hidden. Precondition: state.sight().
-struct SightBetween {
+struct VisibilityShares {
   double through = 0, hidden = 0;
 
   bool IsContradicted() const { return through > kMaxPassing; }
-  bool IsHidden() const { return !IsContradicted() && hidden >= kNotByChance; }
+  bool IsHidden() const { return !IsContradicted() && hidden >= kMinSignificantShare; }
 };
-SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b);
+VisibilityShares VisibilityBetween(const SceneState& state, const PointSet& a, const PointSet& b);
 
 // True if a point lies on the surface of the solid.
 bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);

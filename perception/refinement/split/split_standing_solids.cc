@@ -26,7 +26,7 @@ bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
 
 // True if the model is one solid, or one vessel with its handles.
 bool IsSingleObject(const ObjectModel& found) {
-  if (IsOneSolid(found)) return true;
+  if (IsSingleSolid(found)) return true;
   const auto explained = std::ranges::count_if(
       found.part_of_point, [](std::int32_t part) { return part != kUnexplained; });
   return found.shapes.size() == 1 && IsVessel(found.shapes.front()) &&
@@ -121,7 +121,7 @@ std::optional<StandingObjects> FindStandingObjects(const std::vector<ShapePart>&
   DisjointSets sets(shapes.size());
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = a + 1; b < shapes.size(); ++b) {
-      if (!CarriesOn(shapes[a], shapes[b], X_GroundL)) continue;
+      if (!ContinuesSurface(shapes[a], shapes[b], X_GroundL)) continue;
       // Closed solids side by side are then one object, and nothing is split. In a stack, or of
       // vessels, only these two are one object.
       if (!is_stack && !IsVessel(shapes[a])) return std::nullopt;
@@ -178,7 +178,7 @@ Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object,
   for (std::size_t k = 0; k < groups.size(); ++k) {
     Product product{.points = std::move(groups[k]),
                     .resting = object.resting,
-                    .expects = Expectation::kOneObject};
+                    .expects = Expectation::kSingleObject};
     product.node_count = NodesOf(object, product.points.size());
     if (standing.below[k] != k) {
       product.on_product = standing.below[k];
@@ -198,7 +198,7 @@ class SplitStandingSolids : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.standing_solids"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  WorkBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one solid, or one vessel with handles.
@@ -209,7 +209,7 @@ class SplitStandingSolids : public RefinementPass {
 
 }  // namespace
 
-bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL) {
+bool ContinuesSurface(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL) {
   const Pose X_SupportA = X_GroundL * part.X_OS, X_SupportB = X_GroundL * other.X_OS;
   if (IsVessel(part) && IsVessel(other)) {
     return IsPartOfOneVessel(TightBounds(part.shape, X_SupportA),
@@ -231,7 +231,7 @@ std::span<const std::string_view> SplitStandingSolids::After() const {
   return kAfter;
 }
 
-Allowance SplitStandingSolids::MaxWork() const {
+WorkBudget SplitStandingSolids::MaxWork() const {
   return {.max_trials = kMaxTrials,
           .note = "its shapes may be objects of their own: the cap of points of parts was reached"};
 }

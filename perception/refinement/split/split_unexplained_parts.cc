@@ -95,7 +95,7 @@ Proposal SplitOff(const SceneState& state, const ObjectHypothesis& object, Point
   Product rest = Without(object, members);
   Product part{.node_count = NodesOf(object, members.size()),
                .resting = object.resting,
-               .expects = Expectation::kOneObject};
+               .expects = Expectation::kSingleObject};
   part.points = std::move(members);
   const bool is_in_plan = over.IsOver(part.points, rest.points);
   const double part_top_m = over.Height_m(part.points, 1 - kMixedPixels);
@@ -120,7 +120,7 @@ class SplitUnexplainedParts : public RefinementPass {
                                                                "split.standing_solids"};
     return kAfter;
   }
-  Allowance MaxWork() const override {
+  WorkBudget MaxWork() const override {
     // Most parts are examined without a gain, so half of all points are allowed.
     return {.max_trials = kMaxTrials,
             .points_divisor = 2,
@@ -150,7 +150,7 @@ class SplitUnexplainedParts : public RefinementPass {
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override {
     if (product == kRest) return !found.shapes.empty();
-    if (!IsOneSolid(found) || !IsClosed(found.shapes.front())) return false;
+    if (!IsSingleSolid(found) || !IsClosed(found.shapes.front())) return false;
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[kPart].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();

@@ -61,22 +61,22 @@ TEST(FindContradiction, SeesRaysThatCrossWhatIsThin) {
 
 FreeRay Level(double height_m) {
   FreeRay ray;
-  for (int k = 0; k < kFreePlaces; ++k) {
+  for (int k = 0; k < kSamplesPerRay; ++k) {
     ray.p[static_cast<std::size_t>(k)] = Vector3(-0.5 + 0.2 * k, 0, height_m);
   }
   return ray;
 }
 
 // None of the sample positions along the rays lies in the block.
-TEST(PassedDeep, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
+TEST(DeepRayCount, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
   FreeRays free;
   free.weight = 7;
   free.rays = {Level(0.02), Level(-0.5 * kMaxDepth_m), Level(-1.5 * kMaxDepth_m), Level(-0.05)};
   Solid narrow = Block(0);
   narrow.shape = Box{.size_m = {0.1, 0.2, 0.1}};
   narrow.X_MS = MakeTranslation(0, 0, -0.05);
-  EXPECT_EQ(PassedDeep(narrow, free), 2 * free.weight);
-  EXPECT_EQ(PassedShare(narrow, free), 0.75);
+  EXPECT_EQ(DeepRayCount(narrow, free), 2 * free.weight);
+  EXPECT_EQ(CrossingRayShare(narrow, free), 0.75);
 }
 
 TEST(FindContradiction, AllowsThreeSigmaWhereThatIsMore) {

@@ -50,7 +50,7 @@ OrientedPoints SeenOf(PrimitiveKind kind, const PrimitiveParameters& x, double n
 
 struct Fixture {
   explicit Fixture(const OrientedPoints& seen)
-      : points(ThinForSearch(seen, 4000)), octree(points), connectivity(points) {}
+      : points(SubsampleForSearch(seen, 4000)), octree(points), connectivity(points) {}
   FitContext Context() const {
     return {points,
             octree,
@@ -339,7 +339,7 @@ TEST(FitPrimitive, TellsACupFromACanByTheRaysBesideItsFoot) {
   const Fixture f(RoundTop::Seen());
   FitContext context = f.Context();
   const auto blind = FitPrimitive(PrimitiveKind::kUprightCylinder, {}, kFarAway, context);
-  context.free = RaysPast(f.points, context.ground, RoundTop::RaysBesideTheCup());
+  context.free = FreeRaysPast(f.points, context.ground, RoundTop::RaysBesideTheCup());
   ASSERT_FALSE(context.free.rays.empty());
   const auto can = FitPrimitive(PrimitiveKind::kUprightCylinder, {}, kFarAway, context);
   const auto cup = FitPrimitive(PrimitiveKind::kUprightCone, {}, kFarAway, context);
@@ -381,9 +381,9 @@ TEST(FindBetterPrimitive, StandsOnNoGroundBelowWhichRaysPassed) {
       rays.sigma_m.push_back(static_cast<float>(kSigma_m));
     }
   }
-  context.free = RaysPast(f.points, context.ground, rays);
+  context.free = FreeRaysPast(f.points, context.ground, rays);
   ASSERT_GT(context.free.rays.size(), 40u);
-  ASSERT_LE(PassedShare(blind->solid, context.free), 0.25);
+  ASSERT_LE(CrossingRayShare(blind->solid, context.free), 0.25);
   EXPECT_FALSE(FindBetterPrimitive(context, {}).has_value());
 }
 

@@ -68,15 +68,15 @@ TEST(HandlesOfVessel, AreNoBalls) {
     for (const Placed<>& part : balls.parts) {
       shapes.push_back({.X_OS = balls.X_WO * part.X_FS, .shape = part.shape});
     }
-    const std::vector<std::int32_t> part_of_point = ExplainPoints(scan.points, shapes, kUnbounded);
-    const std::optional<Vessel> vessel = Vessel::Find(scan.points, kUnbounded);
+    const std::vector<std::int32_t> part_of_point = ExplainPoints(scan.points, shapes, kSerialWork);
+    const std::optional<Vessel> vessel = Vessel::Find(scan.points, kSerialWork);
     if (!vessel) continue;
     EXPECT_TRUE(
-        HandlesOfVessel(*vessel, scan.points, Ground(), shapes, part_of_point, kUnbounded).empty());
+        HandlesOfVessel(*vessel, scan.points, Ground(), shapes, part_of_point, kSerialWork).empty());
     shapes.pop_back();
-    const std::vector<std::int32_t> unknown = ExplainPoints(scan.points, shapes, kUnbounded);
+    const std::vector<std::int32_t> unknown = ExplainPoints(scan.points, shapes, kSerialWork);
     looks_like_one +=
-        !HandlesOfVessel(*vessel, scan.points, Ground(), shapes, unknown, kUnbounded).empty();
+        !HandlesOfVessel(*vessel, scan.points, Ground(), shapes, unknown, kSerialWork).empty();
   }
   EXPECT_GT(looks_like_one, 0);  // if it is not recognised as a ball
 }

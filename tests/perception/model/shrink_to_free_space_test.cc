@@ -30,7 +30,7 @@ struct Tin {
     const Vector3 at(x, y, kLength_m);
     const Vector3 way = (at - kEye).normalized();
     FreeRay ray{.p = {}, .sigma_m = 0.0015};
-    for (int k = 0; k < kFreePlaces; ++k) {
+    for (int k = 0; k < kSamplesPerRay; ++k) {
       ray.p[static_cast<std::size_t>(k)] = at + (0.05 * k - 0.1) * way;
     }
     return ray;
@@ -66,9 +66,9 @@ double RadiusOf(const Solid& solid) { return std::get<Cylinder>(solid.shape).rad
 TEST(ShrinkToFreeSpace, EndsBeforeTheRaysAndStaysWhereItFacesTheSensor) {
   Tin tin;
   tin.See(200, 20, 0.092);
-  ASSERT_GT(PassedShare(tin.solid, tin.free), 0.05);
+  ASSERT_GT(CrossingRayShare(tin.solid, tin.free), 0.05);
   const Solid yielded = tin.Yielded();
-  EXPECT_LT(PassedShare(yielded, tin.free), PassedShare(tin.solid, tin.free) / 3 + 1e-9);
+  EXPECT_LT(CrossingRayShare(yielded, tin.free), CrossingRayShare(tin.solid, tin.free) / 3 + 1e-9);
   EXPECT_NEAR(yielded.X_MS.translation().x() - RadiusOf(yielded), -kRadius_m, 1e-12);
   EXPECT_NEAR(yielded.X_MS.translation().z(), 0.5 * kLength_m, 1e-12);
   const double moved_m = kRadius_m - RadiusOf(yielded);

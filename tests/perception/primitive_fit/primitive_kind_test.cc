@@ -66,7 +66,7 @@ TEST(SlopeOf, IsTheLastParameterOfConesAlone) {
     const bool is_cone = kind == PrimitiveKind::kUprightCone || kind == PrimitiveKind::kLyingCone;
     const bool lies = kind == PrimitiveKind::kLyingCylinder || kind == PrimitiveKind::kLyingCone;
     EXPECT_EQ(IsConical(kind), is_cone);
-    EXPECT_EQ(Lies(kind), lies);
+    EXPECT_EQ(IsLying(kind), lies);
     EXPECT_EQ(SlopeOf(kind, Listed({1, 2, 3, 4, 0.25})), is_cone ? 0.25 : 0);
   }
 }

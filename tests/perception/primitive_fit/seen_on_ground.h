@@ -17,7 +17,7 @@ class SeenOnGround {
  public:
   // `count` points in all, equally many of each solid. Poses are in the frame of the ground.
   SeenOnGround(const Vector3& eye, const std::vector<Placed<>>& solids, std::size_t count)
-      : points_(ThinForSearch(Seen(eye, solids, count), count)),
+      : points_(SubsampleForSearch(Seen(eye, solids, count), count)),
         octree_(points_),
         connectivity_(points_) {}
 

@@ -29,9 +29,9 @@ SceneState Tower() {
 
 TEST(Attach, GivesAllAndWhatRestedOnItRestsOnTheReceiver) {
   const SceneState before = Tower();
-  const std::vector<Gift> gifts = {{{1}, {0}, {}}};
-  const SceneState after = Attach(before, gifts);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  const std::vector<PointTransfer> transfers = {{{1}, {0}, {}}};
+  const SceneState after = Attach(before, transfers);
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
   EXPECT_THAT(after.hypotheses(), SizeIs(3));
   const HypothesisId receiver = before.NextId(0);
   EXPECT_THAT(after.Get(receiver).points, ElementsAre(0, 1, 2, 3));
@@ -41,17 +41,17 @@ TEST(Attach, GivesAllAndWhatRestedOnItRestsOnTheReceiver) {
 
 TEST(Attach, GivesWhatWasGivenOn) {
   const SceneState before = Tower();
-  const std::vector<Gift> gifts = {{{2}, {1}, {}}, {{1}, {0}, {}}};
-  const SceneState after = Attach(before, gifts);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  const std::vector<PointTransfer> transfers = {{{2}, {1}, {}}, {{1}, {0}, {}}};
+  const SceneState after = Attach(before, transfers);
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
   EXPECT_THAT(after.Get(before.NextId(0)).points, ElementsAre(0, 1, 2, 3, 4, 5));
 }
 
 TEST(Attach, GivesAPart) {
   const SceneState before = Tower();
-  const std::vector<Gift> gifts = {{{3}, {0}, {7}}};
-  const SceneState after = Attach(before, gifts);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  const std::vector<PointTransfer> transfers = {{{3}, {0}, {7}}};
+  const SceneState after = Attach(before, transfers);
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
   EXPECT_THAT(after.hypotheses(), SizeIs(4));
   EXPECT_THAT(after.Get(before.NextId(0)).points, ElementsAre(0, 1, 7));
   EXPECT_THAT(after.Get(before.NextId(1)).points, ElementsAre(6));

@@ -83,9 +83,9 @@ TEST(CriterionGain, IsWhatTwoObjectsCostMoreThanTheOneThatExplainsThemBoth) {
   }
   const std::array apart = {OfShapes(kOneSphere, 60), OfShapes(kOneSphere, 60)};
   const SceneState state = SceneState(std::move(scene)).WithModels(apart);
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options;
-  const RefinementContext context{.options = options, .modeler = modeler, .work = kUnbounded};
+  const RefinementContext context{.options = options, .modeler = modeler, .work = kSerialWork};
   Proposal merge;
   merge.consumes = {{{0}}, {{1}}};
   merge.products.resize(1);

@@ -72,11 +72,11 @@ SceneState TwoBalls() {
   return SceneState(std::move(scene)).WithModels(models);
 }
 
-TEST(AllAccountedFor, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
+TEST(ExplainsAllParts, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
   const SceneState state = TwoBalls();
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options;
-  const RefinementContext context{.options = options, .modeler = modeler, .work = kUnbounded};
+  const RefinementContext context{.options = options, .modeler = modeler, .work = kSerialWork};
   const std::array<HypothesisId, 2> both = {HypothesisId{0}, HypothesisId{1}};
   Proposal merge;
   merge.consumes = {{both[0]}, {both[1]}};
@@ -86,7 +86,7 @@ TEST(AllAccountedFor, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
     auto model = std::make_shared<HypothesisModel>();
     model->object.shapes = shapes;
     const std::array<ModelPtr, 1> product = {model};
-    return AllAccountedFor({state, merge, product, context});
+    return ExplainsAllParts({state, merge, product, context});
   };
   EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.05)}));
   EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.051)}));   // a quarter of sigma squared

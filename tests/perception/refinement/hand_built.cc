@@ -166,8 +166,8 @@ SceneState HandBuilt::StateWith(const std::vector<std::vector<Placed<>>>& shapes
 
 SceneState HandBuilt::Modelled() const {
   const SceneState state = State();
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
-  return ModelHypotheses(state, modeler, Options(), kUnbounded).state;
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
+  return ModelHypotheses(state, modeler, Options(), kSerialWork).state;
 }
 
 Placed<> Standing(const Shape& shape, double x_m, double y_m, double foot_m, double yaw_rad) {
@@ -190,19 +190,19 @@ std::vector<std::string> AllBut(std::string_view pass) {
 }  // namespace
 
 RefinedScene RunAlone(const SceneState& state, std::string_view pass) {
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options = Options();
   return Refine(state, RefinementPasses(), AllBut(pass),
-                {.options = options, .modeler = modeler, .work = kUnbounded});
+                {.options = options, .modeler = modeler, .work = kSerialWork});
 }
 
 std::vector<Proposal> ProposalsOf(const SceneState& state, std::string_view pass) {
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options = Options();
   const auto& passes = RefinementPasses();
   const auto found =
       std::ranges::find_if(passes, [&](const auto& one) { return one->Name() == pass; });
-  return (*found)->Propose(state, {.options = options, .modeler = modeler, .work = kUnbounded});
+  return (*found)->Propose(state, {.options = options, .modeler = modeler, .work = kSerialWork});
 }
 
 }  // namespace cwm::perception

@@ -72,7 +72,7 @@ TEST(CandidateList, RefusesOneKindOnOnePlaceAlone) {
   const Candidate leader = *list.Leader();
   ASSERT_TRUE(IsPlane(leader.model));
   ASSERT_EQ(leader.inliers.size(), 900u);
-  list.Refuse(leader);
+  list.Reject(leader);
   list.Add(PlaneAtHeight(0.0005, points));
   ASSERT_EQ(list.candidates().size(), 2u);
   const Candidate* next = list.Leader();

@@ -24,7 +24,7 @@ struct SearchOf {
         connectivity(points),
         candidates(points, connectivity, wanted.seed),
         options(wanted),
-        search(points, octree, candidates, options, kUnbounded) {}
+        search(points, octree, candidates, options, kSerialWork) {}
 
   ModelPoints points;
   Octree octree;

@@ -42,7 +42,7 @@ class CutImage {
         if (std::abs(coarse.cells.points[c].z() - kTableDepth_m) < 0.001f) table.cells.push_back(c);
       }
     }
-    pieces_ = CutIntoPieces(graph, ConcaveCreases(graph, kConcave_rad, {}), coarse, supports,
+    pieces_ = CutIntoPieces(graph, FindConcaveCreases(graph, kConcave_rad, {}), coarse, supports,
                             nullptr, {});
   }
 

@@ -90,8 +90,8 @@ class TableScene {
 
   Regions Form() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
-    const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
-    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kUnbounded);
+    const OrientedPoints nodes = Downsample(points_, grid, kSerialWork);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kSerialWork);
     const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
     Pieces pieces{.of_node = {}, .support_count = 1, .piece_count = 3, .patch_of = {}};
     for (std::size_t c = 0; c < grid.size(); ++c) {

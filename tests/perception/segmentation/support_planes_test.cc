@@ -112,10 +112,10 @@ TEST(FindSupportPlanes, FindsNothingInAWallOrInWhatIsSmallerThanAnObject) {
 }
 
 // A patch of 24 x 18 cm, in cells of 15 mm.
-TEST(SketchCoarseCloud, FillsTheSameCellsWithFewerOfThePoints) {
+TEST(MakeSubsampledCoarseCloud, FillsTheSameCellsWithFewerOfThePoints) {
   const MeasuredPoints image =
       DrawnImage({.width = 157, .height = 118, .focal_px = 525}, [](int, int) { return 0.8f; });
-  const CoarseCloud full = MakeCoarseCloud(image.oriented), sketch = SketchCoarseCloud(image);
+  const CoarseCloud full = MakeCoarseCloud(image.oriented), sketch = MakeSubsampledCoarseCloud(image);
   EXPECT_FLOAT_EQ(sketch.grid.edge_m(), 0.015f);
   EXPECT_FLOAT_EQ(full.grid.edge_m(), 0.015f);
   EXPECT_EQ(full.grid.size(), std::size_t{16 * 12});

@@ -254,7 +254,7 @@ TEST(UpVector, IsOffByTheAngleAskedFor) {
   const Pose X_WC = LookAt({1, 2, 1.5}, Vector3(0.2, 0.1, 0.8));
   const Vector3 up_C = X_WC.linear().transpose() * Vector3::UnitZ();
   for (const double error_deg : {0.0, 0.5, 3.0, 90.0, 180.0}) {
-    const Vector3 given_C = UpOffBy(error_deg * kDegree, X_WC, 4);
+    const Vector3 given_C = PerturbedUp(error_deg * kDegree, X_WC, 4);
     EXPECT_NEAR(given_C.norm(), 1, 1e-12);
     EXPECT_NEAR(std::atan2(given_C.cross(up_C).norm(), given_C.dot(up_C)), error_deg * kDegree,
                 1e-7);

@@ -1,4 +1,4 @@
-#include "perception/track/ray_judgement.h"
+#include "perception/track/ray_classification.h"
 
 namespace cwm::perception {
 namespace {
@@ -15,15 +15,15 @@ constexpr double kGoneShare = 0.6;
 
 }  // namespace
 
-Association::What JudgeByRays(const SightCounts& sights) {
+Association::Outcome ClassifyByRays(const SightCounts& sights) {
   const double all = sights.informed() + sights.unknown;
   const double informed = sights.informed();
   if (informed < kMinInformed || informed < kMinInformedShare * all) {
-    return Association::What::kKeep;
+    return Association::Outcome::kKeep;
   }
-  if (sights.visible() < kMinVisibleShare * informed) return Association::What::kOcclude;
-  if (sights.ThroughShare() > kGoneShare) return Association::What::kRemove;
-  return Association::What::kKeep;
+  if (sights.visible() < kMinVisibleShare * informed) return Association::Outcome::kOcclude;
+  if (sights.ThroughShare() > kGoneShare) return Association::Outcome::kRemove;
+  return Association::Outcome::kKeep;
 }
 
 }  // namespace cwm::perception

@@ -1,4 +1,4 @@
-#include "perception/segmentation/piece_views.h"
+#include "perception/segmentation/piece_summaries.h"
 
 #include <algorithm>
 
@@ -9,8 +9,8 @@
 namespace cwm::perception {
 namespace {
 
-PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>& nodes) {
-  PieceView view;
+PieceSummary ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>& nodes) {
+  PieceSummary view;
   if (nodes.empty()) return view;
   view.node_count = nodes.size();
   const std::size_t stride = (nodes.size() + kMaxSamples - 1) / kMaxSamples;
@@ -28,8 +28,8 @@ PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>&
 
 }  // namespace
 
-PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work) {
-  PieceViews views;
+PieceSummaries SummarizePieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work) {
+  PieceSummaries views;
   for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
     graph.ForEachLinked(i, [&](std::size_t j) {
@@ -56,7 +56,7 @@ PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Wor
   return views;
 }
 
-bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b) {
+bool AreInContact(const PieceSummaries& views, std::size_t a, std::size_t b) {
   const auto border =
       views.borders.find({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
   return border != views.borders.end() &&

@@ -7,6 +7,6 @@
 namespace cwm::perception {
 
 // Returns kKeep (seen, or out of view), kOcclude or kRemove.
-Association::What JudgeByRays(const SightCounts& sights);
+Association::Outcome ClassifyByRays(const SightCounts& sights);
 
 }  // namespace cwm::perception

@@ -15,11 +15,11 @@
 namespace cwm::perception {
 
 // A support's surface and what was seen around it. The constructor's arguments must outlive it.
-class Floor {
+class SupportSurface {
  public:
   using NodeList = std::vector<std::uint32_t>;
 
-  Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
+  SupportSurface(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
         const Placed<Plate>& plate, const SightMap& sight);
 
   // True if the support carries the region, by the rules of FormRegions.

@@ -1,4 +1,4 @@
-#include "perception/segmentation/floor.h"
+#include "perception/segmentation/support_surface.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// A region is over the support if the larger part of its nodes lies within kTouching_m of the
+// A region is over the support if the larger part of its nodes lies within kMaxTouchingGap_m of the
 // outline: objects may jut out, the outline is accurate to one cell of 7.5 mm or more, and an
 // object that juts out by more than half would tip. A region that leaves the view, or whose shadow
 // cuts the support off, has fewer nodes over the visible part of the support, but more than mixed
@@ -32,7 +32,7 @@ constexpr double kMaxReach_cells = 6;
 
 }  // namespace
 
-Floor::Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
+SupportSurface::SupportSurface(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
              const Placed<Plate>& plate, const SightMap& sight)
     : graph_(graph),
       plate_(plate),
@@ -44,20 +44,20 @@ Floor::Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const Support
   for (const FootprintCell& cell : occupied_) extent_.extend(MiddleOf(cell));
 }
 
-Floor::FootprintCell Floor::CellOf(const Vector3& local) const {
+SupportSurface::FootprintCell SupportSurface::CellOf(const Vector3& local) const {
   return {static_cast<int>(std::floor(local.x() / cell_m_)),
           static_cast<int>(std::floor(local.y() / cell_m_))};
 }
 
-Vector2 Floor::MiddleOf(const FootprintCell& cell) const {
+Vector2 SupportSurface::MiddleOf(const FootprintCell& cell) const {
   return {(cell.first + 0.5) * cell_m_, (cell.second + 0.5) * cell_m_};
 }
 
-bool Floor::Carries(const NodeList& region) const {
+bool SupportSurface::Carries(const NodeList& region) const {
   if (region.empty()) return false;
   const NodeList over = NodesOver(region);
   const auto all = static_cast<double>(region.size()), share = static_cast<double>(over.size());
-  if (share < kLargerPart * all) {
+  if (share < kMajority * all) {
     if (share >= kMaxPassing * all && HidesItsPlace(region)) {
       return StandsOrIsHidden(region) && Footprint_m2(over) >= kMinObjectArea_m2;
     }
@@ -70,7 +70,7 @@ bool Floor::Carries(const NodeList& region) const {
   return (StandsOrIsHidden(over) || IsBallOnIt(over)) && Footprint_m2(over) >= kMinObjectArea_m2;
 }
 
-Floor::NodeList Floor::NodesOver(const NodeList& region) const {
+SupportSurface::NodeList SupportSurface::NodesOver(const NodeList& region) const {
   NodeList over;
   std::map<FootprintCell, bool> inside;  // per cell, so that the outline is tested once
   auto latest = inside.end();            // consecutive nodes are mostly in one cell
@@ -82,7 +82,7 @@ Floor::NodeList Floor::NodesOver(const NodeList& region) const {
       std::tie(latest, is_new) = inside.try_emplace(cell, false);
       if (is_new) {
         latest->second =
-            OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kTouching_m;
+            OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kMaxTouchingGap_m;
       }
     }
     if (latest->second) over.push_back(i);
@@ -92,39 +92,39 @@ Floor::NodeList Floor::NodesOver(const NodeList& region) const {
 
 // True if the support below the region is mostly hidden or out of the view, a part of it out of the
 // view, and hardly any of the region is lower than the support.
-bool Floor::HidesItsPlace(const NodeList& region) const {
+bool SupportSurface::HidesItsPlace(const NodeList& region) const {
   std::size_t below = 0, hidden = 0, in_view = 0, asked = 0;
   for (std::size_t k = 0; k < region.size(); k += region.size() / kMaxSamples + 1, ++asked) {
     const float sigma = graph_.nodes().sigma_m[region[k]];
     Vector3 local = Local(graph_.nodes().points[region[k]]);
     below += local.z() < -kGate_sigma * sigma;
     local.z() = 0.5 * kFootHeight_m;
-    const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(), LargestJump_m(sigma));
+    const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(), MaxJump_m(sigma));
     hidden += seen == Visibility::kHidden;
     in_view += seen != Visibility::kNoReturn;
   }
   const auto all = static_cast<double>(asked);
   return static_cast<double>(below) <= kMaxPassing * all &&
          static_cast<double>(in_view) <= kNearlyAll * all &&
-         static_cast<double>(hidden + asked - in_view) >= kLargerPart * all;
+         static_cast<double>(hidden + asked - in_view) >= kMajority * all;
 }
 
 // True if the support may continue below the region although only a part beside it was seen, like a
 // low table behind a counter: hardly any of the region is lower, something hides the places before
 // its foot (farther away than contact, so it is not its own shadow), and all places between its
 // foot and the visible part of the support are hidden too.
-bool Floor::IsOverHiddenPart(const NodeList& region) const {
+bool SupportSurface::IsOverHiddenPart(const NodeList& region) const {
   const Vector2 sensor = Local(sight_.viewpoint()).head<2>();
   std::vector<std::pair<Vector2, float>> feet;  // with the tolerance in range of each foot
   std::size_t below = 0, before = 0;
   for (std::size_t k = 0; k < region.size(); k += region.size() / kLinesOfSight + 1) {
-    const float sigma = graph_.nodes().sigma_m[region[k]], jump_m = LargestJump_m(sigma);
+    const float sigma = graph_.nodes().sigma_m[region[k]], jump_m = MaxJump_m(sigma);
     const Vector3 local = Local(graph_.nodes().points[region[k]]);
     const Vector2 foot = local.head<2>();
-    if (extent_.exteriorDistance(foot) > kWidestHidden_m) return false;
+    if (extent_.exteriorDistance(foot) > kMaxHiddenGap_m) return false;
     below += local.z() < -kGate_sigma * sigma;
     before +=
-        LookAt(foot + kTouching_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
+        LookAt(foot + kMaxTouchingGap_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
     feet.emplace_back(foot, jump_m);
   }
   const auto all = static_cast<double>(feet.size());
@@ -138,7 +138,7 @@ bool Floor::IsOverHiddenPart(const NodeList& region) const {
 // True if the region hides the unseen part of the support, as at an edge that its own shadow cuts
 // off: hardly any of the region is lower, and no ray passes right below its foot, as it does below
 // something that hangs beside the support.
-bool Floor::HidesItsSupport(const NodeList& region) const {
+bool SupportSurface::HidesItsSupport(const NodeList& region) const {
   NodeList feet;
   std::size_t below = 0;
   for (std::uint32_t i : region) {
@@ -155,27 +155,27 @@ bool Floor::HidesItsSupport(const NodeList& region) const {
     Vector3 local = Local(graph_.nodes().points[feet[k]]);
     local.z() = -kFootHeight_m;
     const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(),
-                                        LargestJump_m(graph_.nodes().sigma_m[feet[k]]));
+                                        MaxJump_m(graph_.nodes().sigma_m[feet[k]]));
     hidden += seen == Visibility::kHidden;
     through += seen == Visibility::kSeenThrough;
   }
-  return static_cast<double>(hidden) >= kLargerPart * static_cast<double>(asked) &&
+  return static_cast<double>(hidden) >= kMajority * static_cast<double>(asked) &&
          static_cast<double>(through) <= kMaxPassing * static_cast<double>(asked);
 }
 
-Visibility Floor::LookAt(const Vector2& foot, float jump_m) const {
+Visibility SupportSurface::LookAt(const Vector2& foot, float jump_m) const {
   const Vector3 place = plate_.X_FS * Vector3(foot.x(), foot.y(), 0.5 * kFootHeight_m);
   return sight_.Look(place.cast<float>(), jump_m);
 }
 
-bool Floor::IsHiddenToSupport(const Vector2& from, float jump_m) const {
+bool SupportSurface::IsHiddenToSupport(const Vector2& from, float jump_m) const {
   Vector2 to = from;
-  double nearest_m = kWidestHidden_m;
+  double nearest_m = kMaxHiddenGap_m;
   for (const FootprintCell& cell : occupied_) {
     const double away_m = (MiddleOf(cell) - from).norm();
     if (away_m < nearest_m) nearest_m = away_m, to = MiddleOf(cell);
   }
-  if (nearest_m >= kWidestHidden_m) return false;
+  if (nearest_m >= kMaxHiddenGap_m) return false;
   int through = 0;  // consecutive places: a single one may be a mixed pixel
   for (double at_m = 0; at_m < nearest_m && through < 2; at_m += cell_m_) {
     const Vector2 place = from + at_m / nearest_m * (to - from);
@@ -187,7 +187,7 @@ bool Floor::IsHiddenToSupport(const Vector2& from, float jump_m) const {
 // True if nearly all nodes lie on one sphere that touches the support. From steeply above a ball
 // shows no foot. The sphere is the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976); the other nodes
 // are creases and mixed pixels.
-bool Floor::IsBallOnIt(const NodeList& over) const {
+bool SupportSurface::IsBallOnIt(const NodeList& over) const {
   const std::size_t stride = over.size() / kMaxSamples + 1;
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
@@ -208,13 +208,13 @@ bool Floor::IsBallOnIt(const NodeList& over) const {
     on += std::abs(off_m) <= kGate_sigma * graph_.nodes().sigma_m[over[k]];
   }
   return static_cast<double>(on) >= kNearlyAll * static_cast<double>(asked) &&
-         std::abs(x[2] - radius_m) <= LargestJump_m(sigma);
+         std::abs(x[2] - radius_m) <= MaxJump_m(sigma);
 }
 
 // True if enough of the lowest nodes touch the support, or if the space between them and the
 // support is hidden. The lowest nodes are those with nearly all others above; enough are more than
 // chance makes. A hanging object shows empty space below all of them.
-bool Floor::StandsOrIsHidden(const NodeList& over) const {
+bool SupportSurface::StandsOrIsHidden(const NodeList& over) const {
   std::vector<std::pair<double, std::uint32_t>> heights;
   Eigen::AlignedBox2d extent;
   for (std::uint32_t i : over) {
@@ -233,16 +233,16 @@ bool Floor::StandsOrIsHidden(const NodeList& over) const {
        k += std::max<std::size_t>(1, count / kLinesOfSight), ++asked) {
     standing += StandsOrIsHidden(heights[k].second, heights[k].first, foot_m);
   }
-  return static_cast<double>(standing) >= kNotByChance * static_cast<double>(asked);
+  return static_cast<double>(standing) >= kMinSignificantShare * static_cast<double>(asked);
 }
 
-bool Floor::StandsOrIsHidden(std::uint32_t node, double height, double foot_m) const {
+bool SupportSurface::StandsOrIsHidden(std::uint32_t node, double height, double foot_m) const {
   const float sigma = graph_.nodes().sigma_m[node];
   if (height <= foot_m + kGate_sigma * sigma) return true;
   const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
   for (const float share : {0.25f, 0.5f, 0.75f}) {
     const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;
-    if (sight_.Look(below, LargestJump_m(sigma)) == Visibility::kSeenThrough) return false;
+    if (sight_.Look(below, MaxJump_m(sigma)) == Visibility::kSeenThrough) return false;
   }
   return true;
 }
@@ -250,7 +250,7 @@ bool Floor::StandsOrIsHidden(std::uint32_t node, double height, double foot_m) c
 // Area of the region's projection in square metres, as far as it lies on cells of the support,
 // right beside them (an object hides the support below itself) or in hidden places: an object
 // behind a larger one is surrounded by that one's shadow.
-double Floor::Footprint_m2(const NodeList& over) const {
+double SupportSurface::Footprint_m2(const NodeList& over) const {
   std::set<FootprintCell> cells;
   auto latest = cells.end();
   for (std::uint32_t i : over) {
@@ -270,7 +270,7 @@ double Floor::Footprint_m2(const NodeList& over) const {
   return static_cast<double>(shared) * cell_m_ * cell_m_;
 }
 
-bool Floor::IsHiddenAt(const FootprintCell& cell) const {
+bool SupportSurface::IsHiddenAt(const FootprintCell& cell) const {
   const Vector2 middle = MiddleOf(cell);
   const Vector3 local(middle.x(), middle.y(), 0);
   return sight_.Look((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==

@@ -1,5 +1,5 @@
 // One object above or beside a table that is seen from above its edge.
-#include "perception/segmentation/floor.h"
+#include "perception/segmentation/support_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -53,13 +53,13 @@ class OverAFloor {
     plate.shape.outline = {
         {0, 0}, {kFloorSide_m, 0}, {kFloorSide_m, kFloorSide_m}, {0, kFloorSide_m}};
     plate.shape.thickness_m = 0.02;
-    Floor::NodeList object;
+    SupportSurface::NodeList object;
     for (std::uint32_t i = 0; i < nodes.size(); ++i) {
       if (label_[grid.PointsOf(i)[0]] == kObject) object.push_back(i);
     }
     EXPECT_FALSE(object.empty());
     const SightMap sight(nodes, kFloorPitch_rad);
-    return Floor(graph, coarse, support, plate, sight).Carries(object);
+    return SupportSurface(graph, coarse, support, plate, sight).Carries(object);
   }
 
  private:
@@ -95,14 +95,14 @@ class OverAFloor {
   std::vector<Label> label_;
 };
 
-TEST(Floor, CarriesABoxUnlessOneSeesBelowIt) {
+TEST(SupportSurface, CarriesABoxUnlessOneSeesBelowIt) {
   EXPECT_TRUE(OverAFloor().AddBox({0.2, 0.25, 0.005}).CarriesTheObject());
   EXPECT_FALSE(OverAFloor().AddBox({0.2, 0.25, 0.15}).CarriesTheObject());
 }
 
 // The screen is 15 cm in front of the box. Rays past its lower and its upper edge meet the box's
 // front at the table's height and 15 cm above it.
-TEST(Floor, CarriesWhatNobodySeesBelow) {
+TEST(SupportSurface, CarriesWhatNobodySeesBelow) {
   EXPECT_TRUE(OverAFloor()
                   .AddBox({0.2, 0.25, 0.15})
                   .AddScreen({0.05, 0.2, 0.15}, 0.2, 0.12)
@@ -110,12 +110,12 @@ TEST(Floor, CarriesWhatNobodySeesBelow) {
 }
 
 // A footprint of at least two cells of 1 cm (2 cm^2) makes an object.
-TEST(Floor, CarriesNothingWithoutAFootprint) {
+TEST(SupportSurface, CarriesNothingWithoutAFootprint) {
   EXPECT_FALSE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.01, 0.1).CarriesTheObject());
   EXPECT_TRUE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.04, 0.1).CarriesTheObject());
 }
 
-TEST(Floor, CarriesNothingBelowItOrBesideIt) {
+TEST(SupportSurface, CarriesNothingBelowItOrBesideIt) {
   EXPECT_FALSE(OverAFloor().AddFront({-0.02, 0.2, -0.4}, 0.2, 0.35).CarriesTheObject());
   EXPECT_FALSE(OverAFloor().AddBox({0.2, kFloorSide_m + 0.1, 0.005}).CarriesTheObject());
 }

@@ -13,7 +13,7 @@
 
 namespace cwm::perception {
 
-struct PieceView {
+struct PieceSummary {
   std::vector<std::uint32_t> sample;  // nodes, at most kMaxSamples, evenly spread
   std::size_t node_count = 0;
   double area_m2 = 0;
@@ -28,13 +28,13 @@ struct Border {
   float level_links = 0;  // sum over links of n . up of the second piece, where positive
 };
 
-struct PieceViews {
-  std::vector<PieceView> pieces;                                    // per piece; empty for supports
+struct PieceSummaries {
+  std::vector<PieceSummary> pieces;                                    // per piece; empty for supports
   std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered, both directions
 };
 
 // True if two pieces share a good part of their outline; less is an incidental touch.
-bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b);
+bool AreInContact(const PieceSummaries& views, std::size_t a, std::size_t b);
 
 // chosen: smaller pieces do not determine a plane.
 inline constexpr double kMinFace_m2 = 3e-4;
@@ -45,6 +45,6 @@ inline constexpr float kLevelBorder_cos = 0.6f;
 inline constexpr float kFloor_cos = 0.8f;
 
 // Up is z of the graph's frame.
-PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work);
+PieceSummaries SummarizePieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work);
 
 }  // namespace cwm::perception

@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "perception/segmentation/piece_views.h"
+#include "perception/segmentation/piece_summaries.h"
 
 namespace cwm::perception {
 
@@ -51,7 +51,7 @@ class PiecesByHand {
   }
 
   const OrientedPoints& nodes() const { return nodes_; }
-  const PieceViews& views() const { return views_; }
+  const PieceSummaries& views() const { return views_; }
 
  private:
   struct Point {
@@ -62,7 +62,7 @@ class PiecesByHand {
     return ends.x() + share * (ends.y() - ends.x());
   }
 
-  std::size_t Append(PieceView piece) {
+  std::size_t Append(PieceSummary piece) {
     views_.pieces.push_back(std::move(piece));
     return views_.pieces.size() - 1;
   }
@@ -72,7 +72,7 @@ class PiecesByHand {
     const auto columns = std::lround(lengths_m.x() / kSpacing_m);
     const auto rows = std::lround(lengths_m.y() / kSpacing_m);
     const auto stride = (columns * rows + long{kMaxSamples} - 1) / long{kMaxSamples};
-    PieceView piece;
+    PieceSummary piece;
     for (long k = 0; k < columns * rows; ++k) {
       const Point point =
           point_at((static_cast<double>(k / rows) + 0.5) / static_cast<double>(columns),
@@ -91,7 +91,7 @@ class PiecesByHand {
   }
 
   OrientedPoints nodes_;
-  PieceViews views_;
+  PieceSummaries views_;
 };
 
 }  // namespace cwm::perception
