@@ -66,7 +66,7 @@ Extraction ExtractShapes(const FitContext& context) {
     out.notes.push_back("shape search ended at its cap of shapes; the rest becomes surfaces");
     break;
   }
-  if (search.capped()) {
+  if (search.is_exhausted()) {
     out.notes.push_back("shape search ended at its cap of draws; small shapes may be missed");
   }
   return out;

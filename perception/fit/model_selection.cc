@@ -322,30 +322,30 @@ CurvedEvidence MeasureEvidence(const ConeModel& cone, const ShapeFit& fit,
 }
 
 bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples,
-                   double least_sigma) {
+                   double min_sigma) {
   // Noise gives the curvature of a flat patch a standard deviation of 26.8 sigma / (sqrt(n) L^2): 2
   // sqrt(180) for a parabola fitted to n points spread evenly over the chord L.
   const double flat_curvature =
-      least_sigma * kFlatCurvature * sigma_m /
+      min_sigma * kFlatCurvature * sigma_m /
       (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
   return 1 / e.radius_m > flat_curvature && e.sagitta_m > double{kUnevenness_m} + 0.5 * sigma_m &&
          e.arc_rad >= kMinArc_rad;
 }
 
-bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context, double least_sigma) {
+bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context, double min_sigma) {
   double sigma_m = 0;
   for (std::uint32_t i : fit.inliers) sigma_m += context.points.sigma_m[i];
   sigma_m /= static_cast<double>(fit.inliers.size());
   const double samples = context.IndependentSamples(fit.inliers.size());
   if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples, least_sigma);
+    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples, min_sigma);
   }
   if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
     return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, context), sigma_m, samples,
-                         least_sigma);
+                         min_sigma);
   }
   if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples, least_sigma);
+    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples, min_sigma);
   }
   return true;
 }

@@ -273,11 +273,11 @@ Criterion EvaluateCriterion(const std::vector<PlaneModel>& planes, const FitCont
                             const std::vector<std::uint32_t>& listed) {
   double squares = 0;
   for (std::uint32_t i : listed) {
-    double least = kTruncatedSquare;
+    double min_square = kTruncatedSquare;
     for (const PlaneModel& plane : planes) {
-      least = std::min(least, TruncatedSquare(plane, context.points, i));
+      min_square = std::min(min_square, TruncatedSquare(plane, context.points, i));
     }
-    squares += least;
+    squares += min_square;
   }
   return CriterionOf(squares / Count(listed), listed.size(),
                      PlaneModel::kParameterCount * static_cast<int>(planes.size()), context);

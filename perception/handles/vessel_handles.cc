@@ -195,9 +195,9 @@ bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Ve
   return SeenWidth_m(part, viewpoint) <= kMaxHandleWidth_m;
 }
 
-Vessel::Fixed Vessel::FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
+Vessel::FixedParts Vessel::FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
                                 const Work& work) const {
-  Fixed found;
+  FixedParts found;
   std::vector<Cluster>& handles = found.handles;
   std::vector<Cluster> parts;
   const Cluster out = ProtrudingPoints(object, among);
@@ -278,8 +278,8 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
       handles.erase(handles.begin() + static_cast<std::ptrdiff_t>(other));
     }
     std::erase_if(parts, [&](const Cluster& part) {
-      const double least = kMinSignificantShare * static_cast<double>(handles[h].size());
-      if (static_cast<double>(part.size()) < least || !continues(handles[h], part)) return false;
+      const double min_points = kMinSignificantShare * static_cast<double>(handles[h].size());
+      if (static_cast<double>(part.size()) < min_points || !continues(handles[h], part)) return false;
       take(handles[h], part);
       return true;
     });

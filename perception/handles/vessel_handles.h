@@ -50,11 +50,11 @@ class Vessel {
   const std::vector<RevolvedWall>& walls() const { return walls_; }
 
   // Clusters that stand out from the walls. Spouts have a free end as high as the vessel.
-  struct Fixed {
+  struct FixedParts {
     std::vector<Cluster> handles, spouts;
   };
   // Finds handles and spouts among those points of the object whose flag in `among` is set.
-  Fixed FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
+  FixedParts FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
                   const Work& work) const;
 
   // Returns the points outside the walls, by more than noise explains and no farther than handles

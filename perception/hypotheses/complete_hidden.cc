@@ -136,7 +136,7 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
       const bool faces = normal.dot((viewpoint_S - place).normalized()) >= kGrazing_sin;
       if (!faces) place -= kBetweenPlaces_m * normal;
       const Visibility visibility =
-          sight.Look((longer.X_OS * place).cast<float>(), static_cast<float>(tolerance_m));
+          sight.VisibilityAt((longer.X_OS * place).cast<float>(), static_cast<float>(tolerance_m));
       ++seen.places;
       seen.passed += visibility == Visibility::kSeenThrough;
       if (!faces) continue;

@@ -26,7 +26,7 @@ struct View {
 
   Eigen::Vector3f middle() const { return across.col(2); }
   // The cosine to the middle ray that all rays in `standing` reach: one product rejects most rays.
-  float LeastCosine() const {
+  float MinCosine() const {
     if (standing.isEmpty()) return 2;
     const Eigen::Vector2f farthest = standing.min().cwiseAbs().cwiseMax(standing.max().cwiseAbs());
     // derived: somewhat more than the rounding error of the product of two unit vectors.
@@ -116,7 +116,7 @@ PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X
   PassingRays out;
   out.weight = static_cast<double>(stride_);
   std::vector<std::uint32_t> below;
-  const float least_cos = view.LeastCosine();
+  const float min_cos = view.MinCosine();
   const auto add = [&](std::uint32_t point) {
     out.ends.push_back(scene_.points.points[point]);
     out.sigma_m.push_back(scene_.points.sigma_m[point]);
@@ -124,7 +124,7 @@ PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X
   for (std::size_t k = 0; k < rays_.size(); ++k) {
     const Ray& ray = rays_[k];
     if (ends_on_it[k]) continue;
-    if (ray.direction.dot(view.middle()) < least_cos) continue;
+    if (ray.direction.dot(view.middle()) < min_cos) continue;
     const std::optional<Eigen::Vector2f> at = view.At(ray.direction);
     if (!at || !view.standing.contains(*at)) continue;
     if (view.about.contains(*at)) {

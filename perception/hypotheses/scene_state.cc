@@ -63,11 +63,11 @@ SceneState SceneState::With(Change change) const {
     return std::ranges::count(change.removed, hypothesis->id) > 0;
   });
   for (HypothesisPtr& hypothesis : after.hypotheses_) {
-    const auto reseated = std::ranges::find(change.reseated, hypothesis->id,
+    const auto update = std::ranges::find(change.resting_updates, hypothesis->id,
                                             &std::pair<HypothesisId, Resting>::first);
-    if (reseated == change.reseated.end()) continue;
+    if (update == change.resting_updates.end()) continue;
     auto moved = std::make_shared<ObjectHypothesis>(*hypothesis);
-    moved->resting = reseated->second;
+    moved->resting = update->second;
     hypothesis = std::move(moved);
   }
   for (ObjectHypothesis& added : change.added) {

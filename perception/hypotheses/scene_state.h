@@ -48,10 +48,10 @@ class SceneState {
   struct Change {
     std::vector<HypothesisId> removed;
     std::vector<ObjectHypothesis> added;  // With() assigns their ids
-    std::vector<std::pair<HypothesisId, Resting>> reseated;
+    std::vector<std::pair<HypothesisId, Resting>> resting_updates;
     std::vector<std::pair<std::size_t, PointSet>> support_points;  // of changed supports
   };
-  // Precondition: `removed` and `reseated` exist and have no id in common.
+  // Precondition: `removed` and `resting_updates` exist and have no id in common.
   SceneState With(Change change) const;
 
   // models[k] becomes the model of hypotheses()[k]; if null, the previous model stays. A hypothesis

@@ -63,13 +63,13 @@ constexpr double kWorthMoving = 2;
 // places span (ResampledAround); the steps that rays cause are smaller.
 constexpr double kNear_m = 0.02;
 
-PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
+PointsOnGround OnGround(const FitContext& c, std::size_t max_points = kUsedPoints) {
   PointsOnGround out;
   out.X_MG.linear() = BasisFromZ(c.ground.up);
   out.X_MG.translation() = -c.ground.Height_m(Vector3::Zero()) * c.ground.up;
   const Pose X_GM = out.X_MG.inverse(Eigen::Isometry);
   out.viewpoint_G = X_GM * c.points.viewpoint;
-  const std::size_t stride = (c.points.size() + most - 1) / most;
+  const std::size_t stride = (c.points.size() + max_points - 1) / max_points;
   for (std::size_t i = 0; i < c.points.size(); i += stride) {
     out.p_G.push_back(X_GM * c.points.p[i]);
     out.sigma_m.push_back(c.points.sigma_m[i]);
@@ -216,18 +216,18 @@ double StartLoss(const Eigen::VectorXd& r, std::size_t points) {
          static_cast<double>(points);
 }
 
-// Returns the start with the lowest loss after a few steps, and that loss in `least`.
+// Returns the start with the lowest loss after a few steps, and that loss in `min_loss`.
 std::optional<Minimum> BestStart(PrimitiveKind kind, const std::vector<Solid>& known,
-                                 const FitContext& c, double& least) {
+                                 const FitContext& c, double& min_loss) {
   const Evidence evidence = PointsAlone(OnGround(c, kStartPoints));
   std::optional<Minimum> best;
-  least = std::numeric_limits<double>::infinity();
+  min_loss = std::numeric_limits<double>::infinity();
   for (const PrimitiveParameters& start : StartsOf(kind, known, evidence.points)) {
     if (!IsValid(kind, start, c.options)) continue;
     Minimum trial{start, Residuals(kind, start, evidence)};
     Descent(kind, kScales_sigma.front(), evidence, c).Run(kStepsOfStart, trial);
     const double loss = StartLoss(trial.residuals, evidence.points.p_G.size());
-    if (loss < least) best = std::move(trial), least = loss;
+    if (loss < min_loss) best = std::move(trial), min_loss = loss;
   }
   // measured: of 1 500 fits in simulated scenes that ended with 0.9 of the points within their
   // gates, 1 in 500 began with less than half of them.
@@ -273,8 +273,8 @@ std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& poin
   return inliers;
 }
 
-Evidence EvidenceOf(const FitContext& c, std::size_t most = kUsedPoints) {
-  Evidence evidence = PointsAlone(OnGround(c, most));
+Evidence EvidenceOf(const FitContext& c, std::size_t max_points = kUsedPoints) {
+  Evidence evidence = PointsAlone(OnGround(c, max_points));
   const auto used = static_cast<double>(evidence.points.p_G.size());
   evidence.slope_weight = used / std::max(1.0, c.IndependentSamples(c.points.size()));
   return evidence;

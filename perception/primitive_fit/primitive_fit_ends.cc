@@ -51,10 +51,10 @@ void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
   const Eigen::Index radius = leans ? 4 : 3, length = radius + 1;
   const Vector3 axis = fit.solid.X_MS.linear().col(2);
   const double half_m = 0.5 * fit.parameters(length), at_m = axis.dot(fit.solid.X_MS.translation());
-  const double most_m = leans ? kHiddenRadii * fit.parameters(radius) : points.max_gate_m;
+  const double max_m = leans ? kHiddenRadii * fit.parameters(radius) : points.max_gate_m;
   const Interval shown = ExtentAlong(axis, points, fit.solid.inliers, Density::kFading);
   const double low_m = shown.low_m - at_m, high_m = shown.high_m - at_m;
-  const bool low_ends = leans || low_m + half_m <= most_m, high_ends = half_m - high_m <= most_m;
+  const bool low_ends = leans || low_m + half_m <= max_m, high_ends = half_m - high_m <= max_m;
   if (low_ends && high_ends) return;
   const double from_m = low_ends ? -half_m : low_m, to_m = high_ends ? half_m : high_m;
   const double shift_m = 0.5 * (from_m + to_m);

@@ -63,15 +63,15 @@ void ShrinkRoundSolid(const FitContext& c, Solid& solid) {
   if (!(toward.norm() > radius_m)) return;  // the sensor looks along the axis
   toward.normalize();
   const double worthwhile = (1 - kMinCleared) * at_first;
-  double least = worthwhile;
+  double min_share = worthwhile;
   Solid clearest;
-  for (int step = 1; step <= kNarrowings && least > kMinCleared * at_first; ++step) {
+  for (int step = 1; step <= kNarrowings && min_share > kMinCleared * at_first; ++step) {
     c.work.Poll();
     Solid narrowed = Narrowed(solid, toward, step * kMaxNarrowed / kNarrowings * radius_m);
     const double now = CrossingRayShare(narrowed, c.free);
-    if (now < least) least = now, clearest = std::move(narrowed);
+    if (now < min_share) min_share = now, clearest = std::move(narrowed);
   }
-  if (!(least < worthwhile)) return;
+  if (!(min_share < worthwhile)) return;
   WidenSigmas(solid, clearest);
   solid = std::move(clearest);
 }

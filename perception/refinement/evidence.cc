@@ -60,21 +60,21 @@ bool ExplainsAllParts(const ModelledProposal& modelled) {
 }
 
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L) {
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (const ShapePart& part : shapes) {
     const Vector3 p_S = part.X_OS.inverse(Eigen::Isometry) * p_L;
-    least_m = std::min(least_m, std::abs(SignedDistance_m(part, p_S)));
+    min_m = std::min(min_m, std::abs(SignedDistance_m(part, p_S)));
   }
-  return least_m;
+  return min_m;
 }
 
 std::size_t NearestShape(const std::vector<ShapePart>& shapes, const Vector3& p_L) {
   std::size_t nearest = 0;
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     const Vector3 p_S = shapes[k].X_OS.inverse(Eigen::Isometry) * p_L;
     const double off_m = std::abs(SignedDistance_m(shapes[k], p_S));
-    if (off_m < least_m) nearest = k, least_m = off_m;
+    if (off_m < min_m) nearest = k, min_m = off_m;
   }
   return nearest;
 }

@@ -41,7 +41,7 @@ struct Consumed {
 };
 
 // A hypothesis that only changes in that it rests on a product.
-struct Reseat {
+struct RestingUpdate {
   HypothesisId id;
   std::size_t on_product = 0;
   std::optional<double> foot_height_m = {};  // null: as it was
@@ -58,7 +58,7 @@ struct FromSupport {
 struct Proposal {
   std::vector<Consumed> consumes = {};
   std::vector<Product> products = {};
-  std::vector<Reseat> reseats = {};
+  std::vector<RestingUpdate> resting_updates = {};
   std::optional<FromSupport> from_support = {};
 };
 

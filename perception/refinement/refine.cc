@@ -176,7 +176,7 @@ class PassRunner {
       const Proposal& proposal = attempt->proposal;
       bool is_free = !proposal.from_support || !supports.contains(proposal.from_support->support);
       for (const Consumed& consumed : proposal.consumes) is_free &= !changed.contains(consumed.id);
-      for (const Reseat& reseat : proposal.reseats) is_free &= !changed.contains(reseat.id);
+      for (const RestingUpdate& update : proposal.resting_updates) is_free &= !changed.contains(update.id);
       for (const Product& product : proposal.products) {
         is_free &= !product.resting.on || !changed.contains(*product.resting.on);
       }
@@ -186,7 +186,7 @@ class PassRunner {
         continue;
       }
       for (const Consumed& consumed : proposal.consumes) changed.insert(consumed.id);
-      for (const Reseat& reseat : proposal.reseats) changed.insert(reseat.id);
+      for (const RestingUpdate& update : proposal.resting_updates) changed.insert(update.id);
       if (proposal.from_support) supports.insert(proposal.from_support->support);
       attempt->trial.outcome = Trial::Outcome::kCommitted;
       for (std::size_t k = 0; k < proposal.products.size(); ++k) {

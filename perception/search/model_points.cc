@@ -78,12 +78,12 @@ double NormalGate_cos(double normal_sigma_rad) {
   return std::cos(std::clamp(gate_rad, kSameNormal_rad, kMaxNormalGate_rad));
 }
 
-ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t most_points, const Work& work) {
+ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t max_points, const Work& work) {
   ModelPoints out;
   const std::vector<std::uint32_t> usable = UsablePoints(points);
   if (usable.empty()) return out;
   const std::vector<KeyedPoint> keyed = SortByMorton(points, usable, work);
-  const std::size_t stride = (keyed.size() + most_points - 1) / most_points;
+  const std::size_t stride = (keyed.size() + max_points - 1) / max_points;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const KeyedPoint& k : keyed) sum += points.points[k.index].cast<double>();
   out.origin_L = sum / static_cast<double>(keyed.size());
@@ -126,8 +126,8 @@ ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed
   return out;
 }
 
-std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices, std::size_t most) {
-  const std::size_t stride = (indices.size() + most - 1) / std::max<std::size_t>(most, 1);
+std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices, std::size_t max_count) {
+  const std::size_t stride = (indices.size() + max_count - 1) / std::max<std::size_t>(max_count, 1);
   if (stride <= 1) return {indices.begin(), indices.end()};
   std::vector<std::uint32_t> out;
   for (std::size_t k = 0; k < indices.size(); k += stride) out.push_back(indices[k]);

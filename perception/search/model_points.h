@@ -43,9 +43,9 @@ inline constexpr int kMortonLevels = std::numeric_limits<std::uint32_t>::digits 
 // more, at most 45 degrees, beyond which a gate would not discriminate.
 double NormalGate_cos(double normal_sigma_rad);
 
-// Returns every k-th point in Morton order, so that at most `most_points` remain, evenly spread.
+// Returns every k-th point in Morton order, so that at most `max_points` remain, evenly spread.
 // Points that are not finite or have no normal are left out.
-ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t most_points,
+ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t max_points,
                           const Work& work = {});
 
 // Returns the listed points, in the order of the list, about the same origin.
@@ -61,7 +61,7 @@ bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double
   return model.FacingSign() * model.Normal(points.p[i]).dot(points.n[i]) >= points.min_cos[i];
 }
 
-// Returns at most `most` of the indices, evenly spread over the list.
-std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices, std::size_t most);
+// Returns at most `max_count` of the indices, evenly spread over the list.
+std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices, std::size_t max_count);
 
 }  // namespace cwm::perception

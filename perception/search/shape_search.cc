@@ -77,19 +77,19 @@ ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, Candid
 
 std::optional<Candidate> ShapeSearch::Next() {
   const double enough = -std::log(options_.missed_shape_probability);
-  const double least = options_.min_inliers / points_.weight;
+  const double min_points = options_.min_inliers / points_.weight;
   double expected_hits_per_point = 0;  // by the draws so far
-  while (static_cast<double>(candidates_.available_count()) >= least) {
+  while (static_cast<double>(candidates_.available_count()) >= min_points) {
     work_.Poll();
     const Candidate* leader = candidates_.Leader();
-    if (leader && static_cast<double>(leader->inliers.size()) < least) leader = nullptr;
-    const double sought = leader ? static_cast<double>(leader->inliers.size()) : least;
+    if (leader && static_cast<double>(leader->inliers.size()) < min_points) leader = nullptr;
+    const double sought = leader ? static_cast<double>(leader->inliers.size()) : min_points;
     // P(missed) of a shape of `sought` points is at most exp(-expected hits).
     if (expected_hits_per_point * sought >= enough) {
       return leader ? std::optional<Candidate>(*leader) : std::nullopt;
     }
     if (draws_left_ < kDrawsPerLook) {
-      capped_ = true;
+      is_exhausted_ = true;
       return leader ? std::optional<Candidate>(*leader) : std::nullopt;
     }
     for (int k = 0; k < kDrawsPerLook; ++k) Draw();

@@ -45,14 +45,14 @@ Members NormalInliers(const Plane& plane, const OrientedPoints& nodes, const Mem
 std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceSummary& piece) {
   std::vector<Facet> facets;
   Members rest = piece.sample;
-  const std::size_t least =
+  const std::size_t min_count =
       std::max(kTwoSamples,
                static_cast<std::size_t>(kMinSignificantShare * static_cast<double>(piece.sample.size())));
-  while (facets.size() < kMaxFacets && rest.size() >= least) {
+  while (facets.size() < kMaxFacets && rest.size() >= min_count) {
     const std::optional<Plane> plane = FitPlane(nodes, rest, rest[0]);
     if (!plane) break;
     Members members = NormalInliers(*plane, nodes, rest);
-    if (members.size() < least) break;
+    if (members.size() < min_count) break;
     Members remaining;
     std::set_difference(rest.begin(), rest.end(), members.begin(), members.end(),
                         std::back_inserter(remaining));
@@ -76,9 +76,9 @@ bool SharePlane(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const Facet& larger = a.members.size() >= b.members.size() ? a : b;
   const std::optional<Plane> common = RefinePlane(larger.plane, nodes, both);
   if (!common) return false;
-  const double most_turn_cos = std::cos(kSamePlane_rad);
-  return common->normal.dot(a.plane.normal) > most_turn_cos &&
-         common->normal.dot(b.plane.normal) > most_turn_cos &&
+  const double max_turn_cos = std::cos(kSamePlane_rad);
+  return common->normal.dot(a.plane.normal) > max_turn_cos &&
+         common->normal.dot(b.plane.normal) > max_turn_cos &&
          MeanOffset_sigma(nodes, *common, a.members) < 1 &&
          MeanOffset_sigma(nodes, *common, b.members) < 1;
 }
@@ -182,7 +182,7 @@ class BetweenParts {
       for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
         const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
         const Vector3f place = (1 - t) * nodes_.points[i] + t * nodes_.points[j];
-        const Visibility sight = sight_.Look(place, MaxJump_m(nodes_.sigma_m[i]));
+        const Visibility sight = sight_.VisibilityAt(place, MaxJump_m(nodes_.sigma_m[i]));
         ++seen;
         through += sight == Visibility::kSeenThrough;
         hidden += sight == Visibility::kHidden;

@@ -55,9 +55,9 @@ bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
 }
 
 bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
-  static const float most_tilt_cos = static_cast<float>(std::cos(kMaxTilt_rad));
+  static const float max_tilt_cos = static_cast<float>(std::cos(kMaxTilt_rad));
   const OrientedPoints& cells = coarse.cells;
-  if (cells.normals[c].dot(up) >= most_tilt_cos) return false;  // the normal shows that it is level
+  if (cells.normals[c].dot(up) >= max_tilt_cos) return false;  // the normal shows that it is level
   const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
   const float down_m = -ray.dot(up);
   if (down_m <= 0 || down_m >= kGrazing_sin * ray.norm()) return false;

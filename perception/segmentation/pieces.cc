@@ -34,9 +34,9 @@ constexpr double kMinContact = 1.2;
 // True if the normal is within max(kSameNormal_rad, 3 standard deviations of the normal) of up, as
 // of a support's nodes.
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
-  static const auto least_gate_cos = static_cast<float>(std::cos(kSameNormal_rad));
+  static const auto min_gate_cos = static_cast<float>(std::cos(kSameNormal_rad));
   const float cosine = std::abs(nodes.normals[i].dot(up));
-  if (cosine >= least_gate_cos) return true;
+  if (cosine >= min_gate_cos) return true;
   const double gate = kGate_sigma * nodes.normal_sigma_rad[i];
   return gate > kSameNormal_rad && cosine >= std::cos(std::min(gate, 1.5));
 }

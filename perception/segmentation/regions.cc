@@ -112,7 +112,7 @@ void AppendObjects(const Segment& region, const Pieces& pieces, const OrientedPo
   for (std::uint32_t i : region.nodes) {
     Segment& segment = by_object[pieces.of_node[i]];
     segment.supported_by = region.supported_by;
-    segment.hangs = region.hangs;
+    segment.is_hanging = region.is_hanging;
     segment.nodes.push_back(i);
   }
   const Placed<Plate>& plate = plates[static_cast<std::size_t>(region.supported_by)];

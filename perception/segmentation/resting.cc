@@ -55,10 +55,10 @@ struct Standing {
   Polygon hull;                  // of the footprint
   double foot_m = 0;
   double band_m = 0;   // heights within this are equal
-  bool hangs = false;  // rests on another object, whatever share of it lies over that one
+  bool is_hanging = false;  // rests on another object, whatever share of it lies over that one
 
   Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
-      : segment(index), hangs(s.hangs) {
+      : segment(index), is_hanging(s.is_hanging) {
     std::vector<Vector3> places;
     std::vector<float> sigma;
     auto column = top_m.end();  // consecutive nodes are mostly in one cell
@@ -131,7 +131,7 @@ double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose
       Vector3 place;
       place << CenterOf(cell), height;
       const Visibility seen =
-          sight.Look((X_LP * place).cast<float>(), static_cast<float>(upper.band_m));
+          sight.VisibilityAt((X_LP * place).cast<float>(), static_cast<float>(upper.band_m));
       hidden += seen == Visibility::kHidden;
       through += seen == Visibility::kSeenThrough;
     }
@@ -171,17 +171,17 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
                       const Pose& X_LP, const SightMap* sight) {
   if (upper.foot_m <= upper.band_m) return nullptr;
   const Standing* best = nullptr;
-  double most = upper.hangs ? 0 : kMajority;
+  double max_share = upper.is_hanging ? 0 : kMajority;
   for (const Standing& lower : standing) {
     if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
     double share = 0;
     if (Touches(upper, lower) || EndsBelow(upper, lower)) {
       share = ShareOver(upper, lower);
-    } else if (upper.hangs && sight) {
+    } else if (upper.is_hanging && sight) {
       share = ShareHiddenBelow(upper, lower, X_LP, *sight);
     }
-    if (share <= most) continue;
-    most = share;
+    if (share <= max_share) continue;
+    max_share = share;
     best = &lower;
   }
   return best;
@@ -239,7 +239,7 @@ void AssignSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Pl
                              const SightMap* sight, const std::vector<Segment>& objects,
                              std::vector<Segment>& hanging, const Work& work) {
   std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects, work);
-  for (Segment& region : hanging) region.hangs = true;
+  for (Segment& region : hanging) region.is_hanging = true;
   // Per support, the hanging regions in its frame, computed when first needed.
   std::vector<std::vector<std::optional<Standing>>> over(plates.size());
   for (bool grown = true; grown;) {

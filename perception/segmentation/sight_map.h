@@ -22,7 +22,7 @@ class SightMap {
   // `pitch_rad` is the angular size of a cell: about two pixels, so that few cells stay empty.
   SightMap(const OrientedPoints& points, float pitch_rad);
 
-  Visibility Look(const Eigen::Vector3f& place, float tolerance_m) const;
+  Visibility VisibilityAt(const Eigen::Vector3f& place, float tolerance_m) const;
 
   const Eigen::Vector3f& viewpoint() const { return viewpoint_; }
   float pitch_rad() const { return 2 / static_cast<float>(cells_per_side_); }  // of a cell, about

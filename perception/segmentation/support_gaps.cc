@@ -68,7 +68,7 @@ bool PassageTest::operator()(const Vector3& place) const {
   const double incidence_cos = sensor_height_m_ / std::max(range_m, 1e-9);
   if (incidence_cos < kAlongPlane_cos) return false;
   const auto beyond_m = static_cast<float>(depth_m_ / incidence_cos);
-  return sight_.Look(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
+  return sight_.VisibilityAt(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
 }
 
 bool IsGapClosed(const Plane& plane, const OrientedPoints& points,

@@ -99,7 +99,7 @@ bool SupportSurface::HidesItsPlace(const NodeList& region) const {
     Vector3 local = Local(graph_.nodes().points[region[k]]);
     below += local.z() < -kGate_sigma * sigma;
     local.z() = 0.5 * kFootHeight_m;
-    const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(), MaxJump_m(sigma));
+    const Visibility seen = sight_.VisibilityAt((plate_.X_FS * local).cast<float>(), MaxJump_m(sigma));
     hidden += seen == Visibility::kHidden;
     in_view += seen != Visibility::kNoReturn;
   }
@@ -124,7 +124,7 @@ bool SupportSurface::IsOverHiddenPart(const NodeList& region) const {
     if (extent_.exteriorDistance(foot) > kMaxHiddenGap_m) return false;
     below += local.z() < -kGate_sigma * sigma;
     before +=
-        LookAt(foot + kMaxTouchingGap_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
+        VisibilityAbove(foot + kMaxTouchingGap_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
     feet.emplace_back(foot, jump_m);
   }
   const auto all = static_cast<double>(feet.size());
@@ -154,7 +154,7 @@ bool SupportSurface::HidesItsSupport(const NodeList& region) const {
   for (std::size_t k = 0; k < feet.size(); k += feet.size() / kMaxSamples + 1, ++asked) {
     Vector3 local = Local(graph_.nodes().points[feet[k]]);
     local.z() = -kFootHeight_m;
-    const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(),
+    const Visibility seen = sight_.VisibilityAt((plate_.X_FS * local).cast<float>(),
                                         MaxJump_m(graph_.nodes().sigma_m[feet[k]]));
     hidden += seen == Visibility::kHidden;
     through += seen == Visibility::kSeenThrough;
@@ -163,9 +163,9 @@ bool SupportSurface::HidesItsSupport(const NodeList& region) const {
          static_cast<double>(through) <= kMaxPassing * static_cast<double>(asked);
 }
 
-Visibility SupportSurface::LookAt(const Vector2& foot, float jump_m) const {
+Visibility SupportSurface::VisibilityAbove(const Vector2& foot, float jump_m) const {
   const Vector3 place = plate_.X_FS * Vector3(foot.x(), foot.y(), 0.5 * kFootHeight_m);
-  return sight_.Look(place.cast<float>(), jump_m);
+  return sight_.VisibilityAt(place.cast<float>(), jump_m);
 }
 
 bool SupportSurface::IsHiddenToSupport(const Vector2& from, float jump_m) const {
@@ -179,7 +179,7 @@ bool SupportSurface::IsHiddenToSupport(const Vector2& from, float jump_m) const 
   int through = 0;  // consecutive places: a single one may be a mixed pixel
   for (double at_m = 0; at_m < nearest_m && through < 2; at_m += cell_m_) {
     const Vector2 place = from + at_m / nearest_m * (to - from);
-    through = LookAt(place, jump_m) == Visibility::kSeenThrough ? through + 1 : 0;
+    through = VisibilityAbove(place, jump_m) == Visibility::kSeenThrough ? through + 1 : 0;
   }
   return through < 2;
 }
@@ -242,7 +242,7 @@ bool SupportSurface::StandsOrIsHidden(std::uint32_t node, double height, double 
   const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
   for (const float share : {0.25f, 0.5f, 0.75f}) {
     const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;
-    if (sight_.Look(below, MaxJump_m(sigma)) == Visibility::kSeenThrough) return false;
+    if (sight_.VisibilityAt(below, MaxJump_m(sigma)) == Visibility::kSeenThrough) return false;
   }
   return true;
 }
@@ -273,7 +273,7 @@ double SupportSurface::Footprint_m2(const NodeList& over) const {
 bool SupportSurface::IsHiddenAt(const FootprintCell& cell) const {
   const Vector2 middle = MiddleOf(cell);
   const Vector3 local(middle.x(), middle.y(), 0);
-  return sight_.Look((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==
+  return sight_.VisibilityAt((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==
          Visibility::kHidden;
 }
 

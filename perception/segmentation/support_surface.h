@@ -36,7 +36,7 @@ class SupportSurface {
   bool HidesItsPlace(const NodeList& region) const;
   bool IsOverHiddenPart(const NodeList& region) const;
   bool HidesItsSupport(const NodeList& region) const;
-  Visibility LookAt(const Vector2& foot, float jump_m) const;
+  Visibility VisibilityAbove(const Vector2& foot, float jump_m) const;
   bool IsHiddenToSupport(const Vector2& from, float jump_m) const;
   bool IsBallOnIt(const NodeList& over) const;
   bool StandsOrIsHidden(const NodeList& over) const;

@@ -82,10 +82,10 @@ struct BesidePlane {
   std::size_t before = 0;  // on the sensor's side
   std::size_t behind = 0;
 
-  bool Stands(std::size_t on_plane, double least_ratio) const {
+  bool Stands(std::size_t on_plane, double min_ratio) const {
     const auto count = static_cast<double>(before);
     return count >= kMinStandingShare * static_cast<double>(on_plane) &&
-           count >= least_ratio * static_cast<double>(behind);
+           count >= min_ratio * static_cast<double>(behind);
   }
 };
 
@@ -129,9 +129,9 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
       [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
   std::optional<UpEstimate> best;
   double best_score = 0;
-  const double least = kMinPlaneShare * static_cast<double>(coarse.cells.size());
+  const double min_cells = kMinPlaneShare * static_cast<double>(coarse.cells.size());
   for (const auto& cluster : clusters) {
-    if (static_cast<double>(cluster.size()) < least || cluster.size() < 3) break;
+    if (static_cast<double>(cluster.size()) < min_cells || cluster.size() < 3) break;
     const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
     if (!plane) continue;
     const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());

@@ -252,9 +252,9 @@ Group DrawStack(RandomDraws& draws) {
   return StackOf(std::move(storeys), draws);
 }
 
-Group DrawHeap(int most, RandomDraws& draws) {
+Group DrawHeap(int max_members, RandomDraws& draws) {
   constexpr int kMinMembers = 3, kAttempts = 200;
-  const int wanted = kMinMembers + draws.Below(most - kMinMembers + 1);
+  const int wanted = kMinMembers + draws.Below(max_members - kMinMembers + 1);
   Group heap;
   heap.members.push_back(Flat(DrawFlat_m(draws)));
   for (int i = 0; i < kAttempts && static_cast<int>(heap.members.size()) < wanted; ++i) {

@@ -84,8 +84,8 @@ SimulatedObject DrawBox(Rest rest, RandomDraws& draws) {
       return Resting(GoodKind::kBox, Box{.size_m = size_m}, AboutY(lean_rad));
     }
   }
-  const double least_foot_m = std::min(size_m.x(), size_m.y());
-  if (size_m.z() > kMaxSlender * least_foot_m) {
+  const double min_foot_m = std::min(size_m.x(), size_m.y());
+  if (size_m.z() > kMaxSlender * min_foot_m) {
     std::sort(size_m.begin(), size_m.end(), std::greater<>());  // flat instead
   }
   return Resting(GoodKind::kBox, Box{.size_m = size_m}, Quaternion::Identity());

@@ -59,7 +59,7 @@ using Edges = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
 using Weights = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
 
 // The point of least norm of the affine hull, if it lies within the simplex; else empty.
-std::optional<Vector3> LeastWithin(const Simplex& simplex) {
+std::optional<Vector3> MinNormPoint(const Simplex& simplex) {
   const Vector3& first = simplex.points[0];
   if (simplex.size == 1) return first;
   Edges edges(3, simplex.size - 1);
@@ -79,7 +79,7 @@ Vector3 Reduce(Simplex& simplex) {
     for (int i = 0; i < simplex.size; ++i) {
       if (mask >> i & 1) face.points[face.size++] = simplex.points[i];
     }
-    const std::optional<Vector3> point = LeastWithin(face);
+    const std::optional<Vector3> point = MinNormPoint(face);
     if (!point || point->squaredNorm() >= nearest.squaredNorm()) continue;
     nearest = *point;
     best = face;
@@ -113,15 +113,15 @@ double HullDistance_m(const Placed<>& a, const Placed<>& b) {
 }
 
 double Clearance_m(const SimulatedObject& a, const SimulatedObject& b) {
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (const Placed<>& part_a : a.parts) {
     const Placed<> a_W{.X_FS = a.X_WO * part_a.X_FS, .shape = part_a.shape};
     for (const Placed<>& part_b : b.parts) {
       const Placed<> b_W{.X_FS = b.X_WO * part_b.X_FS, .shape = part_b.shape};
-      least_m = std::min(least_m, HullDistance_m(a_W, b_W));
+      min_m = std::min(min_m, HullDistance_m(a_W, b_W));
     }
   }
-  return least_m;
+  return min_m;
 }
 
 // Conservative advancement: an object at a distance of `gap` may move by `gap` in any direction.

@@ -81,7 +81,7 @@ Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / kMinLookedAt);
   Contradiction found;
   for (std::size_t i = 0; i < points.size(); i += stride) {
-    ++found.looked;
+    ++found.examined;
     const double depth_m = std::max(kMaxDepth_m, points.gate_m[i]);
     // The ray is followed from the point to the far side of the solid. In a solid thinner than
     // depth_m the noise of a surface point may put it that deep, so there the ray is followed only

@@ -228,13 +228,13 @@ double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tol
 // rectangle.
 std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double tolerance_m) {
   std::optional<Rectangle> best;
-  double most = kMinOutline;
+  double max_shared = kMinOutline;
   for (std::size_t k = 0; k < hull.size(); ++k) {
     const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
     if (!(edge.norm() > 0)) continue;
     const Rectangle r = BoundsAlong(hull, edge.normalized());
     const double shared = SharedOutline(hull, r, tolerance_m);
-    if (shared > most) best = r, most = shared;
+    if (shared > max_shared) best = r, max_shared = shared;
   }
   if (best && SignedArea_m2(hull) < kMajority * best->area_m2()) return std::nullopt;
   return best;
@@ -280,12 +280,12 @@ bool IsLoneFace(const Shape& shape) {
 
 Rectangle SmallestRectangle(const Polygon& hull) {
   Rectangle best;
-  double least = std::numeric_limits<double>::infinity();
+  double min_area_m2 = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < hull.size(); ++k) {
     const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
     if (!(edge.norm() > 0)) continue;
     const Rectangle r = BoundsAlong(hull, edge.normalized());
-    if (r.area_m2() < least) best = r, least = r.area_m2();
+    if (r.area_m2() < min_area_m2) best = r, min_area_m2 = r.area_m2();
   }
   return best;
 }

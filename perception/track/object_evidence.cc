@@ -121,7 +121,7 @@ SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
   for (const SurfaceSample& sample : samples) {
     if (!scan_.FacesSensor(sample, X_LO)) continue;
     const Vector3 p_L = X_LO * sample.p_O;
-    const RayVerdict verdict = scan_.Look(p_L);
+    const RayVerdict verdict = scan_.VerdictAt(p_L);
     all.Add(verdict);
     if (!OnSupport(p_L)) above.Add(verdict);
   }
@@ -139,7 +139,7 @@ PlacedFit ObjectEvidence::FitOf(int k, const Pose& X_LO, int d, double explained
   std::vector<char> covered;
   for (const SurfaceSample& sample : known[k].samples) {
     const Vector3 p_L = X_LO * sample.p_O;
-    if (!scan_.FacesSensor(sample, X_LO) || scan_.Look(p_L) != RayVerdict::kHit) continue;
+    if (!scan_.FacesSensor(sample, X_LO) || scan_.VerdictAt(p_L) != RayVerdict::kHit) continue;
     const double within_m = std::max(kPointDistance_m, scan_.Gate_m(p_L));
     covered.push_back(detected[d].points.AnyWithin(p_L, within_m));
   }

@@ -31,11 +31,11 @@ std::vector<Eigen::Vector3f> Subsample(const std::vector<Eigen::Vector3f>& point
 // The radius of the model's main shape, in metres, if it is round.
 std::optional<double> MainRadius_m(const HybridModel& model) {
   const ShapePart* main = nullptr;
-  int most_inliers = -1;
+  int max_inliers = -1;
   for (const ShapePart& part : model.shapes) {
     const int inliers = part.fit ? part.fit->inlier_count : 0;
-    if (inliers <= most_inliers) continue;
-    most_inliers = inliers;
+    if (inliers <= max_inliers) continue;
+    max_inliers = inliers;
     main = &part;
   }
   if (main == nullptr) return std::nullopt;

@@ -65,7 +65,7 @@ double Within(const Face& a, const Face& b, const ScanEvidence& scan) {
 
 SightCounts SightsOf(const Face& face, const ScanEvidence& scan) {
   SightCounts counts;
-  for (const Vector3& p_L : face.samples_L) counts.Add(scan.Look(p_L));
+  for (const Vector3& p_L : face.samples_L) counts.Add(scan.VerdictAt(p_L));
   return counts;
 }
 

@@ -231,10 +231,10 @@ class ShellFitter {
       if (within_m < -place.gate_m || within_m > kMaxAcross_m) continue;
       on[place.away > 0 ? 0 : 1].push_back(i);
     }
-    const std::vector<std::uint32_t>& most = on[0].size() > on[1].size() ? on[0] : on[1];
+    const std::vector<std::uint32_t>& larger = on[0].size() > on[1].size() ? on[0] : on[1];
     const Vector3 axis = X_MV_.linear().col(2);
     // Points on a flat rim fill the ragged end up to their noise.
-    return ExtentAlong(axis, c_.points, most).high_m - axis.dot(X_MV_.translation()) - Sigma_m();
+    return ExtentAlong(axis, c_.points, larger).high_m - axis.dot(X_MV_.translation()) - Sigma_m();
   }
 
   void MeasureThickness() {
@@ -309,13 +309,13 @@ class ShellFitter {
   // The visible floor from the wall inwards, as long as it does not rise.
   std::vector<Vector2> Floor() const {
     const WallRing lowest = LowestInside();
-    const double most_m = lowest.radius_m;
-    const auto count = static_cast<std::size_t>(std::max(0.0, most_m) / wall_.step_m) + 1;
+    const double max_m = lowest.radius_m;
+    const auto count = static_cast<std::size_t>(std::max(0.0, max_m) / wall_.step_m) + 1;
     std::vector<Around> around(count);
     // Rays reached the inside wherever it is seen, so points above its lowest ring are no floor.
     const double highest_m = lowest.z_m + wall_.step_m;
     for (const Place& place : places_) {
-      if (place.z_m > highest_m || place.up < kWallRise_sin || place.radial_m >= most_m ||
+      if (place.z_m > highest_m || place.up < kWallRise_sin || place.radial_m >= max_m ||
           Within_m(place) < thickness_m_)
         continue;
       around[static_cast<std::size_t>(place.radial_m / wall_.step_m)].Add(place.sector, place.z_m);

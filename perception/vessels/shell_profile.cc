@@ -98,9 +98,9 @@ class ProfileMaker {
     if (above == rings.end()) {
       const WallRing& last = rings.back();
       const double rise_m = std::min(z_m - last.z_m, kReach_steps * o_.step_m);
-      const double least_m = kMinThickness_m + Level_m(o_.thickness_m, last.slope);
+      const double min_m = kMinThickness_m + Level_m(o_.thickness_m, last.slope);
       return {.z_m = z_m,
-              .radius_m = std::max(least_m, last.radius_m + rise_m * last.slope),
+              .radius_m = std::max(min_m, last.radius_m + rise_m * last.slope),
               .slope = last.slope};
     }
     const auto below = above - 1;

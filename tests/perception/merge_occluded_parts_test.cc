@@ -90,9 +90,9 @@ double LargestShare(const SimulatedCloud& scan, const SceneInterpretation& found
     ++all;
     ++count[found.labels[i] / 10];
   }
-  double most = 0;
-  for (const auto& [label, points] : count) most = std::max(most, points);
-  return most / all;
+  double max_points = 0;
+  for (const auto& [label, points] : count) max_points = std::max(max_points, points);
+  return max_points / all;
 }
 
 // A sphere stands before a short cylinder. The strip of the cylinder that shows on one side of the

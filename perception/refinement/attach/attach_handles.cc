@@ -147,11 +147,11 @@ class Adoption {
 
   std::size_t VesselOf(std::size_t part) {
     const ObjectHypothesis& hypothesis = At(part);
-    const double most = static_cast<double>(hypothesis.points.size()) / kMajority;
+    const double min_points = static_cast<double>(hypothesis.points.size()) / kMajority;
     for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       const ObjectHypothesis& vessel = At(k);
       if (k == part || transferred_to_[k] != k) continue;
-      if (static_cast<double>(vessel.points.size()) < most) continue;
+      if (static_cast<double>(vessel.points.size()) < min_points) continue;
       if (bounds_[part].exteriorDistance(bounds_[k]) > kMaxTouchingGap_m) continue;
       if (IsHandleOf(hypothesis, k)) return k;
     }
@@ -201,8 +201,8 @@ class Adoption {
     for (std::size_t i = 0; i < of_all.size(); ++i) {
       if (of_all[i] == 0) given.push_back(At(from).points[i]);
     }
-    const double most = kMajority * static_cast<double>(At(k).points.size());
-    if (given.empty() || static_cast<double>(given.size()) > most || HasGivenPart(from) ||
+    const double max_points = kMajority * static_cast<double>(At(k).points.size());
+    if (given.empty() || static_cast<double>(given.size()) > max_points || HasGivenPart(from) ||
         Stands(state_.measured(), given, At(k).resting.support)) {
       return;
     }

@@ -85,8 +85,8 @@ class Adoption {
     for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       const std::int32_t support = At(k).resting.support;
       if (k == part || transferred_to_[k] != k || support < 0) continue;
-      const auto most = kMajority * static_cast<double>(At(k).points.size());
-      if (static_cast<double>(hypothesis.points.size()) > most || RestsOnAnother(part, k) ||
+      const auto max_points = kMajority * static_cast<double>(At(k).points.size());
+      if (static_cast<double>(hypothesis.points.size()) > max_points || RestsOnAnother(part, k) ||
           bounds_[part].exteriorDistance(bounds_[k]) > kMaxSpoutGap_m ||
           !Hangs(hypothesis, static_cast<std::size_t>(support))) {
         continue;
@@ -125,7 +125,7 @@ class Adoption {
           std::ranges::any_of(std::initializer_list<double>{0.25, 0.5, 0.75}, [&](double share) {
             Vector3 below = X_SL * state_.points().points[i].cast<double>();
             below.z() = share * height_m;
-            return state_.sight()->Look((X_LS * below).cast<float>(),
+            return state_.sight()->VisibilityAt((X_LS * below).cast<float>(),
                                         MaxJump_m(state_.points().sigma_m[i])) ==
                    Visibility::kSeenThrough;
           });

@@ -81,7 +81,7 @@ SceneState Attach(const SceneState& state, std::span<const PointTransfer> transf
     if (!other->resting.on || changed.contains(other->id)) continue;
     Resting resting = other->resting;
     resting.on = below(*resting.on);
-    if (resting.on != other->resting.on) change.reseated.emplace_back(other->id, resting);
+    if (resting.on != other->resting.on) change.resting_updates.emplace_back(other->id, resting);
   }
   return state.With(std::move(change));
 }

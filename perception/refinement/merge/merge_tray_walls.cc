@@ -91,7 +91,7 @@ class TrayFinder {
       const Vector3 place = begin_L + (k + 0.5) / kTrayPlaces * line_L;
       const double range_m = (place - state_.points().viewpoint).norm();
       const auto sigma_m = static_cast<float>(context_.options.noise.AxialSigma_m(range_m));
-      const Visibility seen = state_.sight()->Look(place.cast<float>(), kGate_sigma * sigma_m);
+      const Visibility seen = state_.sight()->VisibilityAt(place.cast<float>(), kGate_sigma * sigma_m);
       ++sight.all;
       sight.through += seen == Visibility::kSeenThrough;
       sight.on += seen == Visibility::kOnSurface;
@@ -100,7 +100,7 @@ class TrayFinder {
   }
 
   // The visibility of a rectangle, along each of several lines parallel to its y.
-  std::vector<Sight> LookAt(const Vector3& corner_L, const Vector3& x_L, const Vector3& y_L) const {
+  std::vector<Sight> SightsAlong(const Vector3& corner_L, const Vector3& x_L, const Vector3& y_L) const {
     std::vector<Sight> sights;
     for (int k = 0; k < kTrayLines; ++k) {
       sights.push_back(LookAlong(corner_L + (k + 0.5) / kTrayLines * x_L, y_L));
@@ -118,7 +118,7 @@ class TrayFinder {
     const Matrix3 axes = found.X_LB.linear();
     Sight sight;
     for (const Sight& line :
-         LookAt(found.X_LB * corner, size_m.x() * axes.col(0), size_m.y() * axes.col(1))) {
+         SightsAlong(found.X_LB * corner, size_m.x() * axes.col(0), size_m.y() * axes.col(1))) {
       sight.Add(line);
     }
     return sight.through >= kNearlyAll * (sight.through + sight.on) &&
@@ -135,7 +135,7 @@ class TrayFinder {
     corner(axis) = (side % 2 == 0 ? 0.5 : -0.5) * box.size_m(axis);
     corner(1 - axis) = -0.5 * length_m;
     const Matrix3 axes = found.X_LB.linear();
-    return LookAt(found.X_LB * corner, length_m * axes.col(1 - axis), box.rim_m * axes.col(2));
+    return SightsAlong(found.X_LB * corner, length_m * axes.col(1 - axis), box.rim_m * axes.col(2));
   }
 
   // True if the pieces of a side are not one wall: rays pass along its whole height, from near its
@@ -214,7 +214,7 @@ class TrayFinder {
     whole.given_shapes = ShapesOf(found, floor_m, sees_floor);
     for (const HypothesisPtr& other : state_.objects()) {
       if (std::ranges::count(found.parts, other.get()) == 0 && StandsIn(found, *other, floor_m)) {
-        proposal.reseats.push_back({other->id, 0, std::max(0.0, floor_m)});
+        proposal.resting_updates.push_back({other->id, 0, std::max(0.0, floor_m)});
       }
     }
     proposal.products.push_back(std::move(whole));

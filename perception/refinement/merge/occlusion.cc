@@ -27,7 +27,7 @@ VisibilityShares VisibilityBetween(const SceneState& state, const PointSet& a, c
     for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
       const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
       const Eigen::Vector3f place = (1 - t) * all.points[i] + t * all.points[j];
-      const Visibility sight = state.sight()->Look(place, MaxJump_m(all.sigma_m[i]));
+      const Visibility sight = state.sight()->VisibilityAt(place, MaxJump_m(all.sigma_m[i]));
       ++seen;
       through += sight == Visibility::kSeenThrough;
       hidden += sight == Visibility::kHidden;

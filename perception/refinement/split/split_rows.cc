@@ -122,7 +122,7 @@ Proposal CutAt(const SceneState& state, const ObjectHypothesis& object, const Po
     Vector3 middle = Vector3::Zero();
     for (const std::uint32_t i : other->points) middle += state.points().points[i].cast<double>();
     middle /= std::max(1.0, static_cast<double>(other->points.size()));
-    proposal.reseats.push_back({other->id, part_at(X_GroundL * middle), {}});
+    proposal.resting_updates.push_back({other->id, part_at(X_GroundL * middle), {}});
   }
   return proposal;
 }

@@ -153,13 +153,13 @@ class Stacker {
     const double gate_m = kDistanceGate_sigma * sigma_m;
     std::vector<double> levels;
     while (true) {
-      std::size_t most = 0, at = 0;
+      std::size_t max_count = 0, at = 0;
       for (std::size_t first = 0, end = 0; first < heights_m.size(); ++first) {
         while (end < heights_m.size() && heights_m[end] <= heights_m[first] + gate_m) ++end;
-        if (end - first > most) most = end - first, at = first;
+        if (end - first > max_count) max_count = end - first, at = first;
       }
-      if (most < kTwoSamples) break;
-      const double level_m = heights_m[at + most / 2];
+      if (max_count < kTwoSamples) break;
+      const double level_m = heights_m[at + max_count / 2];
       std::erase_if(heights_m, [&](double height_m) {
         return std::abs(height_m - level_m) < std::max(kMaxSameFaceGap_m, gate_m);
       });

@@ -30,7 +30,7 @@ std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_Ground
       ++points[static_cast<std::size_t>(part)];
     }
   }
-  std::size_t round = 0, most = 0;
+  std::size_t round = 0, max_points = 0;
   std::optional<Vector2> axis;
   std::vector<Vector2> axes;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -42,7 +42,7 @@ std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_Ground
     if (!is_round || std::abs(X_GroundS.linear()(2, 2)) < kAligned_cos) continue;
     axes.emplace_back(X_GroundS.translation().head<2>());
     round += points[k];
-    if (points[k] > most) most = points[k], axis = axes.back();
+    if (points[k] > max_points) max_points = points[k], axis = axes.back();
   }
   if (2 * round < model.part_of_point().size()) return std::nullopt;
   const auto is_on_it = [&](const Vector2& other) {

@@ -189,7 +189,7 @@ Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object,
   for (const HypothesisPtr& other : state.objects()) {
     if (other->resting.on != object.id) continue;
     const std::size_t solid = NearestShape(shapes, FootOf(state, *other));
-    proposal.reseats.push_back({other->id, standing.of_solid[solid], {}});
+    proposal.resting_updates.push_back({other->id, standing.of_solid[solid], {}});
   }
   return proposal;
 }

@@ -41,11 +41,11 @@ class OverGround {
   }
   // True if the points rise above what noise and warp lift off the support.
   bool Rises(const PointSet& members) const {
-    double most_m = 0;
+    double max_m = 0;
     for (const std::uint32_t i : members) {
-      most_m = std::max(most_m, double{points_.WidePlaneTolerance_m(i)});
+      max_m = std::max(max_m, double{points_.WidePlaneTolerance_m(i)});
     }
-    return Height_m(members, 1 - kMixedPixels) > most_m;
+    return Height_m(members, 1 - kMixedPixels) > max_m;
   }
   // True if, seen from above, the middle of the points lies within the bounds of the others.
   bool IsOver(const PointSet& members, const PointSet& others) const {

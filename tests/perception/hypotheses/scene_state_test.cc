@@ -74,7 +74,7 @@ TEST(SceneState, KeepsTheOrderOfOutput) {
   ObjectHypothesis merged = before.Get({0});
   merged.points.insert(merged.points.end(), {5, 6});
   merged.node_count = 5;
-  change.reseated = {{{2}, {.support = 0, .on = before.NextId(0), .foot_height_m = 0.1}}};
+  change.resting_updates = {{{2}, {.support = 0, .on = before.NextId(0), .foot_height_m = 0.1}}};
   change.added = {merged};
   const SceneState after = before.With(std::move(change));
   EXPECT_EQ(after.objects().front()->id, before.NextId(0));

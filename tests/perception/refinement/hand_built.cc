@@ -65,10 +65,10 @@ ModelPtr ModelOf(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
   for (std::uint32_t i : hypothesis.points) {
     const Vector3 p = all.points[i].cast<double>();
     std::int32_t nearest = kUnexplained;
-    double least_m = kDistanceGate_sigma * kSigma_m;
+    double min_m = kDistanceGate_sigma * kSigma_m;
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       const double off_m = std::abs(DistanceTo_m(shapes[k], p));
-      if (off_m <= least_m) nearest = static_cast<std::int32_t>(k), least_m = off_m;
+      if (off_m <= min_m) nearest = static_cast<std::int32_t>(k), min_m = off_m;
     }
     model->object.part_of_point.push_back(nearest);
     model->thinned_L.push_back(all.points[i]);

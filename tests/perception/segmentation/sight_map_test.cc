@@ -27,16 +27,16 @@ OrientedPoints Wall() {
 
 TEST(SightMap, TellsInFrontOnAndBehind) {
   const SightMap sight(Wall(), kPitch_rad);
-  EXPECT_EQ(sight.Look({1, 0.2f, 0.3f}, kTolerance_m), Visibility::kSeenThrough);
-  EXPECT_EQ(sight.Look({3, 0.2f, 0.3f}, kTolerance_m), Visibility::kHidden);
+  EXPECT_EQ(sight.VisibilityAt({1, 0.2f, 0.3f}, kTolerance_m), Visibility::kSeenThrough);
+  EXPECT_EQ(sight.VisibilityAt({3, 0.2f, 0.3f}, kTolerance_m), Visibility::kHidden);
   // On the wall straight ahead, where a cell of directions spans no range.
-  EXPECT_EQ(sight.Look({2, 0, 0}, kTolerance_m), Visibility::kOnSurface);
+  EXPECT_EQ(sight.VisibilityAt({2, 0, 0}, kTolerance_m), Visibility::kOnSurface);
 }
 
 TEST(SightMap, KnowsNothingWhereNothingCameBack) {
   const SightMap sight(Wall(), kPitch_rad);
-  EXPECT_EQ(sight.Look({-1, 0, 0}, kTolerance_m), Visibility::kNoReturn);
-  EXPECT_EQ(sight.Look({0.1f, 1, -1}, kTolerance_m), Visibility::kNoReturn);
+  EXPECT_EQ(sight.VisibilityAt({-1, 0, 0}, kTolerance_m), Visibility::kNoReturn);
+  EXPECT_EQ(sight.VisibilityAt({0.1f, 1, -1}, kTolerance_m), Visibility::kNoReturn);
 }
 
 // A board of 0.6 m square 1 m in front of the sensor, and behind it the hidden part of the wall if

@@ -69,7 +69,7 @@ struct FamilyOfScenes {
   std::string name;
   int min_objects = 0;
   int max_objects = 0;
-  int least_on_others = 0;  // objects that rest on others, over the examined scenes
+  int min_on_others = 0;  // objects that rest on others, over the examined scenes
 };
 
 class RandomScenes : public ::testing::TestWithParam<FamilyOfScenes> {
@@ -190,9 +190,9 @@ TEST_P(TouchingObjects, RestOnASupportOrOnOneAnother) {
       on_others += !below->is_support;
     }
   }
-  const bool stands_apart = GetParam().least_on_others == 0;
+  const bool stands_apart = GetParam().min_on_others == 0;
   EXPECT_EQ(on_others == 0, stands_apart);
-  EXPECT_GE(on_others, GetParam().least_on_others);
+  EXPECT_GE(on_others, GetParam().min_on_others);
 }
 
 const auto kSeparateFamilies =

@@ -176,8 +176,8 @@ TEST(SickLms400, IsMoreOrLessNoisyFromObjectToObjectAndBiasedAsAWhole) {
   const PinholeCamera camera;
   const SensorNoise sick{.model = SensorModel::kSickLms400};
   const RangeImage image = Render(walls, camera);
-  double least_bias_m = 1;
-  double most_bias_m = -1;
+  double min_bias_m = 1;
+  double max_bias_m = -1;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const SensorErrors errors = DrawErrors(sick, image, camera, seed);
     std::map<int, std::pair<double, int>> squares_of;
@@ -194,12 +194,12 @@ TEST(SickLms400, IsMoreOrLessNoisyFromObjectToObjectAndBiasedAsAWhole) {
       EXPECT_GT(sigma_m * tolerance, kSickBrightSigma_m);
       EXPECT_LT(sigma_m / tolerance, kSickDarkSigma_m);
     }
-    least_bias_m = std::min(least_bias_m, static_cast<double>(errors.bias_m[0]));
-    most_bias_m = std::max(most_bias_m, static_cast<double>(errors.bias_m[0]));
+    min_bias_m = std::min(min_bias_m, static_cast<double>(errors.bias_m[0]));
+    max_bias_m = std::max(max_bias_m, static_cast<double>(errors.bias_m[0]));
   }
-  EXPECT_GE(least_bias_m, -kSickBias_m);
-  EXPECT_LE(most_bias_m, kSickBias_m);
-  EXPECT_GT(most_bias_m - least_bias_m, kSickBias_m);
+  EXPECT_GE(min_bias_m, -kSickBias_m);
+  EXPECT_LE(max_bias_m, kSickBias_m);
+  EXPECT_GT(max_bias_m - min_bias_m, kSickBias_m);
 }
 
 TEST(ShinyObjects, ReturnNothingAndHideWhatIsBehind) {
@@ -277,12 +277,12 @@ TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
     EXPECT_GE(angle_rad, 0.2 * kDegree);
     EXPECT_LE(angle_rad, 0.5 * kDegree);
     // The camera's target is a point of its axis; the shift there is the translation alone.
-    double least_m = 1;
+    double min_m = 1;
     for (double depth_m = 0.3; depth_m < 3; depth_m += 0.001) {
       const Vector3 p_W = views.X_WC[i] * Vector3(0, 0, depth_m);
-      least_m = std::min(least_m, (error * p_W - p_W).norm());
+      min_m = std::min(min_m, (error * p_W - p_W).norm());
     }
-    EXPECT_LE(least_m, 0.005 + 1e-5);
+    EXPECT_LE(min_m, 0.005 + 1e-5);
     EXPECT_GT(RotationAngle_rad(views.X_WC[i].linear(), camera.X_WC.linear()), 5 * kDegree);
   }
 }
