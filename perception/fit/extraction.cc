@@ -10,11 +10,11 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: bounds the work for shapes and for refused candidates, which cost as much. A cluttered
+// chosen: bounds the work for shapes and for rejected candidates, which cost as much. A cluttered
 // table of a dozen boxes has 36 faces.
-constexpr int kMaxShapes = 64, kMaxRefusals = 48;
-// measured: successive refusals that end the search. In 45 real scans and 112 simulated ones no
-// shape was found after more than 12; an object without shapes has one refused candidate after
+constexpr int kMaxShapes = 64, kMaxRejections = 48;
+// measured: successive rejections that end the search. In 45 real scans and 112 simulated ones no
+// shape was found after more than 12; an object without shapes has one rejected candidate after
 // another.
 constexpr int kMaxConsecutiveRejections = 13;
 // chosen: a third of them at reduced effort; a thousand simulated balls then cost a quarter less.
@@ -44,7 +44,7 @@ Extraction ExtractShapes(const FitContext& context) {
     candidates.Remove(fit.covered);
     out.fits.push_back(std::move(fit));
   };
-  int refusals = 0, in_row = 0;
+  int rejections = 0, in_row = 0;
   while (true) {
     const std::optional<Candidate> leader = search.Next();
     if (!leader) break;
@@ -56,10 +56,10 @@ Extraction ExtractShapes(const FitContext& context) {
       }
     } else {
       candidates.Reject(*leader);
-      ++refusals;
+      ++rejections;
       ++in_row;
     }
-    if (static_cast<int>(out.fits.size()) < kMaxShapes && refusals < kMaxRefusals &&
+    if (static_cast<int>(out.fits.size()) < kMaxShapes && rejections < kMaxRejections &&
         in_row < max_in_row) {
       continue;
     }

@@ -46,7 +46,7 @@ FreeRays FreeRaysPast(const ModelPoints& points, const Ground& ground, const Pas
   FreeRays out;
   if (points.size() == 0 || !ground.known) return out;
   const Reach reach = ReachOf(points, ground);
-  std::size_t about = 0;
+  std::size_t around_count = 0;
   for (std::size_t k = 0; k < passing.ends.size(); ++k) {
     const Vector3 ray = passing.ends[k].cast<double>() - points.origin_L - points.viewpoint;
     const double range_m = ray.norm();
@@ -66,9 +66,9 @@ FreeRays FreeRaysPast(const ModelPoints& points, const Ground& ground, const Pas
       free.p[static_cast<std::size_t>(j)] = points.viewpoint + at_m / range_m * ray;
     }
     out.rays.push_back(free);
-    about += k < passing.about;
+    around_count += k < passing.around_count;
   }
-  const std::size_t stride = std::max({std::size_t{1}, (about + kMaxRaysAbout - 1) / kMaxRaysAbout,
+  const std::size_t stride = std::max({std::size_t{1}, (around_count + kMaxRaysAbout - 1) / kMaxRaysAbout,
                                        (out.rays.size() + kMaxRaysInAll - 1) / kMaxRaysInAll});
   for (std::size_t k = 0; k * stride < out.rays.size(); ++k) out.rays[k] = out.rays[k * stride];
   out.rays.resize((out.rays.size() + stride - 1) / stride);

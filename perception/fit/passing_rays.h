@@ -19,7 +19,7 @@ namespace cwm::perception {
 struct PassingRays {
   std::vector<Eigen::Vector3f> ends;  // metres; rays about the object, then rays below it
   std::vector<float> sigma_m;         // of the range
-  std::size_t about = 0;              // the number of rays about the object
+  std::size_t around_count = 0;              // the number of rays about the object
   double weight = 1;
 };
 

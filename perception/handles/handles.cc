@@ -44,7 +44,7 @@ bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& memb
 
 // True if most points of the cluster lie on the host's surface extended beyond its ends. They are
 // then more of the host rather than a handle.
-bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
+bool ExtendsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                   const ShapePart& host) {
   const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
   std::size_t on = 0;
@@ -303,7 +303,7 @@ void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& g
     }
     const Placed<Box> box = PrincipalBox(points, cluster);
     if (!IsHandle(points, cluster, spacing_m, box, host) ||
-        ProlongsHost(points, cluster, model.shapes[host.solid])) {
+        ExtendsHost(points, cluster, model.shapes[host.solid])) {
       continue;
     }
     AddHandle(box, cluster, static_cast<int>(host.solid), model);

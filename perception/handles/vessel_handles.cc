@@ -37,7 +37,7 @@ constexpr double kMaxSpoutWidth_m = 0.045;
 // chosen: the share of a spout's points, the highest ones, that form its tip.
 constexpr double kTip = 0.05;
 // chosen: the share of a whole handle's points that stand out; the rest are its roots.
-constexpr double kMinStandOut = 0.6;
+constexpr double kMinProtrudingShare = 0.6;
 
 // The extent of the points along the axis of their second largest extent, without the noise on
 // either side: the width of a straight bar, or how far a bent one leaves its chord.
@@ -67,8 +67,8 @@ std::vector<Vector3f> PlacesOf(const OrientedPoints& points,
 // sets are thinned.
 double GapBetween_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>& b) {
   float nearest_m2 = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMaxTestedPointsPerWall) {
-    for (std::size_t k = 0; k < b.size(); k += 1 + b.size() / kMaxTestedPointsPerWall) {
+  for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMaxComparedPoints) {
+    for (std::size_t k = 0; k < b.size(); k += 1 + b.size() / kMaxComparedPoints) {
       nearest_m2 = std::min(nearest_m2, (a[i] - b[k]).squaredNorm());
     }
   }
@@ -125,7 +125,7 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
       bar.length_m > kMaxHandleLength_m || bar.width_m > kMaxHandleWidth_m) {
     return false;
   }
-  if (EndsAsSpout(members)) return false;
+  if (HasSpoutTip(members)) return false;
   const double width_m = SeenWidth_m(members, points.viewpoint);
   if (farthest_m > kMaxBowReach_m) {
     return width_m <= kMaxSeenHandleWidth_m && bar.length_m >= kMinBarElongation * width_m &&
@@ -139,7 +139,7 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
 // True if the cluster rises nearly as high as the vessel and ends there freely, at half of its
 // reach or beyond. A vessel would overflow through a lower spout; bows end at the wall. A spout
 // also rises by at least half of its reach, 27 degrees; bars rise by less.
-bool Vessel::EndsAsSpout(const std::vector<Vector3f>& members) const {
+bool Vessel::HasSpoutTip(const std::vector<Vector3f>& members) const {
   const auto nearest_m = [&](const RevolvedWall& wall) {
     double out_m = kInfinity;
     for (const Vector3f& p : members) out_m = std::min(out_m, wall.Protrusion_m(p.cast<double>()));
@@ -168,7 +168,7 @@ bool Vessel::EndsAsSpout(const std::vector<Vector3f>& members) const {
 
 bool Vessel::IsSpout(const OrientedPoints& points, const Cluster& cluster) const {
   const std::vector<Vector3f> members = PlacesOf(points, cluster);
-  return EndsAsSpout(members) && SeenWidth_m(members, points.viewpoint) <= kMaxSpoutWidth_m;
+  return HasSpoutTip(members) && SeenWidth_m(members, points.viewpoint) <= kMaxSpoutWidth_m;
 }
 
 double Vessel::Gap_m(const OrientedPoints& points, const Cluster& cluster) const {
@@ -310,7 +310,7 @@ double Vessel::ShareOnWalls(const OrientedPoints& other, const std::vector<char>
 bool Vessel::HasHandle(const OrientedPoints& other, const std::vector<Vector3f>& known) const {
   const Cluster out = ProtrudingPoints(other, std::vector<char>(other.size(), 1));
   return out.size() >= kMinHandlePoints &&
-         static_cast<double>(out.size()) >= kMinStandOut * static_cast<double>(other.size()) &&
+         static_cast<double>(out.size()) >= kMinProtrudingShare * static_cast<double>(other.size()) &&
          IsHandle(other, out, GapBetween_m(known, other.points));
 }
 

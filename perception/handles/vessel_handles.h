@@ -83,7 +83,7 @@ class Vessel {
   double Protrusion_m(const Eigen::Vector3f& p) const;  // from the nearest wall
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool IsSpout(const OrientedPoints& points, const Cluster& cluster) const;
-  bool EndsAsSpout(const std::vector<Eigen::Vector3f>& members) const;
+  bool HasSpoutTip(const std::vector<Eigen::Vector3f>& members) const;
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,
                  const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;

@@ -48,7 +48,7 @@ std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
 }
 
 // The solid lengthened by `gap_m` at its lower end; empty if it would end in an apex before.
-std::optional<ShapePart> LongerBelow(const ShapePart& part, const Upright& upright, double gap_m) {
+std::optional<ShapePart> ExtendedBelow(const ShapePart& part, const Upright& upright, double gap_m) {
   const SolidEnd lower{upright.axis, -upright.sign};
   if (!(gap_m < MaxExtension_m(part.shape, lower))) return std::nullopt;
   Placed<> placed = Extended({part.X_OS, part.shape}, lower, gap_m);
@@ -113,7 +113,7 @@ struct Seen {
   int places = 0, passed = 0;  // facing the sensor or not
 };
 
-Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_m,
+Seen VisibilityOfAddedWall(const ShapePart& longer, const Upright& upright, double gap_m,
                     const SightMap& sight, double tolerance_m) {
   Seen seen;
   const Eigen::Index across = (upright.axis + 1) % 3, beside = (upright.axis + 2) % 3;
@@ -167,7 +167,7 @@ double UnseenFoot_m(const StandingObject& object, const ShapePart& part) {
 
 // True if the object has points below the solid that are not on the added wall: another part of it
 // is there.
-bool ShowsItselfBelow(const StandingObject& object, const ShapePart& part, const ShapePart& longer,
+bool IsVisibleBelow(const StandingObject& object, const ShapePart& part, const ShapePart& longer,
                       const Upright& upright, double gap_m) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
   const Pose X_LongerL = longer.X_OS.inverse(Eigen::Isometry);
@@ -227,14 +227,14 @@ void CompleteHidden(const StandingObject& object, const SightMap& sight,
       if (unseen_m < kStandingGap_m) continue;
       Upright seen_part = *upright;
       seen_part.half_length_m -= 0.5 * unseen_m;
-      if (IsHidden(LookAtSupplied(part, seen_part, unseen_m, sight, tolerance_m))) {
+      if (IsHidden(VisibilityOfAddedWall(part, seen_part, unseen_m, sight, tolerance_m))) {
         part.role = PartRole::kCompleted;
       }
       continue;
     }
-    std::optional<ShapePart> longer = LongerBelow(part, *upright, gap_m);
-    if (!longer || ShowsItselfBelow(object, part, *longer, *upright, gap_m)) continue;
-    if (!IsHidden(LookAtSupplied(*longer, *upright, gap_m, sight, tolerance_m))) continue;
+    std::optional<ShapePart> longer = ExtendedBelow(part, *upright, gap_m);
+    if (!longer || IsVisibleBelow(object, part, *longer, *upright, gap_m)) continue;
+    if (!IsHidden(VisibilityOfAddedWall(*longer, *upright, gap_m, sight, tolerance_m))) continue;
     longer->role = PartRole::kCompleted;
     if (longer->fit) {
       longer->fit->observed_fraction *= SurfaceArea_m2(part.shape) / SurfaceArea_m2(longer->shape);

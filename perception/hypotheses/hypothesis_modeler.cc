@@ -34,7 +34,7 @@ Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hyp
                        const ModelingOptions& options, const Work& work) {
   const auto model = [&](const std::optional<Pose>& X_LGround) {
     return ModelObject(points, X_LGround, options.noise, options.modeler, work,
-                       rays.Past(hypothesis.points, X_LGround, work));
+                       rays.PassingRaysOf(hypothesis.points, X_LGround, work));
   };
   const double foot_height_m = hypothesis.resting.foot_height_m;
   const std::optional<Pose> X_LFoot = X_LGround(measured, hypothesis.resting);

@@ -21,7 +21,7 @@ constexpr std::size_t kMinSampled = 64'000;
 constexpr std::size_t kPointsPerNode = 4;
 // derived: sampled points on each side that are searched for the nearest one: about those of a
 // cell.
-constexpr std::size_t kLookAround = kPointsPerNode;
+constexpr std::size_t kSearchReach = kPointsPerNode;
 
 }  // namespace
 
@@ -68,7 +68,7 @@ std::vector<std::int32_t> PointSample::PartsOfSampledPoints(
 }
 
 PointSample::Around PointSample::AroundSampled(std::size_t s, std::size_t count) {
-  return {s - std::min(s, kLookAround), std::min(s + kLookAround + 1, count)};
+  return {s - std::min(s, kSearchReach), std::min(s + kSearchReach + 1, count)};
 }
 
 std::size_t PointSample::NearestSampled(std::size_t k, const Around& around) const {

@@ -21,7 +21,7 @@ constexpr float kBeside_rad = 0.02f;
 // The view of an object: where rays cross the plane at distance 1 that is normal to its middle ray.
 struct View {
   Eigen::Matrix3f across = Eigen::Matrix3f::Identity();
-  Eigen::AlignedBox2f about;     // of the points
+  Eigen::AlignedBox2f around;           // of the points
   Eigen::AlignedBox2f standing;  // of the points and their feet
 
   Eigen::Vector3f middle() const { return across.col(2); }
@@ -78,12 +78,12 @@ View ViewOf(const OrientedPoints& all, const PointSet& members,
   for (std::uint32_t i : members) {
     poll();
     const Eigen::Vector3f& p = all.points[i];
-    if (const auto at = view.At(p - viewpoint)) view.about.extend(*at);
+    if (const auto at = view.At(p - viewpoint)) view.around.extend(*at);
     if (!feet) continue;
     if (const auto at = view.At((*feet)(p)-viewpoint)) view.standing.extend(*at);
   }
-  view.standing.extend(view.about);
-  Widen(view.about);
+  view.standing.extend(view.around);
+  Widen(view.around);
   Widen(view.standing);
   return view;
 }
@@ -105,7 +105,7 @@ SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(sce
   }
 }
 
-PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X_LGround,
+PassingRays SceneRays::PassingRaysOf(const PointSet& points, const std::optional<Pose>& X_LGround,
                             const Work& work) const {
   if (rays_.empty()) return {};
   const View view = ViewOf(scene_.points, points, X_LGround, work);
@@ -127,13 +127,13 @@ PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X
     if (ray.direction.dot(view.middle()) < min_cos) continue;
     const std::optional<Eigen::Vector2f> at = view.At(ray.direction);
     if (!at || !view.standing.contains(*at)) continue;
-    if (view.about.contains(*at)) {
+    if (view.around.contains(*at)) {
       add(ray.point);
     } else {
       below.push_back(ray.point);
     }
   }
-  out.about = out.ends.size();
+  out.around_count = out.ends.size();
   for (std::uint32_t point : below) add(point);
   return out;
 }

@@ -72,7 +72,7 @@ bool IsSingleSolid(const ObjectModel& model) {
 // True if there is only one solid and it leaves no connected piece of points unexplained. The
 // inside of a vessel would be such a piece.
 bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
-  return assembly.solids.size() == 1 && LeaveNoConnectedRest(assembly.solids, context);
+  return assembly.solids.size() == 1 && IsFullyExplained(assembly.solids, context);
 }
 
 // Returns the assembly with its shells, if they leave no points for objects beside it or for lying
@@ -83,7 +83,7 @@ std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& 
   ReplaceByShells(vessel.walls(), context, assembly);
   const bool has_shell = std::ranges::any_of(
       assembly.solids, [](const Solid& solid) { return solid.vessel != nullptr; });
-  if (!has_shell || !LeaveNoConnectedRest(assembly.solids, context)) return std::nullopt;
+  if (!has_shell || !IsFullyExplained(assembly.solids, context)) return std::nullopt;
   return assembly;
 }
 

@@ -23,11 +23,11 @@ namespace {
 
 // chosen: as a share of the points within their gates during the descent. A fit with fewer is given
 // up.
-constexpr double kMinOnTheWay = 0.85;
+constexpr double kMinFitInlierShare = 0.85;
 
 // derived: the chosen fit is refined on four times as many points, which halves its independent
 // error. The axes of lying solids improve by a tenth; 4 000 points are no better.
-constexpr std::size_t kKeptPoints = kUsedPoints * 4;
+constexpr std::size_t kRefinementPoints = kUsedPoints * 4;
 // chosen: points for comparing starts. The best start only has to be near the solution.
 constexpr std::size_t kStartPoints = 80;
 // chosen: scales of the loss, in standard deviations: wide first, to draw in distant starts, then
@@ -42,14 +42,14 @@ constexpr int kStepsOfStart = 3;
 // chosen: steps at each scale from the best start; the descent may stop sooner (kSettled).
 constexpr int kStepsPerScale = 8;
 // chosen: as a multiple of the alternative's loss. A kind whose best start is worse is given up.
-constexpr double kHopeless = 3;
+constexpr double kMaxStartLossRatio = 3;
 // chosen: attempts to find a damping that lowers the loss, also across the creases of a surface.
 constexpr int kMaxDampings = 6;
 // chosen: a step that lowers the loss by a smaller share than this is the last.
-constexpr double kSettled = 1e-3;
+constexpr double kMinLossDecrease = 1e-3;
 // derived: the residual of a point if there is no solid: so large that it is truncated, with a
 // finite square.
-constexpr double kFarAway_sigma = 1e6;
+constexpr double kNoSolidResidual_sigma = 1e6;
 // Rays per independent sample past a lying solid. Past its round side the blur of the outline is
 // mostly independent between pixels, more so than the noise of a surface. Past the flat lids of
 // upright solids a real Kinect shows up to 5 pixels of background over the far rim, so there rays
@@ -58,10 +58,10 @@ constexpr double kFarAway_sigma = 1e6;
 constexpr double kRaysPerSampleLying = 2.4;
 // chosen: in rays per sample. If the rays that a fit crosses cost less than this in the criterion,
 // no second fit with rays is made.
-constexpr double kWorthMoving = 2;
+constexpr double kMinRayCost = 2;
 // chosen: the clearance up to which rays take part in a fit. It is half of the length that a ray's
 // places span (ResampledAround); the steps that rays cause are smaller.
-constexpr double kNear_m = 0.02;
+constexpr double kMaxRayClearance_m = 0.02;
 
 PointsOnGround OnGround(const FitContext& c, std::size_t max_points = kUsedPoints) {
   PointsOnGround out;
@@ -167,7 +167,7 @@ class Descent {
     for (int k = 0; k < iterations; ++k) {
       context_.work.Poll();
       const double before = Loss(at);
-      if (!Step(at) || before - Loss(at) < kSettled * before) return;
+      if (!Step(at) || before - Loss(at) < kMinLossDecrease * before) return;
     }
   }
 
@@ -293,9 +293,9 @@ void AddRaysNear(const Solid& solid, PrimitiveKind kind, const FitContext& c, Ev
   const BoundingSphere sphere(solid);
   std::vector<Vector3> places;
   for (const FreeRay& ray : c.free.rays) {
-    if (!MayComeNear(sphere.middle, sphere.radius_m + kNear_m, ray)) continue;
+    if (!MayComeNear(sphere.middle, sphere.radius_m + kMaxRayClearance_m, ray)) continue;
     const NearestRayPoint nearest = FindNearestRayPoint(distance_m, X_SM, ray);
-    if (nearest.clearance_m > kNear_m) continue;
+    if (nearest.clearance_m > kMaxRayClearance_m) continue;
     FreeRay& near = evidence.rays_G.emplace_back(ResampledAround(nearest.p, ray));
     for (Vector3& p : near.p) places.emplace_back(p = X_GM * p);
   }
@@ -338,7 +338,7 @@ std::optional<PrimitiveFit> Converged(PrimitiveKind kind, Minimum at, const Evid
   for (double scale : kScales_sigma) {
     Descent(kind, scale, evidence, c).Run(kStepsPerScale, at);
     // measured: none of the 1 500 fits (BestStart) had less than 0.85 after the widest scale.
-    if (ShareWithinGates(at.residuals, evidence.points.p_G.size()) < kMinOnTheWay) {
+    if (ShareWithinGates(at.residuals, evidence.points.p_G.size()) < kMinFitInlierShare) {
       return std::nullopt;
     }
   }
@@ -360,12 +360,12 @@ std::optional<PrimitiveFit> FitPrimitive(PrimitiveKind kind, const std::vector<S
   if (!context.ground.known) return std::nullopt;
   double min_loss = 0;
   std::optional<Minimum> best = BestStart(kind, known, context, min_loss);
-  if (!best || min_loss > kHopeless * alternative.loss) return std::nullopt;
+  if (!best || min_loss > kMaxStartLossRatio * alternative.loss) return std::nullopt;
   Evidence evidence = EvidenceOf(context);
   const std::optional<PrimitiveFit> fit = Converged(kind, *best, evidence, context);
   if (!fit || IsAtLimit(*fit, context.options)) return std::nullopt;
   const double cost = CostOf(fit->solid, context);
-  const double min_cost = kWorthMoving * RaysPerSample(kind) / kPointsPerIndependentSample;
+  const double min_cost = kMinRayCost * RaysPerSample(kind) / kPointsPerIndependentSample;
   if (cost < min_cost || fit->value - cost > alternative.value) return fit;
   AddRaysNear(fit->solid, kind, context, evidence);
   const std::optional<PrimitiveFit> moved = Converged(kind, {fit->parameters, {}}, evidence, context);
@@ -377,7 +377,7 @@ void RefineOnMorePoints(const FitContext& context, PrimitiveFit& fit) {
   const bool ends_with_points =
       std::holds_alternative<Box>(fit.solid.shape) || IsLidAlone(fit, context.points);
   if (ends_with_points || context.points.size() <= kUsedPoints) return;
-  Evidence evidence = EvidenceOf(context, kKeptPoints);
+  Evidence evidence = EvidenceOf(context, kRefinementPoints);
   AddRaysNear(fit.solid, fit.kind, context, evidence);
   SetNoiseAcrossSurface(Place(fit.kind, fit.parameters), context.noise, evidence.points);
   Minimum at{fit.parameters, Residuals(fit.kind, fit.parameters, evidence)};
@@ -446,7 +446,7 @@ std::vector<double> CoefficientSigmas(const PrimitiveFit& fit, const Eigen::Matr
 FitScore FitScoreOf(const std::vector<Solid>& solids, int parameters, const FitContext& c) {
   const PointsOnGround points = OnGround(c);
   const auto count = static_cast<Eigen::Index>(points.p_G.size());
-  Misfit nearest{Eigen::VectorXd::Constant(count, kFarAway_sigma), Eigen::VectorXd::Zero(count)};
+  Misfit nearest{Eigen::VectorXd::Constant(count, kNoSolidResidual_sigma), Eigen::VectorXd::Zero(count)};
   double cost = 0;
   for (const Solid& solid : solids) {
     const Pose X_SG = solid.X_MS.inverse(Eigen::Isometry) * points.X_MG;

@@ -42,11 +42,11 @@ bool IsValid(PrimitiveKind kind, const PrimitiveParameters& x, const ModelerOpti
 
 bool IsAtLimit(const PrimitiveFit& fit, const ModelerOptions& options) {
   // chosen: steps end at a limit or a little before it.
-  constexpr double kBarely = 1.02;
+  constexpr double kLimitSlack = 1.02;
   if (const auto* box = std::get_if<Box>(&fit.solid.shape)) {
-    return box->size_m.minCoeff() < kBarely * 2 * options.min_radius_m;
+    return box->size_m.minCoeff() < kLimitSlack * 2 * options.min_radius_m;
   }
-  return IsLying(fit.kind) && fit.parameters(4) < kBarely * kMinLying * fit.parameters(3);
+  return IsLying(fit.kind) && fit.parameters(4) < kLimitSlack * kMinLying * fit.parameters(3);
 }
 
 }  // namespace cwm::perception

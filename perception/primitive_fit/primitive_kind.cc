@@ -10,7 +10,7 @@ namespace cwm::perception {
 namespace {
 
 // chosen: the least cosine of the inclination of an axis that counts as upright: 26 degrees.
-constexpr double kMayStand_cos = 0.9;
+constexpr double kMinUpright_cos = 0.9;
 
 Matrix3 AxisAt(double yaw_rad, double elevation_sine) {
   const double level = std::sqrt(std::max(0.0, 1 - elevation_sine * elevation_sine));
@@ -65,7 +65,7 @@ std::optional<Axial> AsAxial(const PlacedPrimitive& solid) {
 }
 
 std::optional<PrimitiveParameters> OfUpright(PrimitiveKind kind, const Axial& a) {
-  if (a.axis.z() < kMayStand_cos) return std::nullopt;
+  if (a.axis.z() < kMinUpright_cos) return std::nullopt;
   const double height_m = a.at.z() + 0.5 * a.length_m;
   if (kind == PrimitiveKind::kUprightCylinder) {
     return PrimitiveParameters(Eigen::Vector4d(a.at.x(), a.at.y(), height_m, a.radius_mid_m));

@@ -156,9 +156,9 @@ struct Part {
 // sought a solid is less to blame for the free space that it claims than in the end.
 FreeRays SubsampledRays(const FreeRays& free) {
   // chosen: rays count for a quarter of what they count for in the end.
-  constexpr std::size_t kOneIn = 4;
+  constexpr std::size_t kRayStride = 4;
   FreeRays few{.rays = {}, .weight = free.weight};
-  for (std::size_t k = 0; k < free.rays.size(); k += kOneIn) few.rays.push_back(free.rays[k]);
+  for (std::size_t k = 0; k < free.rays.size(); k += kRayStride) few.rays.push_back(free.rays[k]);
   return few;
 }
 
@@ -403,7 +403,7 @@ std::vector<Solid> UnexplainedKnownSolids(const std::vector<Solid>& known, const
 // True if there is a single solid that explains all points but mixed pixels, and at most half of
 // kMaxPassedBeside of the free rays enter it.
 bool IsExplainedBySingleSolid(const std::vector<Solid>& solids, const FitContext& c) {
-  return solids.size() == 1 && LeaveNoConnectedRest(solids, c) &&
+  return solids.size() == 1 && IsFullyExplained(solids, c) &&
          CrossingRayShare(solids.front(), c.free) <= kMaxPassedBeside / 2;
 }
 

@@ -20,7 +20,7 @@ std::vector<char> MarkPointsOnSolids(const std::vector<Solid>& solids, const Mod
   return on;
 }
 
-bool LeaveNoConnectedRest(const std::vector<Solid>& solids, const FitContext& context) {
+bool IsFullyExplained(const std::vector<Solid>& solids, const FitContext& context) {
   const std::vector<char> on = MarkPointsOnSolids(solids, context.points);
   std::vector<std::uint32_t> rest;
   for (std::uint32_t i = 0; i < on.size(); ++i) {

@@ -16,6 +16,6 @@ std::vector<char> MarkPointsOnSolids(const std::vector<Solid>& solids, const Mod
 
 // True if the solids explain at least kNearlyAll of the points, and the largest connected component
 // of the rest holds less than kMinPiece of all points.
-bool LeaveNoConnectedRest(const std::vector<Solid>& solids, const FitContext& context);
+bool IsFullyExplained(const std::vector<Solid>& solids, const FitContext& context);
 
 }  // namespace cwm::perception

@@ -54,7 +54,7 @@ bool ExplainsAllParts(const ModelledProposal& modelled) {
   const std::vector<ShapePart>& whole = modelled.products.front()->shapes();
   return std::ranges::all_of(modelled.proposal.consumes, [&](const Consumed& consumed) {
     const ObjectHypothesis& part = modelled.state.Get(consumed.id);
-    const PointSet some = Subsampled(part.points, kMaxTestedPointsPerWall);
+    const PointSet some = Subsampled(part.points, kMaxComparedPoints);
     return MisfitOf(whole, some, all) <= MisfitOf(part.model->shapes(), some, all) + kMaxLoss;
   });
 }

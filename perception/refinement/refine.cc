@@ -88,7 +88,7 @@ class PassRunner {
     });
   }
 
-  void TellOfLimit(const Proposal& proposal, RefinedScene& refined) {
+  void NoteLimit(const Proposal& proposal, RefinedScene& refined) {
     if (std::exchange(told_of_limit_, true)) return;
     refined.notes.emplace_back(proposal.consumes.front().id, pass_.MaxWork().note);
   }
@@ -100,7 +100,7 @@ class PassRunner {
       ProposalKey key = KeyOf(proposal);
       if (!known_.insert(key).second) continue;
       if (trials_left_ == 0) {
-        TellOfLimit(proposal, refined);
+        NoteLimit(proposal, refined);
         break;
       }
       --trials_left_;
@@ -129,7 +129,7 @@ class PassRunner {
         continue;
       }
       attempt.trial.outcome = Trial::Outcome::kOverBudget;
-      TellOfLimit(attempt.proposal, refined);
+      NoteLimit(attempt.proposal, refined);
     }
   }
 

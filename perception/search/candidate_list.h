@@ -44,7 +44,7 @@ class CandidateList {
   void Remove(std::span<const std::uint32_t> taken);
 
   // Drops the candidates of the leader's kind that mostly consist of its points. Called when the
-  // model selection refused the leader.
+  // model selection rejected the leader.
   void Reject(const Candidate& leader);
 
   const std::vector<char>& available() const { return available_; }  // one flag per point
@@ -65,9 +65,9 @@ class CandidateList {
   const Work& work_;
   std::vector<std::uint32_t> shuffled_;    // all points, in random order
   std::vector<std::size_t> subset_end_;    // end of each subset in shuffled_
-  std::vector<std::size_t> subset_alive_;  // available points in the subsets up to each one
-  std::vector<std::uint32_t> alive_;       // the available points of shuffled_, in that order
-  PointLanes alive_lanes_;                 // the same points
+  std::vector<std::size_t> subset_remaining_;  // available points in the subsets up to each one
+  std::vector<std::uint32_t> remaining_;       // the available points of shuffled_, in that order
+  PointLanes remaining_lanes_;                 // the same points
   std::vector<char> available_;
   std::vector<unsigned char> rejected_kinds_;  // per point: bit k for the k-th kind of AnyModel
   std::size_t available_count_ = 0;

@@ -222,7 +222,7 @@ class PieceGrower {
       Target& target = targets_[i];
       target.p = nodes.points[i];
       target.sigma_m = nodes.sigma_m[i];
-      if (pieces.of_node[i] != kNoIndex) target.min_cost = kTaken;
+      if (pieces.of_node[i] != kNoIndex) target.min_cost = kTakenCost;
     });
   }
 
@@ -268,9 +268,9 @@ class PieceGrower {
     Anchor anchor;
   };
   // The cost of a node that has its piece.
-  static constexpr float kTaken = -std::numeric_limits<float>::infinity();
+  static constexpr float kTakenCost = -std::numeric_limits<float>::infinity();
 
-  bool IsTaken(std::size_t node) const { return targets_[node].min_cost == kTaken; }
+  bool IsTaken(std::size_t node) const { return targets_[node].min_cost == kTakenCost; }
 
   Key KeyOf(std::uint32_t node) const {
     return Key{std::bit_cast<std::uint32_t>(targets_[node].min_cost)} << 32 | node;
@@ -298,7 +298,7 @@ class PieceGrower {
   void Take(std::uint32_t node) {
     const Anchor anchor = targets_[node].anchor;
     pieces_.of_node[node] = anchor.piece;
-    targets_[node].min_cost = kTaken;
+    targets_[node].min_cost = kTakenCost;
     graph_.ForEachLinked(node, [&](std::size_t to) {
       if (IsTaken(to) || !Improve(targets_[to], anchor)) return;
       claims_.push(KeyOf(static_cast<std::uint32_t>(to)));

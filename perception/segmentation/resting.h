@@ -31,7 +31,7 @@ void AssignResting(const OrientedPoints& nodes, const std::vector<Placed<Plate>>
                         const SightMap* sight, std::vector<Segment>& segments, const Work& work);
 
 // Finds the objects under regions that no support carries because rays pass below their foot, such
-// as a box across a lower one or a lid that overhangs. Sets `hangs` of all regions, and
+// as a box across a lower one or a lid that overhangs. Sets `is_hanging` of all regions, and
 // supported_by, the support at the bottom of the stack, of those that rest on an object or on
 // another such region that does.
 void AssignSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,

@@ -79,7 +79,7 @@ void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& befo
 }
 
 template <class T>
-void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
+void Permute(const std::vector<std::uint32_t>& before, const Work& work,
                     std::vector<T>& values) {
   std::vector<T> sorted(values.size());
   Gather(values, before, work, sorted);
@@ -90,14 +90,14 @@ void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
 // in any order.
 void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
   std::vector<std::uint32_t> before = grid.Renumber();
-  BringIntoOrder(before, work, points.points);
+  Permute(before, work, points.points);
   grid.AccumulateMoments(points.points, work);
   const bool has_normals = std::any_of(points.normals.begin(), points.normals.end(),
                                        [](const Vector3f& n) { return !n.isZero(); });
-  if (has_normals) BringIntoOrder(before, work, points.normals);
+  if (has_normals) Permute(before, work, points.normals);
   const bool differ = std::ranges::adjacent_find(points.sigma_m, std::ranges::not_equal_to()) !=
                       points.sigma_m.end();  // a laser's sigma is the same for all points
-  if (differ) BringIntoOrder(before, work, points.sigma_m);
+  if (differ) Permute(before, work, points.sigma_m);
   Gather(points.cloud_index, before, work, before);  // new pages would cost more than the copy
   points.cloud_index = std::move(before);
   // normal_sigma_rad is still zero for all points.
@@ -302,7 +302,7 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
 
 // The source of up, revised: an estimated up is confirmed if objects stand on supports that are
 // level by it.
-UpSource BorneOut(const SegmentedScene& scene) {
+UpSource ConfirmedUpSource(const SegmentedScene& scene) {
   const bool from_plane =
       scene.up_source == UpSource::kSupport || scene.up_source == UpSource::kBarePlane;
   if (!from_plane) return scene.up_source;
@@ -314,7 +314,7 @@ UpSource BorneOut(const SegmentedScene& scene) {
 }
 
 // An alternative estimate of up. Only for images, which distinguish tables from walls.
-std::optional<Vector3> RivalUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
+std::optional<Vector3> AlternativeUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
   if (!measured.organised()) return std::nullopt;
   const std::optional<UpEstimate> estimate = EstimateUp(coarse, AxesOf(measured));
   if (!estimate || !estimate->shows_in_image) return std::nullopt;
@@ -369,7 +369,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   options.stage_done("split");
 
   Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
-  scene.up_source = BorneOut(scene);
+  scene.up_source = ConfirmedUpSource(scene);
   // Only now it is known whether an unorganised cloud was seen from one place.
   const bool in_doubt = cells && from_one_place != nullptr && scene.up_source == UpSource::kGiven &&
                         scene.up_verdict == UpVerdict::kPlausible;
@@ -377,7 +377,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
     scene.up_verdict = UpVerdict::kSeenFromBelow;
   }
   if (scene.up_source == UpSource::kGiven && scene.supports.empty()) {
-    scene.alternative_up = RivalUp(coarse, measured);
+    scene.alternative_up = AlternativeUp(coarse, measured);
   }
   BoundStructures(graph, coarse, regions, from_one_place, work, scene);
   if (from_one_place != nullptr) scene.sight = *std::move(sight_map);

@@ -29,10 +29,10 @@ using Eigen::Vector3f;
 constexpr float kCoarseCell_sigma = 8;
 constexpr float kMinCoarseCell_m = 0.015f;
 // chosen: points per cell of a sketch; their mean normal scatters a quarter as much as a point's.
-constexpr float kSketchedPerCell = 16;
+constexpr float kSampledPointsPerCell = 16;
 // chosen: the largest stride in an image's points: far cells keep more points, and a sketch is
 // cheap.
-constexpr float kMaxSketchStride = 16;
+constexpr float kMaxSampleStride = 16;
 // chosen: the largest tilt of cells seen at a grazing angle, within the error of their normals
 // (kGate_sigma): at most an eighth of all directions.
 constexpr double kMaxGrazingTilt_rad = 30 * kDegree;
@@ -286,7 +286,7 @@ CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& w
   const float edge_m = CoarseCell_m(EveryNth(all.sigma_m, sampled));
   const float across_px = edge_m / (Median(std::move(ranges_m)) * image.pixel_angle_rad);
   const std::size_t stride = static_cast<std::size_t>(
-      std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMaxSketchStride));
+      std::clamp(across_px * across_px / kSampledPointsPerCell, 1.0f, kMaxSampleStride));
   OrientedPoints some;
   some.viewpoint = all.viewpoint;
   some.spread = all.spread;

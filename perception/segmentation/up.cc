@@ -38,7 +38,7 @@ constexpr std::size_t kMaxPointsForUp = std::size_t{1} << 20;
 constexpr double kMinDrop = 0.1;
 // chosen: the least ratio of level cells seen from below to those seen from above. In a room both
 // are seen; of a table with up upside down only one side, besides cells that are level by chance.
-constexpr double kMaxlyBelow = 3;
+constexpr double kMinBelowRatio = 3;
 // chosen: an object on a support is at most as high as a bottle.
 constexpr double kHighestStanding_m = 0.3;
 // chosen: the least share of a support's area that objects cover. Lamps cover less of a ceiling.
@@ -74,7 +74,7 @@ bool AreFromBelowAlone(const LevelCells& level, const CoarseCloud& coarse) {
   const double edge_m = coarse.grid.edge_m();
   return count * edge_m * edge_m >= kMinSupport_m2 &&
          count >= kMinPlaneShare * static_cast<double>(coarse.cells.size()) &&
-         count >= kMaxlyBelow * static_cast<double>(level.others);
+         count >= kMinBelowRatio * static_cast<double>(level.others);
 }
 
 // The numbers of cells near a plane over its footprint.
@@ -162,7 +162,7 @@ UpVerdict CheckUp(const CoarseCloud& coarse, const Vector3& up,
   if (plane) {
     const std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, level.from_below);
     const BesidePlane beside = CountBeside(coarse, *plane, inliers);
-    objects_stand = beside.Stands(inliers.size(), image ? 0 : kMaxlyBelow);
+    objects_stand = beside.Stands(inliers.size(), image ? 0 : kMinBelowRatio);
   }
   if (!image) return objects_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
   return objects_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;

@@ -11,7 +11,7 @@ namespace cwm::perception {
 namespace {
 
 // derived: 600 rays measure a share of 5 % (kMaxPassing) with a standard deviation of 0.9 %.
-constexpr std::size_t kMinLookedAt = 600;
+constexpr std::size_t kMinExaminedRays = 600;
 // chosen: each step advances by at least 2 mm, so 24 steps cover 5 cm along a surface and far more
 // elsewhere.
 constexpr int kMaxSteps = 24;
@@ -78,7 +78,7 @@ Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
   const Aabb bounds = TightBounds(solid.shape, solid.X_MS);
   const double deepest_m =
       kDeepShare * TightBounds(solid.shape, Pose::Identity()).sizes().minCoeff();
-  const std::size_t stride = std::max<std::size_t>(1, points.size() / kMinLookedAt);
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / kMinExaminedRays);
   Contradiction found;
   for (std::size_t i = 0; i < points.size(); i += stride) {
     ++found.examined;

@@ -29,7 +29,7 @@ using namespace std::chrono_literals;
 constexpr double kMinAltitude = 0.08;
 // derived: cells with this edge have the tolerance as their diagonal: one small triangle explains
 // all points of a cell.
-constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
+constexpr double kIsolatedCell_m = kExplainedWithin_m / std::numbers::sqrt3;
 // chosen: the least widening of the spacing while there are too many triangles; with less, there
 // are more rounds for few more triangles.
 constexpr double kMinWidening = 1.3;
@@ -160,11 +160,11 @@ struct Cover {
 };
 
 // Covers points that are near no triangle by small triangles, one per cell.
-void CoverLonely(const Cover& cover, const std::vector<std::uint32_t>& lonely, Surface& surface) {
+void CoverIsolated(const Cover& cover, const std::vector<std::uint32_t>& lonely, Surface& surface) {
   std::vector<Eigen::Vector3f> positions;
   for (const std::uint32_t i : lonely) positions.push_back(cover.points.points[i]);
   if (positions.empty()) return;
-  const double edge_m = std::max(kLonelyCell_m, cover.spacing_m);
+  const double edge_m = std::max(kIsolatedCell_m, cover.spacing_m);
   const VoxelGrid grid = VoxelGrid::Build(positions, static_cast<float>(edge_m));
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
     const auto corners = SmallTriangle(grid.Centroid(cell).cast<double>(), 0.5 * cover.spacing_m,
@@ -230,7 +230,7 @@ std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
 std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoints& thinned,
                                 TriangleMesh mesh, std::size_t max_triangles, const Work& work) {
   // Cells of small triangles have the size of these cells, or more if these are smaller.
-  const bool counts = thinned.grid.edge_m() >= kLonelyCell_m;
+  const bool counts = thinned.grid.edge_m() >= kIsolatedCell_m;
   const auto near = NearPoints(points, thinned, mesh,
                                counts ? max_triangles - std::min(max_triangles, mesh.triangles.size())
                                       : std::numeric_limits<std::size_t>::max(),
@@ -241,7 +241,7 @@ std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoint
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     ((*near)[i] ? surface.explained : lonely).push_back(i);
   }
-  CoverLonely({.points = points, .spacing_m = thinned.grid.edge_m()}, lonely, surface);
+  CoverIsolated({.points = points, .spacing_m = thinned.grid.edge_m()}, lonely, surface);
   std::sort(surface.explained.begin(), surface.explained.end());
   DropUnusedVertices(surface.mesh);
   return surface;
@@ -254,7 +254,7 @@ double Widening(std::size_t count, std::size_t max_triangles) {
 }
 
 // The number of triangles from which the exact number has no effect on the widening.
-std::size_t HopelesslyMany(std::size_t max_triangles) {
+std::size_t TooManyTriangles(std::size_t max_triangles) {
   return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(max_triangles)) + 1;
 }
 
@@ -295,8 +295,8 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
     if (count <= tried) {
       const ProjectionMesh front = MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work);
       std::optional<Surface> surface = Complete(
-          points, thinned, Clean(front, points.viewpoint, work), HopelesslyMany(max_triangles), work);
-      count = surface ? surface->mesh.triangles.size() : HopelesslyMany(max_triangles);
+          points, thinned, Clean(front, points.viewpoint, work), TooManyTriangles(max_triangles), work);
+      count = surface ? surface->mesh.triangles.size() : TooManyTriangles(max_triangles);
       if (surface && count <= max_triangles) return *std::move(surface);
     }
     spacing_m = Widening(count, max_triangles) * thinned.grid.edge_m();

@@ -11,7 +11,7 @@ constexpr double kMinVisibleShare = 0.15;
 // chosen: the share of visible samples that rays pass through if the object is gone. Half would not
 // separate a removed object, of which some samples lie near the surface behind it, from an object
 // with completed surface that never existed.
-constexpr double kGoneShare = 0.6;
+constexpr double kRemovedShare = 0.6;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ Association::Outcome ClassifyByRays(const SightCounts& sights) {
     return Association::Outcome::kKeep;
   }
   if (sights.visible() < kMinVisibleShare * informed) return Association::Outcome::kOcclude;
-  if (sights.ThroughShare() > kGoneShare) return Association::Outcome::kRemove;
+  if (sights.ThroughShare() > kRemovedShare) return Association::Outcome::kRemove;
   return Association::Outcome::kKeep;
 }
 

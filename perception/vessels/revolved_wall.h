@@ -22,7 +22,7 @@ inline constexpr double kWallThickness_m = 0.006;
 inline constexpr std::size_t kSearchPoints = 4000;
 // chosen: points or rays that are enough to estimate a share or a gap: a share of 5 % is known to
 // 1.1 %.
-inline constexpr std::size_t kMaxTestedPointsPerWall = 400;
+inline constexpr std::size_t kMaxComparedPoints = 400;
 // chosen: the largest number of walls of one object, of fits whose axes are tried, and of turns of
 // a frame to its axis. The first walls and fits have most points, and the fit is nearly linear in
 // the axis.

@@ -38,7 +38,7 @@ constexpr double kMinOnShell = 0.6;
 constexpr double kMeshDeviation_m = 3e-4;
 // chosen: the least ratio of the shell's points to those of the solids it replaces; otherwise those
 // are simpler.
-constexpr double kClearlyMore = 1.05;
+constexpr double kMinPointRatio = 1.05;
 
 // A point in the vessel's frame: z is its axis.
 struct Place {
@@ -435,7 +435,7 @@ void ReplaceByShells(const std::vector<RevolvedWall>& walls, const FitContext& c
         kept.push_back(solid);
       }
     }
-    if (static_cast<double>(shell->inliers.size()) < kClearlyMore * static_cast<double>(replaced)) {
+    if (static_cast<double>(shell->inliers.size()) < kMinPointRatio * static_cast<double>(replaced)) {
       continue;
     }
     kept.push_back(*std::move(shell));

@@ -46,14 +46,14 @@ TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
   SegmentedScene scene = ObjectOnWall();
   scene.sight.reset();
   EXPECT_TRUE(SceneRays(scene, kSerialWork)
-                  .Past(scene.hypotheses[0].points, std::nullopt, kSerialWork)
+                  .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork)
                   .ends.empty());
 }
 
 TEST(SceneRays, PassAnObjectWhereTheyEndBesideItAndNotOnIt) {
   const SegmentedScene scene = ObjectOnWall();
   const PassingRays rays =
-      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   ASSERT_FALSE(rays.ends.empty());
   EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
   const float half_m = kPitch_m * kHalfObject;
@@ -69,16 +69,16 @@ TEST(SceneRays, RunBelowAnObjectThatHangsAboveWhatItStandsOn) {
   Pose X_LSupport = MakeTranslation(0, 0.3, 2);  // y points down
   X_LSupport.linear() = BasisFromZ(-Vector3::UnitY());
   const PassingRays rays =
-      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, X_LSupport, kSerialWork);
+      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, X_LSupport, kSerialWork);
   const PassingRays unknown =
-      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, std::nullopt, kSerialWork);
-  ASSERT_EQ(rays.about, unknown.ends.size());
-  EXPECT_EQ(unknown.about, unknown.ends.size());
+      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+  ASSERT_EQ(rays.around_count, unknown.ends.size());
+  EXPECT_EQ(unknown.around_count, unknown.ends.size());
   EXPECT_TRUE(std::equal(unknown.ends.begin(), unknown.ends.end(), rays.ends.begin()));
-  ASSERT_GT(rays.ends.size(), rays.about);
+  ASSERT_GT(rays.ends.size(), rays.around_count);
   const float beside_m = 2 * kPitch_m * kHalfObject;
   float lowest_m = 0;
-  for (std::size_t k = rays.about; k < rays.ends.size(); ++k) {
+  for (std::size_t k = rays.around_count; k < rays.ends.size(); ++k) {
     EXPECT_LT(std::abs(rays.ends[k].x()), beside_m);
     lowest_m = std::max(lowest_m, rays.ends[k].y());
   }
@@ -95,9 +95,9 @@ TEST(SceneRays, StandForAllThatWereMeasured) {
                                 scene.points.sigma_m.end());
   }
   const PassingRays one =
-      SceneRays(scene, kSerialWork).Past(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   const PassingRays four =
-      SceneRays(dense, kSerialWork).Past(dense.hypotheses[0].points, std::nullopt, kSerialWork);
+      SceneRays(dense, kSerialWork).PassingRaysOf(dense.hypotheses[0].points, std::nullopt, kSerialWork);
   EXPECT_EQ(one.weight, 1);
   EXPECT_EQ(four.weight, 4);
 }

@@ -28,14 +28,14 @@ constexpr double kLowestShare = 0.1;
 constexpr double kMaxSpoutGap_m = 0.06;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-class Adoption {
+class SpoutAttacher {
  public:
-  Adoption(const SceneState& state, const Work& work)
+  SpoutAttacher(const SceneState& state, const Work& work)
       : state_(state),
         work_(work),
         places_(state.hypotheses().size()),
         vessels_(state.hypotheses().size()),
-        asked_(state.hypotheses().size(), 0),
+        is_searched_(state.hypotheses().size(), 0),
         transferred_to_(state.hypotheses().size()) {
     std::iota(transferred_to_.begin(), transferred_to_.end(), std::size_t{0});
     for (const HypothesisPtr& hypothesis : state.hypotheses()) {
@@ -46,7 +46,7 @@ class Adoption {
 
   // One round over all objects; true if any part was given. More parts may be attached to it in the
   // next round.
-  bool Give() {
+  bool AttachRound() {
     bool any = false;
     for (std::size_t part = 0; part < transferred_to_.size(); ++part) {
       work_.Poll();
@@ -62,7 +62,7 @@ class Adoption {
     return any;
   }
 
-  std::vector<PointTransfer> Gifts() const {
+  std::vector<PointTransfer> Transfers() const {
     std::vector<PointTransfer> transfers;
     for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       if (transferred_to_[k] != k) transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
@@ -117,8 +117,8 @@ class Adoption {
     std::ranges::sort(heights_m);
     const std::size_t lowest =
         static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
-    std::size_t asked = 0, empty = 0;
-    for (std::size_t k = 0; k < lowest; k += lowest / kMaxTestedPoints + 1, ++asked) {
+    std::size_t tested = 0, empty = 0;
+    for (std::size_t k = 0; k < lowest; k += lowest / kMaxTestedPoints + 1, ++tested) {
       const double height_m = heights_m[k].first;
       const std::uint32_t i = heights_m[k].second;
       empty +=
@@ -130,13 +130,13 @@ class Adoption {
                    Visibility::kSeenThrough;
           });
     }
-    return 2 * empty >= asked;
+    return 2 * empty >= tested;
   }
 
   // The distance to the outside of the wall, or to a part attached to it; infinite if the part is
   // not a spout of it.
   double GapToWall_m(std::size_t part, std::size_t k) {
-    if (!std::exchange(asked_[k], 1)) {
+    if (!std::exchange(is_searched_[k], 1)) {
       vessels_[k] = Vessel::Find(SampleOf(k).Points(), work_);
     }
     if (!vessels_[k]) return kInfinity;
@@ -174,8 +174,8 @@ class Adoption {
     }
     const std::vector<Vector3f>& places = PlacesOf(part);
     float nearest_m2 = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxTestedPointsPerWall) {
-      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxTestedPointsPerWall) {
+    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxComparedPoints) {
+      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxComparedPoints) {
         nearest_m2 = std::min(nearest_m2, (places[i] - near[j]).squaredNorm());
       }
     }
@@ -187,7 +187,7 @@ class Adoption {
   std::vector<Eigen::AlignedBox3f> bounds_;
   std::vector<std::vector<Vector3f>> places_;   // of the objects searched so far
   std::vector<std::optional<Vessel>> vessels_;  // likewise
-  std::vector<char> asked_;
+  std::vector<char> is_searched_;
   std::vector<std::size_t> transferred_to_;
 };
 
@@ -195,9 +195,9 @@ class Adoption {
 
 std::vector<PointTransfer> FindSpouts(const SceneState& state, const Work& work) {
   if (!state.sight()) return {};
-  Adoption adoption(state, work);
-  for (int round = 0; round < kMaxTransferRounds && adoption.Give();) ++round;
-  return adoption.Gifts();
+  SpoutAttacher attacher(state, work);
+  for (int round = 0; round < kMaxTransferRounds && attacher.AttachRound();) ++round;
+  return attacher.Transfers();
 }
 
 }  // namespace cwm::perception

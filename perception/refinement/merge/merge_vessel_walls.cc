@@ -95,7 +95,7 @@ std::vector<Vector3> AxesOf(const SceneState& state, const Proposal& proposal) {
 }
 
 double ShareOn(const ShapePart& shell, const PointSet& points, const OrientedPoints& all) {
-  const PointSet some = Subsampled(points, kMaxTestedPointsPerWall);
+  const PointSet some = Subsampled(points, kMaxComparedPoints);
   const Pose X_SL = shell.X_OS.inverse(Eigen::Isometry);
   const auto on = std::ranges::count_if(some, [&](std::uint32_t i) {
     const Vector3 p = X_SL * all.points[i].cast<double>();

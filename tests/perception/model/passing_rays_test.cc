@@ -77,15 +77,15 @@ TEST(FreeRaysPast, ThinManyAndKeepTheirWeight) {
     many.ends.emplace_back(0.03f, 2.5e-6f * static_cast<float>(k), 0.0f);
     many.sigma_m.push_back(kSigma_m);
   }
-  many.about = 4000;
-  const FreeRays about = FreeRaysPast(points, LevelGround(points), many);
-  EXPECT_LE(about.rays.size(), 320U);
-  EXPECT_GT(about.rays.size(), 160U);
-  EXPECT_NEAR(about.weight * static_cast<double>(about.rays.size()), 4000, about.weight);
-  many.about = 400;  // the others are below: as dense as these, apart from their number
+  many.around_count = 4000;
+  const FreeRays around = FreeRaysPast(points, LevelGround(points), many);
+  EXPECT_LE(around.rays.size(), 320U);
+  EXPECT_GT(around.rays.size(), 160U);
+  EXPECT_NEAR(around.weight * static_cast<double>(around.rays.size()), 4000, around.weight);
+  many.around_count = 400;  // the others are below: as dense as these, apart from their number
   const FreeRays below = FreeRaysPast(points, LevelGround(points), many);
   EXPECT_LE(below.rays.size(), 960U);
-  EXPECT_GT(below.rays.size(), 2 * about.rays.size());
+  EXPECT_GT(below.rays.size(), 2 * around.rays.size());
   EXPECT_NEAR(below.weight * static_cast<double>(below.rays.size()), 4000, below.weight);
 }
 

@@ -120,7 +120,7 @@ struct ShortLid {
       scan.passing.ends.push_back(eye + eye.z() / (eye.z() - p.z()) * (p - eye));
       scan.passing.sigma_m.push_back(whole.points.sigma_m[i]);
     }
-    scan.passing.about = scan.passing.ends.size();
+    scan.passing.around_count = scan.passing.ends.size();
     scan.points = Subset(whole.points, kept);
   }
 

@@ -79,7 +79,7 @@ TEST(CandidateList, RefusesOneKindOnOnePlaceAlone) {
   ASSERT_NE(next, nullptr);
   EXPECT_TRUE(std::holds_alternative<SphereModel>(next->model));
   EXPECT_EQ(next->inliers.size(), 900u);
-  EXPECT_EQ(list.available_count(), points.size());  // refused, not taken
+  EXPECT_EQ(list.available_count(), points.size());  // rejected, not taken
 }
 
 TEST(CandidateList, HasNoLeaderWithoutInliers) {
