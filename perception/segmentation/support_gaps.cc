@@ -61,7 +61,7 @@ PassageTest::PassageTest(const SightMap& sight, const Plane& plane, const Orient
     : sight_(sight),
       sensor_height_m_(plane.Height_m(sight.viewpoint())),
       depth_m_(std::max(kPlateThickness_m,
-                        double{points.spread.most} * MedianSigma_m(points, members))) {}
+                        double{points.spread.wide} * MedianSigma_m(points, members))) {}
 
 bool PassageTest::operator()(const Vector3& place) const {
   const double range_m = (place - sight_.viewpoint().cast<double>()).norm();
