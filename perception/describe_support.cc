@@ -141,7 +141,7 @@ DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const Orient
 }
 
 std::vector<std::uint32_t> PointsBeyondPlate(const SegmentedSupport& support,
-                                       const OrientedPoints& points, const Work& work) {
+                                             const OrientedPoints& points, const Work& work) {
   PollEvery poll(work, ItemsPerChunk(1us));
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   const OutlineRaster outline(support.plate.shape.outline);

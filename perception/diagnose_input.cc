@@ -68,13 +68,14 @@ void DiagnoseUnits(const SegmentedScene& scene, SensorModel model,
     near += m2 < too_near_m * too_near_m;
   }
   if (2 * far > points.size()) {
-    diagnostics.push_back(absl::StrCat("half of the points are farther away than ", range.farthest_m,
-                                  " m, where ", range.sensor, " sees nothing: coordinates are ",
-                                  "metres, are these centimetres or millimetres?"));
+    diagnostics.push_back(absl::StrCat(
+        "half of the points are farther away than ", range.farthest_m, " m, where ", range.sensor,
+        " sees nothing: coordinates are ", "metres, are these centimetres or millimetres?"));
   }
   if (2 * near > points.size()) {
-    diagnostics.push_back(absl::StrCat("half of the points are nearer than ", too_near_m, " m, where ",
-                                  range.sensor, " sees nothing: coordinates are metres"));
+    diagnostics.push_back(absl::StrCat("half of the points are nearer than ", too_near_m,
+                                       " m, where ", range.sensor,
+                                       " sees nothing: coordinates are metres"));
   }
 }
 
@@ -90,7 +91,7 @@ void DiagnoseUp(const SegmentedScene& scene, const InterpretOptions& options,
                    up_C.y(), ", ", up_C.z(), ") of the sensor's frame");
   if (scene.up_verdict == UpVerdict::kSeenFromBelow) {
     diagnostics.push_back(absl::StrCat(given, " may be upside down: it says that the sensor sees ",
-                                  "level surfaces from below alone"));
+                                       "level surfaces from below alone"));
     return;
   }
   diagnostics.push_back(absl::StrCat(
@@ -104,17 +105,17 @@ void DiagnoseLevel(const SegmentedScene& scene, const InterpretOptions& options,
   const double angle_rad = std::acos(std::clamp(scene.alternative_up->z(), -1.0, 1.0));
   if (angle_rad <= kMaxUpError_rad) return;
   diagnostics.push_back(absl::StrCat("what looks most like a support is ",
-                                std::lround(angle_rad * 180 / std::numbers::pi),
-                                " degrees from level by the ", options.X_WC ? "pose" : "up",
-                                " that was given, so it is none"));
+                                     std::lround(angle_rad * 180 / std::numbers::pi),
+                                     " degrees from level by the ", options.X_WC ? "pose" : "up",
+                                     " that was given, so it is none"));
 }
 
 void DiagnosePose(const InterpretOptions& options, std::vector<std::string>& diagnostics) {
   if (!options.X_WC || !options.up_C || AgreesWithUp(*options.X_WC, *options.up_C)) return;
   const double angle_deg = AngleToUp_rad(*options.X_WC, *options.up_C) * 180 / std::numbers::pi;
   diagnostics.push_back(absl::StrCat("up (", options.up_C->x(), ", ", options.up_C->y(), ", ",
-                                options.up_C->z(), ") contradicts x_world_sensor by ",
-                                std::lround(angle_deg), " degrees: the pose is taken"));
+                                     options.up_C->z(), ") contradicts x_world_sensor by ",
+                                     std::lround(angle_deg), " degrees: the pose is taken"));
 }
 
 void DiagnoseNoise(const std::vector<LocalPlane>& patches, const OrientedPoints& points,

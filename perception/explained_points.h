@@ -10,6 +10,6 @@ namespace cwm::perception {
 // shapes, tested from `likely` (an index, or negative) on. Points deep inside a solid do not count.
 // Points and shapes are in the same frame.
 bool IsNearAnyShape(const std::vector<ShapePart>& shapes, std::int32_t likely, const Vector3& point,
-                  double tolerance_m);
+                    double tolerance_m);
 
 }  // namespace cwm::perception

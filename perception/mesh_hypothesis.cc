@@ -64,7 +64,7 @@ class HybridBuilder {
       poll();
       explained_[k] =
           IsNearAnyShape(found_.shapes, part_of_point_[k], points_.points[k].cast<double>(),
-                       ExplainedWithin_m(points_.sigma_m[k]));
+                         ExplainedWithin_m(points_.sigma_m[k]));
     }
   }
 

@@ -25,7 +25,7 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
 }
 
 void ParallelInvoke(const Work& work, const std::function<void()>& first,
-            const std::function<void()>& second) {
+                    const std::function<void()>& second) {
   ParallelFor(2, 1, work, [&](std::size_t begin, std::size_t) { begin == 0 ? first() : second(); });
 }
 

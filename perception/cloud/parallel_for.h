@@ -21,6 +21,6 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
 
 // Calls both functions, in parallel like two ranges of a loop.
 void ParallelInvoke(const Work& work, const std::function<void()>& first,
-            const std::function<void()>& second);
+                    const std::function<void()>& second);
 
 }  // namespace cwm::perception

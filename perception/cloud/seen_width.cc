@@ -105,7 +105,7 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 }
 
 std::vector<char> MarkWideParts(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
-                             double diameter_m, double beside_m) {
+                                double diameter_m, double beside_m) {
   std::vector<char> as_wide(points.size(), 0);
   if (points.empty()) return as_wide;
   const std::vector<Vector2> places = PlacesAcross(points, viewpoint);

@@ -27,6 +27,6 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 // One flag per point: 1 if it lies within `beside_m` of such a disc of this diameter, so the
 // cluster is that wide there.
 std::vector<char> MarkWideParts(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
-                             double diameter_m, double beside_m);
+                                double diameter_m, double beside_m);
 
 }  // namespace cwm::perception

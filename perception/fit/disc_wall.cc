@@ -108,7 +108,7 @@ Eigen::MatrixXd RoughCovariance(const ShapeFit& fit, const FitContext& c) {
 }  // namespace
 
 std::optional<ShapeFit> FindWallBehindDisc(const ShapeFit& disc, const FitContext& context,
-                                       const std::vector<char>& available) {
+                                           const std::vector<char>& available) {
   const auto* face = std::get_if<PlaneModel>(&disc.model);
   if (face == nullptr) return std::nullopt;
   const std::optional<Rim> rim = MeasureRim(*face, context);

@@ -14,6 +14,6 @@ namespace cwm::perception {
 // available points behind the disc lie on. Empty if the edge is no circle (a square's is not), or
 // if fewer than two independent samples show a wall.
 std::optional<ShapeFit> FindWallBehindDisc(const ShapeFit& disc, const FitContext& context,
-                                       const std::vector<char>& available);
+                                           const std::vector<char>& available);
 
 }  // namespace cwm::perception

@@ -34,7 +34,8 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 }  // namespace
 
 Extraction ExtractShapes(const FitContext& context) {
-  const int max_in_row = context.options.reduced_effort ? kMaxRejectionsAtReducedEffort : kMaxConsecutiveRejections;
+  const int max_in_row =
+      context.options.reduced_effort ? kMaxRejectionsAtReducedEffort : kMaxConsecutiveRejections;
   Extraction out;
   CandidateList candidates(context.points, context.connectivity, context.options.seed,
                            context.work);

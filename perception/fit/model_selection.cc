@@ -128,12 +128,13 @@ std::vector<Proposal> Proposals(const Candidate& leader, const CandidateList& li
 // Returns one fit per kind and freedom of the axis, the one with the most inliers, sorted by
 // degrees of freedom.
 std::vector<ShapeFit> FitAlternatives(const Candidate& leader, const CandidateList& list,
-                                const FitContext& c) {
+                                      const FitContext& c) {
   std::vector<ShapeFit> alternatives;
   const auto keep = [&](std::optional<ShapeFit> fit) {
     if (!fit || !IsSignificantlyCurved(*fit, c)) return;
     for (ShapeFit& alternative : alternatives) {
-      if (alternative.model.index() != fit->model.index() || alternative.axis != fit->axis) continue;
+      if (alternative.model.index() != fit->model.index() || alternative.axis != fit->axis)
+        continue;
       if (fit->inliers.size() > alternative.inliers.size()) alternative = *std::move(fit);
       return;
     }
@@ -149,11 +150,12 @@ std::vector<ShapeFit> FitAlternatives(const Candidate& leader, const CandidateLi
       keep(FitShape(cylinder->AsCone(), alternatives[k].axis, c, list.available()));
     }
   }
-  std::stable_sort(alternatives.begin(), alternatives.end(), [](const ShapeFit& a, const ShapeFit& b) {
-    const int of_a = DegreesOfFreedom(a.model, a.axis);
-    const int of_b = DegreesOfFreedom(b.model, b.axis);
-    return of_a != of_b ? of_a < of_b : a.model.index() < b.model.index();
-  });
+  std::stable_sort(alternatives.begin(), alternatives.end(),
+                   [](const ShapeFit& a, const ShapeFit& b) {
+                     const int of_a = DegreesOfFreedom(a.model, a.axis);
+                     const int of_b = DegreesOfFreedom(b.model, b.axis);
+                     return of_a != of_b ? of_a < of_b : a.model.index() < b.model.index();
+                   });
   return alternatives;
 }
 
@@ -208,13 +210,15 @@ bool SlopeIsSignificant(const ShapeFit& fit) {
 }
 
 // The index of the best alternative; `alternatives` are sorted by their degrees of freedom.
-std::size_t BestOf(const std::vector<ShapeFit>& alternatives, const std::vector<std::uint32_t>& region,
-                   const FitContext& c) {
+std::size_t BestOf(const std::vector<ShapeFit>& alternatives,
+                   const std::vector<std::uint32_t>& region, const FitContext& c) {
   std::size_t best = 0;
   Criterion best_value = EvaluateCriterion(alternatives[0].model, alternatives[0].axis, c, region);
   for (std::size_t k = 1; k < alternatives.size(); ++k) {
-    const Criterion value = EvaluateCriterion(alternatives[k].model, alternatives[k].axis, c, region);
-    const bool leans = alternatives[k].axis == AxisFreedom::kFree && !IsPlane(alternatives[k].model) &&
+    const Criterion value =
+        EvaluateCriterion(alternatives[k].model, alternatives[k].axis, c, region);
+    const bool leans = alternatives[k].axis == AxisFreedom::kFree &&
+                       !IsPlane(alternatives[k].model) &&
                        alternatives[best].axis == AxisFreedom::kHeld;
     if (value.value + (leans ? kUprightPrior : 0) < best_value.value &&
         value.rms_sigma < kMaxRms * best_value.rms_sigma) {
@@ -236,8 +240,8 @@ double ValueOf(const ShapeFit& fit, const std::vector<std::uint32_t>& region, co
   return EvaluateCriterion(fit.model, fit.axis, c, region).value;
 }
 
-double BestCylinder(const std::vector<ShapeFit>& alternatives, const std::vector<std::uint32_t>& region,
-                    const FitContext& c) {
+double BestCylinder(const std::vector<ShapeFit>& alternatives,
+                    const std::vector<std::uint32_t>& region, const FitContext& c) {
   double best = std::numeric_limits<double>::infinity();
   for (const ShapeFit& alternative : alternatives) {
     if (!std::holds_alternative<CylinderModel>(alternative.model)) continue;
@@ -279,7 +283,8 @@ bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>
 std::optional<ShapeFit> Finished(const ShapeFit& alternative, const CandidateList& candidates,
                                  const FitContext& c) {
   const bool curved = !IsPlane(alternative.model);
-  if (curved && c.options.search_planes && FacesExplainBetter(alternative, alternative.inliers, c)) {
+  if (curved && c.options.search_planes &&
+      FacesExplainBetter(alternative, alternative.inliers, c)) {
     return std::nullopt;
   }
   std::optional<ShapeFit> finished = FinishFit(alternative, c, candidates.available());

@@ -68,8 +68,9 @@ FreeRays FreeRaysPast(const ModelPoints& points, const Ground& ground, const Pas
     out.rays.push_back(free);
     around_count += k < passing.around_count;
   }
-  const std::size_t stride = std::max({std::size_t{1}, (around_count + kMaxRaysAbout - 1) / kMaxRaysAbout,
-                                       (out.rays.size() + kMaxRaysInAll - 1) / kMaxRaysInAll});
+  const std::size_t stride =
+      std::max({std::size_t{1}, (around_count + kMaxRaysAbout - 1) / kMaxRaysAbout,
+                (out.rays.size() + kMaxRaysInAll - 1) / kMaxRaysInAll});
   for (std::size_t k = 0; k * stride < out.rays.size(); ++k) out.rays[k] = out.rays[k * stride];
   out.rays.resize((out.rays.size() + stride - 1) / stride);
   out.weight = passing.weight * static_cast<double>(stride);
@@ -82,7 +83,8 @@ bool MayComeNear(const Vector3& middle, double radius_m, const FreeRay& ray) {
   return !((from - at * way).squaredNorm() > radius_m * radius_m);
 }
 
-NearestRayPoint FindNearestRayPoint(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
+NearestRayPoint FindNearestRayPoint(const DistanceToShape& distance_m, const Pose& X_SR,
+                                    const FreeRay& ray) {
   NearestRayPoint best{.clearance_m = std::numeric_limits<double>::infinity()};
   std::size_t nearest = 0;
   for (std::size_t k = 0; k < ray.p.size(); ++k) {

@@ -19,7 +19,7 @@ namespace cwm::perception {
 struct PassingRays {
   std::vector<Eigen::Vector3f> ends;  // metres; rays about the object, then rays below it
   std::vector<float> sigma_m;         // of the range
-  std::size_t around_count = 0;              // the number of rays about the object
+  std::size_t around_count = 0;       // the number of rays about the object
   double weight = 1;
 };
 
@@ -51,7 +51,8 @@ struct NearestRayPoint {
 };
 // Returns the nearest place, known to 0.2 mm along the ray if the ray comes so near that it may
 // enter the solid. X_SR transforms from the frame in which the ray is given.
-NearestRayPoint FindNearestRayPoint(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray);
+NearestRayPoint FindNearestRayPoint(const DistanceToShape& distance_m, const Pose& X_SR,
+                                    const FreeRay& ray);
 
 // Returns the ray with its places 8 mm apart about the point p, clamped to its free part. Fits move
 // by less than that span.

@@ -45,7 +45,7 @@ bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& memb
 // True if most points of the cluster lie on the host's surface extended beyond its ends. They are
 // then more of the host rather than a handle.
 bool ExtendsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
-                  const ShapePart& host) {
+                 const ShapePart& host) {
   const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
   std::size_t on = 0;
   for (std::uint32_t i : cluster) {
@@ -261,7 +261,7 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
 }
 
 void RemoveFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
-                    std::vector<std::int32_t>& part_of_point) {
+                      std::vector<std::int32_t>& part_of_point) {
   const Clusters before = MembersOfSolids(part_of_point, solids.size());
   for (const std::vector<std::uint32_t>& cluster : clusters) {
     for (std::uint32_t i : cluster) part_of_point[i] = kUnexplained;

@@ -32,7 +32,7 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
 // Makes the points of the clusters unexplained, and drops solids that lose more than half of their
 // points.
 void RemoveFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
-                    std::vector<std::int32_t>& part_of_point);
+                      std::vector<std::int32_t>& part_of_point);
 
 // Appends clusters of unexplained points that begin at a solid's surface and leave it, and that are
 // fairly large, elongated and slim; labels their points. A cluster is no handle if its nearest

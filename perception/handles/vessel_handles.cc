@@ -95,7 +95,7 @@ double Vessel::Protrusion_m(const Eigen::Vector3f& p) const {
 }
 
 Vessel::Cluster Vessel::ProtrudingPoints(const OrientedPoints& points,
-                                 const std::vector<char>& among) const {
+                                         const std::vector<char>& among) const {
   Cluster out;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     if (!among[i] || !points.points[i].allFinite()) continue;
@@ -195,8 +195,8 @@ bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Ve
   return SeenWidth_m(part, viewpoint) <= kMaxHandleWidth_m;
 }
 
-Vessel::FixedParts Vessel::FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
-                                const Work& work) const {
+Vessel::FixedParts Vessel::FindFixedParts(const OrientedPoints& object,
+                                          const std::vector<char>& among, const Work& work) const {
   FixedParts found;
   std::vector<Cluster>& handles = found.handles;
   std::vector<Cluster> parts;
@@ -228,7 +228,7 @@ Vessel::FixedParts Vessel::FindFixedParts(const OrientedPoints& object, const st
     // A wider cluster may be a box that touches a handle.
     const std::vector<char> wide =
         MarkWideParts(PlacesOf(object, in_object(cluster)), object.viewpoint, kMaxSeenHandleWidth_m,
-                   kBesideWide_m);
+                      kBesideWide_m);
     Cluster slim, removed;
     for (std::size_t k = 0; k < cluster.size(); ++k) {
       (wide[k] ? removed : slim).push_back(cluster[k]);
@@ -279,7 +279,8 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
     }
     std::erase_if(parts, [&](const Cluster& part) {
       const double min_points = kMinSignificantShare * static_cast<double>(handles[h].size());
-      if (static_cast<double>(part.size()) < min_points || !continues(handles[h], part)) return false;
+      if (static_cast<double>(part.size()) < min_points || !continues(handles[h], part))
+        return false;
       take(handles[h], part);
       return true;
     });
@@ -310,7 +311,8 @@ double Vessel::ShareOnWalls(const OrientedPoints& other, const std::vector<char>
 bool Vessel::HasHandle(const OrientedPoints& other, const std::vector<Vector3f>& known) const {
   const Cluster out = ProtrudingPoints(other, std::vector<char>(other.size(), 1));
   return out.size() >= kMinHandlePoints &&
-         static_cast<double>(out.size()) >= kMinProtrudingShare * static_cast<double>(other.size()) &&
+         static_cast<double>(out.size()) >=
+             kMinProtrudingShare * static_cast<double>(other.size()) &&
          IsHandle(other, out, GapBetween_m(known, other.points));
 }
 

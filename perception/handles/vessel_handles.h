@@ -55,7 +55,7 @@ class Vessel {
   };
   // Finds handles and spouts among those points of the object whose flag in `among` is set.
   FixedParts FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
-                  const Work& work) const;
+                            const Work& work) const;
 
   // Returns the points outside the walls, by more than noise explains and no farther than handles
   // reach.

@@ -47,8 +47,9 @@ std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
   return upright;
 }
 
-// The solid lengthened by `gap_m` at its lower end; empty if it would end in an apex before.
-std::optional<ShapePart> ExtendedBelow(const ShapePart& part, const Upright& upright, double gap_m) {
+// The solid extended by `gap_m` at its lower end; empty if it would end in an apex before.
+std::optional<ShapePart> ExtendedBelow(const ShapePart& part, const Upright& upright,
+                                       double gap_m) {
   const SolidEnd lower{upright.axis, -upright.sign};
   if (!(gap_m < MaxExtension_m(part.shape, lower))) return std::nullopt;
   Placed<> placed = Extended({part.X_OS, part.shape}, lower, gap_m);
@@ -114,7 +115,7 @@ struct Seen {
 };
 
 Seen VisibilityOfAddedWall(const ShapePart& longer, const Upright& upright, double gap_m,
-                    const SightMap& sight, double tolerance_m) {
+                           const SightMap& sight, double tolerance_m) {
   Seen seen;
   const Eigen::Index across = (upright.axis + 1) % 3, beside = (upright.axis + 2) % 3;
   const Vector3 viewpoint_S =
@@ -168,7 +169,7 @@ double UnseenFoot_m(const StandingObject& object, const ShapePart& part) {
 // True if the object has points below the solid that are not on the added wall: another part of it
 // is there.
 bool IsVisibleBelow(const StandingObject& object, const ShapePart& part, const ShapePart& longer,
-                      const Upright& upright, double gap_m) {
+                    const Upright& upright, double gap_m) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
   const Pose X_LongerL = longer.X_OS.inverse(Eigen::Isometry);
   Aabb below = TightBounds(part.shape, Pose::Identity());

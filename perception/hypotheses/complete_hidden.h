@@ -18,7 +18,7 @@ struct StandingObject {
   const Pose& X_LSupport;
 };
 
-// Lengthens upright boxes, cylinders and cones that end above the object's ground down to it, and
+// Extends upright boxes, cylinders and cones that end above the object's ground down to it, and
 // marks them COMPLETED, if
 //   - at most 15 % of the places on the added wall that face the sensor were seen on a surface, and
 //     at most 3 % of all places are seen through (places that face away are tested just inside the

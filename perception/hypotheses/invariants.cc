@@ -104,6 +104,8 @@ class Checker {
 
 }  // namespace
 
-std::vector<std::string> ViolatedInvariants(const SceneState& state) { return Checker(state).Run(); }
+std::vector<std::string> ViolatedInvariants(const SceneState& state) {
+  return Checker(state).Run();
+}
 
 }  // namespace cwm::perception

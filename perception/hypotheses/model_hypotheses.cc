@@ -61,9 +61,9 @@ std::vector<std::string> WarningsOf(std::size_t count, const Efforts& efforts, b
         "of the largest ", efforts.split, " of ", count,
         " objects hardly anything is a shape: the others are meshed, no shapes were looked for"));
   } else if (count > efforts.full) {
-    warnings.push_back(absl::StrCat(
-        "of ", count, " objects all but the largest ", efforts.full,
-        " were modelled with reduced effort: some of their shapes may be missed, and their meshes are coarser"));
+    warnings.push_back(absl::StrCat("of ", count, " objects all but the largest ", efforts.full,
+                                    " were modelled with reduced effort: some of their shapes may "
+                                    "be missed, and their meshes are coarser"));
   }
   return warnings;
 }

@@ -38,8 +38,8 @@ OrientedPoints PointSample::Points() const {
   return Subset(all_, sampled);
 }
 
-std::vector<std::int32_t> PointSample::PartsOfAllPoints(const std::vector<std::int32_t>& part_of_sampled,
-                                             const Work& work) const {
+std::vector<std::int32_t> PointSample::PartsOfAllPoints(
+    const std::vector<std::int32_t>& part_of_sampled, const Work& work) const {
   if (stride_ == 1) return part_of_sampled;
   std::vector<std::int32_t> part_of_point(members_.size());
   for (std::size_t s = 0; s < part_of_sampled.size(); ++s) {

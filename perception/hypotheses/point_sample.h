@@ -28,10 +28,11 @@ class PointSample {
 
   // Returns, per member, the part of the nearest sampled point among those around it in the order.
   std::vector<std::int32_t> PartsOfAllPoints(const std::vector<std::int32_t>& part_of_sampled,
-                                  const Work& work) const;
+                                             const Work& work) const;
 
   // Returns the parts of the sampled points, given those of all members.
-  std::vector<std::int32_t> PartsOfSampledPoints(const std::vector<std::int32_t>& part_of_member) const;
+  std::vector<std::int32_t> PartsOfSampledPoints(
+      const std::vector<std::int32_t>& part_of_member) const;
 
   // Scales a number of sampled points to all members.
   std::uint64_t Scaled(std::uint64_t sampled) const;

@@ -21,7 +21,7 @@ constexpr float kBeside_rad = 0.02f;
 // The view of an object: where rays cross the plane at distance 1 that is normal to its middle ray.
 struct View {
   Eigen::Matrix3f across = Eigen::Matrix3f::Identity();
-  Eigen::AlignedBox2f around;           // of the points
+  Eigen::AlignedBox2f around;    // of the points
   Eigen::AlignedBox2f standing;  // of the points and their feet
 
   Eigen::Vector3f middle() const { return across.col(2); }
@@ -106,7 +106,7 @@ SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(sce
 }
 
 PassingRays SceneRays::PassingRaysOf(const PointSet& points, const std::optional<Pose>& X_LGround,
-                            const Work& work) const {
+                                     const Work& work) const {
   if (rays_.empty()) return {};
   const View view = ViewOf(scene_.points, points, X_LGround, work);
   std::vector<char> ends_on_it(rays_.size(), 0);

@@ -64,7 +64,7 @@ SceneState SceneState::With(Change change) const {
   });
   for (HypothesisPtr& hypothesis : after.hypotheses_) {
     const auto update = std::ranges::find(change.resting_updates, hypothesis->id,
-                                            &std::pair<HypothesisId, Resting>::first);
+                                          &std::pair<HypothesisId, Resting>::first);
     if (update == change.resting_updates.end()) continue;
     auto moved = std::make_shared<ObjectHypothesis>(*hypothesis);
     moved->resting = update->second;

@@ -9,6 +9,10 @@
 #include "perception/fit/extraction.h"
 #include "perception/handles/handles.h"
 #include "perception/handles/vessel_handles.h"
+#include "perception/primitive_fit/shrink_to_free_space.h"
+#include "perception/primitive_fit/single_primitive.h"
+#include "perception/primitive_fit/split_solids.h"
+#include "perception/primitive_fit/unexplained_points.h"
 #include "perception/solids/box_sigma.h"
 #include "perception/solids/explain.h"
 #include "perception/solids/extent_from_points.h"
@@ -16,10 +20,6 @@
 #include "perception/vessels/lying_vessel.h"
 #include "perception/vessels/revolved_wall.h"
 #include "perception/vessels/shell_fit.h"
-#include "perception/primitive_fit/unexplained_points.h"
-#include "perception/primitive_fit/single_primitive.h"
-#include "perception/primitive_fit/split_solids.h"
-#include "perception/primitive_fit/shrink_to_free_space.h"
 
 namespace cwm::perception {
 namespace {
@@ -171,18 +171,18 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     assembly = *std::move(with_shells);
   } else {
     // Few objects are split, so lying walls are sought at the same time.
-    bool is_parted = false;
+    bool is_split = false;
     std::optional<RevolvedWall> lying;
     const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
     ParallelInvoke(
-        work, [&] { is_parted = ReplaceBySplitSolids(context, assembly); },
+        work, [&] { is_split = ReplaceBySplitSolids(context, assembly); },
         [&] {
           if (!may_lie) return;
           const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
           lying = FindLyingWall(points, standing, AxesOf(extraction), context);
         });
     SetExtentFromPoints(context, assembly.solids);
-    if (is_parted) {
+    if (is_split) {
       vessel.reset();
     } else if (lying) {
       vessel = Vessel(points, {*std::move(lying)});
@@ -211,8 +211,8 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
 }
 
 std::optional<ShapePart> ModelSingleSolid(const OrientedPoints& points, const Pose& X_LSupport,
-                                       const SensorNoise& noise, const ModelerOptions& options,
-                                       const Work& work) {
+                                          const SensorNoise& noise, const ModelerOptions& options,
+                                          const Work& work) {
   ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return std::nullopt;
   const Searched searched(std::move(thinned), X_LSupport);
@@ -237,7 +237,7 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
 }
 
 ObjectModel ModelFromShapes(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
-                       std::vector<ShapePart> shapes, const Work& work) {
+                            std::vector<ShapePart> shapes, const Work& work) {
   ObjectModel model;
   model.shapes = std::move(shapes);
   const double spacing_m = SubsampleForSearch(points, SearchPoints(points.size()), work).spacing_m;

@@ -30,8 +30,8 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
 // Returns the closed solid on the support that explains nearly all points; empty if there is none.
 // It is a likely shape at less cost than a full model.
 std::optional<ShapePart> ModelSingleSolid(const OrientedPoints& points, const Pose& X_LSupport,
-                                       const SensorNoise& noise, const ModelerOptions& options,
-                                       const Work& work = {});
+                                          const SensorNoise& noise, const ModelerOptions& options,
+                                          const Work& work = {});
 
 // Returns the shell of a lying or leaning vessel (FindLyingWall); empty if there is none. Its axis
 // is one of `axes`, which are candidates and may be none, or one estimated from the normals.
@@ -43,7 +43,7 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
 // Models an object whose shapes are known, in the level frame: which points they explain, how well,
 // and which parts stand out from them as handles.
 ObjectModel ModelFromShapes(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
-                       std::vector<ShapePart> shapes, const Work& work = {});
+                            std::vector<ShapePart> shapes, const Work& work = {});
 
 // Models a wall or a furniture front whose plates are known, in the level frame. The plates are its
 // shapes, with the role COMPLETED because their bodies were supplied. It gets no handles:

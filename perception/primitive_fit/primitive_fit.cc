@@ -12,11 +12,11 @@
 #include "collision/geometry/distance_to_shape.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/fit/refine.h"
-#include "perception/primitive_fit/solid_lanes.h"
 #include "perception/primitive_fit/primitive_fit_ends.h"
 #include "perception/primitive_fit/primitive_fit_limits.h"
 #include "perception/primitive_fit/primitive_fit_misfit.h"
 #include "perception/primitive_fit/primitive_fit_starts.h"
+#include "perception/primitive_fit/solid_lanes.h"
 
 namespace cwm::perception {
 namespace {
@@ -39,7 +39,7 @@ constexpr std::array<double, 3> kScales_sigma = {10, 4, 2.5};
 constexpr double kVariance = 0.93;
 // chosen: steps taken from every start before the starts are compared.
 constexpr int kStepsOfStart = 3;
-// chosen: steps at each scale from the best start; the descent may stop sooner (kSettled).
+// chosen: steps at each scale from the best start; the descent may stop sooner (kMinLossDecrease).
 constexpr int kStepsPerScale = 8;
 // chosen: as a multiple of the alternative's loss. A kind whose best start is worse is given up.
 constexpr double kMaxStartLossRatio = 3;
@@ -101,7 +101,8 @@ Evidence PointsAlone(PointsOnGround points) {
 
 // The residuals in standard deviations: of the points, then the depths of the rays, then a cone's
 // slope.
-Eigen::VectorXd Residuals(PrimitiveKind kind, const PrimitiveParameters& x, const Evidence& evidence) {
+Eigen::VectorXd Residuals(PrimitiveKind kind, const PrimitiveParameters& x,
+                          const Evidence& evidence) {
   const PlacedPrimitive solid = Place(kind, x);
   const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
   const std::size_t points = evidence.points_G.size();
@@ -284,7 +285,7 @@ double RaysPerSample(PrimitiveKind kind) {
   return IsLying(kind) ? kRaysPerSampleLying : kPointsPerIndependentSample;
 }
 
-// Adds the rays within kNear_m of the solid to the evidence. The steps of the fit are too small to
+// Adds the rays within kMaxRayClearance_m of the solid to the evidence. The steps of the fit are too small to
 // reach others.
 void AddRaysNear(const Solid& solid, PrimitiveKind kind, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
@@ -333,7 +334,7 @@ void PlaceSolid(const PrimitiveParameters& x, const PointsOnGround& points, cons
 // Runs the descent at all scales from `at`, whose residuals need not be set. Empty if it leaves too
 // many points off the solid.
 std::optional<PrimitiveFit> Converged(PrimitiveKind kind, Minimum at, const Evidence& evidence,
-                                  const FitContext& c) {
+                                      const FitContext& c) {
   at.residuals = Residuals(kind, at.x, evidence);
   for (double scale : kScales_sigma) {
     Descent(kind, scale, evidence, c).Run(kStepsPerScale, at);
@@ -356,7 +357,7 @@ std::optional<PrimitiveFit> Converged(PrimitiveKind kind, Minimum at, const Evid
 }  // namespace
 
 std::optional<PrimitiveFit> FitPrimitive(PrimitiveKind kind, const std::vector<Solid>& known,
-                                 const FitScore& alternative, const FitContext& context) {
+                                         const FitScore& alternative, const FitContext& context) {
   if (!context.ground.known) return std::nullopt;
   double min_loss = 0;
   std::optional<Minimum> best = BestStart(kind, known, context, min_loss);
@@ -368,7 +369,8 @@ std::optional<PrimitiveFit> FitPrimitive(PrimitiveKind kind, const std::vector<S
   const double min_cost = kMinRayCost * RaysPerSample(kind) / kPointsPerIndependentSample;
   if (cost < min_cost || fit->value - cost > alternative.value) return fit;
   AddRaysNear(fit->solid, kind, context, evidence);
-  const std::optional<PrimitiveFit> moved = Converged(kind, {fit->parameters, {}}, evidence, context);
+  const std::optional<PrimitiveFit> moved =
+      Converged(kind, {fit->parameters, {}}, evidence, context);
   const bool better = moved && moved->value < fit->value && !IsAtLimit(*moved, context.options);
   return better ? moved : fit;
 }
@@ -446,7 +448,8 @@ std::vector<double> CoefficientSigmas(const PrimitiveFit& fit, const Eigen::Matr
 FitScore FitScoreOf(const std::vector<Solid>& solids, int parameters, const FitContext& c) {
   const PointsOnGround points = OnGround(c);
   const auto count = static_cast<Eigen::Index>(points.p_G.size());
-  Misfit nearest{Eigen::VectorXd::Constant(count, kNoSolidResidual_sigma), Eigen::VectorXd::Zero(count)};
+  Misfit nearest{Eigen::VectorXd::Constant(count, kNoSolidResidual_sigma),
+                 Eigen::VectorXd::Zero(count)};
   double cost = 0;
   for (const Solid& solid : solids) {
     const Pose X_SG = solid.X_MS.inverse(Eigen::Isometry) * points.X_MG;

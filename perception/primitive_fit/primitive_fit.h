@@ -39,7 +39,7 @@ FitScore FitScoreOf(const std::vector<Solid>& solids, int parameters, const FitC
 // known, if no start is within the limits of the options, if after a few steps the best start's
 // loss is still far above that of the alternative, or as soon as too many points lie off the solid.
 std::optional<PrimitiveFit> FitPrimitive(PrimitiveKind kind, const std::vector<Solid>& known,
-                                 const FitScore& alternative, const FitContext& context);
+                                         const FitScore& alternative, const FitContext& context);
 
 // Refines the round fit that was chosen on more of the points and on the rays near it, each point
 // weighted by its noise across the surface. Boxes, and solids of which only the lid is seen, end

@@ -72,7 +72,7 @@ void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
 }  // namespace
 
 void SetFreeEnds(const ModelPoints& points, const PointsOnGround& on_ground,
-                   const ModelerOptions& options, PrimitiveFit& fit) {
+                 const ModelerOptions& options, PrimitiveFit& fit) {
   EndAtPoints(points, on_ground, fit);
   EndNearPoints(points, on_ground, options, fit);
 }

@@ -10,6 +10,6 @@ namespace cwm::perception {
 // leaning ones whose upper end is far beyond their points. The inliers stay as they are.
 // `on_ground` holds the points that were used for the fit, in the frame of the ground.
 void SetFreeEnds(const ModelPoints& points, const PointsOnGround& on_ground,
-                   const ModelerOptions& options, PrimitiveFit& fit);
+                 const ModelerOptions& options, PrimitiveFit& fit);
 
 }  // namespace cwm::perception

@@ -34,7 +34,8 @@ Eigen::MatrixXd WarpTerms(const PointsOnGround& points) {
 
 }  // namespace
 
-double DerivativeAlongRay(const Shape& shape, const Pose& X_SG, const Vector3& p, const Vector3& viewpoint) {
+double DerivativeAlongRay(const Shape& shape, const Pose& X_SG, const Vector3& p,
+                          const Vector3& viewpoint) {
   const Vector3 farther = p + kDerivativeStep * (p - viewpoint).normalized();
   return (SignedDistance_m(shape, X_SG * farther) - SignedDistance_m(shape, X_SG * p)) /
          kDerivativeStep;
@@ -72,7 +73,8 @@ double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& point
   return CriterionOf(squares / static_cast<double>(count), c.points.size(), parameters, c).value;
 }
 
-void SetNoiseAcrossSurface(const PlacedPrimitive& solid, const SensorNoise& noise, PointsOnGround& points) {
+void SetNoiseAcrossSurface(const PlacedPrimitive& solid, const SensorNoise& noise,
+                           PointsOnGround& points) {
   const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
   for (std::size_t i = 0; i < points.p_G.size(); ++i) {
     const Vector3& p = points.p_G[i];

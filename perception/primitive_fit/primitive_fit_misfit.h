@@ -23,7 +23,8 @@ Misfit MisfitOf(const PlacedPrimitive& solid, const Eigen::VectorXd& residuals,
 
 // The change of p's signed distance to the surface per metre away from the viewpoint: between -1
 // and 1, the cosine of the ray's incidence.
-double DerivativeAlongRay(const Shape& shape, const Pose& X_SG, const Vector3& p, const Vector3& viewpoint);
+double DerivativeAlongRay(const Shape& shape, const Pose& X_SG, const Vector3& p,
+                          const Vector3& viewpoint);
 
 // The criterion's value of the squared residuals that are left after the most likely slow warp is
 // removed from them.
@@ -32,6 +33,7 @@ double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& point
 
 // Replaces the standard deviations of the points by those across the surface they lie on. The
 // sensor scatters points both along its ray and sideways.
-void SetNoiseAcrossSurface(const PlacedPrimitive& solid, const SensorNoise& noise, PointsOnGround& points);
+void SetNoiseAcrossSurface(const PlacedPrimitive& solid, const SensorNoise& noise,
+                           PointsOnGround& points);
 
 }  // namespace cwm::perception

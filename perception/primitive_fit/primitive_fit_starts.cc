@@ -232,7 +232,7 @@ void AppendSlope(double slope, PrimitiveParameters& x) {
 }  // namespace
 
 std::vector<PrimitiveParameters> StartsOf(PrimitiveKind kind, const std::vector<Solid>& known,
-                                      const PointsOnGround& points) {
+                                          const PointsOnGround& points) {
   std::vector<PrimitiveParameters> starts = Suggested(kind, points);
   if (IsConical(kind)) {
     for (PrimitiveParameters& x : starts) AppendSlope(0, x);

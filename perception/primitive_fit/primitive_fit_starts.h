@@ -22,6 +22,6 @@ struct PointsOnGround {
 // Start values that the extents and circles of the points suggest, and those of the known solids
 // that are of this kind.
 std::vector<PrimitiveParameters> StartsOf(PrimitiveKind kind, const std::vector<Solid>& known,
-                                      const PointsOnGround& points);
+                                          const PointsOnGround& points);
 
 }  // namespace cwm::perception

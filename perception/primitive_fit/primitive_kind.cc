@@ -164,7 +164,8 @@ std::optional<PrimitiveParameters> ParametersOf(PrimitiveKind kind, const Placed
   if (!axial) return std::nullopt;
   if (IsLying(kind)) return OfLying(kind, *axial);
   if (kind == PrimitiveKind::kLeaningCylinder) return OfLeaning(*axial);
-  const bool upright = kind == PrimitiveKind::kUprightCylinder || kind == PrimitiveKind::kUprightCone;
+  const bool upright =
+      kind == PrimitiveKind::kUprightCylinder || kind == PrimitiveKind::kUprightCone;
   return upright ? OfUpright(kind, *axial) : std::nullopt;
 }
 

@@ -13,11 +13,11 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/fit/model_selection.h"
+#include "perception/primitive_fit/primitive_fit.h"
+#include "perception/primitive_fit/primitive_fit_misfit.h"
 #include "perception/solids/free_space.h"
 #include "perception/solids/observed.h"
 #include "perception/solids/round_solid.h"
-#include "perception/primitive_fit/primitive_fit.h"
-#include "perception/primitive_fit/primitive_fit_misfit.h"
 
 namespace cwm::perception {
 namespace {
@@ -345,10 +345,12 @@ FitScore FitScoreOf(const std::vector<Solid>& solids, const FitContext& c) {
   return FitScoreOf(solids, DegreesOfFreedom(solids), c);
 }
 
-std::optional<PrimitiveFit> FindBetterPrimitive(const FitContext& context, const std::vector<Solid>& solids) {
+std::optional<PrimitiveFit> FindBetterPrimitive(const FitContext& context,
+                                                const std::vector<Solid>& solids) {
   std::vector<Solid> known = solids;
   // A fit must beat the solids as they are, and the best fit of the kind that a single solid has.
-  const FitScore assembled = FitScoreOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
+  const FitScore assembled =
+      FitScoreOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
   const double prior = solids.size() == 1 ? PriorOf(solids.front(), context.ground.up) : 0;
   const Alternative assembled_solids{assembled.value + prior, DegreesOfFreedom(solids)};
   Alternative of_same_kind;

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "perception/solids/solid_assembly.h"
 #include "perception/primitive_fit/primitive_fit.h"
+#include "perception/solids/solid_assembly.h"
 
 namespace cwm::perception {
 
@@ -14,7 +14,7 @@ namespace cwm::perception {
 // this share of the old one: kMaxCylinderValueRatio for cylinders, kMaxValueRatio for boxes and spheres, because the
 // slow warp bends a face more than the criterion expects. Cones need no margin.
 // chosen: with 1 for cylinders, simulated cans are estimated still better, and tins on real scans
-// worse. The limits for several solids are in parted_solids.cc.
+// worse. The limits for several solids are in split_solids.cc.
 inline constexpr double kMaxCylinderValueRatio = 0.9, kMaxValueRatio = 0.8;
 
 // chosen: as a share of the rays beside and behind a solid. Rays may enter it as mixed pixels, or
@@ -39,7 +39,8 @@ FitScore FitScoreOf(const std::vector<Solid>& solids, const FitContext& context)
 // anything if it is a cone or has fewer parameters. If `solids` is a single solid, a solid of the
 // same kind must keep the ratios above instead, and one of another kind must also beat the best fit
 // of that kind by as much. Round solids are refined on more of the points (RefineOnMorePoints).
-std::optional<PrimitiveFit> FindBetterPrimitive(const FitContext& context, const std::vector<Solid>& solids);
+std::optional<PrimitiveFit> FindBetterPrimitive(const FitContext& context,
+                                                const std::vector<Solid>& solids);
 
 // Fits a solid of the same kind, starting from `fit`, to the context's points, which are most of
 // those that `fit` was fitted to. Empty if it is no better than no solid at all, or if a ray

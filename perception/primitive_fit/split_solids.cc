@@ -15,10 +15,10 @@
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/tolerances.h"
-#include "perception/solids/free_space.h"
-#include "perception/primitive_fit/unexplained_points.h"
-#include "perception/primitive_fit/single_primitive.h"
 #include "perception/primitive_fit/shrink_to_free_space.h"
+#include "perception/primitive_fit/single_primitive.h"
+#include "perception/primitive_fit/unexplained_points.h"
+#include "perception/solids/free_space.h"
 
 namespace cwm::perception {
 namespace {
@@ -387,8 +387,9 @@ class SolidSplitter {
 };
 
 // The known solids nearly all of whose points no part explains, such as a ball between two boxes.
-std::vector<Solid> UnexplainedKnownSolids(const std::vector<Solid>& known, const std::vector<Solid>& parts,
-                               const ModelPoints& points) {
+std::vector<Solid> UnexplainedKnownSolids(const std::vector<Solid>& known,
+                                          const std::vector<Solid>& parts,
+                                          const ModelPoints& points) {
   const std::vector<char> on = MarkPointsOnSolids(parts, points);
   std::vector<Solid> unexplained;
   for (const Solid& solid : known) {
@@ -456,7 +457,8 @@ bool ReplaceBySplitSolids(const FitContext& context, Assembly& assembly) {
   const bool any_crossed =
       std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
   if (any_crossed) return false;
-  ShrinkToFreeSpace(context, std::span(solids).first(parts->size()));  // known ones have been narrowed
+  ShrinkToFreeSpace(context,
+                    std::span(solids).first(parts->size()));  // known ones have been narrowed
   assembly.solids = std::move(solids);
   return true;
 }

@@ -176,7 +176,8 @@ class PassRunner {
       const Proposal& proposal = attempt->proposal;
       bool is_free = !proposal.from_support || !supports.contains(proposal.from_support->support);
       for (const Consumed& consumed : proposal.consumes) is_free &= !changed.contains(consumed.id);
-      for (const RestingUpdate& update : proposal.resting_updates) is_free &= !changed.contains(update.id);
+      for (const RestingUpdate& update : proposal.resting_updates)
+        is_free &= !changed.contains(update.id);
       for (const Product& product : proposal.products) {
         is_free &= !product.resting.on || !changed.contains(*product.resting.on);
       }

@@ -19,8 +19,8 @@ using Passes = std::vector<std::unique_ptr<const RefinementPass>>;
 struct Trial {
   enum class Outcome {
     kOpen,         // in progress
-    kOverBudget,      // the pass's allowance of work was spent
-    kRejected,  // the pass's second examination rejected it
+    kOverBudget,   // the pass's allowance of work was spent
+    kRejected,     // the pass's second examination rejected it
     kNotAdmitted,  // a product was not as expected
     kNoGain,
     kOutranked,  // another proposal for the same hypothesis gains more

@@ -63,8 +63,8 @@ class CandidateList {
   const ModelPoints& points_;
   const Connectivity& connectivity_;
   const Work& work_;
-  std::vector<std::uint32_t> shuffled_;    // all points, in random order
-  std::vector<std::size_t> subset_end_;    // end of each subset in shuffled_
+  std::vector<std::uint32_t> shuffled_;        // all points, in random order
+  std::vector<std::size_t> subset_end_;        // end of each subset in shuffled_
   std::vector<std::size_t> subset_remaining_;  // available points in the subsets up to each one
   std::vector<std::uint32_t> remaining_;       // the available points of shuffled_, in that order
   PointLanes remaining_lanes_;                 // the same points

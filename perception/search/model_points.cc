@@ -78,7 +78,8 @@ double NormalGate_cos(double normal_sigma_rad) {
   return std::cos(std::clamp(gate_rad, kSameNormal_rad, kMaxNormalGate_rad));
 }
 
-ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t max_points, const Work& work) {
+ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t max_points,
+                               const Work& work) {
   ModelPoints out;
   const std::vector<std::uint32_t> usable = UsablePoints(points);
   if (usable.empty()) return out;
@@ -126,7 +127,8 @@ ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed
   return out;
 }
 
-std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices, std::size_t max_count) {
+std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices,
+                                      std::size_t max_count) {
   const std::size_t stride = (indices.size() + max_count - 1) / std::max<std::size_t>(max_count, 1);
   if (stride <= 1) return {indices.begin(), indices.end()};
   std::vector<std::uint32_t> out;

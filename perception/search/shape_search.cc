@@ -94,8 +94,8 @@ std::optional<Candidate> ShapeSearch::Next() {
     }
     for (int k = 0; k < kDrawsPerLeaderCheck; ++k) Draw();
     draws_left_ -= kDrawsPerLeaderCheck;
-    expected_hits_per_point +=
-        kDrawsPerLeaderCheck * kDrawSuccessProbability / static_cast<double>(candidates_.available_count());
+    expected_hits_per_point += kDrawsPerLeaderCheck * kDrawSuccessProbability /
+                               static_cast<double>(candidates_.available_count());
   }
   return std::nullopt;
 }

@@ -21,7 +21,7 @@ float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
 }  // namespace
 
 std::vector<char> FindConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_rad,
-                                        const Work& work) {
+                                            const Work& work) {
   std::vector<char> crease(graph.size(), 0);
   const OrientedPoints& nodes = graph.nodes();
   ParallelFor(graph.size(), ItemsPerChunk(4us), work, [&](std::size_t begin, std::size_t end) {

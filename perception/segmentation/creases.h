@@ -15,6 +15,6 @@ std::vector<char> FindConcaveCreases(const SurfaceGraph& graph, float angle_rad,
 // The same, computed pair by pair: for graphs of cells, and as the reference for the vectorised
 // loop over pixels.
 std::vector<char> FindConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_rad,
-                                        const Work& work);
+                                            const Work& work);
 
 }  // namespace cwm::perception

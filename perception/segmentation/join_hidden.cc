@@ -45,9 +45,9 @@ Members NormalInliers(const Plane& plane, const OrientedPoints& nodes, const Mem
 std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceSummary& piece) {
   std::vector<Facet> facets;
   Members rest = piece.sample;
-  const std::size_t min_count =
-      std::max(kTwoSamples,
-               static_cast<std::size_t>(kMinSignificantShare * static_cast<double>(piece.sample.size())));
+  const std::size_t min_count = std::max(
+      kTwoSamples,
+      static_cast<std::size_t>(kMinSignificantShare * static_cast<double>(piece.sample.size())));
   while (facets.size() < kMaxFacets && rest.size() >= min_count) {
     const std::optional<Plane> plane = FitPlane(nodes, rest, rest[0]);
     if (!plane) break;

@@ -39,7 +39,8 @@ std::vector<std::size_t> SizesOfSets(DisjointSets& objects, std::size_t count) {
 // supports, is a handle; a part on top of an object rests there. A part of an object that was
 // joined before stays as it is: it would join two objects. A patch that no vessel claimed counts as
 // its support.
-void JoinSmallParts(const PieceSummaries& views, std::int32_t support_count, DisjointSets& objects) {
+void JoinSmallParts(const PieceSummaries& views, std::int32_t support_count,
+                    DisjointSets& objects) {
   std::vector<char> is_part(views.pieces.size());
   const std::vector<std::size_t> members = SizesOfSets(objects, views.pieces.size());
   for (std::size_t p = 0; p < is_part.size(); ++p) is_part[p] = members[objects.Root(p)] > 1;

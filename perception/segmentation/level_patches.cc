@@ -105,7 +105,7 @@ ReorientedCells ReorientLevelPatches(const Vector3f& up, CoarseCloud& coarse, co
 }
 
 void ReorientPointsOn(const std::vector<SupportPlane>& supports, const CoarseCloud& coarse,
-                  const ReorientedCells& turned, OrientedPoints& points) {
+                      const ReorientedCells& turned, OrientedPoints& points) {
   for (const SupportPlane& support : supports) {
     ReorientedCells of_support;
     std::ranges::set_intersection(support.cells, turned, std::back_inserter(of_support));

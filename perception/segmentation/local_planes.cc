@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kPatches = 48;
 // chosen: the number of points among which neighbours are searched: one per 2 cm^2 of a table.
 constexpr std::size_t kSearchedPoints = 8192;
-// chosen: neighbours per patch. In a cloud of no more than kAmong points, neighbours have
+// chosen: neighbours per patch. In a cloud of no more than kSearchedPoints points, neighbours have
 // correlated errors.
 constexpr std::size_t kNeighbours = kTwoSamples;
 // chosen: the largest radius of a patch; wider ones hold several surfaces.

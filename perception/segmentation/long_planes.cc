@@ -48,16 +48,18 @@ Nodes SampleOf(const Nodes& members) {
 
 }  // namespace
 
-bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, PlaneTolerance tolerance) {
-  const float tolerance_m = tolerance == PlaneTolerance::kUsual ? points.UsualPlaneTolerance_m(i) : points.WidePlaneTolerance_m(i);
+bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i,
+               PlaneTolerance tolerance) {
+  const float tolerance_m = tolerance == PlaneTolerance::kUsual ? points.UsualPlaneTolerance_m(i)
+                                                                : points.WidePlaneTolerance_m(i);
   return std::abs(plane.Height_m(points.points[i])) <= tolerance_m &&
          points.normals[i].dot(plane.normal.cast<float>()) > kFacing_cos;
 }
 
 double ShareOn(const Plane& plane, const OrientedPoints& points,
                std::span<const std::uint32_t> members, PlaneTolerance tolerance) {
-  const auto on =
-      std::ranges::count_if(members, [&](auto i) { return IsOnPlane(plane, points, i, tolerance); });
+  const auto on = std::ranges::count_if(
+      members, [&](auto i) { return IsOnPlane(plane, points, i, tolerance); });
   return static_cast<double>(on) / static_cast<double>(members.size());
 }
 
@@ -84,7 +86,8 @@ std::vector<Plane> LabelLongPlanes(const SurfaceGraph& graph, std::vector<std::i
   std::vector<Plane> planes;
   for (Nodes& left : members) {
     work.Poll();
-    while (const auto plane = LongPlane(nodes, SampleOf(left), PlaneTolerance::kUsual, kMinInlierShare)) {
+    while (const auto plane =
+               LongPlane(nodes, SampleOf(left), PlaneTolerance::kUsual, kMinInlierShare)) {
       std::erase_if(left, [&](std::uint32_t i) {
         if (!IsOnPlane(*plane, nodes, i, PlaneTolerance::kUsual)) return false;
         classes[i] = static_cast<std::int32_t>(planes.size()) + 1;

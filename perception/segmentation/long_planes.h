@@ -24,7 +24,8 @@ inline constexpr float kFacing_cos = 0.9f;
 enum class PlaneTolerance { kUsual, kWide };
 
 // True if the point lies on the plane and its normal is near to the plane's (kFacing_cos).
-bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, PlaneTolerance tolerance);
+bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i,
+               PlaneTolerance tolerance);
 double ShareOn(const Plane& plane, const OrientedPoints& points,
                std::span<const std::uint32_t> members, PlaneTolerance tolerance);
 

@@ -29,7 +29,7 @@ struct Border {
 };
 
 struct PieceSummaries {
-  std::vector<PieceSummary> pieces;                                    // per piece; empty for supports
+  std::vector<PieceSummary> pieces;                                 // per piece; empty for supports
   std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered, both directions
 };
 

@@ -8,9 +8,9 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/segmentation/disjoint_sets.h"
-#include "perception/segmentation/support_surface.h"
 #include "perception/segmentation/resting.h"
 #include "perception/segmentation/structures.h"
+#include "perception/segmentation/support_surface.h"
 
 namespace cwm::perception {
 namespace {
@@ -89,7 +89,8 @@ NodeList WithoutBelow(const NodeList& region, const Pieces& pieces, const Placed
 
 // The highest support that carries the region, or -1.
 std::int32_t SupportOf(const NodeList& region, const Pieces& pieces, const OrientedPoints& nodes,
-                       const std::vector<SupportSurface>& floors, const std::vector<Placed<Plate>>& plates) {
+                       const std::vector<SupportSurface>& floors,
+                       const std::vector<Placed<Plate>>& plates) {
   std::int32_t best = -1;
   for (std::size_t s = 0; s < floors.size(); ++s) {
     if (!floors[s].Carries(region)) {

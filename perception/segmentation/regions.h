@@ -18,7 +18,7 @@ struct Segment {
   std::int32_t supported_by = -1;  // the support below; -1: residual geometry
   std::int32_t rests_on = -1;      // the segment between it and the support, or -1
   double foot_height_m = 0;        // the height of its foot above the support's top
-  bool is_hanging = false;              // rays pass below its foot: the support does not carry it
+  bool is_hanging = false;         // rays pass below its foot: the support does not carry it
   std::optional<Plane> plane = std::nullopt;  // of a wall or front
 };
 

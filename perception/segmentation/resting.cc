@@ -54,7 +54,7 @@ struct Standing {
   std::vector<Vector3> low;      // the lowest tenth of the nodes
   Polygon hull;                  // of the footprint
   double foot_m = 0;
-  double band_m = 0;   // heights within this are equal
+  double band_m = 0;        // heights within this are equal
   bool is_hanging = false;  // rests on another object, whatever share of it lies over that one
 
   Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
@@ -235,9 +235,10 @@ std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
 
 }  // namespace
 
-void AssignSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                             const SightMap* sight, const std::vector<Segment>& objects,
-                             std::vector<Segment>& hanging, const Work& work) {
+void AssignSupportsUnderStacks(const OrientedPoints& nodes,
+                               const std::vector<Placed<Plate>>& plates, const SightMap* sight,
+                               const std::vector<Segment>& objects, std::vector<Segment>& hanging,
+                               const Work& work) {
   std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects, work);
   for (Segment& region : hanging) region.is_hanging = true;
   // Per support, the hanging regions in its frame, computed when first needed.
@@ -263,7 +264,7 @@ void AssignSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Pl
 }
 
 void AssignResting(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        const SightMap* sight, std::vector<Segment>& segments, const Work& work) {
+                   const SightMap* sight, std::vector<Segment>& segments, const Work& work) {
   for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments, work)) {
     for (const Standing& upper : standing) {
       const Pose& X_LP =

@@ -28,14 +28,15 @@ namespace cwm::perception {
 // If there are several, it rests on the one that it covers most. An object whose foot is hidden by
 // something before it rests on the support.
 void AssignResting(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        const SightMap* sight, std::vector<Segment>& segments, const Work& work);
+                   const SightMap* sight, std::vector<Segment>& segments, const Work& work);
 
 // Finds the objects under regions that no support carries because rays pass below their foot, such
 // as a box across a lower one or a lid that overhangs. Sets `is_hanging` of all regions, and
 // supported_by, the support at the bottom of the stack, of those that rest on an object or on
 // another such region that does.
-void AssignSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                             const SightMap* sight, const std::vector<Segment>& objects,
-                             std::vector<Segment>& hanging, const Work& work);
+void AssignSupportsUnderStacks(const OrientedPoints& nodes,
+                               const std::vector<Placed<Plate>>& plates, const SightMap* sight,
+                               const std::vector<Segment>& objects, std::vector<Segment>& hanging,
+                               const Work& work);
 
 }  // namespace cwm::perception

@@ -46,7 +46,7 @@ bool Agrees(const Ray& ray, const Vector2& axis) {
 }  // namespace
 
 Revolution EvaluateRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
-                           const Vector2& axis) {
+                              const Vector2& axis) {
   Revolution out{.axis = axis};
   const std::vector<Ray> rays = SteepRays(points, members);
   if (members.empty() || rays.empty()) return out;

@@ -25,6 +25,6 @@ std::optional<Revolution> FitRevolution(const OrientedPoints& points,
 
 // Returns how well the members agree with the given axis, which is not refitted.
 Revolution EvaluateRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
-                           const Vector2& axis);
+                              const Vector2& axis);
 
 }  // namespace cwm::perception

@@ -72,8 +72,8 @@ class Parts {
         seeds_of_whole_(wholes.count(), 0),
         groups_(parts.count()) {
     for (std::size_t p = 0; p < parts.count(); ++p) seeds_of_whole_[WholeOf(p)] += is_seed_[p];
-    const auto is_parted = [](int seeds) { return seeds > 1; };
-    if (std::any_of(seeds_of_whole_.begin(), seeds_of_whole_.end(), is_parted)) Rejoin();
+    const auto is_split = [](int seeds) { return seeds > 1; };
+    if (std::any_of(seeds_of_whole_.begin(), seeds_of_whole_.end(), is_split)) Rejoin();
   }
 
   // For a part that is a seed of a whole that falls apart: the first of the parts that it forms one
@@ -136,9 +136,9 @@ class Parts {
     for (const auto& [pair, border] : borders) {
       const auto& [a, b] = pair;
       const std::size_t smaller = std::min(nodes_[a], nodes_[b]);
-      const bool noise_parted = border.links >= kMinLinksPerStep * border.steps &&
-                                IsContact(kNarrowContact * border.links, smaller);
-      if (!noise_parted && !IsContact(border.links, smaller)) continue;
+      const bool is_split_by_noise = border.links >= kMinLinksPerStep * border.steps &&
+                                     IsContact(kNarrowContact * border.links, smaller);
+      if (!is_split_by_noise && !IsContact(border.links, smaller)) continue;
       if (groups_.Root(a) == groups_.Root(b)) continue;
       groups_.Join(a, b);
       --seeds_of_whole_[WholeOf(a)];

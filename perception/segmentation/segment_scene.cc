@@ -79,8 +79,7 @@ void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& befo
 }
 
 template <class T>
-void Permute(const std::vector<std::uint32_t>& before, const Work& work,
-                    std::vector<T>& values) {
+void Permute(const std::vector<std::uint32_t>& before, const Work& work, std::vector<T>& values) {
   std::vector<T> sorted(values.size());
   Gather(values, before, work, sorted);
   values = std::move(sorted);
@@ -270,7 +269,8 @@ void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const
   ParallelFor(regions.segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (!regions.segments[k].plane) continue;
-      scene.hypotheses[k].plates = PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
+      scene.hypotheses[k].plates =
+          PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
     }
   });
 }
@@ -291,11 +291,11 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
   }
   for (const Segment& segment : regions.segments) {
     scene.hypotheses.push_back({.supported_by = segment.supported_by,
-                            .rests_on = segment.rests_on,
-                            .foot_height_m = segment.foot_height_m,
-                            .points = node_points.Of(segment.nodes),
-                            .node_count = segment.nodes.size(),
-                            .plates = {}});
+                                .rests_on = segment.rests_on,
+                                .foot_height_m = segment.foot_height_m,
+                                .points = node_points.Of(segment.nodes),
+                                .node_count = segment.nodes.size(),
+                                .plates = {}});
   }
   scene.rejected = node_points.Of(regions.rejected);
 }
@@ -307,9 +307,9 @@ UpSource ConfirmedUpSource(const SegmentedScene& scene) {
       scene.up_source == UpSource::kSupport || scene.up_source == UpSource::kBarePlane;
   if (!from_plane) return scene.up_source;
   if (scene.supports.empty()) return UpSource::kBarePlane;
-  const bool anything_stands =
-      std::any_of(scene.hypotheses.begin(), scene.hypotheses.end(),
-                  [](const SegmentedHypothesis& hypothesis) { return hypothesis.supported_by >= 0; });
+  const bool anything_stands = std::any_of(
+      scene.hypotheses.begin(), scene.hypotheses.end(),
+      [](const SegmentedHypothesis& hypothesis) { return hypothesis.supported_by >= 0; });
   return anything_stands ? UpSource::kSupport : scene.up_source;
 }
 

@@ -52,8 +52,8 @@ struct SegmentedScene {
   // The up that EstimateUp would choose, in the level frame, if up was given and no support found.
   std::optional<Vector3> alternative_up;
   OrientedPoints points;
-  std::vector<SegmentedSupport> supports;  // largest first
-  std::vector<SegmentedHypothesis> hypotheses;     // objects, largest first, then residuals
+  std::vector<SegmentedSupport> supports;       // largest first
+  std::vector<SegmentedHypothesis> hypotheses;  // objects, largest first, then residuals
   std::vector<std::uint32_t> rejected;
   // The sight map of the cloud, in the level frame; empty if not all points were seen from one
   // place (IsSeenFromOnePlace).

@@ -50,7 +50,8 @@ Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const
   for (std::size_t p = 0; p < samples.size(); ++p) {
     if (out.of_piece[p] != kNoIndex || samples[p].size() < kTwoSamples) continue;
     for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoIndex; ++s) {
-      if (ShareOn(out.planes[s], graph.nodes(), samples[p], PlaneTolerance::kUsual) < kNearlyAll) continue;
+      if (ShareOn(out.planes[s], graph.nodes(), samples[p], PlaneTolerance::kUsual) < kNearlyAll)
+        continue;
       if (!IsGapClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
         continue;
       }

@@ -32,8 +32,9 @@ constexpr double kMaxReach_cells = 6;
 
 }  // namespace
 
-SupportSurface::SupportSurface(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
-             const Placed<Plate>& plate, const SightMap& sight)
+SupportSurface::SupportSurface(const SurfaceGraph& graph, const CoarseCloud& coarse,
+                               const SupportPlane& support, const Placed<Plate>& plate,
+                               const SightMap& sight)
     : graph_(graph),
       plate_(plate),
       sight_(sight),
@@ -99,7 +100,8 @@ bool SupportSurface::HidesItsPlace(const NodeList& region) const {
     Vector3 local = Local(graph_.nodes().points[region[k]]);
     below += local.z() < -kGate_sigma * sigma;
     local.z() = 0.5 * kFootHeight_m;
-    const Visibility seen = sight_.VisibilityAt((plate_.X_FS * local).cast<float>(), MaxJump_m(sigma));
+    const Visibility seen =
+        sight_.VisibilityAt((plate_.X_FS * local).cast<float>(), MaxJump_m(sigma));
     hidden += seen == Visibility::kHidden;
     in_view += seen != Visibility::kNoReturn;
   }
@@ -123,8 +125,8 @@ bool SupportSurface::IsOverHiddenPart(const NodeList& region) const {
     const Vector2 foot = local.head<2>();
     if (extent_.exteriorDistance(foot) > kMaxHiddenGap_m) return false;
     below += local.z() < -kGate_sigma * sigma;
-    before +=
-        VisibilityAbove(foot + kMaxTouchingGap_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
+    before += VisibilityAbove(foot + kMaxTouchingGap_m * (sensor - foot).normalized(), jump_m) ==
+              Visibility::kHidden;
     feet.emplace_back(foot, jump_m);
   }
   const auto all = static_cast<double>(feet.size());
@@ -155,7 +157,7 @@ bool SupportSurface::HidesItsSupport(const NodeList& region) const {
     Vector3 local = Local(graph_.nodes().points[feet[k]]);
     local.z() = -kFootHeight_m;
     const Visibility seen = sight_.VisibilityAt((plate_.X_FS * local).cast<float>(),
-                                        MaxJump_m(graph_.nodes().sigma_m[feet[k]]));
+                                                MaxJump_m(graph_.nodes().sigma_m[feet[k]]));
     hidden += seen == Visibility::kHidden;
     through += seen == Visibility::kSeenThrough;
   }
@@ -273,8 +275,8 @@ double SupportSurface::Footprint_m2(const NodeList& over) const {
 bool SupportSurface::IsHiddenAt(const FootprintCell& cell) const {
   const Vector2 middle = MiddleOf(cell);
   const Vector3 local(middle.x(), middle.y(), 0);
-  return sight_.VisibilityAt((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==
-         Visibility::kHidden;
+  return sight_.VisibilityAt((plate_.X_FS * local).cast<float>(),
+                             static_cast<float>(kFootHeight_m)) == Visibility::kHidden;
 }
 
 }  // namespace cwm::perception

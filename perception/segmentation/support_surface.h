@@ -20,7 +20,7 @@ class SupportSurface {
   using NodeList = std::vector<std::uint32_t>;
 
   SupportSurface(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
-        const Placed<Plate>& plate, const SightMap& sight);
+                 const Placed<Plate>& plate, const SightMap& sight);
 
   // True if the support carries the region, by the rules of FormRegions.
   bool Carries(const NodeList& region) const;

@@ -74,7 +74,8 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
 void SurfaceGraph::LinkPixels(const Work& work) {
   const auto width = static_cast<std::size_t>(measured_->width);
   for (std::size_t k = 0; k < step_to_.size(); ++k) {
-    step_to_[k] = std::ptrdiff_t{kNeighbourOffsets[k][0]} * measured_->width + kNeighbourOffsets[k][1];
+    step_to_[k] =
+        std::ptrdiff_t{kNeighbourOffsets[k][0]} * measured_->width + kNeighbourOffsets[k][1];
   }
   beside_.assign(size(), 0);
   at_step_.assign(size(), 0);

@@ -96,9 +96,10 @@ class SurfaceGraph {
   const VoxelGrid* grid_ = nullptr;              // null for an image
   const OrientedPoints* nodes_ = nullptr;
   std::vector<float> range_m_;
-  std::vector<std::uint8_t> beside_;         // image: bit k per node, linked to kNeighbourOffsets[k]
-  std::vector<char> at_step_;                // image: per node
-  std::array<std::ptrdiff_t, 8> step_to_{};  // image: index offset of neighbour kNeighbourOffsets[k]
+  std::vector<std::uint8_t> beside_;  // image: bit k per node, linked to kNeighbourOffsets[k]
+  std::vector<char> at_step_;         // image: per node
+  std::array<std::ptrdiff_t, 8>
+      step_to_{};  // image: index offset of neighbour kNeighbourOffsets[k]
   // Grid: the linked cells; those of a node are from its first_link_ to the next.
   std::vector<std::uint32_t> first_link_, links_;
 };
@@ -138,7 +139,8 @@ void SurfaceGraph::ForEachAcrossStep(std::size_t node, F&& f) const {
   const int row = pixel / measured_->width, column = pixel % measured_->width;
   for (unsigned k = 0; k < 8; ++k) {
     if (beside_[node] >> k & 1) continue;
-    const std::int32_t other = AtPixel(row + kNeighbourOffsets[k][0], column + kNeighbourOffsets[k][1]);
+    const std::int32_t other =
+        AtPixel(row + kNeighbourOffsets[k][0], column + kNeighbourOffsets[k][1]);
     if (other < 0) continue;
     const auto j = static_cast<std::size_t>(other);
     const float sigma_m = std::max(nodes_->sigma_m[node], nodes_->sigma_m[j]);

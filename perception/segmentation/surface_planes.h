@@ -23,7 +23,7 @@ SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<
 
 // The neighbours of a pixel, row and column, in the order of their bits.
 inline constexpr int kNeighbourOffsets[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
-                                      {0, 1},   {1, -1}, {1, 0},  {1, 1}};
+                                                {0, 1},   {1, -1}, {1, 0},  {1, 1}};
 
 // One entry per pixel of a row, and a few unused ones at the end.
 struct RowLinks {

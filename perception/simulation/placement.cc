@@ -38,7 +38,7 @@ PlanarPose DrawPlanarPose(const Vector2& middle_W, double radius_m, RandomDraws&
 }
 
 std::optional<SimulatedObject> PlaceOnArea(SimulatedObject object, const RestingArea& area,
-                                       const PlanarPose& pose) {
+                                           const PlanarPose& pose) {
   object.X_WO = PoseAt(pose.place_W, area.top_m, pose.yaw_rad);
   if (!WithinArea(object, area)) return std::nullopt;
   return object;

@@ -25,7 +25,7 @@ PlanarPose DrawPlanarPose(const Vector2& middle_W, double radius_m, RandomDraws&
 
 // The object rotated and put down; empty if it would extend beyond the area's edge.
 std::optional<SimulatedObject> PlaceOnArea(SimulatedObject object, const RestingArea& area,
-                                       const PlanarPose& pose);
+                                           const PlanarPose& pose);
 
 // The side from which an object is pushed against its neighbour: the direction from the neighbour's
 // middle to the object, about z, and the object's yaw.

@@ -52,7 +52,7 @@ void FillTable(int wanted, Table& table, RandomDraws& draws) {
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       auto proposal =
           Leans(object) ? ProposeLeaning(table.arrangement, table.area, object, draws)
-                       : ProposeWithin(table.spread, table.arrangement, table.area, object, draws);
+                        : ProposeWithin(table.spread, table.arrangement, table.area, object, draws);
       if (!proposal) continue;
       AddNumbered(*std::move(proposal), table.arrangement);
       ++added;
@@ -111,11 +111,11 @@ void FillVessels(int wanted, Table& table, RandomDraws& draws) {
     const SimulatedObject object =
         is_vessel ? DrawVessel(DrawVesselKind(draws), draws) : DrawSmallBox(draws);
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      auto proposal = is_vessel
-                          ? ProposeWithin(table.spread, table.arrangement, table.area, object, draws)
-                          : ProposeTouching(table.arrangement.furniture_count() +
-                                                static_cast<std::size_t>(draws.Below(vessels)),
-                                            table.arrangement, table.area, object, draws);
+      auto proposal =
+          is_vessel ? ProposeWithin(table.spread, table.arrangement, table.area, object, draws)
+                    : ProposeTouching(table.arrangement.furniture_count() +
+                                          static_cast<std::size_t>(draws.Below(vessels)),
+                                      table.arrangement, table.area, object, draws);
       if (!proposal) continue;
       AddNumbered(*std::move(proposal), table.arrangement);
       ++added;

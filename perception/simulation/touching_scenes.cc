@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kAttempts = 40;      // a table with room for an object has it within a few
+constexpr int kAttempts = 40;       // a table with room for an object has it within a few
 constexpr int kDrawsPerObject = 6;  // objects without a place are left out
 constexpr ArrangementRules kTouching{.min_gap_m = 0.01, .max_hidden = 0.8};
 
@@ -141,8 +141,7 @@ SimulatedView RandomLidView(std::uint64_t seed) {
 
 SimulatedView RandomEdgeView(std::uint64_t seed) {
   return DrawTableView(SceneFamily::kEdges, seed, {.min = 3, .max = 7},
-                       {.min_gap_m = 0.02, .max_hidden = 0.35}, FillEdge,
-                       TableMiddle::kEdgeInView);
+                       {.min_gap_m = 0.02, .max_hidden = 0.35}, FillEdge, TableMiddle::kEdgeInView);
 }
 
 }  // namespace cwm::perception

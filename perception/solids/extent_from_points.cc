@@ -8,9 +8,9 @@
 
 #include "collision/geometry/distance_to_shape.h"
 #include "perception/cloud/tolerances.h"
-#include "perception/solids/free_space.h"
-#include "perception/solids/extended_solid.h"
 #include "perception/solids/extended_distance.h"
+#include "perception/solids/extended_solid.h"
+#include "perception/solids/free_space.h"
 #include "perception/solids/solid_assembly.h"
 
 namespace cwm::perception {

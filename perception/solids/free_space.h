@@ -14,7 +14,7 @@ inline constexpr double kMaxDepth_m = kExplainedWithin_m;
 // Counts the points that were measured through the solid: their ray, or they themselves, lie more
 // than kMaxDepth_m (or 3 sigma, or in a thin solid a third of its thickness) inside.
 struct Contradiction {
-  std::size_t rays = 0;    // rays that contradict the solid
+  std::size_t rays = 0;      // rays that contradict the solid
   std::size_t examined = 0;  // rays that were examined
 };
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points);

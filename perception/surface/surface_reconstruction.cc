@@ -231,10 +231,11 @@ std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoint
                                 TriangleMesh mesh, std::size_t max_triangles, const Work& work) {
   // Cells of small triangles have the size of these cells, or more if these are smaller.
   const bool counts = thinned.grid.edge_m() >= kIsolatedCell_m;
-  const auto near = NearPoints(points, thinned, mesh,
-                               counts ? max_triangles - std::min(max_triangles, mesh.triangles.size())
-                                      : std::numeric_limits<std::size_t>::max(),
-                               work);
+  const auto near =
+      NearPoints(points, thinned, mesh,
+                 counts ? max_triangles - std::min(max_triangles, mesh.triangles.size())
+                        : std::numeric_limits<std::size_t>::max(),
+                 work);
   if (!near) return std::nullopt;
   Surface surface{.mesh = std::move(mesh), .explained = {}};
   std::vector<std::uint32_t> lonely;
@@ -250,12 +251,14 @@ std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoint
 // The factor that reduces `count` vertices or triangles approximately to `max_triangles`: their number falls
 // with the square of the spacing on a surface, and with its cube in points that fill space.
 double Widening(std::size_t count, std::size_t max_triangles) {
-  return std::max(kMinWidening, std::cbrt(static_cast<double>(count) / static_cast<double>(max_triangles)));
+  return std::max(kMinWidening,
+                  std::cbrt(static_cast<double>(count) / static_cast<double>(max_triangles)));
 }
 
 // The number of triangles from which the exact number has no effect on the widening.
 std::size_t TooManyTriangles(std::size_t max_triangles) {
-  return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(max_triangles)) + 1;
+  return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(max_triangles)) +
+         1;
 }
 
 // The spacing, widened until a sample does not have too many vertices: all points have hardly
@@ -294,8 +297,9 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
     std::size_t count = 2 * thinned.vertices.size();
     if (count <= tried) {
       const ProjectionMesh front = MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work);
-      std::optional<Surface> surface = Complete(
-          points, thinned, Clean(front, points.viewpoint, work), TooManyTriangles(max_triangles), work);
+      std::optional<Surface> surface =
+          Complete(points, thinned, Clean(front, points.viewpoint, work),
+                   TooManyTriangles(max_triangles), work);
       count = surface ? surface->mesh.triangles.size() : TooManyTriangles(max_triangles);
       if (surface && count <= max_triangles) return *std::move(surface);
     }

@@ -134,7 +134,8 @@ class ObjectMatcher {
       const Pose& X_WO_old = ObjectOf(pair.known).X_WO;
       const bool at_rest =
           evidence_.LargestShift_m(pair.known, X_LO) < scan_.SmallestMove_m(X_LO.translation());
-      Take(at_rest ? Outcome::kKeep : Outcome::kMove, pair, at_rest ? X_WO_old : scan_.InWorld(X_LO));
+      Take(at_rest ? Outcome::kKeep : Outcome::kMove, pair,
+           at_rest ? X_WO_old : scan_.InWorld(X_LO));
     });
   }
 
@@ -148,8 +149,9 @@ class ObjectMatcher {
         pairs.push_back({k, d, fit->Score()});
       }
     }
-    ForFreePairs(std::move(pairs),
-                 [&](const Pair& pair) { Take(Outcome::kReplace, pair, ObjectOf(pair.known).X_WO); });
+    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
+      Take(Outcome::kReplace, pair, ObjectOf(pair.known).X_WO);
+    });
   }
 
   void AddNew() {
@@ -162,8 +164,9 @@ class ObjectMatcher {
     for (int k = 0; k < KnownCount(); ++k) {
       if (known_taken_[k]) continue;
       const KnownEvidence& known = evidence_.known[k];
-      result_.push_back(
-          {.outcome = ClassifyByRays(known.sights), .known = known.index, .X_WO = ObjectOf(k).X_WO});
+      result_.push_back({.outcome = ClassifyByRays(known.sights),
+                         .known = known.index,
+                         .X_WO = ObjectOf(k).X_WO});
     }
   }
 

@@ -61,7 +61,7 @@ class ObjectEvidence {
   // fitted to the detection: no other model is needed.
   bool IsAsGoodAsDetected(const PlacedFit& fit, int d) const;
 
-  double UserShare(int d) const;      // share of d's points that users' objects explain
+  double UserShare(int d) const;     // share of d's points that users' objects explain
   double PresentShare(int d) const;  // the same, with known objects that are still there
   // The largest distance, in metres, of any surface sample between its old place and this one.
   double LargestShift_m(int k, const Pose& X_LO) const;
@@ -89,7 +89,7 @@ class ObjectEvidence {
   std::vector<SupportFace> supports_;
   double reach_m_ = 0;  // the largest gate or tolerance of all points
   std::map<std::pair<int, int>, InPlace> in_place_;
-  std::vector<std::vector<char>> by_users_;     // per detection, per point
+  std::vector<std::vector<char>> by_users_;    // per detection, per point
   std::vector<std::vector<char>> by_present_;  // per detection, per point
 };
 

@@ -159,7 +159,8 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
     const bool is_piece = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
       return match.detected == &face && match.detected_within >= kMainShare;
     });
-    result.push_back({.outcome = is_piece ? Outcome::kExplained : Outcome::kAdd, .support = face.index});
+    result.push_back(
+        {.outcome = is_piece ? Outcome::kExplained : Outcome::kAdd, .support = face.index});
   }
   for (const Face& face : known_faces) {
     if (face.taken) continue;

@@ -355,8 +355,8 @@ class ShellFitter {
       const Vector3 to_sensor = (c_.points.viewpoint - c_.points.p[i]).normalized();
       const double clear_m = std::max(kMaxDepth_m, c_.points.gate_m[i]) + thickness_m_;
       ++own;
-      crossing +=
-          EntersSolid(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
+      crossing += EntersSolid(shell, c_.points.p[i] + clear_m * to_sensor,
+                              c_.points.p[i] + reach_m * to_sensor);
     }
     return crossing > kMaxPassing * own;
   }
@@ -414,7 +414,7 @@ std::optional<Solid> FitShell(const RevolvedWall& wall, const FitContext& contex
 }
 
 void ReplaceByShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
-                  Assembly& assembly) {
+                     Assembly& assembly) {
   for (auto wall = walls.begin(); wall != walls.end(); ++wall) {
     context.work.Poll();
     // A wall whose middle lies within an earlier wall consists of points that the earlier one left
@@ -435,7 +435,8 @@ void ReplaceByShells(const std::vector<RevolvedWall>& walls, const FitContext& c
         kept.push_back(solid);
       }
     }
-    if (static_cast<double>(shell->inliers.size()) < kMinPointRatio * static_cast<double>(replaced)) {
+    if (static_cast<double>(shell->inliers.size()) <
+        kMinPointRatio * static_cast<double>(replaced)) {
       continue;
     }
     kept.push_back(*std::move(shell));

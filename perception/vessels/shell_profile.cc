@@ -130,7 +130,8 @@ class ProfileMaker {
     std::vector<Vector2> inner;
     for (auto ring = wall.rbegin(); ring != wall.rend(); ++ring) {
       inner.emplace_back(
-          std::max(kMinThickness_m, ring->radius_m - Level_m(o_.thickness_m, ring->slope)), ring->z_m);
+          std::max(kMinThickness_m, ring->radius_m - Level_m(o_.thickness_m, ring->slope)),
+          ring->z_m);
     }
     for (const Vector2& place : o_.floor) {
       if (place.x() < inner.back().x())

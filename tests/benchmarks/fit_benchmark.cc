@@ -105,7 +105,8 @@ std::string CgalProgram() {
 
 // Runs CGAL with the modeler's gates and minimum point count, and the same probability (0.01) of
 // missing the largest shape; empty if the program failed.
-std::optional<FitTimes> FitCgal(const std::vector<SegmentedObject>& objects, const std::string& path) {
+std::optional<FitTimes> FitCgal(const std::vector<SegmentedObject>& objects,
+                                const std::string& path) {
   const perception::ModelerOptions ours;
   const double gate_m = 3 * MeanSigma_m(objects);
   const double cosine = std::cos(15 * std::numbers::pi / 180);

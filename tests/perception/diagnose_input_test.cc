@@ -119,7 +119,8 @@ TEST(DiagnoseInput, DoubtsGivenNormalsThatContradictTheSurface) {
 // Too little stands on the table to tell which side is its upper one; the sensor's position tells
 // it.
 TEST(DiagnoseInput, DoubtsAnUpThatIsUpsideDownOfACloudThatIsNoImage) {
-  const SimulatedScene ball{{Table(), MakeObject("ball", Sphere{0.03}, MakeTranslation(0, 0, 0.03))}};
+  const SimulatedScene ball{
+      {Table(), MakeObject("ball", Sphere{0.03}, MakeTranslation(0, 0, 0.03))}};
   const PointCloud cloud = Shuffled(Scan(ball, TableCamera(), {}), 1).cloud;
   const auto upside_down = Contains(HasSubstr("may be upside down"));
   InterpretOptions options;

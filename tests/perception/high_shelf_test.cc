@@ -35,8 +35,8 @@ SimulatedScene WithShelf() {
         .is_support = true},
        MakeObject("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.5 * kDepth_m + 0.01, 0, -0.3))}};
   for (const Goods& goods : GoodsOnTheShelf()) {
-    scene.objects.push_back(
-        MakeObject(goods.name, goods.shape, MakeTranslation(0.02, goods.y_m, 0.5 * goods.height_m)));
+    scene.objects.push_back(MakeObject(goods.name, goods.shape,
+                                       MakeTranslation(0.02, goods.y_m, 0.5 * goods.height_m)));
   }
   return scene;
 }

@@ -73,8 +73,9 @@ TEST_P(PacketsInARow, AreOneBoxEach) {
   for (std::size_t k = 0; k < GetParam().size(); ++k) {
     const double height_m = GetParam()[k];
     middles.emplace_back(0, (static_cast<double>(k) - 1) * (kWidth_m + 0.002), 0.5 * height_m);
-    shelf.objects.push_back(MakeObject("packet" + std::to_string(k), Box{{kDepth_m, kWidth_m, height_m}},
-                                  MakeTranslation(middles[k].x(), middles[k].y(), middles[k].z())));
+    shelf.objects.push_back(
+        MakeObject("packet" + std::to_string(k), Box{{kDepth_m, kWidth_m, height_m}},
+                   MakeTranslation(middles[k].x(), middles[k].y(), middles[k].z())));
   }
   const SceneInterpretation scene = Interpreted(shelf);
   EXPECT_EQ(scene.objects.size(), middles.size());
@@ -128,11 +129,11 @@ TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
   const SceneInterpretation scene =
       Interpreted({{Table(), std::move(low), std::move(floor),
                     MakeObject("box", Box{{0.15, 0.12, 0.2}},
-                          MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
+                               MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
                     MakeObject("can", Cylinder{0.05, 0.2},
-                          MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
+                               MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
                     MakeObject("near can", Cylinder{0.04, 0.12},
-                          MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
+                               MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
   ExpectOneEach(scene, places);
   EXPECT_EQ(scene.supports.size(), 3u);
   for (const DetectedObject& object : scene.objects) {

@@ -53,7 +53,8 @@ TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
 TEST(SceneRays, PassAnObjectWhereTheyEndBesideItAndNotOnIt) {
   const SegmentedScene scene = ObjectOnWall();
   const PassingRays rays =
-      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+      SceneRays(scene, kSerialWork)
+          .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   ASSERT_FALSE(rays.ends.empty());
   EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
   const float half_m = kPitch_m * kHalfObject;
@@ -68,10 +69,11 @@ TEST(SceneRays, RunBelowAnObjectThatHangsAboveWhatItStandsOn) {
   const SegmentedScene scene = ObjectOnWall();
   Pose X_LSupport = MakeTranslation(0, 0.3, 2);  // y points down
   X_LSupport.linear() = BasisFromZ(-Vector3::UnitY());
-  const PassingRays rays =
-      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, X_LSupport, kSerialWork);
+  const PassingRays rays = SceneRays(scene, kSerialWork)
+                               .PassingRaysOf(scene.hypotheses[0].points, X_LSupport, kSerialWork);
   const PassingRays unknown =
-      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+      SceneRays(scene, kSerialWork)
+          .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   ASSERT_EQ(rays.around_count, unknown.ends.size());
   EXPECT_EQ(unknown.around_count, unknown.ends.size());
   EXPECT_TRUE(std::equal(unknown.ends.begin(), unknown.ends.end(), rays.ends.begin()));
@@ -94,10 +96,11 @@ TEST(SceneRays, StandForAllThatWereMeasured) {
     dense.points.sigma_m.insert(dense.points.sigma_m.end(), scene.points.sigma_m.begin(),
                                 scene.points.sigma_m.end());
   }
-  const PassingRays one =
-      SceneRays(scene, kSerialWork).PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+  const PassingRays one = SceneRays(scene, kSerialWork)
+                              .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   const PassingRays four =
-      SceneRays(dense, kSerialWork).PassingRaysOf(dense.hypotheses[0].points, std::nullopt, kSerialWork);
+      SceneRays(dense, kSerialWork)
+          .PassingRaysOf(dense.hypotheses[0].points, std::nullopt, kSerialWork);
   EXPECT_EQ(one.weight, 1);
   EXPECT_EQ(four.weight, 4);
 }
@@ -108,8 +111,9 @@ TEST(SceneRays, EndWhenStopped) {
   stop.request_stop();
   SegmentedScene large = scene;
   for (int k = 0; k < 20; ++k) {
-    large.hypotheses[0].points.insert(large.hypotheses[0].points.end(), scene.hypotheses[0].points.begin(),
-                                  scene.hypotheses[0].points.end());
+    large.hypotheses[0].points.insert(large.hypotheses[0].points.end(),
+                                      scene.hypotheses[0].points.begin(),
+                                      scene.hypotheses[0].points.end());
   }
   EXPECT_THROW(SceneRays(large, {.stop = stop.get_token()}), Stopped);
 }

@@ -82,9 +82,9 @@ INSTANTIATE_TEST_SUITE_P(Yaws_deg, TurnedBooks, ::testing::Values(0, 25, 50));
 
 // The lower parts of both could also be one long box that carries the rest of the higher one.
 TEST(BoxesSideBySide, AreNoStack) {
-  const SceneInterpretation scene =
-      Interpreted({{Table(), MakeObject("low", Box{{0.12, 0.1, 0.06}}, MakeTranslation(0, -0.051, 0.03)),
-                    MakeObject("high", Box{{0.12, 0.1, 0.14}}, MakeTranslation(0, 0.051, 0.07))}});
+  const SceneInterpretation scene = Interpreted(
+      {{Table(), MakeObject("low", Box{{0.12, 0.1, 0.06}}, MakeTranslation(0, -0.051, 0.03)),
+        MakeObject("high", Box{{0.12, 0.1, 0.14}}, MakeTranslation(0, 0.051, 0.07))}});
   ASSERT_EQ(std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind), 2);
   for (const DetectedObject& object : scene.objects) EXPECT_EQ(object.rests_on, -1);
 }

@@ -45,7 +45,7 @@ std::vector<Placed<Shape>> ShapesOf(const SceneInterpretation& scene) {
   return shapes;
 }
 
-TEST(PartStanding, CansThatTouchAreTwoObjects) {
+TEST(SplitStandingSolids, CansThatTouchAreTwoObjects) {
   const auto shapes =
       ShapesOf(Interpreted({{Table(), Can(0.033, 0.12, 0), Can(0.04, 0.1, 0.0735)}}));
   ASSERT_EQ(shapes.size(), 2u);
@@ -56,14 +56,14 @@ TEST(PartStanding, CansThatTouchAreTwoObjects) {
   }
 }
 
-TEST(PartStanding, CartonsOfOneHeightAreTwoObjectsWhereTheyAreTurned) {
+TEST(SplitStandingSolids, CartonsOfOneHeightAreTwoObjectsWhereTheyAreTurned) {
   const auto shapes = ShapesOf(Interpreted(
       {{Table(), Carton({0.07, 0.07, 0.15}, -0.045, 0.4), Carton({0.07, 0.07, 0.15}, 0.035, 0)}}));
   EXPECT_EQ(shapes.size(), 2u);
 }
 
 // The ball juts out so far that nothing is seen between it and its can.
-TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
+TEST(SplitStandingSolids, WhatRestsOnAPartRestsOnItsObject) {
   const SceneInterpretation scene =
       Interpreted({{Table(), Can(0.033, 0.12, 0), Can(0.04, 0.1, 0.0735),
                     MakeObject("ball", Sphere{0.07}, MakeTranslation(0, 0.0935, 0.17))}});
@@ -76,7 +76,7 @@ TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
 }
 
 // The fronts of the cartons lie in one plane.
-TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
+TEST(SplitStandingSolids, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
   const auto shapes = ShapesOf(
       Interpreted({{Table(), Carton({0.08, 0.06, 0.15}, -0.061, 0),
                     Carton({0.08, 0.06, 0.12}, 0, 0), Carton({0.08, 0.06, 0.09}, 0.061, 0)}}));
@@ -91,7 +91,7 @@ TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
 
 // Turned so that a corner of the upper carton reaches the edge of the lower one, where their fronts
 // are one surface.
-TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
+TEST(SplitStandingSolids, TurnedCartonsOnCartonsAreTwoObjects) {
   constexpr double kDegree_rad = std::numbers::pi / 180;
   for (const double turned_deg : {-10, 0, 15, 20}) {
     SimulatedObject upper = Carton({0.14, 0.12, 0.05}, 0, (turned_deg + 20) * kDegree_rad);
@@ -105,7 +105,7 @@ TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
 }
 
 // The lid stands on the pot only.
-TEST(PartStanding, WhatStandsOnAnotherPartStaysWithIt) {
+TEST(SplitStandingSolids, WhatStandsOnAnotherPartStaysWithIt) {
   SimulatedObject pot = Can(0.035, 0.12, 0);
   pot.parts.push_back({MakeTranslation(0, 0, 0.075), Cylinder{0.015, 0.03}});
   EXPECT_EQ(Interpreted({{Table(), pot}}).objects.size(), 1u);
@@ -114,7 +114,8 @@ TEST(PartStanding, WhatStandsOnAnotherPartStaysWithIt) {
 TEST(ContinuesSurface, RodsOnOneAxisDo) {
   const ShapePart rod{Lying(0, 0, 0, 0.04), Cylinder{0.04, 0.08}};
   const auto carries_on = [&](const ShapePart& other) {
-    EXPECT_EQ(ContinuesSurface(rod, other, Pose::Identity()), ContinuesSurface(other, rod, Pose::Identity()));
+    EXPECT_EQ(ContinuesSurface(rod, other, Pose::Identity()),
+              ContinuesSurface(other, rod, Pose::Identity()));
     return ContinuesSurface(rod, other, Pose::Identity());
   };
   EXPECT_TRUE(carries_on({Lying(0.003, 0.15, 0.05, 0.042), Cylinder{0.042, 0.06}}));

@@ -25,8 +25,10 @@ struct Seen {
     for (std::size_t i = 0; i < scan.object.size(); ++i) {
       if (scan.object[i] == static_cast<std::int32_t>(object)) ++count[found.labels[i] / 10];
     }
-    const auto most_frequent = std::ranges::max_element(count, {}, [](const auto& c) { return c.second; });
-    return found.objects.at(most_frequent->first - 2);  // labels of objects[k] begin at 10 * (k + 2)
+    const auto most_frequent =
+        std::ranges::max_element(count, {}, [](const auto& c) { return c.second; });
+    return found.objects.at(most_frequent->first -
+                            2);  // labels of objects[k] begin at 10 * (k + 2)
   }
 };
 

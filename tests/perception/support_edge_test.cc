@@ -48,7 +48,7 @@ SimulatedScene CanAtTheEndOfABoard(const Vector3& can) {
             .is_support = true},
            MakeObject("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.13, 0, -0.3)),
            MakeObject("can", Cylinder{kCanRadius_m, kCanHeight_m},
-                 MakeTranslation(can.x(), can.y(), can.z()))}};
+                      MakeTranslation(can.x(), can.y(), can.z()))}};
 }
 
 class EndOfABoard : public ::testing::TestWithParam<std::uint64_t> {};
@@ -82,7 +82,7 @@ TEST(EdgeOfACounter, CarriesWhatStandsAtItsFront) {
         .is_support = true},
        MakeObject("cabinet", Box{{0.56, 1.2, 0.5}}, MakeTranslation(0.02, 0, -0.29)),
        MakeObject("packet", Box{{0.08, 0.14, 0.08}},
-             MakeTranslation(packet.x(), packet.y(), packet.z()))}};
+                  MakeTranslation(packet.x(), packet.y(), packet.z()))}};
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     EXPECT_EQ(ObjectsAt(packet, scene, CameraFrom(38 * kDegree), seed), 1) << "seed " << seed;
   }

@@ -122,7 +122,8 @@ class HandleAttacher {
       found.transfers.push_back({At(part.from).id, At(part.to).id, part.points});
     }
     for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
-      if (transferred_to_[k] != k) found.transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
+      if (transferred_to_[k] != k)
+        found.transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
     }
     return found;
   }
@@ -202,8 +203,8 @@ class HandleAttacher {
       if (of_all[i] == 0) part_points.push_back(At(from).points[i]);
     }
     const double max_points = kMajority * static_cast<double>(At(k).points.size());
-    if (part_points.empty() || static_cast<double>(part_points.size()) > max_points || HasPartTransfer(from) ||
-        Stands(state_.measured(), part_points, At(k).resting.support)) {
+    if (part_points.empty() || static_cast<double>(part_points.size()) > max_points ||
+        HasPartTransfer(from) || Stands(state_.measured(), part_points, At(k).resting.support)) {
       return;
     }
     if (is_of_vessel || part_points.size() == At(from).points.size()) {
@@ -223,7 +224,7 @@ class HandleAttacher {
   // True if a cluster of an object's points is nearer to that object's own wall than to the wall of
   // `vessel`.
   bool IsPartOfOwnWall(const OrientedPoints& points, const Vessel::Cluster& cluster, std::size_t k,
-                const Vessel& vessel) {
+                       const Vessel& vessel) {
     if (!is_searched_[k]) SearchVessel(k);
     return vessels_[k] && vessels_[k]->Gap_m(points, cluster) < vessel.Gap_m(points, cluster);
   }

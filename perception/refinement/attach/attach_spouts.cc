@@ -126,7 +126,7 @@ class SpoutAttacher {
             Vector3 below = X_SL * state_.points().points[i].cast<double>();
             below.z() = share * height_m;
             return state_.sight()->VisibilityAt((X_LS * below).cast<float>(),
-                                        MaxJump_m(state_.points().sigma_m[i])) ==
+                                                MaxJump_m(state_.points().sigma_m[i])) ==
                    Visibility::kSeenThrough;
           });
     }

@@ -93,7 +93,8 @@ bool MergeOccludedParts::Admits(const SceneState&, const Proposal&, std::size_t,
 }
 
 double MergeOccludedParts::Gain(const ModelledProposal& modelled) const {
-  return ExplainsAllParts(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1) : 0;
+  return ExplainsAllParts(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1)
+                                    : 0;
 }
 
 std::unique_ptr<const RefinementPass> MakeMergeOccludedParts() {

@@ -91,7 +91,8 @@ class TrayFinder {
       const Vector3 place = begin_L + (k + 0.5) / kTrayPlaces * line_L;
       const double range_m = (place - state_.points().viewpoint).norm();
       const auto sigma_m = static_cast<float>(context_.options.noise.AxialSigma_m(range_m));
-      const Visibility seen = state_.sight()->VisibilityAt(place.cast<float>(), kGate_sigma * sigma_m);
+      const Visibility seen =
+          state_.sight()->VisibilityAt(place.cast<float>(), kGate_sigma * sigma_m);
       ++sight.all;
       sight.through += seen == Visibility::kSeenThrough;
       sight.on += seen == Visibility::kOnSurface;
@@ -100,7 +101,8 @@ class TrayFinder {
   }
 
   // The visibility of a rectangle, along each of several lines parallel to its y.
-  std::vector<Sight> SightsAlong(const Vector3& corner_L, const Vector3& x_L, const Vector3& y_L) const {
+  std::vector<Sight> SightsAlong(const Vector3& corner_L, const Vector3& x_L,
+                                 const Vector3& y_L) const {
     std::vector<Sight> sights;
     for (int k = 0; k < kTrayLines; ++k) {
       sights.push_back(LookAlong(corner_L + (k + 0.5) / kTrayLines * x_L, y_L));
@@ -230,8 +232,8 @@ class TrayFinder {
                                             : PartOrigin::kCompleted;
     }
     const Pose X_LP = found.X_LB * found.box.X_PB.inverse(Eigen::Isometry);
-    std::vector<ShapePart> parts =
-        PartsOf(found.box, sides, floor_m, sees_floor ? PartOrigin::kMeasured : PartOrigin::kCompleted);
+    std::vector<ShapePart> parts = PartsOf(
+        found.box, sides, floor_m, sees_floor ? PartOrigin::kMeasured : PartOrigin::kCompleted);
     for (ShapePart& part : parts) part.X_OS = X_LP * part.X_OS;
     return parts;
   }

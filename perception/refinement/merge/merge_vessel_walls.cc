@@ -17,7 +17,8 @@ namespace {
 
 bool IsSmall(const ObjectHypothesis& hypothesis) {
   const Eigen::AlignedBox3f& bounds = hypothesis.model->bounds_L;
-  return hypothesis.plates.empty() && !bounds.isEmpty() && bounds.diagonal().norm() <= kMaxObjectSize_m;
+  return hypothesis.plates.empty() && !bounds.isEmpty() &&
+         bounds.diagonal().norm() <= kMaxObjectSize_m;
 }
 
 bool IsFlat(const HypothesisModel& model) {
@@ -169,7 +170,8 @@ bool MergeVesselWalls::Admits(const SceneState&, const Proposal&, std::size_t,
 }
 
 double MergeVesselWalls::Gain(const ModelledProposal& modelled) const {
-  return ExplainsAllParts(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1) : 0;
+  return ExplainsAllParts(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1)
+                                    : 0;
 }
 
 std::unique_ptr<const RefinementPass> MakeMergeVesselWalls() {

@@ -247,8 +247,8 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
   return wall;
 }
 
-std::vector<ShapePart> PartsOf(const Tray& box, const std::array<PartOrigin, 4>& sides, double floor_m,
-                               PartOrigin floor) {
+std::vector<ShapePart> PartsOf(const Tray& box, const std::array<PartOrigin, 4>& sides,
+                               double floor_m, PartOrigin floor) {
   // The outer surfaces of all sides.
   Vector3 low, high;
   low << -0.5 * box.size_m, 0;

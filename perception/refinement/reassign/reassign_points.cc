@@ -110,7 +110,8 @@ std::vector<Proposal> ReassignPoints::Propose(const SceneState& state,
     for (const HypothesisPtr& taker : state.objects()) {
       if (giver->id == taker->id || taker->model->shapes().empty()) continue;
       if (giver->model->is_given || taker->model->is_given) continue;
-      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kMaxTouchingGap_m) continue;
+      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kMaxTouchingGap_m)
+        continue;
       context.work.Poll();
       const PointSet given = PointsFor(state.points(), *giver, *taker);
       if (given.size() < kMinHandlePoints || given.size() == giver->points.size()) continue;

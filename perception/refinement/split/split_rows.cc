@@ -112,8 +112,9 @@ Proposal CutAt(const SceneState& state, const ObjectHypothesis& object, const Po
   }
   Proposal proposal{.consumes = {{object.id}}};
   for (PointSet& part : parts) {
-    Product product{
-        .points = std::move(part), .resting = object.resting, .expects = Expectation::kSingleObject};
+    Product product{.points = std::move(part),
+                    .resting = object.resting,
+                    .expects = Expectation::kSingleObject};
     product.node_count = NodesOf(object, product.points.size());
     proposal.products.push_back(std::move(product));
   }

@@ -107,7 +107,8 @@ class Stacker {
       if (!model.handles().empty()) return false;
       const std::ptrdiff_t below = CountBelow(*object, group);
       if (object->resting.on) return below < 2;
-      return below == 0 && FootOfShape_m(*object) < kMaxSameFaceGap_m && !RunsThrough(*object, group);
+      return below == 0 && FootOfShape_m(*object) < kMaxSameFaceGap_m &&
+             !RunsThrough(*object, group);
     });
   }
 

@@ -104,7 +104,8 @@ std::vector<std::size_t> SolidsOf(const std::vector<ShapePart>& shapes) {
   return all;
 }
 
-std::optional<StandingObjects> FindStandingObjects(const std::vector<ShapePart>& shapes, const Pose& X_GroundL) {
+std::optional<StandingObjects> FindStandingObjects(const std::vector<ShapePart>& shapes,
+                                                   const Pose& X_GroundL) {
   if (shapes.size() < 2) return std::nullopt;
   std::vector<Aabb> bounds;
   for (const ShapePart& part : shapes) {
@@ -144,9 +145,9 @@ std::optional<StandingObjects> FindStandingObjects(const std::vector<ShapePart>&
 
 // The points of each object, with points without a solid that are nearest to it. Ascending.
 std::vector<PointSet> PointsPerObject(const ObjectHypothesis& object,
-                                     const std::vector<std::size_t>& solids,
-                                     const std::vector<ShapePart>& shapes, const StandingObjects& standing,
-                                     const OrientedPoints& all) {
+                                      const std::vector<std::size_t>& solids,
+                                      const std::vector<ShapePart>& shapes,
+                                      const StandingObjects& standing, const OrientedPoints& all) {
   std::vector<PointSet> groups(standing.below.size());
   for (std::size_t i = 0; i < object.points.size(); ++i) {
     const auto part = static_cast<std::size_t>(object.model->part_of_point()[i]);
@@ -248,7 +249,8 @@ std::vector<Proposal> SplitStandingSolids::Propose(const SceneState& state,
     for (const std::size_t k : solids) shapes.push_back(object->model->shapes()[k]);
     const auto standing = FindStandingObjects(shapes, X_GroundL);
     if (!standing) continue;
-    std::vector<PointSet> groups = PointsPerObject(*object, solids, shapes, *standing, state.points());
+    std::vector<PointSet> groups =
+        PointsPerObject(*object, solids, shapes, *standing, state.points());
     if (std::ranges::any_of(groups, [](const PointSet& group) { return group.empty(); })) continue;
     proposals.push_back(SplitOf(state, *object, shapes, *standing, std::move(groups)));
   }

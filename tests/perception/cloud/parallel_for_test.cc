@@ -86,7 +86,8 @@ TEST(ParallelFor, RunsOnNoMoreThreadsThanTheLoopAroundWasGiven) {
   ParallelFor(8, 1, {.max_threads = 2}, [&](std::size_t, std::size_t) {
     ParallelFor(100, 1, {.max_threads = 4}, [&](std::size_t, std::size_t) {
       const int now = ++running;
-      for (int seen = max_running; now > seen && !max_running.compare_exchange_weak(seen, now);) continue;
+      for (int seen = max_running; now > seen && !max_running.compare_exchange_weak(seen, now);)
+        continue;
       ++calls;
       --running;
     });

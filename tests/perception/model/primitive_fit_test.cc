@@ -9,10 +9,10 @@
 #include <numeric>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/primitive_fit/primitive_fit_misfit.h"
+#include "perception/primitive_fit/single_primitive.h"
 #include "perception/simulation/random_draws.h"
 #include "perception/solids/free_space.h"
-#include "perception/primitive_fit/single_primitive.h"
-#include "perception/primitive_fit/primitive_fit_misfit.h"
 
 namespace cwm::perception {
 namespace {
@@ -111,9 +111,9 @@ std::vector<Eigen::Index> SizesOf(PrimitiveKind kind) {
   return {};
 }
 
-class FitWholeTest : public ::testing::TestWithParam<Case> {};
+class PrimitiveFitTest : public ::testing::TestWithParam<Case> {};
 
-TEST_P(FitWholeTest, FindsTheSolidThroughExactPointsWhateverTheirNormalsSay) {
+TEST_P(PrimitiveFitTest, FindsTheSolidThroughExactPointsWhateverTheirNormalsSay) {
   const PrimitiveParameters truth = ParametersOf(GetParam());
   const Fixture f(SeenOf(GetParam().kind, truth, 0));
   const auto fit = FitPrimitive(GetParam().kind, {}, kFarAway, f.Context());
@@ -123,7 +123,7 @@ TEST_P(FitWholeTest, FindsTheSolidThroughExactPointsWhateverTheirNormalsSay) {
   EXPECT_NEAR(SlopeOf(fit->kind, fit->parameters), SlopeOf(GetParam().kind, truth), 0.01);
 }
 
-TEST_P(FitWholeTest, ErrsByAboutItsStandardDeviations) {
+TEST_P(PrimitiveFitTest, ErrsByAboutItsStandardDeviations) {
   const PrimitiveParameters truth = ParametersOf(GetParam());
   const Fixture f(SeenOf(GetParam().kind, truth, kSigma_m));
   const auto fit = FitPrimitive(GetParam().kind, {}, kFarAway, f.Context());
@@ -137,14 +137,15 @@ TEST_P(FitWholeTest, ErrsByAboutItsStandardDeviations) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Kinds, FitWholeTest,
+    Kinds, PrimitiveFitTest,
     ::testing::Values(
         Case{"Ball", PrimitiveKind::kBall, {0.01, 0.02, 0.03, 0.03}},
         Case{"UprightCylinder", PrimitiveKind::kUprightCylinder, {0.01, 0.02, 0.1, 0.015}},
         Case{"UprightCone", PrimitiveKind::kUprightCone, {0.01, 0.02, 0.1, 0.045, 0.15}},
         Case{"LyingCylinder", PrimitiveKind::kLyingCylinder, {0.01, 0.02, 0.4, 0.02, 0.1}},
         Case{"LyingCone", PrimitiveKind::kLyingCone, {0.01, 0.02, 0.4, 0.03, 0.1, 0.12}},
-        Case{"LeaningCylinder", PrimitiveKind::kLeaningCylinder, {0.01, 0.02, 0.4, 0.9, 0.02, 0.12}},
+        Case{
+            "LeaningCylinder", PrimitiveKind::kLeaningCylinder, {0.01, 0.02, 0.4, 0.9, 0.02, 0.12}},
         Case{"UprightBox", PrimitiveKind::kUprightBox, {0.01, 0.02, 0.4, 0.06, 0.1, 0.05}}),
     [](const ::testing::TestParamInfo<Case>& info) { return info.param.name; });
 
@@ -226,7 +227,8 @@ TEST(FitPrimitive, StandsNoConeOnItsTip) {
 TEST(RefineOnMorePoints, KnowsAnAxisBetter) {
   constexpr int kSeeds = 20;
   constexpr Eigen::Index kYaw = 2;
-  const PrimitiveParameters truth = (PrimitiveParameters(5) << 0.01, 0.02, 0.4, 0.03, 0.06).finished();
+  const PrimitiveParameters truth =
+      (PrimitiveParameters(5) << 0.01, 0.02, 0.4, 0.03, 0.06).finished();
   double before = 0, after = 0;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const Fixture f(SeenOf(PrimitiveKind::kLyingCylinder, truth, kSigma_m, seed));
@@ -244,7 +246,8 @@ TEST(RefineOnMorePoints, KnowsAnAxisBetter) {
 }
 
 TEST(RefineOnMorePoints, LeavesAFitToAllPointsAlone) {
-  const PrimitiveParameters truth = (PrimitiveParameters(5) << 0.01, 0.02, 0.4, 0.03, 0.06).finished();
+  const PrimitiveParameters truth =
+      (PrimitiveParameters(5) << 0.01, 0.02, 0.4, 0.03, 0.06).finished();
   OrientedPoints few = SeenOf(PrimitiveKind::kLyingCylinder, truth, kSigma_m);
   std::vector<std::uint32_t> first(200);
   std::iota(first.begin(), first.end(), 0u);

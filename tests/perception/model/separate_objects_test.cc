@@ -11,9 +11,9 @@
 #include "perception/handles/handles.h"
 #include "perception/handles/vessel_handles.h"
 #include "perception/modeler/object_modeler.h"
+#include "perception/primitive_fit/single_primitive.h"
 #include "perception/solids/explain.h"
 #include "perception/solids/extended_distance.h"
-#include "perception/primitive_fit/single_primitive.h"
 #include "tests/perception/model/surfaces.h"
 
 namespace cwm::perception {
@@ -71,8 +71,8 @@ TEST(HandlesOfVessel, AreNoBalls) {
     const std::vector<std::int32_t> part_of_point = ExplainPoints(scan.points, shapes, kSerialWork);
     const std::optional<Vessel> vessel = Vessel::Find(scan.points, kSerialWork);
     if (!vessel) continue;
-    EXPECT_TRUE(
-        HandlesOfVessel(*vessel, scan.points, Ground(), shapes, part_of_point, kSerialWork).empty());
+    EXPECT_TRUE(HandlesOfVessel(*vessel, scan.points, Ground(), shapes, part_of_point, kSerialWork)
+                    .empty());
     shapes.pop_back();
     const std::vector<std::int32_t> unknown = ExplainPoints(scan.points, shapes, kSerialWork);
     looks_like_one +=
@@ -151,7 +151,7 @@ TEST(ModelObject, ACylinderThatLeansIsOne) {
   }
 }
 
-TEST(ProlongedDistance, RunsOnBeyondTheEnds) {
+TEST(ExtendedDistance, RunsOnBeyondTheEnds) {
   EXPECT_NEAR(ExtendedDistance_m(Cylinder{0.03, 0.1}, Vector3(0, 0.032, 5)), 0.002, 1e-12);
   EXPECT_NEAR(ExtendedDistance_m(Box{{0.2, 0.3, 0.4}}, Vector3(3, 0.149, -7)), 0.001, 1e-12);
   // At 45 degrees, a point a millimetre farther out is 1 / sqrt 2 mm away.

@@ -45,7 +45,7 @@ struct Tin {
     }
   }
 
-  Solid Yielded() const {
+  Solid Shrunk() const {
     std::vector<Solid> solids = {solid};
     ShrinkToFreeSpace({points, octree, connectivity, noise, options, work, {}, free}, solids);
     return solids.front();
@@ -67,34 +67,34 @@ TEST(ShrinkToFreeSpace, EndsBeforeTheRaysAndStaysWhereItFacesTheSensor) {
   Tin tin;
   tin.See(200, 20, 0.092);
   ASSERT_GT(CrossingRayShare(tin.solid, tin.free), 0.05);
-  const Solid yielded = tin.Yielded();
-  EXPECT_LT(CrossingRayShare(yielded, tin.free), CrossingRayShare(tin.solid, tin.free) / 3 + 1e-9);
-  EXPECT_NEAR(yielded.X_MS.translation().x() - RadiusOf(yielded), -kRadius_m, 1e-12);
-  EXPECT_NEAR(yielded.X_MS.translation().z(), 0.5 * kLength_m, 1e-12);
-  const double moved_m = kRadius_m - RadiusOf(yielded);
+  const Solid shrunk = tin.Shrunk();
+  EXPECT_LT(CrossingRayShare(shrunk, tin.free), CrossingRayShare(tin.solid, tin.free) / 3 + 1e-9);
+  EXPECT_NEAR(shrunk.X_MS.translation().x() - RadiusOf(shrunk), -kRadius_m, 1e-12);
+  EXPECT_NEAR(shrunk.X_MS.translation().z(), 0.5 * kLength_m, 1e-12);
+  const double moved_m = kRadius_m - RadiusOf(shrunk);
   EXPECT_GT(moved_m, 0.002);
   EXPECT_LT(moved_m, 0.005);
-  EXPECT_NEAR(yielded.parameter_sigma[6], std::hypot(0.001, moved_m), 1e-9);
-  EXPECT_NEAR(yielded.parameter_sigma[1], 0.001, 1e-9);  // across, where it did not move
+  EXPECT_NEAR(shrunk.parameter_sigma[6], std::hypot(0.001, moved_m), 1e-9);
+  EXPECT_NEAR(shrunk.parameter_sigma[1], 0.001, 1e-9);  // across, where it did not move
 }
 
 TEST(ShrinkToFreeSpace, TakesFewRaysForNoise) {
   Tin tin;
   tin.See(400, 7, 0.092);
-  EXPECT_EQ(RadiusOf(tin.Yielded()), kRadius_m);
+  EXPECT_EQ(RadiusOf(tin.Shrunk()), kRadius_m);
 }
 
 TEST(ShrinkToFreeSpace, LeavesToOthersWhatNoWidthOfTheImageExplains) {
   Tin tin;
   tin.See(200, 20, -0.05);
-  EXPECT_EQ(RadiusOf(tin.Yielded()), kRadius_m);
+  EXPECT_EQ(RadiusOf(tin.Shrunk()), kRadius_m);
 }
 
 TEST(ShrinkToFreeSpace, HasNoSideThatFacesASensorAboveIt) {
   Tin tin;
   tin.See(200, 20, 0.092);
   tin.points.viewpoint = Vector3(0, 0, 1);
-  EXPECT_EQ(RadiusOf(tin.Yielded()), kRadius_m);
+  EXPECT_EQ(RadiusOf(tin.Shrunk()), kRadius_m);
 }
 
 // A tin on a table whose lid seems to end before its far rim, as in images of real Kinects: the

@@ -24,7 +24,8 @@ class VesselHandles : public ::testing::Test {
   std::vector<Vessel::Cluster> Find() const {
     const std::optional<Vessel> vessel = Vessel::Find(mug_, kSerialWork);
     EXPECT_TRUE(vessel);
-    return vessel ? vessel->FindFixedParts(mug_, std::vector<char>(mug_.size(), 1), kSerialWork).handles
+    return vessel ? vessel->FindFixedParts(mug_, std::vector<char>(mug_.size(), 1), kSerialWork)
+                        .handles
                   : std::vector<Vessel::Cluster>();
   }
 

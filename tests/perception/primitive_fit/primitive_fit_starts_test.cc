@@ -48,7 +48,8 @@ TEST(StartsOf, PassThroughTheHalfThatIsSeenOfACanAndLeanConesToBothSides) {
   cup.X_MS.translation().z() = 0.05;
   const auto cups = StartsOf(PrimitiveKind::kUprightCone, {cup}, OfPoints(HalfOfACan()));
   std::vector<double> slopes;
-  for (const PrimitiveParameters& x : cups) slopes.push_back(SlopeOf(PrimitiveKind::kUprightCone, x));
+  for (const PrimitiveParameters& x : cups)
+    slopes.push_back(SlopeOf(PrimitiveKind::kUprightCone, x));
   std::ranges::sort(slopes);
   // A circle and an extent, each leaning to either side, and the cup's own slope.
   const double lean = kSlopeSpread * std::sqrt(2 / std::numbers::pi);

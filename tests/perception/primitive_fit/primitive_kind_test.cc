@@ -33,10 +33,12 @@ void ExpectStands(const Aabb& bounds, double height_m, const Vector2& middle) {
 TEST(Place, PutsWhatStandsAndWhatLiesOnTheGround) {
   const Vector2 middle(0.1, 0.2);
   ExpectStands(BoundsOfPlaced(PrimitiveKind::kUprightCylinder, {0.1, 0.2, 0.3, 0.04}), 0.3, middle);
-  ExpectStands(BoundsOfPlaced(PrimitiveKind::kUprightCone, {0.1, 0.2, 0.3, 0.08, 0.1}), 0.3, middle);
+  ExpectStands(BoundsOfPlaced(PrimitiveKind::kUprightCone, {0.1, 0.2, 0.3, 0.08, 0.1}), 0.3,
+               middle);
   ExpectStands(BoundsOfPlaced(PrimitiveKind::kUprightBox, {0.1, 0.2, 0.4, 0.06, 0.1, 0.05}), 0.05,
                middle);
-  ExpectStands(BoundsOfPlaced(PrimitiveKind::kLyingCylinder, {0.1, 0.2, 0.4, 0.03, 0.2}), 0.06, middle);
+  ExpectStands(BoundsOfPlaced(PrimitiveKind::kLyingCylinder, {0.1, 0.2, 0.4, 0.03, 0.2}), 0.06,
+               middle);
   const Aabb ball = BoundsOfPlaced(PrimitiveKind::kBall, {0.1, 0.2, 0.3, 0.04});
   EXPECT_NEAR(ball.min().z(), 0.26, kKindExact);
   const PlacedPrimitive cup = Place(PrimitiveKind::kUprightCone, Listed({0, 0, 0.3, 0.08, 0.1}));

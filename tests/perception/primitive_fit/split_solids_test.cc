@@ -12,7 +12,7 @@ namespace {
 
 // In front of the gap between the two boxes: their tops and their flush fronts are seen.
 const Vector3 kFrontEye(0, -0.7, 0.7);
-constexpr std::size_t kPartedPoints = 1200;
+constexpr std::size_t kSplitPoints = 1200;
 constexpr double kSideEnd_m = 0.006;  // of ends that only the top and the front show
 constexpr double kTopOfPart_m = 0.002;
 const Placed<> kHighBox{MakeTranslation(-0.0515, 0, 0.05), Box{{0.097, 0.08, 0.1}}};
@@ -20,7 +20,7 @@ const Placed<> kLowBox{MakeTranslation(0.0515, 0, 0.025), Box{{0.097, 0.08, 0.05
 
 // With reduced effort: its few kinds of solids are enough for boxes, and fast.
 SeenOnGround AtReducedEffort(const std::vector<Placed<>>& solids) {
-  SeenOnGround seen(kFrontEye, solids, kPartedPoints);
+  SeenOnGround seen(kFrontEye, solids, kSplitPoints);
   seen.options.reduced_effort = true;
   return seen;
 }
@@ -41,12 +41,13 @@ TEST(ReplaceBySplitSolids, MakesABoxOfEachOfTwoSideBySide) {
                 2 * 0.1 * kSideEnd_m)
         << k;
     EXPECT_LT((seen.MiddleOf(found) - truth.X_FS.translation()).norm(), kSideEnd_m) << k;
-    EXPECT_GT(found.inliers.size(), kPartedPoints * 9 / 20) << k;
+    EXPECT_GT(found.inliers.size(), kSplitPoints * 9 / 20) << k;
   }
 }
 
 TEST(ReplaceBySplitSolids, CutsNoBoxInTwo) {
-  const SeenOnGround seen = AtReducedEffort({{MakeTranslation(0, 0, 0.025), Box{{0.2, 0.08, 0.05}}}});
+  const SeenOnGround seen =
+      AtReducedEffort({{MakeTranslation(0, 0, 0.025), Box{{0.2, 0.08, 0.05}}}});
   Assembly unknown;
   EXPECT_FALSE(ReplaceBySplitSolids(seen.Context(), unknown));
   EXPECT_TRUE(unknown.solids.empty());

@@ -180,8 +180,8 @@ TEST_F(Driver, LeavesADisabledPassOut) {
   const HypothesisModeler modeler(state_->measured(), kSerialWork);
   const ModelingOptions options;
   const std::vector<std::string> disabled = {"test.merge"};
-  const RefinedScene refined = Refine(*state_, passes, disabled,
-                                      {.options = options, .modeler = modeler, .work = kSerialWork});
+  const RefinedScene refined = Refine(
+      *state_, passes, disabled, {.options = options, .modeler = modeler, .work = kSerialWork});
   EXPECT_THAT(refined.trials, IsEmpty());
 }
 

@@ -73,7 +73,8 @@ TEST(SplitStackedRounds, RestsEachStoreyOnTheOneBelow) {
   EXPECT_NEAR(storeys[0].resting.foot_height_m, 0, 1e-9);
   EXPECT_NEAR(storeys[1].resting.foot_height_m, 0.05, 0.004);
   EXPECT_NEAR(storeys[2].resting.foot_height_m, 0.11, 0.004);
-  EXPECT_EQ(proposals.front().consumes.front().successor, 2u);  // what stood on it stands on the top
+  EXPECT_EQ(proposals.front().consumes.front().successor,
+            2u);  // what stood on it stands on the top
   PointSet all;
   for (const Product& storey : storeys) {
     all.insert(all.end(), storey.points.begin(), storey.points.end());

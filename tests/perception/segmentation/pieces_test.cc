@@ -102,7 +102,7 @@ TEST(CutIntoPieces, CutsFacesAlongAConcaveCreaseAndNotAlongAConvexEdge) {
 }
 
 // A frame 18 cm wide; the table is seen through its opening of 9 cm.
-TEST(CutIntoPieces, MakesAPatchOfWhatIsPartedFromTheRestOfItsSupport) {
+TEST(CutIntoPieces, MakesAPatchOfWhatIsSplitFromTheRestOfItsSupport) {
   const auto is_inside = [](int v, int u) { return IsInSquare(v, u, 45, 75); };
   const CutImage cut(kTableFormat, HasTable::kYes, [&](int v, int u) {
     return IsInSquare(v, u, 30, 90) && !is_inside(v, u) ? kObjectDepth_m : kTableDepth_m;

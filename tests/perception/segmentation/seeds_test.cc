@@ -88,7 +88,7 @@ TEST(Seeds, OfOneSurfaceIsOneWhereHalfOfItsBorderIsEven) {
 
 // Five pixels wide, with one pixel in the middle that noise moved: the pixels left beside it are
 // beside a step as well.
-TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
+TEST(Seeds, OfAHandleThatNoiseSplitIsOne) {
   const MeasuredPoints measured = Image([](int v, int u) {
     if (v < 28 || v > 32) return std::nanf("");
     return v == 30 && u == 45 ? kBehind_m + kStep_m : kBehind_m;

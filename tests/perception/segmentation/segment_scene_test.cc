@@ -53,12 +53,14 @@ SegmentedScene Segmented(const PointCloud& cloud, const SegmentOptions& options 
 
 int ObjectCount(const SegmentedScene& scene) {
   int count = 0;
-  for (const SegmentedHypothesis& hypothesis : scene.hypotheses) count += hypothesis.supported_by >= 0;
+  for (const SegmentedHypothesis& hypothesis : scene.hypotheses)
+    count += hypothesis.supported_by >= 0;
   return count;
 }
 
 // The index of the segmented object with most of a true object's points.
-std::size_t HypothesisOf(const SegmentedScene& scene, const SimulatedCloud& truth, std::int32_t object) {
+std::size_t HypothesisOf(const SegmentedScene& scene, const SimulatedCloud& truth,
+                         std::int32_t object) {
   std::vector<std::size_t> shared;
   for (const SegmentedHypothesis& hypothesis : scene.hypotheses) {
     shared.push_back(static_cast<std::size_t>(std::count_if(
@@ -129,7 +131,8 @@ TEST(SegmentScene, KeepsWallsAndFrontsFromBeingObjects) {
     objects += !is_structure;
     const auto object = static_cast<std::int32_t>(k);
     EXPECT_GT(BestOverlap(scene, truth, object), kMinOverlap) << kitchen.objects[k].name;
-    EXPECT_EQ(scene.hypotheses[HypothesisOf(scene, truth, object)].supported_by, is_structure ? -1 : 0)
+    EXPECT_EQ(scene.hypotheses[HypothesisOf(scene, truth, object)].supported_by,
+              is_structure ? -1 : 0)
         << kitchen.objects[k].name;
   }
   EXPECT_EQ(ObjectCount(scene), objects);

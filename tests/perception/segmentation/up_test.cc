@@ -177,7 +177,8 @@ TEST(EstimatedUp, OfATableSeenFromStraightAboveOrByACameraOnItsSide) {
 TEST(EstimatedUp, OfACloudThatIsNoImage) {
   for (const PinholeCamera& camera : {LookingDown(35 * kDegree), LookingDown(90 * kDegree),
                                       Rolled(LookingDown(45 * kDegree), 130 * kDegree)}) {
-    const SegmentedScene scene = Segmented(Shuffled(Scan(TableWithObjects(), camera, {}).cloud), {});
+    const SegmentedScene scene =
+        Segmented(Shuffled(Scan(TableWithObjects(), camera, {}).cloud), {});
     EXPECT_LT(UpError_rad(scene, camera), kUpError_rad);
     EXPECT_EQ(scene.up_source, UpSource::kSupport);
     EXPECT_FALSE(scene.supports.empty());

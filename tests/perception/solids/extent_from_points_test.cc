@@ -37,7 +37,7 @@ struct HalfOfABar {
 // A ray across the bar below its top, at this place along it.
 FreeRay RayAcross(double x_m) { return RayBetween({x_m, -0.2, 0.03}, {x_m, 0.2, 0.03}); }
 
-TEST(SetExtentFromPoints, LengthensABoxToWhereItIsSeenAgainUnlessRaysRunThrough) {
+TEST(SetExtentFromPoints, ExtendsABoxToWhereItIsSeenAgainUnlessRaysRunThrough) {
   HalfOfABar bar;
   const Solid whole = bar.Reached({bar.piece}).front();
   EXPECT_LT((BoundsOf(whole).min() - BoundsOf(bar.piece).min()).norm(), kSeenExact_m);
@@ -73,7 +73,7 @@ TEST(SetExtentFromPoints, ReachesDownToTheGroundAndNotBelow) {
   }
 }
 
-TEST(SetExtentFromPoints, LengthensACanToItsWallAndNotToAnInnerOne) {
+TEST(SetExtentFromPoints, ExtendsACanToItsWallAndNotToAnInnerOne) {
   for (const SeenFrom side : {SeenFrom::kOutside, SeenFrom::kInside}) {
     SeenFits seen(Vector3(0, -0.6, 0.6));
     seen.AddWall({.radius_m = 0.03, .side = side}, 0.08, 0.14);

@@ -82,7 +82,8 @@ TEST(RangeView, TellsTheSameOnEveryFaceOfTheCube) {
     for (auto& p : cloud.points) p = R.cast<float>() * p;
     const RangeView view(cloud);
     EXPECT_EQ(view.VerdictAt(R * Vector3(0, 0, 0.9), kTolerance_m), RayVerdict::kHit) << face;
-    EXPECT_EQ(view.VerdictAt(R * Vector3(0.4, 0.3, 1.5), kTolerance_m), RayVerdict::kThrough) << face;
+    EXPECT_EQ(view.VerdictAt(R * Vector3(0.4, 0.3, 1.5), kTolerance_m), RayVerdict::kThrough)
+        << face;
     EXPECT_EQ(view.VerdictAt(R * Vector3(0, 0, 0.95), kTolerance_m), RayVerdict::kHidden) << face;
     EXPECT_EQ(view.VerdictAt(R * Vector3(0, 0, -1), kTolerance_m), RayVerdict::kUnknown) << face;
   }
