@@ -35,8 +35,8 @@ inline constexpr double kMinArc_rad = 35 * kDegree;
 inline constexpr double kMinCurvature_sigma = kNoiseReach_sigma;
 
 // True if the curvature is beyond what noise and the slow warp of sensors give a flat patch: 1/R >
-// min_sigma * 26.8 sigma / (sqrt(n_eff) L^2) for the chord L, the sagitta is above 1 mm + 0.5 sigma,
-// and the arc is at least kMinArc_rad.
+// min_sigma * 26.8 sigma / (sqrt(n_eff) L^2) for the chord L, the sagitta is above 1 mm + 0.5
+// sigma, and the arc is at least kMinArc_rad.
 bool IsSignificant(const CurvedEvidence& evidence, double sigma_m, double independent_samples,
                    double min_sigma = kMinCurvature_sigma);
 

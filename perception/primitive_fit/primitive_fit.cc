@@ -285,8 +285,8 @@ double RaysPerSample(PrimitiveKind kind) {
   return IsLying(kind) ? kRaysPerSampleLying : kPointsPerIndependentSample;
 }
 
-// Adds the rays within kMaxRayClearance_m of the solid to the evidence. The steps of the fit are too small to
-// reach others.
+// Adds the rays within kMaxRayClearance_m of the solid to the evidence. The steps of the fit are
+// too small to reach others.
 void AddRaysNear(const Solid& solid, PrimitiveKind kind, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);

@@ -11,8 +11,9 @@
 namespace cwm::perception {
 
 // A whole solid replaces a single assembled solid of the same kind only if its value is less than
-// this share of the old one: kMaxCylinderValueRatio for cylinders, kMaxValueRatio for boxes and spheres, because the
-// slow warp bends a face more than the criterion expects. Cones need no margin.
+// this share of the old one: kMaxCylinderValueRatio for cylinders, kMaxValueRatio for boxes and
+// spheres, because the slow warp bends a face more than the criterion expects. Cones need no
+// margin.
 // chosen: with 1 for cylinders, simulated cans are estimated still better, and tins on real scans
 // worse. The limits for several solids are in split_solids.cc.
 inline constexpr double kMaxCylinderValueRatio = 0.9, kMaxValueRatio = 0.8;
@@ -50,9 +51,10 @@ std::optional<PrimitiveFit> Refit(const PrimitiveFit& fit, const FitContext& con
 // The solid with the standard deviations of its parameters.
 Solid WithParameterSigmas(PrimitiveFit fit, const FitContext& context);
 
-// Replaces the solids of an object on a known ground by one solid if FindBetterPrimitive finds one (or a
-// single round face by a disc); else replaces each of several solids by a better one, if there is
-// one, for the points nearest to it. Overlapping solids are compared as if they explained nothing.
+// Replaces the solids of an object on a known ground by one solid if FindBetterPrimitive finds one
+// (or a single round face by a disc); else replaces each of several solids by a better one, if
+// there is one, for the points nearest to it. Overlapping solids are compared as if they explained
+// nothing.
 void ReplaceBySinglePrimitive(const FitContext& context, Assembly& assembly);
 
 }  // namespace cwm::perception

@@ -39,8 +39,8 @@ struct Regions {
 //   - It reaches down to the support, or its foot is hidden, or it is a ball that touches the
 //     support and lies mostly over the outline.
 //   - Its footprint on the support's cells is at least kMinObjectArea_m2.
-// A region also stands on a support if it rests on objects that do (AssignSupportsUnderStacks). Every
-// other region of linked pieces becomes one residual, and so does every wall or front
+// A region also stands on a support if it rests on objects that do (AssignSupportsUnderStacks).
+// Every other region of linked pieces becomes one residual, and so does every wall or front
 // (FindStructures), which is part of no region. Objects that rest on others are marked
 // (AssignResting). Nodes in no piece are rejected up to 0.5 % of the points; beyond that, the
 // larger groups of them become residuals too.

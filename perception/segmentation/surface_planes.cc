@@ -121,9 +121,9 @@ struct Place {
   int row, column;
 };
 
-// Yes where the surface turns towards the viewer from a to b by more than the angle. With the angles
-// A and B of the normals to the plane across the line from a to b, A - B > t means sin(A - B) > 0
-// and cos(A - B) < cos t.
+// Yes where the surface turns towards the viewer from a to b by more than the angle. With the
+// angles A and B of the normals to the plane across the line from a to b, A - B > t means sin(A -
+// B) > 0 and cos(A - B) < cos t.
 HWY_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, const Place& b,
                                  float cos_angle) {
   const Vectors d = Minus(PointAt(planes, b.row, b.column), PointAt(planes, a.row, a.column));

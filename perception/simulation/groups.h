@@ -27,8 +27,8 @@ std::vector<SimulatedObject> MembersOf(const Group& group, const SimulatedObject
 // most 2 mm apart.
 Group DrawStack(RandomDraws& draws);
 
-// Three to `max_members` books and flat boxes, each on the table, on another one (at any angle, or square
-// to it), or leaning over the edge of one.
+// Three to `max_members` books and flat boxes, each on the table, on another one (at any angle, or
+// square to it), or leaning over the edge of one.
 Group DrawHeap(int max_members, RandomDraws& draws);
 
 // Three to six packets, books or cans of equal height (to 1 mm) side by side: touching or up to 4

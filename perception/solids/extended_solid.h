@@ -21,8 +21,8 @@ std::optional<double> LengthAlong_m(const Shape& shape, Eigen::Index axis);
 // apex; 0 for other shapes and axes.
 double MaxExtension_m(const Shape& shape, const SolidEnd& end);
 
-// Returns the solid with this end moved outward by by_m, which is less than MaxExtension_m. All other
-// surfaces stay where they are.
+// Returns the solid with this end moved outward by by_m, which is less than MaxExtension_m. All
+// other surfaces stay where they are.
 Placed<> Extended(Placed<> solid, const SolidEnd& end, double by_m);
 
 }  // namespace cwm::perception

@@ -248,8 +248,9 @@ std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoint
   return surface;
 }
 
-// The factor that reduces `count` vertices or triangles approximately to `max_triangles`: their number falls
-// with the square of the spacing on a surface, and with its cube in points that fill space.
+// The factor that reduces `count` vertices or triangles approximately to `max_triangles`: their
+// number falls with the square of the spacing on a surface, and with its cube in points that fill
+// space.
 double Widening(std::size_t count, std::size_t max_triangles) {
   return std::max(kMinWidening,
                   std::cbrt(static_cast<double>(count) / static_cast<double>(max_triangles)));

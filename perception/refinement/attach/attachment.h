@@ -22,9 +22,9 @@ struct PointTransfer {
   PointSet points;  // ascending; empty: all
 };
 
-// Returns the state after all transfers. A receiver may be given too, but without cycles; hypotheses
-// that rested on it then rest on the last receiver. A hypothesis that gives all its points is
-// removed.
+// Returns the state after all transfers. A receiver may be given too, but without cycles;
+// hypotheses that rested on it then rest on the last receiver. A hypothesis that gives all its
+// points is removed.
 SceneState Attach(const SceneState& state, std::span<const PointTransfer> transfers);
 
 }  // namespace cwm::perception

@@ -59,9 +59,9 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
 
 enum class PartOrigin { kNone, kMeasured, kCompleted };
 
-// The sides and the floor as boxes, in frame P, except those of PartOrigin::kNone. Seen faces are where
-// they were measured. Sides reach up to their rims and over the whole length, the floor from the
-// ground to `floor_m`.
+// The sides and the floor as boxes, in frame P, except those of PartOrigin::kNone. Seen faces are
+// where they were measured. Sides reach up to their rims and over the whole length, the floor from
+// the ground to `floor_m`.
 std::vector<ShapePart> PartsOf(const Tray& box, const std::array<PartOrigin, 4>& sides,
                                double floor_m, PartOrigin floor);
 
