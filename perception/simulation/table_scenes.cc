@@ -69,11 +69,11 @@ std::ptrdiff_t CountHidden(const Placement& proposal) {
 
 std::optional<Placement> ProposeInClutter(const Table& table, const SimulatedObject& object,
                                           RandomDraws& draws) {
-  constexpr double kNeighbourOffsets = 0.7;
+  constexpr double kBesideProbability = 0.7;
   // Heaps grow outwards from the middle.
   const Disc middle{.middle_W = table.spread.middle_W, .radius_m = 0.6 * table.spread.radius_m};
   if (Leans(object)) return ProposeLeaning(table.arrangement, table.area, object, draws);
-  if (draws.Uniform() < kNeighbourOffsets) {
+  if (draws.Uniform() < kBesideProbability) {
     return ProposeBeside(table.arrangement, table.area, object, draws);
   }
   return ProposeWithin(middle, table.arrangement, table.area, object, draws);
