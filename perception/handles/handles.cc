@@ -256,7 +256,7 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
     return LiesOn(points, handle, ground);
   });
   std::move(more.begin(), more.end(), std::back_inserter(handles));
-  vessel.Join(points, handles);
+  vessel.MergeHandles(points, handles);
   return handles;
 }
 

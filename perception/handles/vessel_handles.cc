@@ -253,17 +253,17 @@ Vessel::FixedParts Vessel::FindFixedParts(const OrientedPoints& object,
       return GapBetween_m(PlacesOf(object, spout), PlacesOf(object, handle)) <= kMaxTouchingGap_m;
     });
   });
-  JoinParts(object, std::move(parts), handles);
+  MergeParts(object, std::move(parts), handles);
   return found;
 }
 
-void Vessel::Join(const OrientedPoints& object, std::vector<Cluster>& handles) const {
-  JoinParts(object, {}, handles);
+void Vessel::MergeHandles(const OrientedPoints& object, std::vector<Cluster>& handles) const {
+  MergeParts(object, {}, handles);
 }
 
 // Merges handles that were measured in parts.
-void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
-                       std::vector<Cluster>& handles) const {
+void Vessel::MergeParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                        std::vector<Cluster>& handles) const {
   const auto continues = [&](const Cluster& handle, const Cluster& part) {
     return Continues(PlacesOf(object, handle), PlacesOf(object, part), object.viewpoint);
   };

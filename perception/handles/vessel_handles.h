@@ -73,7 +73,7 @@ class Vessel {
   double ShareOnWalls(const OrientedPoints& other, const std::vector<char>& among) const;
 
   // Merges handles that continue each other.
-  void Join(const OrientedPoints& object, std::vector<Cluster>& handles) const;
+  void MergeHandles(const OrientedPoints& object, std::vector<Cluster>& handles) const;
 
   // True if another object's points, seen by the same sensor, are as a whole a handle of this
   // vessel, or the rest of one whose `known` points are given.
@@ -87,8 +87,8 @@ class Vessel {
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,
                  const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;
-  void JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
-                 std::vector<Cluster>& handles) const;
+  void MergeParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                  std::vector<Cluster>& handles) const;
 
   std::vector<RevolvedWall> walls_;
   double pitch_m_;  // between neighbouring points, across the ray

@@ -59,7 +59,7 @@ std::shared_ptr<HypothesisModel> Finish(Standing standing, const PointSample& sa
   model->object = std::move(standing.found);
   model->object.part_of_point = sample.PartsOfAllPoints(model->object.part_of_point, work);
   model->reaches_support = standing.reaches_support;
-  // Subsampled as DetectedObject::points_L requires.
+  // Thinned as DetectedObject::points_L requires.
   const float spacing_m = std::max(static_cast<float>(kThinningSpacing_m), Median(points.sigma_m));
   const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) {

@@ -19,7 +19,7 @@ using Passes = std::vector<std::unique_ptr<const RefinementPass>>;
 struct Trial {
   enum class Outcome {
     kOpen,         // in progress
-    kOverBudget,   // the pass's allowance of work was spent
+    kOverBudget,   // the pass's budget of work was spent
     kRejected,     // the pass's second examination rejected it
     kNotAdmitted,  // a product was not as expected
     kNoGain,
@@ -40,7 +40,7 @@ struct RefinedScene {
 };
 
 // Runs the passes in their order, each until it gains no more, in at most three rounds or until no
-// pass gains, within each pass's allowance of trials and points for all rounds together. `disabled`
+// pass gains, within each pass's budget of trials and points for all rounds together. `disabled`
 // names passes that are left out. Precondition: all hypotheses have models.
 // Throws Stopped when the work is stopped. The result is the same on any number of threads.
 RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std::string> disabled,

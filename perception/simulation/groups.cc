@@ -215,7 +215,7 @@ double NearlyAsWide_m(double radius_m, RandomDraws& draws) {
 
 }  // namespace
 
-SimulatedObject AsOneObject(const Group& group) {
+SimulatedObject MergedObject(const Group& group) {
   SimulatedObject one{.name = "group"};
   for (const SimulatedObject& member : group.members) {
     for (std::size_t k = 0; k < member.parts.size(); ++k) {

@@ -17,7 +17,7 @@ struct Group {
 };
 
 // Merges the members' parts into one object, in the group's frame.
-SimulatedObject AsOneObject(const Group& group);
+SimulatedObject MergedObject(const Group& group);
 
 // Returns the members, placed like the one object.
 std::vector<SimulatedObject> MembersOf(const Group& group, const SimulatedObject& placed);

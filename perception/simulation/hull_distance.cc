@@ -89,7 +89,7 @@ Vector3 Reduce(Simplex& simplex) {
 }
 
 constexpr double kTolerance_m = 1e-6;  // as the header promises; far below any sensor's noise
-constexpr double kMaxTouchingGap_m = 1e-4;
+constexpr double kTouchTolerance_m = 1e-4;
 
 }  // namespace
 
@@ -134,9 +134,9 @@ bool SlideUntilTouching(const Vector3& direction_W, const SimulatedObject& obsta
   for (int i = 0; i < kSteps; ++i) {
     const double gap_m = Clearance_m(object, obstacle);
     if (gap_m == 0 || moved_m > kFarthest_m) break;
-    if (gap_m <= kMaxTouchingGap_m) return true;
+    if (gap_m <= kTouchTolerance_m) return true;
     // Half of the tolerance remains, so that touching objects never overlap.
-    const double step_m = gap_m - 0.5 * kMaxTouchingGap_m;
+    const double step_m = gap_m - 0.5 * kTouchTolerance_m;
     object.X_WO.pretranslate(step_m * direction_W);
     moved_m += step_m;
   }

@@ -99,9 +99,9 @@ SimulatedObject DrawObject(RandomDraws& draws) {
     return DrawVessel(DrawVesselKind(draws), draws);
   }
   constexpr double kLying = 0.2;
-  const auto kind = static_cast<GoodKind>(draws.Below(kGoodKindCount));
-  const bool lies = kind != GoodKind::kBox && draws.Uniform() < kLying;
-  return DrawGood(kind, lies ? Rest::kLying : Rest::kStanding, draws);
+  const auto kind = static_cast<GoodsKind>(draws.Below(kGoodsKindCount));
+  const bool lies = kind != GoodsKind::kBox && draws.Uniform() < kLying;
+  return DrawGoods(kind, lies ? RestPose::kLying : RestPose::kStanding, draws);
 }
 
 int Fill(int wanted, const RestingArea& area, Arrangement& arrangement, RandomDraws& draws) {

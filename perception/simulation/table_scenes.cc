@@ -14,21 +14,21 @@ namespace {
 
 // The share of tilted rests is raised, so that a third remains after impossible draws (spheres,
 // discs, no holder).
-Rest DrawRest(GoodKind kind, RandomDraws& draws) {
+RestPose DrawRest(GoodsKind kind, RandomDraws& draws) {
   constexpr double kTilted = 0.42;
   constexpr double kLeaningCylinders = 0.3;  // of the tilted ones
   const double share = draws.Uniform();
   const double lean = draws.Uniform();
-  if (share > kTilted) return Rest::kStanding;
-  if (kind == GoodKind::kBox) return Rest::kLeaning;
-  if (kind == GoodKind::kCylinder && lean < kLeaningCylinders) return Rest::kLeaning;
-  return Rest::kLying;
+  if (share > kTilted) return RestPose::kStanding;
+  if (kind == GoodsKind::kBox) return RestPose::kLeaning;
+  if (kind == GoodsKind::kCylinder && lean < kLeaningCylinders) return RestPose::kLeaning;
+  return RestPose::kLying;
 }
 
 SimulatedObject DrawObject(RandomDraws& draws) {
-  const auto kind = static_cast<GoodKind>(draws.Below(kGoodKindCount));
-  const Rest rest = DrawRest(kind, draws);
-  return DrawGood(kind, rest, draws);
+  const auto kind = static_cast<GoodsKind>(draws.Below(kGoodsKindCount));
+  const RestPose rest = DrawRest(kind, draws);
+  return DrawGoods(kind, rest, draws);
 }
 
 // True if another object has to hold it: it is neither upright nor on its side. A lying cup's axis
@@ -98,7 +98,7 @@ void FillClutter(int wanted, Table& table, RandomDraws& draws) {
 SimulatedObject DrawSmallBox(RandomDraws& draws) {
   constexpr double kLargest_m = 0.12;
   for (;;) {
-    SimulatedObject box = DrawGood(GoodKind::kBox, Rest::kStanding, draws);
+    SimulatedObject box = DrawGoods(GoodsKind::kBox, RestPose::kStanding, draws);
     if (BoundsInWorld(box).sizes().maxCoeff() <= kLargest_m) return box;
   }
 }

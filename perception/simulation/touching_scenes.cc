@@ -18,7 +18,8 @@ constexpr int kDrawsPerObject = 6;  // objects without a place are left out
 constexpr ArrangementRules kTouching{.min_gap_m = 0.01, .max_hidden = 0.8};
 
 SimulatedObject DrawSingle(RandomDraws& draws) {
-  return DrawGood(static_cast<GoodKind>(draws.Below(kGoodKindCount)), Rest::kStanding, draws);
+  return DrawGoods(static_cast<GoodsKind>(draws.Below(kGoodsKindCount)), RestPose::kStanding,
+                   draws);
 }
 
 bool AddSingle(const SimulatedObject& object, Table& table, RandomDraws& draws) {
@@ -33,7 +34,7 @@ bool AddSingle(const SimulatedObject& object, Table& table, RandomDraws& draws) 
 
 // Adds the whole group, or nothing if a member would hardly be visible.
 bool AddGroup(const Group& group, Table& table, RandomDraws& draws) {
-  const SimulatedObject one = AsOneObject(group);
+  const SimulatedObject one = MergedObject(group);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     auto proposal = ProposeWithin(table.spread, table.arrangement, table.area, one, draws);
     if (!proposal) continue;

@@ -11,8 +11,8 @@ namespace {
 class Receivers {
  public:
   explicit Receivers(std::span<const PointTransfer> transfers) {
-    for (const PointTransfer& gift : transfers) {
-      if (gift.points.empty()) to_[gift.from] = gift.to;
+    for (const PointTransfer& transfer : transfers) {
+      if (transfer.points.empty()) to_[transfer.from] = transfer.to;
     }
   }
   // The hypothesis that finally receives this one; itself if it stays.
@@ -43,11 +43,11 @@ SceneState Attach(const SceneState& state, std::span<const PointTransfer> transf
   const auto open = [&](HypothesisId id) -> ObjectHypothesis& {
     return changed.try_emplace(id, state.Get(id)).first->second;
   };
-  for (const PointTransfer& gift : transfers) {
-    if (!gift.points.empty()) Move(gift.points, open(gift.from), open(gift.to));
+  for (const PointTransfer& transfer : transfers) {
+    if (!transfer.points.empty()) Move(transfer.points, open(transfer.from), open(transfer.to));
   }
-  for (const PointTransfer& gift : transfers) {
-    if (gift.points.empty()) open(gift.from), open(receivers.Last(gift.to));
+  for (const PointTransfer& transfer : transfers) {
+    if (transfer.points.empty()) open(transfer.from), open(receivers.Last(transfer.to));
   }
   for (auto& [id, hypothesis] : changed) {
     if (receivers.Stays(id)) continue;

@@ -51,7 +51,7 @@ class MergeOccludedParts : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.occluded_parts"; }
   std::span<const std::string_view> After() const override;
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one solid.
@@ -67,7 +67,7 @@ std::span<const std::string_view> MergeOccludedParts::After() const {
   return kAfter;
 }
 
-WorkBudget MergeOccludedParts::MaxWork() const {
+TrialBudget MergeOccludedParts::MaxWork() const {
   return {.note = "parts of it may stand apart: the cap of joins was reached"};
 }
 

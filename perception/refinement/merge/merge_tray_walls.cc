@@ -275,7 +275,7 @@ class MergeTrayWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.tray_walls"; }
   std::span<const std::string_view> After() const override;
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The number of hypotheses that become one tray. Every proposal gains, because the walls prove
@@ -290,7 +290,7 @@ std::span<const std::string_view> MergeTrayWalls::After() const {
   return kAfter;
 }
 
-WorkBudget MergeTrayWalls::MaxWork() const {
+TrialBudget MergeTrayWalls::MaxWork() const {
   // Walls are merged without a search for shapes, so the work is one test per point.
   return {.max_trials = kMaxTrials, .points_divisor = 1, .note = "it may be a part of a tray"};
 }

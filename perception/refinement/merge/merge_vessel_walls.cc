@@ -108,7 +108,7 @@ double ShareOn(const ShapePart& shell, const PointSet& points, const OrientedPoi
 class MergeVesselWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.vessel_walls"; }
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   // Proposes to merge each object that may be a part of a lying vessel with the small hypotheses
   // that touch it.
   std::vector<Proposal> Propose(const SceneState& state,
@@ -124,7 +124,7 @@ class MergeVesselWalls : public RefinementPass {
 
 }  // namespace
 
-WorkBudget MergeVesselWalls::MaxWork() const {
+TrialBudget MergeVesselWalls::MaxWork() const {
   return {.note = "parts of a vessel that lies may stand apart: the cap of joins was reached"};
 }
 

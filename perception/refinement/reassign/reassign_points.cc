@@ -84,7 +84,7 @@ class ReassignPoints : public RefinementPass {
  public:
   std::string_view Name() const override { return "reassign.points"; }
   std::span<const std::string_view> After() const override;
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The decrease of unexplained points minus half of the given points; 0 if a handle is lost that
@@ -99,7 +99,7 @@ std::span<const std::string_view> ReassignPoints::After() const {
   return kAfter;
 }
 
-WorkBudget ReassignPoints::MaxWork() const {
+TrialBudget ReassignPoints::MaxWork() const {
   return {.note = "parts of it may belong to what touches it: the cap of trades was reached"};
 }
 

@@ -44,7 +44,7 @@ PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
 class ReturnHandles : public RefinementPass {
  public:
   std::string_view Name() const override { return "reassign.handles"; }
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The owner must stay one solid.
@@ -55,7 +55,7 @@ class ReturnHandles : public RefinementPass {
 
 }  // namespace
 
-WorkBudget ReturnHandles::MaxWork() const {
+TrialBudget ReturnHandles::MaxWork() const {
   return {.note = "a handle of it may belong to another object: the cap of returns was reached"};
 }
 

@@ -172,7 +172,7 @@ class SplitRows : public RefinementPass {
     static constexpr std::array<std::string_view, 1> kAfter = {"merge.occluded_parts"};
     return kAfter;
   }
-  WorkBudget MaxWork() const override {
+  TrialBudget MaxWork() const override {
     return {.max_trials = kMaxTrials,
             .note = "it may be a row of objects: the cap of rows was reached"};
   }

@@ -241,7 +241,7 @@ class SplitStackedBoxes : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.stacked_boxes"; }
   std::span<const std::string_view> After() const override;
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one box of nearly all points: a layer with points of a touching object is
@@ -258,7 +258,7 @@ std::span<const std::string_view> SplitStackedBoxes::After() const {
   return kAfter;
 }
 
-WorkBudget SplitStackedBoxes::MaxWork() const {
+TrialBudget SplitStackedBoxes::MaxWork() const {
   return {.note = "it may be a stack of boxes: the cap of stacks was reached"};
 }
 

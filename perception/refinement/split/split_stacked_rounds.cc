@@ -135,7 +135,7 @@ class SplitStackedRounds : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.stacked_rounds"; }
   std::span<const std::string_view> After() const override;
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one shape of nearly all points that is no box.
@@ -151,7 +151,7 @@ std::span<const std::string_view> SplitStackedRounds::After() const {
   return kAfter;
 }
 
-WorkBudget SplitStackedRounds::MaxWork() const {
+TrialBudget SplitStackedRounds::MaxWork() const {
   return {.note = "it may be a stack of round objects: the cap of stacks was reached"};
 }
 

@@ -199,7 +199,7 @@ class SplitStandingSolids : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.standing_solids"; }
   std::span<const std::string_view> After() const override;
-  WorkBudget MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one solid, or one vessel with handles.
@@ -232,7 +232,7 @@ std::span<const std::string_view> SplitStandingSolids::After() const {
   return kAfter;
 }
 
-WorkBudget SplitStandingSolids::MaxWork() const {
+TrialBudget SplitStandingSolids::MaxWork() const {
   return {.max_trials = kMaxTrials,
           .note = "its shapes may be objects of their own: the cap of points of parts was reached"};
 }

@@ -120,7 +120,7 @@ class SplitUnexplainedParts : public RefinementPass {
                                                                "split.standing_solids"};
     return kAfter;
   }
-  WorkBudget MaxWork() const override {
+  TrialBudget MaxWork() const override {
     // Most parts are examined without a gain, so half of all points are allowed.
     return {.max_trials = kMaxTrials,
             .points_divisor = 2,

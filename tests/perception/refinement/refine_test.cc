@@ -27,11 +27,11 @@ class MergePairs : public RefinementPass {
     double gain = 1;
   };
   explicit MergePairs(std::vector<Pair> pairs,
-                      WorkBudget allowance = {.points_divisor = 1, .note = "too much"})
+                      TrialBudget allowance = {.points_divisor = 1, .note = "too much"})
       : pairs_(std::move(pairs)), allowance_(allowance) {}
 
   std::string_view Name() const override { return "test.merge"; }
-  WorkBudget MaxWork() const override { return allowance_; }
+  TrialBudget MaxWork() const override { return allowance_; }
   std::vector<Proposal> Propose(const SceneState& state, const RefinementContext&) const override {
     std::vector<Proposal> proposals;
     for (const Pair& pair : pairs_) {
@@ -56,7 +56,7 @@ class MergePairs : public RefinementPass {
 
  private:
   std::vector<Pair> pairs_;
-  WorkBudget allowance_;
+  TrialBudget allowance_;
   mutable std::atomic<int> modelled_ = 0;
 };
 
@@ -86,7 +86,7 @@ class Driver : public ::testing::Test {
    public:
     explicit Forward(const MergePairs& pass) : pass_(pass) {}
     std::string_view Name() const override { return pass_.Name(); }
-    WorkBudget MaxWork() const override { return pass_.MaxWork(); }
+    TrialBudget MaxWork() const override { return pass_.MaxWork(); }
     std::vector<Proposal> Propose(const SceneState& s, const RefinementContext& c) const override {
       return pass_.Propose(s, c);
     }

@@ -265,7 +265,7 @@ TEST(UpVector, IsOffByTheAngleAskedFor) {
 TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
   const SimulatedScene scene = KitchenCounter();
   const PinholeCamera camera = KitchenCamera();
-  const RegisteredViews views = ScanFromSeveral(scene, camera, 4, {.noiseless = true});
+  const RegisteredViews views = ScanFromSeveralViews(scene, camera, 4, {.noiseless = true});
   ASSERT_EQ(views.X_WC.size(), 4U);
   EXPECT_FALSE(views.cloud.cloud.organised());
   EXPECT_TRUE(views.X_WC[0].isApprox(camera.X_WC));
@@ -299,7 +299,7 @@ TEST(SeveralViews, AreTakenFromFreeSpace) {
       view.camera.center_x_px = 3.5;
       view.camera.center_y_px = 2.5;
       const RegisteredViews views =
-          ScanFromSeveral(view.scene, view.camera, 5, {.noiseless = true});
+          ScanFromSeveralViews(view.scene, view.camera, 5, {.noiseless = true});
       for (const Pose& X_WC : views.X_WC) {
         for (const SimulatedObject& object : view.scene.objects) {
           for (const Placed<>& part : object.parts) {
@@ -316,7 +316,7 @@ TEST(SeveralViews, ShowMoreOfAnObjectThanOne) {
   const SimulatedScene scene = KitchenCounter();
   const PinholeCamera camera = KitchenCamera();
   const auto sides_seen = [&](int count) {
-    const RegisteredViews views = ScanFromSeveral(scene, camera, count, {.noiseless = true});
+    const RegisteredViews views = ScanFromSeveralViews(scene, camera, count, {.noiseless = true});
     // The directions, in steps of 5 degrees around the axis of the soup can, in which it has
     // points.
     const auto soup = std::find_if(scene.objects.begin(), scene.objects.end(),
