@@ -107,7 +107,7 @@ absl::StatusOr<TriangleMesh> ParseUprightMesh(std::string_view bytes, const std:
   if (!mesh.ok()) return mesh.status();
   const auto axis = up ? absl::StatusOr<UpAxis>(*up) : UpAxisOf(bytes, file);
   if (!axis.ok()) return axis.status();
-  return collision::WithZUp(*axis, *std::move(mesh));
+  return collision::RotateToZUp(*axis, *std::move(mesh));
 }
 
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path) {

@@ -55,7 +55,7 @@ std::size_t SightMap::CellOf(const Eigen::Vector3f& direction) const {
          static_cast<std::size_t>(column);
 }
 
-Visibility SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const {
+Visibility SightMap::VisibilityAt(const Eigen::Vector3f& place, float tolerance_m) const {
   const Eigen::Vector3f ray = place - viewpoint_;
   const float nearest = nearest_m_[CellOf(ray)];
   const float range = ray.norm();
@@ -66,14 +66,14 @@ Visibility SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const
 
 bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad) {
   const SightMap sight(points, kFiner * pitch_rad);
-  const std::size_t stride = 1 + points.size() / kMaxNodesAsked;
+  const std::size_t stride = 1 + points.size() / kMaxTestedNodes;
   std::size_t hidden = 0, asked = 0;
   for (std::size_t i = 0; i < points.size(); i += stride, ++asked) {
     const Eigen::Vector3f& p = points.points[i];
     // A slanted surface grows deeper across a cell.
     const float across_m = sight.pitch_rad() * (p - sight.viewpoint()).norm() / float{kGrazing_sin};
-    const float tolerance_m = LargestJump_m(points.sigma_m[i]) + across_m;
-    hidden += sight.Look(p, tolerance_m) == Visibility::kHidden;
+    const float tolerance_m = MaxJump_m(points.sigma_m[i]) + across_m;
+    hidden += sight.VisibilityAt(p, tolerance_m) == Visibility::kHidden;
   }
   return static_cast<double>(hidden) <= kMaxBehind * static_cast<double>(asked);
 }

@@ -113,7 +113,7 @@ absl::StatusOr<TriangleMesh> ReadColumns(std::string_view bytes, WorkBudget* bud
   const auto read = [&](auto& column, std::size_t count) {
     using Row = typename std::remove_reference_t<decltype(column)>::value_type;
     column.reserve(count);
-    return InPieces(count, budget, [&](std::size_t first, std::size_t last) {
+    return ForEachBlock(count, budget, [&](std::size_t first, std::size_t last) {
       column.resize(last);
       const std::size_t size = (last - first) * sizeof(Row);
       std::memcpy(static_cast<void*>(column.data() + first), next, size);

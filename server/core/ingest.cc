@@ -62,7 +62,7 @@ perception::Work WorkOf(const perception::InterpretOptions& options, std::stop_t
   return {.max_threads = options.max_threads,
           .threads_now = options.threads_now,
           .stop = std::move(stop),
-          .on_piece = options.on_piece};
+          .on_chunk = options.on_chunk};
 }
 
 enum class PoseOrigin { kTold, kThisScan };  // given or kept, or estimated from this scan

@@ -18,7 +18,7 @@ using collision::PutObject;
 using collision::WorldObject;
 using collision::WorldObjectPtr;
 using perception::Association;
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 // True if no scan may change the object: it is owned by a user, or attached, in which case it is
 // known to be at its link whether the scan shows it or not.
@@ -51,9 +51,10 @@ PutObject ToPutObject(const WorldObject& object) {
 
 // The outcome of an association in the given mode: in kAdd, nothing is moved, removed or marked as
 // occluded.
-What InMode(What what, IngestMode mode) {
+Outcome InMode(Outcome what, IngestMode mode) {
   if (mode != IngestMode::kAdd) return what;
-  if (what == What::kMove || what == What::kRemove || what == What::kOcclude) return What::kKeep;
+  if (what == Outcome::kMove || what == Outcome::kRemove || what == Outcome::kOcclude)
+    return Outcome::kKeep;
   return what;
 }
 
@@ -82,7 +83,7 @@ class Planner {
     for (const Association& association : match_.associations) {
       const int d = detections_.DetectionOf(association);
       const bool known_needed =
-          association.what != What::kAdd && association.what != What::kExplained;
+          association.outcome != Outcome::kAdd && association.outcome != Outcome::kExplained;
       if (association.known >= static_cast<int>(match_.known.size()) ||
           (known_needed && association.known < 0) || d >= detections_.size() ||
           (d >= 0 && by_detection_[static_cast<std::size_t>(d)] != nullptr) ||
@@ -113,7 +114,7 @@ class Planner {
       const Association& association = AssociationOf(d);
       if (const WorldObject* known = KnownOf(association); known != nullptr) {
         plan_.names.push_back(known->name);
-      } else if (association.what == What::kAdd) {
+      } else if (association.outcome == Outcome::kAdd) {
         plan_.names.push_back(next_name(StemOf(detections_.kind(d))));
       } else {
         plan_.names.emplace_back();
@@ -124,7 +125,7 @@ class Planner {
   void CollectRemoved() {
     for (const Association& association : match_.associations) {
       const WorldObject* known = KnownOf(association);
-      if (InMode(association.what, mode_) == What::kRemove && !IsProtectedKnown(known)) {
+      if (InMode(association.outcome, mode_) == Outcome::kRemove && !IsProtectedKnown(known)) {
         removed_.insert(known->name);
       }
     }
@@ -139,15 +140,15 @@ class Planner {
   void PlanDetection(int d) {
     const Association& association = AssociationOf(d);
     const WorldObject* known = KnownOf(association);
-    if (association.what == What::kExplained || IsProtectedKnown(known)) return;
-    switch (InMode(association.what, mode_)) {
-      case What::kAdd:
+    if (association.outcome == Outcome::kExplained || IsProtectedKnown(known)) return;
+    switch (InMode(association.outcome, mode_)) {
+      case Outcome::kAdd:
         Add(d);
         return;
-      case What::kReplace:
+      case Outcome::kReplace:
         Replace(*known, d);
         return;
-      case What::kMove:
+      case Outcome::kMove:
         Move(*known, d, association.X_WO);
         return;
       default:
@@ -198,12 +199,12 @@ class Planner {
   void PlanUnseen(const Association& association) {
     const WorldObject& known = *KnownOf(association);
     if (IsProtectedKnown(&known)) return;
-    switch (InMode(association.what, mode_)) {
-      case What::kRemove:
+    switch (InMode(association.outcome, mode_)) {
+      case Outcome::kRemove:
         plan_.removed.push_back(known.name);
         plan_.changes.push_back({collision::RemoveObject{known.name}, std::nullopt});
         return;
-      case What::kOcclude:
+      case Outcome::kOcclude:
         plan_.occluded.push_back(known.name);
         EmitState(known, ObjectState::kOccluded, "");
         return;
@@ -292,9 +293,9 @@ absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode m
                                            const perception::Work& work) {
   std::vector<int> wanted;
   for (const Association& association : match.associations) {
-    const What what = InMode(association.what, mode);
+    const Outcome what = InMode(association.outcome, mode);
     const int d = detections_.DetectionOf(association);
-    if ((what == What::kAdd || what == What::kReplace) && d >= 0 && d < detections_.size()) {
+    if ((what == Outcome::kAdd || what == Outcome::kReplace) && d >= 0 && d < detections_.size()) {
       wanted.push_back(d);
     }
   }

@@ -34,7 +34,7 @@ bool IsLong(std::span<const Change> changes, const collision::WorldSnapshot& lat
     if (weight > kMaxWeightWithinTurn) return true;
     if (const auto* put = std::get_if<collision::PutObject>(&change.what)) {
       weight += put->geometry != nullptr ? put->geometry->parts.size() : 0;
-    } else if (!IsOfPairs(change) && !IsOfRobot(change)) {
+    } else if (!IsPairRuleChange(change) && !IsRobotChange(change)) {
       const auto* object = latest.objects().Find(NameOf(change));
       weight += object != nullptr ? (*object)->parts_W.size() : 0;
     }
@@ -86,11 +86,11 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
                             std::span<const Change> changes, const std::string& list) {
   const std::optional<collision::ApplyFault> fault = collision::FaultOf(status);
   const Change* change = fault.has_value() ? &changes[fault->change] : nullptr;
-  const bool is_of_robot = change != nullptr && IsOfRobot(*change);
+  const bool is_of_robot = change != nullptr && IsRobotChange(*change);
   ErrorDetails details;
   if (change != nullptr) {
     details.metadata["change_index"] = std::to_string(fault->change);
-    if (!IsOfPairs(*change)) {
+    if (!IsPairRuleChange(*change)) {
       details.metadata[is_of_robot ? "robot" : "object"] = NameOf(*change);
     }
     if (const auto* attach = std::get_if<collision::AttachObject>(&change->what)) {
@@ -98,7 +98,7 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
     }
   }
   if (status.code() == absl::StatusCode::kNotFound) {
-    const bool no_robot = change != nullptr && IsOfUnknownRobot(*change, *fault);
+    const bool no_robot = change != nullptr && IsUnknownRobotFault(*change, *fault);
     details.reason = no_robot ? "ROBOT_UNKNOWN" : "OBJECT_UNKNOWN";
   } else if (status.code() == absl::StatusCode::kAborted) {
     details.reason = "OBJECT_REVISION_MISMATCH";

@@ -62,7 +62,7 @@ struct ParsedQuery {
             .snapshot = *snapshot,
             .form = options.form,
             .precision = options.precision,
-            .verdicts_only = options.query.naming == collision::Naming::kWhereAsked,
+            .verdicts_only = options.query.naming == collision::Naming::kWhereTested,
             .body = std::move(body)};
   }
 };
@@ -124,10 +124,10 @@ absl::StatusOr<ParsedQuery> ParseQuery(Runtime& runtime, const Request& request,
   if (!options.ok()) return options.status();
   auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
-  options->query.give_up_at = AnswerDeadline(options->time_budget, call.deadline);
-  options->query.handover_of_answer =
+  options->query.deadline = AnswerDeadline(options->time_budget, call.deadline);
+  options->query.handover_per_entry =
       HandoverTime(SizeOfAnswer(request), *options, runtime.reply_slowdown);
-  const auto read_until = std::max(options->query.give_up_at.value_or(Clock::time_point::max()),
+  const auto read_until = std::max(options->query.deadline.value_or(Clock::time_point::max()),
                                    Clock::now() + kShortReading);
   ParsedQuery parsed{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
                      WorkBudget(read_until, call.stop)};

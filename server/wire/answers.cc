@@ -34,15 +34,15 @@ v1::Verdict EnumToProto(collision::Verdict verdict) {
   return v1::VERDICT_UNSPECIFIED;
 }
 
-v1::Trust EnumToProto(collision::Trust trust) {
+v1::Trust EnumToProto(collision::Accuracy trust) {
   switch (trust) {
-    case collision::Trust::kExact:
+    case collision::Accuracy::kExact:
       return v1::TRUST_EXACT;
-    case collision::Trust::kBounded:
+    case collision::Accuracy::kBounded:
       return v1::TRUST_BOUNDED;
-    case collision::Trust::kSurfaceOnly:
+    case collision::Accuracy::kSurfaceOnly:
       return v1::TRUST_SURFACE_ONLY;
-    case collision::Trust::kDegraded:
+    case collision::Accuracy::kDegraded:
       return v1::TRUST_DEGRADED;
   }
   return v1::TRUST_UNSPECIFIED;
@@ -166,16 +166,17 @@ void SetVariable(const Columns& answers, std::size_t i, const AnswerContext& con
 
 // True if the distance has an error bound: DEGRADED answers have no known bound, EXACT ones need
 // none.
-bool HasBound(collision::Trust trust) {
-  return trust == collision::Trust::kBounded || trust == collision::Trust::kSurfaceOnly;
+bool HasBound(collision::Accuracy trust) {
+  return trust == collision::Accuracy::kBounded || trust == collision::Accuracy::kSurfaceOnly;
 }
 
 std::vector<double> BoundColumn(const collision::PairColumns& answers) {
   std::vector<double> bound_m(answers.bound_m.size(), 0);
   for (std::size_t i = 0; i < bound_m.size(); ++i) {
-    const collision::Trust trust = answers.trust[i];
+    const collision::Accuracy trust = answers.accuracy[i];
     if (HasBound(trust)) bound_m[i] = answers.bound_m[i];
-    if (trust == collision::Trust::kDegraded) bound_m[i] = std::numeric_limits<double>::quiet_NaN();
+    if (trust == collision::Accuracy::kDegraded)
+      bound_m[i] = std::numeric_limits<double>::quiet_NaN();
   }
   return bound_m;
 }
@@ -193,9 +194,10 @@ void SetColumns(const collision::PairColumns& answers, const std::vector<std::in
   columns->set_object_index(NumberBytes(objects));
   columns->set_body_part(NumberBytes(answers.body_part));
   columns->set_object_part(NumberBytes(answers.object_part));
-  columns->set_trust(EnumBytes(answers.trust));
-  const bool all_exact = std::all_of(answers.trust.begin(), answers.trust.end(),
-                                     [](auto trust) { return trust == collision::Trust::kExact; });
+  columns->set_trust(EnumBytes(answers.accuracy));
+  const bool all_exact =
+      std::all_of(answers.accuracy.begin(), answers.accuracy.end(),
+                  [](auto trust) { return trust == collision::Accuracy::kExact; });
   if (all_exact) return;
   columns->set_bound_m(Scalars(Rounded(BoundColumn(answers), Bound::kUpper, precision), precision));
 }
@@ -234,7 +236,7 @@ void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
   if (const std::string name = carried_of(pair.body_part); !name.empty()) {
     row->set_body_object(name);
   }
-  if (pair.object != collision::kItself) return;
+  if (pair.object != collision::kSelfObject) return;
   row->set_object_link(link_of(pair.object_part));
   if (const std::string name = carried_of(pair.object_part); !name.empty()) row->set_object(name);
 }
@@ -247,19 +249,19 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   *row.mutable_point_object() = VectorAt(answers.point_object, i);
   *row.mutable_normal() = VectorAt(answers.normal, i);
   SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, &row);
-  row.set_trust(EnumToProto(answers.trust[i]));
-  if (HasBound(answers.trust[i])) row.set_bound_m(answers.bound_m[i]);
+  row.set_trust(EnumToProto(answers.accuracy[i]));
+  if (HasBound(answers.accuracy[i])) row.set_bound_m(answers.bound_m[i]);
   return row;
 }
 
 // A row that was not computed has no accuracy.
 v1::Trust TrustAt(const collision::CollisionColumns& answers, std::size_t i) {
   const bool is_computed = answers.verdict[i] != collision::Verdict::kNotComputed;
-  return is_computed ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
+  return is_computed ? EnumToProto(answers.accuracy[i]) : v1::TRUST_UNSPECIFIED;
 }
 
 std::string TrustColumn(const collision::CollisionColumns& answers) {
-  std::string bytes(answers.trust.size(), '\0');
+  std::string bytes(answers.accuracy.size(), '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(TrustAt(answers, i));
   return bytes;
 }
@@ -330,7 +332,7 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::MotionRow* row = response->add_rows();
     row->set_verdict(EnumToProto(answers.verdict[i]));
-    row->set_trust(EnumToProto(answers.trust[i]));
+    row->set_trust(EnumToProto(answers.accuracy[i]));
     if (answers.verdict[i] == collision::MotionVerdict::kFree) {
       row->set_clearance_m(answers.clearance_m[i]);
       continue;
@@ -364,16 +366,16 @@ void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerC
   response->set_object_index(NumberBytes(objects));
   response->set_body_part(NumberBytes(answers.body_part));
   response->set_object_part(NumberBytes(answers.object_part));
-  response->set_trust(EnumBytes(answers.trust));
+  response->set_trust(EnumBytes(answers.accuracy));
   SetVariables(answers, context, response);
 }
 
 namespace {
 
 // Rays are cast by the exact kernels, but an open surface has no outward side.
-std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
-                                      const collision::WorldSnapshot& snapshot) {
-  std::vector<collision::Trust> trust(answers.completed, collision::Trust::kExact);
+std::vector<collision::Accuracy> TrustOf(const collision::RayColumns& answers,
+                                         const collision::WorldSnapshot& snapshot) {
+  std::vector<collision::Accuracy> trust(answers.completed, collision::Accuracy::kExact);
   for (std::size_t i = 0; i < answers.completed; ++i) {
     if (answers.hit[i] == 0) continue;
     const collision::Obstacle& met =
@@ -381,7 +383,7 @@ std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
     const Shape& shape =
         met.geometry->parts[static_cast<std::size_t>(answers.object_part[i])].shape;
     const Mesh* const mesh = std::get_if<Mesh>(&shape);
-    if (mesh != nullptr && !mesh->watertight) trust[i] = collision::Trust::kSurfaceOnly;
+    if (mesh != nullptr && !mesh->watertight) trust[i] = collision::Accuracy::kSurfaceOnly;
   }
   return trust;
 }
@@ -398,12 +400,12 @@ void SetRows(const collision::PointColumns& answers, const AnswerContext& contex
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::SampleRow* row = response->add_rows();
     row->set_state(EnumToProto(answers.state[i]));
-    row->set_trust(EnumToProto(answers.trust[i]));
+    row->set_trust(EnumToProto(answers.accuracy[i]));
     if (answers.state[i] == collision::SampleState::kBeyond) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_gradient() = VectorAt(answers.gradient, i);
     SetObstacle(answers.object[i], answers.object_part[i], context, row);
-    if (answers.trust[i] == collision::Trust::kBounded) row->set_bound_m(bound_m[i]);
+    if (answers.accuracy[i] == collision::Accuracy::kBounded) row->set_bound_m(bound_m[i]);
   }
 }
 
@@ -418,7 +420,7 @@ void RayAnswersToProto(const collision::RayColumns& answers,
     if (answers.hit[i] == 0) hit_objects[i] = kNoObject;
   }
   const auto objects = SetObjects(hit_objects, answers.completed, context, response);
-  const std::vector<collision::Trust> trust = TrustOf(answers, context.snapshot);
+  const std::vector<collision::Accuracy> trust = TrustOf(answers, context.snapshot);
   if (context.form == Form::kColumns) {
     response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
     response->set_hit(NumberBytes(answers.hit));
@@ -456,7 +458,7 @@ void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerCo
   response->set_gradient(Scalars(answers.gradient, context.precision));
   response->set_object_index(NumberBytes(objects));
   response->set_object_part(NumberBytes(answers.object_part));
-  response->set_trust(EnumBytes(answers.trust));
+  response->set_trust(EnumBytes(answers.accuracy));
   if (answers.bounds.empty()) return;
   response->set_bound_m(
       Scalars(Rounded(BoundColumn(answers), Bound::kUpper, context.precision), context.precision));

@@ -336,10 +336,10 @@ absl::Status CheckPoints(const std::vector<Eigen::Vector3f>& points) {
     if (!point.allFinite()) continue;
     any_finite = true;
     Eigen::Index axis = 0;
-    if (point.cwiseAbs().maxCoeff(&axis) <= kLargestCoordinate_m) continue;
+    if (point.cwiseAbs().maxCoeff(&axis) <= kMaxCoordinate_m) continue;
     const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
     return FieldPath::OfRequest(name).Error(
-        absl::StrCat("is ", point[axis], ", must be within ", kLargestCoordinate_m));
+        absl::StrCat("is ", point[axis], ", must be within ", kMaxCoordinate_m));
   }
   if (any_finite) return absl::OkStatus();
   const FieldPath root;

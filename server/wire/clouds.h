@@ -57,7 +57,7 @@ absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header
 
 // Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return), but
 // at least one point must be finite ("chunk.data"). InvalidArgument with the field "point 17.x" for
-// an F64 coordinate beyond kMaxPointDistance_m and for any beyond kLargestCoordinate_m.
+// an F64 coordinate beyond kMaxPointDistance_m and for any beyond kMaxCoordinate_m.
 absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
 
 struct IngestReply {

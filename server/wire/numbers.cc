@@ -8,15 +8,15 @@
 namespace cwm::server {
 
 absl::Status CheckCoordinate(double value, const FieldPath& path) {
-  if (std::abs(value) <= kLargestCoordinate_m) return absl::OkStatus();  // false for NaN
-  return path.Error(absl::StrCat("is ", value, ", must be finite and at most ",
-                                 kLargestCoordinate_m, " in magnitude"));
+  if (std::abs(value) <= kMaxCoordinate_m) return absl::OkStatus();  // false for NaN
+  return path.Error(absl::StrCat("is ", value, ", must be finite and at most ", kMaxCoordinate_m,
+                                 " in magnitude"));
 }
 
 absl::Status CheckLength(double value, const FieldPath& path) {
-  if (value >= 0 && value <= kLargestCoordinate_m) return absl::OkStatus();
-  return path.Error(absl::StrCat("is ", value, ", must be finite, not negative and at most ",
-                                 kLargestCoordinate_m));
+  if (value >= 0 && value <= kMaxCoordinate_m) return absl::OkStatus();
+  return path.Error(
+      absl::StrCat("is ", value, ", must be finite, not negative and at most ", kMaxCoordinate_m));
 }
 
 absl::Status CheckRange(std::int64_t value, IntRange range, const FieldPath& path) {

@@ -6,9 +6,9 @@
 
 namespace cwm::server {
 
-// OK if the value is finite and at most kLargestCoordinate_m in magnitude.
+// OK if the value is finite and at most kMaxCoordinate_m in magnitude.
 absl::Status CheckCoordinate(double value, const FieldPath& path);
-// OK if the value is finite, not negative and at most kLargestCoordinate_m.
+// OK if the value is finite, not negative and at most kMaxCoordinate_m.
 absl::Status CheckLength(double value, const FieldPath& path);
 
 struct IntRange {

@@ -31,14 +31,14 @@ constexpr std::array<std::string_view, 7> kPoseNames = {"tx_m", "ty_m", "tz_m", 
 constexpr std::array<std::string_view, 6> kRayNames = {"origin x",    "origin y",    "origin z",
                                                        "direction x", "direction y", "direction z"};
 
-bool IsCoordinate(double value) { return std::abs(value) <= kLargestCoordinate_m; }
+bool IsCoordinate(double value) { return std::abs(value) <= kMaxCoordinate_m; }
 
 std::optional<Fault> FindBadNumber(const double* values, const std::string_view* names, int count) {
   for (int i = 0; i < count; ++i) {
     if (IsCoordinate(values[i])) continue;
     return Fault{std::string(names[i]),
-                 absl::StrCat("is ", values[i], ", must be finite and at most ",
-                              kLargestCoordinate_m, " in magnitude")};
+                 absl::StrCat("is ", values[i], ", must be finite and at most ", kMaxCoordinate_m,
+                              " in magnitude")};
   }
   return std::nullopt;
 }

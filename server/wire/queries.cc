@@ -145,7 +145,7 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
                               kMaxSupportTolerance_m));
     }
   }
-  if (options.verdicts_only()) query.naming = collision::Naming::kWhereAsked;
+  if (options.verdicts_only()) query.naming = collision::Naming::kWhereTested;
   query.margin_sigma = options.margin_sigma();
   if (query.margin_sigma >= 0 && query.margin_sigma <= kMaxSigmas) return absl::OkStatus();
   return path.Field("margin_sigma")

@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "collision/geometry/validation.h"
-#include "collision/query/carried_objects.h"
+#include "collision/query/attached_objects.h"
 #include "collision/world/apply_fault.h"
 #include "collision/xml/xml_element.h"
 #include "server/core/error.h"
@@ -76,18 +76,18 @@ absl::StatusOr<collision::QueryBody> WithAttached(collision::QueryBody bare,
                                                   const collision::WorldRobot& robot,
                                                   collision::RobotScope scope,
                                                   const FieldPath& path) {
-  const std::size_t carried = collision::CountCarriedParts(source.snapshot, robot, source.ignore);
-  const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + carried);
-  if (carried > 0 && parts > kMaxRobotParts) {  // before their pairs, which are many more
+  const std::size_t attached = collision::CountAttachedParts(source.snapshot, robot, source.ignore);
+  const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + attached);
+  if (attached > 0 && parts > kMaxRobotParts) {  // before their pairs, which are many more
     return path.Field("robot").Error(absl::StrCat("has ", parts,
                                                   " parts with what is attached to it, must have "
                                                   "at most ",
                                                   kMaxRobotParts));
   }
   collision::QueryBody body =
-      collision::WithCarriedObjects(std::move(bare), source.snapshot, robot, scope, source.ignore);
+      collision::WithAttachedObjects(std::move(bare), source.snapshot, robot, scope, source.ignore);
   const auto pairs = static_cast<std::int64_t>(body.self_pairs.size());
-  if (carried == 0 || pairs <= kMaxSelfPairs) return body;
+  if (attached == 0 || pairs <= kMaxSelfPairs) return body;
   return path.Field("scope").Error(
       absl::StrCat("asks about ", pairs,
                    " pairs of the robot's own parts and of what is attached to it, must be "
@@ -131,10 +131,10 @@ absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
       }
       return BodyOfSpheres(robot, *robot.robot->prepared_spheres_as_given, *scope, path);
     case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING:
-      if (!robot.robot->prepared_spheres_around) {
+      if (!robot.robot->prepared_bounding_spheres) {
         return NoSpheres(robot, "has a link that no spheres contain, must be EXACT", geometry);
       }
-      return BodyOfSpheres(robot, *robot.robot->prepared_spheres_around, *scope, path);
+      return BodyOfSpheres(robot, *robot.robot->prepared_bounding_spheres, *scope, path);
     default:
       return geometry.Error(absl::StrCat("is ", static_cast<int>(subject.robot_geometry()),
                                          ", must be a known RobotGeometry"));
@@ -184,10 +184,10 @@ absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const 
     std::memcpy(&value, data.data() + i * sizeof(value), sizeof(value));
     const auto& variable = model.variables[static_cast<std::size_t>(group.variables[k])];
     values[i] = Unrounded(value, variable);
-    if (std::abs(values[i]) <= kLargestCoordinate_m) continue;  // false for NaN
+    if (std::abs(values[i]) <= kMaxCoordinate_m) continue;  // false for NaN
     return path.Field(RowField(i / width))
         .Error(absl::StrCat(variable.name, " is ", values[i], ", must be finite and at most ",
-                            kLargestCoordinate_m, " in magnitude"));
+                            kMaxCoordinate_m, " in magnitude"));
   }
   return absl::OkStatus();
 }
@@ -348,11 +348,11 @@ BodyNames BodyNamesOf(const StateQuery& query) {
     names.variables.push_back(variable.name);
   }
   for (const int frame : query.body.frame_of_part) {
-    const collision::CarriedObject* carried = query.body.CarriedIn(frame);
-    const int link = carried != nullptr ? carried->link : frame;
+    const collision::AttachedObject* attached = query.body.AttachedIn(frame);
+    const int link = attached != nullptr ? attached->link : frame;
     names.links.push_back(states->robot->model().links[static_cast<std::size_t>(link)].name);
-    if (query.body.carried.empty()) continue;
-    names.objects.push_back(carried != nullptr ? carried->object->name : "");
+    if (query.body.attached.empty()) continue;
+    names.objects.push_back(attached != nullptr ? attached->object->name : "");
   }
   return names;
 }

@@ -41,7 +41,7 @@ v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t ind
   proto.set_parent(robot.model->links[link.parent].name);
   proto.set_joint(link.joint);
   proto.set_joint_kind(JointKindToProto(link.kind));
-  if (link.follows) {
+  if (link.is_mimic) {
     proto.set_follows(robot.model->links[robot.model->variables[link.variable].link].joint);
   }
   return proto;

@@ -116,14 +116,14 @@ std::string FormatByClaim(const char* how, const std::array<std::int64_t, kClaim
 std::string FormatBarePoints(const Coverage& coverage) {
   return FormatByClaim("points deep in", coverage.deep) +
          ", bare points: " + std::to_string(coverage.bare[Coverage::kOfSupport]) +
-         " of supports, " + std::to_string(coverage.bare[Coverage::kOfThing]) + " of things, " +
+         " of supports, " + std::to_string(coverage.bare[Coverage::kOfObject]) + " of objects, " +
          std::to_string(coverage.bare[Coverage::kRejected]) + " rejected";
 }
 
 void Print(const std::string& name, const Claims& claims, Report& report) {
   char text[200];
   std::snprintf(text, sizeof(text),
-                "  %-22s coverage %.5f; %.5f of %lld rays violate free space; on true things %.4f "
+                "  %-22s coverage %.5f; %.5f of %lld rays violate free space; on true objects %.4f "
                 "explained by shapes",
                 name.c_str(), claims.coverage.share(), claims.free_space.share(),
                 static_cast<long long>(claims.free_space.rays), claims.explained.share());
@@ -231,7 +231,7 @@ void MeasureClaims(Report& report) {
       report);
   AddFigure(
       "shape_explained", sources, [](const Claims& c) { return c.explained.share(); },
-      std::less<double>(), "share of points on true things that shapes explain, meshes not",
+      std::less<double>(), "share of points on true objects that shapes explain, meshes not",
       report);
 }
 

@@ -61,9 +61,9 @@ std::string InventedNames(const SimulatedCase& run, const std::vector<std::uint3
   std::string names;
   for (const auto& [label, members] : found) {
     if (2 * members.counted >= members.points) continue;
-    const auto most =
+    const auto most_frequent =
         std::ranges::max_element(members.of, {}, [](const auto& entry) { return entry.second; });
-    names += "; invented: " + std::to_string(members.points) + " of " + most->first;
+    names += "; invented: " + std::to_string(members.points) + " of " + most_frequent->first;
   }
   return names;
 }

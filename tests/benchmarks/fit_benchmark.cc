@@ -36,7 +36,7 @@ std::vector<FitObject> FitObjectsOf(const perception::PointCloud& cloud) {
   const auto scene = perception::SegmentScene(*std::move(measured), {});
   if (!scene.ok()) return {};
   std::vector<FitObject> objects;
-  for (const perception::SegmentedThing& object : scene->things) {
+  for (const perception::SegmentedHypothesis& object : scene->hypotheses) {
     if (object.supported_by < 0) continue;
     FitObject& out = objects.emplace_back();
     out.points.viewpoint = scene->points.viewpoint;
@@ -111,7 +111,7 @@ std::optional<FitTimes> FitCgal(const std::vector<FitObject>& objects, const std
   const double cosine = std::cos(15 * std::numbers::pi / 180);
   const double gap_m = 2 * gate_m;  // of connected inliers: about as in our own search
   WriteObjects(objects, path);
-  const testing::Finished run =
+  const testing::ProcessResult run =
       testing::RunProgram({CgalProgram(), path, std::to_string(gate_m), std::to_string(cosine),
                            std::to_string(ours.min_inliers),
                            std::to_string(ours.missed_shape_probability), std::to_string(gap_m)});

@@ -131,7 +131,7 @@ class MotionChecker {
 
   // True if a bracket is wider than promised although the gap closes faster than kSlow_m per edge.
   bool IsTooWide(const BodyMotion& edge, double lo, double hi) const {
-    if (hi - lo <= kBracket * (1 + 1e-9)) return false;
+    if (hi - lo <= kMaxBracketWidth * (1 + 1e-9)) return false;
     const PairColumns at = *GetDistances(world_, body_, SampledEdge(edge, lo, hi, 1), {});
     return at.distance_m.front() - at.distance_m.back() > kSlow_m * (hi - lo);
   }

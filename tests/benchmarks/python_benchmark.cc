@@ -75,7 +75,7 @@ std::optional<Times> EvaluateInPython(const client::Connection& connection, cons
   const auto package =
       std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "python";
   const v1::RobotSubject& robot = query.request.subject().robot();
-  const testing::Finished run = testing::RunProgram(
+  const testing::ProcessResult run = testing::RunProgram(
       {"/usr/bin/env", "PYTHONPATH=" + package.string(), "/usr/bin/python3",
        CWM_PYTHON_BATCHES_SCRIPT, connection.address(), query.request.world(), robot.robot(),
        robot.group(), states, std::to_string(kBatch), std::to_string(kBatches)});

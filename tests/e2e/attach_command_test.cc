@@ -96,7 +96,7 @@ TEST_F(AttachCommand, RobotsAreObstacles) {
 
 TEST_F(AttachCommand, SaysWhatIsWrong) {
   const auto failure = [&](std::vector<std::string> line, int exit_code, const std::string& text) {
-    const Finished finished = Cwm(std::move(line));
+    const ProcessResult finished = Cwm(std::move(line));
     EXPECT_EQ(finished.exit_code, exit_code) << finished.err;
     EXPECT_THAT(finished.err, HasSubstr(text));
   };

@@ -32,7 +32,7 @@ class ExportCommand : public ServerTest {
   }
 
   json Validated(const std::string& file) const {
-    const Finished run = RunProgram({"node", "tests/e2e/validate_glb.mjs", file});
+    const ProcessResult run = RunProgram({"node", "tests/e2e/validate_glb.mjs", file});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out);
   }
@@ -42,7 +42,7 @@ TEST_F(ExportCommand, WritesGlbWithoutAnythingToSayOfIt) {
   ASSERT_TRUE(std::filesystem::exists(kValidator))
       << "gltf-validator is missing: ./dev setup test installs it";
   PutObjects();
-  const Finished exported = Cwm({"export", File("things.glb")});
+  const ProcessResult exported = Cwm({"export", File("things.glb")});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.err, HasSubstr("ground: a half-space is left out"));
   const json report = Validated(File("things.glb"));
@@ -60,17 +60,17 @@ TEST_F(ExportCommand, WritesAnEmptyWorldToo) {
 
 TEST_F(ExportCommand, PutsMeshesBesideAModel) {
   PutObjects();
-  const Finished exported = Cwm({"export", File("things.urdf")});
+  const ProcessResult exported = Cwm({"export", File("things.urdf")});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.out, HasSubstr("and 1 mesh beside it"));
   EXPECT_TRUE(std::filesystem::exists(File("default_meshes/0_hat.stl")));
   // Our own URDF reader finds the mesh beside the file, as another tool would.
-  const Finished loaded = Cwm({"-w", "copy", "robot", "load", File("things.urdf")});
+  const ProcessResult loaded = Cwm({"-w", "copy", "robot", "load", File("things.urdf")});
   EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
 }
 
 TEST_F(ExportCommand, RefusesAnEndingThatItDoesNotKnow) {
-  const Finished refused = Cwm({"export", File("things.obj")});
+  const ProcessResult refused = Cwm({"export", File("things.obj")});
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_THAT(refused.err, HasSubstr("must end in .glb, .ply, .scene, .sdf, .urdf or .yaml"));
 }

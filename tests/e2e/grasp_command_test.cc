@@ -22,14 +22,14 @@ class GraspCommand : public ServerTest {
     CwmJson({"put", "table", "--box", "2,2,0.04", "--at", "0,0,-0.02"});
   }
 
-  Finished Grasp(std::vector<std::string> arguments) const {
+  ProcessResult Grasp(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {Program("cwm-grasp"), "--addr", address()});
     return RunProgram(arguments);
   }
 
   json Of(const std::string& name, std::vector<std::string> options = {}) const {
     options.insert(options.end(), {name, "-o", "json"});
-    const Finished finished = Grasp(options);
+    const ProcessResult finished = Grasp(options);
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
     return finished.exit_code == 0 ? json::parse(finished.out).at("objects").at(0) : json();
   }
@@ -118,7 +118,7 @@ TEST_F(GraspCommand, SaysHowToSeeTheGrasps) {
   const json written = json::parse(std::ifstream(path));
   EXPECT_EQ(written.at("objects").size(), 2U);
   EXPECT_EQ(json::parse(Grasp({"-o", "json"}).out), written) << "a program reads all of it";
-  const Finished nowhere = Grasp({"--json", scratch() / "none/grasps.json"});
+  const ProcessResult nowhere = Grasp({"--json", scratch() / "none/grasps.json"});
   EXPECT_NE(nowhere.exit_code, 0);
   EXPECT_THAT(nowhere.out, Not(HasSubstr("drop")));
 }
@@ -136,7 +136,7 @@ TEST_F(GraspCommand, TakesMoreThanOneQuestionHolds) {
                            {"shapes", json::array({{{"box", box}}})}}}}}});
   }
   CwmJson({"call", "ApplyChanges", json{{"changes", changes}}.dump()});
-  const Finished finished = Grasp({"--top", "10000", "-o", "json"});
+  const ProcessResult finished = Grasp({"--top", "10000", "-o", "json"});
   ASSERT_EQ(finished.exit_code, 0) << finished.err;
   const json plan = json::parse(finished.out);
   std::size_t grasps = 0;
@@ -147,11 +147,11 @@ TEST_F(GraspCommand, TakesMoreThanOneQuestionHolds) {
 
 TEST_F(GraspCommand, BadInputIsNamed) {
   CwmJson({"put", "ball", "--sphere", "0.03", "--at", "0,0,0.03"});
-  const Finished mistyped = Grasp({"bal"});
+  const ProcessResult mistyped = Grasp({"bal"});
   EXPECT_EQ(mistyped.exit_code, 3);
   EXPECT_THAT(mistyped.err, HasSubstr("did you mean \"ball\"?"));
   EXPECT_THAT(mistyped.err, StartsWith("cwm-grasp: not found")) << "whose error it is";
-  const Finished narrow = Grasp({"--opening", "0"});
+  const ProcessResult narrow = Grasp({"--opening", "0"});
   EXPECT_EQ(narrow.exit_code, 1);
   EXPECT_THAT(narrow.err, HasSubstr("--opening: 0 m must be"));
   EXPECT_EQ(Grasp({"--palm", "1,2"}).exit_code, 1);

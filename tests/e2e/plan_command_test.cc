@@ -71,13 +71,13 @@ class PlanCommand : public ServerTest {
     std::ofstream(scratch() / name) << text;
     return scratch() / name;
   }
-  Finished Plan(std::vector<std::string> arguments) const {
+  ProcessResult Plan(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {Program("cwm-plan"), "--addr", address()});
     return RunProgram(arguments);
   }
   json PlanJson(std::vector<std::string> arguments) const {
     arguments.insert(arguments.end(), {"-o", "json"});
-    const Finished run = Plan(arguments);
+    const ProcessResult run = Plan(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out, nullptr, /*allow_exceptions=*/false);
   }
@@ -123,7 +123,8 @@ TEST_F(PlanCommand, PlansTheSameForTheSameSeed) {
 }
 
 TEST_F(PlanCommand, ShowsThePathToPeople) {
-  const Finished run = Plan({"--group", "both", "--start", "left", "--goal=1.5,0.25", "--certify"});
+  const ProcessResult run =
+      Plan({"--group", "both", "--start", "left", "--goal=1.5,0.25", "--certify"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* text : {"shoulder", "1.5000", "length 0.559", "certified: FREE", "batches of"}) {
     EXPECT_THAT(run.out, HasSubstr(text));
@@ -169,7 +170,7 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
     if (std::count(arguments.begin(), arguments.end(), "--group") == 0) {
       arguments.insert(arguments.begin(), {"--group", "both"});
     }
-    const Finished run = Plan(arguments);
+    const ProcessResult run = Plan(arguments);
     EXPECT_EQ(run.exit_code, c.exit_code) << c.says << ": " << run.err;
     EXPECT_THAT(run.err, HasSubstr(c.says));
   }
@@ -178,7 +179,7 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
 // A gate at the elbow that the arm along x cannot pass.
 TEST_F(PlanCommand, GivesUpInTimeWhereThereIsNoPath) {
   CwmJson({"put", "gate", "--box", "0.2,0.2,0.2", "--at", "0.5,0,0"});
-  const Finished run =
+  const ProcessResult run =
       Plan({"--group", "both", "--start", "left", "--goal", "right", "--time", "0.5"});
   EXPECT_EQ(run.exit_code, 14);
   EXPECT_THAT(run.err, HasSubstr("no path: none was found in 0.5 s"));
@@ -195,14 +196,14 @@ TEST_F(PlanCommand, TakesRequestsAndRefusesThoseThatAreNone) {
     text.replace(text.find(from), from.size(), to);
     return Plan({Write("bad.yaml", text)});
   };
-  const Finished text = refused("position: -1", "position: there");
+  const ProcessResult text = refused("position: -1", "position: there");
   EXPECT_EQ(text.exit_code, 8);
   EXPECT_THAT(text.err,
               AllOf(HasSubstr("bad.yaml: goal_constraints[0].joint_constraints[0].position"),
                     HasSubstr("there")));
   EXPECT_THAT(refused("elbow, position: 0", "wing, position: 0").err,
               HasSubstr("elbow is missing"));
-  const Finished leg = refused("group_name: both", "group_name: leg");
+  const ProcessResult leg = refused("group_name: both", "group_name: leg");
   EXPECT_EQ(leg.exit_code, 8);
   EXPECT_THAT(leg.err, HasSubstr("must be one of arm: both, wrist"));
 }
@@ -240,7 +241,7 @@ TEST_F(PlanCommand, PlansInASceneAloneAndLeavesTheWorldAsItIs) {
         primitives: [{type: box, dimensions: [0.1, 3, 0.1]}]
         primitive_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]
 )";
-  const Finished holds = Plan({request, "--problem", Write("held.yaml", held)});
+  const ProcessResult holds = Plan({request, "--problem", Write("held.yaml", held)});
   EXPECT_EQ(holds.exit_code, 10) << holds.out << holds.err;
   EXPECT_THAT(holds.err, HasSubstr("start in collision: rod meets wall"));
   EXPECT_EQ(RevisionOf("default"), revision);
@@ -263,7 +264,7 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
   EXPECT_EQ(PlanJson(base).at("outcome"), "SOLVED") << "its states are free";
   std::vector<std::string> certified = base;
   certified.insert(certified.end(), {"--certify", "-o", "json"});
-  const Finished run = Plan(certified);
+  const ProcessResult run = Plan(certified);
   EXPECT_EQ(run.exit_code, 15) << run.out << run.err;
   const json certificate = json::parse(run.out).at("certificate");
   EXPECT_EQ(certificate.at("verdict"), "CONTACT");
@@ -286,7 +287,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   const auto width = checker.CheckStates(rows, 1);
   EXPECT_THAT(std::string(width.status().message()), HasSubstr("rows.width: is 1, must be 2"));
   EXPECT_TRUE(checker.CheckStates(rows, 2).ok()) << "the stream goes on";
-  const Finished nobody = RunProgram(
+  const ProcessResult nobody = RunProgram(
       {Program("cwm-plan"), "--addr", "unix:" + scratch() / "nobody.sock", "--goal", "left"});
   EXPECT_EQ(nobody.exit_code, 2);
   EXPECT_THAT(nobody.err, HasSubstr("nobody.sock; start `cwm-server`"));

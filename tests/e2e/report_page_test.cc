@@ -95,7 +95,7 @@ class ReportPage : public ServerTest {
     scan_ = scratch() / "a <b>kitchen & co.pcd";
     std::filesystem::rename(Simulate("kitchen", {"--scene", "kitchen", "--seed", "3"}), scan_);
     page_ = scratch() / "kitchen.html";
-    const Finished run = Cwm({"report", scan_, page_});
+    const ProcessResult run = Cwm({"report", scan_, page_});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "") << "progress is for terminals";
     ASSERT_LE(RevisionOf("default"), 0) << "a report must leave the world as it is";
@@ -329,28 +329,28 @@ TEST_F(ReportPage, PaintsEveryPictureInLightAndInDark) {
 class ReportCommand : public ServerTest {};
 
 TEST_F(ReportCommand, BeginsItsHelpWithExamples) {
-  const Finished help = Cwm({"report", "--help"});
+  const ProcessResult help = Cwm({"report", "--help"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_LT(help.out.find("cwm report scan.pcd scan.html"), help.out.find("--sensor-model"));
 }
 
 TEST_F(ReportCommand, SaysWhichFileItCannotReadOrWrite) {
   const std::string page = scratch() / "page.html";
-  const Finished missing = Cwm({"report", scratch() / "no.pcd", page});
+  const ProcessResult missing = Cwm({"report", scratch() / "no.pcd", page});
   EXPECT_EQ(missing.exit_code, kBadInput);
   EXPECT_NE(missing.err.find("no.pcd"), std::string::npos) << missing.err;
 
   const std::string cloud = Simulate("table", {"--scene", "table", "--seed", "1"});
   const std::string nowhere = scratch() / "no/such/folder/page.html";
-  const Finished unwritable = Cwm({"report", cloud, nowhere});
+  const ProcessResult unwritable = Cwm({"report", cloud, nowhere});
   EXPECT_EQ(unwritable.exit_code, kBadInput);
   EXPECT_NE(unwritable.err.find(nowhere), std::string::npos) << unwritable.err;
 
-  const Finished swapped = Cwm({"report", page, cloud});
+  const ProcessResult swapped = Cwm({"report", page, cloud});
   EXPECT_EQ(swapped.exit_code, kUsage);
   EXPECT_NE(swapped.err.find("must end in .html"), std::string::npos) << swapped.err;
 
-  const Finished alone =
+  const ProcessResult alone =
       RunProgram({Program("cwm"), "--addr", "unix:" + scratch() / "nobody", "report", cloud, page});
   EXPECT_EQ(alone.exit_code, kUnavailable);
   EXPECT_FALSE(std::filesystem::exists(page));

@@ -85,22 +85,24 @@ TEST_F(RobotQuery, IsAnsweredAsIfTheWorldWereChanged) {
   EXPECT_EQ(supposing({"allow post,arm:hand"}), "VERDICT_FREE");
   EXPECT_EQ(supposing({"attach post arm:hand"}), "VERDICT_FREE");
   EXPECT_EQ(Verdicts(check)[0], "VERDICT_COLLISION") << "nothing was changed";
-  const Finished wrong = Cwm({"check", "--robot", "arm", "--what-if", "remove nobody"});
+  const ProcessResult wrong = Cwm({"check", "--robot", "arm", "--what-if", "remove nobody"});
   EXPECT_EQ(wrong.exit_code, 3) << wrong.err;
 }
 
 TEST_F(RobotQuery, ShowsLinksToPeople) {
-  const Finished table = Cwm({"check", "--robot", "arm", "--joints", "0,0", "--joints", "bent"});
+  const ProcessResult table =
+      Cwm({"check", "--robot", "arm", "--joints", "0,0", "--joints", "bent"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   for (const char* text : {"BODY LINK", "post", "itself", "hand", "base", "2 of 2 rows"}) {
     EXPECT_THAT(table.out, HasSubstr(text));
   }
-  const Finished near =
+  const ProcessResult near =
       Cwm({"distance", "--robot", "arm", "--joints", "aside", "--max-results", "2"});
   EXPECT_THAT(near.out, HasSubstr("itself"));
   EXPECT_THAT(near.out, HasSubstr("post"));
   EXPECT_THAT(Cwm({"contacts", "--robot", "arm"}).out, HasSubstr("hand"));
-  const Finished motion = Cwm({"motion", "--robot", "arm", "--joints", "aside", "--joints", "0,0"});
+  const ProcessResult motion =
+      Cwm({"motion", "--robot", "arm", "--joints", "aside", "--joints", "0,0"});
   for (const char* text : {"contact", "post", "hand", "FREE TO", "exact", "1 of 1 motion"}) {
     EXPECT_THAT(motion.out, HasSubstr(text));
   }
@@ -116,7 +118,7 @@ TEST_F(RobotQuery, NamesTheJointThatIsOutOfItsLimits) {
       CwmJson({"motion", "--robot", "arm", "--joints", "1.5,0", "--joints", "3.1,0"});
   EXPECT_EQ(moved.at("rows").at(0).at("variable"), "shoulder");
   for (const char* command : {"check", "motion"}) {
-    const Finished table =
+    const ProcessResult table =
         Cwm({command, "--robot", "arm", "--joints", "1.5,0", "--joints", "1.5,3.1"});
     EXPECT_THAT(table.out, HasSubstr("OUT OF LIMITS"));
     EXPECT_THAT(table.out, HasSubstr("elbow"));
@@ -125,7 +127,7 @@ TEST_F(RobotQuery, NamesTheJointThatIsOutOfItsLimits) {
 
 TEST_F(RobotQuery, SaysByItsExitCodeWhatItMet) {
   const auto exit_code = [&](std::vector<std::string> arguments, const std::string& input = "") {
-    const Finished finished = Cwm(std::move(arguments), input);
+    const ProcessResult finished = Cwm(std::move(arguments), input);
     return finished.exit_code;
   };
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--exit-code"}), 10);
@@ -162,7 +164,8 @@ TEST_F(RobotQuery, SaysByItsExitCodeWhatItMet) {
       10);
   EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "aside"}), 1);
   EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "-"}, "[[0, 0], [1]]\n"), 8);
-  const Finished bad = Cwm({"check", "--robot", "arm", "--joints", "1.5,0", "--joints", "nan,0"});
+  const ProcessResult bad =
+      Cwm({"check", "--robot", "arm", "--joints", "1.5,0", "--joints", "nan,0"});
   EXPECT_THAT(bad.err, HasSubstr("subject.robot.rows.data row 1: shoulder is nan"));
   EXPECT_THAT(Cwm({"check", "--robot", "arm", "--joints", "nowhere"}).err,
               HasSubstr("named state: aside, bent"));
@@ -174,7 +177,7 @@ TEST_F(RobotQuery, TakesMotionsFromLinesAndAnswersEachByALine) {
       "{\"robot\": \"arm\", \"group\": \"both\", \"joints\": [[1.5, 0], [1, 0], [0, 0]]}\n"
       "{\"sphere\": 0.1, \"at\": [[0, 1, 0], [2, 1, 0], [2, 0, 0], [0, 0, 0]]}\n"
       "{\"object\": \"post\", \"at\": [[1, 0, 0.3], [1, 0, 5]]}\n";
-  const Finished answered = Cwm({"-o", "ndjson", "motion"}, lines);
+  const ProcessResult answered = Cwm({"-o", "ndjson", "motion"}, lines);
   EXPECT_EQ(answered.exit_code, 0) << answered.err;
   std::vector<json> rows;
   std::istringstream out(answered.out);

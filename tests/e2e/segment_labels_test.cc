@@ -118,14 +118,14 @@ TEST_F(SegmentLabels, AreTheSameBytesWhoeverAsksAndHoweverOften) {
 }
 
 TEST_F(SegmentLabels, ComeWithAReportInEveryForm) {
-  const Finished table = Cwm({"segment", cloud_, labelled_});
+  const ProcessResult table = Cwm({"segment", cloud_, labelled_});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_EQ(table.err, "") << "progress is for terminals";
   for (const char* words : {"307200 points, ", " explained (", "LABEL", "support_1", "object_1",
                             "coefficients ", "stages (ms): "}) {
     EXPECT_NE(table.out.find(words), std::string::npos) << words << " not in:\n" << table.out;
   }
-  const Finished line = Cwm({"-o", "ndjson", "ingest", cloud_});
+  const ProcessResult line = Cwm({"-o", "ndjson", "ingest", cloud_});
   EXPECT_EQ(line.exit_code, 0) << line.err;
   const json ingested = json::parse(line.out);
   EXPECT_EQ(ingested.at("report"), answer_.at("report"));

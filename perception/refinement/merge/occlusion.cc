@@ -7,7 +7,7 @@
 #include "perception/segmentation/sight_map.h"
 #include "perception/segmentation/surface_graph.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/prolonged.h"
+#include "perception/solids/extended_distance.h"
 
 namespace cwm::perception {
 namespace {
@@ -18,7 +18,7 @@ Vector3 InSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t
 
 }  // namespace
 
-SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
+VisibilityShares VisibilityBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
   const OrientedPoints& all = state.points();
   int through = 0, hidden = 0, seen = 0;
   for (std::size_t line = 0; line < kLinesOfSight; ++line) {
@@ -27,7 +27,7 @@ SightBetween LookBetween(const SceneState& state, const PointSet& a, const Point
     for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
       const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
       const Eigen::Vector3f place = (1 - t) * all.points[i] + t * all.points[j];
-      const Visibility sight = state.sight()->Look(place, LargestJump_m(all.sigma_m[i]));
+      const Visibility sight = state.sight()->VisibilityAt(place, MaxJump_m(all.sigma_m[i]));
       ++seen;
       through += sight == Visibility::kSeenThrough;
       hidden += sight == Visibility::kHidden;
@@ -42,8 +42,8 @@ bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t 
 }
 
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
-  return ProlongedDistance_m(solid.shape, InSolid(solid, all, point)) <=
-         BelongsWithin_m(all.sigma_m[point]);
+  return ExtendedDistance_m(solid.shape, InSolid(solid, all, point)) <=
+         AssignmentTolerance_m(all.sigma_m[point]);
 }
 
 }  // namespace cwm::perception

@@ -95,8 +95,8 @@ void AddCost(const std::string& key, const std::string& what, const std::vector<
   report.Add({.key = key,
               .value = Median(our_us),
               .unit = "us",
-              .rival = "the other server",
-              .rival_value = Median(other_us),
+              .baseline = "the other server",
+              .baseline_value = Median(other_us),
               .ratio = Median(cpu_ratios),
               .how = what + text});
 }

@@ -75,7 +75,7 @@ void CallWithRetry(const std::shared_ptr<grpc::Channel>& channel, const CallPlan
     if (over) return;
     const grpc::Status status = call.status();
     const bool done = call.Outcome() != "open";
-    const client::ErrorDetails details = client::DetailsOf(client::FromGrpc(status));
+    const client::ErrorDetails details = client::DetailsOf(client::StatusFromGrpc(status));
     std::unique_lock lock(tally.mutex);
     if (done && status.ok()) {
       tally.latencies_s.push_back(SecondsSince(sent));

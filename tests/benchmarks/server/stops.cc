@@ -56,7 +56,7 @@ class PythonClients {
 
  private:
   testing::ScratchDirectory scratch_;
-  testing::Background program_;
+  testing::BackgroundProcess program_;
 };
 
 // The time to stop, in seconds; empty if it could not be measured.
@@ -154,7 +154,7 @@ class LoadOnStop {
 
   void Note(const std::string& kind, bool begun_before, const HeldCall& call) {
     const grpc::Status status = call.status();
-    const client::ErrorDetails details = client::DetailsOf(client::FromGrpc(status));
+    const client::ErrorDetails details = client::DetailsOf(client::StatusFromGrpc(status));
     std::string end = call.Outcome();
     const bool draining = details.reason == "SERVER_DRAINING" && details.retry_after_s.has_value();
     if (draining) end = "SERVER_DRAINING";

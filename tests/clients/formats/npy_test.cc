@@ -58,7 +58,7 @@ class NumpyFile : public ::testing::Test {
   // Saves the array that the Python expression evaluates to.
   absl::StatusOr<CloudFile> Saved(const std::string& expression) const {
     const std::string file = scratch_ / "points.npy";
-    const testing::Finished run = testing::RunProgram(
+    const testing::ProcessResult run = testing::RunProgram(
         {"/usr/bin/python3", "-c",
          "import numpy as np, sys\na = np.arange(12.0).reshape(4, 3) / 8\n"
          "s = np.zeros(2, np.dtype([('label', 'u1'), ('x', '>f4'), ('y', '<f8'), ('z', '<i2'),"

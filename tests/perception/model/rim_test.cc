@@ -48,7 +48,7 @@ bool InDisc(const Vector2& p) { return p.norm() < kRadius_m; }
 // The input of a fit, made of these points.
 struct Fixture {
   explicit Fixture(const OrientedPoints& face)
-      : points(ThinForSearch(face, face.size())), octree(points), connectivity(points) {}
+      : points(SubsampleForSearch(face, face.size())), octree(points), connectivity(points) {}
 
   Vector3 Local(const Vector3& p) const { return p - points.origin_L; }
   PlaneModel Level() const { return {.point = Local(Vector3::Zero()), .normal = Vector3::UnitZ()}; }

@@ -112,7 +112,7 @@ TEST_F(RuleExpiryTest, WatchesAreWokenByAnExpiry) {
   const auto step = (*watch)->Next();
   ASSERT_TRUE(step.ok() && step->has_value());
   ASSERT_EQ((*step)->rule_deltas.size(), 1u);
-  EXPECT_TRUE((*step)->rule_deltas[0].after.SaysNothing());
+  EXPECT_TRUE((*step)->rule_deltas[0].after.IsEmpty());
   for (const auto end = Clock::now() + kPatience; wakes == 0 && Clock::now() < end;) {
     std::this_thread::sleep_for(milliseconds(1));
   }

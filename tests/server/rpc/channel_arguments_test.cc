@@ -41,7 +41,7 @@ std::uint32_t NumberIn(const std::string& bytes, std::size_t at, std::size_t siz
 
 TEST_F(ChannelArgumentsTest, TheSettingsTellTheLimitsOfTheServer) {
   const RawPeer peer(address_);
-  ASSERT_TRUE(peer.Send(Http2Beginning()));
+  ASSERT_TRUE(peer.Send(Http2ClientPreface()));
   const std::string header = peer.Receive(9, kSoon);
   ASSERT_EQ(header.size(), 9U);
   ASSERT_EQ(header[3], 4) << "a SETTINGS frame comes first";
@@ -90,7 +90,7 @@ TEST_F(ChannelArgumentsTest, CompressedCallsAreRefusedAndNeverInflated) {
 
 TEST_F(ChannelArgumentsTest, APeerThatAnswersNoPingIsClosed) {
   const RawPeer peer(address_);
-  ASSERT_TRUE(peer.Send(Http2Beginning()));
+  ASSERT_TRUE(peer.Send(Http2ClientPreface()));
   const auto begun = Clock::now();
   EXPECT_TRUE(peer.IsClosedWithin(kSoon));
   EXPECT_GE(Clock::now() - begun, kKeepalive);
@@ -98,7 +98,7 @@ TEST_F(ChannelArgumentsTest, APeerThatAnswersNoPingIsClosed) {
 
 TEST_F(ChannelArgumentsTest, APeerThatAnswersPingsStays) {
   const RawPeer peer(address_);
-  ASSERT_TRUE(peer.Send(Http2Beginning()));
+  ASSERT_TRUE(peer.Send(Http2ClientPreface()));
   const auto until = Clock::now() + 10 * kKeepalive;
   int pings = 0;
   while (Clock::now() < until) {

@@ -182,7 +182,7 @@ TEST_F(RobotQueries, AnswerAsTheCoreDoesByteForByte) {
   EXPECT_EQ(moved.hi(), Bytes(motions.hi));
   EXPECT_EQ(moved.clearance_m(), Bytes(motions.clearance_m));
   EXPECT_EQ(moved.object_index(), Bytes(motions.object));
-  EXPECT_EQ(moved.trust().size(), motions.trust.size());
+  EXPECT_EQ(moved.trust().size(), motions.accuracy.size());
   for (const char some : {v1::MOTION_VERDICT_CONTACT, v1::MOTION_VERDICT_OUT_OF_LIMITS}) {
     EXPECT_THAT(moved.verdicts(), ::testing::Contains(some));
   }

@@ -99,7 +99,7 @@ class SocketLockOfStranger : public ::testing::Test {
 
 // In a world-writable directory another user may have created the file first.
 TEST_F(SocketLockOfStranger, AFileOfAnotherUserIsNotBelievedAndNotWrittenTo) {
-  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a file another user's";
+  if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can make a file another user's";
   ASSERT_EQ(chmod(scratch_.path().c_str(), 01777), 0);
   testing::OtherUser stranger(testing::kNobody, [&]() -> std::string {
     std::ofstream(file_) << "theirs";

@@ -158,7 +158,7 @@ TEST_F(SmallSockets, MoreThanThereMayBeAreRefused) {
   EXPECT_EQ(second->status(), 101);
   EXPECT_EQ(WebSocketClient(port()).status(), 503);
   // A browser hides the reason from its page, which can request it without opening a socket.
-  const testing::HttpAnswer why = Ask("/socket");
+  const testing::HttpResponse why = SendRequest("/socket");
   EXPECT_EQ(why.status, 503);
   EXPECT_THAT(why.body, HasSubstr("socket: there are 2 already, must be at most as many"));
   second.reset();

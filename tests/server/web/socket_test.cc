@@ -225,7 +225,7 @@ TEST_F(SocketTest, BadHandshakesAndFramesEndTheConnection) {
   for (std::size_t spoiled = 0; spoiled < 3; ++spoiled) {  // any key is valid
     testing::HttpFields fields = good;
     fields[spoiled].second = "nonsense";
-    const auto answer = Ask("/socket", fields);
+    const auto answer = SendRequest("/socket", fields);
     EXPECT_TRUE(answer.status == 426 || answer.status == 400)
         << good[spoiled].first << " " << answer.status;
   }

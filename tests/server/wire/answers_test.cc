@@ -38,7 +38,8 @@ class Answers : public ::testing::Test {
     pairs_.object = {2, 0, 2};
     pairs_.body_part = {0, 1, 2};
     pairs_.object_part = {3, 4, 5};
-    pairs_.trust = {collision::Trust::kExact, collision::Trust::kBounded, collision::Trust::kExact};
+    pairs_.accuracy = {collision::Accuracy::kExact, collision::Accuracy::kBounded,
+                       collision::Accuracy::kExact};
     pairs_.bound_m = {0, 0.125, 0};
   }
   AnswerContext Context(Form form, Precision precision = Precision::kDouble) const {
@@ -80,15 +81,15 @@ TEST_F(Answers, SinglePrecisionRoundsEachNumberOnce) {
 }
 
 TEST_F(Answers, BoundsAreLeftOutWhereAllIsExact) {
-  pairs_.trust.assign(3, collision::Trust::kExact);
+  pairs_.accuracy.assign(3, collision::Accuracy::kExact);
   v1::GetDistancesResponse response;
   DistanceAnswersToProto(pairs_, Context(Form::kColumns), &response);
   EXPECT_TRUE(response.columns().bound_m().empty());
 }
 
 TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
-  pairs_.trust = {collision::Trust::kExact, collision::Trust::kSurfaceOnly,
-                  collision::Trust::kDegraded};
+  pairs_.accuracy = {collision::Accuracy::kExact, collision::Accuracy::kSurfaceOnly,
+                     collision::Accuracy::kDegraded};
   pairs_.bound_m = {1e-9, 0.1, 0.5};  // for a degraded answer, of the part that an engine computed
   for (const Precision precision : {Precision::kDouble, Precision::kSingle}) {
     v1::GetDistancesResponse columns;
@@ -135,7 +136,7 @@ TEST_F(Answers, VerdictsNameThePairThatTold) {
       .object = {-1, 1},
       .body_part = {-1, 0},
       .object_part = {-1, 2},
-      .trust = {collision::Trust::kExact, collision::Trust::kExact},
+      .accuracy = {collision::Accuracy::kExact, collision::Accuracy::kExact},
       .completed = 2};
   v1::CheckCollisionsResponse columns;
   CollisionAnswersToProto(answers, Context(Form::kColumns), &columns);
@@ -157,7 +158,7 @@ TEST_F(Answers, RowsThatAreNotComputedHaveNoTrust) {
       .object = {-1, -1},
       .body_part = {-1, -1},
       .object_part = {-1, -1},
-      .trust = {collision::Trust::kExact, collision::Trust::kDegraded},
+      .accuracy = {collision::Accuracy::kExact, collision::Accuracy::kDegraded},
       .completed = 1};
   v1::CheckCollisionsResponse columns;
   CollisionAnswersToProto(answers, Context(Form::kColumns), &columns);
@@ -176,7 +177,7 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
       .gradient = {0, 0, 0, 0, 0, 1},
       .object = {0, 2},
       .object_part = {0, 1},
-      .trust = {collision::Trust::kExact, collision::Trust::kExact},
+      .accuracy = {collision::Accuracy::kExact, collision::Accuracy::kExact},
       .bounds = {},
       .completed = 2};
   v1::SamplePointsResponse exact;
@@ -185,7 +186,7 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
   EXPECT_EQ(exact.objects(0).name(), "c");
   EXPECT_THAT(NumbersIn<std::int32_t>(exact.object_index()), ElementsAre(-1, 0));
   EXPECT_EQ(exact.bound_m(), "");
-  answers.trust[1] = collision::Trust::kBounded;
+  answers.accuracy[1] = collision::Accuracy::kBounded;
   answers.bounds = {{.row = 1, .bound_m = 0.5}};
   v1::SamplePointsResponse bounded;
   SampleAnswersToProto(answers, Context(Form::kColumns), &bounded);
@@ -201,7 +202,7 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
 TEST_F(Answers, OfARobotNameItsLinks) {
   AnswerContext context = Context(Form::kColumns);
   context.body.links = {"base", "arm", "hand"};
-  pairs_.object = {2, 0, collision::kItself};
+  pairs_.object = {2, 0, collision::kSelfObject};
   pairs_.body_part = {0, 1, 0};
   pairs_.object_part = {3, 4, 2};
   v1::GetDistancesResponse columns;
@@ -220,10 +221,10 @@ TEST_F(Answers, OfARobotNameItsLinks) {
   EXPECT_EQ(itself.body_link(), "base");
   EXPECT_EQ(itself.object_link(), "hand");
   const collision::CollisionColumns verdicts{.verdict = {collision::Verdict::kCollision},
-                                             .object = {collision::kItself},
+                                             .object = {collision::kSelfObject},
                                              .body_part = {1},
                                              .object_part = {2},
-                                             .trust = {collision::Trust::kDegraded},
+                                             .accuracy = {collision::Accuracy::kDegraded},
                                              .completed = 1};
   v1::CheckCollisionsResponse checked;
   CollisionAnswersToProto(verdicts, context, &checked);
@@ -236,14 +237,14 @@ TEST_F(Answers, OfARobotNameItsLinks) {
 class MotionAnswers : public Answers {
  protected:
   MotionAnswers() {
-    using collision::kItself;
+    using collision::kSelfObject;
     using collision::MotionVerdict;
-    for (const collision::MotionAnswer& answer : std::vector<collision::MotionAnswer>{
+    for (const collision::MotionResult& answer : std::vector<collision::MotionResult>{
              {.verdict = MotionVerdict::kFree,
            .lo = 0,
            .hi = 1,
            .clearance_m = 0.1 / 7,
-           .trust = collision::Trust::kSurfaceOnly},
+           .accuracy = collision::Accuracy::kSurfaceOnly},
              {.verdict = MotionVerdict::kContact,
              .segment = 3,
              .lo = 0.1,
@@ -251,19 +252,19 @@ class MotionAnswers : public Answers {
              .object = 2,
              .body_part = 1,
              .object_part = 5,
-             .trust = collision::Trust::kBounded},
+             .accuracy = collision::Accuracy::kBounded},
              {.verdict = MotionVerdict::kContact,
              .segment = 0,
              .lo = 0.7,
              .hi = 0.9,
-             .object = kItself,
+             .object = kSelfObject,
              .body_part = 0,
              .object_part = 1},
              {.verdict = MotionVerdict::kGrazing, .segment = 1, .lo = 0.3, .hi = 0.4},
              {.verdict = MotionVerdict::kUndecided, .segment = 2, .lo = 0.5, .hi = 0.6},
              {.verdict = MotionVerdict::kOutOfLimits,
              .segment = 4,
-             .trust = collision::Trust::kDegraded}}) {
+             .accuracy = collision::Accuracy::kDegraded}}) {
       Append(motions_, answer);
       ++motions_.completed;
     }

@@ -198,9 +198,9 @@ TEST_F(RobotSubjects, AreAskedForAScope) {
   robot_.set_scope(v1::ROBOT_SCOPE_WORLD);
   EXPECT_TRUE(Convert()->body.self_pairs.empty());
   robot_.set_scope(v1::ROBOT_SCOPE_SELF);
-  EXPECT_FALSE(Convert()->body.asks_world);
+  EXPECT_FALSE(Convert()->body.tests_world);
   robot_.set_scope(v1::ROBOT_SCOPE_UNSPECIFIED);
-  EXPECT_TRUE(Convert()->body.asks_world);
+  EXPECT_TRUE(Convert()->body.tests_world);
   EXPECT_FALSE(Convert()->body.self_pairs.empty());
   robot_.set_scope(static_cast<v1::RobotScope>(9));
   ExpectFault("robot.scope", "is 9");
@@ -211,7 +211,7 @@ TEST_F(RobotSubjects, AreOfSpheresWhereTheyHaveSome) {
   const auto query = Convert();
   ASSERT_TRUE(query.ok()) << query.status();
   EXPECT_THAT(BodyNamesOf(*query).links, ElementsAre("base", "base"));
-  EXPECT_EQ(query->body.best_trust, collision::Trust::kDegraded);
+  EXPECT_EQ(query->body.best_accuracy, collision::Accuracy::kDegraded);
   robot_.set_robot("bare");
   const absl::Status none = Convert().status();
   EXPECT_EQ(none.code(), absl::StatusCode::kFailedPrecondition);
