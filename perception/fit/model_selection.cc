@@ -1,11 +1,11 @@
 #include "perception/fit/model_selection.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/quantile.h"
 #include "perception/fit/ground_contact.h"
 #include "perception/fit/solid.h"
@@ -46,7 +46,7 @@ Vector3 AxisOfFan(const std::vector<SamplePoint>& fan, FanCenter center) {
     products += s.n * s.n.transpose() / static_cast<double>(fan.size());
   }
   if (center == FanCenter::kMean) products -= mean * mean.transpose();
-  return Eigen::SelfAdjointEigenSolver<Matrix3>(products).eigenvectors().col(0);
+  return EigenOfSymmetric(products).vectors.col(0);
 }
 
 PlaneModel MeanPlane(const std::vector<SamplePoint>& fan) {

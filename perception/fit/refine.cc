@@ -1,6 +1,6 @@
 #include "perception/fit/refine.h"
+#include "perception/cloud/decompositions.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -144,7 +144,7 @@ bool IsDetermined(const Matrix& information) {
   if (!(diagonal.minCoeff() > 0) || !diagonal.isFinite().all()) return false;
   const auto scale = diagonal.sqrt().inverse().matrix().asDiagonal();
   const Matrix scaled = scale * information * scale;
-  return scaled.ldlt().vectorD().minCoeff() > kMinPivot;
+  return MinPivot(scaled) > kMinPivot;
 }
 
 }  // namespace
@@ -162,7 +162,7 @@ std::optional<Refined<M>> Refine(const M& start, const ModelPoints& points,
     if (!IsDetermined(sum.information)) return std::nullopt;
     auto damped = sum.information;
     damped.diagonal() *= 1 + damping;
-    const M moved = model.Moved(-damped.ldlt().solve(sum.slope));
+    const M moved = model.Moved(-SolveSymmetric(damped, sum.slope));
     const Normal<M> next = Accumulate(moved, observations, options);
     if (next.loss < sum.loss) {
       const bool converged = sum.loss - next.loss < kMinDecrease * sum.loss;

@@ -1,12 +1,12 @@
 #include "perception/fit/rim.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
@@ -157,7 +157,7 @@ std::optional<Circle> FitCircle(std::vector<Edge> edges) {
       right += e.radius_m * row;
     }
     if (std::abs(normal.determinant()) < 1e-3) return std::nullopt;  // too short an arc
-    const Vector3 x = normal.ldlt().solve(right);
+    const Vector3 x = SolveSymmetric(normal, right);
     const auto residual_m = [&x](const Edge& e) {
       return e.radius_m - x.x() * std::cos(e.angle_rad) - x.y() * std::sin(e.angle_rad) - x.z();
     };

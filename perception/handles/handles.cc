@@ -1,6 +1,5 @@
 #include "perception/handles/handles.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <variant>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/seen_width.h"
 #include "perception/cloud/slenderness.h"
@@ -95,7 +95,7 @@ Placed<Box> PrincipalBox(const OrientedPoints& points, const std::vector<std::ui
     const Vector3 x = points.points[i].cast<double>() - mean;
     covariance += x * x.transpose();
   }
-  const Matrix3 vectors = Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvectors();
+  const Matrix3 vectors = EigenOfSymmetric(covariance).vectors;
   Placed<Box> box;
   Matrix3 R;
   R.col(0) = CanonicalAxis(vectors.col(2), Vector3::UnitZ());

@@ -1,6 +1,5 @@
 #include "perception/handles/vessel_handles.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/seen_width.h"
 #include "perception/cloud/slenderness.h"
@@ -50,7 +50,7 @@ double BendOf_m(const std::vector<Eigen::Vector3f>& points) {
     const Vector3 x = p.cast<double>() - mean;
     covariance += x * x.transpose();
   }
-  const Vector3 second = Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvectors().col(1);
+  const Vector3 second = EigenOfSymmetric(covariance).vectors.col(1);
   std::vector<double> along;
   for (const Eigen::Vector3f& p : points) along.push_back(second.dot(p.cast<double>()));
   return (Quantile(along, kNearlyAll) - Quantile(along, 1 - kNearlyAll)) / (2 * kNearlyAll - 1);

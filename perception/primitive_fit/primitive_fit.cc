@@ -1,6 +1,5 @@
 #include "perception/primitive_fit/primitive_fit.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/distance_to_shape.h"
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/fit/refine.h"
 #include "perception/primitive_fit/primitive_fit_ends.h"
@@ -186,7 +186,7 @@ class Descent {
       Eigen::MatrixXd damped = information;
       damped.diagonal() *= 1 + damping_;
       damped.diagonal().array() += kMinInformation;
-      Minimum next{at.x - damped.ldlt().solve(slope), {}};
+      Minimum next{at.x - SolveSymmetric(damped, slope), {}};
       if (!IsValid(kind_, next.x, context_.options)) continue;
       next.residuals = Residuals(kind_, next.x, evidence_);
       if (!(Loss(next) < Loss(at))) continue;

@@ -1,10 +1,10 @@
 #include "perception/primitive_fit/primitive_fit_misfit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
@@ -69,7 +69,7 @@ double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& point
   const Eigen::VectorXd toward = each * terms.transpose() * pulled;
   Eigen::MatrixXd information = each * terms.transpose() * terms;
   information.diagonal().array() += 1;
-  squares -= toward.dot(information.ldlt().solve(toward)) / each;
+  squares -= toward.dot(SolveSymmetric(information, toward)) / each;
   return CriterionOf(squares / static_cast<double>(count), c.points.size(), parameters, c).value;
 }
 

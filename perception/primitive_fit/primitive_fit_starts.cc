@@ -1,7 +1,5 @@
 #include "perception/primitive_fit/primitive_fit_starts.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +8,7 @@
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/polygon.h"
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/solids/plane_solid.h"
@@ -69,7 +68,7 @@ std::optional<Round<kDimension>> RoundThrough(const std::vector<Vector3>& points
     normal += row * row.transpose();
     right += p.head<kDimension>().squaredNorm() * row;
   }
-  const Row x = normal.ldlt().solve(right);
+  const Row x = SolveSymmetric(normal, right);
   const Round<kDimension> round{
       x.template head<kDimension>(),
       std::sqrt(x(kDimension) + x.template head<kDimension>().squaredNorm())};
@@ -115,7 +114,7 @@ double PrincipalYaw_rad(const PointsOnGround& points) {
   for (const Vector3& p : points.p_G) {
     spread += (p.head<2>() - mean) * (p.head<2>() - mean).transpose();
   }
-  const Vector2 d = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(1);
+  const Vector2 d = EigenOfSymmetric(spread).vectors.col(1);
   return std::atan2(d.y(), d.x());
 }
 
@@ -150,7 +149,7 @@ std::vector<PrimitiveParameters> LeaningStarts(const PointsOnGround& points) {
   for (const Vector3& p : points.p_G) mean += p / static_cast<double>(points.p_G.size());
   Matrix3 spread = Matrix3::Zero();
   for (const Vector3& p : points.p_G) spread += (p - mean) * (p - mean).transpose();
-  Vector3 axis = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors().col(2);
+  Vector3 axis = EigenOfSymmetric(spread).vectors.col(2);
   if (axis.z() < 0) axis = -axis;
   const double yaw_rad = std::atan2(axis.y(), axis.x());
   const Vector3 across(-std::sin(yaw_rad), std::cos(yaw_rad), 0);

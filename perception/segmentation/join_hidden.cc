@@ -1,10 +1,10 @@
 #include "perception/segmentation/join_hidden.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/segmentation/long_planes.h"
 #include "perception/segmentation/plane_fit.h"
@@ -95,12 +95,11 @@ class CommonCylinder {
         sum += n * n.transpose() / static_cast<double>(members->size());
       }
     }
-    Eigen::SelfAdjointEigenSolver<Matrix3> solver(sum / 2);
+    const SymmetricEigen<3> eigen = EigenOfSymmetric(Matrix3(sum / 2));
     // derived: the normals of a visible arc of +-35 degrees have these second moments; noise of 5
     // degrees along the axis has 0.008.
-    curved_ = solver.eigenvalues()(0) < 0.03 && solver.eigenvalues()(1) > 0.08;
-    basis_ << solver.eigenvectors().col(1), solver.eigenvectors().col(2),
-        solver.eigenvectors().col(0);
+    curved_ = eigen.values(0) < 0.03 && eigen.values(1) > 0.08;
+    basis_ << eigen.vectors.col(1), eigen.vectors.col(2), eigen.vectors.col(0);
     if (curved_) FitCircle(a, b);
   }
 
@@ -135,7 +134,7 @@ class CommonCylinder {
         right += weight * row * p.squaredNorm();
       }
     }
-    const Vector3 solution = sum.ldlt().solve(right);
+    const Vector3 solution = SolveSymmetric(sum, right);
     center_ = origin + solution.head<2>();
     radius_m_ = std::sqrt(std::max(0.0, solution.z() + solution.head<2>().squaredNorm()));
   }

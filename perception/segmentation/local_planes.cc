@@ -1,12 +1,12 @@
 #include "perception/segmentation/local_planes.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
@@ -55,9 +55,10 @@ std::optional<LocalPlane> FitAround(const OrientedPoints& points,
   }
   constexpr double kCount = kNeighbours, kFreedom = kNeighbours - 3;
   mean /= kCount;
-  const Eigen::SelfAdjointEigenSolver<Matrix3> axes(products / kCount - mean * mean.transpose());
-  const Vector3 spread = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
-  const Vector3 normal = axes.eigenvectors().col(0);
+  const Matrix3 covariance = products / kCount - mean * mean.transpose();
+  const SymmetricEigen<3> axes = EigenOfSymmetric(covariance);
+  const Vector3 spread = axes.values.cwiseMax(0).cwiseSqrt();
+  const Vector3 normal = axes.vectors.col(0);
   const double cosine = std::abs(normal.dot((p - points.viewpoint).normalized()));
   if (cosine < kGrazing_sin) return std::nullopt;
   return LocalPlane{.middle = middle,

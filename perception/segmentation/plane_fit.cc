@@ -1,8 +1,8 @@
 #include "perception/segmentation/plane_fit.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/split_mix.h"
 #include "perception/cloud/tolerances.h"
 
@@ -80,9 +80,9 @@ std::optional<Plane> RefinePlane(const Plane& start, const OrientedPoints& point
     }
     const Vector3 mean = sum / weights;
     const Matrix3 covariance = products / weights - mean * mean.transpose();
-    Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance);
-    if (solver.eigenvalues()(1) < 1e-12) return std::nullopt;  // on a line
-    Vector3 normal = solver.eigenvectors().col(0);
+    const SymmetricEigen<3> eigen = EigenOfSymmetric(covariance);
+    if (eigen.values(1) < 1e-12) return std::nullopt;  // on a line
+    Vector3 normal = eigen.vectors.col(0);
     if (normal.dot(plane.normal) < 0) normal = -normal;
     plane = {normal, normal.dot(origin + mean)};
   }

@@ -1,11 +1,11 @@
 #include "perception/segmentation/support_surface.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
@@ -199,7 +199,7 @@ bool SupportSurface::IsBallOnIt(const NodeList& over) const {
     normal += row * row.transpose();
     right += p.squaredNorm() * row;
   }
-  const Eigen::Vector4d x = normal.ldlt().solve(right);
+  const Eigen::Vector4d x = SolveSymmetric(normal, right);
   const double radius_m = std::sqrt(x[3] + x.head<3>().squaredNorm());
   if (!(radius_m < 0.5 * kWidestRound_m + kFootHeight_m)) return false;
   std::size_t asked = 0, on = 0;

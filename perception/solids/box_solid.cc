@@ -1,10 +1,10 @@
 #include "perception/solids/box_solid.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
@@ -59,8 +59,7 @@ Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const V
   if (faces.size() == 2) {
     columns.col(2) = total * columns.col(0).normalized().cross(columns.col(1).normalized());
   }
-  const Eigen::JacobiSVD<Matrix3> svd(columns, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3 R = svd.matrixU() * svd.matrixV().transpose();
+  Matrix3 R = NearestOrthogonal(columns);
   if (R.determinant() < 0) R.col(2) = -R.col(2);  // a left-handed corner; the signs are arbitrary
   R = CanonicalBoxAxes(R);
   if (R.col(2).dot(up) > std::cos(kUprightWithin_rad)) {

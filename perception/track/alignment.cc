@@ -1,6 +1,6 @@
 #include "perception/track/alignment.h"
+#include "perception/cloud/decompositions.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -97,7 +97,7 @@ Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& sur
     const Normals sums = Linearise(points_L, surface, X_LO, lever, current_gate_m);
     if (!(sums.weight > 0)) return X_LO;
     const Matrix6 damped = sums.information + kDamping * sums.weight * Matrix6::Identity();
-    X_LO = Moved(X_LO, damped.ldlt().solve(sums.pull), lever);
+    X_LO = Moved(X_LO, SolveSymmetric(damped, sums.pull), lever);
     current_gate_m = std::max(gate_m, kGateShrink * current_gate_m);
   }
   return X_LO;

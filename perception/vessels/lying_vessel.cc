@@ -1,10 +1,10 @@
 #include "perception/vessels/lying_vessel.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <variant>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/vessels/shell_fit.h"
 
@@ -60,7 +60,7 @@ class LyingVesselSearch {
       moments += n * n.transpose();
     }
     if (mean.norm() > 0) TryAxis(mean.normalized());
-    TryAxis(Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors().col(0));
+    TryAxis(EigenOfSymmetric(moments).vectors.col(0));
   }
 
   // True if the best shell explains nearly all points; the rest may be handles.

@@ -1,6 +1,5 @@
 #include "perception/vessels/revolved_wall.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include <random>
 #include <span>
 
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/cloud/tolerances.h"
@@ -302,7 +302,7 @@ class WallFitter {
     normal.bottomRightCorner<2, 2>().diagonal().array() += prior;
     right.tail<2>() -= prior * wall_.lean;
     if (!(normal(0, 0) > 0 && normal(1, 1) > 0)) return false;
-    const Row step = normal.ldlt().solve(right);
+    const Row step = SolveSymmetric(normal, right);
     if (!step.allFinite()) return false;
     wall_.foot += step.head<2>();
     wall_.lean += step.tail<2>();

@@ -1,6 +1,5 @@
 #include "perception/refinement/split/split_rows.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -11,6 +10,7 @@
 #include <optional>
 
 #include "collision/geometry/aabb.h"
+#include "perception/cloud/decompositions.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/refinement/criterion.h"
 #include "perception/refinement/evidence.h"
@@ -68,8 +68,7 @@ double YawOfExtent(const Standing& standing) {
     const Vector2 d = p.head<2>() - standing.middle;
     spread += d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
-  const Vector2 longest = solver.eigenvectors().col(1);
+  const Vector2 longest = EigenOfSymmetric(spread).vectors.col(1);
   return std::atan2(longest.y(), longest.x());
 }
 
