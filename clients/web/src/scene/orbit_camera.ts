@@ -69,16 +69,18 @@ export class OrbitCamera {
     this.camera.up.set(0, 0, 1);
   }
 
-  // The view that shows all of `bounds` from near the sensor's side; also the target of the Home
-  // key, which the first of the attached elements keeps.
+  // Shows all of `bounds` from near the sensor's side, and makes this view the home.
   setHome(bounds: Box3, sensor: Vector3): void {
     const from = new Spherical().setFromVector3(toYUp(sensor.clone().sub(bounds.getCenter(new Vector3()))));
     from.radius = 1;
     from.theta += besideSensor_rad;
     from.phi = Math.min(Math.max(from.phi, leastPolar_rad), mostPolar_rad);
     this.look(fittingView(bounds, toZUp(new Vector3().setFromSpherical(from))));
-    this.controls[0]?.saveState();
+    this.keepHome();
   }
+
+  // Makes the present view the target of the Home key; the first element's controls remember it.
+  keepHome(): void { this.controls[0]?.saveState(); }
 
   home(): void { this.controls[0]?.reset(); }
 
