@@ -319,6 +319,40 @@ test("what is unticked is not drawn, and the keys find what they promise", async
   assert.ok(await page.page.isVisible("dialog.help"));
 });
 
+test("keys turn, move and zoom the view and go back to the first one", async () => {
+  await server.cwm("put", "crate", "--box", "0.2,0.2,0.2", "--at", "0,0,0.5");
+  await server.cwm("put", "ball", "--sphere", "0.1", "--at", "0.6,0,0.5");
+  await open();
+  await page.settle(2);
+  // The first picture is drawn anew for some time while more arrives; a key ends that.
+  await page.page.focus(".stage");
+  await page.page.keyboard.press("1");
+  type Place = { x: number; y: number };
+  const places = (): Promise<Place[]> => Promise.all([0, 0.6].map((x) => page.project(x, 0, 0.5)));
+  const apart = ([a, b]: Place[]): number => Math.hypot((a?.x ?? NaN) - (b?.x ?? NaN), (a?.y ?? NaN) - (b?.y ?? NaN));
+  await page.settle(2);
+  const first = await places();
+  const isFirst = (now: Place[]): boolean =>
+    now.every(({ x, y }, i) => Math.hypot(x - (first[i]?.x ?? NaN), y - (first[i]?.y ?? NaN)) < 0.05);
+  const press = async (key: string, isRight: (now: Place[]) => boolean): Promise<void> => {
+    await page.page.keyboard.press(key);
+    await until(`${key} moved the view`, async () => isRight(await places()));
+  };
+  const [crate = { x: NaN, y: NaN }] = first;
+  for (const [key, back, isRight] of [
+    ["ArrowLeft", "ArrowRight", (now: Place[]) => apart(now) < 0.98 * apart(first)],
+    ["ArrowUp", "ArrowDown", (now: Place[]) => (now[0]?.y ?? NaN) > crate.y + 5],
+    ["Shift+ArrowLeft", "Shift+ArrowRight", (now: Place[]) => (now[0]?.x ?? NaN) > crate.x + 20],
+    ["Shift+ArrowUp", "Shift+ArrowDown", (now: Place[]) => (now[0]?.y ?? NaN) > crate.y + 20],
+    ["+", "-", (now: Place[]) => apart(now) > 1.05 * apart(first)],
+  ] as const) {
+    await press(key, isRight);
+    await press(back, isFirst);
+  }
+  for (const key of ["ArrowLeft", "Shift+ArrowUp", "+"]) await press(key, (now) => !isFirst(now));
+  await press("Home", isFirst);
+});
+
 const urdf = `<robot name="crane">
 <link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
 <link name="boom"><collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.1 0.1"/></geometry></collision></link>

@@ -5,7 +5,7 @@ import {
   DepthTexture, HalfFloatType, Mesh, NoBlending, PlaneGeometry, Scene, ShaderMaterial, UnsignedIntType, Vector2,
   WebGLRenderTarget, type PerspectiveCamera, type WebGLRenderer,
 } from "three";
-import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
+import { FullScreenQuad } from "three/addons/postprocessing/Pass.js";
 
 const multisampling = 4;
 

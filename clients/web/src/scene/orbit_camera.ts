@@ -1,6 +1,6 @@
 // A camera shared by all panes, which any of them can turn with the mouse, by touch and by keys.
 import { Box3, PerspectiveCamera, Spherical, Vector3 } from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const fieldOfView_deg = 35;  // upwards, in a pane of the usual aspect
 const widerThanHigh = 1.5;     // the usual aspect
@@ -13,6 +13,7 @@ const mostPolar_rad = 1.2;
 
 const keyTurn_rad = Math.PI / 36;
 const keyZoom = 0.9;
+const keyShift = 1 / 16;  // of a pane's height, if its aspect is the usual one
 
 // three.js measures polar angles from y; our up axis is z.
 const toYUp = (v: Vector3): Vector3 => new Vector3(v.x, v.z, -v.y);
@@ -33,7 +34,8 @@ function cornersOf(bounds: Box3): Vector3[] {
 }
 
 // The nearest view along `-direction` in which a pane of the usual aspect contains all corners,
-// centred on them. The corners are within `bounds`.
+// centred on them. The corners are within `bounds`. three.js's controls only move a camera; none of
+// its add-ons fits a view to a scene.
 function fittingView(bounds: Box3, direction: Vector3, corners = cornersOf(bounds)): View {
   const right = new Vector3(0, 0, 1).cross(direction).normalize();
   const up = direction.clone().cross(right);
@@ -62,39 +64,32 @@ export class OrbitCamera {
   readonly camera = new PerspectiveCamera(fieldOfView_deg);
   readonly target = new Vector3();
   private readonly controls: OrbitControls[] = [];
-  private readonly homePosition = new Vector3();
-  private readonly homeTarget = new Vector3();
 
   constructor(private readonly changed: () => void) {
     this.camera.up.set(0, 0, 1);
   }
 
-  // The view that shows all of `bounds` from near the sensor's side; also the target of the Home
-  // key.
+  // Shows all of `bounds` from near the sensor's side, and makes this view the home.
   setHome(bounds: Box3, sensor: Vector3): void {
     const from = new Spherical().setFromVector3(toYUp(sensor.clone().sub(bounds.getCenter(new Vector3()))));
     from.radius = 1;
     from.theta += besideSensor_rad;
     from.phi = Math.min(Math.max(from.phi, leastPolar_rad), mostPolar_rad);
-    const view = fittingView(bounds, toZUp(new Vector3().setFromSpherical(from)));
-    this.homeTarget.copy(view.target);
-    this.homePosition.copy(view.position);
-    this.home();
+    this.look(fittingView(bounds, toZUp(new Vector3().setFromSpherical(from))));
+    this.keepHome();
   }
 
-  home(): void {
-    this.camera.position.copy(this.homePosition);
-    this.moveTarget(this.homeTarget);
-  }
+  // Makes the present view the target of the Home key; the first element's controls remember it.
+  keepHome(): void { this.controls[0]?.saveState(); }
+
+  home(): void { this.controls[0]?.reset(); }
 
   // Shows all of the boxes, which must not be empty, from the present direction or along
   // `-direction`.
   frame(boxes: readonly Box3[], direction?: Vector3): void {
     const from = direction ?? this.camera.position.clone().sub(this.target);
     const all = boxes.reduce((sum, box) => sum.union(box), new Box3());
-    const view = fittingView(all, from.clone().normalize(), boxes.flatMap(cornersOf));
-    this.camera.position.copy(view.position);
-    this.moveTarget(view.target);
+    this.look(fittingView(all, from.clone().normalize(), boxes.flatMap(cornersOf)));
   }
 
   // Lets a pane's element turn the camera. If the page scrolls, the wheel zooms only while the
@@ -111,7 +106,7 @@ export class OrbitCamera {
       element.addEventListener("blur", () => { controls.enableZoom = false; });
     }
     element.addEventListener("pointerdown", () => element.focus({ preventScroll: true }));
-    element.addEventListener("keydown", (event) => this.onKey(event));
+    element.addEventListener("keydown", (event) => this.onKey(event, controls));
   }
 
   // Adapts the camera to a pane's aspect; a narrower pane than usual shows the same width.
@@ -125,41 +120,30 @@ export class OrbitCamera {
     this.camera.updateProjectionMatrix();
   }
 
-  private moveTarget(target: Vector3): void {
-    this.target.copy(target);
+  private look(view: View): void {
+    this.camera.position.copy(view.position);
+    this.target.copy(view.target);
     this.camera.lookAt(this.target);
-    for (const controls of this.controls) controls.update();
     this.changed();
   }
 
-  private turn(azimuth_rad: number, polar_rad: number, zoom: number): void {
-    const from = new Spherical().setFromVector3(toYUp(this.camera.position.clone().sub(this.target)));
-    from.theta += azimuth_rad;
-    from.phi = Math.min(Math.max(from.phi + polar_rad, 0.02), Math.PI - 0.02);
-    from.radius *= zoom;
-    this.camera.position.copy(toZUp(new Vector3().setFromSpherical(from))).add(this.target);
-    this.moveTarget(this.target);
-  }
-
-  private shift(right: number, up: number): void {
-    const step = 0.04 * this.camera.position.distanceTo(this.target);
-    const offset = new Vector3().setFromMatrixColumn(this.camera.matrix, 0).multiplyScalar(right * step)
-      .add(new Vector3().setFromMatrixColumn(this.camera.matrix, 1).multiplyScalar(up * step));
-    this.camera.position.add(offset);
-    this.moveTarget(this.target.clone().add(offset));
-  }
-
-  private onKey(event: KeyboardEvent): void {
+  // The keys of OrbitControls move where ours turn, and do not zoom, so only its moves are used.
+  private onKey(event: KeyboardEvent, controls: OrbitControls): void {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const arrows: Record<string, [number, number]> = {
       ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
     const arrow = arrows[event.key];
-    if (arrow && event.shiftKey) this.shift(arrow[0], arrow[1]);
-    else if (arrow) this.turn(arrow[0] * keyTurn_rad, -arrow[1] * keyTurn_rad, 1);
-    else if (event.key === "+" || event.key === "=") this.turn(0, 0, keyZoom);
-    else if (event.key === "-") this.turn(0, 0, 1 / keyZoom);
+    if (arrow && event.shiftKey) {
+      const { clientWidth, clientHeight } = event.currentTarget as HTMLElement;
+      const step_px = keyShift * Math.min(clientWidth / widerThanHigh, clientHeight);
+      controls.pan(-arrow[0] * step_px, arrow[1] * step_px);
+    } else if (arrow?.[0]) controls.rotateLeft(-arrow[0] * keyTurn_rad);
+    else if (arrow) controls.rotateUp(arrow[1] * keyTurn_rad);
+    else if (event.key === "+" || event.key === "=") controls.dollyIn(keyZoom);
+    else if (event.key === "-") controls.dollyOut(keyZoom);
     else if (event.key === "Home") this.home();
     else return;
+    this.changed();  // OrbitControls does not tell of moves below a millimetre
     event.preventDefault();
   }
 }

@@ -1,5 +1,6 @@
 // Text beside places of the world, as elements over the picture: it stays sharp, and none of it is
-// markup.
+// markup. The CSS2DRenderer of three.js shows labels that overlap and places them between pixels,
+// so they are chosen and placed here.
 import { Vector3, type Camera } from "three";
 import { element } from "../../page/dom";
 

@@ -1,9 +1,9 @@
 // Straight lines of one width in one draw call: frames, the box around the selection, marks of an
 // result.
 import { Color, Matrix4, Vector3, type Box3 } from "three";
-import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
-import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
-import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
 
 export interface Segment { from: Vector3; to: Vector3; color: string; }
 

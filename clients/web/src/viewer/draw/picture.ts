@@ -157,6 +157,7 @@ export class Picture {
     this.isFramed = true;
     this.stage.floor_m = Math.min(0, ...boxes.map(({ min }) => min.z));
     this.stage.frame(boxes, "1");
+    this.stage.orbit.keepHome();
   }
 
   // Called for another world, to frame it anew.

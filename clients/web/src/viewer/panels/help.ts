@@ -6,6 +6,7 @@ const keys: readonly (readonly [key: string, meaning: string])[] = [
   ["f", "fill the picture with the selection, or with everything"],
   ["1 \u2026 6", "look from the corner, from above, from \u2212x, \u2212y, +x, +y"],
   ["arrows, + \u2212", "turn and zoom; with shift, move"],
+  ["Home", "back to the first view"],
   ["drag, wheel", "turn, zoom; with the right button, move"],
   ["click", "select an object; in the tree, twice fills the picture with it"],
   ["arrows, space", "in the tree: from row to row, out of a branch and into it; hide, or show again"],
