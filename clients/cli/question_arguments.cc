@@ -62,12 +62,6 @@ void AddMarginOption(CLI::App& command, QuestionArguments& question) {
       ->type_name("M");
 }
 
-void AddExitCodeOption(CLI::App& command, bool& exit_code) {
-  command.add_flag("--exit-code", exit_code,
-                   "end with 0 when all that is asked is free, with 10 when any of it collides, "
-                   "else with 11: out of limits, grazing, undecided or not computed");
-}
-
 void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {
   command
       .add_option("--ignore-pair", question.ignore_pairs,
@@ -83,6 +77,16 @@ void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {
                   "how deep an object that is attached or asks may reach into what supports it "
                   "(m, default 0.005)")
       ->type_name("M");
+}
+
+void AddVerdictOptions(CLI::App& command, VerdictArguments& arguments) {
+  AddBodyOptions(command, arguments.body);
+  AddQuestionOptions(command, arguments.question);
+  AddMarginOption(command, arguments.question);
+  AddPairRuleOptions(command, arguments.question);
+  command.add_flag("--exit-code", arguments.exit_code,
+                   "end with 0 when all that is asked is free, with 10 when any of it collides, "
+                   "else with 11: out of limits, grazing, undecided or not computed");
 }
 
 absl::StatusOr<pb::AtRevision> ParseRevision(const std::string& text) {
