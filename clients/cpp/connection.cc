@@ -5,8 +5,7 @@
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
 
-#include <mutex>
-
+#include "proto/keep_grpc.h"
 #include "proto/transfer/chunks.h"
 
 namespace cwm::client {
@@ -16,15 +15,8 @@ namespace {
 // laptop often.
 constexpr int kKeepaliveMs = 30'000;
 
-// Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
-// up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
-void KeepLibrary() {
-  static std::once_flag once;
-  std::call_once(once, grpc_init);
-}
-
 grpc::ChannelArguments Arguments() {
-  KeepLibrary();
+  KeepGrpc();
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetMaxSendMessageSize(kMaxMessageBytes);
@@ -40,7 +32,7 @@ grpc::ChannelArguments Arguments() {
 // A channel on which every call fails with `status`.
 std::shared_ptr<grpc::Channel> FailingChannel(const std::string& address,
                                               const absl::Status& status) {
-  KeepLibrary();
+  KeepGrpc();
   const std::string message(status.message());
   return grpc::CreateChannelInternal(
       "",
