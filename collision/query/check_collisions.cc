@@ -172,24 +172,18 @@ class PlacedRows {
   std::size_t next_ = 0, first_ = 0, placed_ = 0;
 };
 
-// Columns in which all rows are kNotComputed, as those stay that are not reached before the
-// deadline.
-CollisionColumns MakeRoom(std::size_t rows) {
-  return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
-          .object = std::vector<std::int32_t>(rows, -1),
-          .body_part = std::vector<std::int32_t>(rows, -1),
-          .object_part = std::vector<std::int32_t>(rows, -1),
-          .trust = std::vector<Trust>(rows, Trust::kDegraded)};
-}
-
-// Resets the rows from `first` on, which other threads may have answered after an early end.
-void Forget(std::size_t first, CollisionColumns& columns) {
-  const auto from = static_cast<std::ptrdiff_t>(first);
-  std::fill(columns.verdict.begin() + from, columns.verdict.end(), Verdict::kNotComputed);
-  std::fill(columns.object.begin() + from, columns.object.end(), -1);
-  std::fill(columns.body_part.begin() + from, columns.body_part.end(), -1);
-  std::fill(columns.object_part.begin() + from, columns.object_part.end(), -1);
-  std::fill(columns.trust.begin() + from, columns.trust.end(), Trust::kDegraded);
+// Makes `rows` rows of which those from `first` on are kNotComputed, as those stay that are not
+// reached before the deadline, and as those become that other threads answered after an early end.
+void Forget(std::size_t first, std::size_t rows, CollisionColumns& columns) {
+  const auto forget = [&](auto& column, const auto& value) {
+    column.resize(first);
+    column.resize(rows, value);
+  };
+  forget(columns.verdict, Verdict::kNotComputed);
+  forget(columns.object, -1);
+  forget(columns.body_part, -1);
+  forget(columns.object_part, -1);
+  forget(columns.trust, Trust::kDegraded);
 }
 
 // The query and its result.
@@ -312,13 +306,14 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .spheres = SphereCheck::Make(world, body, rows, options),
-              .columns = MakeRoom(rows.size())};
+              .columns = {}};
+  Forget(0, rows.size(), batch.columns);
   const bool is_spheres = batch.spheres && batch.spheres->tells_collisions();
   const auto completed =
       AnswerTogether(EqualChunks(rows.size(), is_spheres ? kRowsOfSpheres : kRowsOfOthers),
                      options.threads, [&] { return std::make_unique<Checker>(batch); });
   if (!completed.ok()) return completed.status();
-  Forget(*completed, batch.columns);
+  Forget(*completed, rows.size(), batch.columns);
   batch.columns.completed = *completed;
   if (options.naming == Naming::kEachRow) NameVariables(rows, batch.columns);
   return std::move(batch.columns);
