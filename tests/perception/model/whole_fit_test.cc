@@ -13,6 +13,7 @@
 #include "perception/solids/free_space.h"
 #include "perception/whole/one_solid.h"
 #include "perception/whole/whole_misfit.h"
+#include "tests/perception/fit/fit_input.h"
 
 namespace cwm::perception {
 namespace {
@@ -48,25 +49,12 @@ OrientedPoints SeenOf(WholeKind kind, const WholeParameters& x, double noise_m,
   return points;
 }
 
-struct Fixture {
-  explicit Fixture(const OrientedPoints& seen)
-      : points(ThinForSearch(seen, 4000)), octree(points), connectivity(points) {}
+struct Fixture : FitInput {
+  explicit Fixture(const OrientedPoints& seen) : FitInput(ThinForSearch(seen, 4000)) {}
   FitContext Context() const {
-    return {points,
-            octree,
-            connectivity,
-            noise,
-            options,
-            work,
-            Ground{.known = true, .up = Vector3::UnitZ(), .point = -points.origin_L}};
+    return FitInput::Context(
+        Ground{.known = true, .up = Vector3::UnitZ(), .point = -points.origin_L});
   }
-
-  ModelPoints points;
-  Octree octree;
-  Connectivity connectivity;
-  SensorNoise noise;
-  ModelerOptions options;
-  Work work;
 };
 
 struct Case {
