@@ -1,5 +1,7 @@
 #include "tests/server/rpc/running_server.h"
 
+#include <utility>
+
 #include "perception/interpret_scene.h"
 #include "proto/transfer/crc32c.h"
 
@@ -61,6 +63,21 @@ void RunningServer::ExpectRevision(std::int64_t revision, const std::string& wor
   const grpc::Status status = world_->GetWorld(&call, request, &response);
   EXPECT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.revision(), revision);
+}
+
+void RunningServer::LoadRobot(const std::string& name, v1::LoadRobotHeader header) {
+  Call call;
+  v1::LoadRobotResponse response;
+  const auto writer = robot_->LoadRobot(&call, &response);
+  header.set_name(name);
+  v1::LoadRobotRequest request;
+  *request.mutable_header() = std::move(header);
+  writer->Write(request);
+  request.mutable_finish();
+  writer->Write(request);
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
 std::unique_ptr<grpc::ClientWriter<v1::IngestCloudRequest>> RunningServer::SendOnePoint(

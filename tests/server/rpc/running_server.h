@@ -33,6 +33,7 @@ class RunningServer : public ::testing::Test {
   // Expects that the world still exists and is at this revision.
   void ExpectRevision(std::int64_t revision, const std::string& world = "");
 
+  void LoadRobot(const std::string& name, v1::LoadRobotHeader header);
   // Sends a whole upload of one point at the origin; the caller finishes it.
   std::unique_ptr<grpc::ClientWriter<v1::IngestCloudRequest>> SendOnePoint(
       grpc::ClientContext* call, v1::IngestCloudResponse* response);
