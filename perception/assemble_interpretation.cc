@@ -23,7 +23,7 @@ template <class Label>
 void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& work,
                std::vector<std::uint32_t>& labels, const Label& label) {
   // The time of one point in a cloud without any order.
-  ParallelFor(points.size(), ItemsPerPiece(10ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(points.size(), ItemsPerChunk(10ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) labels[all.cloud_index[points[k]]] = label(k);
   });
 }

@@ -124,7 +124,7 @@ DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const Orient
                            .shape = segmented.plate.shape,
                            .role = PartRole::kCompleted,
                            .fit = QualityOf(segmented, points)});
-  const std::vector<std::uint32_t> beyond = BeyondPlate(segmented, points, work);
+  const std::vector<std::uint32_t> beyond = PointsBeyondPlate(segmented, points, work);
   described.explained = segmented.points.size() - beyond.size();
   Surface rest = ReconstructSurface(Subset(points, beyond), options, work);
   described.explained += rest.explained.size();
@@ -140,9 +140,9 @@ DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const Orient
   return described;
 }
 
-std::vector<std::uint32_t> BeyondPlate(const SegmentedSupport& support,
-                                       const OrientedPoints& points, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(1us));
+std::vector<std::uint32_t> PointsBeyondPlate(const SegmentedSupport& support,
+                                             const OrientedPoints& points, const Work& work) {
+  PollEvery poll(work, ItemsPerChunk(1us));
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   const OutlineRaster outline(support.plate.shape.outline);
   std::vector<std::uint32_t> beyond;

@@ -27,7 +27,7 @@ DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const Orient
 
 // The support's points that are not within tolerance of its plate: neither over its top face nor
 // near its border.
-std::vector<std::uint32_t> BeyondPlate(const SegmentedSupport& support,
-                                       const OrientedPoints& points, const Work& work);
+std::vector<std::uint32_t> PointsBeyondPlate(const SegmentedSupport& support,
+                                             const OrientedPoints& points, const Work& work);
 
 }  // namespace cwm::perception

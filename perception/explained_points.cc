@@ -12,8 +12,8 @@ bool Near(const ShapePart& part, const Vector3& point, double tolerance_m) {
 
 }  // namespace
 
-bool NearAnyShape(const std::vector<ShapePart>& shapes, std::int32_t likely, const Vector3& point,
-                  double tolerance_m) {
+bool IsNearAnyShape(const std::vector<ShapePart>& shapes, std::int32_t likely, const Vector3& point,
+                    double tolerance_m) {
   const bool has_likely = likely >= 0 && static_cast<std::size_t>(likely) < shapes.size();
   if (has_likely && Near(shapes[static_cast<std::size_t>(likely)], point, tolerance_m)) return true;
   for (std::size_t s = 0; s < shapes.size(); ++s) {

@@ -11,8 +11,8 @@
 #include "perception/assemble_interpretation.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/diagnose_input.h"
 #include "perception/hypotheses/model_hypotheses.h"
-#include "perception/question_input.h"
 #include "perception/refinement/attach/attach_handles.h"
 #include "perception/refinement/attach/attach_spouts.h"
 #include "perception/refinement/complete/complete_below.h"
@@ -115,11 +115,11 @@ SceneState AttachCutOffParts(SceneState state, const InterpretOptions& options, 
                              InterpretReport& report) {
   if (IsEnabled(options, kAttachHandles)) {
     const FoundHandles found = FindCutOffHandles(state, work);
-    if (!found.all_looked_at) {
+    if (!found.all_searched) {
       report.warnings.push_back(
-          "too many things touch to look for handles of each in all others: some may be missed");
+          "too many objects touch to look for handles of each in all others: some may be missed");
     }
-    state = Attach(state, found.gifts);
+    state = Attach(state, found.transfers);
   }
   if (IsEnabled(options, kAttachSpouts)) state = Attach(state, FindSpouts(state, work));
   return state;
@@ -176,9 +176,9 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   const HypothesisModeler modeler(measured, work);
   std::optional<ModelledScene> modelled;
   std::vector<std::string> diagnostics;
-  DoBoth(
+  ParallelInvoke(
       work, [&] { modelled = ModelHypotheses(segmented, modeler, modeling, work); },
-      [&] { diagnostics = QuestionInput(cloud, measured, options); });
+      [&] { diagnostics = DiagnoseInput(cloud, measured, options); });
   RefinedScene refined{.state = modelled->state};
   if (!modelled->is_shapeless && options.clustering != Clustering::kNone) {
     refined = Refine(modelled->state, RefinementPasses(), options.disabled_passes,
@@ -211,7 +211,7 @@ absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
                      {.max_threads = options.max_threads,
                       .threads_now = options.threads_now,
                       .stop = std::move(stop),
-                      .on_piece = options.on_piece});
+                      .on_chunk = options.on_chunk});
   } catch (const Stopped& stopped) {
     return absl::CancelledError(stopped.what());
   }

@@ -39,11 +39,11 @@ struct InterpretOptions {
   SurfaceOptions surface;
   int max_threads = 2;
   std::function<int()> threads_now;  // Work::threads_now; may be empty
-  std::function<void()> on_piece;    // Work::on_piece; may be empty
+  std::function<void()> on_chunk;    // Work::on_chunk; may be empty
 };
 
 // Returns InvalidArgument, with field, value and rule, for a cloud that cannot be interpreted (no
-// finite point, a contradictory layout, coordinates beyond kLargestCoordinate_m). Returns Cancelled
+// finite point, a contradictory layout, coordinates beyond kMaxCoordinate_m). Returns Cancelled
 // when stopped, within one piece of work of each thread. A cloud without any support is not an
 // error: all its points become residual objects, with a warning. Deterministic: the same input
 // gives the same bytes on any number of threads.

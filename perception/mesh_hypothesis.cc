@@ -58,13 +58,13 @@ class HybridBuilder {
 
  private:
   void FindExplained() {
-    PollEvery poll(work_, ItemsPerPiece(1us));
+    PollEvery poll(work_, ItemsPerChunk(1us));
     explained_.resize(points_.size());
     for (std::size_t k = 0; k < points_.size(); ++k) {
       poll();
       explained_[k] =
-          NearAnyShape(found_.shapes, part_of_point_[k], points_.points[k].cast<double>(),
-                       ExplainedWithin_m(points_.sigma_m[k]));
+          IsNearAnyShape(found_.shapes, part_of_point_[k], points_.points[k].cast<double>(),
+                         ExplainedWithin_m(points_.sigma_m[k]));
     }
   }
 
@@ -129,11 +129,11 @@ void ScaleCounts(const PointSample& sample, MeshedObject& object) {
 MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
                             const SurfaceOptions& options, const Work& work) {
   SurfaceOptions surface = options;
-  if (hypothesis.model->is_in_haste) surface.spacing_m *= 2;  // a quarter of the triangles
+  if (hypothesis.model->is_reduced_effort) surface.spacing_m *= 2;  // a quarter of the triangles
   const PointSample sample(all, hypothesis.points, hypothesis.node_count);
   const OrientedPoints points = sample.Points();
   const std::vector<std::int32_t> part_of_sampled =
-      sample.OfSampled(hypothesis.model->part_of_point());
+      sample.PartsOfSampledPoints(hypothesis.model->part_of_point());
   HybridBuilder builder(points, *hypothesis.model, part_of_sampled, surface, work);
   builder.Build();
   MeshedObject object = builder.Take();

@@ -34,7 +34,7 @@ constexpr int kStuckExitCode = 3;
 constexpr std::int64_t kFewDescriptors = 4'096;
 
 // Blocks the signals that end the server, in this thread and in all threads started later.
-sigset_t BlockEndingSignals() {
+sigset_t BlockTerminationSignals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
@@ -46,7 +46,9 @@ sigset_t BlockEndingSignals() {
 
 // Switches Abseil's deadlock detection off. Debian builds Abseil with its debug checks: each lock
 // of gRPC is entered into a graph of lock orders, and an apparent cycle there aborts the process.
-void TakeLocksUnwatched() { absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore); }
+void DisableDeadlockDetection() {
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
+}
 
 // Logs from a thread of its own, so that nobody who fails to read our stderr delays a call. That
 // thread inherits the blocked signals.
@@ -108,12 +110,13 @@ using cwm::server::ViewerServer;
 // nullptr if there is no viewer. An unavailable default address does not keep the server from
 // starting; an unavailable address that was asked for does.
 absl::StatusOr<std::unique_ptr<ViewerServer>> StartViewer(
-    const std::optional<cwm::server::Options::Viewer>& asked, const cwm::server::Server& server) {
-  if (!asked) return nullptr;
+    const std::optional<cwm::server::Options::Viewer>& options, const cwm::server::Server& server) {
+  if (!options) return nullptr;
   auto viewer = ViewerServer::Start(
-      {.address = asked->address, .token = asked->token, .files = cwm::server::BundledPage()},
+      {.address = options->address, .token = options->token, .files = cwm::server::BundledPage()},
       server.InProcessChannel());
-  if (viewer.ok() || !asked->is_default || absl::IsInvalidArgument(viewer.status())) return viewer;
+  if (viewer.ok() || !options->is_default || absl::IsInvalidArgument(viewer.status()))
+    return viewer;
   spdlog::warn("{}; going on without a viewer, --viewer HOST:PORT gives it another address",
                std::string(viewer.status().message()));
   return nullptr;
@@ -180,8 +183,8 @@ int main(int argc, char** argv) {
   const auto parsed = cwm::server::ParseOptions(argc, argv);
   if (!parsed.options) return parsed.exit_code;
   cwm::server::KeepFreedMemory();
-  TakeLocksUnwatched();
-  const sigset_t signals = BlockEndingSignals();
+  DisableDeadlockDetection();
+  const sigset_t signals = BlockTerminationSignals();
   LogToStderr(parsed.options->log_level);
   const int exit_code = Run(*parsed.options, signals);
   spdlog::shutdown();  // writes the pending log lines

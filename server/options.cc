@@ -16,7 +16,8 @@ constexpr char kDescription[] =
     "Examples:\n"
     "  cwm-server                                 for this user's programs; viewer on port 8640\n"
     "  cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
-    "  cwm-server --viewer 0.0.0.0:8640           who has the printed token looks from anywhere\n\n"
+    "  cwm-server --viewer 0.0.0.0:8640           who has the printed token looks from "
+    "anywhere\n\n"
     "Without --listen its socket lies where this user and root alone can put one:\n"
     "XDG_RUNTIME_DIR, which others must not be able to write to, else /tmp/cwm-$UID,\n"
     "which it makes (mode 0700). On loopback the viewer is for this user and root;\n"
@@ -29,7 +30,7 @@ constexpr std::int64_t kMinMemoryLimit = std::int64_t{64} << 20;
 constexpr int kUsageExitCode = 1;  // the command-line client's exit code for a usage error
 
 // Sets options.viewer. Returns an empty string, or the error message if the text is invalid.
-std::string TakeViewer(const std::string& text, Options& options) {
+std::string ParseViewer(const std::string& text, Options& options) {
   if (text == "off") {
     options.viewer.reset();
     return {};
@@ -90,7 +91,7 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
     const int code = app.exit(error);
     return {.options = std::nullopt, .exit_code = code == 0 ? 0 : kUsageExitCode};
   }
-  if (const std::string wrong = TakeViewer(viewer, options); !wrong.empty()) {
+  if (const std::string wrong = ParseViewer(viewer, options); !wrong.empty()) {
     std::fprintf(stderr, "%s\nRun with --help for more information.\n", wrong.c_str());
     return {.options = std::nullopt, .exit_code = kUsageExitCode};
   }

@@ -10,10 +10,10 @@ namespace cwm::server {
 
 Watchdog::Watchdog(std::chrono::milliseconds period,
                    std::function<absl::Status(std::chrono::milliseconds)> check,
-                   std::function<void()> tell)
+                   std::function<void()> notify)
     : period_(period),
       check_(std::move(check)),
-      tell_(std::move(tell)),
+      notify_(std::move(notify)),
       thread_([this] { Run(); }) {}
 
 Watchdog::~Watchdog() {
@@ -32,7 +32,7 @@ void Watchdog::Run() {
     const auto next = std::chrono::steady_clock::now() + period_;
     lock.unlock();
     const absl::Status status = check_(period_);
-    if (status.ok()) tell_();
+    if (status.ok()) notify_();
     lock.lock();
     if (!status.ok() && !stopping_) {
       spdlog::error("the server does not answer itself: {}", std::string(status.message()));

@@ -15,11 +15,11 @@ namespace cwm::server {
 // which connects like a client, notices.
 class Watchdog {
  public:
-  // Calls `check` once per period, with the period as its timeout, and calls `tell` whenever the
+  // Calls `check` once per period, with the period as its timeout, and calls `notify` whenever the
   // check succeeds. A failed check is logged.
   Watchdog(std::chrono::milliseconds period,
            std::function<absl::Status(std::chrono::milliseconds timeout)> check,
-           std::function<void()> tell);
+           std::function<void()> notify);
   ~Watchdog();  // waits for a check in progress
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
@@ -29,7 +29,7 @@ class Watchdog {
 
   const std::chrono::milliseconds period_;
   const std::function<absl::Status(std::chrono::milliseconds)> check_;
-  const std::function<void()> tell_;
+  const std::function<void()> notify_;
   std::mutex mutex_;
   std::condition_variable changed_;
   bool stopping_ = false;

@@ -8,7 +8,8 @@ namespace cwm::cli {
 
 // Requests all pages, each with the token of the previous one, and returns them as one reply.
 template <class Response, class Method, class Stub, class Request>
-absl::StatusOr<Response> AllPages(Session& session, Method method, Stub& stub, Request request) {
+absl::StatusOr<Response> ListAllPages(Session& session, Method method, Stub& stub,
+                                      Request request) {
   Response all;
   do {
     const auto page = session.connection().Call(method, stub, request);

@@ -34,7 +34,7 @@ absl::Status Attach(Session& session, const AttachArguments& arguments) {
   if (!arguments.pose.empty()) {
     const auto pose = ParsePose(arguments.pose, "--pose");
     if (!pose.ok()) return pose.status();
-    *attach.mutable_x_link_object() = ToProto(*pose);
+    *attach.mutable_x_link_object() = PoseToProto(*pose);
   }
   for (const std::string& link : arguments.touch_links) attach.add_touch_links(link);
   absl::Status done = Apply(
@@ -43,7 +43,7 @@ absl::Status Attach(Session& session, const AttachArguments& arguments) {
   if (absl::IsInvalidArgument(done)) {
     std::vector<std::string> links = arguments.touch_links;
     links.insert(links.begin(), arguments.link);
-    WarnOfUnknownLinks(session, arguments.robot, links);
+    WarnAboutUnknownLinks(session, arguments.robot, links);
   }
   return done;
 }

@@ -13,12 +13,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/all_pages.h"
+#include "clients/cli/bench/bench_queries.h"
 #include "clients/cli/bench/bench_report.h"
-#include "clients/cli/bench/interruption.h"
+#include "clients/cli/bench/interrupt_handler.h"
 #include "clients/cli/bench/jobs.h"
 #include "clients/cli/bench/measure.h"
-#include "clients/cli/bench/own_world.h"
-#include "clients/cli/bench/questions.h"
+#include "clients/cli/bench/temporary_world.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/progress.h"
@@ -65,23 +65,23 @@ absl::Status ValidateArguments(const BenchArguments& arguments, const Session& s
 // The region in which the world's objects are.
 Region RegionOf(const pb::ListObjectsResponse& objects) {
   // chosen: a gripper's length around them, so that places beside them are included.
-  constexpr double kAround_m = 0.2;
+  constexpr double kPadding_m = 0.2;
   if (objects.objects().empty()) return kBenchRegion;
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  Region region{.least = {kFar, kFar, kFar}, .most = {-kFar, -kFar, -kFar}};
+  Region region{.min = {kFar, kFar, kFar}, .max = {-kFar, -kFar, -kFar}};
   for (const pb::Object& object : objects.objects()) {
     const pb::Pose& pose = object.x_world_object();
     const std::array<double, 3> at = {pose.tx_m(), pose.ty_m(), pose.tz_m()};
     for (std::size_t k = 0; k < at.size(); ++k) {
-      region.least[k] = std::min(region.least[k], at[k] - kAround_m);
-      region.most[k] = std::max(region.most[k], at[k] + kAround_m);
+      region.min[k] = std::min(region.min[k], at[k] - kPadding_m);
+      region.max[k] = std::max(region.max[k], at[k] + kPadding_m);
     }
   }
   return region;
 }
 
 struct Target {
-  AskedWorld world;
+  QueriedWorld world;
   std::optional<pb::Robot> robot;
 };
 
@@ -92,13 +92,13 @@ absl::StatusOr<Target> ReadWorld(Session& session, const BenchArguments& argumen
   pb::ListObjectsRequest objects_request;
   objects_request.set_world(session.world);
   objects_request.set_view(pb::OBJECT_VIEW_BASIC);
-  const auto objects = AllPages<pb::ListObjectsResponse>(
+  const auto objects = ListAllPages<pb::ListObjectsResponse>(
       session, &pb::WorldService::Stub::ListObjects, connection.worlds(), objects_request);
   if (!objects.ok()) return objects.status();
   pb::ListRobotsRequest robots_request;
   robots_request.set_world(session.world);
-  const auto robots = AllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
-                                                       connection.robots(), robots_request);
+  const auto robots = ListAllPages<pb::ListRobotsResponse>(
+      session, &pb::RobotService::Stub::ListRobots, connection.robots(), robots_request);
   if (!robots.ok()) return robots.status();
   Target target;
   target.world.name = session.world;
@@ -120,16 +120,16 @@ absl::Status RunJobs(Session& session, const std::vector<Job>& jobs, const Measu
                      BenchReport& report) {
   Progress progress(session);
   double left_s = 0;
-  for (const Job& job : jobs) left_s += SecondsOf(job, options.seconds);
+  for (const Job& job : jobs) left_s += DurationOf_s(job, options.seconds);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const BenchLine& line = jobs[i].line;
-    progress.Stage(absl::StrCat(i + 1, " of ", jobs.size(), ": ", line.of, ", ", line.rows_per_call,
-                                " ", line.unit, " a call, ", line.through, ", ",
-                                Fixed(std::ceil(left_s), 0), " s left"));
-    const auto measured = Run(jobs[i], options);
+    progress.ShowStage(absl::StrCat(i + 1, " of ", jobs.size(), ": ", line.name, ", ",
+                                    line.rows_per_call, " ", line.unit, " a call, ", line.method,
+                                    ", ", FormatFixed(std::ceil(left_s), 0), " s left"));
+    const auto measured = RunJob(jobs[i], options);
     if (!measured.ok()) return measured.status();
     report.lines.push_back(*measured);
-    left_s -= SecondsOf(jobs[i], options.seconds);
+    left_s -= DurationOf_s(jobs[i], options.seconds);
   }
   return absl::OkStatus();
 }
@@ -140,10 +140,10 @@ void PrintReport(const BenchReport& report, Session& session) {
     case OutputForm::kTable:
       return PrintBench(report, session.table_style(), out);
     case OutputForm::kNdjson:
-      for (const BenchLine& line : report.lines) out << ToJson(line).dump() << "\n";
+      for (const BenchLine& line : report.lines) out << BenchLineToJson(line).dump() << "\n";
       return;
     case OutputForm::kJson:
-      out << ToJson(report).dump(1) << "\n";
+      out << BenchReportToJson(report).dump(1) << "\n";
   }
 }
 
@@ -164,15 +164,15 @@ absl::StatusOr<BenchReport> StartReport(Session& session, const BenchArguments& 
   double load = 0;
   if (::getloadavg(&load, 1) == 1) report.load = load;
   if (report.load && *report.load > kBusyLoad * report.cores) {
-    session.Warn(absl::StrCat("other programs are busy (load ", Fixed(*report.load, 1), " on ",
-                              report.cores, report.cores == 1 ? " core" : " cores",
+    session.Warn(absl::StrCat("other programs are busy (load ", FormatFixed(*report.load, 1),
+                              " on ", report.cores, report.cores == 1 ? " core" : " cores",
                               "): an idle machine is faster than what follows"));
   }
   return report;
 }
 
 // Removes the benchmark's world, or warns how to remove it.
-void RemoveOrWarn(OwnWorld& own, Session& session) {
+void RemoveOrWarn(TemporaryWorld& own, Session& session) {
   const absl::Status removed = own.Remove();
   if (removed.ok()) return;
   session.Warn(absl::StrCat("the world ", own.name(), " may still be there (",
@@ -185,12 +185,12 @@ absl::Status Bench(Session& session, const BenchArguments& arguments) {
   auto report = StartReport(session, arguments);
   if (!report.ok()) return report.status();
   const client::Connection& connection = session.connection();
-  const Interruption interruption;  // from before the world exists until it is removed
-  std::unique_ptr<OwnWorld> own, scanned;
+  const InterruptHandler interrupts;  // from before the world exists until it is removed
+  std::unique_ptr<TemporaryWorld> own, scanned;
   Target target;
   if (session.world.empty() && arguments.robot.empty()) {
     const std::vector<pb::Change> scene = BenchScene();
-    auto made = OwnWorld::Make(connection, OwnWorldName(), scene);
+    auto made = TemporaryWorld::Make(connection, TemporaryWorldName(), scene);
     if (!made.ok()) return made.status();
     own = *std::move(made);
     target.world.name = own->name();
@@ -203,32 +203,34 @@ absl::Status Bench(Session& session, const BenchArguments& arguments) {
   }
   client::QueryStream stream(connection);
   std::vector<Job> jobs;
-  const auto add = [&](Question (*ask)(const AskedWorld&, int), int rows) {
-    AddQuestion(
+  const auto add = [&](BenchQuery (*make_query)(const QueriedWorld&, int), int rows) {
+    AddQuery(
         connection, stream, target.world,
-        [ask, rows](const AskedWorld& world) { return ask(world, rows); }, jobs);
+        [make_query, rows](const QueriedWorld& world) { return make_query(world, rows); }, jobs);
   };
   add(Distances, 1);
   add(BodyChecks, arguments.batch);
   add(Distances, arguments.batch);
   add(SampledPoints, arguments.batch);
   if (target.robot) {
-    AddQuestion(
+    AddQuery(
         connection, stream, target.world,
-        [&](const AskedWorld& world) { return RobotStates(world, *target.robot, arguments.batch); },
+        [&](const QueriedWorld& world) {
+          return RobotStates(world, *target.robot, arguments.batch);
+        },
         jobs);
   }
   if (arguments.writes) {
-    auto made = OwnWorld::Make(connection, own->name() + "-scans", {BenchScene().front()});
+    auto made = TemporaryWorld::Make(connection, own->name() + "-scans", {BenchScene().front()});
     if (!made.ok()) return made.status();
     scanned = *std::move(made);
     AddMoves(connection, own->name(), BenchScene().front().put().object().name(), jobs);
     AddIngests(connection, scanned->name(), jobs);
   }
   const absl::Status measured = RunJobs(
-      session, jobs, {.seconds = arguments.seconds, .stopped = [&] { return interruption.came(); }},
-      *report);
-  for (OwnWorld* world : {own.get(), scanned.get()}) {
+      session, jobs,
+      {.seconds = arguments.seconds, .stopped = [&] { return interrupts.signalled(); }}, *report);
+  for (TemporaryWorld* world : {own.get(), scanned.get()}) {
     if (world != nullptr) RemoveOrWarn(*world, session);
   }
   if (measured.ok() || !report->lines.empty()) PrintReport(*report, session);

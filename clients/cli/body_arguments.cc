@@ -5,7 +5,7 @@
 
 #include "clients/cli/body_lines.h"
 #include "clients/cli/exit_code.h"
-#include "clients/cli/place.h"
+#include "clients/cli/pose_argument.h"
 
 namespace cwm::cli {
 namespace {
@@ -20,11 +20,11 @@ absl::StatusOr<std::vector<Body>> ReadRigidBody(const BodyArguments& arguments, 
   Body body;
   if (has_shape) {
     if (!arguments.object.empty()) return UsageError("--object: not together with a shape");
-    const auto shape = ToShape(arguments.shape);
+    const auto shape = ParseShape(arguments.shape);
     if (!shape.ok()) return shape.status();
-    *body.what.mutable_shapes()->add_shapes() = *shape;
+    *body.subject.mutable_shapes()->add_shapes() = *shape;
   } else {
-    body.what.mutable_object()->set_name(arguments.object);
+    body.subject.mutable_object()->set_name(arguments.object);
   }
   if (has_shape && arguments.at.empty() && streams.in_is_terminal) {
     return UsageError("--at is missing: where the shape is, or JSON lines on stdin");
@@ -33,7 +33,7 @@ absl::StatusOr<std::vector<Body>> ReadRigidBody(const BodyArguments& arguments, 
     return ReadBodyLines(&body, streams.in);
   }
   for (const std::string& at : arguments.at) {
-    const auto row = ParsePlace(session, at, "--at");
+    const auto row = ParsePoseArgument(session, at, "--at");
     if (!row.ok()) return row.status();
     body.width = row->size();
     body.numbers.insert(body.numbers.end(), row->begin(), row->end());
@@ -46,10 +46,10 @@ absl::StatusOr<std::vector<Body>> ReadRobot(const BodyArguments& arguments, Sess
   if (HasShape(arguments.shape) || !arguments.object.empty() || !arguments.at.empty()) {
     return UsageError("--robot: not together with a shape, --object or --at; see --x-world-base");
   }
-  const auto subject = ToRobotSubject(arguments.robot);
+  const auto subject = ParseRobotSubject(arguments.robot);
   if (!subject.ok()) return subject.status();
   Body body;
-  *body.what.mutable_robot() = *subject;
+  *body.subject.mutable_robot() = *subject;
   if (arguments.robot.joints == kStdin) return ReadBodyLines(&body, session.streams.in);
   for (const std::string& joints : arguments.robot.joints) {
     const auto row = ParseJoints(session, joints, *subject);
@@ -70,13 +70,13 @@ void AddBodyOptions(CLI::App& command, BodyArguments& body) {
       .add_option("--at", body.at,
                   "where it is, metres; may be repeated; \"-\": JSON lines on stdin")
       ->allow_extra_args(false)
-      ->type_name(kPlaceForm);
+      ->type_name(kPoseArgumentForm);
   AddRobotOptions(command, body.robot);
 }
 
 absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session& session) {
   if (!body.robot.name.empty()) return ReadRobot(body, session);
-  if (HasAny(body.robot)) return UsageError("--robot is missing: whose joints they are");
+  if (HasRobotOptions(body.robot)) return UsageError("--robot is missing: whose joints they are");
   if (HasShape(body.shape) || !body.object.empty()) return ReadRigidBody(body, session);
   if (session.streams.in_is_terminal || !body.at.empty()) {
     return UsageError(
@@ -86,7 +86,7 @@ absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session&
 }
 
 pb::Subject SubjectOf(const Body& body, std::size_t begin, std::size_t end) {
-  pb::Subject subject = body.what;
+  pb::Subject subject = body.subject;
   if (begin == end) return subject;
   std::string data((end - begin) * body.width * sizeof(double), '\0');
   std::memcpy(data.data(), body.numbers.data() + begin * body.width, data.size());

@@ -21,7 +21,7 @@ struct ShapeArguments {
 void AddShapeOptions(CLI::App& command, ShapeArguments& shape);
 bool HasShape(const ShapeArguments& shape);
 // A usage error if none or several shapes are set, or if the numbers do not fit.
-absl::StatusOr<cwm::v1::PlacedShape> ToShape(const ShapeArguments& shape);
+absl::StatusOr<cwm::v1::PlacedShape> ParseShape(const ShapeArguments& shape);
 
 struct BodyArguments {
   ShapeArguments shape;
@@ -34,7 +34,7 @@ void AddBodyOptions(CLI::App& command, BodyArguments& body);
 
 // A body and its rows.
 struct Body {
-  cwm::v1::Subject what;             // without rows
+  cwm::v1::Subject subject;          // without rows
   std::size_t width = 0;             // numbers per row; 0 without rows
   std::vector<double> numbers = {};  // row after row
   std::vector<int> row_counts = {};  // rows of each line, or of the command line

@@ -61,16 +61,16 @@ absl::Status ReadShape(const std::string& name, const Json& value, Body& body) {
                      "\" is unknown, must be at, object, robot, group, joints, box, sphere, "
                      "cylinder, cone or capsule"));
   }
-  if (body.what.has_shapes()) return absl::InvalidArgumentError("only one shape a line");
+  if (body.subject.has_shapes()) return absl::InvalidArgumentError("only one shape a line");
   const auto numbers = Numbers(value, absl::StrCat("\"", name, "\""));
   if (!numbers.ok()) return numbers.status();
   ShapeArguments arguments;
   arguments.*known->second = absl::StrJoin(*numbers, ",", [](std::string* out, double number) {
     absl::StrAppend(out, formats::FormatNumber(number));
   });
-  const auto shape = ToShape(arguments);
+  const auto shape = ParseShape(arguments);
   if (!shape.ok()) return absl::InvalidArgumentError(shape.status().message());
-  *body.what.mutable_shapes()->add_shapes() = *shape;
+  *body.subject.mutable_shapes()->add_shapes() = *shape;
   return absl::OkStatus();
 }
 
@@ -80,22 +80,22 @@ struct LineNames {
 };
 
 absl::Status SetBody(const LineNames& names, Body& body) {
-  const int bodies = (body.what.has_shapes() ? 1 : 0) + (names.object.empty() ? 0 : 1) +
+  const int bodies = (body.subject.has_shapes() ? 1 : 0) + (names.object.empty() ? 0 : 1) +
                      (names.robot.empty() ? 0 : 1);
   if (bodies != 1) {
     return absl::InvalidArgumentError("must name one shape or an object or a robot");
   }
-  if (!names.object.empty()) body.what.mutable_object()->set_name(names.object);
-  if (!names.robot.empty()) body.what.mutable_robot()->set_robot(names.robot);
+  if (!names.object.empty()) body.subject.mutable_object()->set_name(names.object);
+  if (!names.robot.empty()) body.subject.mutable_robot()->set_robot(names.robot);
   if (!names.group.empty()) {
     if (names.robot.empty()) return absl::InvalidArgumentError("\"group\" is one of a robot");
-    body.what.mutable_robot()->set_group(names.group);
+    body.subject.mutable_robot()->set_group(names.group);
   }
   return absl::OkStatus();
 }
 
 // The name of the body's rows.
-std::string RowsName(const Body& body) { return body.what.has_robot() ? "joints" : "at"; }
+std::string RowsName(const Body& body) { return body.subject.has_robot() ? "joints" : "at"; }
 
 // Reads a line into the body given on the command line; if there is none, the line must name one.
 absl::Status ReadLine(const std::string& text, bool body_given, Body& body) {
@@ -131,7 +131,7 @@ absl::Status ReadLine(const std::string& text, bool body_given, Body& body) {
     return absl::InvalidArgumentError(absl::StrCat("\"", *rows, "\" must be \"", RowsName(body),
                                                    "\": ", "what asks has such rows"));
   }
-  if (body.what.has_shapes() && !rows) return absl::InvalidArgumentError("\"at\" is missing");
+  if (body.subject.has_shapes() && !rows) return absl::InvalidArgumentError("\"at\" is missing");
   body.row_counts = {static_cast<int>(body.row_count())};
   return absl::OkStatus();
 }
@@ -139,7 +139,7 @@ absl::Status ReadLine(const std::string& text, bool body_given, Body& body) {
 // True if `next` is the same subject with rows that can be appended.
 bool Joins(const Body& last, const Body& next) {
   return last.row_count() > 0 && last.width == next.width &&
-         last.what.SerializeAsString() == next.what.SerializeAsString();
+         last.subject.SerializeAsString() == next.subject.SerializeAsString();
 }
 
 }  // namespace

@@ -55,8 +55,7 @@ absl::StatusOr<std::vector<std::string>> SplitRequests(const std::string& json,
 
 void PrintReply(const Message& reply, const MethodDescriptor& method, Session& session) {
   const bool lines = session.form == OutputForm::kNdjson || method.server_streaming();
-  session.streams.out << ToJson(reply, lines ? JsonSpacing::kOneLine : JsonSpacing::kIndented)
-                      << "\n"
+  session.streams.out << ToJson(reply, lines ? JsonStyle::kOneLine : JsonStyle::kIndented) << "\n"
                       << std::flush;
 }
 

@@ -51,7 +51,7 @@ absl::StatusOr<pb::Change> MoveTo(const MoveArguments& arguments) {
   const auto pose = ParsePose(arguments.at, "--to");
   if (!pose.ok()) return pose.status();
   pb::Change change;
-  *change.mutable_move()->mutable_x_world_object() = ToProto(*pose);
+  *change.mutable_move()->mutable_x_world_object() = PoseToProto(*pose);
   return change;
 }
 

@@ -5,7 +5,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 
 namespace cwm::cli {
@@ -17,7 +17,7 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
   std::vector<TableRow> lines;
   for (const pb::CollisionRow& row : response.rows()) {
     lines.push_back(
-        {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(), MetName(row),
+        {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(), ObstacleName(row),
           row.object_link(), row.has_object_part() ? absl::StrCat(row.object_part()) : "",
           BodyName(row), row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
   }
@@ -38,17 +38,17 @@ ExitCode CodeOf(pb::Verdict verdict) {
 }
 
 absl::Status Check(Session& session, const VerdictArguments& arguments) {
-  const auto options = ToOptions(arguments.question);
+  const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto batches = ReadBatches(arguments.body, session);
   if (!batches.ok()) return batches.status();
-  const auto answer = AskAll<pb::CheckCollisionsRequest, pb::CheckCollisionsResponse>(
+  const auto answer = EvaluateBatches<pb::CheckCollisionsRequest, pb::CheckCollisionsResponse>(
       session, &pb::QueryService::Stub::CheckCollisions, *batches, *options);
   if (!answer.ok()) return answer.status();
   if (arguments.exit_code) {
-    session.answer = CodeOfAll(*answer, RowCount(*batches), CodeOf);
+    session.verdict_code = ExitCodeOfRows(*answer, RowCount(*batches), CodeOf);
   }
-  PrintAnswer(session, *answer, RowCount(*batches), PrintVerdicts);
+  PrintResult(session, *answer, RowCount(*batches), PrintVerdicts);
   return absl::OkStatus();
 }
 

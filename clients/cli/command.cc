@@ -6,7 +6,7 @@ namespace cwm::cli {
 
 namespace {
 
-CLI::App& AddTo(CLI::App& parent, const CommandText& text) {
+CLI::App& AddSubcommand(CLI::App& parent, const CommandText& text) {
   std::string description = text.summary + "\n\nExamples:\n";
   for (const std::string& example : text.examples) description += "  " + example + "\n";
   if (!text.details.empty()) description += "\n" + text.details + "\n";
@@ -17,7 +17,7 @@ CLI::App& AddTo(CLI::App& parent, const CommandText& text) {
 
 CLI::App& AddNamed(CommandLine& line, CLI::App& parent, const CommandText& text,
                    const std::string& name, std::function<absl::Status(Session&)> action) {
-  CLI::App& command = AddTo(parent, text);
+  CLI::App& command = AddSubcommand(parent, text);
   command.callback([&line, name, action = std::move(action)] {
     line.command = name;
     line.result = action(line.session);
@@ -38,7 +38,7 @@ CLI::App& AddCommand(CommandLine& line, CLI::App& family, const CommandText& tex
 }
 
 CLI::App& AddFamily(CommandLine& line, const CommandText& text) {
-  CLI::App& family = AddTo(line.app, text);
+  CLI::App& family = AddSubcommand(line.app, text);
   family.require_subcommand(1);
   return family;
 }

@@ -13,7 +13,7 @@ namespace {
 std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 // The place that the words lead to, without the last word, which is being typed.
-struct Place {
+struct CompletionContext {
   const CLI::App* command;
   const CLI::Option* awaits = nullptr;  // an option whose value is next
   std::size_t positionals = 0;          // number of positionals given already
@@ -27,7 +27,7 @@ const CLI::App* SubcommandOf(const CLI::App& app, const std::string& name) {
 }
 
 // The option of the command, or a global option of the commands above it.
-const CLI::Option* OptionOf(const CLI::App* command, const std::string& word) {
+const CLI::Option* FindOption(const CLI::App* command, const std::string& word) {
   for (; command != nullptr; command = command->get_parent()) {
     for (const CLI::Option* option : command->get_options()) {
       if (absl::StartsWith(word, "-") && option->check_name(word)) return option;
@@ -36,22 +36,23 @@ const CLI::Option* OptionOf(const CLI::App* command, const std::string& word) {
   return nullptr;
 }
 
-Place Follow(const CLI::App& app, const std::vector<std::string>& words) {
-  Place place{&app};
+CompletionContext ParseContext(const CLI::App& app, const std::vector<std::string>& words) {
+  CompletionContext context{&app};
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const std::string& word = words[i];
-    if (place.awaits != nullptr) {
-      place.awaits = nullptr;
+    if (context.awaits != nullptr) {
+      context.awaits = nullptr;
     } else if (absl::StartsWith(word, "-")) {
-      const CLI::Option* const option = OptionOf(place.command, word);  // nullptr: "--option=value"
-      if (option != nullptr && option->get_items_expected_max() > 0) place.awaits = option;
-    } else if (const CLI::App* const below = SubcommandOf(*place.command, word)) {
-      place.command = below;
+      const CLI::Option* const option =
+          FindOption(context.command, word);  // nullptr: "--option=value"
+      if (option != nullptr && option->get_items_expected_max() > 0) context.awaits = option;
+    } else if (const CLI::App* const below = SubcommandOf(*context.command, word)) {
+      context.command = below;
     } else {
-      ++place.positionals;
+      ++context.positionals;
     }
   }
-  return place;
+  return context;
 }
 
 // The words of a type such as "glb|ply", which are typed as they are written.
@@ -62,17 +63,18 @@ std::vector<std::string> WordsOfType(const std::string& type) {
   return absl::StrSplit(type, '|');
 }
 
-std::optional<Named> NamesFor(const CLI::Option& option, const CLI::App& command) {
+std::optional<NameKind> NamesFor(const CLI::Option& option, const CLI::App& command) {
   const std::string name = option.get_name(true, true);
-  if (absl::StrContains(name, "--world") && !absl::StrContains(name, "frame")) return Named::kWorld;
-  if (absl::StrContains(name, "--robot")) return Named::kRobot;
+  if (absl::StrContains(name, "--world") && !absl::StrContains(name, "frame"))
+    return NameKind::kWorld;
+  if (absl::StrContains(name, "--robot")) return NameKind::kRobot;
   const bool is_of_robots =
       command.get_parent() != nullptr && command.get_parent()->get_name() == "robot";
   if (option.get_positional() && option.get_name() == "NAME") {
-    return is_of_robots ? Named::kRobot : Named::kObject;
+    return is_of_robots ? NameKind::kRobot : NameKind::kObject;
   }
-  if (option.get_name() == "A" || option.get_name() == "B") return Named::kObject;
-  if (option.check_name("--at") || option.check_name("--ignore")) return Named::kObject;
+  if (option.get_name() == "A" || option.get_name() == "B") return NameKind::kObject;
+  if (option.check_name("--at") || option.check_name("--ignore")) return NameKind::kObject;
   return std::nullopt;
 }
 
@@ -80,8 +82,8 @@ std::vector<Candidate> ValuesOf(const CLI::Option& option, const CLI::App& comma
                                 const NameSource& names) {
   std::vector<Candidate> values;
   for (const std::string& word : WordsOfType(option.get_type_name())) values.push_back({word, ""});
-  if (const std::optional<Named> what = NamesFor(option, command)) {
-    for (const std::string& name : names(*what)) values.push_back({name, ""});
+  if (const std::optional<NameKind> kind = NamesFor(option, command)) {
+    for (const std::string& name : names(*kind)) values.push_back({name, ""});
   }
   return values;
 }
@@ -108,24 +110,24 @@ std::vector<Candidate> CommandsOf(const CLI::App& app) {
 }
 
 // The next positional; the last one may take all further words.
-const CLI::Option* PositionalOf(const Place& place) {
-  const auto positionals = place.command->get_options(
+const CLI::Option* PositionalOf(const CompletionContext& context) {
+  const auto positionals = context.command->get_options(
       [](const CLI::Option* option) { return option->get_positional(); });
   if (positionals.empty()) return nullptr;
-  const bool is_one_more = place.positionals >= positionals.size();
+  const bool is_one_more = context.positionals >= positionals.size();
   if (is_one_more && positionals.back()->get_items_expected_max() <= 1) return nullptr;
-  return is_one_more ? positionals.back() : positionals[place.positionals];
+  return is_one_more ? positionals.back() : positionals[context.positionals];
 }
 
-std::vector<Candidate> AllFor(const Place& place, const std::string& word,
-                              const NameSource& names) {
-  if (place.awaits != nullptr) return ValuesOf(*place.awaits, *place.command, names);
-  if (absl::StartsWith(word, "-")) return OptionsOf(place.command);
-  std::vector<Candidate> commands = CommandsOf(*place.command);
+std::vector<Candidate> AllCandidates(const CompletionContext& context, const std::string& word,
+                                     const NameSource& names) {
+  if (context.awaits != nullptr) return ValuesOf(*context.awaits, *context.command, names);
+  if (absl::StartsWith(word, "-")) return OptionsOf(context.command);
+  std::vector<Candidate> commands = CommandsOf(*context.command);
   if (!commands.empty()) return commands;
-  const CLI::Option* const positional = PositionalOf(place);
+  const CLI::Option* const positional = PositionalOf(context);
   return positional == nullptr ? std::vector<Candidate>()
-                               : ValuesOf(*positional, *place.command, names);
+                               : ValuesOf(*positional, *context.command, names);
 }
 
 }  // namespace
@@ -133,14 +135,14 @@ std::vector<Candidate> AllFor(const Place& place, const std::string& word,
 std::vector<Candidate> CandidatesFor(const CLI::App& app, const std::vector<std::string>& words,
                                      const NameSource& names) {
   const std::string word = words.empty() ? "" : words.back();
-  std::vector<Candidate> candidates = AllFor(Follow(app, words), word, names);
+  std::vector<Candidate> candidates = AllCandidates(ParseContext(app, words), word, names);
   std::erase_if(candidates,
                 [&](const Candidate& each) { return !absl::StartsWith(each.word, word); });
   return candidates;
 }
 
-std::string ValueGiven(const CLI::App& app, const std::vector<std::string>& words,
-                       const std::string& option) {
+std::string OptionValue(const CLI::App& app, const std::vector<std::string>& words,
+                        const std::string& option) {
   const CLI::Option* const wanted = app.get_option(option);
   std::string value;
   for (std::size_t i = 0; i + 2 < words.size(); ++i) {  // the last word is being typed

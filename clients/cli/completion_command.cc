@@ -22,9 +22,10 @@ absl::Status PrintScript(Session& session, const std::string& shell) {
 // Prints "WORD\tDESCRIPTION" per line, as fish expects it.
 absl::Status PrintCandidates(const CLI::App& app, const std::vector<std::string>& words,
                              Session& session) {
-  if (std::string given = ValueGiven(app, words, "--addr"); !given.empty()) session.address = given;
-  if (std::string given = ValueGiven(app, words, "--world"); !given.empty()) session.world = given;
-  const NameSource names = [&](Named what) { return KnownNames(session, what); };
+  if (std::string given = OptionValue(app, words, "--addr"); !given.empty())
+    session.address = given;
+  if (std::string given = OptionValue(app, words, "--world"); !given.empty()) session.world = given;
+  const NameSource names = [&](NameKind kind) { return KnownNames(session, kind); };
   for (const Candidate& each : CandidatesFor(app, words, names)) {
     session.streams.out << each.word << "\t" << each.description << "\n";
   }

@@ -52,7 +52,7 @@ std::string HintForReason(const std::string& reason) {
 
 std::string Hint(const absl::Status& status, const client::ErrorDetails& details,
                  const FailedCommand& command) {
-  if (command.meant) return absl::StrCat("did you mean ", *command.meant, "?");
+  if (command.suggestion) return absl::StrCat("did you mean ", *command.meant, "?");
   if (const std::string hint = HintForReason(details.reason); !hint.empty()) return hint;
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:
@@ -87,7 +87,7 @@ void ReportError(const absl::Status& status, const FailedCommand& command, std::
     err << "\n";
   }
   if (details.retry_after_s) {
-    err << "  retry after " << Fixed(*details.retry_after_s, 2) << " s\n";
+    err << "  retry after " << FormatFixed(*details.retry_after_s, 2) << " s\n";
   }
   const std::string hint = Hint(status, details, command);
   if (!hint.empty()) err << "hint: " << hint << "\n";

@@ -11,9 +11,9 @@ namespace cwm::cli {
 
 // The facts about the failed command that the hint depends on.
 struct FailedCommand {
-  std::string name;                                 // "distance"
-  std::string address;                              // the server's
-  std::optional<std::string> meant = std::nullopt;  // the known name nearest to a mistyped one
+  std::string name;                                      // "distance"
+  std::string address;                                   // the server's
+  std::optional<std::string> suggestion = std::nullopt;  // the known name nearest to a mistyped one
   std::string program = "cwm";
 };
 

@@ -11,7 +11,7 @@
 #include "clients/cli/one_of.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cpp/world_export.h"
 #include "clients/formats/file_bytes.h"
 
@@ -70,10 +70,10 @@ absl::Status WriteFilesBeside(const std::string& first,
 absl::StatusOr<client::ExportedWorld> Fetch(Session& session,
                                             const pb::ExportWorldRequest& request) {
   Progress progress(session);
-  progress.Stage("the server makes the file");
+  progress.ShowStage("the server makes the file");
   return client::ExportWorld(
       session.connection(), request, [&](std::int64_t received, std::int64_t total) {
-        progress.Moved({.doing = "receiving", .moved_bytes = received, .total_bytes = total});
+        progress.Update({.action = "receiving", .moved_bytes = received, .total_bytes = total});
       });
 }
 
@@ -114,7 +114,7 @@ absl::Status Export(Session& session, const ExportArguments& arguments) {
   response.set_done(true);
   for (const std::string& warning : exported->warnings) response.add_warnings(warning);
   session.Print(response, [&] {
-    session.streams.out << "exported " << Bytes(static_cast<double>(exported->bytes.size()))
+    session.streams.out << "exported " << FormatBytes(static_cast<double>(exported->bytes.size()))
                         << " to " << arguments.file;
     if (!exported->files.empty()) {
       const std::size_t count = exported->files.size();

@@ -64,7 +64,7 @@ absl::Status CallMethod(const client::Connection& connection, const std::string&
   bool ok = false;
   while (queue.Next(&tag, &ok)) {
   }
-  return client::FromGrpc(status);
+  return client::StatusFromGrpc(status);
 }
 
 }  // namespace cwm::cli

@@ -29,7 +29,7 @@ namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-using scene::Part;
+using scene::ScenePart;
 
 // chosen: a planning scene is text of a few kilobytes; this is many times a scene full of meshes.
 constexpr std::size_t kMaxSceneBytes = std::size_t{64} << 20;
@@ -39,14 +39,14 @@ constexpr char kCloud[] = "Clouds", kMesh[] = "Meshes", kScene[] = "Scenes";
 
 struct ImportArguments {
   std::string file, robot, world_frame, name, at = "0,0,0";
-  std::vector<Part> without;
+  std::vector<ScenePart> without;
   bool replaces = false;
   MeshArguments mesh;
   ScanArguments scan;
   ChangeArguments change;
 };
 
-std::string EndingOf(const std::string& file) {
+std::string ExtensionOf(const std::string& file) {
   return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
 }
 
@@ -54,12 +54,12 @@ std::string EndingOf(const std::string& file) {
 // treated as scenes, whose reader reports the error.
 const char* ContentOf(std::string_view bytes, const std::string& file) {
   if (meshes::IsMesh(bytes, file)) return kMesh;
-  const std::string ending = EndingOf(file);
+  const std::string ending = ExtensionOf(file);
   if (ending == ".scene" || ending == ".yaml" || ending == ".yml") return kScene;
   for (const char* cloud : {".pcd", ".ply", ".xyz", ".npy", ".asc", ".csv", ".txt"}) {
     if (ending == cloud) return kCloud;
   }
-  return formats::CloudFormatOf(bytes) ? kCloud : kScene;
+  return formats::DetectCloudFormat(bytes) ? kCloud : kScene;
 }
 
 std::string NameOf(const std::string& content) {
@@ -84,7 +84,7 @@ absl::Status CheckOptions(const CLI::App& command, const ImportArguments& argume
 
 absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
                          std::string_view bytes) {
-  auto header = ToHeader(arguments.scan, session);
+  auto header = ParseScanHeader(arguments.scan, session);
   if (!header.ok()) return header.status();
   header->set_mode(pb::INGEST_MODE_UPDATE);
   header->set_request_id(arguments.change.request_id);
@@ -103,10 +103,10 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
   pb::Change change;
   pb::Object& object = *change.mutable_put()->mutable_object();
   object.set_name(arguments.name.empty()
-                      ? scene::WorldName(std::filesystem::path(arguments.file).stem().string())
+                      ? scene::ObjectName(std::filesystem::path(arguments.file).stem().string())
                       : arguments.name);
   object.set_kind(pb::OBJECT_KIND_USER);
-  *object.mutable_x_world_object() = ToProto(*pose);
+  *object.mutable_x_world_object() = PoseToProto(*pose);
   *object.add_shapes() = *part;
   return Apply(session, arguments.change, {change},
                absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
@@ -118,8 +118,8 @@ absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::
   pb::ListRobotsRequest request;
   request.set_world(session.world);
   request.set_name(name);
-  const auto found = AllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
-                                                      session.connection().robots(), request);
+  const auto found = ListAllPages<pb::ListRobotsResponse>(
+      session, &pb::RobotService::Stub::ListRobots, session.connection().robots(), request);
   if (!found.ok() && name.empty() && absl::IsNotFound(found.status())) {
     return std::nullopt;  // the import will create the world
   }
@@ -149,7 +149,7 @@ absl::StatusOr<std::vector<std::string>> ObjectsPut(Session& session) {
   request.set_world(session.world);
   request.set_view(pb::OBJECT_VIEW_BASIC);
   request.add_kinds(pb::OBJECT_KIND_USER);
-  const auto found = AllPages<pb::ListObjectsResponse>(
+  const auto found = ListAllPages<pb::ListObjectsResponse>(
       session, &pb::WorldService::Stub::ListObjects, session.connection().worlds(), request);
   if (absl::IsNotFound(found.status())) return std::vector<std::string>();
   if (!found.ok()) return found.status();
@@ -162,15 +162,15 @@ absl::StatusOr<std::vector<std::string>> ObjectsPut(Session& session) {
 absl::StatusOr<scene::SceneImport> SendScene(Session& session, const formats::SceneFile& file,
                                              scene::ImportOptions options) {
   Progress progress(session);
-  options.progress = [&progress](const scene::MeshesSent& sent) {
+  options.progress = [&progress](const scene::MeshUploadProgress& sent) {
     const std::string what = absl::StrCat("mesh ", sent.mesh, " of ", sent.meshes);
-    if (sent.sent_bytes >= sent.total_bytes) return progress.Stage("the server stores " + what);
-    progress.Moved({.doing = "sending",
-                    .moved_bytes = sent.sent_bytes,
-                    .total_bytes = sent.total_bytes,
-                    .of_what = what});
+    if (sent.sent_bytes >= sent.total_bytes) return progress.ShowStage("the server stores " + what);
+    progress.Update({.action = "sending",
+                     .moved_bytes = sent.sent_bytes,
+                     .total_bytes = sent.total_bytes,
+                     .detail = what});
   };
-  return scene::ImportOf(session.connection(), file, options);
+  return scene::ConvertScene(session.connection(), file, options);
 }
 
 absl::Status ImportScene(Session& session, const ImportArguments& arguments,
@@ -182,7 +182,7 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
   const auto file =
       formats::ParseScene(bytes, arguments.file, {.world_frame = arguments.world_frame});
   if (!file.ok()) return file.status();
-  scene::ImportOptions options{.without = arguments.without};
+  scene::ImportOptions options{.excluded = arguments.without};
   std::optional<pb::Robot> robot;
   if (scene::NeedsRobot(*file, options)) {
     auto found = FindRobot(session, arguments.robot);
@@ -193,7 +193,7 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
     if (!rules.ok()) return rules.status();
     options.rules = *std::move(rules);
   }
-  if (arguments.replaces) options.before = scene::Before::kGoes;
+  if (arguments.replaces) options.previous = scene::PreviousObjects::kRemove;
   if (arguments.replaces || !file->removed.empty()) {
     auto objects = ObjectsPut(session);
     if (!objects.ok()) return objects.status();
@@ -206,7 +206,7 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
     return absl::InvalidArgumentError(absl::StrCat(arguments.file, ": holds nothing to import"));
   }
   return Apply(session, arguments.change, plan->changes,
-               absl::StrCat("imported ", absl::StrJoin(plan->taken, ", ")));
+               absl::StrCat("imported ", absl::StrJoin(plan->imported, ", ")));
 }
 
 absl::Status Import(Session& session, const CLI::App& command, const ImportArguments& arguments) {
@@ -222,8 +222,9 @@ absl::Status Import(Session& session, const CLI::App& command, const ImportArgum
 }  // namespace
 
 void AddImportCommand(CommandLine& line) {
-  static const std::map<std::string, Part> kParts = {
-      {"state", Part::kState}, {"allowed", Part::kAllowed}, {"attached", Part::kAttached}};
+  static const std::map<std::string, ScenePart> kParts = {{"state", ScenePart::kState},
+                                                          {"allowed", ScenePart::kAllowed},
+                                                          {"attached", ScenePart::kAttached}};
   const auto arguments = std::make_shared<ImportArguments>();
   // The action checks which options were given.
   const auto self = std::make_shared<const CLI::App*>();

@@ -35,7 +35,7 @@ absl::Status Ingest(Session& session, const IngestArguments& arguments) {
   }
   absl::Status name = CheckLabelledName("--labels", arguments.labels);
   if (!name.ok()) return name;
-  auto header = ToHeader(arguments.scan, session);
+  auto header = ParseScanHeader(arguments.scan, session);
   if (!header.ok()) return header.status();
   header->set_mode(arguments.add ? cwm::v1::INGEST_MODE_ADD : cwm::v1::INGEST_MODE_UPDATE);
   header->set_want_point_labels(!arguments.labels.empty());

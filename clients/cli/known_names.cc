@@ -12,18 +12,18 @@ constexpr std::chrono::milliseconds kPatience(500);
 
 }  // namespace
 
-std::vector<std::string> KnownNames(const Session& session, Named what) {
+std::vector<std::string> KnownNames(const Session& session, NameKind kind) {
   client::ConnectOptions options;
   if (!session.address.empty()) options.address = session.address;
   options.deadline = kPatience;
   const client::Connection connection(options);
   std::vector<std::string> names;
-  if (what == Named::kWorld) {
+  if (kind == NameKind::kWorld) {
     const auto listed =
         connection.Call(&pb::WorldService::Stub::ListWorlds, connection.worlds(), {});
     if (!listed.ok()) return names;
     for (const pb::World& world : listed->worlds()) names.push_back(world.name());
-  } else if (what == Named::kRobot) {
+  } else if (kind == NameKind::kRobot) {
     pb::ListRobotsRequest request;
     request.set_world(session.world);
     const auto listed =

@@ -22,7 +22,7 @@ using meshes::UpAxis;
 
 // chosen: in millimetres a cup of 0.1 m is 100 long, and a screw of 10 mm is 10; an object longer
 // than this in metres would be a building.
-constexpr double kLongest_m = 10;
+constexpr double kMaxPlausibleSize_m = 10;
 
 }  // namespace
 
@@ -63,7 +63,7 @@ std::optional<std::string> SizeWarning(const TriangleMesh& mesh, const std::stri
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : mesh.vertices) bounds.extend(p);
   const double longest_m = bounds.sizes().maxCoeff();
-  if (!(longest_m > kLongest_m)) return std::nullopt;
+  if (!(longest_m > kMaxPlausibleSize_m)) return std::nullopt;
   return absl::StrFormat(
       "%s: %.4g m long, coordinates are metres: are these millimetres? --scale 0.001", file,
       longest_m);
@@ -75,9 +75,9 @@ absl::StatusOr<pb::ShapePart> UploadMesh(Session& session, const TriangleMesh& m
   const auto hash = client::WriteGeometry(
       session.connection(), {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)},
       [&](std::int64_t sent, std::int64_t total) {
-        if (sent >= total) return progress.Stage("the server stores " + triangles);
-        progress.Moved(
-            {.doing = "sending", .moved_bytes = sent, .total_bytes = total, .of_what = triangles});
+        if (sent >= total) return progress.ShowStage("the server stores " + triangles);
+        progress.Update(
+            {.action = "sending", .moved_bytes = sent, .total_bytes = total, .detail = triangles});
       });
   if (!hash.ok()) return hash.status();
   pb::ShapePart part;

@@ -11,7 +11,7 @@ Triple Cross(const Triple& a, const Triple& b) {
 
 }  // namespace
 
-Triple Transformed(const cwm::v1::Pose& x_a_b, const Triple& p_b) {
+Triple TransformPoint(const cwm::v1::Pose& x_a_b, const Triple& p_b) {
   const Triple q = {x_a_b.qx(), x_a_b.qy(), x_a_b.qz()};
   const Triple t = {x_a_b.tx_m(), x_a_b.ty_m(), x_a_b.tz_m()};
   // p + 2 q x (q x p + w p) + t
@@ -21,8 +21,8 @@ Triple Transformed(const cwm::v1::Pose& x_a_b, const Triple& p_b) {
   return {p_b[0] + 2 * turn[0] + t[0], p_b[1] + 2 * turn[1] + t[1], p_b[2] + 2 * turn[2] + t[2]};
 }
 
-formats::MeshFile Transformed(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b) {
-  for (Triple& vertex : mesh_b.vertices) vertex = Transformed(x_a_b, vertex);
+formats::MeshFile TransformMesh(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b) {
+  for (Triple& vertex : mesh_b.vertices) vertex = TransformPoint(x_a_b, vertex);
   return mesh_b;
 }
 

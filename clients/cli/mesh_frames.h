@@ -9,7 +9,7 @@
 namespace cwm::cli {
 
 // A point or a mesh in another frame: p_A = X_AB p_B. The quaternion must have unit length.
-std::array<double, 3> Transformed(const cwm::v1::Pose& x_a_b, const std::array<double, 3>& p_b);
-formats::MeshFile Transformed(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b);
+std::array<double, 3> TransformPoint(const cwm::v1::Pose& x_a_b, const std::array<double, 3>& p_b);
+formats::MeshFile TransformMesh(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b);
 
 }  // namespace cwm::cli

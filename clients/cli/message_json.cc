@@ -58,9 +58,9 @@ absl::Status ReplaceFiles(const Descriptor& type, OrderedJson& value) {
 
 }  // namespace
 
-std::string ToJson(const google::protobuf::Message& message, JsonSpacing spacing) {
+std::string ToJson(const google::protobuf::Message& message, JsonStyle spacing) {
   google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = spacing == JsonSpacing::kIndented;
+  options.add_whitespace = spacing == JsonStyle::kIndented;
   options.always_print_primitive_fields = true;
   options.preserve_proto_field_names = true;
   std::string json;

@@ -9,11 +9,11 @@
 
 namespace cwm::cli {
 
-enum class JsonSpacing { kIndented, kOneLine };
+enum class JsonStyle { kIndented, kOneLine };
 
 // snake_case names, defaults printed; 64-bit integers are strings and bytes base64, as usual in
 // protobuf JSON.
-std::string ToJson(const google::protobuf::Message& message, JsonSpacing spacing);
+std::string ToJson(const google::protobuf::Message& message, JsonStyle spacing);
 
 // Fills in the message. A string "@PATH" for a bytes field means the bytes of that file; "@@..." is
 // the text "@...", taken as base64 like any other. INVALID_ARGUMENT for unknown fields.

@@ -8,7 +8,7 @@
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 
 namespace cwm::cli {
@@ -55,10 +55,10 @@ std::size_t MotionCount(const std::vector<Body>& bodies) {
   return count;
 }
 
-absl::StatusOr<pb::CheckMotionsResponse> AskMotions(
+absl::StatusOr<pb::CheckMotionsResponse> EvaluateMotions(
     Session& session, const std::vector<pb::CheckMotionsRequest>& requests,
     const pb::QueryOptions& options) {
-  return AskInTurn<pb::CheckMotionsRequest, pb::CheckMotionsResponse>(
+  return EvaluateInTurn<pb::CheckMotionsRequest, pb::CheckMotionsResponse>(
       session, &pb::QueryService::Stub::CheckMotions, requests.size(), options,
       [&](std::size_t i, pb::CheckMotionsRequest& request) {
         request.MergeFrom(requests[i]);
@@ -78,10 +78,10 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
   for (const pb::MotionRow& row : response.rows()) {
     lines.push_back(
         {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(),
-          row.has_clearance_m() ? Fixed(1000 * row.clearance_m(), 3) : "",
+          row.has_clearance_m() ? FormatFixed(1000 * row.clearance_m(), 3) : "",
           row.has_segment() ? absl::StrCat(row.segment()) : "",
-          row.has_lo() ? Fixed(row.lo(), 5) : "", row.has_hi() ? Fixed(row.hi(), 5) : "",
-          MetName(row), row.object_link(),
+          row.has_lo() ? FormatFixed(row.lo(), 5) : "",
+          row.has_hi() ? FormatFixed(row.hi(), 5) : "", ObstacleName(row), row.object_link(),
           row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
           row.has_body_part() ? absl::StrCat(row.body_part()) : "", ShortName(row.trust())}});
   }
@@ -107,18 +107,18 @@ ExitCode CodeOf(pb::MotionVerdict verdict) {
 }
 
 absl::Status Move(Session& session, const VerdictArguments& arguments) {
-  const auto options = ToOptions(arguments.question);
+  const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto bodies = ReadBodies(arguments.body, session);
   if (!bodies.ok()) return bodies.status();
   const auto requests = ToRequests(*bodies);
   if (!requests.ok()) return requests.status();
-  const auto answer = AskMotions(session, *requests, *options);
+  const auto answer = EvaluateMotions(session, *requests, *options);
   if (!answer.ok()) return answer.status();
   if (arguments.exit_code) {
-    session.answer = CodeOfAll(*answer, MotionCount(*bodies), CodeOf);
+    session.verdict_code = ExitCodeOfRows(*answer, MotionCount(*bodies), CodeOf);
   }
-  PrintAnswer(session, *answer, MotionCount(*bodies), PrintMotions, "motion");
+  PrintResult(session, *answer, MotionCount(*bodies), PrintMotions, "motion");
   return absl::OkStatus();
 }
 

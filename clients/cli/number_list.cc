@@ -77,7 +77,7 @@ absl::StatusOr<cwm::v1::Vector3> ParseVector(const std::string& text, const std:
   return vector;
 }
 
-cwm::v1::Pose ToProto(const client::PoseRow& pose) {
+cwm::v1::Pose PoseToProto(const client::PoseRow& pose) {
   cwm::v1::Pose proto;
   proto.set_tx_m(pose[0]);
   proto.set_ty_m(pose[1]);
@@ -89,7 +89,7 @@ cwm::v1::Pose ToProto(const client::PoseRow& pose) {
   return proto;
 }
 
-client::PoseRow FromProto(const cwm::v1::Pose& pose) {
+client::PoseRow PoseFromProto(const cwm::v1::Pose& pose) {
   return {pose.tx_m(), pose.ty_m(), pose.tz_m(), pose.qx(), pose.qy(), pose.qz(), pose.qw()};
 }
 

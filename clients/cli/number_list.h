@@ -37,7 +37,7 @@ absl::StatusOr<client::PoseRow> PoseFromNumbers(const std::vector<double>& numbe
 
 absl::StatusOr<cwm::v1::Vector3> ParseVector(const std::string& text, const std::string& option);
 
-cwm::v1::Pose ToProto(const client::PoseRow& pose);
-client::PoseRow FromProto(const cwm::v1::Pose& pose);
+cwm::v1::Pose PoseToProto(const client::PoseRow& pose);
+client::PoseRow PoseFromProto(const cwm::v1::Pose& pose);
 
 }  // namespace cwm::cli

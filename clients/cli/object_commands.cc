@@ -15,7 +15,7 @@
 #include "clients/cli/object_table.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/progress.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cpp/geometry_transfer.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/glb.h"
@@ -63,7 +63,7 @@ absl::StatusOr<pb::ListObjectsRequest> ToRequest(const ListArguments& arguments,
 absl::Status List(Session& session, const ListArguments& arguments) {
   const auto request = ToRequest(arguments, session);
   if (!request.ok()) return request.status();
-  const auto response = AllPages<pb::ListObjectsResponse>(
+  const auto response = ListAllPages<pb::ListObjectsResponse>(
       session, &pb::WorldService::Stub::ListObjects, session.connection().worlds(), *request);
   if (!response.ok()) return response.status();
   session.PrintList(
@@ -90,10 +90,10 @@ absl::StatusOr<MeshFormat> FormatFor(const std::string& file) {
 
 absl::StatusOr<client::Surface> Fetch(Session& session, const pb::ObjectSurface& object) {
   Progress progress(session);
-  progress.Stage("the server makes the mesh");
+  progress.ShowStage("the server makes the mesh");
   return client::ReadSurface(
       session.connection(), object, [&](std::int64_t received, std::int64_t total) {
-        progress.Moved({.doing = "receiving", .moved_bytes = received, .total_bytes = total});
+        progress.Update({.action = "receiving", .moved_bytes = received, .total_bytes = total});
       });
 }
 
@@ -108,7 +108,7 @@ absl::Status WriteMesh(Session& session, const pb::GetObjectResponse& shown,
   auto surface = Fetch(session, object);
   if (!surface.ok()) return surface.status();
   const formats::MeshFile mesh_W =
-      Transformed(surface->header.x_world_object(), std::move(surface->mesh));
+      TransformMesh(surface->header.x_world_object(), std::move(surface->mesh));
   return formats::WriteFileBytes(file, format(mesh_W));
 }
 

@@ -33,7 +33,7 @@ std::string CoefficientText(const pb::ShapePart& part) {
   if (part.coefficients().empty()) return "";
   return absl::StrCat("coefficients ",
                       absl::StrJoin(part.coefficients(), " ", [](std::string* out, double value) {
-                        absl::StrAppend(out, Fixed(value, 4));
+                        absl::StrAppend(out, FormatFixed(value, 4));
                       }));
 }
 
@@ -42,8 +42,8 @@ std::vector<std::string> FitCells(const pb::ShapePart& part) {
   if (!part.has_fit()) {
     return {part.role() == pb::PART_ROLE_COMPLETED ? "completed" : "", "", ""};
   }
-  return {Length(part.fit().rms_m()), absl::StrCat(part.fit().inlier_count()),
-          Percent(part.fit().observed_fraction())};
+  return {FormatLength(part.fit().rms_m()), absl::StrCat(part.fit().inlier_count()),
+          FormatPercent(part.fit().observed_fraction())};
 }
 
 // The object's geometry besides its shapes.
@@ -62,8 +62,8 @@ std::string SurfaceText(const pb::Object& object) {
 }
 
 std::string Position(const pb::Pose& pose) {
-  return absl::StrCat(Fixed(pose.tx_m(), 3), " ", Fixed(pose.ty_m(), 3), " ",
-                      Fixed(pose.tz_m(), 3));
+  return absl::StrCat(FormatFixed(pose.tx_m(), 3), " ", FormatFixed(pose.ty_m(), 3), " ",
+                      FormatFixed(pose.tz_m(), 3));
 }
 
 // The lines of an object; the first has its name.
@@ -71,7 +71,7 @@ void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   const pb::Object& object = *labelled.object;
   const std::size_t first = rows.size();
   for (const pb::ShapePart& part : object.shapes()) {
-    std::vector<std::string> cells = {"", "", "", ShapeText(part)};
+    std::vector<std::string> cells = {"", "", "", FormatShape(part)};
     for (std::string& cell : FitCells(part)) cells.push_back(std::move(cell));
     cells.resize(Columns().size());
     rows.push_back({cells, CoefficientText(part)});
@@ -88,7 +88,7 @@ void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
     absl::StrAppend(&cells[2], " (", ShortName(object.state()), ")");
   }
   if (object.point_count() > 0) cells[7] = absl::StrCat(object.point_count());
-  if (object.has_bounds()) cells[8] = Size(object.bounds().box());
+  if (object.has_bounds()) cells[8] = FormatSize(object.bounds().box());
   cells[9] = object.attached_to().empty() ? object.supported_by() : object.attached_to();
   cells[10] = Position(object.x_world_object());
 }
@@ -104,36 +104,37 @@ std::string PlateText(const pb::ShapePart& part) {
   if (const int holes = plate.holes_size(); holes > 0) {
     absl::StrAppend(&text, holes, holes == 1 ? " hole, " : " holes, ");
   }
-  absl::StrAppend(&text, Length(plate.thickness_m()), " thick");
+  absl::StrAppend(&text, FormatLength(plate.thickness_m()), " thick");
   if (part.role() == pb::PART_ROLE_COMPLETED && part.has_fit()) text += " (completed)";
   return text;
 }
 
 std::string VesselText(const pb::Vessel& vessel) {
-  return absl::StrCat("vessel r ", Length(vessel.foot_radius_m()), " to ",
-                      Length(vessel.rim_radius_m()), ", h ", Length(vessel.height_m()), ", ",
-                      Length(vessel.depth_m()), " deep, wall ", Length(vessel.wall_thickness_m()));
+  return absl::StrCat("vessel r ", FormatLength(vessel.foot_radius_m()), " to ",
+                      FormatLength(vessel.rim_radius_m()), ", h ", FormatLength(vessel.height_m()),
+                      ", ", FormatLength(vessel.depth_m()), " deep, wall ",
+                      FormatLength(vessel.wall_thickness_m()));
 }
 
 }  // namespace
 
-std::string ShapeText(const pb::ShapePart& part) {
+std::string FormatShape(const pb::ShapePart& part) {
   if (part.has_vessel()) return VesselText(part.vessel());
   switch (part.shape_case()) {
     case pb::ShapePart::kSphere:
-      return absl::StrCat("sphere r ", Length(part.sphere().radius_m()));
+      return absl::StrCat("sphere r ", FormatLength(part.sphere().radius_m()));
     case pb::ShapePart::kBox:
-      return absl::StrCat("box ", Size(part.box()));
+      return absl::StrCat("box ", FormatSize(part.box()));
     case pb::ShapePart::kCylinder:
-      return absl::StrCat("cylinder r ", Length(part.cylinder().radius_m()), ", l ",
-                          Length(part.cylinder().length_m()));
+      return absl::StrCat("cylinder r ", FormatLength(part.cylinder().radius_m()), ", l ",
+                          FormatLength(part.cylinder().length_m()));
     case pb::ShapePart::kCone:
-      return absl::StrCat("cone r ", Length(part.cone().radius_bottom_m()), " to ",
-                          Length(part.cone().radius_top_m()), ", l ",
-                          Length(part.cone().length_m()));
+      return absl::StrCat("cone r ", FormatLength(part.cone().radius_bottom_m()), " to ",
+                          FormatLength(part.cone().radius_top_m()), ", l ",
+                          FormatLength(part.cone().length_m()));
     case pb::ShapePart::kCapsule:
-      return absl::StrCat("capsule r ", Length(part.capsule().radius_m()), ", l ",
-                          Length(part.capsule().length_m()));
+      return absl::StrCat("capsule r ", FormatLength(part.capsule().radius_m()), ", l ",
+                          FormatLength(part.capsule().length_m()));
     case pb::ShapePart::kHalfSpace:
       return "half space";
     case pb::ShapePart::kPlate:
@@ -171,14 +172,14 @@ void PrintObjectDetails(const pb::Object& object, TableStyle style, std::ostream
   PrintLine("uid", object.uid(), out);
   PrintLine("owner", ShortName(object.owner()), out);
   PrintLine("state", ShortName(object.state()), out);
-  PrintLine("pose", PoseText(object.x_world_object()), out);
+  PrintLine("pose", FormatPose(object.x_world_object()), out);
   PrintLine("attached to", object.attached_to(), out);
   if (object.has_attachment()) {
-    PrintLine("pose in link", PoseText(object.attachment().x_link_object()), out);
+    PrintLine("pose in link", FormatPose(object.attachment().x_link_object()), out);
     PrintLine("may touch", absl::StrJoin(object.attachment().touch_links(), ", "), out);
     PrintLine("supported by", object.supported_by(), out);
   }
-  if (object.margin_m() != 0) PrintLine("margin", Length(object.margin_m()), out);
+  if (object.margin_m() != 0) PrintLine("margin", FormatLength(object.margin_m()), out);
   if (object.has_reachable()) PrintLine("reachable", object.reachable() ? "yes" : "no", out);
   if (object.has_last_observed()) {
     PrintLine("last observed", google::protobuf::util::TimeUtil::ToString(object.last_observed()),

@@ -14,7 +14,7 @@
 namespace cwm::cli {
 
 // E.g. "cylinder r 33.1 mm, l 101.0 mm".
-std::string ShapeText(const cwm::v1::ShapePart& part);
+std::string FormatShape(const cwm::v1::ShapePart& part);
 
 // An object with its label in the labelled cloud; -1: no column of labels.
 struct LabelledObject {

@@ -19,15 +19,15 @@ std::string TimeText(const google::protobuf::Timestamp& time) {
 
 }  // namespace
 
-absl::StatusOr<pb::NamedThing> ParseThing(const std::string& text, const std::string& option) {
+absl::StatusOr<pb::NamedThing> ParsePairMember(const std::string& text, const std::string& option) {
   const std::size_t colon = text.find(':');
   const bool has_link = colon != std::string::npos;
-  pb::NamedThing thing;
-  thing.set_name(text.substr(0, colon));
-  if (has_link) thing.set_link(text.substr(colon + 1));
-  const bool is_wrong =
-      thing.name().empty() || (has_link && (thing.link().empty() || thing.name() == "*"));
-  if (!is_wrong) return thing;
+  pb::NamedThing member;
+  member.set_name(text.substr(0, colon));
+  if (has_link) member.set_link(text.substr(colon + 1));
+  const bool is_invalid =
+      member.name().empty() || (has_link && (member.link().empty() || member.name() == "*"));
+  if (!is_invalid) return member;
   return UsageError(
       absl::StrCat(option, ": \"", text, "\" must be NAME, ROBOT:LINK or '*' (everything)"));
 }
@@ -37,9 +37,9 @@ absl::StatusOr<pb::NamedPair> ParsePair(const std::string& text, const std::stri
     return UsageError(absl::StrCat(option, ": \"", text, "\" must be A,B: two things, a comma"));
   }
   const std::size_t comma = text.find(',');
-  const auto a = ParseThing(text.substr(0, comma), option);
+  const auto a = ParsePairMember(text.substr(0, comma), option);
   if (!a.ok()) return a.status();
-  const auto b = ParseThing(text.substr(comma + 1), option);
+  const auto b = ParsePairMember(text.substr(comma + 1), option);
   if (!b.ok()) return b.status();
   pb::NamedPair pair;
   *pair.mutable_a() = *a;
@@ -47,16 +47,16 @@ absl::StatusOr<pb::NamedPair> ParsePair(const std::string& text, const std::stri
   return pair;
 }
 
-std::string ThingText(const pb::NamedThing& thing) {
-  return thing.link().empty() ? thing.name() : absl::StrCat(thing.name(), ":", thing.link());
+std::string PairMemberText(const pb::NamedThing& member) {
+  return member.link().empty() ? member.name() : absl::StrCat(member.name(), ":", member.link());
 }
 
-std::string RuleText(const pb::PairRule& rule) {
+std::string FormatRule(const pb::PairRule& rule) {
   std::string text;
   if (rule.allowed()) text = "allowed";
   if (rule.has_expires()) absl::StrAppend(&text, " until ", TimeText(rule.expires()));
   if (rule.has_margin_m()) {
-    absl::StrAppend(&text, text.empty() ? "" : ", ", "margin ", Length(rule.margin_m()));
+    absl::StrAppend(&text, text.empty() ? "" : ", ", "margin ", FormatLength(rule.margin_m()));
   }
   return text.empty() ? "no rule" : text;
 }

@@ -5,7 +5,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 
 namespace cwm::cli {
@@ -15,12 +15,12 @@ namespace pb = cwm::v1;
 
 struct PairArguments {
   BodyArguments body;
-  QuestionArguments question;
+  QueryArguments query;
 };
 
 std::string TrustText(const pb::PairRow& pair) {
   const std::string trust = ShortName(pair.trust());
-  return pair.bound_m() > 0 ? absl::StrCat(trust, " to ", Length(pair.bound_m())) : trust;
+  return pair.bound_m() > 0 ? absl::StrCat(trust, " to ", FormatLength(pair.bound_m())) : trust;
 }
 
 template <class Response>
@@ -33,9 +33,10 @@ void PrintPairs(const Response& response, Session& session) {
     }
     for (const pb::PairRow& pair : rows[row].answers()) {
       lines.push_back(
-          {{absl::StrCat(row), MetName(pair), pair.object_link(), absl::StrCat(pair.object_part()),
-            BodyName(pair), Fixed(1000 * pair.distance_m(), 3), Vector(pair.point_body()),
-            Vector(pair.point_object()), Vector(pair.normal()), TrustText(pair)}});
+          {{absl::StrCat(row), ObstacleName(pair), pair.object_link(),
+            absl::StrCat(pair.object_part()), BodyName(pair),
+            FormatFixed(1000 * pair.distance_m(), 3), FormatVector(pair.point_body()),
+            FormatVector(pair.point_object()), FormatVector(pair.normal()), TrustText(pair)}});
     }
   }
   PrintTable({{"ROW", Align::kRight},
@@ -52,14 +53,14 @@ void PrintPairs(const Response& response, Session& session) {
 }
 
 template <class Request, class Response, class Method>
-absl::Status Ask(Session& session, const PairArguments& arguments, Method method) {
-  const auto options = ToOptions(arguments.question);
+absl::Status EvaluatePairs(Session& session, const PairArguments& arguments, Method method) {
+  const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto batches = ReadBatches(arguments.body, session);
   if (!batches.ok()) return batches.status();
-  const auto answer = AskAll<Request, Response>(session, method, *batches, *options);
+  const auto answer = EvaluateBatches<Request, Response>(session, method, *batches, *options);
   if (!answer.ok()) return answer.status();
-  PrintAnswer(session, *answer, RowCount(*batches), PrintPairs<Response>);
+  PrintResult(session, *answer, RowCount(*batches), PrintPairs<Response>);
   return absl::OkStatus();
 }
 
@@ -85,15 +86,14 @@ void AddPairCommands(CommandLine& line) {
         "printf '[0.4,0,0.3]\\n[0.5,0,0.3]\\n' | cwm distance --sphere 0.05 --at - -o ndjson"},
        kLines},
       [distance](Session& session) {
-        return Ask<pb::GetDistancesRequest, pb::GetDistancesResponse>(
+        return EvaluatePairs<pb::GetDistancesRequest, pb::GetDistancesResponse>(
             session, *distance, &pb::QueryService::Stub::GetDistances);
       });
   AddBodyOptions(distances, distance->body);
-  AddQuestionOptions(distances, distance->question);
-  AddPairRuleOptions(distances, distance->question);
+  AddQueryOptions(distances, distance->query);
+  AddPairRuleOptions(distances, distance->query);
   distances
-      .add_option("--max-results", distance->question.max_results,
-                  "nearest objects a row; default 1")
+      .add_option("--max-results", distance->query.max_results, "nearest objects a row; default 1")
       ->type_name("N");
 
   const auto contact = std::make_shared<PairArguments>();
@@ -105,14 +105,14 @@ void AddPairCommands(CommandLine& line) {
         "cwm contacts --robot panda --joints ready --margin 0.01"},
        kLines},
       [contact](Session& session) {
-        return Ask<pb::GetContactsRequest, pb::GetContactsResponse>(
+        return EvaluatePairs<pb::GetContactsRequest, pb::GetContactsResponse>(
             session, *contact, &pb::QueryService::Stub::GetContacts);
       });
   AddBodyOptions(contacts, contact->body);
-  AddQuestionOptions(contacts, contact->question);
-  AddMarginOption(contacts, contact->question);
-  AddPairRuleOptions(contacts, contact->question);
-  contacts.add_option("--max-contacts", contact->question.max_contacts, "points a row; default 16")
+  AddQueryOptions(contacts, contact->query);
+  AddMarginOption(contacts, contact->query);
+  AddPairRuleOptions(contacts, contact->query);
+  contacts.add_option("--max-contacts", contact->query.max_contacts, "points a row; default 16")
       ->type_name("N");
 }
 

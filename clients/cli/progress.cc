@@ -14,37 +14,38 @@ constexpr char kEraseLine[] = "\r\033[K";
 
 }  // namespace
 
-std::string TransferText(const Transfer& transfer) {
+std::string FormatTransfer(const Transfer& transfer) {
   const auto moved = static_cast<double>(transfer.moved_bytes);
   const auto total = static_cast<double>(transfer.total_bytes);
-  std::string text = absl::StrCat(transfer.doing, " ", Bytes(moved), " of ", Bytes(total));
-  if (!transfer.of_what.empty()) absl::StrAppend(&text, ", ", transfer.of_what);
+  std::string text =
+      absl::StrCat(transfer.action, " ", FormatBytes(moved), " of ", FormatBytes(total));
+  if (!transfer.detail.empty()) absl::StrAppend(&text, ", ", transfer.detail);
   if (transfer.bytes_per_s <= 0) return text;
-  absl::StrAppend(&text, ", ", Bytes(transfer.bytes_per_s), "/s, ",
-                  Fixed(std::ceil((total - moved) / transfer.bytes_per_s), 0), " s left");
+  absl::StrAppend(&text, ", ", FormatBytes(transfer.bytes_per_s), "/s, ",
+                  FormatFixed(std::ceil((total - moved) / transfer.bytes_per_s), 0), " s left");
   return text;
 }
 
-std::string CountText(const Transfer& transfer, std::int64_t bytes_each,
-                      const std::string& things) {
+std::string FormatCount(const Transfer& transfer, std::int64_t bytes_each,
+                        const std::string& unit) {
   return absl::StrCat(transfer.moved_bytes / bytes_each, " of ", transfer.total_bytes / bytes_each,
-                      " ", things);
+                      " ", unit);
 }
 
 Progress::Progress(const Session& session)
     : Progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
                                                                     : ProgressStyle::kSilent) {}
 
-void Progress::Moved(Transfer transfer) {
+void Progress::Update(Transfer transfer) {
   const auto now = std::chrono::steady_clock::now();
-  if (!first_) first_ = {now, transfer.moved_bytes};
-  const std::chrono::duration<double> elapsed = now - first_->when;
-  const auto moved = static_cast<double>(transfer.moved_bytes - first_->moved_bytes);
+  if (!start_) start_ = {now, transfer.moved_bytes};
+  const std::chrono::duration<double> elapsed = now - start_->time;
+  const auto moved = static_cast<double>(transfer.moved_bytes - start_->moved_bytes);
   if (elapsed.count() > 0) transfer.bytes_per_s = moved / elapsed.count();
-  Stage(TransferText(transfer));
+  ShowStage(FormatTransfer(transfer));
 }
 
-void Progress::Stage(const std::string& stage) {
+void Progress::ShowStage(const std::string& stage) {
   if (style_ == ProgressStyle::kSilent) return;
   err_ << kEraseLine << stage << " ..." << std::flush;
   shown_ = true;

@@ -49,7 +49,7 @@ absl::StatusOr<pb::ShapePart> ReadPart(Session& session, const PutArguments& arg
     if (HasShape(arguments.shape)) return UsageError("--mesh: only one shape at a time");
     return ReadMeshPart(session, arguments);
   }
-  const auto shape = ToShape(arguments.shape);
+  const auto shape = ParseShape(arguments.shape);
   if (!shape.ok()) return shape.status();
   return ToPart(*shape);
 }
@@ -63,7 +63,7 @@ absl::Status Put(Session& session, const PutArguments& arguments) {
   pb::Object& object = *change.mutable_put()->mutable_object();
   object.set_name(arguments.name);
   object.set_kind(arguments.unseen ? pb::OBJECT_KIND_UNSEEN : pb::OBJECT_KIND_USER);
-  *object.mutable_x_world_object() = ToProto(*pose);
+  *object.mutable_x_world_object() = PoseToProto(*pose);
   *object.add_shapes() = *part;
   object.set_supported_by(arguments.supported_by);
   object.set_margin_m(arguments.margin_m);

@@ -8,9 +8,9 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
-#include "clients/cli/place.h"
+#include "clients/cli/pose_argument.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 
 namespace cwm::cli {
@@ -21,14 +21,14 @@ using Json = nlohmann::json;
 
 struct RayArguments {
   std::string from, direction, to;
-  QuestionArguments question;
+  QueryArguments query;
 };
 
-absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments, Session& session) {
+absl::StatusOr<client::RayRow> ParseRay(const RayArguments& arguments, Session& session) {
   if (arguments.from.empty() || arguments.direction.empty() == arguments.to.empty()) {
     return UsageError("--from and one of --direction and --to, or JSON lines on stdin");
   }
-  const auto from = ParsePlace(session, arguments.from, "--from");
+  const auto from = ParsePoseArgument(session, arguments.from, "--from");
   if (!from.ok()) return from.status();
   client::RayRow ray = {(*from)[0], (*from)[1], (*from)[2], 0, 0, 0};
   if (!arguments.direction.empty()) {
@@ -37,7 +37,7 @@ absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments, Sessi
     std::copy(direction->begin(), direction->end(), ray.begin() + 3);
     return ray;
   }
-  const auto to = ParsePlace(session, arguments.to, "--to");
+  const auto to = ParsePoseArgument(session, arguments.to, "--to");
   if (!to.ok()) return to.status();
   for (std::size_t i = 0; i < 3; ++i) ray[i + 3] = (*to)[i] - (*from)[i];
   return ray;
@@ -80,7 +80,7 @@ absl::StatusOr<std::vector<client::RayRow>> ReadRays(const RayArguments& argumen
   const bool on_the_line =
       !arguments.from.empty() || !arguments.direction.empty() || !arguments.to.empty();
   if (!on_the_line && !streams.in_is_terminal) return RaysOnStdin(streams.in);
-  const auto ray = RayOnTheLine(arguments, session);
+  const auto ray = ParseRay(arguments, session);
   if (!ray.ok()) return ray.status();
   return std::vector<client::RayRow>{*ray};
 }
@@ -93,9 +93,9 @@ void PrintHits(const pb::CastRaysResponse& response, Session& session) {
       lines.push_back({{number, "none", "", "", "", ""}});
       continue;
     }
-    lines.push_back(
-        {{number, HitName(row), absl::StrCat(row.object_part()), Fixed(1000 * row.distance_m(), 3),
-          Vector(row.point()), Vector(row.normal())}});
+    lines.push_back({{number, HitObstacleName(row), absl::StrCat(row.object_part()),
+                      FormatFixed(1000 * row.distance_m(), 3), FormatVector(row.point()),
+                      FormatVector(row.normal())}});
   }
   PrintTable({{"ROW", Align::kRight},
               {"OBJECT"},
@@ -108,7 +108,7 @@ void PrintHits(const pb::CastRaysResponse& response, Session& session) {
 
 absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<client::RayRow>& rays,
                                           const pb::QueryOptions& options) {
-  return AskInMessages<pb::CastRaysRequest, pb::CastRaysResponse>(
+  return EvaluateRows<pb::CastRaysRequest, pb::CastRaysResponse>(
       session, &pb::QueryService::Stub::CastRays, rays, options,
       [](const std::vector<client::RayRow>& some, pb::CastRaysRequest& request) {
         request.mutable_rays()->set_scalar(pb::SCALAR_F64);
@@ -117,13 +117,13 @@ absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<cl
 }
 
 absl::Status RayCommand(Session& session, const RayArguments& arguments) {
-  const auto options = ToOptions(arguments.question);
+  const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto rays = ReadRays(arguments, session);
   if (!rays.ok()) return rays.status();
   const auto answer = Cast(session, *rays, *options);
   if (!answer.ok()) return answer.status();
-  PrintAnswer(session, *answer, rays->size(), PrintHits);
+  PrintResult(session, *answer, rays->size(), PrintHits);
   return absl::OkStatus();
 }
 
@@ -143,7 +143,7 @@ void AddRayCommand(CommandLine& line) {
       ->type_name("X,Y,Z");
   command.add_option("--to", arguments->to, "a point that the ray goes through (m)")
       ->type_name("X,Y,Z");
-  AddQuestionOptions(command, arguments->question);
+  AddQueryOptions(command, arguments->query);
 }
 
 }  // namespace cwm::cli

@@ -14,7 +14,7 @@ using google::protobuf::FileDescriptorProto;
 using google::protobuf::MethodDescriptor;
 using google::protobuf::ServiceDescriptor;
 
-absl::StatusOr<reflection::ServerReflectionResponse> Ask(
+absl::StatusOr<reflection::ServerReflectionResponse> SendRequest(
     const client::Connection& connection, const reflection::ServerReflectionRequest& request) {
   const auto stub = reflection::ServerReflection::NewStub(connection.channel());
   grpc::ClientContext context;
@@ -24,7 +24,8 @@ absl::StatusOr<reflection::ServerReflectionResponse> Ask(
   stream->Write(request);
   stream->WritesDone();
   const bool answered = stream->Read(&response);
-  if (const grpc::Status status = stream->Finish(); !status.ok()) return client::FromGrpc(status);
+  if (const grpc::Status status = stream->Finish(); !status.ok())
+    return client::StatusFromGrpc(status);
   if (!answered) return absl::InternalError("server reflection did not answer");
   if (response.has_error_response()) {
     return absl::NotFoundError(response.error_response().error_message());
@@ -55,7 +56,7 @@ bool ReflectionClient::Database::FindFileByName(const std::string& filename,
   if (known_.FindFileByName(filename, output)) return true;
   reflection::ServerReflectionRequest request;
   request.set_file_by_filename(filename);
-  const auto response = Ask(connection_, request);
+  const auto response = SendRequest(connection_, request);
   if (!response.ok()) return false;
   for (const std::string& bytes : response->file_descriptor_response().file_descriptor_proto()) {
     FileDescriptorProto file;
@@ -70,7 +71,7 @@ bool ReflectionClient::Database::FindFileContainingSymbol(const std::string& sym
                                                           FileDescriptorProto* output) {
   reflection::ServerReflectionRequest request;
   request.set_file_containing_symbol(symbol);
-  const auto response = Ask(connection_, request);
+  const auto response = SendRequest(connection_, request);
   if (!response.ok() || response->file_descriptor_response().file_descriptor_proto().empty()) {
     return false;
   }
@@ -86,7 +87,7 @@ ReflectionClient::ReflectionClient(const client::Connection& connection)
 absl::StatusOr<std::vector<std::string>> ReflectionClient::ListServices() {
   reflection::ServerReflectionRequest request;
   request.set_list_services("*");
-  const auto response = Ask(connection_, request);
+  const auto response = SendRequest(connection_, request);
   if (!response.ok()) return response.status();
   std::vector<std::string> names;
   for (const auto& service : response->list_services_response().service()) {

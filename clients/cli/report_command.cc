@@ -67,7 +67,7 @@ absl::StatusOr<Meshes> FetchMeshes(Session& session, const pb::IngestCloudRespon
 absl::StatusOr<report::ScanRecord> Record(Session& session, const ReportArguments& arguments,
                                           const formats::CloudFile& cloud,
                                           pb::IngestCloudResponse response) {
-  const auto labels = client::LabelsOf(session.connection(), response, cloud.size());
+  const auto labels = client::ReadLabels(session.connection(), response, cloud.size());
   if (!labels.ok()) return labels.status();
   response.clear_labels();  // they are sent with the points
   auto meshes = FetchMeshes(session, response);
@@ -78,7 +78,7 @@ absl::StatusOr<report::ScanRecord> Record(Session& session, const ReportArgument
           google::protobuf::util::TimeUtil::TimeTToTimestamp(std::time(nullptr))),
       .program = "cwm " CWM_VERSION,
       .sensor_model = arguments.scan.sensor_model.empty() ? "kinect" : arguments.scan.sensor_model,
-      .response_json = ToJson(response, JsonSpacing::kOneLine),
+      .response_json = ToJson(response, JsonStyle::kOneLine),
       .points = report::PackPoints({.cloud = cloud, .labels = *labels}),
       .meshes = *std::move(meshes)};
 }
@@ -90,7 +90,7 @@ absl::Status Report(Session& session, const ReportArguments& arguments,
   }
   absl::Status name = CheckPageName(arguments.page_file);
   if (!name.ok()) return name;
-  auto header = ToHeader(arguments.scan, session);
+  auto header = ParseScanHeader(arguments.scan, session);
   if (!header.ok()) return header.status();
   header->set_mode(pb::INGEST_MODE_SEGMENT_ONLY);
   header->set_want_point_labels(true);
@@ -105,9 +105,10 @@ absl::Status Report(Session& session, const ReportArguments& arguments,
   if (!written.ok()) return written;
   response->clear_labels();
   session.Print(*response, [&] {
-    session.streams.out << arguments.page_file << ": " << Bytes(static_cast<double>(page.size()))
-                        << ", supports " << response->supports_size() << ", objects "
-                        << response->objects_size() << "; open it in a browser\n";
+    session.streams.out << arguments.page_file << ": "
+                        << FormatBytes(static_cast<double>(page.size())) << ", supports "
+                        << response->supports_size() << ", objects " << response->objects_size()
+                        << "; open it in a browser\n";
   });
   return absl::OkStatus();
 }

@@ -117,13 +117,13 @@ void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
       ->type_name("GEOMETRY");
 }
 
-bool HasAny(const RobotArguments& robot) {
+bool HasRobotOptions(const RobotArguments& robot) {
   return !robot.group.empty() || !robot.joints.empty() || !robot.x_world_base.empty() ||
          robot.scope != pb::ROBOT_SCOPE_UNSPECIFIED ||
          robot.geometry != pb::ROBOT_GEOMETRY_UNSPECIFIED;
 }
 
-absl::StatusOr<pb::RobotSubject> ToRobotSubject(const RobotArguments& robot) {
+absl::StatusOr<pb::RobotSubject> ParseRobotSubject(const RobotArguments& robot) {
   pb::RobotSubject subject;
   subject.set_robot(robot.name);
   subject.set_group(robot.group);
@@ -132,7 +132,7 @@ absl::StatusOr<pb::RobotSubject> ToRobotSubject(const RobotArguments& robot) {
   if (robot.x_world_base.empty()) return subject;
   const auto pose = ParsePose(robot.x_world_base, "--x-world-base");
   if (!pose.ok()) return pose.status();
-  *subject.mutable_x_world_base() = ToProto(*pose);
+  *subject.mutable_x_world_base() = PoseToProto(*pose);
   return subject;
 }
 

@@ -21,10 +21,10 @@ struct RobotArguments {
 
 void AddRobotOptions(CLI::App& command, RobotArguments& robot);
 // True if any option but the name is set.
-bool HasAny(const RobotArguments& robot);
+bool HasRobotOptions(const RobotArguments& robot);
 
 // The subject without rows.
-absl::StatusOr<cwm::v1::RobotSubject> ToRobotSubject(const RobotArguments& robot);
+absl::StatusOr<cwm::v1::RobotSubject> ParseRobotSubject(const RobotArguments& robot);
 
 // A row of the subject's group: "0.1,0.2,..." unchanged (the server checks the count), or a state
 // that the SRDF names, in that group or, without a group, in any. The server is asked for it;

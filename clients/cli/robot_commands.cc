@@ -7,7 +7,7 @@
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/robot_arguments.h"
 #include "clients/cli/robot_load_command.h"
 #include "clients/cli/robot_table.h"
@@ -40,8 +40,8 @@ absl::StatusOr<pb::ListRobotsResponse> ListAll(Session& session, const ShowArgum
   const auto revision = ParseRevision(arguments.at_revision);
   if (!revision.ok()) return revision.status();
   *request.mutable_at_revision() = *revision;
-  return AllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
-                                          session.connection().robots(), request);
+  return ListAllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
+                                              session.connection().robots(), request);
 }
 
 absl::Status List(Session& session, const ShowArguments& arguments) {
@@ -73,7 +73,7 @@ absl::Status Set(Session& session, const SetArguments& arguments) {
   if (arguments.joints.empty() && arguments.robot.x_world_base.empty()) {
     return UsageError("--joints, --x-world-base or both");
   }
-  const auto subject = ToRobotSubject(arguments.robot);
+  const auto subject = ParseRobotSubject(arguments.robot);
   if (!subject.ok()) return subject.status();
   pb::Change change;
   pb::SetRobotState& state = *change.mutable_robot_state();

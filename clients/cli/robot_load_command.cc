@@ -24,8 +24,8 @@ struct LoadArguments {
   ChangeArguments change;
 };
 
-absl::StatusOr<pb::LoadRobotHeader> ToHeader(const LoadArguments& arguments,
-                                             const Session& session) {
+absl::StatusOr<pb::LoadRobotHeader> ParseRobotHeader(const LoadArguments& arguments,
+                                                     const Session& session) {
   pb::LoadRobotHeader header;
   header.set_world(session.world);
   header.set_name(arguments.name);
@@ -43,7 +43,7 @@ absl::StatusOr<pb::LoadRobotHeader> ToHeader(const LoadArguments& arguments,
   if (!arguments.x_world_base.empty()) {
     const auto pose = ParsePose(arguments.x_world_base, "--x-world-base");
     if (!pose.ok()) return pose.status();
-    *header.mutable_x_world_base() = ToProto(*pose);
+    *header.mutable_x_world_base() = PoseToProto(*pose);
   }
   header.set_request_id(arguments.change.request_id);
   if (arguments.change.expected_revision) {
@@ -79,15 +79,15 @@ absl::StatusOr<pb::LoadRobotResponse> Send(Session& session, const pb::LoadRobot
   const std::string meshes = absl::StrCat(files.size(), " meshes");
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total)
-      return progress.Stage(absl::StrCat("the server reads ", files.size(), " meshes"));
-    progress.Moved(
-        {.doing = "sending", .moved_bytes = sent, .total_bytes = total, .of_what = meshes});
+      return progress.ShowStage(absl::StrCat("the server reads ", files.size(), " meshes"));
+    progress.Update(
+        {.action = "sending", .moved_bytes = sent, .total_bytes = total, .detail = meshes});
   };
   return client::LoadRobot(session.connection(), header, files, show);
 }
 
 absl::Status Load(Session& session, const LoadArguments& arguments) {
-  const auto header = ToHeader(arguments, session);
+  const auto header = ParseRobotHeader(arguments, session);
   if (!header.ok()) return header.status();
   const auto files = ReadMeshes(arguments, header->urdf());
   if (!files.ok()) return files.status();

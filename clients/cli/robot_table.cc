@@ -36,7 +36,7 @@ TableRow RobotRow(const pb::Robot& robot) {
   }
   return {{robot.name(), absl::StrCat(robot.links_size()), absl::StrCat(bodies), Count(triangles),
            Count(spheres), absl::StrCat(robot.variables_size()), Count(robot.groups_size()),
-           absl::StrCat(robot.self_pair_count()), PoseText(robot.x_world_base())}};
+           absl::StrCat(robot.self_pair_count()), FormatPose(robot.x_world_base())}};
 }
 
 void PrintLinks(const pb::Robot& robot, TableStyle style, std::ostream& out) {
@@ -64,9 +64,9 @@ void PrintVariables(const pb::Robot& robot, TableStyle style, std::ostream& out)
   for (int i = 0; i < count; ++i) {
     const pb::RobotVariable& variable = robot.variables(i);
     rows.push_back({{variable.name(), KindText(variable.joint_kind()),
-                     variable.has_lower() ? Fixed(variable.lower(), kDecimals) : "",
-                     Fixed(robot.state(i), kDecimals),
-                     variable.has_upper() ? Fixed(variable.upper(), kDecimals) : ""}});
+                     variable.has_lower() ? FormatFixed(variable.lower(), kDecimals) : "",
+                     FormatFixed(robot.state(i), kDecimals),
+                     variable.has_upper() ? FormatFixed(variable.upper(), kDecimals) : ""}});
   }
   PrintTable({{"VARIABLE rad, m"},
               {"KIND"},
@@ -122,9 +122,9 @@ void PrintRobotDetails(const pb::Robot& robot, TableStyle style, std::ostream& o
   PrintGroups(robot, style, out);
 }
 
-std::string JointText(const google::protobuf::RepeatedField<double>& values) {
+std::string FormatJoints(const google::protobuf::RepeatedField<double>& values) {
   return absl::StrJoin(values, " ", [](std::string* text, double value) {
-    absl::StrAppend(text, Fixed(value, kDecimals));
+    absl::StrAppend(text, FormatFixed(value, kDecimals));
   });
 }
 

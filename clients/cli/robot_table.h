@@ -20,6 +20,6 @@ void PrintRobots(const google::protobuf::RepeatedPtrField<cwm::v1::Robot>& robot
 void PrintRobotDetails(const cwm::v1::Robot& robot, TableStyle style, std::ostream& out);
 
 // E.g. "0.000 -0.785 1.571".
-std::string JointText(const google::protobuf::RepeatedField<double>& values);
+std::string FormatJoints(const google::protobuf::RepeatedField<double>& values);
 
 }  // namespace cwm::cli

@@ -25,7 +25,7 @@ class ColumnReader {
   const std::string& bytes_;
 };
 
-constexpr std::int32_t kNothing = -1, kItself = -2;  // special values of an object_index
+constexpr std::int32_t kNoObject = -1, kSelf = -2;  // special values of an object_index
 
 absl::Status Mismatch() {
   return absl::DataLossError("the columns of the server's answer do not fit together");
@@ -45,9 +45,9 @@ struct PairAt {
 // False if it names something that the answer does not have.
 template <class Response, class Row>
 bool SetPair(const PairAt& pair, const Response& response, Row& row) {
-  const bool of_itself = pair.object == kItself;
-  if (pair.object >= response.objects_size() || (pair.object < 0 && !of_itself)) return false;
-  if (!of_itself) {
+  const bool is_self = pair.object == kSelf;
+  if (pair.object >= response.objects_size() || (pair.object < 0 && !is_self)) return false;
+  if (!is_self) {
     const pb::ObjectRef& met = response.objects(pair.object);
     row.set_object(met.name());
     if (met.part_links_size() > 0) {  // the obstacle is a robot
@@ -58,16 +58,16 @@ bool SetPair(const PairAt& pair, const Response& response, Row& row) {
   row.set_body_part(pair.body_part);
   row.set_object_part(pair.object_part);
   const int links = response.body_links_size();
-  if (links == 0) return !of_itself;
+  if (links == 0) return !is_self;
   const auto has_link = [&](std::int32_t part) { return part >= 0 && part < links; };
-  if (!has_link(pair.body_part) || (of_itself && !has_link(pair.object_part))) return false;
+  if (!has_link(pair.body_part) || (is_self && !has_link(pair.object_part))) return false;
   row.set_body_link(response.body_links(pair.body_part));
-  if (of_itself) row.set_object_link(response.body_links(pair.object_part));
+  if (is_self) row.set_object_link(response.body_links(pair.object_part));
   if (response.body_objects_size() == 0) return true;  // nothing is attached
   if (response.body_objects_size() != links) return false;
   const std::string& mine = response.body_objects(pair.body_part);
   if (!mine.empty()) row.set_body_object(mine);
-  if (!of_itself) return true;
+  if (!is_self) return true;
   const std::string& theirs = response.body_objects(pair.object_part);
   if (!theirs.empty()) row.set_object(theirs);
   return true;
@@ -136,11 +136,11 @@ absl::Status ExpandRows(pb::CheckCollisionsResponse& response) {
     pb::CollisionRow& answer = *response.add_rows();
     answer.set_verdict(static_cast<pb::Verdict>(response.verdicts()[row]));
     answer.set_trust(static_cast<pb::Trust>(response.trust()[row]));
-    if (variable.size() > 0 && variable[row] != kNothing) {
+    if (variable.size() > 0 && variable[row] != kNoObject) {
       if (variable[row] < 0 || variable[row] >= response.variables_size()) return Mismatch();
       answer.set_variable(response.variables(variable[row]));
     }
-    if (index[row] == kNothing) continue;
+    if (index[row] == kNoObject) continue;
     if (!SetPair({index[row], body_part[row], object_part[row]}, response, answer)) {
       return Mismatch();
     }

@@ -10,7 +10,7 @@
 #include "clients/cli/exit_code.h"
 #include "clients/cli/pair_arguments.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 #include "clients/cli/unknown_names.h"
 
@@ -19,11 +19,11 @@ namespace {
 
 namespace pb = cwm::v1;
 
-constexpr char kThings[] =
+constexpr char kPairMemberForms[] =
     "A and B are NAME (of an object, or of a robot with all its links), ROBOT:LINK, or '*' for\n"
     "everything, bodies without a name included. They need not be there, yet or any more.";
 
-constexpr double kLongest_s = 366 * 24 * 3600;  // the server's limit
+constexpr double kMaxDuration_s = 366 * 24 * 3600;  // the server's limit
 
 struct RuleArguments {
   std::string a, b;
@@ -41,9 +41,9 @@ struct MarginArguments : RuleArguments {
 };
 
 absl::StatusOr<pb::NamedPair> PairOf(const RuleArguments& arguments) {
-  const auto a = ParseThing(arguments.a, "A");
+  const auto a = ParsePairMember(arguments.a, "A");
   if (!a.ok()) return a.status();
-  const auto b = ParseThing(arguments.b, "B");
+  const auto b = ParsePairMember(arguments.b, "B");
   if (!b.ok()) return b.status();
   pb::NamedPair pair;
   *pair.mutable_a() = *a;
@@ -51,14 +51,14 @@ absl::StatusOr<pb::NamedPair> PairOf(const RuleArguments& arguments) {
   return pair;
 }
 
-std::string Both(const RuleArguments& arguments) {
+std::string FormatRulePair(const RuleArguments& arguments) {
   return absl::StrCat(arguments.a, " and ", arguments.b);
 }
 
 absl::Status ApplyRule(Session& session, const RuleArguments& arguments, const pb::Change& change,
                        const pb::NamedPair& pair, const std::string& done) {
   absl::Status status = Apply(session, arguments.change, {change}, done);
-  if (status.ok()) WarnOfUnknownNames(session, pair);
+  if (status.ok()) WarnAboutUnknownNames(session, pair);
   return status;
 }
 
@@ -68,12 +68,12 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
   pb::Change change;
   *change.mutable_allow()->mutable_pair() = *pair;
   change.mutable_allow()->set_withdraw(arguments.withdraw);
-  std::string done =
-      absl::StrCat(Both(arguments), arguments.withdraw ? ": no longer allowed" : ": may collide");
+  std::string done = absl::StrCat(FormatRulePair(arguments),
+                                  arguments.withdraw ? ": no longer allowed" : ": may collide");
   if (arguments.for_s) {
-    if (!(*arguments.for_s > 0 && *arguments.for_s <= kLongest_s)) {  // false for NaN
+    if (!(*arguments.for_s > 0 && *arguments.for_s <= kMaxDuration_s)) {  // false for NaN
       return UsageError(absl::StrCat("--for: is ", *arguments.for_s,
-                                     ", must be positive and at most ", kLongest_s, " s"));
+                                     ", must be positive and at most ", kMaxDuration_s, " s"));
     }
     *change.mutable_allow()->mutable_expires_after() = ToDuration(*arguments.for_s);
     absl::StrAppend(&done, " for ", *arguments.for_s, " s");
@@ -90,17 +90,17 @@ absl::Status SetMargin(Session& session, const MarginArguments& arguments) {
   pb::Change change;
   *change.mutable_margin()->mutable_pair() = *pair;
   if (arguments.margin_m) change.mutable_margin()->set_margin_m(*arguments.margin_m);
-  return ApplyRule(
-      session, arguments, change, *pair,
-      absl::StrCat(Both(arguments), arguments.margin_m ? ": margin " + Length(*arguments.margin_m)
-                                                       : ": no margin of their own"));
+  return ApplyRule(session, arguments, change, *pair,
+                   absl::StrCat(FormatRulePair(arguments),
+                                arguments.margin_m ? ": margin " + FormatLength(*arguments.margin_m)
+                                                   : ": no margin of their own"));
 }
 
 void PrintRules(const pb::GetWorldResponse& world, TableStyle style, std::ostream& out) {
   std::vector<TableRow> rows;
   for (const pb::PairRule& rule : world.pair_rules()) {
-    rows.push_back(
-        {.cells = {ThingText(rule.pair().a()), ThingText(rule.pair().b()), RuleText(rule)}});
+    rows.push_back({.cells = {PairMemberText(rule.pair().a()), PairMemberText(rule.pair().b()),
+                              FormatRule(rule)}});
   }
   if (rows.empty()) {
     out << "no rules of pairs\n";
@@ -143,7 +143,7 @@ void AddRuleCommands(CommandLine& line) {
                                    "two things to collide: no question sees the pair",
                                    {"cwm allow panda:panda_hand cup --for 5", "cwm allow cup tray",
                                     "cwm allow cup tray --withdraw", "cwm allow crate '*'"},
-                                   kThings},
+                                   kPairMemberForms},
                                   [allow](Session& session) { return Allow(session, *allow); });
   AddPair(allowing, *allow);
   CLI::Option* const for_s =
@@ -160,7 +160,7 @@ void AddRuleCommands(CommandLine& line) {
        "of two things, in place of their own and of the question's",
        {"cwm margin panda:panda_hand cup 0", "cwm margin panda '*' 0.02",
         "cwm margin panda '*' --unset"},
-       absl::StrCat(kThings,
+       absl::StrCat(kPairMemberForms,
                     "\nWhere several margins apply, that with more names and links counts.")},
       [margin](Session& session) { return SetMargin(session, *margin); });
   AddPair(setting, *margin);

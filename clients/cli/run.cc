@@ -6,13 +6,13 @@
 #include <map>
 #include <ostream>
 
+#include "clients/cli/closed_pipe.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/completion.h"
 #include "clients/cli/error_report.h"
 #include "clients/cli/known_names.h"
 #include "clients/cli/nearest_word.h"
 #include "clients/cli/one_of.h"
-#include "clients/cli/out_pipe.h"
 #include "clients/cli/report_command.h"
 #include "clients/cpp/call_error.h"
 #include "manual/manual_page.h"
@@ -86,7 +86,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
 }
 
 // An invalid command line must not cause a query to the server.
-std::vector<std::string> NoNames(Named) { return {}; }
+std::vector<std::string> NoNames(NameKind) { return {}; }
 
 std::vector<std::string> CommandNames(const CLI::App& app) {
   std::vector<std::string> names;
@@ -102,8 +102,8 @@ const CLI::App& ChosenCommand(const CLI::App& app) {
 }
 
 // A suggestion for the first word that looks like an option.
-std::optional<std::string> MeantOption(const CLI::App& command,
-                                       const std::vector<std::string>& words) {
+std::optional<std::string> SuggestedOption(const CLI::App& command,
+                                           const std::vector<std::string>& words) {
   std::vector<std::string> options;
   for (const Candidate& option : CandidatesFor(command, {"--"}, NoNames)) {
     options.push_back(option.word);
@@ -117,18 +117,19 @@ std::optional<std::string> MeantOption(const CLI::App& command,
 // A suggestion for an unknown object, robot or world.
 std::optional<std::string> Meant(const absl::Status& status, const Session& session) {
   struct Kind {
-    Named named;
+    NameKind name_kind;
     std::string key;  // in the metadata
   };
-  static const std::map<std::string, Kind> kKinds = {{"OBJECT_UNKNOWN", {Named::kObject, "object"}},
-                                                     {"ROBOT_UNKNOWN", {Named::kRobot, "robot"}},
-                                                     {"WORLD_UNKNOWN", {Named::kWorld, "world"}}};
+  static const std::map<std::string, Kind> kKinds = {
+      {"OBJECT_UNKNOWN", {NameKind::kObject, "object"}},
+      {"ROBOT_UNKNOWN", {NameKind::kRobot, "robot"}},
+      {"WORLD_UNKNOWN", {NameKind::kWorld, "world"}}};
   const client::ErrorDetails details = client::DetailsOf(status);
   const auto kind = kKinds.find(details.reason);
   if (kind == kKinds.end()) return std::nullopt;
   const auto unknown = details.metadata.find(kind->second.key);
   if (unknown == details.metadata.end()) return std::nullopt;
-  return NearestWord(unknown->second, KnownNames(session, kind->second.named));
+  return NearestWord(unknown->second, KnownNames(session, kind->second.name_kind));
 }
 
 // Help and version are not errors; they are printed on stdout.
@@ -144,15 +145,16 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
   const auto any = [](const CLI::App*) { return true; };
   const bool no_command =
       !chosen.get_subcommands(any).empty() && !unknown.empty() && unknown.front().front() != '-';
-  FailedCommand failed{
-      .name = &chosen == &line.app ? "" : chosen.get_name(), .address = "", .meant = std::nullopt};
+  FailedCommand failed{.name = &chosen == &line.app ? "" : chosen.get_name(),
+                       .address = "",
+                       .suggestion = std::nullopt};
   if (chosen.get_parent() != nullptr && chosen.get_parent() != &line.app) {
     failed.name = chosen.get_parent()->get_name() + " " + failed.name;
   }
   if (no_command) {
-    failed.meant = NearestWord(unknown.front(), CommandNames(chosen));
+    failed.suggestion = NearestWord(unknown.front(), CommandNames(chosen));
   } else {
-    failed.meant = MeantOption(chosen, unknown);
+    failed.suggestion = SuggestedOption(chosen, unknown);
   }
   ReportError(UsageError(no_command ? "unknown command '" + unknown.front() + "'" : error.what()),
               failed, streams.err);
@@ -183,7 +185,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
   }
   streams.out.flush();
   // A reader that closes the pipe is not an error; a full disk is.
-  if (line.result.ok() && !streams.out && !IsUnread(streams.out)) {
+  if (line.result.ok() && !streams.out && !IsPipeClosed(streams.out)) {
     line.result = absl::InternalError("stdout cannot be written: part of the answer is lost");
   }
   if (!line.result.ok()) {
@@ -191,7 +193,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
     ReportError(line.result, {line.command, address, Meant(line.result, session)}, streams.err);
     return ExitCodeOf(line.result);
   }
-  return session.answer;
+  return session.verdict_code;
 }
 
 }  // namespace cwm::cli

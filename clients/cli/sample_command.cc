@@ -9,9 +9,9 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
-#include "clients/cli/place.h"
+#include "clients/cli/pose_argument.h"
 #include "clients/cli/quantity.h"
-#include "clients/cli/question_arguments.h"
+#include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
 
 namespace cwm::cli {
@@ -23,7 +23,7 @@ using Point = std::array<double, 3>;
 
 struct SampleArguments {
   std::vector<std::string> places;
-  QuestionArguments question;
+  QueryArguments query;
 };
 
 // Parses {"point": [x, y, z]}.
@@ -63,7 +63,7 @@ absl::StatusOr<std::vector<Point>> ReadPoints(const SampleArguments& arguments, 
   }
   std::vector<Point> points;
   for (const std::string& place : arguments.places) {
-    const auto at = ParsePlace(session, place, "the point");
+    const auto at = ParsePoseArgument(session, place, "the point");
     if (!at.ok()) return at.status();
     points.push_back({(*at)[0], (*at)[1], (*at)[2]});
   }
@@ -74,7 +74,7 @@ std::string StateName(const pb::SampleRow& row) {
   if (row.state() == pb::SAMPLE_STATE_KINK) return "kink";
   switch (row.trust()) {
     case pb::TRUST_BOUNDED:
-      return absl::StrCat("up to ", Fixed(1000 * row.bound_m(), 3), " mm deeper");
+      return absl::StrCat("up to ", FormatFixed(1000 * row.bound_m(), 3), " mm deeper");
     case pb::TRUST_SURFACE_ONLY:
       return "surface only";
     case pb::TRUST_DEGRADED:
@@ -92,8 +92,9 @@ void PrintSamples(const pb::SamplePointsResponse& response, Session& session) {
       lines.push_back({{number, "none", "", "", "", ""}});
       continue;
     }
-    lines.push_back({{number, HitName(row), absl::StrCat(row.object_part()),
-                      Fixed(1000 * row.distance_m(), 3), Vector(row.gradient()), StateName(row)}});
+    lines.push_back(
+        {{number, HitObstacleName(row), absl::StrCat(row.object_part()),
+          FormatFixed(1000 * row.distance_m(), 3), FormatVector(row.gradient()), StateName(row)}});
   }
   PrintTable({{"ROW", Align::kRight},
               {"OBJECT"},
@@ -106,7 +107,7 @@ void PrintSamples(const pb::SamplePointsResponse& response, Session& session) {
 
 absl::StatusOr<pb::SamplePointsResponse> Sample(Session& session, const std::vector<Point>& points,
                                                 const pb::QueryOptions& options) {
-  return AskInMessages<pb::SamplePointsRequest, pb::SamplePointsResponse>(
+  return EvaluateRows<pb::SamplePointsRequest, pb::SamplePointsResponse>(
       session, &pb::QueryService::Stub::SamplePoints, points, options,
       [](const std::vector<Point>& some, pb::SamplePointsRequest& request) {
         request.mutable_points()->set_scalar(pb::SCALAR_F64);
@@ -115,13 +116,13 @@ absl::StatusOr<pb::SamplePointsResponse> Sample(Session& session, const std::vec
 }
 
 absl::Status SampleCommand(Session& session, const SampleArguments& arguments) {
-  const auto options = ToOptions(arguments.question);
+  const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto points = ReadPoints(arguments, session);
   if (!points.ok()) return points.status();
   const auto answer = Sample(session, *points, *options);
   if (!answer.ok()) return answer.status();
-  PrintAnswer(session, *answer, points->size(), PrintSamples);
+  PrintResult(session, *answer, points->size(), PrintSamples);
   return absl::OkStatus();
 }
 
@@ -137,7 +138,7 @@ void AddSampleCommand(CommandLine& line) {
                    "echo '{\"point\": [0.4, 0, 0.3]}' | cwm sample -o ndjson"}},
                  [arguments](Session& session) { return SampleCommand(session, *arguments); });
   command.add_option("points", arguments->places, "points (m)")->type_name("X,Y,Z|NAME[+DX,DY,DZ]");
-  AddQuestionOptions(command, arguments->question);
+  AddQueryOptions(command, arguments->query);
 }
 
 }  // namespace cwm::cli

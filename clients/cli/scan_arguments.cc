@@ -78,14 +78,15 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
       ->type_name("objects|none");
 }
 
-absl::StatusOr<pb::IngestCloudHeader> ToHeader(const ScanArguments& scan, const Session& session) {
+absl::StatusOr<pb::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
+                                                      const Session& session) {
   pb::IngestCloudHeader header;
   header.set_world(session.world);
   header.set_sensor(scan.sensor);
   if (!scan.x_world_sensor.empty()) {
     const auto pose = ParsePose(scan.x_world_sensor, "--x-world-sensor");
     if (!pose.ok()) return pose.status();
-    *header.mutable_x_world_sensor() = ToProto(*pose);
+    *header.mutable_x_world_sensor() = PoseToProto(*pose);
   }
   if (scan.up != "auto") {
     const auto up = ParseVector(scan.up, "--up");
@@ -109,7 +110,8 @@ namespace {
 
 // Programs disagree about the meaning of VIEWPOINT for a file's points, so it is not used as a
 // pose.
-void WarnOfViewpoint(Session& session, const formats::CloudFile& cloud, const std::string& file) {
+void WarnAboutViewpoint(Session& session, const formats::CloudFile& cloud,
+                        const std::string& file) {
   const std::array<double, 7>& v = cloud.viewpoint;
   if (v == formats::CloudFile{}.viewpoint) return;
   session.Warn(absl::StrCat(file, ": VIEWPOINT is not taken for the sensor's pose; if it is, say ",
@@ -123,18 +125,19 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const pb::IngestCloudHeader& header,
                                                  const formats::CloudFile& cloud,
                                                  const std::string& file) {
-  const auto geometry = client::GeometryOf(cloud);
+  const auto geometry = client::SelectGeometry(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
-  if (!header.has_x_world_sensor()) WarnOfViewpoint(session, cloud, file);
+  if (!header.has_x_world_sensor()) WarnAboutViewpoint(session, cloud, file);
   Progress progress(session);
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total) {
-      return progress.Stage(absl::StrCat("the server interprets ", geometry->size(), " points"));
+      return progress.ShowStage(
+          absl::StrCat("the server interprets ", geometry->size(), " points"));
     }
-    Transfer transfer{.doing = "sending", .moved_bytes = sent, .total_bytes = total};
-    transfer.of_what =
-        CountText(transfer, static_cast<std::int64_t>(geometry->point_step), "points");
-    progress.Moved(transfer);
+    Transfer transfer{.action = "sending", .moved_bytes = sent, .total_bytes = total};
+    transfer.detail =
+        FormatCount(transfer, static_cast<std::int64_t>(geometry->point_step), "points");
+    progress.Update(transfer);
   };
   return client::IngestCloud(session.connection(), header, *geometry, show);
 }
@@ -148,7 +151,7 @@ absl::Status CheckLabelledName(const std::string& argument, const std::string& p
 
 absl::Status WriteLabelled(Session& session, const pb::IngestCloudResponse& response,
                            const formats::CloudFile& cloud, const std::string& path) {
-  const auto labels = client::LabelsOf(session.connection(), response, cloud.size());
+  const auto labels = client::ReadLabels(session.connection(), response, cloud.size());
   if (!labels.ok()) return labels.status();
   const auto pcd =
       formats::FormatPcd(formats::WithLabels(cloud, *labels), formats::PcdData::kBinaryCompressed);

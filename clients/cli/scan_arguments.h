@@ -22,8 +22,8 @@ struct ScanArguments {
 void AddScanOptions(CLI::App& command, ScanArguments& scan);
 
 // World, sensor pose, up direction and noise. A usage error if they cannot be parsed.
-absl::StatusOr<cwm::v1::IngestCloudHeader> ToHeader(const ScanArguments& scan,
-                                                    const Session& session);
+absl::StatusOr<cwm::v1::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
+                                                           const Session& session);
 
 // Sends a cloud with the file's geometry to the server, with progress on a terminal.
 absl::StatusOr<cwm::v1::IngestCloudResponse> SendScan(Session& session,

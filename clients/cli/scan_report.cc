@@ -23,8 +23,8 @@ void PrintCounts(const pb::IngestReport& report, std::ostream& out) {
       << report.points_explained() << " explained";
   if (report.points_finite() > 0) {
     out << " ("
-        << Percent(static_cast<double>(report.points_explained()) /
-                   static_cast<double>(report.points_finite()))
+        << FormatPercent(static_cast<double>(report.points_explained()) /
+                         static_cast<double>(report.points_finite()))
         << ")";
   }
   out << ", " << report.points_rejected() << " rejected\n";
@@ -47,17 +47,17 @@ void PrintStages(const google::protobuf::RepeatedPtrField<pb::StageTime>& stages
   std::string text;
   for (const pb::StageTime& stage : stages) {
     absl::StrAppend(&text, text.empty() ? "" : ", ", stage.stage(), " ",
-                    Fixed(stage.elapsed_ms(), 1));
+                    FormatFixed(stage.elapsed_ms(), 1));
     total_ms += stage.elapsed_ms();
   }
-  out << "stages (ms): " << text << "; together " << Fixed(total_ms, 1) << "\n";
+  out << "stages (ms): " << text << "; together " << FormatFixed(total_ms, 1) << "\n";
 }
 
 }  // namespace
 
 void PrintScanReport(const pb::IngestCloudResponse& response, TableStyle style, std::ostream& out) {
   PrintCounts(response.report(), out);
-  out << "sensor in the world: " << PoseText(response.x_world_sensor()) << "\n";
+  out << "sensor in the world: " << FormatPose(response.x_world_sensor()) << "\n";
   PrintChanges(response.changes(), out);
   std::vector<LabelledObject> objects;
   for (int i = 0; i < response.supports_size(); ++i) {

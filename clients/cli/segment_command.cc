@@ -18,7 +18,7 @@ struct SegmentArguments {
 absl::Status Segment(Session& session, const SegmentArguments& arguments) {
   absl::Status name = CheckLabelledName("OUT", arguments.output);
   if (!name.ok()) return name;
-  auto header = ToHeader(arguments.scan, session);
+  auto header = ParseScanHeader(arguments.scan, session);
   if (!header.ok()) return header.status();
   header->set_mode(cwm::v1::INGEST_MODE_SEGMENT_ONLY);
   header->set_want_point_labels(true);

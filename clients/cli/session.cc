@@ -30,12 +30,12 @@ void Session::PrintList(const google::protobuf::Message& response,
     case OutputForm::kNdjson:
       return lines();
     case OutputForm::kJson:
-      streams.out << ToJson(response, JsonSpacing::kIndented) << "\n";
+      streams.out << ToJson(response, JsonStyle::kIndented) << "\n";
   }
 }
 
 void Session::PrintLine(const google::protobuf::Message& element) {
-  streams.out << ToJson(element, JsonSpacing::kOneLine) << "\n";
+  streams.out << ToJson(element, JsonStyle::kOneLine) << "\n";
 }
 
 void Session::Warn(const std::string& warning) {

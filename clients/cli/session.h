@@ -41,7 +41,7 @@ struct Session {
   std::optional<double> deadline_s;
   bool no_color = false;
   // Set by commands whose exit code is their answer (check --exit-code).
-  ExitCode answer = ExitCode::kDone;
+  ExitCode verdict_code = ExitCode::kDone;
 
   // Opened on first use.
   const client::Connection& connection();

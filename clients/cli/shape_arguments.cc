@@ -74,7 +74,7 @@ bool HasShape(const ShapeArguments& shape) {
   return false;
 }
 
-absl::StatusOr<PlacedShape> ToShape(const ShapeArguments& shape) {
+absl::StatusOr<PlacedShape> ParseShape(const ShapeArguments& shape) {
   PlacedShape placed;
   for (const ShapeOption& option : ShapeOptions()) {
     const std::string& text = shape.*option.text;

@@ -30,7 +30,7 @@ void PrintStatus(const std::string& health, const pb::GetServerInfoResponse& inf
                  const pb::ListWorldsResponse& worlds, Session& session) {
   std::ostream& out = session.streams.out;
   out << "server  " << session.connection().address() << "  " << health << "  version "
-      << info.version() << ", up " << Fixed(info.uptime_s(), 0) << " s\n";
+      << info.version() << ", up " << FormatFixed(info.uptime_s(), 0) << " s\n";
   if (worlds.worlds().empty()) {
     out << "no worlds yet: `cwm ingest scan.pcd` makes one\n";
     return;
@@ -60,8 +60,8 @@ absl::Status Status(Session& session) {
   }
   // Combines three replies into one object.
   OrderedJson json = {{"address", connection.address()}, {"health", *health}};
-  json["server_info"] = OrderedJson::parse(ToJson(*info, JsonSpacing::kOneLine));
-  json["worlds"] = OrderedJson::parse(ToJson(*worlds, JsonSpacing::kOneLine))["worlds"];
+  json["server_info"] = OrderedJson::parse(ToJson(*info, JsonStyle::kOneLine));
+  json["worlds"] = OrderedJson::parse(ToJson(*worlds, JsonStyle::kOneLine))["worlds"];
   session.streams.out << json.dump(session.form == OutputForm::kJson ? 1 : -1) << "\n";
   return absl::OkStatus();
 }
@@ -69,7 +69,7 @@ absl::Status Status(Session& session) {
 void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
   std::ostream& out = session.streams.out;
   out << "version " << info.version() << ", store " << info.store() << ", up "
-      << Fixed(info.uptime_s(), 0) << " s\n\n";
+      << FormatFixed(info.uptime_s(), 0) << " s\n\n";
   std::vector<TableRow> rows;
   for (const pb::EngineInfo& engine : info.engines()) {
     rows.push_back({{engine.name(), engine.version()}});
@@ -77,7 +77,7 @@ void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
   PrintTable({{"ENGINE"}, {"VERSION"}}, rows, session.table_style(), out);
   const pb::Limits& limits = info.limits();
   const pb::Retention& retention = info.retention();
-  const auto bytes = [](std::int64_t size) { return Bytes(static_cast<double>(size)); };
+  const auto bytes = [](std::int64_t size) { return FormatBytes(static_cast<double>(size)); };
   out << "\n";
   PrintTable({{"LIMIT"}, {"VALUE", Align::kRight}},
              {{{"message", bytes(limits.max_message_bytes())}},
@@ -94,8 +94,8 @@ void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
               {{"metadata", bytes(limits.max_metadata_bytes())}},
               {{"exact snapshots kept", absl::StrCat(retention.exact_snapshots())}},
               {{"watch events kept", absl::StrCat(retention.watch_events())}},
-              {{"watch events kept for", Fixed(retention.watch_seconds(), 0) + " s"}},
-              {{"request ids kept for", Fixed(retention.request_id_seconds(), 0) + " s"}}},
+              {{"watch events kept for", FormatFixed(retention.watch_seconds(), 0) + " s"}},
+              {{"request ids kept for", FormatFixed(retention.request_id_seconds(), 0) + " s"}}},
              session.table_style(), out);
 }
 

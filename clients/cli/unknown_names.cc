@@ -21,9 +21,9 @@ bool Has(const std::vector<std::string>& names, const std::string& name) {
 
 // The names of objects and robots of the world; empty if they cannot be read completely.
 std::vector<std::string> NamesOfWorld(const Session& session) {
-  std::vector<std::string> names = KnownNames(session, Named::kObject);
+  std::vector<std::string> names = KnownNames(session, NameKind::kObject);
   if (names.size() >= kMaxNames) return {};
-  const std::vector<std::string> robots = KnownNames(session, Named::kRobot);
+  const std::vector<std::string> robots = KnownNames(session, NameKind::kRobot);
   names.insert(names.end(), robots.begin(), robots.end());
   return names;
 }
@@ -46,21 +46,21 @@ void WarnWithNearest(Session& session, const std::string& warning,
   session.Warn(nearest ? absl::StrCat(warning, "; did you mean ", *nearest, "?") : warning);
 }
 
-void WarnOfThing(Session& session, const pb::NamedThing& thing,
-                 const std::vector<std::string>& names) {
-  if (thing.name() == kEverything || names.empty()) return;
-  if (!Has(names, thing.name())) {
-    const auto nearest = NearestWord(thing.name(), names);
+void WarnAboutPairMember(Session& session, const pb::NamedThing& member,
+                         const std::vector<std::string>& names) {
+  if (member.name() == kEverything || names.empty()) return;
+  if (!Has(names, member.name())) {
+    const auto nearest = NearestWord(member.name(), names);
     if (!nearest) return;
-    return WarnWithNearest(session, absl::StrCat("nothing is named \"", thing.name(), "\" yet"),
+    return WarnWithNearest(session, absl::StrCat("nothing is named \"", member.name(), "\" yet"),
                            nearest);
   }
-  if (!thing.link().empty()) WarnOfUnknownLinks(session, thing.name(), {thing.link()});
+  if (!member.link().empty()) WarnAboutUnknownLinks(session, member.name(), {member.link()});
 }
 
 }  // namespace
 
-void WarnOfUnknownNames(Session& session, const pb::QueryOptions& options) {
+void WarnAboutUnknownNames(Session& session, const pb::QueryOptions& options) {
   if (options.ignore().empty() && options.ignore_pairs().empty()) return;
   const std::vector<std::string> names = NamesOfWorld(session);
   if (names.empty()) return;
@@ -70,19 +70,19 @@ void WarnOfUnknownNames(Session& session, const pb::QueryOptions& options) {
                     NearestWord(name, names));
   }
   for (const pb::NamedPair& pair : options.ignore_pairs()) {
-    WarnOfThing(session, pair.a(), names);
-    WarnOfThing(session, pair.b(), names);
+    WarnAboutPairMember(session, pair.a(), names);
+    WarnAboutPairMember(session, pair.b(), names);
   }
 }
 
-void WarnOfUnknownNames(Session& session, const pb::NamedPair& pair) {
+void WarnAboutUnknownNames(Session& session, const pb::NamedPair& pair) {
   const std::vector<std::string> names = NamesOfWorld(session);
-  WarnOfThing(session, pair.a(), names);
-  WarnOfThing(session, pair.b(), names);
+  WarnAboutPairMember(session, pair.a(), names);
+  WarnAboutPairMember(session, pair.b(), names);
 }
 
-void WarnOfUnknownLinks(Session& session, const std::string& robot,
-                        const std::vector<std::string>& links) {
+void WarnAboutUnknownLinks(Session& session, const std::string& robot,
+                           const std::vector<std::string>& links) {
   const std::vector<std::string> known = LinksOf(session, robot);
   if (known.empty()) return;
   for (const std::string& link : links) {

@@ -11,13 +11,13 @@
 namespace cwm::cli {
 
 // Warns of each ignored name, alone or in pairs, that no object or robot of the world has.
-void WarnOfUnknownNames(Session& session, const cwm::v1::QueryOptions& options);
+void WarnAboutUnknownNames(Session& session, const cwm::v1::QueryOptions& options);
 
 // Warns of unknown names only if a similar name exists, since a rule may be about future objects.
-void WarnOfUnknownNames(Session& session, const cwm::v1::NamedPair& pair);
+void WarnAboutUnknownNames(Session& session, const cwm::v1::NamedPair& pair);
 
 // Warns of each link that the robot does not have; does nothing if there is no such robot.
-void WarnOfUnknownLinks(Session& session, const std::string& robot,
-                        const std::vector<std::string>& links);
+void WarnAboutUnknownLinks(Session& session, const std::string& robot,
+                           const std::vector<std::string>& links);
 
 }  // namespace cwm::cli

@@ -6,10 +6,10 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "clients/cli/closed_pipe.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/object_table.h"
-#include "clients/cli/out_pipe.h"
 #include "clients/cli/pair_arguments.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/robot_table.h"
@@ -30,8 +30,8 @@ struct WatchArguments {
 void PrintObject(const pb::Object& object, std::int64_t revision, const char* what,
                  std::ostream& out) {
   out << revision << "  " << what << "  " << object.name() << "  " << ShortName(object.kind());
-  for (const pb::ShapePart& part : object.shapes()) out << "  " << ShapeText(part);
-  out << "  at " << PoseText(object.x_world_object());
+  for (const pb::ShapePart& part : object.shapes()) out << "  " << FormatShape(part);
+  out << "  at " << FormatPose(object.x_world_object());
   if (!object.attached_to().empty()) out << "  attached to " << object.attached_to();
   out << "\n";
 }
@@ -42,7 +42,7 @@ void PrintEvent(const pb::ObjectEvent& event, std::int64_t revision, std::ostrea
       return PrintObject(event.put(), revision, "put   ", out);
     case pb::ObjectEvent::kMove:
       out << revision << "  move    " << event.move().name() << "  to "
-          << PoseText(event.move().x_world_object()) << "\n";
+          << FormatPose(event.move().x_world_object()) << "\n";
       return;
     case pb::ObjectEvent::kRemove:
       out << revision << "  remove  " << event.remove() << "\n";
@@ -55,7 +55,7 @@ void PrintEvent(const pb::ObjectEvent& event, std::int64_t revision, std::ostrea
 void PrintRobot(const pb::Robot& robot, std::int64_t revision, const char* what,
                 std::ostream& out) {
   out << revision << "  " << what << "  " << robot.name() << "  robot of " << robot.links_size()
-      << " links  at " << PoseText(robot.x_world_base()) << "\n";
+      << " links  at " << FormatPose(robot.x_world_base()) << "\n";
 }
 
 void PrintEvent(const pb::RobotEvent& event, std::int64_t revision, std::ostream& out) {
@@ -64,8 +64,8 @@ void PrintEvent(const pb::RobotEvent& event, std::int64_t revision, std::ostream
       return PrintRobot(event.put(), revision, "put   ", out);
     case pb::RobotEvent::kState:
       out << revision << "  state   " << event.state().name() << "  "
-          << JointText(event.state().state()) << "  at " << PoseText(event.state().x_world_base())
-          << "\n";
+          << FormatJoints(event.state().state()) << "  at "
+          << FormatPose(event.state().x_world_base()) << "\n";
       return;
     case pb::RobotEvent::kRemove:
       out << revision << "  remove  " << event.remove() << "\n";
@@ -77,8 +77,8 @@ void PrintEvent(const pb::RobotEvent& event, std::int64_t revision, std::ostream
 
 void PrintRule(const pb::PairRule& rule, std::int64_t revision, const char* what,
                std::ostream& out) {
-  out << revision << "  " << what << "  " << ThingText(rule.pair().a()) << " and "
-      << ThingText(rule.pair().b()) << "  " << RuleText(rule) << "\n";
+  out << revision << "  " << what << "  " << PairMemberText(rule.pair().a()) << " and "
+      << PairMemberText(rule.pair().b()) << "  " << FormatRule(rule) << "\n";
 }
 
 void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
@@ -108,21 +108,21 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
 
 // Ends a call once nobody reads its output. A world may stay unchanged for hours, and otherwise
 // only a failed write would show it.
-class UnreadGuard {
+class ClosedPipeWatcher {
  public:
-  UnreadGuard(const std::ostream& out, grpc::ClientContext& context)
+  ClosedPipeWatcher(const std::ostream& out, grpc::ClientContext& context)
       : thread_([this, &out, &context](const std::stop_token& stop) {
-          while (!stop.stop_requested() && !unread_) {
-            if (!IsUnread(out, kLookEvery)) continue;
-            unread_ = true;
+          while (!stop.stop_requested() && !closed_) {
+            if (!IsPipeClosed(out, kPollPeriod)) continue;
+            closed_ = true;
             context.TryCancel();
           }
         }) {}
-  bool unread() const { return unread_; }
+  bool closed() const { return closed_; }
 
  private:
-  static constexpr std::chrono::milliseconds kLookEvery{50};  // may outlive the call by this
-  std::atomic<bool> unread_{false};
+  static constexpr std::chrono::milliseconds kPollPeriod{50};  // may outlive the call by this
+  std::atomic<bool> closed_{false};
   std::jthread thread_;  // last: it uses the other members
 };
 
@@ -141,7 +141,7 @@ absl::Status Watch(Session& session, const WatchArguments& arguments) {
   grpc::ClientContext context;
   session.connection().Prepare(context);
   const auto reader = session.connection().worlds().WatchWorld(&context, request);
-  const UnreadGuard guard(session.streams.out, context);
+  const ClosedPipeWatcher pipe(session.streams.out, context);
   pb::WatchWorldResponse message;
   std::int64_t messages = 0;
   bool ended_here = false;
@@ -161,7 +161,7 @@ absl::Status Watch(Session& session, const WatchArguments& arguments) {
     return absl::OkStatus();
   }
   const grpc::Status end = reader->Finish();
-  return guard.unread() ? absl::OkStatus() : client::FromGrpc(end);
+  return pipe.closed() ? absl::OkStatus() : client::StatusFromGrpc(end);
 }
 
 }  // namespace

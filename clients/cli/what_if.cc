@@ -18,12 +18,12 @@ using Words = std::vector<std::string>;
 
 absl::Status SetPose(const std::string& text, const std::string& option, pb::Pose* pose) {
   const auto parsed = ParsePose(text, option);
-  if (parsed.ok()) *pose = ToProto(*parsed);
+  if (parsed.ok()) *pose = PoseToProto(*parsed);
   return parsed.status();
 }
 
 absl::Status SetAttach(const Words& words, const std::string& option, pb::AttachObject* attach) {
-  const auto link = ParseThing(words[2], option);
+  const auto link = ParsePairMember(words[2], option);
   if (!link.ok()) return link.status();
   attach->set_name(words[1]);
   attach->set_robot(link->name());

@@ -38,7 +38,7 @@ void Add(const google::protobuf::Any& any, ErrorDetails& details) {
 
 }  // namespace
 
-absl::Status FromGrpc(const grpc::Status& status) {
+absl::Status StatusFromGrpc(const grpc::Status& status) {
   if (status.ok()) return absl::OkStatus();
   // absl's codes are the same as gRPC's.
   absl::Status error(static_cast<absl::StatusCode>(status.error_code()), status.error_message());

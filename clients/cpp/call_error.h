@@ -25,9 +25,9 @@ struct ErrorDetails {
 };
 
 // The same code and message, with the reply's standard details as a payload.
-absl::Status FromGrpc(const grpc::Status& status);
+absl::Status StatusFromGrpc(const grpc::Status& status);
 
-// The details that FromGrpc attached; empty for statuses that did not come from a call.
+// The details that StatusFromGrpc attached; empty for statuses that did not come from a call.
 ErrorDetails DetailsOf(const absl::Status& status);
 
 }  // namespace cwm::client

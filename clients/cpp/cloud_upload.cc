@@ -55,7 +55,7 @@ absl::Status CheckCoordinate(const CloudFile& cloud, const std::string& name) {
                    ", must be one number of at most 32 bits or a float"));
 }
 
-absl::Status FillIn(const CloudFile& cloud, pb::IngestCloudHeader& header) {
+absl::Status SetLayout(const CloudFile& cloud, pb::IngestCloudHeader& header) {
   header.mutable_layout()->Clear();
   for (const CloudField& field : cloud.fields) {
     if (absl::Status status = CheckCoordinate(cloud, field.name); !status.ok()) return status;
@@ -95,7 +95,7 @@ bool Send(const CloudFile& cloud, const Progress& progress,
 
 }  // namespace
 
-absl::StatusOr<CloudFile> GeometryOf(const CloudFile& cloud) {
+absl::StatusOr<CloudFile> SelectGeometry(const CloudFile& cloud) {
   std::vector<std::string> names = {"x", "y", "z"};
   const std::vector<std::string> normals = {"normal_x", "normal_y", "normal_z"};
   const bool has_normals = std::all_of(normals.begin(), normals.end(), [&](const auto& name) {
@@ -105,14 +105,14 @@ absl::StatusOr<CloudFile> GeometryOf(const CloudFile& cloud) {
     if (absl::Status status = CheckCoordinate(cloud, name); !status.ok()) return status;
   }
   if (has_normals) names.insert(names.end(), normals.begin(), normals.end());
-  return formats::Select(cloud, names);
+  return formats::SelectFields(cloud, names);
 }
 
 absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection,
                                                     pb::IngestCloudHeader header,
                                                     const CloudFile& cloud,
                                                     const Progress& progress) {
-  if (absl::Status status = FillIn(cloud, header); !status.ok()) return status;
+  if (absl::Status status = SetLayout(cloud, header); !status.ok()) return status;
   grpc::ClientContext context;
   connection.Prepare(context);
   pb::IngestCloudResponse response;
@@ -122,13 +122,13 @@ absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection
   // A failed write has no reason itself: Finish returns the server's.
   if (writer->Write(first)) Send(cloud, progress, *writer);
   const grpc::Status status = writer->Finish();
-  if (!status.ok()) return FromGrpc(status);
+  if (!status.ok()) return StatusFromGrpc(status);
   return response;
 }
 
-absl::StatusOr<std::vector<std::uint32_t>> LabelsOf(const Connection& connection,
-                                                    const pb::IngestCloudResponse& response,
-                                                    std::int64_t point_count) {
+absl::StatusOr<std::vector<std::uint32_t>> ReadLabels(const Connection& connection,
+                                                      const pb::IngestCloudResponse& response,
+                                                      std::int64_t point_count) {
   std::string bytes = response.labels();
   if (bytes.empty() && !response.labels_hash().empty()) {
     auto blob = ReadGeometry(connection, response.labels_hash());

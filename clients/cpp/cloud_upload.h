@@ -13,19 +13,19 @@ namespace cwm::client {
 
 // Only the fields that the server uses: x y z, and the normals if all three are present.
 // INVALID_ARGUMENT if a coordinate is missing, has more than one number, or is a 64-bit integer.
-absl::StatusOr<formats::CloudFile> GeometryOf(const formats::CloudFile& cloud);
+absl::StatusOr<formats::CloudFile> SelectGeometry(const formats::CloudFile& cloud);
 
 // Sends the cloud with the header, whose layout, counts and extent are set from the cloud, and
 // waits for the server's reply. INVALID_ARGUMENT also for a field type that the API does not
-// support (see GeometryOf). Ends early if the server refuses the header.
+// support (see SelectGeometry). Ends early if the server refuses the header.
 absl::StatusOr<cwm::v1::IngestCloudResponse> IngestCloud(const Connection& connection,
                                                          cwm::v1::IngestCloudHeader header,
                                                          const formats::CloudFile& cloud,
                                                          const Progress& progress = {});
 
 // One label per point, from the reply or fetched by its hash.
-absl::StatusOr<std::vector<std::uint32_t>> LabelsOf(const Connection& connection,
-                                                    const cwm::v1::IngestCloudResponse& response,
-                                                    std::int64_t point_count);
+absl::StatusOr<std::vector<std::uint32_t>> ReadLabels(const Connection& connection,
+                                                      const cwm::v1::IngestCloudResponse& response,
+                                                      std::int64_t point_count);
 
 }  // namespace cwm::client

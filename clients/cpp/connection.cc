@@ -16,7 +16,7 @@ namespace {
 constexpr int kKeepaliveMs = 30'000;
 
 grpc::ChannelArguments Arguments() {
-  KeepGrpc();
+  KeepGrpcInitialized();
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetMaxSendMessageSize(kMaxMessageBytes);
@@ -32,7 +32,7 @@ grpc::ChannelArguments Arguments() {
 // A channel on which every call fails with `status`.
 std::shared_ptr<grpc::Channel> FailingChannel(const std::string& address,
                                               const absl::Status& status) {
-  KeepGrpc();
+  KeepGrpcInitialized();
   const std::string message(status.message());
   return grpc::CreateChannelInternal(
       "",

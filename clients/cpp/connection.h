@@ -58,7 +58,7 @@ class Connection {
     Prepare(context);
     Response response;
     const grpc::Status status = (stub.*method)(&context, request, &response);
-    if (!status.ok()) return FromGrpc(status);
+    if (!status.ok()) return StatusFromGrpc(status);
     return response;
   }
 

@@ -35,7 +35,7 @@ absl::StatusOr<Received> Receive(const Connection& connection,
     if (!progress) continue;
     progress(static_cast<std::int64_t>(received.blob.bytes.size()), chunk.total_bytes());
   }
-  if (const grpc::Status status = reader->Finish(); !status.ok()) return FromGrpc(status);
+  if (const grpc::Status status = reader->Finish(); !status.ok()) return StatusFromGrpc(status);
   return received;
 }
 
@@ -90,7 +90,7 @@ absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Bl
              static_cast<std::int64_t>(blob.bytes.size()));
   }
   if (open) writer->WritesDone();
-  if (const grpc::Status status = writer->Finish(); !status.ok()) return FromGrpc(status);
+  if (const grpc::Status status = writer->Finish(); !status.ok()) return StatusFromGrpc(status);
   return response.hash();
 }
 

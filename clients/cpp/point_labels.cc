@@ -19,7 +19,7 @@ std::uint32_t ObjectLabel(int index) {
   return static_cast<std::uint32_t>(kLabelsPerObject * (index + kFirstObject));
 }
 
-PointOwner OwnerOf(std::uint32_t label) {
+PointOwner PointOwnerOf(std::uint32_t label) {
   const int tens = static_cast<int>(label / kLabelsPerObject);
   const int ones = static_cast<int>(label % kLabelsPerObject);
   if (tens >= kFirstObject) {

@@ -12,15 +12,15 @@ std::uint32_t SupportLabel(int index);
 std::uint32_t ObjectLabel(int index);  // of the object itself
 
 struct PointOwner {
-  enum class Kind { kNobody, kSupport, kObject };
-  Kind kind = Kind::kNobody;
+  enum class Kind { kNone, kSupport, kObject };
+  Kind kind = Kind::kNone;
   int index = 0;  // among the reply's supports, or its objects
   int part = 0;   // of an object, from 1; 0: the object itself
 
   friend bool operator==(const PointOwner&, const PointOwner&) = default;
 };
 
-// kNobody for a label that no scan uses.
-PointOwner OwnerOf(std::uint32_t label);
+// kNone for a label that no scan uses.
+PointOwner PointOwnerOf(std::uint32_t label);
 
 }  // namespace cwm::client

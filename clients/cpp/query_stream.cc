@@ -31,7 +31,7 @@ QueryStream::~QueryStream() {
   static_cast<void>(stream_->Finish());
 }
 
-absl::StatusOr<v1::StreamQueriesResponse> QueryStream::Ask(v1::StreamQueriesRequest& request) {
+absl::StatusOr<v1::StreamQueriesResponse> QueryStream::Evaluate(v1::StreamQueriesRequest& request) {
   if (stream_ == nullptr) return absl::UnavailableError("the server ended the stream");
   request.set_id(++id_);
   v1::StreamQueriesResponse response;
@@ -41,7 +41,7 @@ absl::StatusOr<v1::StreamQueriesResponse> QueryStream::Ask(v1::StreamQueriesRequ
 }
 
 absl::Status QueryStream::EndOfStream() {
-  absl::Status status = FromGrpc(stream_->Finish());
+  absl::Status status = StatusFromGrpc(stream_->Finish());
   stream_.reset();
   return status.ok() ? absl::UnavailableError("the server ended the stream") : status;
 }

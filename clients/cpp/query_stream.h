@@ -19,7 +19,7 @@ class QueryStream {
   QueryStream& operator=(const QueryStream&) = delete;
 
   // The answer to the request, whose id is set here; an error in the answer becomes the status.
-  absl::StatusOr<v1::StreamQueriesResponse> Ask(v1::StreamQueriesRequest& request);
+  absl::StatusOr<v1::StreamQueriesResponse> Evaluate(v1::StreamQueriesRequest& request);
 
  private:
   absl::Status EndOfStream();

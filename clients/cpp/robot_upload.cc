@@ -62,7 +62,7 @@ absl::StatusOr<pb::LoadRobotResponse> LoadRobot(const Connection& connection,
   // A failed write has no reason itself: Finish returns the server's.
   if (writer->Write(first)) SendFiles(files, progress, *writer);
   const grpc::Status status = writer->Finish();
-  if (!status.ok()) return FromGrpc(status);
+  if (!status.ok()) return StatusFromGrpc(status);
   return response;
 }
 

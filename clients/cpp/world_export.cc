@@ -9,7 +9,7 @@ namespace pb = cwm::v1;
 
 namespace {
 
-bool StaysBelow(const std::string& name) {
+bool IsSafeRelativePath(const std::string& name) {
   for (const absl::string_view part : absl::StrSplit(name, '/')) {
     if (part.empty() || part == "." || part == "..") return false;
   }
@@ -29,7 +29,7 @@ absl::Status Divide(const google::protobuf::RepeatedPtrField<pb::ExportedFile>& 
     }
     const auto count = static_cast<std::size_t>(file.byte_count());
     if (&file != &files.Get(0)) {
-      if (!StaysBelow(file.name())) {
+      if (!IsSafeRelativePath(file.name())) {
         return absl::DataLossError(
             absl::StrCat("file \"", file.name(), "\" is not below the first"));
       }
@@ -57,7 +57,7 @@ absl::StatusOr<ExportedWorld> ExportWorld(const Connection& connection,
     exported.bytes += chunk.data();
     if (progress) progress(static_cast<std::int64_t>(exported.bytes.size()), chunk.total_bytes());
   }
-  if (const grpc::Status status = reader->Finish(); !status.ok()) return FromGrpc(status);
+  if (const grpc::Status status = reader->Finish(); !status.ok()) return StatusFromGrpc(status);
   if (!chunk.done() || static_cast<std::int64_t>(exported.bytes.size()) != chunk.total_bytes()) {
     return absl::DataLossError(absl::StrCat("the export has ", chunk.total_bytes(), " bytes, ",
                                             exported.bytes.size(), " arrived"));

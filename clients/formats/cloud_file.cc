@@ -10,7 +10,7 @@ namespace {
 // A copy of the cloud with other fields: fields that both have are copied, the rest is zero.
 CloudFile WithFields(const CloudFile& cloud, std::vector<CloudField> fields) {
   CloudFile copy{.width = cloud.width, .height = cloud.height, .viewpoint = cloud.viewpoint};
-  copy.point_step = LayOut(fields);
+  copy.point_step = AssignOffsets(fields);
   copy.fields = std::move(fields);
   const auto points = static_cast<std::size_t>(cloud.size());
   copy.bytes.resize(points * copy.point_step);
@@ -33,7 +33,7 @@ const CloudField* CloudFile::Find(std::string_view name) const {
   return found == fields.end() ? nullptr : &*found;
 }
 
-std::size_t LayOut(std::vector<CloudField>& fields) {
+std::size_t AssignOffsets(std::vector<CloudField>& fields) {
   std::size_t offset = 0;
   for (CloudField& field : fields) {
     field.offset = offset;
@@ -42,7 +42,7 @@ std::size_t LayOut(std::vector<CloudField>& fields) {
   return offset;
 }
 
-CloudFile Select(const CloudFile& cloud, const std::vector<std::string>& names) {
+CloudFile SelectFields(const CloudFile& cloud, const std::vector<std::string>& names) {
   std::vector<CloudField> fields;
   for (const std::string& name : names) {
     const CloudField* field = cloud.Find(name);

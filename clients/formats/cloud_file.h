@@ -39,10 +39,10 @@ struct CloudFile {
 };
 
 // Gives the fields dense offsets in their order; returns the size of a point.
-std::size_t LayOut(std::vector<CloudField>& fields);
+std::size_t AssignOffsets(std::vector<CloudField>& fields);
 
 // The same points with only the named fields, in that order. Every name must be a field.
-CloudFile Select(const CloudFile& cloud, const std::vector<std::string>& names);
+CloudFile SelectFields(const CloudFile& cloud, const std::vector<std::string>& names);
 
 // The same points with a four-byte unsigned field `label`. An existing `label` is replaced in its
 // place, otherwise the new field comes last. `labels` must have one value per point.

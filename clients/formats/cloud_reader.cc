@@ -14,7 +14,7 @@ namespace cwm::formats {
 namespace {
 
 absl::StatusOr<CloudFile> ParseAny(std::string_view bytes, const std::string& file) {
-  const auto format = CloudFormatOf(bytes);
+  const auto format = DetectCloudFormat(bytes);
   if (!format) {
     const std::string_view first = bytes.substr(0, std::min<std::size_t>(bytes.find('\n'), 12));
     return FileError(file,
@@ -37,7 +37,7 @@ absl::StatusOr<CloudFile> ParseAny(std::string_view bytes, const std::string& fi
 
 }  // namespace
 
-std::optional<CloudFormat> CloudFormatOf(std::string_view bytes) {
+std::optional<CloudFormat> DetectCloudFormat(std::string_view bytes) {
   const std::string_view magic = bytes.substr(0, 3);
   if (magic == "ply") return CloudFormat::kPly;
   if (magic == "# ." || magic == "VER") return CloudFormat::kPcd;

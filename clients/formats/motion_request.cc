@@ -11,10 +11,10 @@ namespace cwm::formats {
 namespace {
 
 // An error if there are constraints that a joint-space planner cannot satisfy.
-absl::Status CheckAbsent(const FieldReader& reader, const Place& constraints,
+absl::Status CheckAbsent(const FieldReader& reader, const YamlNode& constraints,
                          std::initializer_list<const char*> lists) {
   for (const char* name : lists) {
-    const Place list = constraints[name];
+    const YamlNode list = constraints[name];
     if (list.present() && !(list.is_list() && list.size() == 0)) {
       return reader.Error(list, "must be empty: joints alone are planned to");
     }
@@ -22,17 +22,17 @@ absl::Status CheckAbsent(const FieldReader& reader, const Place& constraints,
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<SceneJoint>> ReadGoal(const FieldReader& reader, const Place& goals) {
+absl::StatusOr<std::vector<SceneJoint>> ReadGoal(const FieldReader& reader, const YamlNode& goals) {
   if (!goals.is_list() || goals.size() != 1) {
     return reader.Error(goals, goals.is_list()
                                    ? absl::StrCat("must hold one goal, holds ", goals.size())
                                    : std::string("must be a list of one goal"));
   }
-  const Place goal = goals[std::size_t{0}];
+  const YamlNode goal = goals[std::size_t{0}];
   const absl::Status others = CheckAbsent(
       reader, goal, {"position_constraints", "orientation_constraints", "visibility_constraints"});
   if (!others.ok()) return others;
-  const Place constraints = goal["joint_constraints"];
+  const YamlNode constraints = goal["joint_constraints"];
   if (!constraints.is_list() || constraints.size() == 0) {
     return reader.Error(constraints, "must be a list of joints and their positions");
   }
@@ -51,7 +51,7 @@ absl::StatusOr<std::vector<SceneJoint>> ReadGoal(const FieldReader& reader, cons
   return joints;
 }
 
-absl::StatusOr<MotionRequest> ReadRequest(const Place& root, const FieldReader& reader) {
+absl::StatusOr<MotionRequest> ReadRequest(const YamlNode& root, const FieldReader& reader) {
   MotionRequest request;
   if (root["group_name"].present()) {
     auto group = reader.Scalar(root["group_name"]);
@@ -79,7 +79,7 @@ absl::StatusOr<MotionRequest> ReadRequest(const Place& root, const FieldReader& 
     request.warnings.push_back(
         "start_state.attached_collision_objects: left out, what the robot holds is the scene's");
   }
-  if (const Place time = root["allowed_planning_time"]; time.present()) {
+  if (const YamlNode time = root["allowed_planning_time"]; time.present()) {
     const auto time_s = reader.Number(time);
     if (!time_s.ok()) return time_s.status();
     if (*time_s < 0) return reader.Error(time, "must not be negative");
@@ -93,7 +93,7 @@ absl::StatusOr<MotionRequest> ReadRequest(const Place& root, const FieldReader& 
 absl::StatusOr<MotionRequest> ParseMotionRequest(std::string_view yaml, const std::string& file) {
   try {  // yaml-cpp reports errors by exceptions, which are handled here
     const YAML::Node root = YAML::Load(std::string(yaml));
-    return ReadRequest(Place{root, "request"}, FieldReader(file, yaml.size()));
+    return ReadRequest(YamlNode{root, "request"}, FieldReader(file, yaml.size()));
   } catch (const YAML::Exception& error) {
     return FileError(file, {"YAML", "", error.what()});
   }

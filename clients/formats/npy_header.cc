@@ -15,12 +15,12 @@ constexpr std::size_t kMaxMembers = 256;
 constexpr std::size_t kMaxDimensions = 32;  // numpy's limit
 
 // Parses the dictionary, whose tokens are strings, numbers, True, False and brackets.
-class Literal {
+class PythonLiteralReader {
  public:
-  Literal(std::string_view text, std::size_t begin, const std::string& file)
+  PythonLiteralReader(std::string_view text, std::size_t begin, const std::string& file)
       : text_(text), at_(begin), file_(file) {}
 
-  absl::Status Fault(const std::string& rule) const {
+  absl::Status SyntaxError(const std::string& rule) const {
     return FileError(file_, {absl::StrCat("header at byte ", at_),
                              at_ < text_.size() ? std::string(text_.substr(at_, 12)) : "",
                              absl::StrCat("must ", rule)});
@@ -34,7 +34,8 @@ class Literal {
     return true;
   }
   absl::Status Expect(char c) {
-    return Skip(c) ? absl::OkStatus() : Fault(absl::StrCat("have ", std::string(1, c), " here"));
+    return Skip(c) ? absl::OkStatus()
+                   : SyntaxError(absl::StrCat("have ", std::string(1, c), " here"));
   }
   bool AtEnd() {
     SkipBlanks();
@@ -46,11 +47,12 @@ class Literal {
     return at_ < text_.size() && (text_[at_] == '\'' || text_[at_] == '"');
   }
   absl::StatusOr<std::string> String() {
-    if (!IsAtString()) return Fault("have a string here");
+    if (!IsAtString()) return SyntaxError("have a string here");
     const std::size_t end = text_.find(text_[at_], at_ + 1);
-    if (end == std::string_view::npos) return Fault("end its string");
+    if (end == std::string_view::npos) return SyntaxError("end its string");
     const std::string_view inside = text_.substr(at_ + 1, end - at_ - 1);
-    if (inside.find('\\') != std::string_view::npos) return Fault("have no escapes in strings");
+    if (inside.find('\\') != std::string_view::npos)
+      return SyntaxError("have no escapes in strings");
     at_ = end + 1;
     return std::string(inside);
   }
@@ -63,7 +65,7 @@ class Literal {
       at_ += word.size();
       return value;
     }
-    return Fault("have True or False here");
+    return SyntaxError("have True or False here");
   }
 
   // "(5, 3)", "(5,)", "()", or a single number.
@@ -75,7 +77,7 @@ class Literal {
       return std::vector<std::int64_t>{*number};
     }
     while (!Skip(')')) {
-      if (shape.size() == kMaxDimensions) return Fault("have at most 32 dimensions");
+      if (shape.size() == kMaxDimensions) return SyntaxError("have at most 32 dimensions");
       const auto number = Number();
       if (!number.ok()) return number.status();
       shape.push_back(*number);
@@ -99,7 +101,7 @@ class Literal {
     const auto [end, error] =
         std::from_chars(text_.data() + at_, text_.data() + text_.size(), number);
     if (error != std::errc() || number < 0) {
-      return Fault("have a number from 0 to 9223372036854775807 here");
+      return SyntaxError("have a number from 0 to 9223372036854775807 here");
     }
     at_ = static_cast<std::size_t>(end - text_.data());
     Skip('L');  // written by Python 2
@@ -111,14 +113,15 @@ class Literal {
   const std::string& file_;
 };
 
-absl::StatusOr<NpyMember> ReadMember(Literal& in) {
+absl::StatusOr<NpyMember> ReadMember(PythonLiteralReader& in) {
   NpyMember member;
   if (absl::Status status = in.Expect('('); !status.ok()) return status;
   auto name = in.String();
   if (!name.ok()) return name.status();
   member.name = *std::move(name);
   if (absl::Status status = in.Expect(','); !status.ok()) return status;
-  if (!in.IsAtString()) return in.Fault("have a plain type here, not a structure in a structure");
+  if (!in.IsAtString())
+    return in.SyntaxError("have a plain type here, not a structure in a structure");
   auto type = in.String();
   if (!type.ok()) return type.status();
   member.type = *std::move(type);
@@ -133,16 +136,16 @@ absl::StatusOr<NpyMember> ReadMember(Literal& in) {
   return member;
 }
 
-absl::Status ReadType(Literal& in, NpyHeader& header) {
+absl::Status ReadType(PythonLiteralReader& in, NpyHeader& header) {
   if (in.IsAtString()) {
     auto type = in.String();
     if (!type.ok()) return type.status();
     header.type = *std::move(type);
-    return header.type.empty() ? in.Fault("name a type") : absl::OkStatus();
+    return header.type.empty() ? in.SyntaxError("name a type") : absl::OkStatus();
   }
   if (absl::Status status = in.Expect('['); !status.ok()) return status;
   while (!in.Skip(']')) {
-    if (header.members.size() == kMaxMembers) return in.Fault("have at most 256 members");
+    if (header.members.size() == kMaxMembers) return in.SyntaxError("have at most 256 members");
     auto member = ReadMember(in);
     if (!member.ok()) return member.status();
     header.members.push_back(*std::move(member));
@@ -153,11 +156,11 @@ absl::Status ReadType(Literal& in, NpyHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status ReadEntry(Literal& in, std::set<std::string>& known, NpyHeader& header) {
+absl::Status ReadEntry(PythonLiteralReader& in, std::set<std::string>& known, NpyHeader& header) {
   const auto key = in.String();
   if (!key.ok()) return key.status();
   if (absl::Status status = in.Expect(':'); !status.ok()) return status;
-  if (!known.insert(*key).second) return in.Fault("have each key once");
+  if (!known.insert(*key).second) return in.SyntaxError("have each key once");
   if (*key == "descr") return ReadType(in, header);
   if (*key == "fortran_order") {
     const auto truth = in.Truth();
@@ -170,10 +173,10 @@ absl::Status ReadEntry(Literal& in, std::set<std::string>& known, NpyHeader& hea
     header.shape = *std::move(shape);
     return absl::OkStatus();
   }
-  return in.Fault("have the keys descr, fortran_order and shape alone");
+  return in.SyntaxError("have the keys descr, fortran_order and shape alone");
 }
 
-absl::Status ReadDictionary(Literal& in, NpyHeader& header) {
+absl::Status ReadDictionary(PythonLiteralReader& in, NpyHeader& header) {
   if (absl::Status status = in.Expect('{'); !status.ok()) return status;
   std::set<std::string> known;
   while (!in.Skip('}')) {
@@ -182,8 +185,8 @@ absl::Status ReadDictionary(Literal& in, NpyHeader& header) {
     if (absl::Status status = in.Expect('}'); !status.ok()) return status;
     break;
   }
-  if (known.size() != 3) return in.Fault("have had the keys descr, fortran_order and shape");
-  return in.AtEnd() ? absl::OkStatus() : in.Fault("end with the dictionary");
+  if (known.size() != 3) return in.SyntaxError("have had the keys descr, fortran_order and shape");
+  return in.AtEnd() ? absl::OkStatus() : in.SyntaxError("end with the dictionary");
 }
 
 }  // namespace
@@ -213,7 +216,7 @@ absl::StatusOr<NpyHeader> ParseNpyHeader(std::string_view bytes, const std::stri
                absl::StrCat("must be no more than the file of ", bytes.size(), " bytes holds")});
   }
   header.data_begin = begin + length;
-  Literal in(bytes.substr(0, header.data_begin), begin, file);
+  PythonLiteralReader in(bytes.substr(0, header.data_begin), begin, file);
   if (absl::Status status = ReadDictionary(in, header); !status.ok()) return status;
   return header;
 }

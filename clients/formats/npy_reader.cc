@@ -121,7 +121,7 @@ class NpyReader {
       if (absl::Status status = AddMember(member); !status.ok()) return status;
     }
     for (const char* axis : {"x", "y", "z"}) {
-      if (!Knows(axis)) return Error(absl::StrCat("member ", axis), "", "is missing from descr");
+      if (!HasField(axis)) return Error(absl::StrCat("member ", axis), "", "is missing from descr");
     }
     return absl::OkStatus();
   }
@@ -155,7 +155,7 @@ class NpyReader {
       return Error("name of a member", absl::StrCat("\"", column.field.name, "\""),
                    "must have letters, digits, _, - and . alone");
     }
-    if (Knows(column.field.name)) {
+    if (HasField(column.field.name)) {
       return Error("member", column.field.name, "must not appear twice");
     }
     const std::size_t size = column.field.size();
@@ -175,7 +175,7 @@ class NpyReader {
     return Error(place, absl::StrCat(file_step_, " bytes into a point"), "must end within 65536");
   }
 
-  bool Knows(std::string_view name) const {
+  bool HasField(std::string_view name) const {
     return std::any_of(columns_.begin(), columns_.end(),
                        [&](const Column& column) { return column.field.name == name; });
   }
@@ -201,7 +201,7 @@ class NpyReader {
   CloudFile Cloud(std::string_view data) const {
     CloudFile cloud{.width = width_, .height = height_};
     for (const Column& column : columns_) cloud.fields.push_back(column.field);
-    cloud.point_step = LayOut(cloud.fields);
+    cloud.point_step = AssignOffsets(cloud.fields);
     const auto points = static_cast<std::size_t>(cloud.size());
     cloud.bytes.resize(points * cloud.point_step);
     for (std::size_t c = 0; c < columns_.size(); ++c) {

@@ -18,9 +18,9 @@ using Words = std::vector<std::string_view>;
 constexpr std::int64_t kMaxExtent = std::numeric_limits<std::int32_t>::max();
 
 // The header's entries: the words after each key.
-class Entries {
+class HeaderEntries {
  public:
-  Entries(std::map<std::string, Words> words, std::string file)
+  HeaderEntries(std::map<std::string, Words> words, std::string file)
       : words_(std::move(words)), file_(std::move(file)) {}
 
   bool Has(const std::string& key) const { return words_.count(key) != 0; }
@@ -83,7 +83,7 @@ bool IsKey(std::string_view word) {
 }
 
 // Collects the lines up to and including DATA.
-absl::StatusOr<Entries> Collect(TextCursor& cursor, const std::string& file) {
+absl::StatusOr<HeaderEntries> CollectEntries(TextCursor& cursor, const std::string& file) {
   std::map<std::string, Words> entries;
   const bool magic =
       cursor.rest().substr(0, 6) == "# .PCD" || cursor.rest().substr(0, 7) == "VERSION";
@@ -100,7 +100,7 @@ absl::StatusOr<Entries> Collect(TextCursor& cursor, const std::string& file) {
     if (!entries.emplace(key, std::move(words)).second) {
       return FileError(file, {key, "", "appears twice in the header"});
     }
-    if (key == "DATA") return Entries(std::move(entries), file);
+    if (key == "DATA") return HeaderEntries(std::move(entries), file);
   }
   return FileError(file, {"DATA", "", "is missing: the header ends before it"});
 }
@@ -115,7 +115,7 @@ std::optional<Scalar> ScalarOf(std::string_view type, std::string_view size) {
   return found->second;
 }
 
-absl::StatusOr<std::vector<CloudField>> ParseFields(const Entries& entries) {
+absl::StatusOr<std::vector<CloudField>> ParseFields(const HeaderEntries& entries) {
   const auto names = entries.Get("FIELDS");
   if (!names.ok()) return names.status();
   if (names->empty()) return entries.Error("FIELDS", "", "must name at least one field");
@@ -148,7 +148,7 @@ absl::StatusOr<std::vector<CloudField>> ParseFields(const Entries& entries) {
   return fields;
 }
 
-absl::Status ParseExtent(const Entries& entries, PcdHeader& header) {
+absl::Status ParseExtent(const HeaderEntries& entries, PcdHeader& header) {
   const auto width = entries.Integer("WIDTH", 0, kMaxExtent);
   if (!width.ok()) return width.status();
   const auto height = entries.Integer("HEIGHT", 0, kMaxExtent);
@@ -163,7 +163,7 @@ absl::Status ParseExtent(const Entries& entries, PcdHeader& header) {
                        absl::StrCat("must be WIDTH x HEIGHT, ", header.points()));
 }
 
-absl::Status ParseViewpoint(const Entries& entries, PcdHeader& header) {
+absl::Status ParseViewpoint(const HeaderEntries& entries, PcdHeader& header) {
   if (!entries.Has("VIEWPOINT")) return absl::OkStatus();
   const auto words = entries.Get("VIEWPOINT");
   if (words->size() != header.viewpoint.size()) {
@@ -181,7 +181,7 @@ absl::Status ParseViewpoint(const Entries& entries, PcdHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status ParseEncoding(const Entries& entries, PcdHeader& header) {
+absl::Status ParseEncoding(const HeaderEntries& entries, PcdHeader& header) {
   const Words words = *entries.Get("DATA");
   const std::string data = words.size() == 1 ? std::string(words.front()) : "";
   if (data == "ascii") {
@@ -196,7 +196,7 @@ absl::Status ParseEncoding(const Entries& entries, PcdHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status CheckVersion(const Entries& entries) {
+absl::Status CheckVersion(const HeaderEntries& entries) {
   const auto words = entries.Get("VERSION");
   if (!words.ok()) return words.status();
   const std::string version = words->size() == 1 ? std::string(words->front()) : "";
@@ -207,14 +207,14 @@ absl::Status CheckVersion(const Entries& entries) {
 }  // namespace
 
 absl::StatusOr<PcdHeader> ParsePcdHeader(TextCursor& cursor, const std::string& file) {
-  const auto entries = Collect(cursor, file);
+  const auto entries = CollectEntries(cursor, file);
   if (!entries.ok()) return entries.status();
   if (absl::Status version = CheckVersion(*entries); !version.ok()) return version;
   PcdHeader header;
   auto fields = ParseFields(*entries);
   if (!fields.ok()) return fields.status();
   header.fields = *std::move(fields);
-  header.point_step = LayOut(header.fields);
+  header.point_step = AssignOffsets(header.fields);
   if (header.point_step > kMaxPcdPointStep) {
     return entries->Error("size of a point", absl::StrCat(header.point_step, " bytes"),
                           absl::StrCat("must be at most ", kMaxPcdPointStep));

@@ -14,14 +14,14 @@ constexpr std::string_view kPadding = "_";
 
 // `each`: the size of a point, e.g. "12 bytes"; `have`: the available data, e.g. "40 bytes of
 // data".
-absl::Status NotEnough(const std::string& file, const PcdHeader& header, const std::string& each,
-                       const std::string& have) {
+absl::Status TooShortError(const std::string& file, const PcdHeader& header,
+                           const std::string& each, const std::string& have) {
   return FileError(file, {"POINTS", absl::StrCat(header.points()),
                           absl::StrCat("must be what the data holds: at ", each,
                                        " a point there are not enough in ", have)});
 }
 
-absl::Status TooMuch(const std::string& file, const PcdHeader& header) {
+absl::Status TooLongError(const std::string& file, const PcdHeader& header) {
   return FileError(file, {"POINTS", absl::StrCat(header.points()),
                           "must be what the data holds: there is more data after the last point"});
 }
@@ -36,7 +36,7 @@ CloudFile EmptyCloud(const PcdHeader& header) {
   for (const CloudField& field : header.fields) {
     if (field.name != kPadding) cloud.fields.push_back(field);
   }
-  cloud.point_step = LayOut(cloud.fields);
+  cloud.point_step = AssignOffsets(cloud.fields);
   return cloud;
 }
 
@@ -73,11 +73,11 @@ absl::StatusOr<CloudFile> ReadBinary(TextCursor cursor, const PcdHeader& header,
                                      const std::string& file) {
   const std::size_t have = cursor.rest().size();
   if (!Fits(header, header.point_step, have)) {
-    return NotEnough(file, header, absl::StrCat(header.point_step, " bytes"),
-                     absl::StrCat(have, " bytes of data"));
+    return TooShortError(file, header, absl::StrCat(header.point_step, " bytes"),
+                         absl::StrCat(have, " bytes of data"));
   }
   const auto data = cursor.NextBytes(static_cast<std::size_t>(header.points()) * header.point_step);
-  if (!cursor.OnlyPaddingLeft()) return TooMuch(file, header);
+  if (!cursor.OnlyPaddingLeft()) return TooLongError(file, header);
   return FromRaw(*data, header);
 }
 
@@ -95,7 +95,7 @@ absl::StatusOr<CloudFile> ReadCompressed(TextCursor cursor, const PcdHeader& hea
                             absl::StrCat("must be what the file holds: ", cursor.rest().size(),
                                          " bytes are left")});
   }
-  if (!cursor.OnlyPaddingLeft()) return TooMuch(file, header);
+  if (!cursor.OnlyPaddingLeft()) return TooLongError(file, header);
   const std::size_t expected = static_cast<std::size_t>(header.points()) * header.point_step;
   if (!Fits(header, header.point_step, unpacked) || unpacked != expected) {
     return FileError(file, {"uncompressed size", absl::StrCat(unpacked),
@@ -135,8 +135,9 @@ absl::StatusOr<CloudFile> ReadAscii(TextCursor cursor, const PcdHeader& header,
   for (const CloudField& field : header.fields) words_per_point += field.count;
   // A word takes at least one character and a separator, which the last word does not need.
   const std::size_t have = cursor.rest().size() + 1;
-  const absl::Status not_enough = NotEnough(file, header, absl::StrCat(words_per_point, " values"),
-                                            absl::StrCat(cursor.rest().size(), " bytes of text"));
+  const absl::Status not_enough =
+      TooShortError(file, header, absl::StrCat(words_per_point, " values"),
+                    absl::StrCat(cursor.rest().size(), " bytes of text"));
   if (!Fits(header, 2 * words_per_point, have)) return not_enough;
   CloudFile cloud = EmptyCloud(header);
   cloud.bytes.resize(static_cast<std::size_t>(cloud.size()) * cloud.point_step);
@@ -153,7 +154,7 @@ absl::StatusOr<CloudFile> ReadAscii(TextCursor cursor, const PcdHeader& header,
     absl::Status read = ReadAsciiPoint(words, point++, header, cloud, file);
     if (!read.ok()) return read;
   }
-  if (!cursor.OnlyPaddingLeft()) return TooMuch(file, header);
+  if (!cursor.OnlyPaddingLeft()) return TooLongError(file, header);
   return cloud;
 }
 

@@ -90,8 +90,8 @@ class PlyParser {
   }
 
   absl::Status ReadElement(const PlyElement& element, PlyEncoding encoding, NumberSource& source) {
-    const std::size_t most_rows = (source.bytes_left() + 1) / element.MinRowBytes(encoding);
-    if (static_cast<std::uint64_t>(element.count) > most_rows) {
+    const std::size_t max_rows = (source.bytes_left() + 1) / element.MinRowBytes(encoding);
+    if (static_cast<std::uint64_t>(element.count) > max_rows) {
       return Error(
           absl::StrCat("count of element ", Printable(element.name)), absl::StrCat(element.count),
           absl::StrCat("must be what the data holds: ", source.bytes_left(), " bytes are left"));
@@ -123,7 +123,7 @@ class PlyParser {
         return Error(absl::StrCat("property ", axis), "", "is missing from element vertex");
       }
     }
-    cloud_.point_step = LayOut(cloud_.fields);
+    cloud_.point_step = AssignOffsets(cloud_.fields);
     cloud_.width = element.count;
     cloud_.bytes.resize(static_cast<std::size_t>(element.count) * cloud_.point_step);
     char* bytes = cloud_.bytes.data();

@@ -98,6 +98,6 @@ absl::StatusOr<SceneFile> ParseScene(std::string_view bytes, const std::string& 
                                      const SceneOptions& options = {});
 
 // derived: the server's limit of coordinates and dimensions, in magnitude (metres).
-inline constexpr double kLargestSceneNumber = 1e6;
+inline constexpr double kMaxSceneNumber = 1e6;
 
 }  // namespace cwm::formats

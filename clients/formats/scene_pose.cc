@@ -13,7 +13,7 @@ Vector Cross(const Vector& a, const Vector& b) {
 }
 
 // Rotates p: p + 2 v x (v x p + w p).
-Vector Turned(const Quaternion& q, const Vector& p) {
+Vector Rotate(const Quaternion& q, const Vector& p) {
   const Vector v = {q[0], q[1], q[2]};
   Vector inner = Cross(v, p);
   for (std::size_t i = 0; i < 3; ++i) inner[i] += q[3] * p[i];
@@ -38,17 +38,17 @@ Quaternion Product(const Quaternion& a, const Quaternion& b) {
 
 bool IsIdentity(const ScenePose& pose) { return pose == ScenePose{}; }
 
-ScenePose Composed(const ScenePose& x_a_b, const ScenePose& x_b_c) {
+ScenePose ComposePoses(const ScenePose& x_a_b, const ScenePose& x_b_c) {
   if (IsIdentity(x_a_b)) return x_b_c;
   if (IsIdentity(x_b_c)) return x_a_b;
   ScenePose x_a_c;
-  x_a_c.position_m = Turned(x_a_b.orientation_xyzw, x_b_c.position_m);
+  x_a_c.position_m = Rotate(x_a_b.orientation_xyzw, x_b_c.position_m);
   for (std::size_t i = 0; i < 3; ++i) x_a_c.position_m[i] += x_a_b.position_m[i];
   x_a_c.orientation_xyzw = Normalised(Product(x_a_b.orientation_xyzw, x_b_c.orientation_xyzw));
   return x_a_c;
 }
 
-ScenePose FrameOfPlane(const std::array<double, 4>& abcd) {
+ScenePose PlaneFrame(const std::array<double, 4>& abcd) {
   const auto& [a, b, c, d] = abcd;
   const double length = std::hypot(a, b, c);
   const Vector n = {a / length, b / length, c / length};

@@ -15,10 +15,10 @@ struct ScenePose {
 bool IsIdentity(const ScenePose& pose);
 
 // X_AC from X_AB and X_BC. If one of them is the identity, returns the other bit by bit.
-ScenePose Composed(const ScenePose& x_a_b, const ScenePose& x_b_c);
+ScenePose ComposePoses(const ScenePose& x_a_b, const ScenePose& x_b_c);
 
 // The frame whose plane z = 0 is a x + b y + c z + d = 0 and whose z axis points to its positive
 // side. The normal (a, b, c) may have any length but 0.
-ScenePose FrameOfPlane(const std::array<double, 4>& abcd);
+ScenePose PlaneFrame(const std::array<double, 4>& abcd);
 
 }  // namespace cwm::formats

@@ -14,10 +14,10 @@ namespace cwm::formats {
 namespace {
 
 // Adds one warning per kind with the links or objects that it concerns.
-void WarnOfPadding(const FieldReader& reader, const Place& scene, const char* list,
-                   const char* value, double neutral, std::vector<std::string>& warnings) {
+void WarnAboutPadding(const FieldReader& reader, const YamlNode& scene, const char* list,
+                      const char* value, double neutral, std::vector<std::string>& warnings) {
   std::vector<std::string> links;
-  const Place entries = scene[list];
+  const YamlNode entries = scene[list];
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const auto number = reader.Number(entries[i][value]);
     const auto link = reader.Name(entries[i]["link_name"]);
@@ -29,21 +29,21 @@ void WarnOfPadding(const FieldReader& reader, const Place& scene, const char* li
                                   ": left out, robots are taken as they are"));
 }
 
-void WarnOfOctomap(const Place& world, std::vector<std::string>& warnings) {
-  const Place data = world["octomap"]["octomap"]["data"];
-  const bool is_there = data.size() > 0 || (data.is_scalar() && !data.node.Scalar().empty());
+void WarnAboutOctomap(const YamlNode& world, std::vector<std::string>& warnings) {
+  const YamlNode data = world["octomap"]["octomap"]["data"];
+  const bool is_there = data.size() > 0 || (data.is_scalar() && !data.yaml.Scalar().empty());
   if (is_there) warnings.push_back("world.octomap: left out, only objects are read");
 }
 
 // Checks attached objects. `ids`: those of the list of objects. Each may be attached once; one
 // without shapes must be an object of the scene.
 absl::Status CheckAttached(const SceneFile& scene, std::set<std::string> ids,
-                           const FieldReader& reader, const Place& places) {
+                           const FieldReader& reader, const YamlNode& nodes) {
   std::set<std::string> with_shapes, attached;
   for (const SceneObject& object : scene.objects) with_shapes.insert(object.id);
   for (std::size_t i = 0; i < scene.robot_state.attached.size(); ++i) {
     const SceneObject& object = scene.robot_state.attached[i].object;
-    const Place id = places[i]["object"]["id"];
+    const YamlNode id = nodes[i]["object"]["id"];
     if (!attached.insert(object.id).second) return reader.Error(id, "must not be attached twice");
     if (!object.shapes.empty() && !ids.insert(object.id).second) {
       return reader.Error(id, "must not appear twice");
@@ -56,25 +56,25 @@ absl::Status CheckAttached(const SceneFile& scene, std::set<std::string> ids,
   return absl::OkStatus();
 }
 
-absl::StatusOr<bool> ReadIsDiff(const FieldReader& reader, const Place& place) {
-  if (!place.present()) return false;
-  const std::string word = place.is_scalar() ? absl::AsciiStrToLower(place.node.Scalar()) : "";
+absl::StatusOr<bool> ReadIsDiff(const FieldReader& reader, const YamlNode& node) {
+  if (!node.present()) return false;
+  const std::string word = node.is_scalar() ? absl::AsciiStrToLower(node.yaml.Scalar()) : "";
   if (word == "true" || word == "1") return true;
   if (word == "false" || word == "0") return false;
-  return reader.Error(place, "must be true or false");
+  return reader.Error(node, "must be true or false");
 }
 
-absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader,
+absl::StatusOr<SceneFile> ReadScene(const YamlNode& root, const FieldReader& reader,
                                     const SceneOptions& options) {
   SceneFile scene;
-  const Place list = root["world"]["collision_objects"];
-  const Place attached = root["robot_state"]["attached_collision_objects"];
+  const YamlNode list = root["world"]["collision_objects"];
+  const YamlNode attached = root["robot_state"]["attached_collision_objects"];
   // A scene may have no objects, but a file without any part of a scene is not one.
   const bool is_scene = root["robot_state"].present() || root["allowed_collision_matrix"].present();
   if (!list.present() && !is_scene) return reader.Error(list, "is missing");
   if (absl::Status status = reader.CheckList(list); !status.ok()) return status;
   if (root["robot_model_name"].is_scalar()) {
-    scene.robot_model_name = root["robot_model_name"].node.Scalar();
+    scene.robot_model_name = root["robot_model_name"].yaml.Scalar();
   }
   const auto is_diff = ReadIsDiff(reader, root["is_diff"]);
   if (!is_diff.ok()) return is_diff.status();
@@ -85,7 +85,7 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
   std::set<std::string> ids;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto operation = ReadOperation(reader, list[i]["operation"],
-                                         scene.is_diff ? SceneKind::kDiff : SceneKind::kWhole);
+                                         scene.is_diff ? SceneKind::kDiff : SceneKind::kFull);
     if (!operation.ok()) return operation.status();
     if (*operation == SceneOperation::kRemove) {
       auto id = reader.Name(list[i]["id"]);
@@ -99,7 +99,7 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
     if (!ids.insert(object->id).second) return reader.Error(list[i]["id"], "must not appear twice");
     const auto frame = frames->Find(reader, list[i]["header"]);
     if (!frame.ok()) return frame.status();
-    object->pose = Composed(*frame, object->pose);
+    object->pose = ComposePoses(*frame, object->pose);
     if (object->shapes.empty()) {
       scene.warnings.push_back(absl::StrCat(Printable(object->id), ": left out, it has no shapes"));
     } else {
@@ -115,9 +115,9 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
   auto allowed = ReadAllowedCollisions(reader, root["allowed_collision_matrix"], scene.warnings);
   if (!allowed.ok()) return allowed.status();
   scene.allowed_collisions = *std::move(allowed);
-  WarnOfPadding(reader, root, "link_padding", "padding", 0, scene.warnings);
-  WarnOfPadding(reader, root, "link_scale", "scale", 1, scene.warnings);
-  WarnOfOctomap(root["world"], scene.warnings);
+  WarnAboutPadding(reader, root, "link_padding", "padding", 0, scene.warnings);
+  WarnAboutPadding(reader, root, "link_scale", "scale", 1, scene.warnings);
+  WarnAboutOctomap(root["world"], scene.warnings);
   return scene;
 }
 
@@ -133,7 +133,7 @@ bool IsTextScene(std::string_view bytes) {
 
 }  // namespace
 
-absl::StatusOr<SceneFrames> SceneFrames::Read(const FieldReader& reader, const Place& transforms,
+absl::StatusOr<SceneFrames> SceneFrames::Read(const FieldReader& reader, const YamlNode& transforms,
                                               const std::string& world_frame) {
   SceneFrames frames;
   for (const std::string& name : {std::string(), std::string("world"), world_frame}) {
@@ -141,7 +141,7 @@ absl::StatusOr<SceneFrames> SceneFrames::Read(const FieldReader& reader, const P
   }
   if (absl::Status status = reader.CheckList(transforms); !status.ok()) return status;
   for (std::size_t i = 0; i < transforms.size(); ++i) {
-    const Place entry = transforms[i];
+    const YamlNode entry = transforms[i];
     const auto child = reader.Name(entry["child_frame_id"]);
     if (!child.ok()) return child.status();
     const auto transform = reader.Transform(entry["transform"]);
@@ -152,9 +152,10 @@ absl::StatusOr<SceneFrames> SceneFrames::Read(const FieldReader& reader, const P
   return frames;
 }
 
-absl::StatusOr<ScenePose> SceneFrames::Find(const FieldReader& reader, const Place& header) const {
-  const Place id = header["frame_id"];
-  std::string name = id.is_scalar() ? id.node.Scalar() : "";
+absl::StatusOr<ScenePose> SceneFrames::Find(const FieldReader& reader,
+                                            const YamlNode& header) const {
+  const YamlNode id = header["frame_id"];
+  std::string name = id.is_scalar() ? id.yaml.Scalar() : "";
   if (!name.empty() && name[0] == '/') name.erase(0, 1);
   const auto found = frames_.find(name);
   if (found != frames_.end()) return found->second;
@@ -165,7 +166,7 @@ absl::StatusOr<SceneFile> ParseYamlScene(std::string_view yaml, const std::strin
                                          const SceneOptions& options) {
   try {  // yaml-cpp reports errors by exceptions, which are handled here
     const YAML::Node root = YAML::Load(std::string(yaml));
-    return ReadScene(Place{root, "scene"}, FieldReader(file, yaml.size()), options);
+    return ReadScene(YamlNode{root, "scene"}, FieldReader(file, yaml.size()), options);
   } catch (const YAML::Exception& error) {
     return FileError(file, {"YAML", "", error.what()});
   }

@@ -38,16 +38,16 @@ decltype(SceneShape::shape) MakePrimitive(const PrimitiveKind& kind,
   return SceneCone{d[0], d[1]};
 }
 
-std::optional<std::string> NumberFault(std::string_view word, double& value) {
+std::optional<std::string> ParseSceneNumber(std::string_view word, double& value) {
   char bytes[sizeof(double)];
   const bool is_number = ParseScalar(word, Scalar::kF64, bytes);
   if (is_number) value = ToDouble(bytes, Scalar::kF64);
   if (!is_number || !std::isfinite(value)) return "must be a finite number";
-  if (std::abs(value) <= kLargestSceneNumber) return std::nullopt;
-  return absl::StrCat("must be at most ", kLargestSceneNumber, " in magnitude");
+  if (std::abs(value) <= kMaxSceneNumber) return std::nullopt;
+  return absl::StrCat("must be at most ", kMaxSceneNumber, " in magnitude");
 }
 
-std::optional<std::string> Normalise(std::array<double, 4>& orientation_xyzw) {
+std::optional<std::string> NormalizeQuaternion(std::array<double, 4>& orientation_xyzw) {
   double squared = 0;
   for (const double q : orientation_xyzw) squared += q * q;
   const double length = std::sqrt(squared);
@@ -58,7 +58,7 @@ std::optional<std::string> Normalise(std::array<double, 4>& orientation_xyzw) {
   return std::nullopt;
 }
 
-std::size_t DropDegenerate(MeshFile& mesh) {
+std::size_t RemoveDegenerateTriangles(MeshFile& mesh) {
   const std::size_t before = mesh.triangles.size();
   std::erase_if(mesh.triangles, HasTwice);
   return before - mesh.triangles.size();

@@ -23,14 +23,14 @@ const PrimitiveKind* FindPrimitive(std::string_view word);
 decltype(SceneShape::shape) MakePrimitive(const PrimitiveKind& kind,
                                           const std::vector<double>& dimensions_m);
 
-// The rule that a number violates: not finite, or beyond kLargestSceneNumber. Empty if it is valid.
-std::optional<std::string> NumberFault(std::string_view word, double& value);
+// The rule that a number violates: not finite, or beyond kMaxSceneNumber. Empty if it is valid.
+std::optional<std::string> ParseSceneNumber(std::string_view word, double& value);
 
 // Normalises the quaternion if its length is within 1 % of 1; otherwise returns the rule. Scenes
 // written with two or three decimals are off by up to half a percent; more is an error.
-std::optional<std::string> Normalise(std::array<double, 4>& orientation_xyzw);
+std::optional<std::string> NormalizeQuaternion(std::array<double, 4>& orientation_xyzw);
 
 // Drops triangles that use a vertex twice, which have no area; returns their number.
-std::size_t DropDegenerate(MeshFile& mesh);
+std::size_t RemoveDegenerateTriangles(MeshFile& mesh);
 
 }  // namespace cwm::formats

@@ -63,7 +63,7 @@ class TextReader {
   absl::Status ReadNumber(const std::string& field, double& value) {
     const auto word = cursor_.NextWord();
     if (!word) return Error(field, "", "is missing: the file ends here");
-    if (const auto fault = NumberFault(*word, value)) return Error(field, *word, *fault);
+    if (const auto fault = ParseSceneNumber(*word, value)) return Error(field, *word, *fault);
     return absl::OkStatus();
   }
 
@@ -91,7 +91,7 @@ class TextReader {
     if (!status.ok()) return status;
     status = ReadNumbers("orientation", pose.orientation_xyzw);
     if (!status.ok()) return status;
-    const auto fault = Normalise(pose.orientation_xyzw);
+    const auto fault = NormalizeQuaternion(pose.orientation_xyzw);
     return fault ? Error("orientation", "", *fault) : absl::OkStatus();
   }
 
@@ -145,7 +145,7 @@ class TextReader {
     if (!status.ok()) return status;
     if (status = ReadPose(shape.pose); !status.ok()) return status;
     if (*type == "plane") {
-      shape.pose = Composed(shape.pose, FrameOfPlane(plane));
+      shape.pose = ComposePoses(shape.pose, PlaneFrame(plane));
       shape.shape = SceneHalfSpace{};
     }
     std::array<double, 4> color = {};
@@ -184,7 +184,7 @@ class TextReader {
         if (status = ReadCorner(vertices, corner); !status.ok()) return status;
       }
     }
-    const std::size_t dropped = DropDegenerate(mesh);
+    const std::size_t dropped = RemoveDegenerateTriangles(mesh);
     if (mesh.triangles.empty()) {
       return Error("mesh", "", "must hold a triangle of three different vertices");
     }

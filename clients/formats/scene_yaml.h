@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "clients/formats/scene_file.h"
-#include "clients/formats/yaml_place.h"
+#include "clients/formats/yaml_node.h"
 
 namespace cwm::formats {
 
@@ -14,32 +14,32 @@ namespace cwm::formats {
 class SceneFrames {
  public:
   // The world's frames and those of `fixed_frame_transforms`.
-  static absl::StatusOr<SceneFrames> Read(const FieldReader& reader, const Place& transforms,
+  static absl::StatusOr<SceneFrames> Read(const FieldReader& reader, const YamlNode& transforms,
                                           const std::string& world_frame);
   // The pose of the frame in a header, which is optional.
-  absl::StatusOr<ScenePose> Find(const FieldReader& reader, const Place& header) const;
+  absl::StatusOr<ScenePose> Find(const FieldReader& reader, const YamlNode& header) const;
 
  private:
   std::map<std::string, ScenePose> frames_;
 };
 
-enum class SceneKind { kWhole, kDiff };
+enum class SceneKind { kFull, kDiff };
 enum class SceneOperation { kAdd, kRemove };
 
 // The operation of an object; only differences may remove objects.
-absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const YamlNode& node,
                                              SceneKind kind);
 
 // An object in its own frame; the caller sets the pose of that frame.
-absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const YamlNode& node,
                                        std::vector<std::string>& warnings);
 
-absl::StatusOr<SceneRobotState> ReadRobotState(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneRobotState> ReadRobotState(const FieldReader& reader, const YamlNode& node,
                                                const SceneFrames& frames,
                                                std::vector<std::string>& warnings);
 
 absl::StatusOr<SceneAllowedCollisions> ReadAllowedCollisions(const FieldReader& reader,
-                                                             const Place& place,
+                                                             const YamlNode& node,
                                                              std::vector<std::string>& warnings);
 
 absl::StatusOr<SceneFile> ParseYamlScene(std::string_view yaml, const std::string& file,

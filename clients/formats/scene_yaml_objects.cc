@@ -17,23 +17,23 @@ class ObjectReader {
   ObjectReader(const FieldReader& reader, SceneObject& object, std::vector<std::string>& warnings)
       : reader_(reader), object_(object), warnings_(warnings) {}
 
-  absl::Status Read(const Place& place) {
-    auto status = ReadList(place, "primitives", "primitive_poses", &ObjectReader::ReadPrimitive);
+  absl::Status Read(const YamlNode& node) {
+    auto status = ReadList(node, "primitives", "primitive_poses", &ObjectReader::ReadPrimitive);
     if (!status.ok()) return status;
-    status = ReadList(place, "meshes", "mesh_poses", &ObjectReader::ReadMesh);
+    status = ReadList(node, "meshes", "mesh_poses", &ObjectReader::ReadMesh);
     if (!status.ok()) return status;
-    return ReadList(place, "planes", "plane_poses", &ObjectReader::ReadPlane);
+    return ReadList(node, "planes", "plane_poses", &ObjectReader::ReadPlane);
   }
 
  private:
-  using ReadShape = absl::Status (ObjectReader::*)(const Place& place, SceneShape& shape);
+  using ReadShape = absl::Status (ObjectReader::*)(const YamlNode& node, SceneShape& shape);
 
   // Reads a list of shapes and a list of as many poses.
-  absl::Status ReadList(const Place& place, const char* shapes_key, const char* poses_key,
+  absl::Status ReadList(const YamlNode& node, const char* shapes_key, const char* poses_key,
                         ReadShape read) {
-    const Place shapes = place[shapes_key];
-    const Place poses = place[poses_key];
-    for (const Place& list : {shapes, poses}) {
+    const YamlNode shapes = node[shapes_key];
+    const YamlNode poses = node[poses_key];
+    for (const YamlNode& list : {shapes, poses}) {
       if (absl::Status status = reader_.CheckList(list); !status.ok()) return status;
     }
     if (shapes.size() != poses.size()) {
@@ -51,12 +51,12 @@ class ObjectReader {
     return absl::OkStatus();
   }
 
-  absl::Status ReadPrimitive(const Place& place, SceneShape& shape) {
-    const Place type = place["type"];
-    const PrimitiveKind* kind = FindPrimitive(type.is_scalar() ? type.node.Scalar() : "");
+  absl::Status ReadPrimitive(const YamlNode& node, SceneShape& shape) {
+    const YamlNode type = node["type"];
+    const PrimitiveKind* kind = FindPrimitive(type.is_scalar() ? type.yaml.Scalar() : "");
     if (kind == nullptr) return reader_.Error(type, "must be box, sphere, cylinder or cone");
     // Some writers pad every list to three numbers with zeros.
-    const Place list = place["dimensions"];
+    const YamlNode list = node["dimensions"];
     const std::size_t count = kind->dimension_count;
     const bool is_padded = list.size() == 3 && count < 3;
     auto dimensions = reader_.Numbers(list, is_padded ? 3 : count);
@@ -72,15 +72,15 @@ class ObjectReader {
     return absl::OkStatus();
   }
 
-  absl::Status ReadMesh(const Place& place, SceneShape& shape) {
-    if (place["resource"].present()) {
-      return reader_.Error(place["resource"],
+  absl::Status ReadMesh(const YamlNode& node, SceneShape& shape) {
+    if (node["resource"].present()) {
+      return reader_.Error(node["resource"],
                            "must be absent: only meshes with vertices and triangles are read");
     }
     MeshFile mesh;
-    const Place vertices = place["vertices"];
-    const Place triangles = place["triangles"];
-    for (const Place& list : {vertices, triangles}) {
+    const YamlNode vertices = node["vertices"];
+    const YamlNode triangles = node["triangles"];
+    for (const YamlNode& list : {vertices, triangles}) {
       if (!list.is_list()) return reader_.Error(list, "must be a list");
     }
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -89,13 +89,13 @@ class ObjectReader {
       mesh.vertices.push_back({(*p)[0], (*p)[1], (*p)[2]});
     }
     for (std::size_t i = 0; i < triangles.size(); ++i) {
-      const Place entry = triangles[i];
+      const YamlNode entry = triangles[i];
       if (auto status = ReadTriangle(entry.is_map() ? entry["vertex_indices"] : entry, mesh);
           !status.ok()) {
         return status;
       }
     }
-    const std::size_t dropped = DropDegenerate(mesh);
+    const std::size_t dropped = RemoveDegenerateTriangles(mesh);
     if (mesh.triangles.empty()) {
       return reader_.Error(triangles, "must hold a triangle of three different vertices");
     }
@@ -107,11 +107,11 @@ class ObjectReader {
     return absl::OkStatus();
   }
 
-  absl::Status ReadTriangle(const Place& place, MeshFile& mesh) {
-    if (place.size() != 3) return reader_.Error(place, "must be a list of 3 indices");
+  absl::Status ReadTriangle(const YamlNode& node, MeshFile& mesh) {
+    if (node.size() != 3) return reader_.Error(node, "must be a list of 3 indices");
     std::array<std::uint32_t, 3> triangle = {};
     for (std::size_t i = 0; i < 3; ++i) {
-      const Place corner = place[i];
+      const YamlNode corner = node[i];
       const auto word = reader_.Scalar(corner);
       if (!word.ok()) return word.status();
       char bytes[sizeof(std::uint32_t)];
@@ -126,14 +126,14 @@ class ObjectReader {
     return absl::OkStatus();
   }
 
-  absl::Status ReadPlane(const Place& place, SceneShape& shape) {
-    const auto abcd = reader_.Numbers(place["coef"], 4);
+  absl::Status ReadPlane(const YamlNode& node, SceneShape& shape) {
+    const auto abcd = reader_.Numbers(node["coef"], 4);
     if (!abcd.ok()) return abcd.status();
     const std::array<double, 4> plane = {(*abcd)[0], (*abcd)[1], (*abcd)[2], (*abcd)[3]};
     if (plane[0] == 0 && plane[1] == 0 && plane[2] == 0) {
-      return reader_.Error(place["coef"], "must have a normal that is not 0");
+      return reader_.Error(node["coef"], "must have a normal that is not 0");
     }
-    shape.pose = Composed(shape.pose, FrameOfPlane(plane));
+    shape.pose = ComposePoses(shape.pose, PlaneFrame(plane));
     shape.shape = SceneHalfSpace{};
     return absl::OkStatus();
   }
@@ -147,34 +147,34 @@ class ObjectReader {
 
 // The operation as a number of moveit_msgs/CollisionObject or as a word; the default is "add". Only
 // adding and removing are supported.
-absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const YamlNode& node,
                                              SceneKind kind) {
-  if (!place.present()) return SceneOperation::kAdd;
-  const std::string word = place.is_scalar() ? absl::AsciiStrToLower(place.node.Scalar()) : "";
+  if (!node.present()) return SceneOperation::kAdd;
+  const std::string word = node.is_scalar() ? absl::AsciiStrToLower(node.yaml.Scalar()) : "";
   if (word == "add" || word == "0" || word == std::string(1, '\0')) return SceneOperation::kAdd;
-  if (kind == SceneKind::kWhole) {
-    return reader.Error(place, "must be add: only a scene with is_diff: true takes away");
+  if (kind == SceneKind::kFull) {
+    return reader.Error(node, "must be add: only a scene with is_diff: true takes away");
   }
   if (word == "remove" || word == "1" || word == std::string(1, '\1')) {
     return SceneOperation::kRemove;
   }
-  return reader.Error(place, "must be add or remove");
+  return reader.Error(node, "must be add or remove");
 }
 
-absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const YamlNode& node,
                                        std::vector<std::string>& warnings) {
   SceneObject object;
-  auto id = reader.Name(place["id"]);
+  auto id = reader.Name(node["id"]);
   if (!id.ok()) return id.status();
   object.id = *std::move(id);
-  const auto operation = ReadOperation(reader, place["operation"], SceneKind::kWhole);
+  const auto operation = ReadOperation(reader, node["operation"], SceneKind::kFull);
   if (!operation.ok()) return operation.status();
-  if (place["pose"].present()) {
-    const auto pose = reader.Pose(place["pose"]);
+  if (node["pose"].present()) {
+    const auto pose = reader.Pose(node["pose"]);
     if (!pose.ok()) return pose.status();
     object.pose = *pose;
   }
-  const absl::Status status = ObjectReader(reader, object, warnings).Read(place);
+  const absl::Status status = ObjectReader(reader, object, warnings).Read(node);
   if (!status.ok()) return status;
   return object;
 }

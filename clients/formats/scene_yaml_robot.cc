@@ -9,17 +9,17 @@
 namespace cwm::formats {
 namespace {
 
-absl::Status CheckCounts(const FieldReader& reader, const Place& values, std::size_t actual,
+absl::Status CheckCounts(const FieldReader& reader, const YamlNode& values, std::size_t actual,
                          std::size_t expected, const char* of_what) {
   if (actual == expected) return absl::OkStatus();
   return reader.Error(values, absl::StrCat("must hold one for each of ", expected, " ", of_what,
                                            ", holds ", actual));
 }
 
-absl::Status ReadJoints(const FieldReader& reader, const Place& place, SceneRobotState& state) {
-  const auto names = reader.Names(place["name"]);
+absl::Status ReadJoints(const FieldReader& reader, const YamlNode& node, SceneRobotState& state) {
+  const auto names = reader.Names(node["name"]);
   if (!names.ok()) return names.status();
-  const Place positions = place["position"];
+  const YamlNode positions = node["position"];
   if (absl::Status status = reader.CheckList(positions); !status.ok()) return status;
   auto status = CheckCounts(reader, positions, positions.size(), names->size(), "names");
   if (!status.ok()) return status;
@@ -31,50 +31,51 @@ absl::Status ReadJoints(const FieldReader& reader, const Place& place, SceneRobo
   return absl::OkStatus();
 }
 
-absl::Status ReadMultiDofJoints(const FieldReader& reader, const Place& place,
+absl::Status ReadMultiDofJoints(const FieldReader& reader, const YamlNode& node,
                                 const SceneFrames& frames, SceneRobotState& state) {
-  const auto names = reader.Names(place["joint_names"]);
+  const auto names = reader.Names(node["joint_names"]);
   if (!names.ok()) return names.status();
-  const Place transforms = place["transforms"];
+  const YamlNode transforms = node["transforms"];
   if (absl::Status status = reader.CheckList(transforms); !status.ok()) return status;
   auto status = CheckCounts(reader, transforms, transforms.size(), names->size(), "joint_names");
   if (!status.ok()) return status;
   if (names->empty()) return absl::OkStatus();
-  const auto frame = frames.Find(reader, place["header"]);
+  const auto frame = frames.Find(reader, node["header"]);
   if (!frame.ok()) return frame.status();
   for (std::size_t i = 0; i < names->size(); ++i) {
     const auto transform = reader.Transform(transforms[i]);
     if (!transform.ok()) return transform.status();
-    state.multi_dof_joints.push_back({(*names)[i], Composed(*frame, *transform)});
+    state.multi_dof_joints.push_back({(*names)[i], ComposePoses(*frame, *transform)});
   }
   return absl::OkStatus();
 }
 
-absl::StatusOr<SceneAttachedObject> ReadAttached(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneAttachedObject> ReadAttached(const FieldReader& reader, const YamlNode& node,
                                                  const SceneFrames& frames,
                                                  std::vector<std::string>& warnings) {
   SceneAttachedObject attached;
-  auto link = reader.Name(place["link_name"]);
+  auto link = reader.Name(node["link_name"]);
   if (!link.ok()) return link.status();
   attached.link = *std::move(link);
-  auto touch_links = reader.Names(place["touch_links"]);
+  auto touch_links = reader.Names(node["touch_links"]);
   if (!touch_links.ok()) return touch_links.status();
   attached.touch_links = *std::move(touch_links);
-  const Place object_place = place["object"];
-  auto object = ReadObject(reader, object_place, warnings);
+  const YamlNode object_node = node["object"];
+  auto object = ReadObject(reader, object_node, warnings);
   if (!object.ok()) return object.status();
   attached.object = *std::move(object);
-  const Place frame_id = object_place["header"]["frame_id"];
-  attached.pose_is_in_link = frame_id.is_scalar() && frame_id.node.Scalar() == attached.link;
+  const YamlNode frame_id = object_node["header"]["frame_id"];
+  attached.pose_is_in_link = frame_id.is_scalar() && frame_id.yaml.Scalar() == attached.link;
   if (attached.pose_is_in_link) return attached;
-  const auto frame = frames.Find(reader, object_place["header"]);
+  const auto frame = frames.Find(reader, object_node["header"]);
   if (!frame.ok()) return frame.status();
-  attached.object.pose = Composed(*frame, attached.object.pose);
+  attached.object.pose = ComposePoses(*frame, attached.object.pose);
   return attached;
 }
 
 // Adds one warning with the first few pairs for which the matrix is not symmetric.
-void WarnOfAsymmetry(const SceneAllowedCollisions& collisions, std::vector<std::string>& warnings) {
+void WarnAboutAsymmetry(const SceneAllowedCollisions& collisions,
+                        std::vector<std::string>& warnings) {
   constexpr std::size_t kShown = 5;
   std::vector<std::string> shown;
   std::size_t count = 0;
@@ -93,15 +94,15 @@ void WarnOfAsymmetry(const SceneAllowedCollisions& collisions, std::vector<std::
                                   "; that in the row of the first is taken"));
 }
 
-absl::Status ReadMatrix(const FieldReader& reader, const Place& place,
+absl::Status ReadMatrix(const FieldReader& reader, const YamlNode& node,
                         SceneAllowedCollisions& collisions) {
   const std::size_t count = collisions.names.size();
-  if (absl::Status status = reader.CheckList(place); !status.ok()) return status;
-  auto status = CheckCounts(reader, place, place.size(), count, "entry_names");
+  if (absl::Status status = reader.CheckList(node); !status.ok()) return status;
+  auto status = CheckCounts(reader, node, node.size(), count, "entry_names");
   if (!status.ok()) return status;
   for (std::size_t i = 0; i < count; ++i) {
-    const Place entry = place[i];
-    const Place row = entry.is_map() ? entry["enabled"] : entry;
+    const YamlNode entry = node[i];
+    const YamlNode row = entry.is_map() ? entry["enabled"] : entry;
     if (absl::Status list = reader.CheckList(row); !list.ok()) return list;
     status = CheckCounts(reader, row, row.size(), count, "entry_names");
     if (!status.ok()) return status;
@@ -117,15 +118,15 @@ absl::Status ReadMatrix(const FieldReader& reader, const Place& place,
 
 }  // namespace
 
-absl::StatusOr<SceneRobotState> ReadRobotState(const FieldReader& reader, const Place& place,
+absl::StatusOr<SceneRobotState> ReadRobotState(const FieldReader& reader, const YamlNode& node,
                                                const SceneFrames& frames,
                                                std::vector<std::string>& warnings) {
   SceneRobotState state;
-  absl::Status status = ReadJoints(reader, place["joint_state"], state);
+  absl::Status status = ReadJoints(reader, node["joint_state"], state);
   if (!status.ok()) return status;
-  status = ReadMultiDofJoints(reader, place["multi_dof_joint_state"], frames, state);
+  status = ReadMultiDofJoints(reader, node["multi_dof_joint_state"], frames, state);
   if (!status.ok()) return status;
-  const Place attached = place["attached_collision_objects"];
+  const YamlNode attached = node["attached_collision_objects"];
   if (status = reader.CheckList(attached); !status.ok()) return status;
   for (std::size_t i = 0; i < attached.size(); ++i) {
     auto object = ReadAttached(reader, attached[i], frames, warnings);
@@ -136,19 +137,19 @@ absl::StatusOr<SceneRobotState> ReadRobotState(const FieldReader& reader, const 
 }
 
 absl::StatusOr<SceneAllowedCollisions> ReadAllowedCollisions(const FieldReader& reader,
-                                                             const Place& place,
+                                                             const YamlNode& node,
                                                              std::vector<std::string>& warnings) {
   SceneAllowedCollisions collisions;
-  auto names = reader.Names(place["entry_names"]);
+  auto names = reader.Names(node["entry_names"]);
   if (!names.ok()) return names.status();
   collisions.names = *std::move(names);
-  if (auto status = ReadMatrix(reader, place["entry_values"], collisions); !status.ok()) {
+  if (auto status = ReadMatrix(reader, node["entry_values"], collisions); !status.ok()) {
     return status;
   }
-  WarnOfAsymmetry(collisions, warnings);
-  const auto default_names = reader.Names(place["default_entry_names"]);
+  WarnAboutAsymmetry(collisions, warnings);
+  const auto default_names = reader.Names(node["default_entry_names"]);
   if (!default_names.ok()) return default_names.status();
-  const Place values = place["default_entry_values"];
+  const YamlNode values = node["default_entry_values"];
   if (absl::Status status = reader.CheckList(values); !status.ok()) return status;
   auto status =
       CheckCounts(reader, values, values.size(), default_names->size(), "default_entry_names");

@@ -127,39 +127,39 @@ class XyzReader {
     std::set<std::string> known;
     for (const std::string& name : names_) {
       if (!known.insert(name).second) {
-        return Fault("column", name, "must not be named twice");
+        return LineError("column", name, "must not be named twice");
       }
       cloud_.fields.push_back({.name = name, .type = Scalar::kF64});
     }
     if (names_.size() > kMaxColumns) {
-      return Fault("number of columns", absl::StrCat("more than ", kMaxColumns),
-                   absl::StrCat("must be at most ", kMaxColumns, " where they are named"));
+      return LineError("number of columns", absl::StrCat("more than ", kMaxColumns),
+                       absl::StrCat("must be at most ", kMaxColumns, " where they are named"));
     }
-    cloud_.point_step = LayOut(cloud_.fields);
+    cloud_.point_step = AssignOffsets(cloud_.fields);
     return absl::OkStatus();
   }
 
   absl::Status AddPoint(const Words& words) {
     const std::size_t columns = names_.size();
     if (words.size() < columns || (exact_ && words.size() > columns)) {
-      return Fault("number of columns", absl::StrCat(words.size()),
-                   absl::StrCat("must be ", exact_ ? "" : "at least ", columns,
-                                exact_ ? ", as the header names them" : ""));
+      return LineError("number of columns", absl::StrCat(words.size()),
+                       absl::StrCat("must be ", exact_ ? "" : "at least ", columns,
+                                    exact_ ? ", as the header names them" : ""));
     }
     const std::size_t begin = cloud_.bytes.size();
     cloud_.bytes.resize(begin + cloud_.point_step);
     for (std::size_t i = 0; i < columns; ++i) {
       if (!ParseScalar(words[i], Scalar::kF64, &cloud_.bytes[begin + cloud_.fields[i].offset])) {
-        return Fault(names_[i], absl::StrCat("\"", Printable(words[i]), "\""),
-                     "must be a number (a decimal point, no unit)");
+        return LineError(names_[i], absl::StrCat("\"", Printable(words[i]), "\""),
+                         "must be a number (a decimal point, no unit)");
       }
     }
     ++cloud_.width;
     return absl::OkStatus();
   }
 
-  absl::Status Fault(const std::string& field, const std::string& value,
-                     const std::string& rule) const {
+  absl::Status LineError(const std::string& field, const std::string& value,
+                         const std::string& rule) const {
     return FileError(file_, {absl::StrCat("line ", line_, " ", Printable(field)), value, rule});
   }
 

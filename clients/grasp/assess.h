@@ -14,7 +14,7 @@
 
 namespace cwm::grasp {
 
-struct Question {
+struct GraspQuery {
   std::string world = {};
   std::string world_uid = {};  // empty: any world of that name
   std::int64_t revision = 0;   // all queries are about this revision
@@ -37,18 +37,18 @@ struct Contact {
   int part = 0;                                        // of the target
 };
 
-enum class Fault {
+enum class GraspFailure {
   kNone,
   kBlocked,  // something obstructs the open gripper or its closing fingers
-  kMisses,   // a pad touches nothing, or another object than the target
-  kSlips,    // a surface is tilted by more than friction can hold
+  kMissed,   // a pad touches nothing, or another object than the target
+  kSlipped,  // a surface is tilted by more than friction can hold
 };
 
 struct Assessment {
-  Fault fault = Fault::kNone;
-  std::string culprit = {};              // the obstacle, or the object touched; empty: unknown
+  GraspFailure failure = GraspFailure::kNone;
+  std::string obstacle = {};             // the obstacle, or the object touched; empty: unknown
   double clearance_m = 0;                // of the open gripper during its approach, up to 0.02 m
-  std::string held = {};                 // the object between the pads
+  std::string held_object = {};          // the object between the pads
   std::array<Contact, 2> contacts = {};  // of the finger at -x, then of that at +x
   double width_m = 0;                    // between the pads once both touch something
   double off_centre_m = 0;               // how far the object is pushed until both pads touch it
@@ -59,7 +59,7 @@ struct Assessment {
 // finally rays from 15 places of each pad: the middle ray must hit, and the first place that
 // touches the target must hold it within friction.
 absl::StatusOr<std::vector<Assessment>> Assess(const client::Connection& connection,
-                                               const Question& question,
+                                               const GraspQuery& query,
                                                const std::vector<Attempt>& attempts);
 
 }  // namespace cwm::grasp

@@ -69,17 +69,19 @@ void Print(const grasp::Plan& plan, const std::string& json) {
   std::vector<cli::TableRow> rows;
   for (const grasp::ObjectPlan& object : plan.objects) {
     if (object.grasps.empty()) {
-      rows.push_back({{object.object.name(), "-", "", "", "", "", ""}, object.why});
+      rows.push_back({{object.object.name(), "-", "", "", "", "", ""}, object.failure_reason});
     }
     for (const grasp::Grasp& found : object.grasps) {
       const Eigen::Vector3d p = found.candidate.X_FG.translation();
       const Eigen::Vector3d z = found.candidate.X_FG.linear().col(2);
       const auto text = [](const Eigen::Vector3d& v) {
-        return cli::Fixed(v.x(), 3) + " " + cli::Fixed(v.y(), 3) + " " + cli::Fixed(v.z(), 3);
+        return cli::FormatFixed(v.x(), 3) + " " + cli::FormatFixed(v.y(), 3) + " " +
+               cli::FormatFixed(v.z(), 3);
       };
-      rows.push_back({{object.object.name(), found.candidate.way, cli::Fixed(found.score, 2),
-                       cli::Length(found.assessment.width_m),
-                       cli::Length(found.assessment.clearance_m), text(p), text(z)}});
+      rows.push_back(
+          {{object.object.name(), found.candidate.strategy, cli::FormatFixed(found.score, 2),
+            cli::FormatLength(found.assessment.width_m),
+            cli::FormatLength(found.assessment.clearance_m), text(p), text(z)}});
     }
   }
   cli::PrintTable({{"OBJECT"},

@@ -14,23 +14,23 @@ namespace {
 
 namespace pb = cwm::v1;
 
-absl::Status CheckRange(const char* option, double value, double least, double most,
+absl::Status CheckRange(const char* option, double value, double min, double max,
                         const char* rule) {
-  if (std::isfinite(value) && value >= least && value <= most) return absl::OkStatus();
+  if (std::isfinite(value) && value >= min && value <= max) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(option, ": ", value, " must be ", rule));
 }
 
-struct ReadWorld {
+struct WorldObjects {
   std::string world_uid;
   std::int64_t revision = 0;
   std::map<std::string, pb::Object> objects;
 };
 
-absl::StatusOr<ReadWorld> Read(const client::Connection& connection, const std::string& world) {
+absl::StatusOr<WorldObjects> Read(const client::Connection& connection, const std::string& world) {
   pb::ListObjectsRequest request;
   request.set_world(world);
   request.set_view(pb::OBJECT_VIEW_FULL);
-  ReadWorld read;
+  WorldObjects read;
   do {
     const auto page =
         connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
@@ -59,13 +59,13 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-absl::Status Unknown(const std::string& name, const ReadWorld& world) {
+absl::Status UnknownObjectError(const std::string& name, const WorldObjects& world) {
   std::string nearest;
-  std::size_t least = name.size() / 2 + 1;  // a larger distance means another word
+  std::size_t min_distance = name.size() / 2 + 1;  // a larger distance means another word
   for (const auto& [known, object] : world.objects) {
     const std::size_t distance = EditDistance(name, known);
-    if (distance >= least) continue;
-    least = distance;
+    if (distance >= min_distance) continue;
+    min_distance = distance;
     nearest = known;
   }
   std::string message = absl::StrCat("object \"", name, "\" is not in the world");
@@ -74,7 +74,7 @@ absl::Status Unknown(const std::string& name, const ReadWorld& world) {
 }
 
 // The reason why the object cannot be grasped; empty: it can.
-std::string Untakeable(const pb::Object& object) {
+std::string UngraspableReason(const pb::Object& object) {
   if (object.kind() == pb::OBJECT_KIND_SUPPORT) return "is a support: it stays where it is";
   if (object.kind() == pb::OBJECT_KIND_UNSEEN) return "is unseen space: nothing is known of it";
   if (!object.has_bounds()) return "has no bounds: it reaches without end";
@@ -83,20 +83,20 @@ std::string Untakeable(const pb::Object& object) {
 }
 
 absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
-                                                const ReadWorld& world) {
+                                                const WorldObjects& world) {
   std::vector<pb::Object> targets;
   if (request.objects.empty()) {
     for (const auto& [name, object] : world.objects) {
       const bool unexplained = object.kind() == pb::OBJECT_KIND_RESIDUAL;
-      if (!unexplained && Untakeable(object).empty()) targets.push_back(object);
+      if (!unexplained && UngraspableReason(object).empty()) targets.push_back(object);
     }
     return targets;
   }
   std::map<std::string, pb::Object> wanted;  // each object once, by name
   for (const std::string& name : request.objects) {
     const auto found = world.objects.find(name);
-    if (found == world.objects.end()) return Unknown(name, world);
-    const std::string why = Untakeable(found->second);
+    if (found == world.objects.end()) return UnknownObjectError(name, world);
+    const std::string why = UngraspableReason(found->second);
     if (!why.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("object \"", name, "\" ", why));
     }
@@ -107,7 +107,7 @@ absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
 }
 
 // The obstacles of the candidates, the most frequent first: "71 by table, 12 by its own shape".
-std::string Blockers(const ObjectPlan& plan) {
+std::string FormatObstacles(const ObjectPlan& plan) {
   std::vector<std::pair<std::int64_t, std::string>> blockers;
   for (const auto& [name, count] : plan.blocked_by) {
     const bool own = name == plan.object.name();
@@ -122,27 +122,27 @@ std::string Blockers(const ObjectPlan& plan) {
   return text;
 }
 
-std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
-                    const PlanRequest& request) {
-  const double most_m = request.gripper.opening_m - 2 * request.clearance_m;
+std::string FailureReason(const Candidates& candidates, const ObjectPlan& plan,
+                          const PlanRequest& request) {
+  const double max_width_m = request.gripper.opening_m - 2 * request.clearance_m;
   if (plan.tried_count > 0) {
     std::int64_t blocked = 0;
     for (const auto& [name, count] : plan.blocked_by) blocked += count;
     if (2 * blocked >= plan.tried_count) {
       return absl::StrFormat("no free approach: %d of %d blocked, %s", blocked, plan.tried_count,
-                             Blockers(plan));
+                             FormatObstacles(plan));
     }
     return absl::StrFormat("no hold: the pads of %d of %d slip or miss", plan.tried_count - blocked,
                            plan.tried_count);
   }
-  if (candidates.narrowest_m > most_m) {
+  if (candidates.min_width_m > max_width_m) {
     return absl::StrFormat("too wide by %.1f mm: %.1f mm at its narrowest, %.1f mm fit",
-                           1e3 * (candidates.narrowest_m - most_m), 1e3 * candidates.narrowest_m,
-                           1e3 * most_m);
+                           1e3 * (candidates.min_width_m - max_width_m),
+                           1e3 * candidates.min_width_m, 1e3 * max_width_m);
   }
-  if (candidates.least_tilt_rad >= 0) {
+  if (candidates.min_tilt_rad >= 0) {
     return absl::StrFormat("slips: its wall is tilted by %.1f deg, friction %.2g holds %.1f deg",
-                           candidates.least_tilt_rad * 180 / std::numbers::pi, request.friction,
+                           candidates.min_tilt_rad * 180 / std::numbers::pi, request.friction,
                            std::atan(request.friction) * 180 / std::numbers::pi);
   }
   return "no opposite surfaces are known of it";
@@ -150,7 +150,7 @@ std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
 
 // True if the grasps are the same for a robot: a few millimetres and degrees apart, possibly after
 // half a turn about the approach.
-bool NearlySame(const Grasp& a, const Grasp& b) {
+bool AreSimilar(const Grasp& a, const Grasp& b) {
   constexpr double kNear_m = 0.005, kNear_rad = 0.35;
   const Eigen::Isometry3d& X_WA = a.candidate.X_FG;
   const Eigen::Isometry3d& X_WB = b.candidate.X_FG;
@@ -162,42 +162,42 @@ bool NearlySame(const Grasp& a, const Grasp& b) {
 }
 
 // The best grasps first, each different from all better ones.
-std::vector<Grasp> Best(std::vector<Grasp> grasps, int most) {
+std::vector<Grasp> BestDistinct(std::vector<Grasp> grasps, int max_count) {
   std::stable_sort(grasps.begin(), grasps.end(),
                    [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
   std::vector<Grasp> best;
   for (const Grasp& grasp : grasps) {
-    if (best.size() == static_cast<std::size_t>(most)) break;
+    if (best.size() == static_cast<std::size_t>(max_count)) break;
     const bool known = std::any_of(best.begin(), best.end(),
-                                   [&](const Grasp& better) { return NearlySame(better, grasp); });
+                                   [&](const Grasp& better) { return AreSimilar(better, grasp); });
     if (!known) best.push_back(grasp);
   }
   return best;
 }
 
 // The attempts of one object.
-struct Share {
+struct ObjectAttempts {
   Candidates candidates;
   std::size_t first_attempt = 0;
 };
 
-ObjectPlan PlanOf(const pb::Object& object, const Share& share,
+ObjectPlan PlanOf(const pb::Object& object, const ObjectAttempts& tried,
                   const std::vector<Assessment>& assessments, const PlanRequest& request,
-                  const Question& question) {
+                  const GraspQuery& query) {
   ObjectPlan plan{.object = object};
-  plan.tried_count = static_cast<std::int64_t>(share.candidates.list.size());
-  for (std::size_t i = 0; i < share.candidates.list.size(); ++i) {
-    const Assessment& assessment = assessments[share.first_attempt + i];
-    if (assessment.fault == Fault::kBlocked) ++plan.blocked_by[assessment.culprit];
-    if (assessment.fault != Fault::kNone) continue;
-    Grasp grasp{.candidate = share.candidates.list[i], .assessment = assessment};
-    grasp.factors = FactorsOf(grasp.candidate, assessment, object, question);
+  plan.tried_count = static_cast<std::int64_t>(tried.candidates.list.size());
+  for (std::size_t i = 0; i < tried.candidates.list.size(); ++i) {
+    const Assessment& assessment = assessments[tried.first_attempt + i];
+    if (assessment.failure == GraspFailure::kBlocked) ++plan.blocked_by[assessment.obstacle];
+    if (assessment.failure != GraspFailure::kNone) continue;
+    Grasp grasp{.candidate = tried.candidates.list[i], .assessment = assessment};
+    grasp.factors = FactorsOf(grasp.candidate, assessment, object, query);
     grasp.score = ScoreOf(grasp.factors);
     plan.grasps.push_back(grasp);
   }
   plan.free_count = static_cast<std::int64_t>(plan.grasps.size());
-  plan.grasps = Best(std::move(plan.grasps), request.top);
-  if (plan.free_count == 0) plan.why = WhyNone(share.candidates, plan, request);
+  plan.grasps = BestDistinct(std::move(plan.grasps), request.top);
+  if (plan.free_count == 0) plan.failure_reason = FailureReason(tried.candidates, plan, request);
   return plan;
 }
 
@@ -215,7 +215,7 @@ absl::Status Validate(const PlanRequest& request) {
   return absl::OkStatus();
 }
 
-Question QuestionOf(const PlanRequest& request, const Plan& plan) {
+GraspQuery MakeGraspQuery(const PlanRequest& request, const Plan& plan) {
   return {.world = request.world,
           .world_uid = plan.world_uid,
           .revision = plan.revision,
@@ -234,21 +234,22 @@ absl::StatusOr<Plan> PlanGrasps(const client::Connection& connection, const Plan
 
   Plan plan{.world_uid = world->world_uid, .revision = world->revision, .objects = {}};
   const SamplerOptions options{
-      .gripper = request.gripper, .friction = request.friction, .least_gap_m = request.clearance_m};
-  std::vector<Share> shares;
+      .gripper = request.gripper, .friction = request.friction, .min_gap_m = request.clearance_m};
+  std::vector<ObjectAttempts> tried;
   std::vector<Attempt> attempts;
   for (const pb::Object& object : *targets) {
-    Share share{.candidates = SampleObject(object, options), .first_attempt = attempts.size()};
-    for (const Candidate& candidate : share.candidates.list) {
+    ObjectAttempts of_object{.candidates = SampleObject(object, options),
+                             .first_attempt = attempts.size()};
+    for (const Candidate& candidate : of_object.candidates.list) {
       attempts.push_back({.X_WG = candidate.X_FG, .target = object.name()});
     }
-    shares.push_back(std::move(share));
+    tried.push_back(std::move(of_object));
   }
-  const Question question = QuestionOf(request, plan);
-  const auto assessments = Assess(connection, question, attempts);
+  const GraspQuery query = MakeGraspQuery(request, plan);
+  const auto assessments = Assess(connection, query, attempts);
   if (!assessments.ok()) return assessments.status();
   for (std::size_t i = 0; i < targets->size(); ++i) {
-    plan.objects.push_back(PlanOf((*targets)[i], shares[i], *assessments, request, question));
+    plan.objects.push_back(PlanOf((*targets)[i], tried[i], *assessments, request, query));
   }
   return plan;
 }

@@ -35,7 +35,7 @@ struct ObjectPlan {
   std::int64_t free_count = 0;     // before the best were selected
   std::int64_t tried_count = 0;
   std::map<std::string, std::int64_t> blocked_by = {};  // number of candidates by their obstacle
-  std::string why = {};  // why there is no grasp; empty if there is one
+  std::string failure_reason = {};  // why there is no grasp; empty if there is one
 };
 
 struct Plan {
@@ -52,6 +52,6 @@ absl::StatusOr<Plan> PlanGrasps(const client::Connection& connection, const Plan
 absl::Status Validate(const PlanRequest& request);
 
 // The common part of the plan's queries, including its revision.
-Question QuestionOf(const PlanRequest& request, const Plan& plan);
+GraspQuery MakeGraspQuery(const PlanRequest& request, const Plan& plan);
 
 }  // namespace cwm::grasp

@@ -34,7 +34,7 @@ ordered_json JsonOf(const Grasp& grasp, const Eigen::Isometry3d& X_OW, double ap
                         {"angle_rad", contact.angle_rad},
                         {"part", contact.part}});
   }
-  return {{"way", grasp.candidate.way},
+  return {{"way", grasp.candidate.strategy},
           {"score", grasp.score},
           {"factors", JsonOf(grasp.factors)},
           {"x_world_grasp", JsonOf(X_WG)},
@@ -75,7 +75,7 @@ std::string PlanJson(const Plan& plan, const PlanRequest& request) {
                        {"tried_count", of_object.tried_count},
                        {"free_count", of_object.free_count},
                        {"blocked_by", of_object.blocked_by},
-                       {"why", of_object.why},
+                       {"why", of_object.failure_reason},
                        {"grasps", grasps}});
   }
   const ordered_json document = {{"world", request.world.empty() ? "default" : request.world},

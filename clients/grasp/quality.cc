@@ -11,10 +11,11 @@ namespace {
 namespace pb = cwm::v1;
 using Eigen::Vector3d;
 
-constexpr double kWorst = 0.05;      // the least value of a factor: bad grasps can still be ranked
+constexpr double kMinFactor =
+    0.05;  // the smallest value of a factor: bad grasps can still be ranked
 constexpr double kUnseenPart = 0.2;  // completed without measurements, by symmetry or support
 
-double Share(double value) { return std::clamp(value, kWorst, 1.0); }
+double ClampFactor(double value) { return std::clamp(value, kMinFactor, 1.0); }
 
 double ObservedShare(const pb::Object& object, int part) {
   if (part < 0 || part >= object.shapes_size()) return 1;  // a mesh of measured points
@@ -23,7 +24,7 @@ double ObservedShare(const pb::Object& object, int part) {
   return shape.has_fit() ? shape.fit().observed_fraction() : 1.0;
 }
 
-Vector3d MiddleOf(const pb::Object& object) {
+Vector3d CentreOf(const pb::Object& object) {
   const Eigen::Isometry3d X_WO = ToIsometry(object.x_world_object());
   if (!object.has_bounds()) return X_WO.translation();
   return X_WO * ToIsometry(object.bounds().x_object_box()).translation();
@@ -36,24 +37,25 @@ double DistanceToLine_m(const Vector3d& point, const Vector3d& origin, const Vec
 }  // namespace
 
 Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
-                  const pb::Object& object, const Question& question) {
+                  const pb::Object& object, const GraspQuery& query) {
   constexpr double kLever_m = 0.05;       // chosen: halves the factor; fingers are 2 cm wide
   constexpr double kEnoughRoom_m = 0.01;  // derived: three times the error of a depth camera at 1 m
   constexpr double kPush_m = 0.01;        // chosen: halves the factor; small objects topple beyond
   const Eigen::Isometry3d& X_WG = candidate.X_FG;
   const auto& [a, b] = assessment.contacts;
-  const double cone_rad = std::atan(question.friction);
+  const double cone_rad = std::atan(query.friction);
   const double lever_m =
-      DistanceToLine_m(MiddleOf(object), X_WG.translation(), X_WG.linear().col(0));
-  const double gap_m = (question.gripper.opening_m - assessment.width_m) / 2;
+      DistanceToLine_m(CentreOf(object), X_WG.translation(), X_WG.linear().col(0));
+  const double gap_m = (query.gripper.opening_m - assessment.width_m) / 2;
   return {
-      .antipodal = Share(1 - std::max(a.angle_rad, b.angle_rad) / std::max(cone_rad, 1e-9)),
-      .centred = Share(1 / (1 + lever_m / kLever_m)),
-      .observed = Share(0.5 * (ObservedShare(object, a.part) + ObservedShare(object, b.part))),
-      .clearance = Share(assessment.clearance_m / kEnoughRoom_m),
-      .width = Share(gap_m / (3 * candidate.sigma_m + kEnoughRoom_m / 2)),
-      .upright = Share((1 - X_WG.linear()(2, 2)) / 2),
-      .still = Share(1 / (1 + assessment.off_centre_m / kPush_m)),
+      .antipodal = ClampFactor(1 - std::max(a.angle_rad, b.angle_rad) / std::max(cone_rad, 1e-9)),
+      .centred = ClampFactor(1 / (1 + lever_m / kLever_m)),
+      .observed =
+          ClampFactor(0.5 * (ObservedShare(object, a.part) + ObservedShare(object, b.part))),
+      .clearance = ClampFactor(assessment.clearance_m / kEnoughRoom_m),
+      .width = ClampFactor(gap_m / (3 * candidate.sigma_m + kEnoughRoom_m / 2)),
+      .upright = ClampFactor((1 - X_WG.linear()(2, 2)) / 2),
+      .still = ClampFactor(1 / (1 + assessment.off_centre_m / kPush_m)),
   };
 }
 

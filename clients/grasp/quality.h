@@ -31,7 +31,7 @@ struct Factors {
 };
 
 Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
-                  const cwm::v1::Object& object, const Question& question);
+                  const cwm::v1::Object& object, const GraspQuery& query);
 
 double ScoreOf(const Factors& factors);
 

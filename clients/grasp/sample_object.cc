@@ -90,7 +90,7 @@ Candidates SampleObject(const pb::Object& object, const SamplerOptions& options)
     const Isometry3d X_OB = ToIsometry(object.bounds().x_object_box());
     for (int axis = 0; axis < 3; ++axis) {
       Candidates around = SampleBounds(object.bounds(), X_OB.linear().col(axis), X_WO, options);
-      for (Candidate& candidate : around.list) candidate.way = "bounds";
+      for (Candidate& candidate : around.list) candidate.strategy = "bounds";
       found.Append(around);
     }
   }

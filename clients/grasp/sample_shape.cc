@@ -30,8 +30,8 @@ Vector3d Across(const Vector3d& direction, const Vector3d& wanted) {
   return direction.unitOrthogonal();
 }
 
-Candidate CandidateAt(const ClosingLine& line, const Vector3d& approach_S, const char* way) {
-  Candidate candidate{.width_m = line.width_m, .tilt_rad = line.tilt_rad, .way = way};
+Candidate CandidateAt(const ClosingLine& line, const Vector3d& approach_S, const char* strategy) {
+  Candidate candidate{.width_m = line.width_m, .tilt_rad = line.tilt_rad, .strategy = strategy};
   Eigen::Matrix3d R_SG;
   R_SG.col(0) = line.direction_S;
   R_SG.col(2) = approach_S;
@@ -44,42 +44,42 @@ Candidate CandidateAt(const ClosingLine& line, const Vector3d& approach_S, const
 class Sampler {
  public:
   explicit Sampler(const SamplerOptions& options)
-      : options_(options), most_tilt_rad_(std::atan(options.friction)) {}
+      : options_(options), max_tilt_rad_(std::atan(options.friction)) {}
 
   // True if the line fits between the pads and friction holds.
   bool Fits(const ClosingLine& line) {
-    found_.NoteWidth(line.width_m);
-    if (line.width_m > options_.gripper.opening_m - 2 * options_.least_gap_m) return false;
-    if (line.tilt_rad <= most_tilt_rad_) return true;
-    found_.NoteSlip(line.tilt_rad);
+    found_.RecordWidth(line.width_m);
+    if (line.width_m > options_.gripper.opening_m - 2 * options_.min_gap_m) return false;
+    if (line.tilt_rad <= max_tilt_rad_) return true;
+    found_.RecordSlip(line.tilt_rad);
     return false;
   }
 
-  void Add(const ClosingLine& line, const Vector3d& approach_S, const char* way) {
-    if (Fits(line)) found_.list.push_back(CandidateAt(line, approach_S, way));
+  void Add(const ClosingLine& line, const Vector3d& approach_S, const char* strategy) {
+    if (Fits(line)) found_.list.push_back(CandidateAt(line, approach_S, strategy));
   }
 
   // Round objects may be thicker in the middle than fingers are long. There the tips alone may
   // hold, with the pads drawn back from the line as far as the wall stays within the pads and the
   // friction.
-  void AddRound(const ClosingLine& line, const Vector3d& first_S, const char* way) {
-    AddAround(line, first_S, way);
+  void AddRound(const ClosingLine& line, const Vector3d& first_S, const char* strategy) {
+    AddAround(line, first_S, strategy);
     const std::size_t begin = found_.list.size();
-    AddAround(line, first_S, way);
+    AddAround(line, first_S, strategy);
     for (std::size_t i = begin; i < found_.list.size(); ++i) {
-      found_.list[i].drawn_back_m = 0.3 * options_.gripper.pad_length_m;
-      found_.list[i].X_FG.translate(Vector3d(0, 0, -found_.list[i].drawn_back_m));
+      found_.list[i].retraction_m = 0.3 * options_.gripper.pad_length_m;
+      found_.list[i].X_FG.translate(Vector3d(0, 0, -found_.list[i].retraction_m));
     }
   }
 
   // Adds approaches all around the line, beginning with `first_S`.
-  void AddAround(const ClosingLine& line, const Vector3d& first_S, const char* way) {
+  void AddAround(const ClosingLine& line, const Vector3d& first_S, const char* strategy) {
     if (!Fits(line)) return;
     const Vector3d first = Across(line.direction_S, first_S);
     for (int k = 0; k < kDirectionsAround; ++k) {
       const double angle_rad = 2 * std::numbers::pi * k / kDirectionsAround;
       found_.list.push_back(
-          CandidateAt(line, Eigen::AngleAxisd(angle_rad, line.direction_S) * first, way));
+          CandidateAt(line, Eigen::AngleAxisd(angle_rad, line.direction_S) * first, strategy));
     }
   }
 
@@ -88,13 +88,13 @@ class Sampler {
 
  private:
   SamplerOptions options_;
-  double most_tilt_rad_;
+  double max_tilt_rad_;
   Candidates found_;
 };
 
 // Places along an extent centred at 0, at most half a pad apart if seven places suffice; the
 // outermost are half a pad from the ends, so that pads are fully covered.
-std::vector<double> Slots(double extent_m, const Gripper& gripper) {
+std::vector<double> PositionsAlong(double extent_m, const Gripper& gripper) {
   const double reach_m = (extent_m - gripper.pad_length_m) / 2;
   if (reach_m <= 0) return {0.0};
   const int steps =
@@ -111,14 +111,14 @@ struct Wall {
   double length_m = 0;
 };
 
-double TiltOf(const Wall& wall) {
+double WallTilt(const Wall& wall) {
   return std::abs(std::atan2(wall.radius_top_m - wall.radius_bottom_m, wall.length_m));
 }
 
-void AddAcross(const Wall& wall, const char* way, Sampler& sampler) {
+void AddAcross(const Wall& wall, const char* strategy, Sampler& sampler) {
   constexpr int kAzimuths = 12;  // chosen: over half a turn, 15 degrees apart
-  const double tilt_rad = TiltOf(wall);
-  for (const double z_m : Slots(wall.length_m, sampler.options().gripper)) {
+  const double tilt_rad = WallTilt(wall);
+  for (const double z_m : PositionsAlong(wall.length_m, sampler.options().gripper)) {
     const double share = z_m / wall.length_m + 0.5;
     const double radius_m =
         wall.radius_bottom_m + share * (wall.radius_top_m - wall.radius_bottom_m);
@@ -128,25 +128,25 @@ void AddAcross(const Wall& wall, const char* way, Sampler& sampler) {
                         .direction_S = {std::cos(angle_rad), std::sin(angle_rad), 0},
                         .width_m = 2 * radius_m,
                         .tilt_rad = tilt_rad},
-                       Vector3d::UnitZ(), way);
+                       Vector3d::UnitZ(), strategy);
     }
   }
 }
 
 // Between the two end discs: in the middle, and half way to the edge of the smaller one.
-void AddEnds(const Wall& wall, const char* way, Sampler& sampler) {
-  const double least_radius_m = std::min(wall.radius_bottom_m, wall.radius_top_m);
-  if (least_radius_m < sampler.options().gripper.pad_length_m / 4) return;
+void AddEnds(const Wall& wall, const char* strategy, Sampler& sampler) {
+  const double min_radius_m = std::min(wall.radius_bottom_m, wall.radius_top_m);
+  if (min_radius_m < sampler.options().gripper.pad_length_m / 4) return;
   sampler.AddAround(
       {.middle_S = Vector3d::Zero(), .direction_S = Vector3d::UnitZ(), .width_m = wall.length_m},
-      sampler.options().up_S, way);
+      sampler.options().up_S, strategy);
   for (int k = 0; k < kDirectionsAround; ++k) {
     const double angle_rad = 2 * std::numbers::pi * k / kDirectionsAround;
     const Vector3d out(std::cos(angle_rad), std::sin(angle_rad), 0);
-    sampler.Add({.middle_S = 0.5 * least_radius_m * out,
+    sampler.Add({.middle_S = 0.5 * min_radius_m * out,
                  .direction_S = Vector3d::UnitZ(),
                  .width_m = wall.length_m},
-                -out, way);
+                -out, strategy);
   }
 }
 
@@ -166,16 +166,16 @@ std::optional<double> RadiusAt(const google::protobuf::RepeatedPtrField<cwm::v1:
 
 void Candidates::Append(const Candidates& other) {
   list.insert(list.end(), other.list.begin(), other.list.end());
-  if (other.narrowest_m >= 0) NoteWidth(other.narrowest_m);
-  if (other.least_tilt_rad >= 0) NoteSlip(other.least_tilt_rad);
+  if (other.min_width_m >= 0) RecordWidth(other.min_width_m);
+  if (other.min_tilt_rad >= 0) RecordSlip(other.min_tilt_rad);
 }
 
-void Candidates::NoteWidth(double width_m) {
-  narrowest_m = narrowest_m < 0 ? width_m : std::min(narrowest_m, width_m);
+void Candidates::RecordWidth(double width_m) {
+  min_width_m = min_width_m < 0 ? width_m : std::min(min_width_m, width_m);
 }
 
-void Candidates::NoteSlip(double tilt_rad) {
-  least_tilt_rad = least_tilt_rad < 0 ? tilt_rad : std::min(least_tilt_rad, tilt_rad);
+void Candidates::RecordSlip(double tilt_rad) {
+  min_tilt_rad = min_tilt_rad < 0 ? tilt_rad : std::min(min_tilt_rad, tilt_rad);
 }
 
 Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options) {
@@ -183,8 +183,8 @@ Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options) {
   const Vector3d size_m(box.size_x_m(), box.size_y_m(), box.size_z_m());
   for (int closing = 0; closing < 3; ++closing) {
     const int j = (closing + 1) % 3, k = (closing + 2) % 3;
-    for (const double a_m : Slots(size_m[j], options.gripper)) {
-      for (const double b_m : Slots(size_m[k], options.gripper)) {
+    for (const double a_m : PositionsAlong(size_m[j], options.gripper)) {
+      for (const double b_m : PositionsAlong(size_m[k], options.gripper)) {
         ClosingLine line{.middle_S = Vector3d::Zero(),
                          .direction_S = Vector3d::Unit(closing),
                          .width_m = size_m[closing]};

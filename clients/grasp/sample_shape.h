@@ -12,7 +12,7 @@ namespace cwm::grasp {
 struct SamplerOptions {
   Gripper gripper = {};
   double friction = 0.4;          // coefficient; walls may be tilted by its arc tangent
-  double least_gap_m = 0.002;     // least gap between surface and pad, on each side
+  double min_gap_m = 0.002;       // smallest gap between surface and pad, on each side
   Eigen::Vector3d up_S{0, 0, 1};  // of the world; first direction around round shapes
 };
 

@@ -22,18 +22,18 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kEndings = {".stl", ".obj", ".dae", ".glb"};
 
-std::string EndingOf(std::string_view file) {
+std::string ExtensionOf(std::string_view file) {
   return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
 }
 bool HasKnownEnding(std::string_view file) {
-  return std::find(kEndings.begin(), kEndings.end(), EndingOf(file)) != kEndings.end();
+  return std::find(kEndings.begin(), kEndings.end(), ExtensionOf(file)) != kEndings.end();
 }
 
 bool IsGlb(std::string_view bytes) { return bytes.starts_with("glTF"); }
 bool IsPly(std::string_view bytes) { return bytes.starts_with("ply"); }
 
 // Merges vertices at the same place, in the file's order, and drops triangles that collapse.
-TriangleMesh Welded(const formats::MeshFile& file) {
+TriangleMesh WeldVertices(const formats::MeshFile& file) {
   TriangleMesh mesh;
   std::map<std::array<double, 3>, std::uint32_t> index_of;
   std::vector<std::uint32_t> renamed;
@@ -59,14 +59,14 @@ absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const std::string&
     return absl::ResourceExhaustedError(
         absl::StrCat("has ", read->triangles.size(), " triangles, must have at most ", kMax));
   }
-  TriangleMesh mesh = Welded(*read);
+  TriangleMesh mesh = WeldVertices(*read);
   if (const auto violation = FindViolation(mesh)) {
     return formats::FileError(file, {violation->field, violation->value, violation->rule});
   }
   return mesh;
 }
 
-absl::Status In(const std::string& file, const absl::Status& status) {
+absl::Status WithFileName(const std::string& file, const absl::Status& status) {
   const std::string message(status.message());
   if (status.ok() || message.starts_with(file)) return status;
   return absl::Status(status.code(), absl::StrCat(file, ": ", message));
@@ -74,8 +74,8 @@ absl::Status In(const std::string& file, const absl::Status& status) {
 
 absl::StatusOr<UpAxis> UpAxisOf(std::string_view bytes, const std::string& file) {
   if (IsPly(bytes)) return UpAxis::kZ;
-  auto up = collision::UpAxisOf(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
-  if (!up.ok()) return In(file, up.status());
+  auto up = collision::UpAxisOf(bytes, IsGlb(bytes) ? ".glb" : ExtensionOf(file));
+  if (!up.ok()) return WithFileName(file, up.status());
   return up;
 }
 
@@ -87,16 +87,17 @@ bool IsMesh(std::string_view bytes, std::string_view file) {
 }
 
 absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, const std::string& file) {
-  if (!IsPly(bytes) && EndingOf(file) == ".ply") {
+  if (!IsPly(bytes) && ExtensionOf(file) == ".ply") {
     return formats::FileError(file, {"the beginning", "another", "must be ply, as of a PLY"});
   }
   if (!IsPly(bytes) && !IsGlb(bytes) && !HasKnownEnding(file)) {
-    return formats::FileError(file, {"the ending", EndingOf(file),
+    return formats::FileError(file, {"the ending", ExtensionOf(file),
                                      "must be .stl, .obj, .dae, .glb or .ply, where it is a mesh"});
   }
-  auto mesh = IsPly(bytes) ? ParsePly(bytes, file)
-                           : collision::ReadMeshFile(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
-  if (!mesh.ok()) return In(file, mesh.status());
+  auto mesh = IsPly(bytes)
+                  ? ParsePly(bytes, file)
+                  : collision::ReadMeshFile(bytes, IsGlb(bytes) ? ".glb" : ExtensionOf(file));
+  if (!mesh.ok()) return WithFileName(file, mesh.status());
   return mesh;
 }
 
@@ -106,7 +107,7 @@ absl::StatusOr<TriangleMesh> ParseUprightMesh(std::string_view bytes, const std:
   if (!mesh.ok()) return mesh.status();
   const auto axis = up ? absl::StatusOr<UpAxis>(*up) : UpAxisOf(bytes, file);
   if (!axis.ok()) return axis.status();
-  return collision::WithZUp(*axis, *std::move(mesh));
+  return collision::RotateToZUp(*axis, *std::move(mesh));
 }
 
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path) {

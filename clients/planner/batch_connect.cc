@@ -12,8 +12,8 @@ namespace {
 
 namespace ob = ompl::base;
 
-// chosen: meetings per round that are checked at the fine step; more than one, since the shortest
-// may not be free.
+// chosen: connections per round that are checked at the fine step; more than one, since the
+// shortest may not be free.
 constexpr std::size_t kMaxConfirmed = 3;
 
 const JointSpace& SpaceOf(const ob::SpaceInformationPtr& information) {
@@ -46,7 +46,7 @@ ob::PlannerStatus BatchConnect::solve(const ob::PlannerTerminationCondition& con
     sampler_ = si_->allocStateSampler();
     trees_.emplace_back(space_, space_.RowOf(pdef_->getStartState(0)));
     trees_.emplace_back(space_, space_.RowOf(goal->getState()));
-    if (TryDirectly()) return ob::PlannerStatus::EXACT_SOLUTION;
+    if (TryStraightMotion()) return ob::PlannerStatus::EXACT_SOLUTION;
   }
   while (status_.ok() && !condition()) {
     if (const auto path = GrowAndConnect()) {
@@ -57,10 +57,10 @@ ob::PlannerStatus BatchConnect::solve(const ob::PlannerTerminationCondition& con
   return status_.ok() ? ob::PlannerStatus::TIMEOUT : ob::PlannerStatus::ABORT;
 }
 
-bool BatchConnect::TryDirectly() {
+bool BatchConnect::TryStraightMotion() {
   for (const double step : {kCoarseStep, kFineStep}) {
     const std::size_t edge = batch_.Add(Tree(0).row(0), Tree(1).row(0), step);
-    status_ = batch_.Ask();
+    status_ = batch_.CheckAll();
     if (!status_.ok() || !batch_.IsFree(edge)) return false;
   }
   const auto row = [&](int tree) {
@@ -75,9 +75,9 @@ std::optional<std::vector<Row>> BatchConnect::GrowAndConnect() {
   const int tree = Tree(0).size() <= Tree(1).size() ? 0 : 1;
   const std::vector<int> reached = Grow(tree);
   if (!status_.ok() || reached.empty()) return std::nullopt;
-  std::vector<Meeting> meetings = Connect(tree, reached);
-  if (!status_.ok() || meetings.empty()) return std::nullopt;
-  return Confirm(std::move(meetings));
+  std::vector<TreeConnection> connections = Connect(tree, reached);
+  if (!status_.ok() || connections.empty()) return std::nullopt;
+  return Confirm(std::move(connections));
 }
 
 std::vector<int> BatchConnect::Grow(int tree) {
@@ -94,7 +94,7 @@ std::vector<int> BatchConnect::Grow(int tree) {
     batch_.Add(from, ends[k], kCoarseStep);
   }
   si_->freeState(sample);
-  status_ = batch_.Ask();
+  status_ = batch_.CheckAll();
   std::vector<int> reached;
   for (std::size_t k = 0; status_.ok() && k < count; ++k) {
     if (batch_.IsFree(k)) reached.push_back(Tree(tree).Add(nearest[k], ends[k]));
@@ -102,22 +102,22 @@ std::vector<int> BatchConnect::Grow(int tree) {
   return reached;
 }
 
-std::vector<BatchConnect::Meeting> BatchConnect::Connect(int tree,
-                                                         const std::vector<int>& reached) {
+std::vector<BatchConnect::TreeConnection> BatchConnect::Connect(int tree,
+                                                                const std::vector<int>& reached) {
   JointTree& other = Tree(1 - tree);
   std::vector<int> nearest;
   for (const int node : reached) {
     nearest.push_back(other.Nearest(Tree(tree).row(node)));
     batch_.Add(other.row(nearest.back()), Tree(tree).row(node), kCoarseStep);
   }
-  status_ = batch_.Ask();
-  std::vector<Meeting> meetings;
+  status_ = batch_.CheckAll();
+  std::vector<TreeConnection> connections;
   Row row(space_.width());
   for (std::size_t k = 0; status_.ok() && k < reached.size(); ++k) {
     const Row from(other.row(nearest[k]).begin(), other.row(nearest[k]).end());
     const Row to(Tree(tree).row(reached[k]).begin(), Tree(tree).row(reached[k]).end());
     const double length = space_.Distance(from, to);
-    const double free_length = batch_.FreeShare(k) * length;
+    const double free_length = batch_.FreeFraction(k) * length;
     int node = nearest[k];
     for (double done = options_.range; done <= free_length && done < length;
          done += options_.range) {
@@ -126,55 +126,56 @@ std::vector<BatchConnect::Meeting> BatchConnect::Connect(int tree,
     }
     if (!batch_.IsFree(k)) continue;
     node = other.Add(node, to);
-    Meeting& meeting = meetings.emplace_back();
-    meeting.nodes[static_cast<std::size_t>(tree)] = reached[k];
-    meeting.nodes[static_cast<std::size_t>(1 - tree)] = node;
-    meeting.length = LengthOf(PathOf(meeting));
+    TreeConnection& connection = connections.emplace_back();
+    connection.nodes[static_cast<std::size_t>(tree)] = reached[k];
+    connection.nodes[static_cast<std::size_t>(1 - tree)] = node;
+    connection.length = LengthOf(PathOf(connection));
   }
-  return meetings;
+  return connections;
 }
 
-std::optional<std::vector<Row>> BatchConnect::Confirm(std::vector<Meeting> meetings) {
-  std::stable_sort(meetings.begin(), meetings.end(),
-                   [](const Meeting& a, const Meeting& b) { return a.length < b.length; });
-  if (meetings.size() > kMaxConfirmed) meetings.resize(kMaxConfirmed);
-  struct Doubt {
+std::optional<std::vector<Row>> BatchConnect::Confirm(std::vector<TreeConnection> connections) {
+  std::stable_sort(
+      connections.begin(), connections.end(),
+      [](const TreeConnection& a, const TreeConnection& b) { return a.length < b.length; });
+  if (connections.size() > kMaxConfirmed) connections.resize(kMaxConfirmed);
+  struct UnconfirmedEdge {
     int tree, node;
   };
-  std::vector<Doubt> doubts;
-  for (const Meeting& meeting : meetings) {
+  std::vector<UnconfirmedEdge> unconfirmed;
+  for (const TreeConnection& connection : connections) {
     for (const int tree : {0, 1}) {
-      for (const int node : Tree(tree).PathTo(meeting.nodes[static_cast<std::size_t>(tree)])) {
+      for (const int node : Tree(tree).PathTo(connection.nodes[static_cast<std::size_t>(tree)])) {
         if (Tree(tree).IsConfirmed(node)) continue;
         Tree(tree).Confirm(node);  // confirmed by this batch, or cut off below
-        doubts.push_back({tree, node});
+        unconfirmed.push_back({tree, node});
         batch_.Add(Tree(tree).row(Tree(tree).parent(node)), Tree(tree).row(node), kFineStep);
       }
     }
   }
-  status_ = batch_.Ask();
+  status_ = batch_.CheckAll();
   if (!status_.ok()) return std::nullopt;
-  for (std::size_t k = 0; k < doubts.size(); ++k) {
-    if (!batch_.IsFree(k) && Tree(doubts[k].tree).IsAlive(doubts[k].node)) {
-      Tree(doubts[k].tree).Cut(doubts[k].node);
+  for (std::size_t k = 0; k < unconfirmed.size(); ++k) {
+    if (!batch_.IsFree(k) && Tree(unconfirmed[k].tree).IsAlive(unconfirmed[k].node)) {
+      Tree(unconfirmed[k].tree).RemoveSubtree(unconfirmed[k].node);
     }
   }
-  for (const Meeting& meeting : meetings) {
-    if (IsAlive(meeting)) return PathOf(meeting);
+  for (const TreeConnection& connection : connections) {
+    if (IsAlive(connection)) return PathOf(connection);
   }
   return std::nullopt;
 }
 
-bool BatchConnect::IsAlive(const Meeting& meeting) const {
-  return Tree(0).IsAlive(meeting.nodes[0]) && Tree(1).IsAlive(meeting.nodes[1]);
+bool BatchConnect::IsAlive(const TreeConnection& connection) const {
+  return Tree(0).IsAlive(connection.nodes[0]) && Tree(1).IsAlive(connection.nodes[1]);
 }
 
-std::vector<Row> BatchConnect::PathOf(const Meeting& meeting) const {
+std::vector<Row> BatchConnect::PathOf(const TreeConnection& connection) const {
   std::vector<Row> path;
-  for (const int node : Tree(0).PathTo(meeting.nodes[0])) {
+  for (const int node : Tree(0).PathTo(connection.nodes[0])) {
     path.emplace_back(Tree(0).row(node).begin(), Tree(0).row(node).end());
   }
-  std::vector<int> back = Tree(1).PathTo(meeting.nodes[1]);
+  std::vector<int> back = Tree(1).PathTo(connection.nodes[1]);
   std::reverse(back.begin(), back.end());
   for (std::size_t k = 1; k < back.size(); ++k) {  // the first is the meeting point
     path.emplace_back(Tree(1).row(back[k]).begin(), Tree(1).row(back[k]).end());

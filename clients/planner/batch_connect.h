@@ -44,19 +44,19 @@ class BatchConnect : public ompl::base::Planner {
 
  private:
   // Nodes of the two trees at the same place.
-  struct Meeting {
+  struct TreeConnection {
     std::array<int, 2> nodes;
     double length = 0;
   };
 
-  bool TryDirectly();
+  bool TryStraightMotion();
   // The path if the trees have met; empty if not, or if the checker failed.
   std::optional<std::vector<Row>> GrowAndConnect();
   std::vector<int> Grow(int tree);
-  std::vector<Meeting> Connect(int tree, const std::vector<int>& reached);
-  std::optional<std::vector<Row>> Confirm(std::vector<Meeting> meetings);
-  std::vector<Row> PathOf(const Meeting& meeting) const;
-  bool IsAlive(const Meeting& meeting) const;
+  std::vector<TreeConnection> Connect(int tree, const std::vector<int>& reached);
+  std::optional<std::vector<Row>> Confirm(std::vector<TreeConnection> connections);
+  std::vector<Row> PathOf(const TreeConnection& connection) const;
+  bool IsAlive(const TreeConnection& connection) const;
   double LengthOf(const std::vector<Row>& path) const;
   void Publish(const std::vector<Row>& path);
   JointTree& Tree(int tree) { return trees_[static_cast<std::size_t>(tree)]; }

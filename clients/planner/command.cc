@@ -12,7 +12,7 @@
 #include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
 #include "clients/cpp/connection.h"
-#include "clients/planner/path_answers.h"
+#include "clients/planner/path_queries.h"
 #include "clients/planner/plan_motion.h"
 #include "clients/planner/plan_report.h"
 #include "clients/planner/plan_task.h"
@@ -39,7 +39,7 @@ constexpr char kDescription[] =
     "12 start out of limits, 13 goal out of limits, 14 no path in the time given, 15 path not\n"
     "certified (with --certify), 70 anything else.";
 
-constexpr double kLongestPlan_s = 86'400;
+constexpr double kMaxPlanTime_s = 86'400;
 
 enum class Form { kTable = 1, kJson };
 
@@ -96,9 +96,9 @@ absl::Status CheckArguments(const Arguments& arguments) {
     return UsageError("--goal, or a request with one, must be given");
   }
   if (arguments.task.time_s &&
-      !(*arguments.task.time_s > 0 && *arguments.task.time_s <= kLongestPlan_s)) {
+      !(*arguments.task.time_s > 0 && *arguments.task.time_s <= kMaxPlanTime_s)) {
     return UsageError(absl::StrCat("--time is ", *arguments.task.time_s,
-                                   ", must be more than 0 and at most ", kLongestPlan_s, " s"));
+                                   ", must be more than 0 and at most ", kMaxPlanTime_s, " s"));
   }
   const double range = arguments.task.options.connect.range;
   if (!(range >= kCoarseStep && range <= 1e6)) {
@@ -137,9 +137,9 @@ absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task
       return absl::StrCat("none was found in ", task.options.time_limit_s,
                           " s (--time); there may be none");
     case Outcome::kStartInCollision:
-      return WhatCollides(stream, task.question, task.problem.start);
+      return DescribeCollision(stream, task.query, task.problem.start);
     case Outcome::kGoalInCollision:
-      return WhatCollides(stream, task.question, task.problem.goal);
+      return DescribeCollision(stream, task.query, task.problem.goal);
     case Outcome::kStartOutOfLimits:
     case Outcome::kGoalOutOfLimits:
       break;
@@ -161,7 +161,7 @@ struct Planned {
 constexpr int kMaxTries = 5;
 
 absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& task, bool certify) {
-  ServerChecker checker(stream, task.question);
+  ServerChecker checker(stream, task.query);
   PlanOptions options = task.options;
   Planned planned;
   for (int tried = 0; tried < kMaxTries; ++tried, ++options.seed) {
@@ -171,7 +171,7 @@ absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& t
     if (result->outcome != Outcome::kSolved && planned.certificate) break;
     planned.result = *std::move(result);
     if (!certify || planned.result.outcome != Outcome::kSolved) break;
-    auto certificate = Certify(stream, task.question, planned.result.path);
+    auto certificate = CertifyPath(stream, task.query, planned.result.path);
     if (!certificate.ok()) return certificate.status();
     planned.certificate = *std::move(certificate);
     if (planned.certificate->verdict == v1::MOTION_VERDICT_FREE) break;
@@ -192,12 +192,12 @@ absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std
   const auto planned = PlanCertified(stream, *task, arguments.certify);
   if (!planned.ok()) return planned.status();
   const PlanResult& result = planned->result;
-  auto why = Reason(stream, *task, result);
-  if (!why.ok()) return why.status();
+  auto reason = Reason(stream, *task, result);
+  if (!reason.ok()) return reason.status();
   const PlanReport report{.world = task->world,
                           .group = task->group,
                           .result = result,
-                          .why = *std::move(why),
+                          .reason = *std::move(reason),
                           .certificate = planned->certificate};
   if (arguments.form == Form::kJson) {
     PrintJson(report, out);

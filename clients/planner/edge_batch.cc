@@ -25,17 +25,17 @@ std::size_t EdgeBatch::Add(std::span<const double> row) {
   return begins_.size() - 1;
 }
 
-absl::Status EdgeBatch::Ask() {
-  const auto free = checker_.AreFree(rows_, space_.width());
+absl::Status EdgeBatch::CheckAll() {
+  const auto free = checker_.CheckStates(rows_, space_.width());
   if (!free.ok()) return free.status();
-  shares_.clear();
+  free_fractions_.clear();
   for (std::size_t i = 0; i < begins_.size(); ++i) {
     const auto begin = free->begin() + static_cast<std::ptrdiff_t>(begins_[i]);
     const auto end = i + 1 < begins_.size()
                          ? free->begin() + static_cast<std::ptrdiff_t>(begins_[i + 1])
                          : free->end();
     const auto hit = std::find(begin, end, std::uint8_t{0});
-    shares_.push_back(static_cast<double>(hit - begin) / static_cast<double>(end - begin));
+    free_fractions_.push_back(static_cast<double>(hit - begin) / static_cast<double>(end - begin));
   }
   rows_.clear();
   begins_.clear();

@@ -32,19 +32,19 @@ class EdgeBatch {
   std::size_t size() const { return begins_.size(); }
 
   // Checks the batch; motions added afterwards begin a new batch.
-  absl::Status Ask();
+  absl::Status CheckAll();
 
   // For the last checked batch: the share of the motion up to the last free state before the first
   // that is not free. 1 if all of it is free, 0 if nothing is.
-  double FreeShare(std::size_t edge) const { return shares_[edge]; }
-  bool IsFree(std::size_t edge) const { return shares_[edge] == 1; }
+  double FreeFraction(std::size_t edge) const { return free_fractions_[edge]; }
+  bool IsFree(std::size_t edge) const { return free_fractions_[edge] == 1; }
 
  private:
   const JointSpace& space_;
   StateChecker& checker_;
   std::vector<double> rows_;
   std::vector<std::size_t> begins_;  // indices into rows_
-  std::vector<double> shares_;
+  std::vector<double> free_fractions_;
 };
 
 }  // namespace cwm::planner

@@ -60,7 +60,7 @@ int JointTree::Nearest(std::span<const double> row) const {
   return static_cast<int>(std::min_element(sums_.begin(), sums_.end()) - sums_.begin());
 }
 
-void JointTree::Cut(int node) {
+void JointTree::RemoveSubtree(int node) {
   alive_[static_cast<std::size_t>(node)] = 0;
   for (int child = node + 1; child < size(); ++child) {
     if (!IsAlive(parent(child))) alive_[static_cast<std::size_t>(child)] = 0;

@@ -25,7 +25,7 @@ class JointTree {
   // The nearest node that was not removed.
   int Nearest(std::span<const double> row) const;
   // Removes the node, which must not be the root, and its whole subtree.
-  void Cut(int node);
+  void RemoveSubtree(int node);
   // True if the motion to the node from its parent was checked at the fine step; always true for
   // the root.
   bool IsConfirmed(int node) const { return confirmed_[static_cast<std::size_t>(node)] != 0; }

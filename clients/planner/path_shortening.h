@@ -12,8 +12,8 @@
 namespace cwm::planner {
 
 struct ShorteningOptions {
-  int rounds = 6;  // at most; two rounds without a shortcut end it
-  int cuts = 24;   // tried per round
+  int rounds = 6;      // at most; two rounds without a shortcut end it
+  int shortcuts = 24;  // tried per round
   std::uint32_t seed = 1;
 };
 

@@ -20,7 +20,7 @@ namespace {
 namespace ob = ompl::base;
 using Clock = std::chrono::steady_clock;
 
-double Since_s(Clock::time_point start) {
+double ElapsedSince_s(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
@@ -53,13 +53,14 @@ absl::Status CheckProblem(const PlanProblem& problem) {
 }
 
 // Checks single states, for OMPL's own code; BatchConnect uses batches.
-class SingleStates : public ob::StateValidityChecker {
+class SingleStateValidity : public ob::StateValidityChecker {
  public:
-  SingleStates(ob::SpaceInformation* information, const JointSpace& space, StateChecker& checker)
+  SingleStateValidity(ob::SpaceInformation* information, const JointSpace& space,
+                      StateChecker& checker)
       : ob::StateValidityChecker(information), space_(space), checker_(checker) {}
 
   bool isValid(const ob::State* state) const override {
-    const auto free = checker_.AreFree(space_.RowOf(state), space_.width());
+    const auto free = checker_.CheckStates(space_.RowOf(state), space_.width());
     return free.ok() && free->front() == 1;
   }
 
@@ -69,15 +70,15 @@ class SingleStates : public ob::StateValidityChecker {
 };
 
 // The outcome if an end of the path is invalid; empty if both are free.
-absl::StatusOr<std::optional<Outcome>> OutcomeOfEnds(const JointSpace& space,
-                                                     const PlanProblem& problem,
-                                                     StateChecker& checker, PlanResult& result) {
+absl::StatusOr<std::optional<Outcome>> CheckEnds(const JointSpace& space,
+                                                 const PlanProblem& problem, StateChecker& checker,
+                                                 PlanResult& result) {
   if ((result.joint = space.OutOfLimits(problem.start))) return Outcome::kStartOutOfLimits;
   if ((result.joint = space.OutOfLimits(problem.goal))) return Outcome::kGoalOutOfLimits;
   EdgeBatch ends(space, checker);
   ends.Add(problem.start);
   ends.Add(problem.goal);
-  if (absl::Status status = ends.Ask(); !status.ok()) return status;
+  if (absl::Status status = ends.CheckAll(); !status.ok()) return status;
   if (!ends.IsFree(0)) return Outcome::kStartInCollision;
   if (!ends.IsFree(1)) return Outcome::kGoalInCollision;
   return std::nullopt;
@@ -89,7 +90,7 @@ absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& spa
                                           const PlanOptions& options, PlanResult& result) {
   const auto information = std::make_shared<ob::SpaceInformation>(space);
   information->setStateValidityChecker(
-      std::make_shared<SingleStates>(information.get(), *space, checker));
+      std::make_shared<SingleStateValidity>(information.get(), *space, checker));
   information->setup();
   const auto definition = std::make_shared<ob::ProblemDefinition>(information);
   ob::ScopedState<> start(space), goal(space);
@@ -101,7 +102,7 @@ absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& spa
   planner.setup();
   const Clock::time_point begin = Clock::now();
   const ob::PlannerTerminationCondition out_of_time(
-      [&] { return Since_s(begin) >= options.time_limit_s; });
+      [&] { return ElapsedSince_s(begin) >= options.time_limit_s; });
   const ob::PlannerStatus solved = planner.solve(out_of_time);
   result.rounds = planner.rounds();
   if (!planner.status().ok()) return planner.status();
@@ -120,22 +121,22 @@ absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& spa
 absl::StatusOr<PlanResult> PlanMotion(const PlanProblem& problem, StateChecker& checker,
                                       const PlanOptions& options) {
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
-  const Asked before = checker.asked();
+  const CheckCounts before = checker.counts();
   const auto space = std::make_shared<JointSpace>(problem.joints, options.seed);
   PlanResult result;
   const auto done = [&](Outcome outcome) {
     result.outcome = outcome;
-    result.asked = {.batches = checker.asked().batches - before.batches,
-                    .states = checker.asked().states - before.states};
+    result.checks = {.batches = checker.counts().batches - before.batches,
+                     .states = checker.counts().states - before.states};
     return result;
   };
   const Clock::time_point start = Clock::now();
-  const auto ends = OutcomeOfEnds(*space, problem, checker, result);
+  const auto ends = CheckEnds(*space, problem, checker, result);
   if (!ends.ok()) return ends.status();
   if (*ends) return done(**ends);
   auto path = FindPath(space, problem, checker, options, result);
   if (!path.ok()) return path.status();
-  result.finding_s = Since_s(start);
+  result.finding_s = ElapsedSince_s(start);
   if (path->empty()) return done(Outcome::kNoPath);
   const Clock::time_point found = Clock::now();
   result.found_length = LengthOf(*space, *path);
@@ -145,7 +146,7 @@ absl::StatusOr<PlanResult> PlanMotion(const PlanProblem& problem, StateChecker& 
   if (!shorter.ok()) return shorter.status();
   result.path = *std::move(shorter);
   result.length = LengthOf(*space, result.path);
-  result.shortening_s = Since_s(found);
+  result.shortening_s = ElapsedSince_s(found);
   return done(Outcome::kSolved);
 }
 

@@ -42,7 +42,7 @@ struct PlanResult {
   double length = 0, found_length = 0;    // of the path, and before shortening
   double finding_s = 0, shortening_s = 0;
   int rounds = 0;
-  Asked asked = {};
+  CheckCounts checks = {};
 };
 
 // The same problem, options and answers give the same path unless the time limit ends the search.

@@ -78,7 +78,7 @@ void PrintPath(const PlanReport& report, std::ostream& out) {
 
 std::string Summary(const PlanReport& report) {
   const std::string words = InWords(report.result.outcome);
-  return report.why.empty() ? words : absl::StrCat(words, ": ", report.why);
+  return report.reason.empty() ? words : absl::StrCat(words, ": ", report.reason);
 }
 
 void PrintTable(const PlanReport& report, std::ostream& out) {
@@ -95,16 +95,15 @@ void PrintTable(const PlanReport& report, std::ostream& out) {
     out << "certified: " << ShortName(report.certificate->verdict);
     if (report.certificate->verdict == v1::MOTION_VERDICT_FREE) {
       out << absl::StrFormat(", clearance at least %.1f mm", 1e3 * report.certificate->clearance_m);
-    } else if (!report.certificate->what_is_met.empty()) {
-      out << " after row " << report.certificate->segment << ", "
-          << report.certificate->what_is_met;
+    } else if (!report.certificate->contact.empty()) {
+      out << " after row " << report.certificate->segment << ", " << report.certificate->contact;
     }
-    out << ", trust " << ShortName(report.certificate->trust) << "\n";
+    out << ", trust " << ShortName(report.certificate->accuracy) << "\n";
   } else if (result.outcome == Outcome::kSolved) {
     out << absl::StrFormat("free at states %g apart; in between --certify asks\n", kFineStep);
   }
-  out << "asked " << result.asked.states << " states in " << result.asked.batches
-      << (result.asked.batches == 1 ? " batch" : " batches") << " of revision "
+  out << "asked " << result.checks.states << " states in " << result.checks.batches
+      << (result.checks.batches == 1 ? " batch" : " batches") << " of revision "
       << report.world.revision << "\n";
 }
 
@@ -112,7 +111,7 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
   const PlanResult& result = report.result;
   nlohmann::ordered_json json = {
       {"outcome", NameOf(result.outcome)},
-      {"why", report.why},
+      {"why", report.reason},
       {"world", report.world.name.empty() ? "default" : report.world.name},
       {"world_uid", report.world.world_uid},
       {"revision", report.world.revision},
@@ -125,14 +124,14 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
   json["found_length"] = result.found_length;
   json["finding_s"] = result.finding_s;
   json["shortening_s"] = result.shortening_s;
-  json["batches"] = result.asked.batches;
-  json["states"] = result.asked.states;
+  json["batches"] = result.checks.batches;
+  json["states"] = result.checks.states;
   if (report.certificate) {
     json["certificate"] = {{"verdict", ShortName(report.certificate->verdict)},
                            {"clearance_m", report.certificate->clearance_m},
                            {"segment", report.certificate->segment},
-                           {"what_is_met", report.certificate->what_is_met},
-                           {"trust", ShortName(report.certificate->trust)}};
+                           {"what_is_met", report.certificate->contact},
+                           {"trust", ShortName(report.certificate->accuracy)}};
   }
   // Names may not be valid UTF-8: invalid bytes are replaced instead of throwing.
   out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "clients/planner/path_answers.h"
+#include "clients/planner/path_queries.h"
 #include "clients/planner/plan_motion.h"
 #include "clients/planner/planned_group.h"
 #include "clients/planner/planning_world.h"
@@ -16,7 +16,7 @@ struct PlanReport {
   const PlanningWorld& world;
   const PlannedGroup& group;
   const PlanResult& result;
-  std::string why = {};  // why an end of the path is invalid
+  std::string reason = {};  // why an end of the path is invalid
   std::optional<Certificate> certificate = {};
 };
 

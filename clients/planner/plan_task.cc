@@ -24,15 +24,15 @@ absl::StatusOr<formats::MotionRequest> ReadRequest(const TaskArguments& argument
   return formats::ParseMotionRequest(*bytes, arguments.request);
 }
 
-absl::StatusOr<Surroundings> ReadSurroundings(const client::Connection& connection,
-                                              const TaskArguments& arguments,
-                                              const PlanningWorld& world) {
-  if (arguments.problem.empty()) return AsItIs(world);
+absl::StatusOr<PlanningEnvironment> ReadEnvironment(const client::Connection& connection,
+                                                    const TaskArguments& arguments,
+                                                    const PlanningWorld& world) {
+  if (arguments.problem.empty()) return EnvironmentOfWorld(world);
   const auto bytes = formats::ReadFileBytes(arguments.problem, kMaxSceneBytes);
   if (!bytes.ok()) return bytes.status();
   const auto scene = formats::ParseScene(*bytes, arguments.problem);
   if (!scene.ok()) return scene.status();
-  return SceneAlone(connection, world, *scene);
+  return EnvironmentOfScene(connection, world, *scene);
 }
 
 absl::Status About(const std::string& what, const absl::Status& status) {
@@ -40,8 +40,8 @@ absl::Status About(const std::string& what, const absl::Status& status) {
 }
 
 // Parses --start or --goal.
-absl::StatusOr<Row> ParseEnd(const std::string& option, const std::string& text,
-                             const v1::Robot& robot, const PlannedGroup& group) {
+absl::StatusOr<Row> ParseEndpoint(const std::string& option, const std::string& text,
+                                  const v1::Robot& robot, const PlannedGroup& group) {
   if (!cli::StartsWithNumber(text)) {
     auto row = NamedState(robot, group, text);
     if (!row.ok())
@@ -63,25 +63,26 @@ absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskAr
   auto world = ReadPlanningWorld(connection, arguments.world, arguments.robot);
   if (!world.ok()) return world.status();
   task.world = *std::move(world);
-  const auto surroundings = ReadSurroundings(connection, arguments, task.world);
-  if (!surroundings.ok()) return surroundings.status();
-  auto group = GroupOf(surroundings->robot, arguments.group.value_or(request->group));
+  const auto environment = ReadEnvironment(connection, arguments, task.world);
+  if (!environment.ok()) return environment.status();
+  auto group = ReadPlannedGroup(environment->robot, arguments.group.value_or(request->group));
   if (!group.ok()) return group.status();
   task.group = *std::move(group);
-  const scene::SceneState start = scene::StateOf(request->start, task.world.robot, "start_state");
-  for (const auto* list : {&request->warnings, &surroundings->warnings, &start.warnings}) {
+  const scene::SceneState start =
+      scene::ConvertRobotState(request->start, task.world.robot, "start_state");
+  for (const auto* list : {&request->warnings, &environment->warnings, &start.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
   task.problem.joints = task.group.joints;
-  task.problem.start = With(task.group, task.group.standing, request->start.joints);
+  task.problem.start = WithJoints(task.group, task.group.current, request->start.joints);
   if (!arguments.start.empty()) {
-    auto row = ParseEnd("--start", arguments.start, surroundings->robot, task.group);
+    auto row = ParseEndpoint("--start", arguments.start, environment->robot, task.group);
     if (!row.ok()) return row.status();
     task.problem.start = *std::move(row);
   }
   auto goal = arguments.goal.empty()
-                  ? WholeRow(task.group, request->goal)
-                  : ParseEnd("--goal", arguments.goal, surroundings->robot, task.group);
+                  ? RowOfAllJoints(task.group, request->goal)
+                  : ParseEndpoint("--goal", arguments.goal, environment->robot, task.group);
   if (!goal.ok()) {
     return arguments.goal.empty()
                ? About(absl::StrCat(arguments.request, ": goal_constraints[0].joint_constraints"),
@@ -89,8 +90,8 @@ absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskAr
                : goal.status();
   }
   task.problem.goal = *std::move(goal);
-  task.question =
-      QuestionOf(task.world, *surroundings, task.group.name, task.problem.joints, start.set);
+  task.query =
+      MakeStateQuery(task.world, *environment, task.group.name, task.problem.joints, start.set);
   task.options = arguments.options;
   if (request->allowed_time_s) task.options.time_limit_s = *request->allowed_time_s;
   if (arguments.time_s) task.options.time_limit_s = *arguments.time_s;

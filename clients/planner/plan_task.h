@@ -25,7 +25,7 @@ struct Task {
   PlanningWorld world;
   PlannedGroup group;
   PlanProblem problem;
-  v1::CheckCollisionsRequest question;
+  v1::CheckCollisionsRequest query;
   PlanOptions options;
 };
 

@@ -34,21 +34,21 @@ const v1::RobotGroup* FindGroup(const v1::Robot& robot, const std::string& name)
   return found == robot.groups().end() ? nullptr : &*found;
 }
 
-std::string ListOr(const std::vector<std::string>& names, const char* none) {
+std::string JoinOr(const std::vector<std::string>& names, const char* none) {
   return names.empty() ? none : absl::StrJoin(names, ", ");
 }
 
 }  // namespace
 
-absl::StatusOr<PlannedGroup> GroupOf(const v1::Robot& robot, const std::string& name) {
-  PlannedGroup group{.name = name, .joints = {}, .standing = {}};
+absl::StatusOr<PlannedGroup> ReadPlannedGroup(const v1::Robot& robot, const std::string& name) {
+  PlannedGroup group{.name = name, .joints = {}, .current = {}};
   const v1::RobotGroup* of_robot = FindGroup(robot, name);
   if (of_robot == nullptr && !name.empty()) {
     std::vector<std::string> names;
     for (const v1::RobotGroup& known : robot.groups()) names.push_back(known.name());
     return absl::InvalidArgumentError(absl::StrCat("group is \"", formats::Printable(name),
                                                    "\", must be one of ", robot.name(), ": ",
-                                                   ListOr(names, "it has none")));
+                                                   JoinOr(names, "it has none")));
   }
   for (int i = 0; i < robot.variables_size() && i < robot.state_size(); ++i) {
     const v1::RobotVariable& variable = robot.variables(i);
@@ -59,7 +59,7 @@ absl::StatusOr<PlannedGroup> GroupOf(const v1::Robot& robot, const std::string& 
     auto joint = ToJoint(variable);
     if (!joint.ok()) return joint.status();
     group.joints.push_back(*std::move(joint));
-    group.standing.push_back(robot.state(i));
+    group.current.push_back(robot.state(i));
   }
   if (group.joints.empty()) {
     return absl::InvalidArgumentError(absl::StrCat("group ", name, " has no joint that moves"));
@@ -86,18 +86,18 @@ absl::StatusOr<Row> NamedState(const v1::Robot& robot, const PlannedGroup& group
     return absl::InvalidArgumentError(
         absl::StrCat("\"", name, "\" says nothing that joints of ", groups.front(), " can take"));
   }
-  if (groups.size() == 1) return With(group, group.standing, joints);
+  if (groups.size() == 1) return WithJoints(group, group.current, joints);
   if (groups.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat("\"", formats::Printable(name),
                      "\" must be numbers, one for each joint, or a named state: ",
-                     ListOr(known, "there is none")));
+                     JoinOr(known, "there is none")));
   }
   return absl::InvalidArgumentError(absl::StrCat(
       "\"", name, "\" is a state of ", absl::StrJoin(groups, " and "), ": say which with --group"));
 }
 
-Row With(const PlannedGroup& group, Row row, const std::vector<formats::SceneJoint>& joints) {
+Row WithJoints(const PlannedGroup& group, Row row, const std::vector<formats::SceneJoint>& joints) {
   for (std::size_t j = 0; j < group.joints.size(); ++j) {
     for (const formats::SceneJoint& joint : joints) {
       if (joint.name == group.joints[j].name) row[j] = joint.position;
@@ -106,8 +106,8 @@ Row With(const PlannedGroup& group, Row row, const std::vector<formats::SceneJoi
   return row;
 }
 
-absl::StatusOr<Row> WholeRow(const PlannedGroup& group,
-                             const std::vector<formats::SceneJoint>& joints) {
+absl::StatusOr<Row> RowOfAllJoints(const PlannedGroup& group,
+                                   const std::vector<formats::SceneJoint>& joints) {
   const auto named = [](const auto& list, const std::string& name) {
     return std::any_of(list.begin(), list.end(),
                        [&](const auto& entry) { return entry.name == name; });
@@ -122,7 +122,7 @@ absl::StatusOr<Row> WholeRow(const PlannedGroup& group,
     return absl::InvalidArgumentError(
         absl::StrCat(formats::Printable(joint.name), " must be a joint of the group"));
   }
-  return With(group, group.standing, joints);
+  return WithJoints(group, group.current, joints);
 }
 
 }  // namespace cwm::planner

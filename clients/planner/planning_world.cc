@@ -57,7 +57,7 @@ void Remove(const std::string& object, v1::QueryOptions& options) {
   options.add_overlay()->mutable_remove()->set_name(object);
 }
 
-void Withdraw(const v1::PairRule& rule, v1::QueryOptions& options) {
+void WithdrawAllowance(const v1::PairRule& rule, v1::QueryOptions& options) {
   if (rule.allowed()) {
     v1::AllowCollision& allow = *options.add_overlay()->mutable_allow();
     *allow.mutable_pair() = rule.pair();
@@ -67,7 +67,7 @@ void Withdraw(const v1::PairRule& rule, v1::QueryOptions& options) {
 }
 
 // Applies the changes to the robot's state, for joints that the plan does not set.
-void Follow(const v1::SetRobotState& set, v1::Robot& robot) {
+void ApplyState(const v1::SetRobotState& set, v1::Robot& robot) {
   for (const v1::VariableValue& value : set.joints().values()) {
     for (int i = 0; i < robot.variables_size() && i < robot.state_size(); ++i) {
       if (robot.variables(i).name() == value.variable()) robot.set_state(i, value.value());
@@ -106,39 +106,41 @@ absl::StatusOr<PlanningWorld> ReadPlanningWorld(const client::Connection& connec
   return read;
 }
 
-Surroundings AsItIs(const PlanningWorld& world) {
-  Surroundings surroundings{.options = {}, .robot = world.robot, .warnings = {}};
-  surroundings.options.set_world_uid(world.world_uid);
-  SetExact(world, surroundings.options.mutable_at_revision());
-  return surroundings;
+PlanningEnvironment EnvironmentOfWorld(const PlanningWorld& world) {
+  PlanningEnvironment environment{.options = {}, .robot = world.robot, .warnings = {}};
+  environment.options.set_world_uid(world.world_uid);
+  SetExact(world, environment.options.mutable_at_revision());
+  return environment;
 }
 
-absl::StatusOr<Surroundings> SceneAlone(const client::Connection& connection,
-                                        const PlanningWorld& world,
-                                        const formats::SceneFile& scene) {
-  const auto import = scene::ImportOf(connection, scene, {.robot = &world.robot});
+absl::StatusOr<PlanningEnvironment> EnvironmentOfScene(const client::Connection& connection,
+                                                       const PlanningWorld& world,
+                                                       const formats::SceneFile& scene) {
+  const auto import = scene::ConvertScene(connection, scene, {.robot = &world.robot});
   if (!import.ok()) return import.status();
   const auto objects = ObjectsOf(connection, world);
   if (!objects.ok()) return objects.status();
-  Surroundings surroundings = AsItIs(world);
-  surroundings.warnings = import->warnings;
-  for (const std::string& object : *objects) Remove(object, surroundings.options);
-  for (const v1::PairRule& rule : world.rules) Withdraw(rule, surroundings.options);
-  for (const std::string& robot : world.other_robots) surroundings.options.add_ignore(robot);
+  PlanningEnvironment environment = EnvironmentOfWorld(world);
+  environment.warnings = import->warnings;
+  for (const std::string& object : *objects) Remove(object, environment.options);
+  for (const v1::PairRule& rule : world.rules) WithdrawAllowance(rule, environment.options);
+  for (const std::string& robot : world.other_robots) environment.options.add_ignore(robot);
   for (const v1::Change& change : import->changes) {
-    *surroundings.options.add_overlay() = change;
-    if (change.has_robot_state()) Follow(change.robot_state(), surroundings.robot);
+    *environment.options.add_overlay() = change;
+    if (change.has_robot_state()) ApplyState(change.robot_state(), environment.robot);
   }
-  return surroundings;
+  return environment;
 }
 
-v1::CheckCollisionsRequest QuestionOf(const PlanningWorld& world, const Surroundings& surroundings,
-                                      const std::string& group, const std::vector<Joint>& joints,
-                                      const v1::SetRobotState& start) {
-  v1::CheckCollisionsRequest question;
-  question.set_world(world.name);
-  *question.mutable_options() = surroundings.options;
-  v1::RobotSubject& subject = *question.mutable_subject()->mutable_robot();
+v1::CheckCollisionsRequest MakeStateQuery(const PlanningWorld& world,
+                                          const PlanningEnvironment& environment,
+                                          const std::string& group,
+                                          const std::vector<Joint>& joints,
+                                          const v1::SetRobotState& start) {
+  v1::CheckCollisionsRequest query;
+  query.set_world(world.name);
+  *query.mutable_options() = environment.options;
+  v1::RobotSubject& subject = *query.mutable_subject()->mutable_robot();
   subject.set_robot(world.robot.name());
   subject.set_group(group);
   if (start.has_x_world_base()) *subject.mutable_x_world_base() = start.x_world_base();
@@ -148,7 +150,7 @@ v1::CheckCollisionsRequest QuestionOf(const PlanningWorld& world, const Surround
     });
     if (!is_planned) *subject.mutable_base_state()->add_values() = value;
   }
-  return question;
+  return query;
 }
 
 }  // namespace cwm::planner

@@ -28,25 +28,27 @@ struct PlanningWorld {
 absl::StatusOr<PlanningWorld> ReadPlanningWorld(const client::Connection& connection,
                                                 const std::string& world, const std::string& robot);
 
-// The surroundings of the queries: the robot in the world, or in a scene instead.
-struct Surroundings {
+// The environment of the queries: the robot in the world, or in a scene instead.
+struct PlanningEnvironment {
   v1::QueryOptions options;           // revision, overlay, ignored objects
   v1::Robot robot;                    // with its state there
   std::vector<std::string> warnings;  // about the scene
 };
 
-Surroundings AsItIs(const PlanningWorld& world);
+PlanningEnvironment EnvironmentOfWorld(const PlanningWorld& world);
 
 // The scene replaces everything in the world but the robot: objects, other robots, pair rules. It
 // is an overlay of the queries that nobody else sees. Its meshes are stored on the server.
-absl::StatusOr<Surroundings> SceneAlone(const client::Connection& connection,
-                                        const PlanningWorld& world,
-                                        const formats::SceneFile& scene);
+absl::StatusOr<PlanningEnvironment> EnvironmentOfScene(const client::Connection& connection,
+                                                       const PlanningWorld& world,
+                                                       const formats::SceneFile& scene);
 
 // A query about states of the group, with rows to be filled in. Other joints and the base are as in
 // `start`, whose values for joints of the group are ignored.
-v1::CheckCollisionsRequest QuestionOf(const PlanningWorld& world, const Surroundings& surroundings,
-                                      const std::string& group, const std::vector<Joint>& joints,
-                                      const v1::SetRobotState& start);
+v1::CheckCollisionsRequest MakeStateQuery(const PlanningWorld& world,
+                                          const PlanningEnvironment& environment,
+                                          const std::string& group,
+                                          const std::vector<Joint>& joints,
+                                          const v1::SetRobotState& start);
 
 }  // namespace cwm::planner

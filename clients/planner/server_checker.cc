@@ -13,19 +13,19 @@ constexpr std::size_t kMaxNumbers = 1 << 18;
 
 }  // namespace
 
-ServerChecker::ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest question)
+ServerChecker::ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest query)
     : stream_(stream) {
-  *request_.mutable_check_collisions() = std::move(question);
+  *request_.mutable_check_collisions() = std::move(query);
   request_.mutable_check_collisions()->mutable_options()->set_verdicts_only(true);
 }
 
-absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const double> rows,
-                                                                std::size_t width) {
+absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Evaluate(std::span<const double> rows,
+                                                                  std::size_t width) {
   std::vector<std::uint8_t> free;
   const std::size_t part = std::max<std::size_t>(1, kMaxNumbers / width) * width;
   for (std::size_t begin = 0; begin < rows.size(); begin += part) {
     const auto status =
-        AskPart(rows.subspan(begin, std::min(part, rows.size() - begin)), width, free);
+        EvaluatePart(rows.subspan(begin, std::min(part, rows.size() - begin)), width, free);
     if (!status.ok()) return status;
   }
   if (free.size() * width != rows.size()) {
@@ -35,8 +35,8 @@ absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const 
   return free;
 }
 
-absl::Status ServerChecker::AskPart(std::span<const double> rows, std::size_t width,
-                                    std::vector<std::uint8_t>& free) {
+absl::Status ServerChecker::EvaluatePart(std::span<const double> rows, std::size_t width,
+                                         std::vector<std::uint8_t>& free) {
   v1::JointRows& joint_rows =
       *request_.mutable_check_collisions()->mutable_subject()->mutable_robot()->mutable_rows();
   joint_rows.set_scalar(v1::SCALAR_F64);
@@ -44,7 +44,7 @@ absl::Status ServerChecker::AskPart(std::span<const double> rows, std::size_t wi
   std::string& data = *joint_rows.mutable_data();
   data.resize(rows.size_bytes());
   std::memcpy(data.data(), rows.data(), data.size());
-  const auto response = stream_.Ask(request_);
+  const auto response = stream_.Evaluate(request_);
   if (!response.ok()) return response.status();
   for (const char verdict : response->check_collisions().verdicts()) {
     free.push_back(verdict == static_cast<char>(v1::VERDICT_FREE) ? 1 : 0);

@@ -13,16 +13,16 @@ namespace cwm::planner {
 
 class ServerChecker : public StateChecker {
  public:
-  // The question has the world, robot, group, revision and overlay; its rows are filled in. A state
+  // The query has the world, robot, group, revision and overlay; its rows are filled in. A state
   // is free if its verdict is FREE. The stream must outlive the checker.
-  ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest question);
+  ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest query);
 
  private:
-  absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
-                                                   std::size_t width) override;
+  absl::StatusOr<std::vector<std::uint8_t>> Evaluate(std::span<const double> rows,
+                                                     std::size_t width) override;
   // Appends the verdicts of the given rows.
-  absl::Status AskPart(std::span<const double> rows, std::size_t width,
-                       std::vector<std::uint8_t>& free);
+  absl::Status EvaluatePart(std::span<const double> rows, std::size_t width,
+                            std::vector<std::uint8_t>& free);
 
   client::QueryStream& stream_;
   v1::StreamQueriesRequest request_;

@@ -10,7 +10,7 @@
 namespace cwm::planner {
 
 // The number of checks made.
-struct Asked {
+struct CheckCounts {
   std::int64_t batches = 0;
   std::int64_t states = 0;
 };
@@ -21,21 +21,21 @@ class StateChecker {
 
   // One byte for each row of `rows`, which have one number per joint: 1 if the state is free.
   // Without rows there is no query.
-  absl::StatusOr<std::vector<std::uint8_t>> AreFree(std::span<const double> rows,
-                                                    std::size_t width) {
+  absl::StatusOr<std::vector<std::uint8_t>> CheckStates(std::span<const double> rows,
+                                                        std::size_t width) {
     if (rows.empty()) return std::vector<std::uint8_t>();
-    ++asked_.batches;
-    asked_.states += static_cast<std::int64_t>(rows.size() / width);
-    return Answer(rows, width);
+    ++counts_.batches;
+    counts_.states += static_cast<std::int64_t>(rows.size() / width);
+    return Evaluate(rows, width);
   }
 
-  const Asked& asked() const { return asked_; }
+  const CheckCounts& counts() const { return counts_; }
 
  private:
-  virtual absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
-                                                           std::size_t width) = 0;
+  virtual absl::StatusOr<std::vector<std::uint8_t>> Evaluate(std::span<const double> rows,
+                                                             std::size_t width) = 0;
 
-  Asked asked_;
+  CheckCounts counts_;
 };
 
 }  // namespace cwm::planner

@@ -11,7 +11,7 @@ namespace {
 using Point = std::array<double, 3>;
 
 // chosen: a tenth of the noise of the best supported sensor at its nearest range.
-constexpr double kFinestStep_m = 1e-4;
+constexpr double kMinStep_m = 1e-4;
 constexpr double kMaxSteps = std::numeric_limits<std::uint16_t>::max();
 
 std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud& scan) {
@@ -47,7 +47,7 @@ void LayGrid(const std::map<std::uint32_t, std::vector<Point>>& measured, Packed
     }
   }
   packed.origin_m = low;
-  packed.step_m = kFinestStep_m;
+  packed.step_m = kMinStep_m;
   for (std::size_t k = 0; k < 3; ++k) {
     packed.step_m = std::max(packed.step_m, (high[k] - low[k]) / kMaxSteps);
   }
@@ -64,7 +64,7 @@ void Append(const Point& p, PackedPoints& packed) {
 
 }  // namespace
 
-PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points) {
+PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t max_points) {
   const auto measured = MeasuredByLabel(scan);
   PackedPoints packed;
   if (measured.empty()) return packed;
@@ -72,7 +72,7 @@ PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points) {
   for (const auto& [label, points] : measured) {
     packed.measured += static_cast<std::int64_t>(points.size());
   }
-  packed.every = std::max<std::int64_t>(1, (packed.measured + most_points - 1) / most_points);
+  packed.every = std::max<std::int64_t>(1, (packed.measured + max_points - 1) / max_points);
   for (const auto& [label, points] : measured) {
     PointRun run{.label = label};
     for (std::size_t i = 0; i < points.size(); i += static_cast<std::size_t>(packed.every)) {

@@ -39,6 +39,6 @@ struct LabelledCloud {
 
 // Each label keeps its first point and every n-th after it. A cloud without measured points has no
 // runs.
-PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t most_points = kMaxPoints);
+PackedPoints PackPoints(const LabelledCloud& scan, std::int64_t max_points = kMaxPoints);
 
 }  // namespace cwm::report

@@ -44,7 +44,7 @@ json ToJson(const PackedPoints& points) {
   static constexpr const char* kOwners[] = {"nobody", "support", "object"};
   json runs = json::array();
   for (const PointRun& run : points.runs) {
-    const client::PointOwner owner = client::OwnerOf(run.label);
+    const client::PointOwner owner = client::PointOwnerOf(run.label);
     runs.push_back({{"label", run.label},
                     {"owner", kOwners[static_cast<int>(owner.kind)]},
                     {"index", owner.index},

@@ -20,20 +20,20 @@ using formats::SceneAttachedObject;
 using formats::SceneFile;
 using formats::SceneObject;
 
-std::string Counted(std::size_t count, const std::string& what) {
+std::string FormatCount(std::size_t count, const std::string& what) {
   return absl::StrCat(count, " ", what, count == 1 ? "" : "s");
 }
 
 absl::Status PlanState(const SceneFile& scene, const pb::Robot& robot, SceneImport& plan) {
   if (scene.robot_state.empty()) return absl::OkStatus();
-  SceneState state = StateOf(scene.robot_state, robot);
+  SceneState state = ConvertRobotState(scene.robot_state, robot);
   const int count = state.set.joints().values_size();
   plan.warnings.insert(plan.warnings.end(), state.warnings.begin(), state.warnings.end());
   if (count == 0 && !state.sets_base) return absl::OkStatus();
   *plan.changes.emplace_back().mutable_robot_state() = std::move(state.set);
-  plan.taken.push_back(absl::StrCat("the state of ", robot.name(), " (",
-                                    Counted(static_cast<std::size_t>(count), "joint value"),
-                                    state.sets_base ? " and its base" : "", ")"));
+  plan.imported.push_back(absl::StrCat("the state of ", robot.name(), " (",
+                                       FormatCount(static_cast<std::size_t>(count), "joint value"),
+                                       state.sets_base ? " and its base" : "", ")"));
   return absl::OkStatus();
 }
 
@@ -44,8 +44,8 @@ std::int64_t EncodedBytes(const formats::MeshFile& mesh) {
 }
 
 // The state before the first mesh is sent.
-MeshesSent NoneSent(const std::vector<const SceneObject*>& objects) {
-  MeshesSent sent;
+MeshUploadProgress InitialProgress(const std::vector<const SceneObject*>& objects) {
+  MeshUploadProgress sent;
   for (const SceneObject* object : objects) {
     for (const auto& shape : object->shapes) {
       if (const auto* mesh = std::get_if<formats::MeshFile>(&shape.shape)) {
@@ -58,8 +58,8 @@ MeshesSent NoneSent(const std::vector<const SceneObject*>& objects) {
 }
 
 // Stores one mesh after the other. `sent` counts all meshes so far and must outlive the result.
-StoreMesh StoreWith(const client::Connection& connection, const ImportOptions& options,
-                    MeshesSent& sent) {
+StoreMesh MakeMeshStore(const client::Connection& connection, const ImportOptions& options,
+                        MeshUploadProgress& sent) {
   return [&connection, &options, &sent](const formats::MeshFile& mesh) {
     ++sent.mesh;
     const std::string bytes = EncodeMesh(mesh);
@@ -67,7 +67,7 @@ StoreMesh StoreWith(const client::Connection& connection, const ImportOptions& o
     auto hash = client::WriteGeometry(connection, {pb::GEOMETRY_FORMAT_MESH_F64, bytes},
                                       [&](std::int64_t of_mesh, std::int64_t) {
                                         if (!options.progress) return;
-                                        MeshesSent now = sent;
+                                        MeshUploadProgress now = sent;
                                         now.sent_bytes += of_mesh;
                                         options.progress(now);
                                       });
@@ -78,12 +78,12 @@ StoreMesh StoreWith(const client::Connection& connection, const ImportOptions& o
 
 absl::Status PlanObjects(const client::Connection& connection, const ImportOptions& options,
                          const std::vector<const SceneObject*>& objects, SceneImport& plan) {
-  MeshesSent sent = NoneSent(objects);
+  MeshUploadProgress sent = InitialProgress(objects);
   const std::size_t meshes = sent.meshes;
-  const StoreMesh store = StoreWith(connection, options, sent);
+  const StoreMesh store = MakeMeshStore(connection, options, sent);
   std::map<std::string, std::string> id_of_name;
   for (const SceneObject* scene_object : objects) {
-    auto object = ToObject(*scene_object, store);
+    auto object = ConvertObject(*scene_object, store);
     if (!object.ok()) return object.status();
     const auto [known, is_new] = id_of_name.emplace(object->name(), scene_object->id);
     if (!is_new) {
@@ -102,7 +102,7 @@ absl::Status PlanObjects(const client::Connection& connection, const ImportOptio
   if (!objects.empty()) {
     const std::string of_meshes =
         meshes == 0 ? "" : absl::StrCat(" (", meshes, meshes == 1 ? " mesh)" : " meshes)");
-    plan.taken.push_back(absl::StrCat(Counted(objects.size(), "object"), of_meshes));
+    plan.imported.push_back(absl::StrCat(FormatCount(objects.size(), "object"), of_meshes));
   }
   return absl::OkStatus();
 }
@@ -113,25 +113,26 @@ void PlanRemovals(const SceneFile& scene, const ImportOptions& options,
   const std::set<std::string> there(options.objects.begin(), options.objects.end());
   std::set<std::string> gone;
   for (const std::string& id : scene.removed) {
-    if (there.count(WorldName(id)) > 0) {
-      gone.insert(WorldName(id));
+    if (there.count(ObjectName(id)) > 0) {
+      gone.insert(ObjectName(id));
     } else {
       plan.warnings.push_back(
           absl::StrCat(formats::Printable(id), ": not removed, no such object was put before"));
     }
   }
-  if (options.before == Before::kGoes) {
+  if (options.previous == PreviousObjects::kRemove) {
     gone = there;
-    for (const SceneObject* object : objects) gone.erase(WorldName(object->id));
+    for (const SceneObject* object : objects) gone.erase(ObjectName(object->id));
     // An attachment without shapes refers to an existing object, which must remain.
     for (const SceneAttachedObject& attached : scene.robot_state.attached) {
-      gone.erase(WorldName(attached.object.id));
+      gone.erase(ObjectName(attached.object.id));
     }
   }
   for (const std::string& name : gone) {
     plan.changes.emplace_back().mutable_remove()->set_name(name);
   }
-  if (!gone.empty()) plan.taken.push_back(Counted(gone.size(), "object") + " of before removed");
+  if (!gone.empty())
+    plan.imported.push_back(FormatCount(gone.size(), "object") + " of before removed");
 }
 
 // Previously allowed pairs that the scene does not mention.
@@ -155,13 +156,13 @@ std::vector<pb::NamedPair> KeptPairs(const std::vector<pb::PairRule>& before,
 }
 
 void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport& plan) {
-  SceneRules rules = RulesOf(scene, options.robot, options.rules);
+  SceneRules rules = ConvertRules(scene, options.robot, options.rules);
   plan.warnings.insert(plan.warnings.end(), rules.warnings.begin(), rules.warnings.end());
   const std::vector<pb::NamedPair> kept = KeptPairs(options.rules, rules);
-  if (options.before == Before::kGoes) {
+  if (options.previous == PreviousObjects::kRemove) {
     rules.withdrawn.insert(rules.withdrawn.end(), kept.begin(), kept.end());
   } else if (!kept.empty()) {
-    plan.warnings.push_back(absl::StrCat(Counted(kept.size(), "allowed pair"),
+    plan.warnings.push_back(absl::StrCat(FormatCount(kept.size(), "allowed pair"),
                                          " of before, which the scene says nothing of, ",
                                          kept.size() == 1 ? "stays" : "stay", ": see `cwm rules`"));
   }
@@ -171,23 +172,23 @@ void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport
     allow.set_withdraw(true);
   }
   if (!rules.withdrawn.empty()) {
-    plan.taken.push_back(Counted(rules.withdrawn.size(), "pair") + " no more allowed");
+    plan.imported.push_back(FormatCount(rules.withdrawn.size(), "pair") + " no more allowed");
   }
   if (rules.pairs.empty()) return;
   for (const pb::NamedPair& pair : rules.pairs) {
     *plan.changes.emplace_back().mutable_allow()->mutable_pair() = pair;
   }
-  plan.taken.push_back(Counted(rules.pairs.size(), "allowed pair"));
+  plan.imported.push_back(FormatCount(rules.pairs.size(), "allowed pair"));
 }
 
 // True if the file gives the object's pose in the world, independently of the robot.
-bool StandsInWorld(const SceneAttachedObject& attached) {
+bool HasWorldPose(const SceneAttachedObject& attached) {
   return !attached.pose_is_in_link || attached.object.shapes.empty();
 }
 
 void PlanAttached(const SceneAttachedObject& attached, const pb::Robot& robot, SceneImport& plan) {
   pb::AttachObject& attach = *plan.changes.emplace_back().mutable_attach();
-  attach.set_name(WorldName(attached.object.id));
+  attach.set_name(ObjectName(attached.object.id));
   attach.set_robot(robot.name());
   attach.set_link(attached.link);
   std::vector<std::string> unknown;
@@ -200,11 +201,11 @@ void PlanAttached(const SceneAttachedObject& attached, const pb::Robot& robot, S
   }
   if (!unknown.empty()) {
     plan.warnings.push_back(absl::StrCat(formats::Printable(attached.object.id), ": touch_links ",
-                                         Listed(unknown), ": left out, ", robot.name(),
+                                         FormatNames(unknown), ": left out, ", robot.name(),
                                          " has no such links"));
   }
   // An object put in the link's frame moves to the link; otherwise it stays where it was put.
-  if (StandsInWorld(attached)) return;
+  if (HasWorldPose(attached)) return;
   const auto put = std::find_if(plan.changes.begin(), plan.changes.end(), [&](const auto& c) {
     return c.has_put() && c.put().object().name() == attach.name();
   });
@@ -221,28 +222,28 @@ void PlanAttached(const SceneFile& scene, const pb::Robot& robot, SceneImport& p
     }
     plan.warnings.push_back(absl::StrCat(
         formats::Printable(attached.object.id),
-        StandsInWorld(attached) ? ": stands free, " : ": left out with its pose in that link, ",
+        HasWorldPose(attached) ? ": stands free, " : ": left out with its pose in that link, ",
         robot.name(), " has no link ", formats::Printable(attached.link), " to hold it"));
   }
-  if (count > 0) plan.taken.push_back(Counted(count, "attached object"));
+  if (count > 0) plan.imported.push_back(FormatCount(count, "attached object"));
 }
 
 }  // namespace
 
-bool ImportOptions::Takes(Part part) const {
-  return std::find(without.begin(), without.end(), part) == without.end();
+bool ImportOptions::Includes(ScenePart part) const {
+  return std::find(excluded.begin(), excluded.end(), part) == excluded.end();
 }
 
 bool NeedsRobot(const SceneFile& scene, const ImportOptions& options) {
-  return (options.Takes(Part::kState) && !scene.robot_state.empty()) ||
-         (options.Takes(Part::kAttached) && !scene.robot_state.attached.empty()) ||
-         (options.Takes(Part::kAllowed) &&
+  return (options.Includes(ScenePart::kState) && !scene.robot_state.empty()) ||
+         (options.Includes(ScenePart::kAttached) && !scene.robot_state.attached.empty()) ||
+         (options.Includes(ScenePart::kAllowed) &&
           (!scene.allowed_collisions.names.empty() || !scene.allowed_collisions.defaults.empty()));
 }
 
-absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const SceneFile& scene,
-                                     const ImportOptions& options) {
-  if (scene.is_diff && options.before == Before::kGoes) {
+absl::StatusOr<SceneImport> ConvertScene(const client::Connection& connection,
+                                         const SceneFile& scene, const ImportOptions& options) {
+  if (scene.is_diff && options.previous == PreviousObjects::kRemove) {
     return absl::InvalidArgumentError(
         "is_diff is true: the scene says only what differs from that of before, which must stay");
   }
@@ -259,21 +260,22 @@ absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const
                                          formats::Printable(scene.robot_model_name), ", taken for ",
                                          robot->name()));
   }
-  const bool attaches = robot != nullptr && options.Takes(Part::kAttached);
+  const bool attaches = robot != nullptr && options.Includes(ScenePart::kAttached);
   std::vector<const SceneObject*> objects;
   for (const SceneObject& object : scene.objects) objects.push_back(&object);
   for (const SceneAttachedObject& attached : scene.robot_state.attached) {
     if (!attaches || attached.object.shapes.empty()) continue;
-    if (StandsInWorld(attached) || HasLink(*robot, attached.link)) {
+    if (HasWorldPose(attached) || HasLink(*robot, attached.link)) {
       objects.push_back(&attached.object);
     }
   }
   absl::Status status;
-  if (robot != nullptr && options.Takes(Part::kState)) status = PlanState(scene, *robot, plan);
+  if (robot != nullptr && options.Includes(ScenePart::kState))
+    status = PlanState(scene, *robot, plan);
   if (status.ok()) PlanRemovals(scene, options, objects, plan);
   if (status.ok()) status = PlanObjects(connection, options, objects, plan);
   if (!status.ok()) return status;
-  if (options.Takes(Part::kAllowed)) PlanRules(scene, options, plan);
+  if (options.Includes(ScenePart::kAllowed)) PlanRules(scene, options, plan);
   if (attaches) PlanAttached(scene, *robot, plan);
   return plan;
 }

@@ -15,13 +15,13 @@
 namespace cwm::scene {
 
 // Parts of a scene besides its objects; all concern its robot.
-enum class Part { kState = 1, kAllowed, kAttached };
+enum class ScenePart { kState = 1, kAllowed, kAttached };
 
 // The fate of previously imported objects.
-enum class Before { kStays, kGoes };
+enum class PreviousObjects { kKeep, kRemove };
 
 // The progress of sending a scene's meshes to the server.
-struct MeshesSent {
+struct MeshUploadProgress {
   std::size_t mesh = 0;  // number of the mesh being sent, from 1
   std::size_t meshes = 0;
   std::int64_t sent_bytes = 0;  // of all meshes so far
@@ -34,21 +34,21 @@ struct ImportOptions {
   const cwm::v1::Robot* robot = nullptr;
   // The world's pair rules; what they allow ends if the scene says false for the pair.
   std::vector<cwm::v1::PairRule> rules = {};
-  std::vector<Part> without = {};
+  std::vector<ScenePart> excluded = {};
   // The world's objects put by users, which includes imported ones, and whether they stay besides
   // those of the scene. If they are removed, so are previous allowances that the scene does not
   // have.
   std::vector<std::string> objects = {};
-  Before before = Before::kStays;
-  std::function<void(const MeshesSent&)> progress = {};  // called whenever bytes were sent
+  PreviousObjects previous = PreviousObjects::kKeep;
+  std::function<void(const MeshUploadProgress&)> progress = {};  // called whenever bytes were sent
 
-  bool Takes(Part part) const;
+  bool Includes(ScenePart part) const;
 };
 
 // The imported parts of a scene, as text for people and as changes.
 struct SceneImport {
   std::vector<cwm::v1::Change> changes;
-  std::vector<std::string> taken;
+  std::vector<std::string> imported;
   std::vector<std::string> warnings;  // including those of the scene
 };
 
@@ -58,7 +58,8 @@ bool NeedsRobot(const formats::SceneFile& scene, const ImportOptions& options);
 // Stores the meshes on the server. The caller applies the changes in this order, or uses them as an
 // overlay of queries. INVALID_ARGUMENT if two objects would have the same name, and if previous
 // objects are to be removed although the scene only has differences.
-absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection,
-                                     const formats::SceneFile& scene, const ImportOptions& options);
+absl::StatusOr<SceneImport> ConvertScene(const client::Connection& connection,
+                                         const formats::SceneFile& scene,
+                                         const ImportOptions& options);
 
 }  // namespace cwm::scene

@@ -48,14 +48,14 @@ struct FillShape {
   }
 };
 
-bool BelongsInName(char c) {
+bool IsNameCharacter(char c) {
   return absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
          std::string("_-./").find(c) != std::string::npos;
 }
 
 }  // namespace
 
-pb::Pose ToProto(const formats::ScenePose& pose) {
+pb::Pose ScenePoseToProto(const formats::ScenePose& pose) {
   pb::Pose proto;
   proto.set_tx_m(pose.position_m[0]);
   proto.set_ty_m(pose.position_m[1]);
@@ -67,25 +67,25 @@ pb::Pose ToProto(const formats::ScenePose& pose) {
   return proto;
 }
 
-std::string WorldName(const std::string& id) {
+std::string ObjectName(const std::string& id) {
   std::string name = id;
   std::replace_if(
-      name.begin(), name.end(), [](char c) { return !BelongsInName(c); }, '_');
+      name.begin(), name.end(), [](char c) { return !IsNameCharacter(c); }, '_');
   return name;
 }
 
-absl::StatusOr<pb::Object> ToObject(const formats::SceneObject& scene_object,
-                                    const StoreMesh& store) {
+absl::StatusOr<pb::Object> ConvertObject(const formats::SceneObject& scene_object,
+                                         const StoreMesh& store) {
   pb::Object object;
-  object.set_name(WorldName(scene_object.id));
+  object.set_name(ObjectName(scene_object.id));
   object.set_kind(pb::OBJECT_KIND_USER);
   const bool is_its_shape =
       scene_object.shapes.size() == 1 && formats::IsIdentity(scene_object.pose);
   const formats::ScenePose& pose = is_its_shape ? scene_object.shapes[0].pose : scene_object.pose;
-  *object.mutable_x_world_object() = ToProto(pose);
+  *object.mutable_x_world_object() = ScenePoseToProto(pose);
   for (const formats::SceneShape& shape : scene_object.shapes) {
     pb::ShapePart& part = *object.add_shapes();
-    if (!is_its_shape) *part.mutable_x_object_shape() = ToProto(shape.pose);
+    if (!is_its_shape) *part.mutable_x_object_shape() = ScenePoseToProto(shape.pose);
     const absl::Status status = std::visit(FillShape{part, store}, shape.shape);
     if (!status.ok()) {
       return absl::Status(status.code(), absl::StrCat(formats::Printable(scene_object.id), ": ",

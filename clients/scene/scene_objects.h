@@ -10,18 +10,18 @@
 
 namespace cwm::scene {
 
-cwm::v1::Pose ToProto(const formats::ScenePose& pose);
+cwm::v1::Pose ScenePoseToProto(const formats::ScenePose& pose);
 
 // The name in the world of an object with this id: each byte but letters, digits and "_-./" becomes
 // an underscore.
-std::string WorldName(const std::string& id);
+std::string ObjectName(const std::string& id);
 
 // Stores a mesh on the server and returns its hash.
 using StoreMesh = std::function<absl::StatusOr<std::string>(const formats::MeshFile&)>;
 
 // An object of one shape whose own pose is the identity gets the shape's pose, so that moving it
 // works as expected. Planes become half-spaces; meshes are stored.
-absl::StatusOr<cwm::v1::Object> ToObject(const formats::SceneObject& scene_object,
-                                         const StoreMesh& store);
+absl::StatusOr<cwm::v1::Object> ConvertObject(const formats::SceneObject& scene_object,
+                                              const StoreMesh& store);
 
 }  // namespace cwm::scene

@@ -49,13 +49,13 @@ void AddPlanar(const formats::SceneMultiDofJoint& joint, pb::SetRobotState& set)
 }
 
 // Ignored joints by reason.
-struct LeftOut {
+struct IgnoredJoints {
   std::vector<std::string> unknown, fixed, following;
 
   void Warn(const std::string& field, const std::string& robot,
             std::vector<std::string>& warnings) const {
     const auto warn = [&](const std::vector<std::string>& joints, const std::string& why) {
-      if (!joints.empty()) warnings.push_back(absl::StrCat(field, ": ", Listed(joints), why));
+      if (!joints.empty()) warnings.push_back(absl::StrCat(field, ": ", FormatNames(joints), why));
     };
     warn(unknown, absl::StrCat(": left out, ", robot, " has no such joints"));
     warn(fixed, absl::StrCat(": left out, ", robot, " has them fixed at 0"));
@@ -64,18 +64,18 @@ struct LeftOut {
 };
 
 void SetJoint(const formats::SceneJoint& joint, const pb::Robot& robot, SceneState& state,
-              LeftOut& left_out) {
+              IgnoredJoints& ignored) {
   const bool is_variable = std::any_of(robot.variables().begin(), robot.variables().end(),
                                        [&](const auto& v) { return v.name() == joint.name; });
   if (is_variable) return AddValue(joint.name, joint.position, state.set);
   const pb::RobotLink* link = LinkOn(robot, joint.name);
-  if (link == nullptr) return left_out.unknown.push_back(joint.name);
-  if (!link->follows().empty()) return left_out.following.push_back(joint.name);
-  if (joint.position != 0) left_out.fixed.push_back(joint.name);
+  if (link == nullptr) return ignored.unknown.push_back(joint.name);
+  if (!link->follows().empty()) return ignored.following.push_back(joint.name);
+  if (joint.position != 0) ignored.fixed.push_back(joint.name);
 }
 
 void SetMultiDofJoint(const formats::SceneMultiDofJoint& joint, const pb::Robot& robot,
-                      SceneState& state, LeftOut& left_out) {
+                      SceneState& state, IgnoredJoints& ignored) {
   const pb::RobotLink* link = LinkOn(robot, joint.name);
   if (link != nullptr && link->joint_kind() == pb::JOINT_KIND_FLOATING) {
     return AddFloating(joint, state.set);
@@ -83,14 +83,14 @@ void SetMultiDofJoint(const formats::SceneMultiDofJoint& joint, const pb::Robot&
   if (link != nullptr && link->joint_kind() == pb::JOINT_KIND_PLANAR) {
     return AddPlanar(joint, state.set);
   }
-  if (link != nullptr || state.sets_base) return left_out.unknown.push_back(joint.name);
-  *state.set.mutable_x_world_base() = ToProto(joint.transform);
+  if (link != nullptr || state.sets_base) return ignored.unknown.push_back(joint.name);
+  *state.set.mutable_x_world_base() = ScenePoseToProto(joint.transform);
   state.sets_base = true;
 }
 
 }  // namespace
 
-std::string Listed(const std::vector<std::string>& names) {
+std::string FormatNames(const std::vector<std::string>& names) {
   constexpr std::size_t kShown = 5;
   const std::size_t shown = std::min(names.size(), kShown);
   std::string text = absl::StrJoin(
@@ -105,16 +105,16 @@ bool HasLink(const pb::Robot& robot, const std::string& link) {
                      [&](const pb::RobotLink& known) { return known.name() == link; });
 }
 
-SceneState StateOf(const formats::SceneRobotState& scene, const pb::Robot& robot,
-                   const std::string& field) {
+SceneState ConvertRobotState(const formats::SceneRobotState& scene, const pb::Robot& robot,
+                             const std::string& field) {
   SceneState state;
   state.set.set_name(robot.name());
-  LeftOut left_out;
-  for (const auto& joint : scene.joints) SetJoint(joint, robot, state, left_out);
+  IgnoredJoints ignored;
+  for (const auto& joint : scene.joints) SetJoint(joint, robot, state, ignored);
   for (const auto& joint : scene.multi_dof_joints) {
-    SetMultiDofJoint(joint, robot, state, left_out);
+    SetMultiDofJoint(joint, robot, state, ignored);
   }
-  left_out.Warn(field, robot.name(), state.warnings);
+  ignored.Warn(field, robot.name(), state.warnings);
   return state;
 }
 

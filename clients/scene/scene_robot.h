@@ -10,7 +10,7 @@
 namespace cwm::scene {
 
 // "a, b, c and 4 more": the first five names, made printable.
-std::string Listed(const std::vector<std::string>& names);
+std::string FormatNames(const std::vector<std::string>& names);
 
 bool HasLink(const cwm::v1::Robot& robot, const std::string& link);
 
@@ -24,8 +24,8 @@ struct SceneState {
 // connects it to the world: it sets the base's pose. Ignored are fixed joints, which have no value,
 // joints that follow others, and unknown joints; all with a warning except a fixed joint at 0.
 // Warnings begin with the field's name.
-SceneState StateOf(const formats::SceneRobotState& state, const cwm::v1::Robot& robot,
-                   const std::string& field = "robot_state");
+SceneState ConvertRobotState(const formats::SceneRobotState& state, const cwm::v1::Robot& robot,
+                             const std::string& field = "robot_state");
 
 struct SceneRules {
   std::vector<cwm::v1::NamedPair> pairs;
@@ -39,7 +39,7 @@ struct SceneRules {
 // the scene that it may touch. `withdrawn` has the pairs that `before`, the world's rules, allows
 // and for which the matrix says false; pairs that it does not have are unaffected. A warning
 // reports pairs of links for which the matrix and the robot disagree.
-SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
-                   const std::vector<cwm::v1::PairRule>& before = {});
+SceneRules ConvertRules(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
+                        const std::vector<cwm::v1::PairRule>& before = {});
 
 }  // namespace cwm::scene

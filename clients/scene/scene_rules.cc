@@ -15,11 +15,11 @@ namespace {
 
 namespace pb = cwm::v1;
 
-class RuleMaker {
+class RuleBuilder {
  public:
-  RuleMaker(const formats::SceneFile& scene, const pb::Robot* robot)
+  RuleBuilder(const formats::SceneFile& scene, const pb::Robot* robot)
       : collisions_(scene.allowed_collisions), robot_(robot) {
-    AddThings(scene);
+    AddMembers(scene);
     const auto& names = collisions_.names;
     for (std::size_t i = 0; i < names.size(); ++i) row_.emplace(names[i], i);
     for (const auto& [name, allowed] : collisions_.defaults) defaults_[name] = allowed;
@@ -38,26 +38,26 @@ class RuleMaker {
     for (const pb::PairRule& rule : before) {
       if (rule.allowed() && Forbids(rule.pair())) rules_.withdrawn.push_back(rule.pair());
     }
-    WarnOfUnknown();
-    WarnOfOwnPairs();
+    WarnAboutUnknownNames();
+    WarnAboutRobotPairs();
     return std::move(rules_);
   }
 
  private:
-  void AddThings(const formats::SceneFile& scene) {
+  void AddMembers(const formats::SceneFile& scene) {
     if (robot_ != nullptr) {
       for (const pb::RobotLink& link : robot_->links()) {
-        pb::NamedThing thing;
-        thing.set_name(robot_->name());
-        thing.set_link(link.name());
+        pb::NamedThing member;
+        member.set_name(robot_->name());
+        member.set_link(link.name());
         if (link.collision_count() > 0) solid_.push_back(link.name());
-        things_[link.name()] = thing;
+        members_[link.name()] = member;
       }
     }
     const auto add_object = [&](const formats::SceneObject& object) {
-      pb::NamedThing thing;
-      thing.set_name(WorldName(object.id));
-      if (things_.emplace(object.id, thing).second) solid_.push_back(object.id);
+      pb::NamedThing member;
+      member.set_name(ObjectName(object.id));
+      if (members_.emplace(object.id, member).second) solid_.push_back(object.id);
     };
     for (const auto& object : scene.objects) add_object(object);
     for (const auto& attached : scene.robot_state.attached) add_object(attached.object);
@@ -66,7 +66,7 @@ class RuleMaker {
   // True if the matrix says false for a pair that a rule allows; for "*" the default counts.
   bool Forbids(const pb::NamedPair& pair) const {
     const auto a = NameInFile(pair.a()), b = NameInFile(pair.b());
-    if (a && b) return Said(*a, *b) == false;
+    if (a && b) return MatrixEntry(*a, *b) == false;
     const bool a_is_all = pair.a().name() == "*", b_is_all = pair.b().name() == "*";
     const auto& one = a ? a : b;
     if (!one || !(a_is_all || b_is_all)) return false;
@@ -74,19 +74,19 @@ class RuleMaker {
     return said != defaults_.end() && !said->second;
   }
 
-  std::optional<std::string> NameInFile(const pb::NamedThing& thing) const {
-    for (const auto& [name, known] : things_) {
-      if (known.name() == thing.name() && known.link() == thing.link()) return name;
+  std::optional<std::string> NameInFile(const pb::NamedThing& member) const {
+    for (const auto& [name, known] : members_) {
+      if (known.name() == member.name() && known.link() == member.link()) return name;
     }
     return std::nullopt;
   }
 
   bool IsAllowed(const std::string& a, const std::string& b) const {
-    return Said(a, b).value_or(false);
+    return MatrixEntry(a, b).value_or(false);
   }
 
   // The file's value for two different names; empty if it has none.
-  std::optional<bool> Said(const std::string& a, const std::string& b) const {
+  std::optional<bool> MatrixEntry(const std::string& a, const std::string& b) const {
     const auto row_a = row_.find(a);
     const auto row_b = row_.find(b);
     if (row_a != row_.end() && row_b != row_.end()) {
@@ -109,13 +109,13 @@ class RuleMaker {
       if (!IsAllowed(name, other)) has_exceptions = true;
     }
     if (!has_exceptions) {
-      const auto thing = things_.find(name);
-      if (thing == things_.end()) {
+      const auto member = members_.find(name);
+      if (member == members_.end()) {
         unknown_.insert(name);
         return;
       }
       pb::NamedPair pair;
-      *pair.mutable_a() = thing->second;
+      *pair.mutable_a() = member->second;
       pair.mutable_b()->set_name("*");
       touches_all_.insert(name);
       rules_.pairs.push_back(pair);
@@ -129,31 +129,31 @@ class RuleMaker {
   }
 
   void Allow(const std::string& a, const std::string& b) {
-    const auto thing_a = things_.find(a);
-    const auto thing_b = things_.find(b);
-    if (thing_a == things_.end()) unknown_.insert(a);
-    if (thing_b == things_.end()) unknown_.insert(b);
-    if (thing_a == things_.end() || thing_b == things_.end()) return;
+    const auto member_a = members_.find(a);
+    const auto member_b = members_.find(b);
+    if (member_a == members_.end()) unknown_.insert(a);
+    if (member_b == members_.end()) unknown_.insert(b);
+    if (member_a == members_.end() || member_b == members_.end()) return;
     if (touches_all_.count(a) + touches_all_.count(b) > 0) return;
     if (!done_.insert(std::minmax(a, b)).second) return;
     pb::NamedPair pair;
-    *pair.mutable_a() = thing_a->second;
-    *pair.mutable_b() = thing_b->second;
+    *pair.mutable_a() = member_a->second;
+    *pair.mutable_b() = member_b->second;
     rules_.pairs.push_back(pair);
   }
 
-  void WarnOfUnknown() {
+  void WarnAboutUnknownNames() {
     if (unknown_.empty()) return;
     const std::vector<std::string> names(unknown_.begin(), unknown_.end());
     const std::string links =
         robot_ == nullptr ? "" : absl::StrCat("links of ", robot_->name(), " nor ");
-    rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: ", Listed(names),
+    rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: ", FormatNames(names),
                                            ": left out, no ", links, "objects of the scene"));
   }
 
   // A pair is allowed by the robot's description or by the scene; neither can forbid what the other
   // allows.
-  void WarnOfOwnPairs() {
+  void WarnAboutRobotPairs() {
     if (robot_ == nullptr) return;
     std::vector<std::string> unchecked, allowed;
     for (int a = 0; a < robot_->links_size(); ++a) {
@@ -163,7 +163,7 @@ class RuleMaker {
         if (robot_->links(a).collision_count() == 0 || robot_->links(b).collision_count() == 0) {
           continue;
         }
-        const std::optional<bool> said = Said(name_a, name_b);
+        const std::optional<bool> said = MatrixEntry(name_a, name_b);
         const bool is_checked = std::find(of_a.begin(), of_a.end(), b) == of_a.end();
         const std::string pair = absl::StrCat(name_a, " with ", name_b);
         if (said == false && !is_checked) unchecked.push_back(pair);
@@ -172,20 +172,20 @@ class RuleMaker {
     }
     if (!unchecked.empty()) {
       rules_.warnings.push_back(absl::StrCat(
-          "allowed_collision_matrix: false to ", Listed(unchecked), ", which ", robot_->name(),
+          "allowed_collision_matrix: false to ", FormatNames(unchecked), ", which ", robot_->name(),
           " never checks, by its SRDF or as neighbours: that stays so"));
     }
     if (!allowed.empty()) {
-      rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: true to ", Listed(allowed),
-                                             ", which ", robot_->name(),
+      rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: true to ",
+                                             FormatNames(allowed), ", which ", robot_->name(),
                                              " would check: allowed until withdrawn"));
     }
   }
 
   const formats::SceneAllowedCollisions& collisions_;
   const pb::Robot* const robot_;
-  std::map<std::string, pb::NamedThing> things_;  // by the name in the file
-  std::vector<std::string> solid_;                // names with collision geometry
+  std::map<std::string, pb::NamedThing> members_;  // by the name in the file
+  std::vector<std::string> solid_;                 // names with collision geometry
   std::map<std::string, std::size_t> row_;
   std::map<std::string, bool> defaults_;
   std::set<std::string> touches_all_, unknown_;
@@ -195,9 +195,9 @@ class RuleMaker {
 
 }  // namespace
 
-SceneRules RulesOf(const formats::SceneFile& scene, const pb::Robot* robot,
-                   const std::vector<pb::PairRule>& before) {
-  return RuleMaker(scene, robot).Make(before);
+SceneRules ConvertRules(const formats::SceneFile& scene, const pb::Robot* robot,
+                        const std::vector<pb::PairRule>& before) {
+  return RuleBuilder(scene, robot).Make(before);
 }
 
 }  // namespace cwm::scene

@@ -46,7 +46,7 @@ struct Arguments {
   int view_count = 1;
   double up_error_deg = 0;
   std::string out, truth, write_scene;
-  cwm::simulator::Edits edits;
+  cwm::simulator::SceneEdits edits;
 };
 
 absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
@@ -112,14 +112,14 @@ cwm::simulator::SimulatedScan MakeScan(const Arguments& arguments, const SensorN
   cwm::simulator::SimulatedScan scan;
   if (arguments.view_count > 1) {
     perception::RegisteredViews views =
-        perception::ScanFromSeveral(view.scene, view.camera, arguments.view_count, options);
+        perception::ScanFromSeveralViews(view.scene, view.camera, arguments.view_count, options);
     scan = {.cloud = std::move(views.cloud), .X_WC = views.X_WC, .X_CC = views.X_CC};
   } else {
     scan.cloud = perception::Scan(view.scene, view.camera, options);
   }
   if (arguments.shuffle) scan.cloud = perception::Shuffled(scan.cloud, arguments.seed);
   const double error_rad = arguments.up_error_deg * std::numbers::pi / 180;
-  scan.up_C = perception::UpOffBy(error_rad, view.camera.X_WC, arguments.seed);
+  scan.up_C = perception::PerturbedUp(error_rad, view.camera.X_WC, arguments.seed);
   return scan;
 }
 

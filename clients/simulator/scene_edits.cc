@@ -49,7 +49,7 @@ absl::Status Move(const std::string& text, SimulatedScene& scene) {
 
 }  // namespace
 
-absl::Status ApplyEdits(const Edits& edits, SimulatedScene& scene) {
+absl::Status ApplyEdits(const SceneEdits& edits, SimulatedScene& scene) {
   for (const std::string& move : edits.moves) {
     if (absl::Status status = Move(move, scene); !status.ok()) return status;
   }

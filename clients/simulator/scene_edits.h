@@ -1,4 +1,4 @@
-// Edits of a scene on the command line.
+// SceneEdits of a scene on the command line.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace cwm::simulator {
 
-struct Edits {
+struct SceneEdits {
   std::vector<std::string> without;  // names
   std::vector<std::string> moves;    // "NAME=dx,dy,dz", metres along the world's axes
 };
 
 // INVALID_ARGUMENT with the edit if it cannot be parsed; NOT_FOUND lists the scene's names.
-absl::Status ApplyEdits(const Edits& edits, perception::SimulatedScene& scene);
+absl::Status ApplyEdits(const SceneEdits& edits, perception::SimulatedScene& scene);
 
 }  // namespace cwm::simulator

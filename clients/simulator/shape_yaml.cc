@@ -13,79 +13,78 @@ namespace cwm::simulator {
 namespace {
 
 // The numbers under these keys; all of them are required, and no others are allowed.
-absl::StatusOr<std::vector<double>> ReadFields(const YamlPlace& place,
+absl::StatusOr<std::vector<double>> ReadFields(const YamlNode& node,
                                                std::initializer_list<std::string_view> keys) {
-  if (absl::Status status = place.CheckKeys(keys); !status.ok()) return status;
+  if (absl::Status status = node.CheckKeys(keys); !status.ok()) return status;
   std::vector<double> values;
   for (const std::string_view key : keys) {
-    const auto value = place[key].ReadNumber();
+    const auto value = node[key].ReadNumber();
     if (!value.ok()) return value.status();
     values.push_back(*value);
   }
   return values;
 }
 
-using ReadShapeFunction = absl::StatusOr<Shape> (*)(const YamlPlace&);
+using ReadShapeFunction = absl::StatusOr<Shape> (*)(const YamlNode&);
 
-absl::StatusOr<Shape> ReadSphere(const YamlPlace& place) {
-  const auto values = ReadFields(place, {"radius_m"});
+absl::StatusOr<Shape> ReadSphere(const YamlNode& node) {
+  const auto values = ReadFields(node, {"radius_m"});
   if (!values.ok()) return values.status();
   return Sphere{.radius_m = (*values)[0]};
 }
 
-absl::StatusOr<Shape> ReadBox(const YamlPlace& place) {
-  if (absl::Status status = place.CheckKeys({"size_m"}); !status.ok()) return status;
-  const auto size = place["size_m"].ReadNumbers(3);
+absl::StatusOr<Shape> ReadBox(const YamlNode& node) {
+  if (absl::Status status = node.CheckKeys({"size_m"}); !status.ok()) return status;
+  const auto size = node["size_m"].ReadNumbers(3);
   if (!size.ok()) return size.status();
   return Box{.size_m = {(*size)[0], (*size)[1], (*size)[2]}};
 }
 
-absl::StatusOr<Shape> ReadCylinder(const YamlPlace& place) {
-  const auto values = ReadFields(place, {"radius_m", "length_m"});
+absl::StatusOr<Shape> ReadCylinder(const YamlNode& node) {
+  const auto values = ReadFields(node, {"radius_m", "length_m"});
   if (!values.ok()) return values.status();
   return Cylinder{.radius_m = (*values)[0], .length_m = (*values)[1]};
 }
 
-absl::StatusOr<Shape> ReadCone(const YamlPlace& place) {
-  const auto values = ReadFields(place, {"radius_bottom_m", "radius_top_m", "length_m"});
+absl::StatusOr<Shape> ReadCone(const YamlNode& node) {
+  const auto values = ReadFields(node, {"radius_bottom_m", "radius_top_m", "length_m"});
   if (!values.ok()) return values.status();
   return Cone{
       .radius_bottom_m = (*values)[0], .radius_top_m = (*values)[1], .length_m = (*values)[2]};
 }
 
-absl::StatusOr<Shape> ReadCapsule(const YamlPlace& place) {
-  const auto values = ReadFields(place, {"radius_m", "length_m"});
+absl::StatusOr<Shape> ReadCapsule(const YamlNode& node) {
+  const auto values = ReadFields(node, {"radius_m", "length_m"});
   if (!values.ok()) return values.status();
   return Capsule{.radius_m = (*values)[0], .length_m = (*values)[1]};
 }
 
-absl::StatusOr<Shape> ReadHalfSpace(const YamlPlace& place) {
-  if (absl::Status status = place.CheckKeys({}); !status.ok()) return status;
+absl::StatusOr<Shape> ReadHalfSpace(const YamlNode& node) {
+  if (absl::Status status = node.CheckKeys({}); !status.ok()) return status;
   return HalfSpace{};
 }
 
-absl::StatusOr<Polygon> ReadPolygon(const YamlPlace& place) {
-  if (!place.is_list()) return place.Error("must be a list of [x, y]");
+absl::StatusOr<Polygon> ReadPolygon(const YamlNode& node) {
+  if (!node.is_list()) return node.Error("must be a list of [x, y]");
   Polygon polygon;
-  for (std::size_t i = 0; i < place.size(); ++i) {
-    const auto vertex = place[i].ReadNumbers(2);
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    const auto vertex = node[i].ReadNumbers(2);
     if (!vertex.ok()) return vertex.status();
     polygon.emplace_back((*vertex)[0], (*vertex)[1]);
   }
   return polygon;
 }
 
-absl::StatusOr<Shape> ReadPlate(const YamlPlace& place) {
-  if (absl::Status status = place.CheckKeys({"outline_m", "holes_m", "thickness_m"});
-      !status.ok()) {
+absl::StatusOr<Shape> ReadPlate(const YamlNode& node) {
+  if (absl::Status status = node.CheckKeys({"outline_m", "holes_m", "thickness_m"}); !status.ok()) {
     return status;
   }
-  const auto outline = ReadPolygon(place["outline_m"]);
+  const auto outline = ReadPolygon(node["outline_m"]);
   if (!outline.ok()) return outline.status();
-  const auto thickness = place["thickness_m"].ReadNumber();
+  const auto thickness = node["thickness_m"].ReadNumber();
   if (!thickness.ok()) return thickness.status();
   Plate plate{.outline = *outline, .holes = {}, .thickness_m = *thickness};
-  const YamlPlace holes = place["holes_m"];
+  const YamlNode holes = node["holes_m"];
   if (holes.present() && !holes.is_list()) return holes.Error("must be a list of polygons");
   for (std::size_t i = 0; i < holes.size(); ++i) {
     const auto hole = ReadPolygon(holes[i]);
@@ -95,21 +94,21 @@ absl::StatusOr<Shape> ReadPlate(const YamlPlace& place) {
   return plate;
 }
 
-absl::StatusOr<Shape> ReadMeshFile(const YamlPlace& place) {
-  if (absl::Status status = place.CheckKeys({"file", "scale"}); !status.ok()) return status;
-  const auto name = place["file"].ReadText();
+absl::StatusOr<Shape> ReadMeshFile(const YamlNode& node) {
+  if (absl::Status status = node.CheckKeys({"file", "scale"}); !status.ok()) return status;
+  const auto name = node["file"].ReadText();
   if (!name.ok()) return name.status();
   double scale = 1;
-  if (place["scale"].present()) {
-    const auto factor = place["scale"].ReadNumber();
+  if (node["scale"].present()) {
+    const auto factor = node["scale"].ReadNumber();
     if (!factor.ok()) return factor.status();
-    if (*factor <= 0) return place["scale"].Error("must be positive");
+    if (*factor <= 0) return node["scale"].Error("must be positive");
     scale = *factor;
   }
-  const auto path = std::filesystem::path(place.file()).parent_path() / *name;
+  const auto path = std::filesystem::path(node.file()).parent_path() / *name;
   auto mesh = meshes::ReadMesh(path.string());
   if (!mesh.ok())
-    return place["file"].Error(
+    return node["file"].Error(
         absl::StrCat("cannot be used: ", std::string(mesh.status().message())));
   for (Vector3& vertex : mesh->vertices) vertex *= scale;
   return MakeMesh(*std::move(mesh));
@@ -121,16 +120,16 @@ constexpr std::array<ReadShapeFunction, kShapeKeys.size()> kReaders = {
     ReadCapsule, ReadPlate, ReadHalfSpace, ReadMeshFile};
 
 // The place of a violation's field, such as "radius_m" or "outline[3].x", in the scene file.
-YamlPlace FieldOf(const YamlPlace& place, const std::string& field) {
+YamlNode FieldOf(const YamlNode& node, const std::string& field) {
   const std::string key = field.substr(0, field.find_first_of(".["));
-  if (place[key].present()) return place[key];
-  return place[key + "_m"].present() ? place[key + "_m"] : place;
+  if (node[key].present()) return node[key];
+  return node[key + "_m"].present() ? node[key + "_m"] : node;
 }
 
 }  // namespace
 
-absl::StatusOr<Shape> ReadShape(const YamlPlace& place, std::string_view key) {
-  const YamlPlace dimensions = place[key];
+absl::StatusOr<Shape> ReadShape(const YamlNode& node, std::string_view key) {
+  const YamlNode dimensions = node[key];
   const auto kind = std::find(kShapeKeys.begin(), kShapeKeys.end(), key) - kShapeKeys.begin();
   auto shape = kReaders[static_cast<std::size_t>(kind)](dimensions);
   if (!shape.ok()) return shape.status();

@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "clients/simulator/yaml_place.h"
+#include "clients/simulator/yaml_node.h"
 #include "collision/geometry/shape.h"
 
 namespace cwm::simulator {
@@ -13,8 +13,8 @@ namespace cwm::simulator {
 inline constexpr std::array<std::string_view, 8> kShapeKeys = {
     "sphere", "box", "cylinder", "cone", "capsule", "plate", "half_space", "mesh"};
 
-// The shape under `key`, one of kShapeKeys, of the map `place`. Mesh paths are relative to the
+// The shape under `key`, one of kShapeKeys, of the map `node`. Mesh paths are relative to the
 // folder of the document's file.
-absl::StatusOr<Shape> ReadShape(const YamlPlace& place, std::string_view key);
+absl::StatusOr<Shape> ReadShape(const YamlNode& node, std::string_view key);
 
 }  // namespace cwm::simulator

@@ -36,13 +36,13 @@ Json PolygonJson(const Polygon& polygon) {
 
 struct DimensionsJson {
   // A single member: {{name, value}} would be an array of two elements.
-  static Json One(const char* name, const Json& value) {
+  static Json SingleField(const char* name, const Json& value) {
     Json json;
     json[name] = value;
     return json;
   }
 
-  Json operator()(const Sphere& sphere) const { return One("radius_m", sphere.radius_m); }
+  Json operator()(const Sphere& sphere) const { return SingleField("radius_m", sphere.radius_m); }
   Json operator()(const Box& box) const {
     return {
         {"size_x_m", box.size_m.x()}, {"size_y_m", box.size_m.y()}, {"size_z_m", box.size_m.z()}};
@@ -67,7 +67,7 @@ struct DimensionsJson {
             {"thickness_m", plate.thickness_m}};
   }
   Json operator()(const Convex& convex) const {
-    return One("vertex_count", convex.hull->vertices.size());
+    return SingleField("vertex_count", convex.hull->vertices.size());
   }
   Json operator()(const Mesh& mesh) const {
     return {{"vertex_count", mesh.mesh->vertices.size()},
@@ -208,7 +208,7 @@ Json ViewsJson(const SimulatedScan& scan) {
 formats::CloudFile ToCloudFile(const perception::PointCloud& cloud) {
   formats::CloudFile file;
   for (const char* axis : {"x", "y", "z"}) file.fields.push_back({.name = axis});
-  file.point_step = formats::LayOut(file.fields);
+  file.point_step = formats::AssignOffsets(file.fields);
   file.width = cloud.width;
   file.height = cloud.height;
   static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));

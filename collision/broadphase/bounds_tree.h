@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
+#include "collision/broadphase/morton_code.h"
 #include "collision/broadphase/outer_box.h"
-#include "collision/broadphase/place_key.h"
 #include "collision/broadphase/slab_ray.h"
 #include "collision/geometry/aabb.h"
 
@@ -36,7 +36,7 @@ inline double Distance_m(const Aabb& a, const Aabb& b) {
 
 // Immutable. With and Without return a tree that shares all nodes except those on one path; the
 // path's length grows with the logarithm of the count if the boxes are spread out. The tree is a
-// binary trie over PlaceKey, so its shape depends on its contents alone, not on the order of
+// binary trie over MortonCode, so its shape depends on its contents alone, not on the order of
 // insertion. Unbounded boxes (half-spaces) are allowed and kept beside the trie; empty boxes are
 // never found.
 //
@@ -75,7 +75,7 @@ class BoundsTree {
                     Visit&& visit) const;
 
   // The number of nodes that this tree does not share with `other`: the cost of their difference.
-  std::size_t CountOwnNodes(const BoundsTree& other) const;
+  std::size_t CountUnsharedNodes(const BoundsTree& other) const;
 
  private:
   // Boxes per leaf. Testing four boxes costs about as much as visiting one more node.
@@ -92,7 +92,7 @@ class BoundsTree {
   using Entries = absl::InlinedVector<Entry, kLeafSize>;
 
   // Nodes are small because every kept revision of the world owns the two paths that its change
-  // copied. A node therefore holds its own reference count, tells its kind by `bit`, and has bounds
+  // copied. A node therefore holds its own reference count, shows its kind by `bit`, and has bounds
   // of floats.
   struct Node {
     mutable std::atomic<std::uint32_t> references = 0;
@@ -123,21 +123,21 @@ class BoundsTree {
   static const Leaf& AsLeaf(const Node& node) { return static_cast<const Leaf&>(node); }
 
   // A node, or an item if `node` is null, in the queue of a best-first walk.
-  struct Waiting {
+  struct QueueEntry {
     double key;
     const Node* node;
     const Item* item;
 
     // True if `a` comes later in the walk. Nodes go before items of the same key, so that all
     // equally near items are in the queue before the first of them is visited.
-    friend bool operator<(const Waiting& a, const Waiting& b) {
+    friend bool operator<(const QueueEntry& a, const QueueEntry& b) {
       if (a.key != b.key) return a.key > b.key;
       if (a.node != nullptr || b.node != nullptr) return a.node == nullptr && b.node != nullptr;
       return Precedes(*b.item, *a.item);
     }
   };
 
-  static PlaceKey KeyOf(const Entry& entry) {
+  static MortonCode KeyOf(const Entry& entry) {
     return collision::KeyOf(entry.box(), SaltOf(*entry.item));
   }
   static bool IsBounded(const Aabb& box) { return box.min().allFinite() && box.max().allFinite(); }
@@ -145,8 +145,8 @@ class BoundsTree {
   static NodePtr MakeInner(int bit, NodePtr low, NodePtr high);
   static NodePtr Build(std::span<Entry> entries);
   static NodePtr Insert(const NodePtr& node, const Entry& entry);
-  static NodePtr InsertAt(int bit, const NodePtr& node, const Entry& entry, const PlaceKey& key);
-  static NodePtr Remove(const NodePtr& node, const Item& item, const PlaceKey& key);
+  static NodePtr InsertAt(int bit, const NodePtr& node, const Entry& entry, const MortonCode& key);
+  static NodePtr Remove(const NodePtr& node, const Item& item, const MortonCode& key);
   static void Collect(const Node& node, Entries& entries);
   static void Drop(const Item& item, Entries& entries) {
     entries.erase(std::find_if(entries.begin(), entries.end(),
@@ -216,7 +216,7 @@ auto BoundsTree<Item>::MakeLeaf(Entries entries) -> NodePtr {
   boost::intrusive_ptr<Leaf> leaf(new Leaf);
   std::sort(entries.begin(), entries.end(),
             [](const Entry& a, const Entry& b) { return Precedes(*a.item, *b.item); });
-  for (const Entry& entry : entries) leaf->bounds = OuterBox::Around(leaf->bounds, entry.outer);
+  for (const Entry& entry : entries) leaf->bounds = OuterBox::Merged(leaf->bounds, entry.outer);
   leaf->count = static_cast<std::uint32_t>(entries.size());
   leaf->entries = std::move(entries);
   return leaf;
@@ -225,7 +225,7 @@ auto BoundsTree<Item>::MakeLeaf(Entries entries) -> NodePtr {
 template <class Item>
 auto BoundsTree<Item>::MakeInner(int bit, NodePtr low, NodePtr high) -> NodePtr {
   boost::intrusive_ptr<Inner> inner(new Inner);
-  inner->bounds = OuterBox::Around(low->bounds, high->bounds);
+  inner->bounds = OuterBox::Merged(low->bounds, high->bounds);
   inner->count = low->count + high->count;
   inner->bit = bit;
   inner->low = std::move(low);
@@ -235,7 +235,7 @@ auto BoundsTree<Item>::MakeInner(int bit, NodePtr low, NodePtr high) -> NodePtr 
 
 template <class Item>
 auto BoundsTree<Item>::Build(std::span<Entry> entries) -> NodePtr {
-  const PlaceKey key = KeyOf(entries.front());
+  const MortonCode key = KeyOf(entries.front());
   int bit = -1;
   if (entries.size() > kLeafSize) {
     for (const Entry& entry : entries) bit = std::max(bit, FirstDifference(key, KeyOf(entry)));
@@ -250,7 +250,7 @@ auto BoundsTree<Item>::Build(std::span<Entry> entries) -> NodePtr {
 // tree shares a longer prefix with it than the keys of that leaf (Morrison 1968).
 template <class Item>
 auto BoundsTree<Item>::Insert(const NodePtr& node, const Entry& entry) -> NodePtr {
-  const PlaceKey key = KeyOf(entry);
+  const MortonCode key = KeyOf(entry);
   const Node* nearest = node.get();
   while (nearest->bit >= 0) {
     const Inner& inner = AsInner(*nearest);
@@ -262,7 +262,7 @@ auto BoundsTree<Item>::Insert(const NodePtr& node, const Entry& entry) -> NodePt
 // `bit` is the first bit in which `key` differs from the keys that share its longest prefix.
 template <class Item>
 auto BoundsTree<Item>::InsertAt(int bit, const NodePtr& node, const Entry& entry,
-                                const PlaceKey& key) -> NodePtr {
+                                const MortonCode& key) -> NodePtr {
   if (node->bit < 0) {
     Entries entries = AsLeaf(*node).entries;
     entries.push_back(entry);
@@ -280,7 +280,7 @@ auto BoundsTree<Item>::InsertAt(int bit, const NodePtr& node, const Entry& entry
 }
 
 template <class Item>
-auto BoundsTree<Item>::Remove(const NodePtr& node, const Item& item, const PlaceKey& key)
+auto BoundsTree<Item>::Remove(const NodePtr& node, const Item& item, const MortonCode& key)
     -> NodePtr {
   if (node->count <= kLeafSize + 1) {  // the rest fits in one leaf, unless all keys are equal
     Entries entries;
@@ -352,7 +352,7 @@ template <class Item>
 template <class Key, class Visit>
 void BoundsTree<Item>::BestFirst(double limit, const Key& key, Visit&& visit) const {
   // Walks over a few hundred boxes need no heap allocation.
-  absl::InlinedVector<Waiting, 96> queue;
+  absl::InlinedVector<QueueEntry, 96> queue;
   const auto push = [&](double k, const Node* node, const Item* item) {
     if (!(k <= limit)) return;
     queue.push_back({k, node, item});
@@ -364,7 +364,7 @@ void BoundsTree<Item>::BestFirst(double limit, const Key& key, Visit&& visit) co
   if (root_ != nullptr) push(key(root_->bounds.aabb()), root_.get(), nullptr);
   while (!queue.empty()) {
     std::pop_heap(queue.begin(), queue.end());
-    const Waiting next = queue.back();
+    const QueueEntry next = queue.back();
     queue.pop_back();
     if (next.key > limit) return;  // everything left in the queue is at least as far
     if (next.node == nullptr) {
@@ -403,7 +403,7 @@ void BoundsTree<Item>::ForEachOnRay(const Vector3& origin, const Vector3& direct
 }
 
 template <class Item>
-std::size_t BoundsTree<Item>::CountOwnNodes(const BoundsTree& other) const {
+std::size_t BoundsTree<Item>::CountUnsharedNodes(const BoundsTree& other) const {
   std::vector<const Node*> theirs, stack;
   const auto all_of = [&](const BoundsTree& tree, const auto& visit) {
     if (tree.root_ != nullptr) stack.push_back(tree.root_.get());

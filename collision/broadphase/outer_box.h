@@ -18,10 +18,10 @@ class OuterBox {
       : bounds_(box.min().unaryExpr([](double x) { return RoundedDown(x); }),
                 box.max().unaryExpr([](double x) { return -RoundedDown(-x); })) {}
 
-  static OuterBox Around(const OuterBox& a, const OuterBox& b) {
-    OuterBox both;
-    both.bounds_ = a.bounds_.merged(b.bounds_);
-    return both;
+  static OuterBox Merged(const OuterBox& a, const OuterBox& b) {
+    OuterBox merged;
+    merged.bounds_ = a.bounds_.merged(b.bounds_);
+    return merged;
   }
 
   Aabb aabb() const { return bounds_.cast<double>(); }

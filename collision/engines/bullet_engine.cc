@@ -11,17 +11,17 @@
 #include <utility>
 
 #include "collision/engines/bullet_geometry.h"
+#include "collision/engines/capability_table.h"
 #include "collision/engines/piecewise.h"
-#include "collision/engines/trust_table.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 namespace {
 
-constexpr Ability N = Ability::kNothing;
-constexpr Ability A = Ability::kAll;
+constexpr Capability N = Capability::kNothing;
+constexpr Capability A = Capability::kAll;
 
-constexpr TrustTable kTable = {{
+constexpr CapabilityTable kTable = {{
     //                 sph box cyl con cap half pla cvx mesh
     /* sphere     */ {{A, A, A, A, A, A, A, A, A}},
     /* box        */ {{A, A, A, A, A, A, A, A, A}},
@@ -68,8 +68,8 @@ double ExtentGap_m(const btConvexShape& a, const btTransform& X_WA, const btConv
 
 // Empty if Bullet finds no answer, or one that its own normal refutes: without margins it reports a
 // gap for some overlaps. The normal also bounds the error of a separated answer.
-std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform& X_WA,
-                                      const btConvexShape& b, const btTransform& X_WB) {
+std::optional<PairDistance> BulletGjkDistance(const btConvexShape& a, const btTransform& X_WA,
+                                              const btConvexShape& b, const btTransform& X_WB) {
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver depth;
   btGjkPairDetector detector(&a, &b, &simplex, &depth);
@@ -90,7 +90,7 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
                       .solver = Solver::kEngine};
   answer.point_a = answer.point_b - answer.distance_m * answer.normal;
   answer.bound_m = std::max(0.0, answer.distance_m - gap_m) + kWitnessBound_m;
-  answer.trust = answer.distance_m > kTouching_m ? Trust::kBounded : Trust::kDegraded;
+  answer.accuracy = answer.distance_m > kTouching_m ? Accuracy::kBounded : Accuracy::kDegraded;
   return answer;
 }
 
@@ -105,11 +105,11 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
   bool failed = false;
   const std::size_t count_a = a.shape.pieces.size();
   const std::size_t count_b = b.shape.pieces.size();
-  PairDistance answer = LeastOverPieces(count_a, count_b, [&](std::size_t i, std::size_t j) {
+  PairDistance answer = MinOverPieces(count_a, count_b, [&](std::size_t i, std::size_t j) {
     const BulletPiece& piece_a = a.shape.pieces[i];
     const BulletPiece& piece_b = b.shape.pieces[j];
-    const auto piece = AskBullet(*piece_a.shape, ToBullet(X_WA * piece_a.X_SP), *piece_b.shape,
-                                 ToBullet(X_WB * piece_b.X_SP));
+    const auto piece = BulletGjkDistance(*piece_a.shape, ToBullet(X_WA * piece_a.X_SP),
+                                         *piece_b.shape, ToBullet(X_WB * piece_b.X_SP));
     failed = failed || !piece.has_value();
     return piece.value_or(PairDistance{});
   });
@@ -125,7 +125,7 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
 // pieces.
 PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose& X_WH) {
   const Vector3 normal_W = X_WH.linear().col(2);
-  PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
+  PairDistance answer = MinOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
     const BulletPiece& piece = a.shape.pieces[i];
     const Pose X_WP = X_WA * piece.X_SP;
     const Vector3 down_P = X_WP.linear().transpose() * -normal_W;
@@ -137,7 +137,7 @@ PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose
   answer.normal = -normal_W;
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
   answer.bound_m = a.shape.bound_m;
-  answer.trust = answer.bound_m > 0 ? Trust::kBounded : Trust::kExact;
+  answer.accuracy = answer.bound_m > 0 ? Accuracy::kBounded : Accuracy::kExact;
   return answer;
 }
 
@@ -150,7 +150,7 @@ class NearestTriangle final : public btTriangleCallback {
   void processTriangle(btVector3* corners, int, int) override {
     btTriangleShape triangle(corners[0], corners[1], corners[2]);
     triangle.setMargin(0);
-    const auto answer = AskBullet(piece_, X_WP_, triangle, X_WM_);
+    const auto answer = BulletGjkDistance(piece_, X_WP_, triangle, X_WM_);
     failed = failed || !answer.has_value();
     if (answer.has_value() && answer->distance_m < nearest.distance_m) nearest = *answer;
   }
@@ -191,11 +191,11 @@ std::optional<PairDistance> NearestOnMesh(const BulletPiece& piece, const Pose& 
 
 PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletForm& m,
                           const Pose& X_WM, double max_distance_m) {
-  if (OneHoldsPartOfOther(*a.solid, X_WA, *m.solid, X_WM)) {
+  if (EitherContainsOther(*a.solid, X_WA, *m.solid, X_WM)) {
     return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   }
   bool failed = false;
-  PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
+  PairDistance answer = MinOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
     const auto nearest =
         NearestOnMesh(a.shape.pieces[i], X_WA, *m.shape.mesh, X_WM, max_distance_m);
     failed = failed || !nearest.has_value();
@@ -208,14 +208,14 @@ PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletFor
                                : OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   }
   answer.bound_m += a.shape.bound_m;
-  answer.trust = m.solid->is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
+  answer.accuracy = m.solid->is_open() ? Accuracy::kSurfaceOnly : Accuracy::kBounded;
   return answer;
 }
 
 }  // namespace
 
-bool BulletEngine::Supports(ShapeKind a, ShapeKind b, Question question) const {
-  return Allows(kTable, a, b, question);
+bool BulletEngine::Supports(ShapeKind a, ShapeKind b, QueryKind query) const {
+  return Allows(kTable, a, b, query);
 }
 
 std::shared_ptr<const EngineGeometry> BulletEngine::PrepareFrom(

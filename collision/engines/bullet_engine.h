@@ -3,8 +3,8 @@
 //   - The default margins are 4 cm. They are set to zero on every shape (bullet_geometry).
 //   - The dispatcher and its pools are not thread safe. btGjkPairDetector is called directly, with
 //     solvers on the stack.
-//   - Concave-concave and plane-concave pairs return nothing, without an error. The table of trust
-//     excludes them.
+//   - Concave-concave and plane-concave pairs return nothing, without an error. The capability
+//     table excludes them.
 //   - Meshes are surfaces. Containment is tested separately.
 //   - Depth near contact is unreliable without margins. It is labelled kDegraded.
 #pragma once
@@ -16,7 +16,7 @@ namespace cwm::collision {
 class BulletEngine final : public Engine {
  public:
   EngineKind kind() const override { return EngineKind::kBullet; }
-  bool Supports(ShapeKind a, ShapeKind b, Question question) const override;
+  bool Supports(ShapeKind a, ShapeKind b, QueryKind query) const override;
   std::shared_ptr<const EngineGeometry> PrepareFrom(
       std::shared_ptr<const ExactGeometry> exact) const override;
   bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,

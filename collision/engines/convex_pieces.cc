@@ -57,10 +57,10 @@ std::vector<Vector3> AtHeight(const Polygon& polygon, double z_m) {
 }  // namespace
 
 ConvexPieceSet CircumscribedPieces(const Cone& cone) {
-  const double widest_m = std::max(cone.radius_bottom_m, cone.radius_top_m);
+  const double max_radius_m = std::max(cone.radius_bottom_m, cone.radius_top_m);
   return {.hulls = {Between(Ring(cone.radius_bottom_m, -0.5 * cone.length_m),
                             Ring(cone.radius_top_m, 0.5 * cone.length_m))},
-          .bound_m = (kCircumradius - 1) * widest_m};
+          .bound_m = (kCircumradius - 1) * max_radius_m};
 }
 
 ConvexPieceSet CircumscribedPieces(const Plate& plate) {

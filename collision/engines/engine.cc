@@ -47,10 +47,10 @@ std::shared_ptr<const EngineGeometry> Engine::Prepare(const Shape& shape) const 
   return PrepareFrom(PrepareExact(shape));
 }
 
-const Engine* BestEngine(ShapeKind a, ShapeKind b, Question question) {
+const Engine* BestEngine(ShapeKind a, ShapeKind b, QueryKind query) {
   for (const EngineKind kind : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
     const Engine& engine = GetEngine(kind);
-    if (engine.Supports(a, b, question)) return &engine;
+    if (engine.Supports(a, b, query)) return &engine;
   }
   return nullptr;
 }

@@ -1,5 +1,5 @@
 // Engines are stateless solvers of pairs behind one interface. One broad phase, one filter and one
-// margin path serve them all (query/). An engine's table of trust decides which pairs reach its
+// margin path serve them all (query/). An engine's capability table decides which pairs reach its
 // library. Other pairs are unsupported (`Supports`) or answered by the exact kernels, because FCL
 // 0.7.0 jumps through a null pointer for some pairs and Bullet silently answers nothing.
 #pragma once
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "collision/geometry/shape.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 #include "collision/kernels/work_counter.h"
 
 namespace cwm::collision {
@@ -22,7 +22,7 @@ enum class EngineKind { kExact, kFcl, kBullet };
 inline constexpr int kEngineCount = 3;
 std::string_view NameOf(EngineKind kind);  // "EXACT", "FCL", "BULLET"
 
-enum class Question { kCollides, kDistance, kContacts };
+enum class QueryKind { kCollides, kDistance, kContacts };
 
 // An engine's own, immutable representation of a shape (BVH, btCollisionShape). It is built once
 // with the model and kept when the object moves.
@@ -33,7 +33,7 @@ class EngineGeometry {
 
 struct PlacedGeometry {
   ShapeKind kind;
-  const EngineGeometry& geometry;  // prepared by the engine that is asked
+  const EngineGeometry& geometry;  // prepared by the engine that answers
   const Pose& X_WS;
 };
 
@@ -44,8 +44,8 @@ class Engine {
 
   virtual EngineKind kind() const = 0;
 
-  // True if this engine answers `question` for the pair, in either order.
-  virtual bool Supports(ShapeKind a, ShapeKind b, Question question) const = 0;
+  // True if this engine answers `query` for the pair, in either order.
+  virtual bool Supports(ShapeKind a, ShapeKind b, QueryKind query) const = 0;
 
   // Builds the engine's form of a valid shape (FindViolation). Never null. Slow for meshes.
   std::shared_ptr<const EngineGeometry> Prepare(const Shape& shape) const;
@@ -56,14 +56,14 @@ class Engine {
 
   // True if the solids overlap (distance < 0); touching within 1e-9 m may count either way.
   // Containment in a closed solid is an overlap. Precondition of Collides, Distance and Contacts:
-  // Supports(a.kind, b.kind, question). `work` is used as in ExactDistance; the kernels alone count
+  // Supports(a.kind, b.kind, query). `work` is used as in ExactDistance; the kernels alone count
   // their work and can be stopped within a pair.
   virtual bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,
                         WorkCounter* work = nullptr) const = 0;
 
   // The accuracy of Collides for closed shapes: kExact, or kDegraded if its search may miss an
   // overlap.
-  virtual Trust TrustOfCollides(ShapeKind, ShapeKind) const { return Trust::kExact; }
+  virtual Accuracy CollisionAccuracy(ShapeKind, ShapeKind) const { return Accuracy::kExact; }
 
   // The signed distance of the pair. See ExactDistance for `max_distance_m`.
   virtual PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
@@ -84,6 +84,6 @@ const Engine& GetEngine(EngineKind kind);
 
 // The engine that `AUTO` uses for the pair: the first of exact, FCL and Bullet that supports it.
 // Never null, because the kernels answer every pair.
-const Engine* BestEngine(ShapeKind a, ShapeKind b, Question question);
+const Engine* BestEngine(ShapeKind a, ShapeKind b, QueryKind query);
 
 }  // namespace cwm::collision

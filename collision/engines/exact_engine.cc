@@ -19,7 +19,7 @@ PlacedExact Placed(const EngineGeometry& geometry, const Pose& X_WS) {
 
 }  // namespace
 
-bool ExactEngine::Supports(ShapeKind, ShapeKind, Question) const { return true; }
+bool ExactEngine::Supports(ShapeKind, ShapeKind, QueryKind) const { return true; }
 
 std::shared_ptr<const EngineGeometry> ExactEngine::PrepareFrom(
     std::shared_ptr<const ExactGeometry> exact) const {

@@ -12,7 +12,7 @@ namespace cwm::collision {
 class ExactEngine final : public Engine {
  public:
   EngineKind kind() const override { return EngineKind::kExact; }
-  bool Supports(ShapeKind a, ShapeKind b, Question question) const override;  // always true
+  bool Supports(ShapeKind a, ShapeKind b, QueryKind query) const override;  // always true
   std::shared_ptr<const EngineGeometry> PrepareFrom(
       std::shared_ptr<const ExactGeometry> exact) const override;
   bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,

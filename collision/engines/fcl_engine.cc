@@ -10,23 +10,23 @@
 #include <optional>
 #include <utility>
 
+#include "collision/engines/capability_table.h"
 #include "collision/engines/fcl_geometry.h"
 #include "collision/engines/piecewise.h"
-#include "collision/engines/trust_table.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 namespace {
 
-constexpr Ability N = Ability::kNothing;
-constexpr Ability C = Ability::kCollides;
-constexpr Ability A = Ability::kAll;
+constexpr Capability N = Capability::kNothing;
+constexpr Capability C = Capability::kCollides;
+constexpr Capability A = Capability::kAll;
 
-// The questions that FCL answers; the kernels answer the rest, all of which involve half-spaces.
+// The queries that FCL answers; the kernels answer the rest, all of which involve half-spaces.
 // For half-spaces distance() has no solver and crashes. collide() is right for convex shapes except
 // cones (it misses some that lie apex down), returns nothing for two half-spaces, and treats a mesh
 // as a surface only.
-constexpr TrustTable kTable = {{
+constexpr CapabilityTable kTable = {{
     //                 sph box cyl con cap half pla cvx mesh
     /* sphere     */ {{A, A, A, A, A, C, A, A, A}},
     /* box        */ {{A, A, A, A, A, C, A, A, A}},
@@ -57,7 +57,7 @@ constexpr double kDistanceTolerance_m = 1e-9;
 constexpr double kRounding_m = 1e-7;
 
 // A distance and witness points that differ by more than this contradict each other.
-constexpr double kContradiction_m = 1e-5;
+constexpr double kConsistencyTolerance_m = 1e-5;
 
 // Witness points nearer than this do not define a direction.
 constexpr double kTouching_m = 1e-9;
@@ -77,7 +77,7 @@ const FclForm& FormOf(const PlacedGeometry& placed) {
   return static_cast<const FclForm&>(placed.geometry);
 }
 
-PlacedExact ForKernels(const PlacedGeometry& placed) {
+PlacedExact ToPlacedExact(const PlacedGeometry& placed) {
   return {*FormOf(placed).exact, placed.X_WS};
 }
 
@@ -101,7 +101,7 @@ struct FclPair {
 // Takes FCL's nearest points, on A and on B, into the world frame. For a shape and a mesh, FCL
 // returns the point on the mesh first, whatever the order of the arguments; for a sphere and a
 // mesh, it returns each point in the frame of its own shape.
-void TakeWitnesses(const FclPair& pair, const fcl::Vector3d* points, PairDistance& answer) {
+void SetWitnesses(const FclPair& pair, const fcl::Vector3d* points, PairDistance& answer) {
   const bool mesh_first = pair.has_mesh() && pair.a.kind != ShapeKind::kMesh;
   answer.point_a = points[mesh_first ? 1 : 0];
   answer.point_b = points[mesh_first ? 0 : 1];
@@ -129,10 +129,11 @@ std::optional<PairDistance> PieceDistance(const FclPair& pair, const FclPiece& a
     return PairDistance{.distance_m = -1};
   }
   PairDistance answer{.solver = Solver::kEngine};
-  TakeWitnesses(pair, result.nearest_points, answer);
+  SetWitnesses(pair, result.nearest_points, answer);
   const Vector3 between = answer.point_b - answer.point_a;
   answer.distance_m = between.norm();
-  if (!(std::abs(answer.distance_m - result.min_distance) < kContradiction_m)) return std::nullopt;
+  if (!(std::abs(answer.distance_m - result.min_distance) < kConsistencyTolerance_m))
+    return std::nullopt;
   answer.normal = between / answer.distance_m;
   return answer;
 }
@@ -154,31 +155,31 @@ double ProvenGap_m(const FclPair& pair, std::size_t i, std::size_t j, const Vect
          Reach_m(pair.b.solid->exact().pieces()[j], in_b);
 }
 
-// Sets the trust and the bound of a positive distance. FCL's GJK sometimes stops early (measured: 6
-// mm too far in one of a thousand pairs of cones and cylinders; 14 mm for a box that faces a mesh
-// squarely). Between convex shapes, the gap along the normal bounds the error; for meshes, only
-// FCL's closed forms are reliable.
+// Sets the accuracy and the bound of a positive distance. FCL's GJK sometimes stops early
+// (measured: 6 mm too far in one of a thousand pairs of cones and cylinders; 14 mm for a box that
+// faces a mesh squarely). Between convex shapes, the gap along the normal bounds the error; for
+// meshes, only FCL's closed forms are reliable.
 void Label(const FclPair& pair, double proven_m, PairDistance& answer) {
   const double pieces_m = pair.a.shape.bound_m + pair.b.shape.bound_m;
   const bool is_open = pair.a.solid->is_open() || pair.b.solid->is_open();
   const bool closed_form = pair.a.kind == ShapeKind::kSphere || pair.a.kind == ShapeKind::kMesh;
   if (pair.has_mesh()) {
-    answer.trust = is_open ? Trust::kSurfaceOnly : Trust::kBounded;
+    answer.accuracy = is_open ? Accuracy::kSurfaceOnly : Accuracy::kBounded;
     answer.bound_m = kRounding_m;
     if (!closed_form) {
-      answer.trust = Trust::kDegraded;
+      answer.accuracy = Accuracy::kDegraded;
       answer.bound_m = 0;
     }
     return;
   }
-  answer.trust = Trust::kBounded;
+  answer.accuracy = Accuracy::kBounded;
   answer.bound_m = kRounding_m + std::max(pieces_m, answer.distance_m - proven_m);
 }
 
 PairDistance FclDistance(const FclPair& pair) {
   const Solid& solid_a = *pair.a.solid;
   const Solid& solid_b = *pair.b.solid;
-  if (pair.has_mesh() && OneHoldsPartOfOther(solid_a, pair.X_WA, solid_b, pair.X_WB)) {
+  if (pair.has_mesh() && EitherContainsOther(solid_a, pair.X_WA, solid_b, pair.X_WB)) {
     return OverlapBound(solid_a, pair.X_WA, solid_b, pair.X_WB);
   }
   const auto& pieces_a = pair.a.shape.pieces;
@@ -186,7 +187,7 @@ PairDistance FclDistance(const FclPair& pair) {
   bool failed = false;
   double proven_m = std::numeric_limits<double>::infinity();
   PairDistance answer =
-      LeastOverPieces(pieces_a.size(), pieces_b.size(), [&](std::size_t i, std::size_t j) {
+      MinOverPieces(pieces_a.size(), pieces_b.size(), [&](std::size_t i, std::size_t j) {
         const auto piece = PieceDistance(pair, pieces_a[i], pieces_b[j]);
         failed = failed || !piece.has_value();
         if (!pair.has_mesh() && piece.has_value() && piece->distance_m > 0) {
@@ -207,10 +208,10 @@ PairDistance FclDistance(const FclPair& pair) {
 
 }  // namespace
 
-bool FclEngine::Supports(ShapeKind, ShapeKind, Question) const { return true; }
+bool FclEngine::Supports(ShapeKind, ShapeKind, QueryKind) const { return true; }
 
-Trust FclEngine::TrustOfCollides(ShapeKind a, ShapeKind b) const {
-  return HasFormula(std::min(a, b), std::max(a, b)) ? Trust::kExact : Trust::kDegraded;
+Accuracy FclEngine::CollisionAccuracy(ShapeKind a, ShapeKind b) const {
+  return HasFormula(std::min(a, b), std::max(a, b)) ? Accuracy::kExact : Accuracy::kDegraded;
 }
 
 std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
@@ -221,8 +222,8 @@ std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
 bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
                          WorkCounter* work) const {
   if (a.kind > b.kind) return Collides(b, a, work);  // halves the number of FCL's solvers in use
-  if (!Allows(kTable, a.kind, b.kind, Question::kCollides)) {
-    return ExactOverlap(ForKernels(a), ForKernels(b), work);
+  if (!Allows(kTable, a.kind, b.kind, QueryKind::kCollides)) {
+    return ExactOverlap(ToPlacedExact(a), ToPlacedExact(b), work);
   }
   const FclForm& form_a = FormOf(a);
   const FclForm& form_b = FormOf(b);
@@ -232,14 +233,14 @@ bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
     }
   }
   if (b.kind != ShapeKind::kMesh) return false;
-  return OneHoldsPartOfOther(*form_a.solid, a.X_WS, *form_b.solid, b.X_WS);
+  return EitherContainsOther(*form_a.solid, a.X_WS, *form_b.solid, b.X_WS);
 }
 
 PairDistance FclEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
                                  double max_distance_m, WorkCounter* work) const {
   if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m, work));
-  if (!Allows(kTable, a.kind, b.kind, Question::kDistance)) {
-    return ExactDistance(ForKernels(a), ForKernels(b), max_distance_m, work);
+  if (!Allows(kTable, a.kind, b.kind, QueryKind::kDistance)) {
+    return ExactDistance(ToPlacedExact(a), ToPlacedExact(b), max_distance_m, work);
   }
   return FclDistance({FormOf(a), a.X_WS, FormOf(b), b.X_WS});
 }

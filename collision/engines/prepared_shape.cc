@@ -7,20 +7,20 @@
 #include <mutex>
 #include <utility>
 
-#include "collision/geometry/built_once.h"
+#include "collision/geometry/lazy.h"
 #include "collision/kernels/exact.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 
-class LazyForms {
+class LazyGeometries {
  public:
-  explicit LazyForms(Shape shape) : shape_(std::move(shape)) {}
+  explicit LazyGeometries(Shape shape) : shape_(std::move(shape)) {}
 
   // nullptr if `work` stopped the construction.
   const EngineGeometry* Get(int engine, WorkCounter* work) const {
     const auto slot = static_cast<std::size_t>(engine);
-    if (const auto* form = forms_[slot].IfBuilt()) return form->get();
+    if (const auto* form = forms_[slot].GetIfBuilt()) return form->get();
     const auto* exact = exact_.Get([&] { return PrepareExact(shape_, work); }, work);
     if (exact == nullptr) return nullptr;
     const auto* form = forms_[slot].Get(
@@ -35,8 +35,8 @@ class LazyForms {
 
  private:
   const Shape shape_;  // keeps the mesh alive, whose address is a key in SharedForms
-  BuiltOnce<std::shared_ptr<const ExactGeometry>> exact_;
-  std::array<BuiltOnce<std::shared_ptr<const EngineGeometry>>, kEngineCount> forms_;
+  Lazy<std::shared_ptr<const ExactGeometry>> exact_;
+  std::array<Lazy<std::shared_ptr<const EngineGeometry>>, kEngineCount> forms_;
 };
 
 namespace {
@@ -52,11 +52,11 @@ class SharedForms {
     friend auto operator<=>(const Key&, const Key&) = default;
   };
 
-  std::shared_ptr<const LazyForms> Find(const Key& key, const Shape& shape) {
+  std::shared_ptr<const LazyGeometries> Find(const Key& key, const Shape& shape) {
     const std::lock_guard lock(mutex_);
-    std::weak_ptr<const LazyForms>& entry = forms_[key];
+    std::weak_ptr<const LazyGeometries>& entry = forms_[key];
     if (auto forms = entry.lock()) return forms;
-    auto forms = std::make_shared<const LazyForms>(shape);
+    auto forms = std::make_shared<const LazyGeometries>(shape);
     entry = forms;
     if (forms_.size() >= sweep_at_) Sweep();
     return forms;
@@ -73,11 +73,11 @@ class SharedForms {
   static constexpr std::size_t kMinSweep = 64;  // chosen: fewer entries take only a few kilobytes
 
   std::mutex mutex_;
-  std::map<Key, std::weak_ptr<const LazyForms>> forms_;
+  std::map<Key, std::weak_ptr<const LazyGeometries>> forms_;
   std::size_t sweep_at_ = kMinSweep;
 };
 
-std::shared_ptr<const LazyForms> FormsOf(const Shape& shape) {
+std::shared_ptr<const LazyGeometries> FormsOf(const Shape& shape) {
   static auto* shared = new SharedForms;  // never destroyed: models may outlive static objects
   if (const auto* mesh = std::get_if<Mesh>(&shape)) {
     return shared->Find({mesh->mesh.get(), ShapeKind::kMesh, mesh->watertight}, shape);
@@ -85,7 +85,7 @@ std::shared_ptr<const LazyForms> FormsOf(const Shape& shape) {
   if (const auto* convex = std::get_if<Convex>(&shape)) {
     return shared->Find({convex->hull.get(), ShapeKind::kConvex, true}, shape);
   }
-  return std::make_shared<const LazyForms>(shape);
+  return std::make_shared<const LazyGeometries>(shape);
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ const EngineGeometry* PreparedShape::operator[](int engine) const {
 
 void PreparedShape::BuildHulls(WorkCounter* work) const { forms_->BuildHulls(work); }
 
-PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work) {
+PreparedShape PrepareShape(const Shape& shape, WorkCounter* work) {
   PreparedShape prepared;
   prepared.forms_ = FormsOf(shape);
   if (prepared.forms_->Get(static_cast<int>(EngineKind::kExact), work) == nullptr) return {};

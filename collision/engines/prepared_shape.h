@@ -9,7 +9,7 @@
 
 namespace cwm::collision {
 
-class LazyForms;
+class LazyGeometries;
 
 // Copies share the forms. Thread safe.
 class PreparedShape {
@@ -26,14 +26,14 @@ class PreparedShape {
   void BuildHulls(WorkCounter* work = nullptr) const;
 
  private:
-  friend PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work);
+  friend PreparedShape PrepareShape(const Shape& shape, WorkCounter* work);
 
-  std::shared_ptr<const LazyForms> forms_;
+  std::shared_ptr<const LazyGeometries> forms_;
 };
 
 // A shape with the kernels' form built, which takes seconds for a mesh of millions of triangles.
 // Shapes that refer to the same mesh or hull in memory share their forms as long as one of them is
 // alive. The result is without a shape if `work` stopped the construction.
-PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work = nullptr);
+PreparedShape PrepareShape(const Shape& shape, WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision

@@ -11,7 +11,7 @@ namespace {
 
 // chosen: a flat mesh needs a box with a volume. A thicker box is safe, since it only widens the
 // bound.
-constexpr double kThinnest_m = 1e-6;
+constexpr double kMinThickness_m = 1e-6;
 
 std::vector<Vector3> PointsOf(const ExactGeometry& exact) {
   if (exact.tree() != nullptr) return exact.tree()->component_points();
@@ -23,7 +23,7 @@ std::vector<Vector3> PointsOf(const ExactGeometry& exact) {
   return {Vector3::Zero()};  // the other shapes contain their origin
 }
 
-bool HoldsPointOf(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
+bool ContainsPointOf(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
   if (a.is_open()) return false;
   const Pose X_AB = X_WA.inverse(Eigen::Isometry) * X_WB;
   return std::any_of(b.points().begin(), b.points().end(),
@@ -37,19 +37,19 @@ Solid::Solid(std::shared_ptr<const ExactGeometry> exact)
       points_(PointsOf(*exact_)),
       bounds_(TightBounds(exact_->shape(), Pose::Identity())) {
   X_SC_.translation() = bounds_.center();
-  bounding_box_ = PrepareExact(Box{bounds_.sizes().cwiseMax(kThinnest_m)});
+  bounding_box_ = PrepareExact(Box{bounds_.sizes().cwiseMax(kMinThickness_m)});
 }
 
 bool Solid::is_open() const { return exact_->IsOpen(); }
 
 bool Solid::Contains(const Vector3& p) const {
   if (is_open() || !bounds_.contains(p)) return false;
-  if (exact_->tree() != nullptr) return exact_->tree()->Encloses(p);
+  if (exact_->tree() != nullptr) return exact_->tree()->Contains(p);
   return SignedDistance_m(exact_->shape(), p) < 0;
 }
 
-bool OneHoldsPartOfOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
-  return HoldsPointOf(a, X_WA, b, X_WB) || HoldsPointOf(b, X_WB, a, X_WA);
+bool EitherContainsOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
+  return ContainsPointOf(a, X_WA, b, X_WB) || ContainsPointOf(b, X_WB, a, X_WA);
 }
 
 PairDistance OverlapBound(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB) {
@@ -57,10 +57,10 @@ PairDistance OverlapBound(const Solid& a, const Pose& X_WA, const Solid& b, cons
   const Pose X_WCb = X_WB * b.X_SC_;
   PairDistance answer = ExactDistance({*a.bounding_box_, X_WCa}, {*b.bounding_box_, X_WCb});
   // Solids that overlap have overlapping boxes; only rounding can make the distance positive.
-  answer.distance_m = std::min(answer.distance_m, -kThinnest_m);
+  answer.distance_m = std::min(answer.distance_m, -kMinThickness_m);
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
   answer.bound_m = -answer.distance_m;
-  answer.trust = a.is_open() || b.is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
+  answer.accuracy = a.is_open() || b.is_open() ? Accuracy::kSurfaceOnly : Accuracy::kBounded;
   return answer;
 }
 

@@ -37,9 +37,9 @@ class Solid {
 
 // True if one solid contains a connected part of the other. Two solids overlap if this holds or if
 // their surfaces cross: a cup inside a closed cupboard touches none of its triangles.
-bool OneHoldsPartOfOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB);
+bool EitherContainsOther(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB);
 
-// A bound on the depth of two solids that overlap. The least translation that separates their
+// A bound on the depth of two solids that overlap. The minimum translation that separates their
 // bounding boxes separates them too, so the true depth lies between 0 and the one returned. The
 // result is kBounded with a bound as large as that depth, or kSurfaceOnly if a mesh is open.
 PairDistance OverlapBound(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& X_WB);

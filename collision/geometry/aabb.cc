@@ -6,7 +6,7 @@
 namespace cwm {
 namespace {
 
-// Components of a half-space's normal below this count as zero. derived: over kLargestCoordinate_m
+// Components of a half-space's normal below this count as zero. derived: over kMaxCoordinate_m
 // the plane then deviates from the axis-aligned one by at most a nanometre.
 constexpr double kAxisTolerance = 1e-15;
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kNoCorner = 1e-12;
 // Share of the extent beyond which the sign of a height in double precision is certain.
 // derived: 8 roundings, doubled.
-constexpr double kSureHeight = 4e-15;
+constexpr double kMinReliableHeight = 4e-15;
 
 // A point on a lattice of 2^-60 of the extent. Determinants are exact there, so visibility of a
 // face never depends on rounding, which could contradict itself and break the surface. Slivers are
@@ -96,7 +96,7 @@ class Quickhull {
         pending_.pop_back();
         if (F(face).alive && !F(face).outside.empty()) AddPoint(face);
       }
-      ReviewUnclaimed();
+      ReassignPoints();
     } while (!pending_.empty() && !HasEnded(work_));
     if (HasEnded(work_)) return {};
     return Extract();
@@ -113,7 +113,7 @@ class Quickhull {
   // True if the point sees the face from outside; a point in the plane of the face counts.
   bool IsSeen(const Face& face, int from) const {
     const double height = Height(face, from);
-    if (std::abs(height) > kSureHeight * extent_) return height > 0;
+    if (std::abs(height) > kMinReliableHeight * extent_) return height > 0;
     return SignOfProduct(CrossOf(face.vertices), CellOf(from) - CellOf(face.vertices[0])) >= 0;
   }
   WideVector CrossOf(const std::array<int, 3>& v) const {
@@ -170,19 +170,19 @@ class Quickhull {
   }
 
   // Assigns each point to one of the faces from `first_new` on that it lies outside of. Points
-  // outside none of them wait for ReviewUnclaimed: they are inside the hull or outside an older
+  // outside none of them wait for ReassignPoints: they are inside the hull or outside an older
   // face.
   void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
     for (const int index : candidates) {
       if (CountHeights(faces_.size() - first_new)) return;
-      if (!Claim(index, first_new)) unclaimed_.push_back(index);
+      if (!AssignToFace(index, first_new)) unassigned_.push_back(index);
     }
   }
 
   // Counts the work of that many heights; true if `work` ends the computation.
-  bool CountHeights(std::size_t count) { return MustEnd(work_, 1 + count / kHeightsOfStep); }
+  bool CountHeights(std::size_t count) { return MustEnd(work_, 1 + count / kHeightsPerStep); }
 
-  bool Claim(int index, std::size_t first_face) {
+  bool AssignToFace(int index, std::size_t first_face) {
     for (std::size_t f = first_face; f < faces_.size(); ++f) {
       if (!faces_[f].alive || Height(faces_[f], index) <= tolerance_) continue;
       if (faces_[f].outside.empty()) pending_.push_back(static_cast<int>(f));
@@ -195,14 +195,14 @@ class Quickhull {
   // Assigns the unclaimed points to the faces that they lie outside of and drops the others: the
   // hull only grows, so they stay inside. One review for all points, because a search through all
   // faces after each step would take cubic time.
-  void ReviewUnclaimed() {
+  void ReassignPoints() {
     std::erase_if(faces_live_, [this](int f) { return !F(f).alive; });
     if (CountHeights(faces_.size() - live_until_)) return;
     for (std::size_t f = live_until_; f < faces_.size(); ++f) {
       if (faces_[f].alive) faces_live_.push_back(static_cast<int>(f));
     }
     live_until_ = faces_.size();
-    for (const int index : unclaimed_) {
+    for (const int index : unassigned_) {
       if (CountHeights(faces_live_.size())) return;
       const auto seen = std::find_if(faces_live_.begin(), faces_live_.end(),
                                      [&](int f) { return Height(F(f), index) > tolerance_; });
@@ -210,7 +210,7 @@ class Quickhull {
       if (F(*seen).outside.empty()) pending_.push_back(*seen);
       F(*seen).outside.push_back(index);
     }
-    unclaimed_.clear();
+    unassigned_.clear();
   }
 
   void AddPoint(int seed) {
@@ -295,7 +295,7 @@ class Quickhull {
   }
 
   static constexpr std::size_t kFacesOfPoint = 8;  // faces made per point if all points are corners
-  static constexpr std::size_t kHeightsOfStep = 8;
+  static constexpr std::size_t kHeightsPerStep = 8;
   static constexpr std::size_t kHeightsOfFace = 64;  // cost of making one face, in heights
 
   const std::vector<Vector3>& points_;
@@ -303,8 +303,8 @@ class Quickhull {
   WorkCounter* const work_;
   std::vector<Cell> cells_;
   std::vector<Face> faces_;
-  std::vector<int> pending_;    // faces with points outside; some may have been removed since
-  std::vector<int> unclaimed_;  // points that no new face claimed since the last review
+  std::vector<int> pending_;     // faces with points outside; some may have been removed since
+  std::vector<int> unassigned_;  // points that no new face claimed since the last review
   std::vector<int> faces_live_;
   std::size_t live_until_ = 0;  // lower faces are in faces_live_ if alive at the last review
 };

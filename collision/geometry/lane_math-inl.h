@@ -1,5 +1,5 @@
-// Highway's functions for one number as well, and vectors of numbers, so that a formula serves both:
-// N is float, double or a vector of Highway's. Sources that include it are compiled with
+// Highway's functions for one number as well, and vectors of numbers, so that a formula serves
+// both: N is float, double or a vector of Highway's. Sources that include it are compiled with
 // -ffp-contract=off: no product is fused with a sum, and every processor gives the same bits.
 #if defined(CWM_LANE_MATH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CWM_LANE_MATH_INL_H

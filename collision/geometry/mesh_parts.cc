@@ -21,9 +21,9 @@ struct Part {
   Aabb bounds;
 
   const Vector3& point() const { return surface.vertices.front(); }
-  bool Encloses(const Vector3& p, WorkCounter* work) const {
+  bool Contains(const Vector3& p, WorkCounter* work) const {
     if (!bounds.contains(p)) return false;
-    constexpr std::size_t kStepsOfAngle = 2;
+    constexpr std::size_t kStepsPerAngle = 2;
     double angle_sr = 0;
     const auto add = [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
@@ -32,7 +32,7 @@ struct Part {
                                   surface.vertices[c] - p);
       }
     };
-    return InPieces(surface.triangles.size(), work, add, kStepsOfAngle) &&
+    return ForEachBlock(surface.triangles.size(), work, add, kStepsPerAngle) &&
            std::abs(angle_sr) > 2 * std::numbers::pi;
   }
 };
@@ -40,7 +40,7 @@ struct Part {
 std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
                           WorkCounter* work) {
   std::vector<std::size_t> counts;  // triangles per part, to reserve memory before the parts grow
-  InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
+  ForEachBlock(components.size(), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (components[i] == counts.size()) counts.push_back(0);
       ++counts[components[i]];
@@ -48,7 +48,7 @@ std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint3
   });
   std::vector<Part> parts;
   parts.reserve(counts.size());
-  InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
+  ForEachBlock(components.size(), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (components[i] == parts.size()) {
         parts.emplace_back();
@@ -73,7 +73,7 @@ std::vector<double> VolumesOf(const TriangleMesh& mesh,
                               const std::vector<std::uint32_t>& components, WorkCounter* work) {
   const Vector3 origin = mesh.vertices.empty() ? Vector3::Zero() : mesh.vertices.front();
   std::vector<double> volumes;
-  InPieces(components.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(components.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       if (components[i] == volumes.size()) volumes.push_back(0);
       const auto& [a, b, c] = mesh.triangles[i];
@@ -99,7 +99,7 @@ std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
   const std::vector<Part> parts = PartsOf(mesh, components, work);
   if (HasEnded(work)) return {};
   const auto is_in = [&](std::size_t inner, std::size_t outer) {
-    return inner != outer && parts[outer].Encloses(parts[inner].point(), work);
+    return inner != outer && parts[outer].Contains(parts[inner].point(), work);
   };
   std::vector<bool> turns(parts.size(), false);
   for (std::size_t i = 0; i < parts.size() && !HasEnded(work); ++i) {
@@ -111,7 +111,7 @@ std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
   }
   std::vector<bool> is_inward;
   is_inward.reserve(components.size());
-  InPieces(components.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(components.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) is_inward.push_back(turns[components[i]]);
   });
   return is_inward;

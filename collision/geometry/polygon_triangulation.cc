@@ -109,7 +109,7 @@ class EarClipper {
     const std::size_t fallback = near.front().second;  // unreachable for a simple region
     while (!near.empty()) {
       const std::size_t position = near.front().second;
-      if (InCone(position, V(from)) && Sees(V(from), At(position), index)) return position;
+      if (InCone(position, V(from)) && IsVisibleFrom(V(from), At(position), index)) return position;
       std::pop_heap(near.begin(), near.end(), std::greater<>());
       near.pop_back();
     }
@@ -128,7 +128,7 @@ class EarClipper {
 
   // True if neither the outer ring nor the holes from `first_hole` on, which are not bridged to it
   // yet, block the segment from a to b.
-  bool Sees(const Vector2& a, const Vector2& b, std::size_t first_hole) const {
+  bool IsVisibleFrom(const Vector2& a, const Vector2& b, std::size_t first_hole) const {
     const auto blocked_by = [&](const Ring& ring) {
       for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
         if (Blocks(a, b, V(ring[j]), V(ring[i]))) return true;

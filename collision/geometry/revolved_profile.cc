@@ -67,18 +67,18 @@ RevolvedSurfacePoint NearestOnRevolvedProfile(std::span<const Vector2> profile, 
   const double radial = p.head<2>().norm();
   // On the axis every direction is valid.
   const Vector2 direction = radial > 0 ? Vector2(p.head<2>() / radial) : Vector2::UnitX();
-  const Vector2 asked(radial, p.z());
+  const Vector2 query(radial, p.z());
   Nearest at;
-  at.nearest = asked;
+  at.nearest = query;
   double size = 0;
   for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
     size = std::max(size, profile[i + 1].cwiseAbs().maxCoeff());
     const std::optional<ProfileSide> side = ProfileSide::Between(profile[i], profile[i + 1]);
-    if (side) at.Try(*side, static_cast<int>(i), asked);
+    if (side) at.Try(*side, static_cast<int>(i), query);
   }
   const double distance_m = at.Distance_m();
   const bool away = !at.inside && distance_m > kRoundoff * size;
-  const Vector2 normal = away ? Vector2((asked - at.nearest) / distance_m) : at.outward;
+  const Vector2 normal = away ? Vector2((query - at.nearest) / distance_m) : at.outward;
   const auto lift = [&direction](const Vector2& v) {
     return Vector3(v.x() * direction.x(), v.x() * direction.y(), v.y());
   };
@@ -96,9 +96,9 @@ DistanceToRevolvedProfile::DistanceToRevolvedProfile(std::span<const Vector2> pr
 }
 
 double DistanceToRevolvedProfile::operator()(const Vector3& p) const {
-  const Vector2 asked(p.head<2>().norm(), p.z());
+  const Vector2 query(p.head<2>().norm(), p.z());
   Nearest at;
-  for (const ProfileSide& side : sides_) at.Try(side, 0, asked);
+  for (const ProfileSide& side : sides_) at.Try(side, 0, query);
   return at.SignedDistance_m();
 }
 

@@ -49,7 +49,7 @@ double SizeOf(const Plate& plate) {
   return size;
 }
 
-// Of a ring and a point.
+// The geometry of a ring and a point.
 struct RingPoint {
   double squared_m2 = std::numeric_limits<double>::infinity();
   Vector2 nearest = Vector2::Zero();
@@ -102,7 +102,7 @@ BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
 SurfacePoint NearestSurfacePoint(const Sphere& sphere, const Vector3& p) {
   const double norm = p.norm();
   const Vector3 normal = norm > 0 ? Vector3(p / norm) : Vector3::UnitZ();
-  return {formula::DistanceToBall_m(TripleOf(p), sphere.radius_m), sphere.radius_m * normal,
+  return {formula::DistanceToSphere_m(TripleOf(p), sphere.radius_m), sphere.radius_m * normal,
           normal};
 }
 
@@ -137,7 +137,7 @@ SurfacePoint NearestSurfacePoint(const Capsule& capsule, const Vector3& p) {
   const double norm = offset.norm();
   // On the core every radial direction is valid.
   const Vector3 normal = norm > 0 ? Vector3(offset / norm) : Vector3::UnitX();
-  return {formula::DistanceToBall_m(TripleOf(offset), capsule.radius_m),
+  return {formula::DistanceToSphere_m(TripleOf(offset), capsule.radius_m),
           core + capsule.radius_m * normal, normal};
 }
 

@@ -1,7 +1,7 @@
 // The signed distance of a point to a solid's surface: the one formula per shape that fitting,
-// inlier tests, kernels, completion and oracles share (lanes too: solid_distance-inl.h). Metres; negative inside. Exact (closed form)
-// for every shape but meshes, where it is exact over the triangles, with the sign by winding
-// (watertight) or always positive (open).
+// inlier tests, kernels, completion and oracles share (lanes too: solid_distance-inl.h). Metres;
+// negative inside. Exact (closed form) for every shape but meshes, where it is exact over the
+// triangles, with the sign by winding (watertight) or always positive (open).
 #pragma once
 
 #include "collision/geometry/shape.h"

@@ -44,7 +44,7 @@ SurfacePoint NearestSurfacePoint(const Convex& convex, const Vector3& p) {
   Vector3 highest_normal = Vector3::UnitZ();
   for (const TriangleMesh::Triangle& t : hull.triangles) {
     const auto [a, b, c] = Corners(hull, t);
-    const std::optional<Vector3> sure_normal = SureNormal(a, b, c);
+    const std::optional<Vector3> sure_normal = ReliableNormal(a, b, c);
     if (!sure_normal) continue;  // its neighbours are just as near
     const Vector3& normal = *sure_normal;
     const double plane_distance = normal.dot(p - a);

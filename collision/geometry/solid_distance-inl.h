@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // A ball by the offset from its middle, a capsule by that from its core.
 template <class N>
-HWY_INLINE N DistanceToBall_m(const Triple<N>& offset, N radius_m) {
+HWY_INLINE N DistanceToSphere_m(const Triple<N>& offset, N radius_m) {
   return Sqrt(Dot(offset, offset)) - radius_m;
 }
 
@@ -65,7 +65,7 @@ HWY_INLINE AboveFaces<N> Above(N u, N v) {
 // Squared, to one side of a plane figure, whose beginning lies (x, y) off; `way`: its share of the
 // side to the foot of the point.
 template <class N>
-HWY_INLINE N SquaredToSide_m2(N x, N y, N along_x, N along_y, N way) {
+HWY_INLINE N SquaredDistanceToSide_m2(N x, N y, N along_x, N along_y, N way) {
   const N share = Min(Max(way, All<N>(0)), All<N>(1));
   const N dx = x - share * along_x, dy = y - share * along_y;
   return dx * dx + dy * dy;
@@ -83,7 +83,7 @@ HWY_INLINE N DistanceToRevolved_m(std::span<const ProfileSide> sides, N radial, 
     const N height = x * All<N>(side.outward.x()) + y * All<N>(side.outward.y());
     highest = Max(highest, height);
     const N way = (x * along_x + y * along_y) / All<N>(side.squared_length_m2);
-    nearest = Min(nearest, SquaredToSide_m2(x, y, along_x, along_y, way));
+    nearest = Min(nearest, SquaredDistanceToSide_m2(x, y, along_x, along_y, way));
   }
   return IfThenElse(Le(highest, All<N>(0)), highest, Sqrt(nearest));
 }

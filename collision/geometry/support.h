@@ -1,5 +1,5 @@
 // Support mappings: the point of a convex shape that lies farthest in a direction. GJK, the search
-// for the least translation and half-spaces need nothing else of a shape.
+// for the minimum translation and half-spaces need nothing else of a shape.
 #pragma once
 
 #include <cmath>

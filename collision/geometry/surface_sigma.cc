@@ -25,19 +25,19 @@ struct SigmaOf {
     const double growth_m = std::abs(shape.radius_top_m - shape.radius_bottom_m);
     if (!Has(7) || growth_m == 0) return std::nullopt;
     // Similar triangles: slant of the whole cone / its base radius = flank / growth of the radius.
-    const double widest_m = std::max(shape.radius_top_m, shape.radius_bottom_m);
+    const double max_radius_m = std::max(shape.radius_top_m, shape.radius_bottom_m);
     const double flank_m = std::hypot(growth_m, shape.length_m);
-    const double slant_m = flank_m * widest_m / growth_m;
+    const double slant_m = flank_m * max_radius_m / growth_m;
     return std::min(Norm(0), OfApex(growth_m / flank_m)) + slant_m * (Norm(3) + s[6]);
   }
   std::optional<double> operator()(const Plate& shape) const {
     if (!Has(4) || shape.outline.empty()) return std::nullopt;
-    Vector2 least = shape.outline.front(), most = least;
+    Vector2 min = shape.outline.front(), max = min;
     for (const Vector2& p : shape.outline) {
-      least = least.cwiseMin(p);
-      most = most.cwiseMax(p);
+      min = min.cwiseMin(p);
+      max = max.cwiseMax(p);
     }
-    return s[3] + (most - least).norm() * Norm(0);
+    return s[3] + (max - min).norm() * Norm(0);
   }
   std::optional<double> operator()(const Box&) const {
     return Has(3) ? std::optional(Norm(0)) : std::nullopt;

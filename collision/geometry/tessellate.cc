@@ -195,9 +195,9 @@ TriangleMesh Tessellate(const VesselShell& shell, double max_deviation_m) {
   std::vector<Vector2> profile = {{0, shell.outer.front().y()}};
   profile.insert(profile.end(), shell.outer.begin(), shell.outer.end());
   profile.insert(profile.end(), shell.inner.begin(), shell.inner.end());
-  double widest_m = 0;
-  for (const Vector2& point : profile) widest_m = std::max(widest_m, point.x());
-  return Revolve(profile, SegmentsFor(widest_m, max_deviation_m));
+  double max_radius_m = 0;
+  for (const Vector2& point : profile) max_radius_m = std::max(max_radius_m, point.x());
+  return Revolve(profile, SegmentsFor(max_radius_m, max_deviation_m));
 }
 
 double DeviationBound_m(const Shape& shape, double max_deviation_m) {

@@ -35,7 +35,7 @@ Vector3 TriangleNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
   return norm > 0 ? Vector3(n / norm) : Vector3::UnitZ();
 }
 
-std::optional<Vector3> SureNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
+std::optional<Vector3> ReliableNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
   constexpr double kMinHeightShare = 1e-9;
   const double longest_squared =
       std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});

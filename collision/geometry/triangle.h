@@ -17,6 +17,6 @@ Vector3 TriangleNormal(const Vector3& a, const Vector3& b, const Vector3& c);
 // The same; empty for a triangle whose least height is below 1e-9 of its longest edge, because
 // rounding of the corners determines its plane. Such triangles keep a hull watertight where a
 // corner lies on an edge; they bound nothing that their neighbours do not bound.
-std::optional<Vector3> SureNormal(const Vector3& a, const Vector3& b, const Vector3& c);
+std::optional<Vector3> ReliableNormal(const Vector3& a, const Vector3& b, const Vector3& c);
 
 }  // namespace cwm

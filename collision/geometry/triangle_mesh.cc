@@ -4,7 +4,7 @@
 #include <functional>
 #include <limits>
 
-#include "collision/geometry/sort_in_pieces.h"
+#include "collision/geometry/interruptible_sort.h"
 
 namespace cwm {
 namespace {
@@ -14,27 +14,28 @@ namespace {
 std::vector<std::uint32_t> Filled(std::size_t count, std::uint32_t value, WorkCounter* work) {
   std::vector<std::uint32_t> filled;
   filled.reserve(count);
-  InPieces(count, work, [&](std::size_t, std::size_t last) { filled.resize(last, value); });
+  ForEachBlock(count, work, [&](std::size_t, std::size_t last) { filled.resize(last, value); });
   return filled;
 }
 
 // For each vertex the index of a vertex at the same position, one index for all vertices there.
-std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices, WorkCounter* work) {
+std::vector<std::uint32_t> WeldVertices(const std::vector<Vector3>& vertices, WorkCounter* work) {
   std::vector<std::uint32_t> order;
   order.reserve(vertices.size());
-  const bool is_filled = InPieces(vertices.size(), work, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) order.push_back(static_cast<std::uint32_t>(i));
-  });
+  const bool is_filled =
+      ForEachBlock(vertices.size(), work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) order.push_back(static_cast<std::uint32_t>(i));
+      });
   if (!is_filled) return {};
   const auto before = [&](std::uint32_t a, std::uint32_t b) {
     const Vector3 &p = vertices[a], &q = vertices[b];
     return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
   };
-  SortInPieces(order, before, work);
+  InterruptibleSort(order, before, work);
   if (HasEnded(work)) return {};
   std::vector<std::uint32_t> welded = Filled(vertices.size(), 0, work);
   if (HasEnded(work)) return {};
-  const bool is_welded = InPieces(order.size(), work, [&](std::size_t first, std::size_t last) {
+  const bool is_welded = ForEachBlock(order.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const bool is_same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
       welded[order[i]] = is_same ? welded[order[i - 1]] : order[i];
@@ -51,45 +52,47 @@ std::uint64_t EdgeOf(std::uint64_t from, std::uint64_t to) {
 }
 
 // True if each edge occurs exactly twice, once in each direction.
-bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounter* work) {
+bool IsEveryEdgePaired(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounter* work) {
   if (triangles.empty()) return false;
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * triangles.size());
   bool is_flat = false;
-  const bool is_listed = InPieces(triangles.size(), work, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last && !is_flat; ++k) {
-      const TriangleMesh::Triangle& t = triangles[k];
-      for (std::size_t i = 0; i < 3; ++i) {
-        is_flat = is_flat || t[i] == t[(i + 1) % 3];
-        edges.push_back(EdgeOf(t[i], t[(i + 1) % 3]));
-      }
-    }
-  });
+  const bool is_listed =
+      ForEachBlock(triangles.size(), work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last && !is_flat; ++k) {
+          const TriangleMesh::Triangle& t = triangles[k];
+          for (std::size_t i = 0; i < 3; ++i) {
+            is_flat = is_flat || t[i] == t[(i + 1) % 3];
+            edges.push_back(EdgeOf(t[i], t[(i + 1) % 3]));
+          }
+        }
+      });
   if (!is_listed || is_flat || edges.size() % 2 != 0) return false;
-  SortInPieces(edges, std::less<>(), work);
+  InterruptibleSort(edges, std::less<>(), work);
   if (HasEnded(work)) return false;
   bool is_paired = true;
-  const bool is_seen = InPieces(edges.size() / 2, work, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last && is_paired; ++k) {
-      // Both directions of one edge are neighbours in the order; a third copy of an edge would
-      // misalign the pairs.
-      is_paired = edges[2 * k] % 2 == 0 && edges[2 * k + 1] == edges[2 * k] + 1;
-    }
-  });
+  const bool is_seen =
+      ForEachBlock(edges.size() / 2, work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last && is_paired; ++k) {
+          // Both directions of one edge are neighbours in the order; a third copy of an edge would
+          // misalign the pairs.
+          is_paired = edges[2 * k] % 2 == 0 && edges[2 * k + 1] == edges[2 * k] + 1;
+        }
+      });
   return is_seen && is_paired;
 }
 
 }  // namespace
 
-bool SharesEdges(const TriangleMesh& mesh, WorkCounter* work) {
-  return PairsEdges(mesh.triangles, work);
+bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work) {
+  return IsEveryEdgePaired(mesh.triangles, work);
 }
 
 // Indices are tested first: solids that touch along an edge are closed although four triangles
 // share the positions of that edge.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
-  if (SharesEdges(mesh, work)) return true;
-  const std::vector<std::uint32_t> welded = Welded(mesh.vertices, work);
+  if (IsWatertightByIndex(mesh, work)) return true;
+  const std::vector<std::uint32_t> welded = WeldVertices(mesh.vertices, work);
   if (HasEnded(work)) return false;
   std::vector<TriangleMesh::Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
@@ -103,18 +106,18 @@ bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
       triangles.push_back({a, b, c});
     }
   };
-  return InPieces(mesh.triangles.size(), work, weld) && PairsEdges(triangles, work);
+  return ForEachBlock(mesh.triangles.size(), work, weld) && IsEveryEdgePaired(triangles, work);
 }
 
-std::vector<std::uint32_t> Components(const TriangleMesh& mesh, WorkCounter* work) {
-  std::vector<std::uint32_t> parent = Welded(mesh.vertices, work);
+std::vector<std::uint32_t> ConnectedComponents(const TriangleMesh& mesh, WorkCounter* work) {
+  std::vector<std::uint32_t> parent = WeldVertices(mesh.vertices, work);
   if (HasEnded(work)) return {};
   const auto root = [&parent](std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
   };
   const bool is_joined =
-      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+      ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
           const TriangleMesh::Triangle& t = mesh.triangles[i];
           const std::uint32_t a = root(t[0]);
@@ -130,7 +133,7 @@ std::vector<std::uint32_t> Components(const TriangleMesh& mesh, WorkCounter* wor
   components.reserve(mesh.triangles.size());
   std::uint32_t count = 0;
   const bool is_counted =
-      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+      ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
           std::uint32_t& component = number[root(mesh.triangles[i][0])];
           if (component == kNone) component = count++;
@@ -151,14 +154,14 @@ std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh,
 }
 
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh, WorkCounter* work) {
-  return ComponentPoints(mesh, Components(mesh, work));
+  return ComponentPoints(mesh, ConnectedComponents(mesh, work));
 }
 
 double SignedVolume_m3(const TriangleMesh& mesh, WorkCounter* work) {
   if (mesh.vertices.empty()) return 0;
   const Vector3 origin = mesh.vertices.front();  // near the mesh, against cancellation
   double six_volumes = 0;
-  InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const TriangleMesh::Triangle& t = mesh.triangles[i];
       const Vector3 a = mesh.vertices[t[0]] - origin;

@@ -26,14 +26,15 @@ struct TriangleMesh {
 // do). Takes a second for some millions of triangles.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 // The same test by indices alone, as hulls satisfy it. It implies IsWatertight.
-bool SharesEdges(const TriangleMesh& mesh, WorkCounter* work = nullptr);
+bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
 // One vertex of each connected component of the surface. Vertices at the same position are
 // connected whether or not they share an index. Vertices without a triangle belong to no component.
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
 // The component of each triangle: 0, 1, ... in the order of the components' first triangles.
-std::vector<std::uint32_t> Components(const TriangleMesh& mesh, WorkCounter* work = nullptr);
+std::vector<std::uint32_t> ConnectedComponents(const TriangleMesh& mesh,
+                                               WorkCounter* work = nullptr);
 // The first corner of each component.
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh,
                                      const std::vector<std::uint32_t>& components);

@@ -26,14 +26,14 @@ MaybeViolation CheckDimension(const char* field, double value) {
   if (!(value > 0) || !std::isfinite(value)) {
     return Violation{field, Text(value), "must be positive and finite"};
   }
-  if (value < kSmallestDimension_m) return Violation{field, Text(value), "must be at least 1e-9 m"};
-  if (value > kLargestCoordinate_m) return Violation{field, Text(value), "must be at most 1e6 m"};
+  if (value < kMinDimension_m) return Violation{field, Text(value), "must be at least 1e-9 m"};
+  if (value > kMaxCoordinate_m) return Violation{field, Text(value), "must be at most 1e6 m"};
   return std::nullopt;
 }
 
 MaybeViolation CheckCoordinate(const std::string& field, double value) {
   if (!std::isfinite(value)) return Violation{field, Text(value), "must be finite"};
-  if (std::abs(value) > kLargestCoordinate_m) {
+  if (std::abs(value) > kMaxCoordinate_m) {
     return Violation{field, Text(value), "must be within 1e6 m of the origin"};
   }
   return std::nullopt;
@@ -58,7 +58,7 @@ MaybeViolation CheckRing(const std::string& field, const Polygon& ring) {
 }
 
 MaybeViolation CheckVertex(const Vector3& p, std::size_t index) {
-  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kLargestCoordinate_m) return std::nullopt;
+  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxCoordinate_m) return std::nullopt;
   const std::string vertex = Indexed("vertices", index);
   for (int axis = 0; axis < 3; ++axis) {
     const char* const component[] = {".x", ".y", ".z"};
@@ -83,7 +83,7 @@ MaybeViolation CheckTriangle(const TriangleMesh& mesh, std::size_t index) {
 }
 
 // The smallest height of a triangle.
-double LeastHeight(const Vector3& a, const Vector3& b, const Vector3& c) {
+double MinHeight(const Vector3& a, const Vector3& b, const Vector3& c) {
   const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
   return longest > 0 ? (b - a).cross(c - a).norm() / longest : 0;
 }
@@ -98,15 +98,15 @@ double PlaneTolerance(double extent, double height) {
 }
 
 MaybeViolation CheckConvexity(const TriangleMesh& hull, WorkCounter* work) {
-  constexpr std::size_t kVerticesOfStep = 16;
+  constexpr std::size_t kVerticesPerStep = 16;
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : hull.vertices) bounds.extend(p);
   const double extent = bounds.diagonal().norm();
   for (std::size_t i = 0; i < hull.triangles.size(); ++i) {
-    if (MustEnd(work, 1 + hull.vertices.size() / kVerticesOfStep)) break;
+    if (MustEnd(work, 1 + hull.vertices.size() / kVerticesPerStep)) break;
     const TriangleMesh::Triangle& t = hull.triangles[i];
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
-    const double height = LeastHeight(a, b, c);
+    const double height = MinHeight(a, b, c);
     if (!(height > 0)) continue;  // a triangle without area defines no plane
     const double tolerance = PlaneTolerance(extent, height);
     const Vector3 normal = TriangleNormal(a, b, c);
@@ -126,7 +126,7 @@ MaybeViolation CheckHull(const TriangleMesh& hull, WorkCounter* work) {
   if (hull.triangles.size() > static_cast<std::size_t>(kMaxHullTriangles)) {
     return Violation{"hull", count, "must have at most 16384 triangles; send a mesh instead"};
   }
-  if (!SharesEdges(hull, work)) {
+  if (!IsWatertightByIndex(hull, work)) {
     return Violation{"hull", count, "must be watertight: each edge shared by two triangles"};
   }
   const double volume_m3 = SignedVolume_m3(hull, work);
@@ -204,14 +204,14 @@ MaybeViolation FindViolation(const Shape& shape, WorkCounter* work) {
 
 MaybeViolation FindViolation(const TriangleMesh& mesh, WorkCounter* work) {
   MaybeViolation found;
-  InPieces(mesh.vertices.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh.vertices.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last && !found; ++i) found = CheckVertex(mesh.vertices[i], i);
   });
   if (found) return found;
   if (mesh.triangles.empty()) {
     return Violation{"triangles", "0 triangles", "must have at least one triangle"};
   }
-  InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last && !found; ++i) found = CheckTriangle(mesh, i);
   });
   return found;

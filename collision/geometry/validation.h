@@ -17,11 +17,11 @@ struct Violation {
 
 // Largest coordinate or dimension accepted anywhere, in metres. A relative rounding error of 1e-12,
 // that of the closed forms (kernels/README.md), is then at most a micrometre.
-inline constexpr double kLargestCoordinate_m = 1e6;
+inline constexpr double kMaxCoordinate_m = 1e6;
 
 // Smallest dimension accepted, in metres: a nanometre. Its fourth power, 1e-36, is still a normal
 // number in single precision.
-inline constexpr double kSmallestDimension_m = 1e-9;
+inline constexpr double kMinDimension_m = 1e-9;
 
 // Limits the cost of a hull's support mapping, which is linear in its vertices. A more detailed
 // shape should be sent as a mesh.
@@ -32,7 +32,7 @@ inline constexpr int kMaxHullTriangles = 16384;
 inline constexpr int kMaxPlateVertices = 4096;
 
 // The first broken rule of the shape; empty if it is valid. Dimensions must be finite and between
-// kSmallestDimension_m and kLargestCoordinate_m (one radius of a cone may be 0). Outlines must be
+// kMinDimension_m and kMaxCoordinate_m (one radius of a cone may be 0). Outlines must be
 // simple, with at least three vertices and at most kMaxPlateVertices in all rings of a plate.
 // Meshes must have at least one triangle, indices in range, finite vertices and no triangle that
 // uses a vertex twice. Hulls must be watertight, wound outward and convex up to the rounding of

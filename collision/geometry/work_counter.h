@@ -27,12 +27,12 @@ inline bool HasEnded(WorkCounter* work) { return MustEnd(work, 0); }
 // Calls do_range(first, last) for consecutive ranges of [0, count), each of which takes some tens
 // of microseconds if one element takes `steps`. False if `work` ended it early.
 template <class DoRange>
-bool InPieces(std::size_t count, WorkCounter* work, const DoRange& do_range,
-              std::size_t steps = 1) {
-  constexpr std::size_t kStepsOfPiece = std::size_t{1} << 12;
-  const std::size_t most = steps < kStepsOfPiece ? kStepsOfPiece / steps : 1;
+bool ForEachBlock(std::size_t count, WorkCounter* work, const DoRange& do_range,
+                  std::size_t steps = 1) {
+  constexpr std::size_t kStepsPerBlock = std::size_t{1} << 12;
+  const std::size_t block_size = steps < kStepsPerBlock ? kStepsPerBlock / steps : 1;
   for (std::size_t first = 0; first < count;) {
-    const std::size_t last = count - first < most ? count : first + most;
+    const std::size_t last = count - first < block_size ? count : first + block_size;
     do_range(first, last);
     if (MustEnd(work, (last - first) * steps)) return false;
     first = last;

@@ -14,9 +14,9 @@ constexpr double kParallelSine = 1e-11;
 // change the normal of face contacts.
 constexpr double kFacePreference = 1e-13;
 
-class LeastOverlap {
+class SeparatingAxisTest {
  public:
-  LeastOverlap(const Box& a, const Box& b, const Pose& X_AB)
+  SeparatingAxisTest(const Box& a, const Box& b, const Pose& X_AB)
       : half_a_(0.5 * a.size_m),
         half_b_(0.5 * b.size_m),
         R_AB_(X_AB.linear()),
@@ -58,12 +58,12 @@ class LeastOverlap {
 
 }  // namespace
 
-BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB) {
-  return LeastOverlap(a, b, X_AB).Run(-std::numeric_limits<double>::infinity());
+BoxOverlap MinBoxOverlap(const Box& a, const Box& b, const Pose& X_AB) {
+  return SeparatingAxisTest(a, b, X_AB).Run(-std::numeric_limits<double>::infinity());
 }
 
 bool BoxesOverlap(const Box& a, const Box& b, const Pose& X_AB) {
-  return LeastOverlap(a, b, X_AB).Run(0).depth_m > 0;
+  return SeparatingAxisTest(a, b, X_AB).Run(0).depth_m > 0;
 }
 
 }  // namespace cwm::collision

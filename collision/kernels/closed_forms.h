@@ -3,11 +3,11 @@
 #pragma once
 
 #include "collision/kernels/convex_core.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 
 namespace cwm::collision {
 
-// The distance of a half-space A and a bounded convex B. Exact, also as the least translation.
+// The distance of a half-space A and a bounded convex B. Exact, also as the minimum translation.
 PairDistance HalfSpaceToConvex(const ConvexCore& b, const Pose& X_AB);
 
 // The distance of two capsules, by the nearest points of their segments.
@@ -24,14 +24,14 @@ struct BoxOverlap {
   double depth_m;  // negative if an axis separates them
   Vector3 normal;  // unit, from A to B, in the frame of A
 };
-BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB);
+BoxOverlap MinBoxOverlap(const Box& a, const Box& b, const Pose& X_AB);
 // True if that depth is positive. The first separating axis ends the search.
 bool BoxesOverlap(const Box& a, const Box& b, const Pose& X_AB);
 
 // The distance of cylinders, cones and capsules with parallel axes: their Minkowski difference is
 // again a solid of revolution, with the sum of their profiles. Precondition: AxesAreParallel(X_AB).
 bool AxesAreParallel(const Pose& X_AB);
-PairDistance CoaxialRevolved(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB);
+PairDistance ParallelRevolvedDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB);
 bool IsRevolved(const ConvexCore& core);
 
 // Converts an answer for the cores to one for the shapes, whose balls have the given radii.

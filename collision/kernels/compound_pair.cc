@@ -33,9 +33,9 @@ PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometr
   const Pose X_EaEb = around_a.X_SE.inverse() * X_AB * around_b.X_SE;
   const PairDistance hulls = ConvexDistance(around_a.core, around_b.core, X_EaEb);
   answer.bound_m = std::max(answer.distance_m - hulls.distance_m, 0.0) + deepest_part.bound_m;
-  answer.trust = answer.bound_m <= kExactTolerance_m ? Trust::kExact : Trust::kBounded;
-  if (answer.trust == Trust::kExact) answer.bound_m = 0;
-  if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  answer.accuracy = answer.bound_m <= kExactTolerance_m ? Accuracy::kExact : Accuracy::kBounded;
+  if (answer.accuracy == Accuracy::kExact) answer.bound_m = 0;
+  if (a.IsOpen() || b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 
@@ -43,17 +43,18 @@ std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const Exa
                                                const Pose& X_AB) {
   const auto around = [](const ExactGeometry& geometry) {
     const MeshHulls* const hulls = geometry.hulls();
-    return hulls != nullptr ? Enclosure{hulls->around(), Pose::Identity()} : EnclosureOf(geometry);
+    return hulls != nullptr ? Enclosure{hulls->outer_hull(), Pose::Identity()}
+                            : EnclosureOf(geometry);
   };
   const Enclosure around_a = around(a), around_b = around(b);
   const CoreDifference difference(around_a.core, around_b.core,
                                   around_a.X_SE.inverse() * X_AB * around_b.X_SE);
-  const GjkAnswer told = GjkDistance(difference);
-  if (told.outcome != GjkOutcome::kSeparated) return std::nullopt;
+  const GjkResult result = GjkDistance(difference);
+  if (result.outcome != GjkOutcome::kSeparated) return std::nullopt;
   const double radii_m = around_a.core.radius_m + around_b.core.radius_m;
   // Hulls contain their meshes up to roundings of the extent.
-  const double rounding_m = kTouchingShare * (around_a.core.extent_m + around_b.core.extent_m);
-  const double bound_m = told.distance_m - told.bound_m - radii_m - rounding_m;
+  const double rounding_m = kTouchingRatio * (around_a.core.extent_m + around_b.core.extent_m);
+  const double bound_m = result.distance_m - result.bound_m - radii_m - rounding_m;
   return bound_m > 0 ? std::optional(bound_m) : std::nullopt;
 }
 
@@ -83,7 +84,7 @@ std::optional<Vector3> LowestCorner(const TriangleTree& tree, const Pose& X_AB,
     std::int32_t node;
     double bound_m;
   };
-  std::array<Entry, kTreeStack> stack;
+  std::array<Entry, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = {0, lower_bound_m(0)};
   while (size > 0) {
@@ -126,13 +127,13 @@ PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB, const Sear
   constexpr double kNone_m = -std::numeric_limits<double>::infinity();
   const std::optional<Vector3> lowest =
       LowestCorner(*b.tree(), X_AB, {limits.max_distance_m, kNone_m}, limits.work);
-  if (!lowest) return JustBeyond(limits.max_distance_m);
+  if (!lowest) return FartherThan(limits.max_distance_m);
   PairDistance answer{lowest->z(), Vector3(lowest->x(), lowest->y(), 0), *lowest, Vector3::UnitZ()};
-  if (b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  if (b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 
-bool HalfSpaceMeetsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work) {
+bool HalfSpaceOverlapsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work) {
   if (b.tree() == nullptr) return LowestPiece(b, X_AB).distance_m < 0;
   const std::optional<Vector3> lowest = LowestCorner(*b.tree(), X_AB, {0, 0}, work);
   return lowest && lowest->z() < 0;
@@ -149,14 +150,14 @@ struct PiecePair {
 PiecePair LikelyNearest(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         WorkCounter* work) {
   PiecePair nearest;
-  double least = std::numeric_limits<double>::infinity();
+  double min_gap = std::numeric_limits<double>::infinity();
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
     if (MustEnd(work, a.pieces().size())) break;
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
-      const double gap = BoxGap_m(a.piece_bounds()[i], bounds_b);
-      if (gap >= least) continue;
-      least = gap;
+      const double gap = BoxDistance_m(a.piece_bounds()[i], bounds_b);
+      if (gap >= min_gap) continue;
+      min_gap = gap;
       nearest = {i, j};
     }
   }
@@ -177,19 +178,19 @@ PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, cons
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
       const double limit = std::min(best.distance_m, max_distance_m);
       if (i == first.a && j == first.b) continue;
-      if (BoxGap_m(a.piece_bounds()[i], bounds_b) > std::max(limit, 0.0)) continue;
-      if (MustEnd(limits.work, kStepsOfConvexPair)) return best;
+      if (BoxDistance_m(a.piece_bounds()[i], bounds_b) > std::max(limit, 0.0)) continue;
+      if (MustEnd(limits.work, kStepsPerConvexPair)) return best;
       const PairDistance answer =
           ConvexDistance(a.pieces()[i], b.pieces()[j], X_AB, std::max(limit, 0.0));
       if (answer.distance_m < best.distance_m) best = answer;
     }
   }
-  if (best.distance_m > max_distance_m) return JustBeyond(max_distance_m);
+  if (best.distance_m > max_distance_m) return FartherThan(max_distance_m);
   return best.distance_m < 0 ? WithDepthBound(best, a, b, X_AB) : best;
 }
 
-bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                      WorkCounter* work) {
+bool PiecesOverlap(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                   WorkCounter* work) {
   if (a.pieces().size() == 1 && b.pieces().size() == 1) {
     return ConvexOverlap(a.pieces().front(), b.pieces().front(), X_AB);
   }
@@ -197,8 +198,8 @@ bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose
     if (MustEnd(work, a.pieces().size())) return false;
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
-      if (BoxGap_m(a.piece_bounds()[i], bounds_b) > 0) continue;
-      if (MustEnd(work, kStepsOfConvexPair)) return false;
+      if (BoxDistance_m(a.piece_bounds()[i], bounds_b) > 0) continue;
+      if (MustEnd(work, kStepsPerConvexPair)) return false;
       if (ConvexOverlap(a.pieces()[i], b.pieces()[j], X_AB)) return true;
     }
   }

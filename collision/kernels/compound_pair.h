@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "collision/kernels/exact_geometry.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 #include "collision/kernels/work_counter.h"
 
 namespace cwm::collision {
@@ -21,7 +21,7 @@ struct SearchLimits {
 PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB, const SearchLimits& limits);
 
 // The distance of two solids made of convex pieces, in the frame of A. Exact if separated; else the
-// depth of the deepest pair of pieces, which is at most the least translation. kBounded by the
+// depth of the deepest pair of pieces, which is at most the minimum translation. kBounded by the
 // depth of the convex hulls, which is at least that translation.
 PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                             const SearchLimits& limits);
@@ -41,20 +41,20 @@ std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const Exa
 
 // True if the distance of the pair, as returned by the corresponding function above, is negative.
 // The first parts that overlap end the search.
-bool HalfSpaceMeetsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work);
-bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                      WorkCounter* work);
-bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                     WorkCounter* work);
-bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+bool HalfSpaceOverlapsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work);
+bool PiecesOverlap(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                   WorkCounter* work);
+bool MeshOverlapsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        WorkCounter* work);
+bool MeshesOverlap(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work);
 
 // A point inside two closed meshes whose triangles touch, in the frame of A (see flush_overlap.h).
 // Empty if there is none or a mesh is open.
-std::optional<Vector3> PointInTouching(const ExactGeometry& a, const ExactGeometry& b,
-                                       const Pose& X_AB, WorkCounter* work);
+std::optional<Vector3> PointInTouchingMeshes(const ExactGeometry& a, const ExactGeometry& b,
+                                             const Pose& X_AB, WorkCounter* work);
 
-// Sets trust and bound of a penetrating answer that was found for parts, so that its depth is at
+// Sets accuracy and bound of a penetrating answer that was found for parts, so that its depth is at
 // most the true one: kBounded by the depth of the convex enclosures, kExact if that leaves nothing
 // open, kSurfaceOnly with the same bound for an open mesh.
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,

@@ -44,7 +44,7 @@ ContactFeature FeatureOf(const Box& box, const Vector3& d) {
   int count = 0;
   Vector3 normal = Vector3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(d[axis]) <= kMaxLean) {
+    if (std::abs(d[axis]) <= kMaxTilt) {
       free[static_cast<std::size_t>(count++)] = axis;
     } else {
       corner[axis] = std::copysign(corner[axis], d[axis]);
@@ -84,14 +84,14 @@ ContactFeature FeatureOf(const Cone& cone, const Vector3& d) {
   const Vector3 foremost = SupportPoint(cone, d);
   const double cap_m = d.z() > 0 ? cone.radius_top_m : cone.radius_bottom_m;
   const bool is_cap = (foremost.z() > 0) == (d.z() > 0);
-  if (radial <= kMaxLean && is_cap && cap_m > 0) return Disc(cap_m, foremost.z(), d);
+  if (radial <= kMaxTilt && is_cap && cap_m > 0) return Disc(cap_m, foremost.z(), d);
   if (radial <= kNoDirection) return Point(foremost);
   // The outward normal of the side, as (radial, axial).
   const Vector2 side =
       Vector2(cone.length_m, cone.radius_bottom_m - cone.radius_top_m).normalized();
   const double sine = radial * side.y() - d.z() * side.x();
   const double cosine = radial * side.x() + d.z() * side.y();
-  if (std::abs(sine) > kMaxLean || cosine < 0) return Point(foremost);
+  if (std::abs(sine) > kMaxTilt || cosine < 0) return Point(foremost);
   const Vector2 outward = d.head<2>() / radial;
   const auto on_rim = [&](double radius_m, double z_m) {
     return Vector3(radius_m * outward.x(), radius_m * outward.y(), z_m);
@@ -105,7 +105,7 @@ ContactFeature FeatureOf(const Cylinder& cylinder, const Vector3& d) {
 
 ContactFeature CapsuleFeature(double half_length_m, double radius_m, const Vector3& d) {
   const double radial = d.head<2>().norm();
-  if (std::abs(d.z()) > kMaxLean || half_length_m == 0) {
+  if (std::abs(d.z()) > kMaxTilt || half_length_m == 0) {
     return Point(Vector3(0, 0, std::copysign(half_length_m, d.z())) + radius_m * d);
   }
   const Vector3 off = Vector3(d.x(), d.y(), 0) * (radius_m / radial);
@@ -138,7 +138,7 @@ ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d)
   const std::span<const Vector3> rim = vertices.subspan(d.z() > 0 ? 0 : sides, sides);
   const std::span<const Vector3> other = vertices.subspan(d.z() > 0 ? sides : 0, sides);
   const double radial = d.head<2>().norm();
-  if (radial <= kMaxLean) {
+  if (radial <= kMaxTilt) {
     Polygon polygon;
     for (const Vector3& v : rim) polygon.emplace_back(v.x(), v.y());
     ContactFeature cap;
@@ -148,20 +148,20 @@ ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d)
   }
   const Vector2 beside = d.head<2>() / radial;
   std::size_t best = 0;
-  double most = -1;
+  double max_cosine = -1;
   Vector2 outward = Vector2::Zero();
   for (std::size_t i = 0; i < sides; ++i) {
     const Vector3 along = rim[(i + 1) % sides] - rim[i];
     const Vector2 normal = Vector2(along.y(), -along.x()).normalized();
-    if (!(normal.dot(beside) > most)) continue;
-    most = normal.dot(beside);
+    if (!(normal.dot(beside) > max_cosine)) continue;
+    max_cosine = normal.dot(beside);
     outward = normal;
     best = i;
   }
   const std::size_t next = (best + 1) % sides;
-  const bool is_upright = std::abs(d.z()) <= kMaxLean;
+  const bool is_upright = std::abs(d.z()) <= kMaxTilt;
   const double sine = beside.x() * outward.y() - beside.y() * outward.x();
-  if (most > 0 && std::abs(sine) <= kMaxLean) {
+  if (max_cosine > 0 && std::abs(sine) <= kMaxTilt) {
     if (!is_upright) return Line(rim[best], rim[next]);
     ContactFeature side = Line(rim[best], rim[next]);
     side.Add(other[next]);
@@ -208,7 +208,7 @@ ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vect
   for (const auto& triangle : hull.triangles) {
     if (std::find(triangle.begin(), triangle.end(), foremost) == triangle.end()) continue;
     const auto& [a, b, c] = triangle;
-    const auto normal = SureNormal(hull.vertices[a], hull.vertices[b], hull.vertices[c]);
+    const auto normal = ReliableNormal(hull.vertices[a], hull.vertices[b], hull.vertices[c]);
     if (normal && normal->dot(d) > face_normal.dot(d)) face_normal = *normal;
     for (const std::uint32_t k : triangle) {
       const Vector3 along = hull.vertices[k] - corner;
@@ -217,16 +217,16 @@ ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vect
       end = hull.vertices[k];
     }
   }
-  if (face_normal.cross(d).norm() <= kMaxLean && !face_normal.isZero(0)) {
+  if (face_normal.cross(d).norm() <= kMaxTilt && !face_normal.isZero(0)) {
     ContactFeature face = HullFace(hull, corner, face_normal, kCoplanarShare * extent_m);
     if (face.count > 2) return face;
   }
-  return steepest >= -kMaxLean ? Line(corner, end) : Point(corner);
+  return steepest >= -kMaxTilt ? Line(corner, end) : Point(corner);
 }
 
 }  // namespace
 
-ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d) {
+ContactFeature SupportFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d) {
   const ConvexCore& core = shape.pieces()[piece];
   if (const auto* box = std::get_if<Box>(&core.core)) return FeatureOf(*box, d);
   if (const auto* cylinder = std::get_if<Cylinder>(&core.core)) return FeatureOf(*cylinder, d);
@@ -243,14 +243,14 @@ ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, co
   return Point(core.radius_m * d);
 }
 
-std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, AirSide air,
-                                              const Vector3& d) {
+std::optional<ContactFeature> SupportFeature(const TriangleCorners& triangle, FreeSide free_side,
+                                             const Vector3& d) {
   const auto& c = triangle.corners;
-  const auto sure = SureNormal(c[0], c[1], c[2]);
+  const auto sure = ReliableNormal(c[0], c[1], c[2]);
   if (!sure) return std::nullopt;  // a needle: its neighbours have the same features
   const double along = sure->dot(d);
-  if (along < 0 && air == AirSide::kOfNormal) return std::nullopt;
-  if (sure->cross(d).norm() <= kMaxLean) {
+  if (along < 0 && free_side == FreeSide::kNormalSide) return std::nullopt;
+  if (sure->cross(d).norm() <= kMaxTilt) {
     ContactFeature face;
     for (const Vector3& corner : c) face.Add(corner);
     face.normal = along < 0 ? -*sure : *sure;
@@ -262,7 +262,7 @@ std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, A
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3 edge = c[i] - c[top];
-    if (i != top && -edge.dot(d) <= kMaxLean * edge.norm()) return Line(c[top], c[i]);
+    if (i != top && -edge.dot(d) <= kMaxTilt * edge.norm()) return Line(c[top], c[i]);
   }
   return Point(c[top]);
 }

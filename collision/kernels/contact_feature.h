@@ -12,7 +12,7 @@ namespace cwm::collision {
 // Sine of the largest angle between a face or edge and the plane across the direction at which it
 // still counts as foremost together with the foremost corner. chosen: the poses of fitted objects
 // that stand on each other differ by up to a degree.
-inline constexpr double kMaxLean = 0.02;
+inline constexpr double kMaxTilt = 0.02;
 
 struct ContactFeature {
   // A face with more corners keeps those that are farthest in this many directions.
@@ -28,13 +28,13 @@ struct ContactFeature {
 // The foremost feature of one convex piece of the shape along a unit direction, all in the shape's
 // frame. A disc is represented by an inscribed polygon; a round edge and a ball have only a point.
 // The cost is linear in the triangles of a hull and the corners of a plate.
-ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d);
+ContactFeature SupportFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d);
 
 // The side of a triangle that faces free space.
-enum class AirSide { kOfNormal, kBoth };
+enum class FreeSide { kNormalSide, kBoth };
 
 // The foremost feature of one triangle of a surface; empty if the triangle faces the other way.
-std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, AirSide air,
-                                              const Vector3& d);
+std::optional<ContactFeature> SupportFeature(const TriangleCorners& triangle, FreeSide free_side,
+                                             const Vector3& d);
 
 }  // namespace cwm::collision

@@ -24,20 +24,20 @@ constexpr double kSameShare = 1e-6;
 // Relative difference below which two values count as equal and the first is taken, so that
 // rounding does not choose.
 constexpr double kTieShare = 1e-9;
-// Largest number of triangle pairs that are tested, at some 0.2 us each, and number of spots at
-// which inner ones are dropped.
+// Largest number of triangle pairs that are tested, at some 0.2 us each, and number of candidates
+// at which inner ones are dropped.
 constexpr int kMaxFacetPairs = 65'536;
-constexpr std::size_t kMaxSpots = 4'096;
+constexpr std::size_t kMaxCandidates = 4'096;
 // A point of a plate's piece that is deeper than this in the plate lies on a cut between pieces.
 constexpr double kOnSurface_m = 1e-7;
 
 // A point of the plane across the normal, and the heights of both surfaces over it.
-struct Spot {
+struct Candidate {
   Vector2 xy;
   double of_a_m = 0, of_b_m = 0;
   double gap_m() const { return of_b_m - of_a_m; }
 };
-using Spots = absl::InlinedVector<Spot, 64>;
+using Candidates = absl::InlinedVector<Candidate, 64>;
 using Corners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kMaxCorners>;
 
 double Cross(const Vector2& u, const Vector2& v) { return u.x() * v.y() - u.y() * v.x(); }
@@ -146,42 +146,46 @@ Corners Common(const Foreground& a, const Foreground& b) {
   return Within(larger.shadow(), smaller.shadow(), border_m);
 }
 
-// The index of the spot with the largest value, the first if rounding could exchange several; the
-// number of spots if no value is above `least`.
+// The index of the candidate with the largest value, the first if rounding could exchange several;
+// the number of candidates if no value is above `min`.
 template <class Value>
-std::size_t FirstLargest(const Spots& spots, double least, const Value& value) {
-  std::size_t best = spots.size();
-  double most = least;
-  for (std::size_t i = 0; i < spots.size(); ++i) {
-    const double mine = value(spots[i]);
-    if (!(mine > most)) continue;
-    most = mine + kTieShare * std::abs(mine);
+std::size_t FirstLargest(const Candidates& candidates, double min, const Value& value) {
+  std::size_t best = candidates.size();
+  double max = min;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const double mine = value(candidates[i]);
+    if (!(mine > max)) continue;
+    max = mine + kTieShare * std::abs(mine);
     best = i;
   }
   return best;
 }
 
-// The spots that ExactContacts returns: the deepest, the farthest from it, and one to either side.
-absl::InlinedVector<Spot, kMaxPatchPoints> Spanning(const Spots& spots, double same_m) {
-  absl::InlinedVector<Spot, kMaxPatchPoints> chosen;
-  const double least =
-      std::min_element(spots.begin(), spots.end(), [](const Spot& s, const Spot& t) {
-        return s.gap_m() < t.gap_m();
-      })->gap_m();
-  const auto deepest = std::find_if(spots.begin(), spots.end(), [&](const Spot& spot) {
-    return spot.gap_m() <= least + kTieShare * same_m / kSameShare;
-  });
+// The candidates that ExactContacts returns: the deepest, the farthest from it, and one to either
+// side.
+absl::InlinedVector<Candidate, kMaxPatchPoints> Spanning(const Candidates& candidates,
+                                                         double same_m) {
+  absl::InlinedVector<Candidate, kMaxPatchPoints> chosen;
+  const double min_gap_m =
+      std::min_element(candidates.begin(), candidates.end(),
+                       [](const Candidate& s, const Candidate& t) { return s.gap_m() < t.gap_m(); })
+          ->gap_m();
+  const auto deepest =
+      std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+        return candidate.gap_m() <= min_gap_m + kTieShare * same_m / kSameShare;
+      });
   const Vector2 from = deepest->xy;
   chosen.push_back(*deepest);
-  const std::size_t far =
-      FirstLargest(spots, same_m, [&](const Spot& spot) { return (spot.xy - from).norm(); });
-  if (far == spots.size()) return chosen;
-  chosen.push_back(spots[far]);
-  const Vector2 along = (spots[far].xy - from).normalized();
+  const std::size_t far = FirstLargest(
+      candidates, same_m, [&](const Candidate& candidate) { return (candidate.xy - from).norm(); });
+  if (far == candidates.size()) return chosen;
+  chosen.push_back(candidates[far]);
+  const Vector2 along = (candidates[far].xy - from).normalized();
   for (const double side : {1.0, -1.0}) {
-    const std::size_t found = FirstLargest(
-        spots, same_m, [&](const Spot& spot) { return side * Cross(along, spot.xy - from); });
-    if (found < spots.size()) chosen.push_back(spots[found]);
+    const std::size_t found = FirstLargest(candidates, same_m, [&](const Candidate& candidate) {
+      return side * Cross(along, candidate.xy - from);
+    });
+    if (found < candidates.size()) chosen.push_back(candidates[found]);
   }
   return chosen;
 }
@@ -207,25 +211,27 @@ class PatchSearch {
         deepest_(deepest),
         mesh_reach_m_(std::min(ReachOf(a.geometry), ReachOf(b.geometry))) {}
 
-  void AppendTo(std::vector<PairDistance>& contacts, std::size_t most) {
+  void AppendTo(std::vector<PairDistance>& contacts, std::size_t max_count) {
     if (HasMesh()) {
       GatherFacets();
     } else {
       GatherAll();
     }
-    if (spots_.empty()) return;
+    if (candidates_.empty()) return;
     const double same_m = kSameShare * reach_m_;
-    if (HasMesh()) {  // so that the deeper of two spots one above the other comes first
+    if (HasMesh()) {  // so that the deeper of two candidates one above the other comes first
       DropInner();
-      std::stable_sort(spots_.begin(), spots_.end(),
-                       [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
+      std::stable_sort(
+          candidates_.begin(), candidates_.end(),
+          [](const Candidate& s, const Candidate& t) { return s.gap_m() < t.gap_m(); });
     }
-    auto chosen = Spanning(spots_, same_m);
+    auto chosen = Spanning(candidates_, same_m);
     std::stable_sort(chosen.begin(), chosen.end(),
-                     [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
-    for (const Spot& spot : chosen) {
-      if (contacts.size() >= most) return;
-      if (spot.xy.norm() > same_m) contacts.push_back(ContactAt(spot));  // else the first contact
+                     [](const Candidate& s, const Candidate& t) { return s.gap_m() < t.gap_m(); });
+    for (const Candidate& candidate : chosen) {
+      if (contacts.size() >= max_count) return;
+      if (candidate.xy.norm() > same_m)
+        contacts.push_back(ContactAt(candidate));  // else the first contact
     }
   }
 
@@ -244,11 +250,11 @@ class PatchSearch {
   static Foreground Foremost(const Side& side, std::size_t piece) {
     if (IsEndless(side.geometry)) return Foreground(side.X_PS.translation().z());
     const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
-    return {ForemostFeature(side.geometry, piece, along_S), side.X_PS};
+    return {SupportFeature(side.geometry, piece, along_S), side.X_PS};
   }
 
-  static AirSide AirSideOf(const ExactGeometry& mesh) {
-    return mesh.IsOpen() ? AirSide::kBoth : AirSide::kOfNormal;
+  static FreeSide FreeSideOf(const ExactGeometry& mesh) {
+    return mesh.IsOpen() ? FreeSide::kBoth : FreeSide::kNormalSide;
   }
   // Half the extent of a mesh, used instead of its features' extents, since single corners have
   // none.
@@ -263,7 +269,7 @@ class PatchSearch {
   template <class Visit>
   void ForEachFacet(const Side& side, const Aabb& near, const Visit& visit) {
     const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
-    const AirSide air = AirSideOf(side.geometry);
+    const FreeSide free_side = FreeSideOf(side.geometry);
     // In an overlap, features lie behind the other surface by up to the depth.
     const double reach_m = std::max({max_distance_m_, -deepest_.distance_m, 0.0});
     side.geometry.tree()->ForEachNear(
@@ -271,8 +277,8 @@ class PatchSearch {
         [&](const TriangleCorners& triangle, std::int32_t) {
           Aabb bounds;
           for (const Vector3& corner : triangle.corners) bounds.extend(corner);
-          if (BoxGap_m(bounds, near) > reach_m) return reach_m;
-          const auto feature = ForemostFeature(triangle, air, along_S);
+          if (BoxDistance_m(bounds, near) > reach_m) return reach_m;
+          const auto feature = SupportFeature(triangle, free_side, along_S);
           const bool goes_on = !feature || visit(Foreground(*feature, side.X_PS), bounds);
           return goes_on ? reach_m : TriangleTree::kEnd;
         },
@@ -287,8 +293,8 @@ class PatchSearch {
     int pairs = 0;
     const auto gather = [&](const Foreground& of_outer, const Foreground& of_inner) {
       a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
-      if (spots_.size() >= kMaxSpots) DropInner();
-      return ++pairs < kMaxFacetPairs && !MustEndNow(kStepsOfConvexPair);
+      if (candidates_.size() >= kMaxCandidates) DropInner();
+      return ++pairs < kMaxFacetPairs && !MustEndNow(kStepsPerConvexPair);
     };
     if (inner.geometry.tree() != nullptr) {
       const Aabb near = inner.geometry.tree()->bounds().transformed(X_IO.inverse(Eigen::Isometry));
@@ -312,31 +318,34 @@ class PatchSearch {
     }
   }
 
-  // True once the work must end; `work_` is not asked again then.
+  // True once the work must end; `work_` is not called again then.
   bool MustEndNow(std::size_t steps) { return has_ended_ = has_ended_ || MustEnd(work_, steps); }
 
-  // Keeps only the spots that are outermost in one of 32 directions, and the deepest, in their
+  // Keeps only the candidates that are outermost in one of 32 directions, and the deepest, in their
   // order. The deepest goes last if it is not one of the outermost.
   void DropInner() {
     constexpr int kDirections = 32;
     std::array<std::size_t, kDirections + 1> kept = {};
     for (std::size_t k = 0; k < kept.size(); ++k) {
-      // The offset avoids directions across borders parallel to the axes, on which every spot would
-      // be outermost.
+      // The offset avoids directions across borders parallel to the axes, on which every candidate
+      // would be outermost.
       const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + 0.37) / kDirections;
       const Vector2 out(std::cos(angle), std::sin(angle));
-      const auto rank = [&](const Spot& s) { return k < kDirections ? out.dot(s.xy) : -s.gap_m(); };
-      for (std::size_t i = 1; i < spots_.size(); ++i) {
-        if (rank(spots_[i]) > rank(spots_[kept[k]])) kept[k] = i;
+      const auto rank = [&](const Candidate& s) {
+        return k < kDirections ? out.dot(s.xy) : -s.gap_m();
+      };
+      for (std::size_t i = 1; i < candidates_.size(); ++i) {
+        if (rank(candidates_[i]) > rank(candidates_[kept[k]])) kept[k] = i;
       }
     }
     const auto outer_end = kept.begin() + kDirections;
     std::sort(kept.begin(), outer_end);
     const auto end = std::unique(kept.begin(), outer_end);
-    Spots rest;
-    for (auto at = kept.begin(); at != end; ++at) rest.push_back(spots_[*at]);
-    if (!std::binary_search(kept.begin(), end, kept.back())) rest.push_back(spots_[kept.back()]);
-    spots_ = std::move(rest);
+    Candidates rest;
+    for (auto at = kept.begin(); at != end; ++at) rest.push_back(candidates_[*at]);
+    if (!std::binary_search(kept.begin(), end, kept.back()))
+      rest.push_back(candidates_[kept.back()]);
+    candidates_ = std::move(rest);
   }
 
   // Features of hulls are expensive, and a hull is one piece, so the outer loop runs over the solid
@@ -351,7 +360,7 @@ class PatchSearch {
       const Foreground of_outer = Foremost(outer, i);
       for (std::size_t k = 0; k < PieceCount(inner.geometry); ++k) {
         if (!AreNear(outer.geometry, i, inner.geometry, k, X_IO)) continue;
-        if (MustEnd(work_, kStepsOfConvexPair)) return;
+        if (MustEnd(work_, kStepsPerConvexPair)) return;
         const Foreground of_inner = Foremost(inner, k);
         a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
       }
@@ -362,40 +371,43 @@ class PatchSearch {
                const Pose& X_IO) const {
     if (IsEndless(outer) || IsEndless(inner)) return true;
     if (outer.pieces().size() == 1 && inner.pieces().size() == 1) return true;
-    return BoxGap_m(outer.piece_bounds()[i].transformed(X_IO), inner.piece_bounds()[k]) <=
+    return BoxDistance_m(outer.piece_bounds()[i].transformed(X_IO), inner.piece_bounds()[k]) <=
            std::max(max_distance_m_, 0.0);
   }
 
   void Gather(const Foreground& of_a, const Foreground& of_b) {
     const double reach_m = HasMesh() ? mesh_reach_m_ : std::min(of_a.reach_m(), of_b.reach_m());
     for (const Vector2& xy : Common(of_a, of_b)) {
-      Spot spot{xy, of_a.HeightAt(xy), of_b.HeightAt(xy)};
+      Candidate candidate{xy, of_a.HeightAt(xy), of_b.HeightAt(xy)};
       // A larger overlap than the deepest contact belongs to pieces with another normal.
-      const double excess_m = spot.gap_m() - deepest_.distance_m;
-      if (!(spot.gap_m() < max_distance_m_) || excess_m < -kSameShare * reach_m) continue;
-      if (!IsOnSurface(a_, X_PA_, spot, spot.of_a_m)) continue;
-      if (!IsOnSurface(b_, X_PB_, spot, spot.of_b_m)) continue;
+      const double excess_m = candidate.gap_m() - deepest_.distance_m;
+      if (!(candidate.gap_m() < max_distance_m_) || excess_m < -kSameShare * reach_m) continue;
+      if (!IsOnSurface(a_, X_PA_, candidate, candidate.of_a_m)) continue;
+      if (!IsOnSurface(b_, X_PB_, candidate, candidate.of_b_m)) continue;
       // A distance that differs from the deepest by rounding only is made equal to it.
-      if (excess_m < kBorderShare * reach_m) spot.of_b_m = spot.of_a_m + deepest_.distance_m;
-      spots_.push_back(spot);
+      if (excess_m < kBorderShare * reach_m)
+        candidate.of_b_m = candidate.of_a_m + deepest_.distance_m;
+      candidates_.push_back(candidate);
       reach_m_ = std::max(reach_m_, reach_m);
     }
   }
 
   // False if the point lies on a cut between pieces of a plate. Only the sides of pieces may be
   // cuts, not their top and bottom.
-  static bool IsOnSurface(const ExactGeometry& g, const Pose& X_PS, const Spot& spot, double z_m) {
+  static bool IsOnSurface(const ExactGeometry& g, const Pose& X_PS, const Candidate& candidate,
+                          double z_m) {
     if (g.pieces().size() <= 1) return true;
-    if (X_PS.linear().row(2).head<2>().norm() <= kMaxLean) return true;
-    const Vector3 p_P(spot.xy.x(), spot.xy.y(), z_m);
+    if (X_PS.linear().row(2).head<2>().norm() <= kMaxTilt) return true;
+    const Vector3 p_P(candidate.xy.x(), candidate.xy.y(), z_m);
     return std::abs(SignedDistance_m(g.shape(), X_PS.inverse(Eigen::Isometry) * p_P)) <=
            kOnSurface_m;
   }
 
-  PairDistance ContactAt(const Spot& spot) const {
+  PairDistance ContactAt(const Candidate& candidate) const {
     PairDistance contact = deepest_;
-    contact.distance_m = std::max(spot.gap_m(), deepest_.distance_m);
-    contact.point_a = deepest_.point_a + R_FP_ * Vector3(spot.xy.x(), spot.xy.y(), spot.of_a_m);
+    contact.distance_m = std::max(candidate.gap_m(), deepest_.distance_m);
+    contact.point_a =
+        deepest_.point_a + R_FP_ * Vector3(candidate.xy.x(), candidate.xy.y(), candidate.of_a_m);
     contact.point_b = contact.point_a + contact.distance_m * contact.normal;
     return contact;
   }
@@ -408,7 +420,7 @@ class PatchSearch {
   WorkCounter* const work_;
   const PairDistance deepest_;
   const double mesh_reach_m_;  // half the extent of the smaller mesh; infinite without a mesh
-  Spots spots_;
+  Candidates candidates_;
   double reach_m_ = 0;
   bool has_ended_ = false;
 };
@@ -426,10 +438,10 @@ void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimi
   const PairDistance deepest =
       ExactDistance(a, b, std::max(0.0, limits.max_distance_m), limits.work);
   if (!(deepest.distance_m < limits.max_distance_m)) return;
-  const std::size_t most = contacts.size() + static_cast<std::size_t>(limits.max_count);
+  const std::size_t max_count = contacts.size() + static_cast<std::size_t>(limits.max_count);
   contacts.push_back(deepest);
   if (limits.max_count == 1 || !HasFeatures(a.geometry, b.geometry)) return;
-  PatchSearch(a, b, limits, deepest).AppendTo(contacts, most);
+  PatchSearch(a, b, limits, deepest).AppendTo(contacts, max_count);
 }
 
 }  // namespace cwm::collision

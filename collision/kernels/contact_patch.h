@@ -22,9 +22,9 @@ struct ContactLimits {
 // normal (contact_feature.h), the further contacts are corners of the intersection of their
 // projections onto the plane across the normal: the deepest corner, the one farthest from that, and
 // one to either side of the line between them. Corners at the position of another contact are left
-// out. Further contacts have the normal and the trust of the first one, and points on both surfaces
-// that lie on a line along the normal. Their distance is the signed one along that line, never less
-// than the first, and they are ordered deepest first.
+// out. Further contacts have the normal and the accuracy of the first one, and points on both
+// surfaces that lie on a line along the normal. Their distance is the signed one along that line,
+// never less than the first, and they are ordered deepest first.
 //
 // In a mesh each triangle has its own feature, which may be a single corner (the legs of a table
 // stand on these). The further contacts span the features of the first 65536 pairs of near

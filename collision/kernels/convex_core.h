@@ -58,7 +58,7 @@ inline Vector3 SupportPoint(const ConvexCore& shape, const Vector3& d) {
 
 // The point of a core nearest to `p`, if clamping coordinates finds it (box, segment, cylinder);
 // else the core's centre.
-inline Vector3 ClampedTo(const ConvexCore& shape, const Vector3& p) {
+inline Vector3 ClampToCore(const ConvexCore& shape, const Vector3& p) {
   if (const auto* box = std::get_if<Box>(&shape.core)) {
     const Vector3 half = 0.5 * box->size_m;
     return p.cwiseMax(-half).cwiseMin(half);
@@ -103,8 +103,8 @@ class CoreDifference {
   // The vector from a point inside B to a point inside A.
   Vector3 CentreOffset() const { return a_.centre - (R_AB_ * b_.centre + p_AB_); }
 
-  // The vector from a point of B to a point of A that ClampedTo finds near each other. Only a start
-  // for searches; zero if that point of B lies in A.
+  // The vector from a point of B to a point of A that ClampToCore finds near each other. Only a
+  // start for searches; zero if that point of B lies in A.
   Vector3 NearOffset() const;
 
   // No point of D is farther from CentreOffset().
@@ -119,8 +119,8 @@ class CoreDifference {
 
 inline Vector3 CoreDifference::NearOffset() const {
   const Vector3 centre_B = R_AB_.transpose() * (a_.centre - p_AB_);
-  const Vector3 on_b = R_AB_ * ClampedTo(b_, centre_B) + p_AB_;
-  return ClampedTo(a_, on_b) - on_b;
+  const Vector3 on_b = R_AB_ * ClampToCore(b_, centre_B) + p_AB_;
+  return ClampToCore(a_, on_b) - on_b;
 }
 
 }  // namespace cwm::collision

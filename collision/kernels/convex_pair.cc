@@ -18,7 +18,7 @@ PairDistance Penetrating(const CoreDifference& difference) {
                       .point_b = found.point_b,
                       .normal = found.normal};
   if (found.bound_m > kExactTolerance_m) {
-    answer.trust = Trust::kBounded;
+    answer.accuracy = Accuracy::kBounded;
     answer.bound_m = found.bound_m;
   }
   return answer;
@@ -26,10 +26,10 @@ PairDistance Penetrating(const CoreDifference& difference) {
 
 // The answer for separated cores: kBounded if GJK left more open than kExact allows, as it may for
 // round cores of very different sizes.
-PairDistance Separated(const GjkAnswer& gjk) {
+PairDistance Separated(const GjkResult& gjk) {
   PairDistance answer{gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
   if (gjk.bound_m > kExactTolerance_m) {
-    answer.trust = Trust::kBounded;
+    answer.accuracy = Accuracy::kBounded;
     answer.bound_m = gjk.bound_m;
   }
   return answer;
@@ -43,10 +43,10 @@ struct BoxPart {
   ConvexCore core;
   Vector3 centre;  // in the frame of A
 };
-std::optional<BoxPart> PartNextTo(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
-  constexpr double kMuchLarger = 8;  // chosen: at smaller ratios a part saves less than a digit
+std::optional<BoxPart> NearbyBoxPart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  constexpr double kMinSizeRatio = 8;  // chosen: at smaller ratios a part saves less than a digit
   const auto* box = std::get_if<Box>(&a.core);
-  if (box == nullptr || a.extent_m <= kMuchLarger * b.extent_m || b.extent_m == 0) {
+  if (box == nullptr || a.extent_m <= kMinSizeRatio * b.extent_m || b.extent_m == 0) {
     return std::nullopt;
   }
   const Vector3 half = 0.5 * box->size_m;
@@ -58,20 +58,20 @@ std::optional<BoxPart> PartNextTo(const ConvexCore& a, const ConvexCore& b, cons
 }
 
 // GJK on the part of each core that matters. If the parts touch, GJK on the whole cores decides.
-GjkAnswer LocalGjkDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
+GjkResult LocalGjkDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                            double max_distance_m) {
   const CoreDifference difference(a, b, X_AB);
-  if (const auto part = PartNextTo(a, b, X_AB)) {
+  if (const auto part = NearbyBoxPart(a, b, X_AB)) {
     Pose X_PB = X_AB;
     X_PB.translation() -= part->centre;
-    GjkAnswer answer = GjkDistance(CoreDifference(part->core, b, X_PB), max_distance_m);
+    GjkResult answer = GjkDistance(CoreDifference(part->core, b, X_PB), max_distance_m);
     answer.point_a += part->centre;
     answer.point_b += part->centre;
     if (answer.outcome != GjkOutcome::kTouching) return answer;
-  } else if (const auto part_b = PartNextTo(b, a, X_AB.inverse(Eigen::Isometry))) {
+  } else if (const auto part_b = NearbyBoxPart(b, a, X_AB.inverse(Eigen::Isometry))) {
     Pose X_AP = X_AB;
     X_AP.translation() += X_AB.linear() * part_b->centre;
-    const GjkAnswer answer = GjkDistance(CoreDifference(a, part_b->core, X_AP), max_distance_m);
+    const GjkResult answer = GjkDistance(CoreDifference(a, part_b->core, X_AP), max_distance_m);
     if (answer.outcome != GjkOutcome::kTouching) return answer;
   }
   return GjkDistance(difference, max_distance_m);
@@ -110,16 +110,16 @@ bool HasClosedForm(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
 
 PairDistance BoxToBox(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                       double max_distance_m) {
-  const BoxOverlap overlap = LeastBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
+  const BoxOverlap overlap = MinBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
   if (-overlap.depth_m > max_distance_m) return BeyondLimit(-overlap.depth_m);
   const CoreDifference difference(a, b, X_AB);
-  const GjkAnswer gjk = LocalGjkDistance(a, b, X_AB, max_distance_m);
+  const GjkResult gjk = LocalGjkDistance(a, b, X_AB, max_distance_m);
   if (gjk.outcome == GjkOutcome::kBeyond) return BeyondLimit(gjk.distance_m);
   if (gjk.outcome == GjkOutcome::kSeparated) {
     return Separated(gjk);
   }
   PairDistance answer{.distance_m = -overlap.depth_m, .normal = overlap.normal};
-  answer.point_a = LastTouchOnA(difference, overlap.depth_m, overlap.normal);
+  answer.point_a = WitnessOnA(difference, overlap.depth_m, overlap.normal);
   answer.point_b = answer.point_a - overlap.depth_m * overlap.normal;
   return answer;
 }
@@ -144,7 +144,7 @@ PairDistance InFrame(const Pose& X_FA, const PairDistance& answer) {
 
 PairDistance BeyondLimit(double lower_bound_m) { return {.distance_m = lower_bound_m}; }
 
-PairDistance JustBeyond(double max_distance_m) {
+PairDistance FartherThan(double max_distance_m) {
   return BeyondLimit(std::nextafter(max_distance_m, std::numeric_limits<double>::infinity()));
 }
 
@@ -152,7 +152,7 @@ PairDistance IterativeConvexDistance(const ConvexCore& a, const ConvexCore& b, c
                                      double max_distance_m) {
   const CoreDifference difference(a, b, X_AB);
   const double radii = a.radius_m + b.radius_m;
-  const GjkAnswer gjk = LocalGjkDistance(a, b, X_AB, max_distance_m + radii);
+  const GjkResult gjk = LocalGjkDistance(a, b, X_AB, max_distance_m + radii);
   switch (gjk.outcome) {
     case GjkOutcome::kBeyond:
       return BeyondLimit(gjk.distance_m - radii);
@@ -187,7 +187,8 @@ PairDistance ConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose
   if (b_needs_swap) {
     return Swapped(InFrame(X_AB, ConvexDistance(b, a, X_AB.inverse(), max_distance_m)));
   }
-  if (IsRevolved(a) && IsRevolved(b) && AxesAreParallel(X_AB)) return CoaxialRevolved(a, b, X_AB);
+  if (IsRevolved(a) && IsRevolved(b) && AxesAreParallel(X_AB))
+    return ParallelRevolvedDistance(a, b, X_AB);
   return IterativeConvexDistance(a, b, X_AB, max_distance_m);
 }
 
@@ -198,7 +199,7 @@ bool ConvexOverlap(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
   if (box_a != nullptr && box_b != nullptr) return BoxesOverlap(*box_a, *box_b, X_AB);
   if (!HasClosedForm(a, b, X_AB)) {
     const CoreDifference difference(a, b, X_AB);
-    if (const auto told = GjkOverlap(difference, a.radius_m + b.radius_m)) return *told;
+    if (const auto result = GjkOverlap(difference, a.radius_m + b.radius_m)) return *result;
   }
   return ConvexDistance(a, b, X_AB, 0).distance_m < 0;
 }

@@ -4,11 +4,11 @@
 #include <limits>
 
 #include "collision/kernels/convex_core.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 
 namespace cwm::collision {
 
-// The signed distance, in the frame of A; minus the length of the least translation if they
+// The signed distance, in the frame of A; minus the length of the minimum translation if they
 // overlap. kExact, or kBounded if the search ended before its bound fell to 1e-7 m. See
 // ExactDistance for `max_distance_m`.
 PairDistance ConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
@@ -29,6 +29,7 @@ PairDistance InFrame(const Pose& X_FA, const PairDistance& answer);
 
 // The answer for a pair that is farther apart than the limit, without witness points.
 PairDistance BeyondLimit(double lower_bound_m);
-PairDistance JustBeyond(double max_distance_m);  // if no better lower bound than the limit is known
+PairDistance FartherThan(
+    double max_distance_m);  // if no better lower bound than the limit is known
 
 }  // namespace cwm::collision

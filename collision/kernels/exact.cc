@@ -21,7 +21,7 @@ Family FamilyOf(const ExactGeometry& geometry) {
 }
 
 // Sine of the largest angle between opposite normals at which two half-spaces count as facing each
-// other. derived: some tens of roundings of products of poses; over kLargestCoordinate_m their
+// other. derived: some tens of roundings of products of poses; over kMaxCoordinate_m their
 // planes deviate by 1e-8 m from parallel ones.
 constexpr double kFacingSine = 1e-14;
 
@@ -29,10 +29,10 @@ constexpr double kFacingSine = 1e-14;
 // translation within the coordinates of a world separates them.
 PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   const Vector3 normal_b = X_AB.linear().col(2), p = X_AB.translation();
-  PairDistance answer{.distance_m = -kLargestCoordinate_m, .trust = Trust::kDegraded};
+  PairDistance answer{.distance_m = -kMaxCoordinate_m, .accuracy = Accuracy::kDegraded};
   if (normal_b.z() < 0 && normal_b.head<2>().norm() <= kFacingSine) {
     answer.distance_m = p.z();
-    answer.trust = Trust::kExact;
+    answer.accuracy = Accuracy::kExact;
   }
   answer.point_a = Vector3(p.x(), p.y(), 0);
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
@@ -40,7 +40,7 @@ PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
 }
 
 // The distance of a plate and a sphere, by the point of the plate nearest to the centre. Exact for
-// a separated sphere and for a convex plate; otherwise at most the least translation.
+// a separated sphere and for a convex plate; otherwise at most the minimum translation.
 PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
   const Vector3 centre = X_AB.translation();
   const SurfacePoint at = NearestSurfacePoint(std::get<Plate>(a.shape()), centre);
@@ -124,13 +124,13 @@ bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work)
   const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
   if (family_a == Family::kHalfSpace) {
     return family_b == Family::kHalfSpace ? HalfSpaceToHalfSpace(X_AB).distance_m < 0
-                                          : HalfSpaceMeetsAny(b.geometry, X_AB, work);
+                                          : HalfSpaceOverlapsAny(b.geometry, X_AB, work);
   }
   if (family_a == Family::kMesh) {
-    return family_b == Family::kMesh ? MeshMeetsMesh(a.geometry, b.geometry, X_AB, work)
-                                     : MeshMeetsPieces(a.geometry, b.geometry, X_AB, work);
+    return family_b == Family::kMesh ? MeshesOverlap(a.geometry, b.geometry, X_AB, work)
+                                     : MeshOverlapsPieces(a.geometry, b.geometry, X_AB, work);
   }
-  return PiecesMeetPieces(a.geometry, b.geometry, X_AB, work);
+  return PiecesOverlap(a.geometry, b.geometry, X_AB, work);
 }
 
 std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray, WorkCounter* work) {

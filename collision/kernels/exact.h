@@ -1,5 +1,5 @@
 // Exact signed distances between pairs of solid shapes: closed forms if one exists, else GJK for
-// the distance and an exact or iterative search for the least translation. Double precision,
+// the distance and an exact or iterative search for the minimum translation. Double precision,
 // deterministic and thread safe. No allocation, except for pairs of meshes (hulls are built by the
 // first query, and contacts of flush surfaces are collected).
 #pragma once
@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "collision/geometry/shape.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 #include "collision/kernels/work_counter.h"
 
 namespace cwm::collision {
@@ -31,19 +31,19 @@ struct PlacedExact {
 //
 // Separated pairs are kExact; kBounded if the search between round shapes of very different sizes
 // leaves more than 1e-7 m open (the true distance is then at most distance_m). Overlapping pairs:
-// * two convex shapes, or a half-space and anything: the least translation that separates them,
+// * two convex shapes, or a half-space and anything: the minimum translation that separates them,
 //   kExact; kBounded if the search with a cylinder or cone runs out of work with more than 1e-7 m
 //   open;
 // * a plate of several convex pieces: the depth of the deepest pair of pieces. The least
 //   translation is at least that and at most the depth of the convex hulls: kBounded by the
 //   difference, kExact if there is none;
 // * a watertight mesh: the largest depth among the first 64 overlapping pairs of triangles (or of a
-//   triangle and the convex shape), or of a point that lies inside. The least translation is at
+//   triangle and the convex shape), or of a point that lies inside. The minimum translation is at
 //   least that and at most the depth of the mesh's box: kBounded by the difference. Containment
 //   counts as penetration, whichever solid contains the other;
 // * an open mesh: kSurfaceOnly, the same without an inside, and with the same bound if it overlaps;
 // * two half-spaces: if their normals are opposite, the thickness of the layer that both fill,
-//   kExact. Otherwise no translation separates them: -kLargestCoordinate_m and kDegraded, without
+//   kExact. Otherwise no translation separates them: -kMaxCoordinate_m and kDegraded, without
 //   meaningful witness points.
 //
 // Searches over several pieces or triangles count their work with `work` and end if it says so; the

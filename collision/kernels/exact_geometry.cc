@@ -67,7 +67,7 @@ ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
 }
 
 void ExactGeometry::AddMesh(const Mesh& mesh, WorkCounter* work) {
-  const std::vector<std::uint32_t> components = Components(*mesh.mesh, work);
+  const std::vector<std::uint32_t> components = ConnectedComponents(*mesh.mesh, work);
   if (HasEnded(work)) return;
   // A solid that is wound inward is turned, so that all reported normals point outward.
   std::vector<bool> is_turned;
@@ -86,7 +86,7 @@ bool ExactGeometry::IsOpen() const {
 const MeshHulls* ExactGeometry::hulls(WorkCounter* work) const {
   const auto* mesh = std::get_if<Mesh>(&shape_);
   if (mesh == nullptr) return nullptr;
-  const auto* hulls = hulls_.Get([&] { return MeshHulls::Of(*mesh, *tree_, work); }, work);
+  const auto* hulls = hulls_.Get([&] { return MeshHulls::Make(*mesh, *tree_, work); }, work);
   return hulls != nullptr ? hulls->get() : nullptr;
 }
 

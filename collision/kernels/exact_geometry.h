@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision/geometry/aabb.h"
-#include "collision/geometry/built_once.h"
+#include "collision/geometry/lazy.h"
 #include "collision/kernels/convex_core.h"
 #include "collision/kernels/mesh_hulls.h"
 #include "collision/kernels/triangle_tree.h"
@@ -56,7 +56,7 @@ class ExactGeometry {
   ConvexCore enclosure_;
   Pose X_SE_ = Pose::Identity();
   std::optional<TriangleTree> tree_;
-  BuiltOnce<std::unique_ptr<const MeshHulls>> hulls_;
+  Lazy<std::unique_ptr<const MeshHulls>> hulls_;
 };
 
 }  // namespace cwm::collision

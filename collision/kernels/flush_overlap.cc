@@ -10,14 +10,14 @@ namespace {
 // Shares of the meshes' size: the largest gap of touching triangles (kUnsure in
 // triangle_overlap.cc), the distance of test points beside a contact, and the shortest line of
 // contact that is used.
-constexpr double kTouching = 2e-10, kBeside = 2e-6, kShortestLine = 1e-5;
+constexpr double kTouching = 2e-10, kOffsetAlongFace = 2e-6, kMinLineLength = 1e-5;
 // Depth of a test point behind the face, as a share of its distance beside the line: 3 degrees.
-constexpr double kBehind = 0.05;
+constexpr double kOffsetBehindFace = 0.05;
 // Position of the test points along a line of contact. Not the middle, where corners of other
 // triangles are more likely.
 constexpr double kPlaceOnLine = 0.47;
 constexpr std::size_t kMaxPairs = 128;  // tested pairs, spread evenly over those that touch
-constexpr int kMaxDoublings = 24;       // from kBeside to beyond any mesh
+constexpr int kMaxDoublings = 24;       // from kOffsetAlongFace to beyond any mesh
 
 using Corners = std::vector<Vector3>;
 
@@ -67,13 +67,14 @@ class Search {
     const Corners contact = ContactOf(touching, near_m);
     for (std::size_t i = 0; i < contact.size(); ++i) {
       const Vector3 line = contact[(i + 1) % contact.size()] - contact[i];
-      if (line.norm() < kShortestLine * size_m_) continue;
+      if (line.norm() < kMinLineLength * size_m_) continue;
       const Vector3 at = contact[i] + kPlaceOnLine * line;
       for (const Vector3& normal : normals) {
         const Vector3 along_face = normal.cross(line).stableNormalized();
         for (const double side : {1.0, -1.0}) {
-          const Vector3 p = at + kBeside * size_m_ * (side * along_face - kBehind * normal);
-          if (IsInBoth(p)) return Deepened(p, -normal);
+          const Vector3 p =
+              at + kOffsetAlongFace * size_m_ * (side * along_face - kOffsetBehindFace * normal);
+          if (IsInBoth(p)) return MovedInward(p, -normal);
           if (MustEnd(work_, 0)) return std::nullopt;
         }
       }
@@ -83,13 +84,13 @@ class Search {
 
  private:
   bool IsInBoth(const Vector3& p) const {
-    return !MustEnd(work_, 2 * kStepsOfEnclosing) && pair_.a.Encloses(p, work_) &&
-           pair_.b.Encloses(X_BA_ * p, work_);
+    return !MustEnd(work_, 2 * kStepsPerContainmentTest) && pair_.a.Contains(p, work_) &&
+           pair_.b.Contains(X_BA_ * p, work_);
   }
 
-  Vector3 Deepened(const Vector3& from, const Vector3& inward) const {
+  Vector3 MovedInward(const Vector3& from, const Vector3& inward) const {
     Vector3 deepest = from;
-    double step_m = kBeside * size_m_;
+    double step_m = kOffsetAlongFace * size_m_;
     for (int k = 0; k < kMaxDoublings; ++k, step_m *= 2) {
       const Vector3 next = from + step_m * inward;
       if (!IsInBoth(next)) break;
@@ -106,8 +107,9 @@ class Search {
 
 }  // namespace
 
-std::optional<Vector3> PointInBoth(const ClosedPair& pair,
-                                   std::span<const TouchingTriangles> touching, WorkCounter* work) {
+std::optional<Vector3> FindPointInBoth(const ClosedPair& pair,
+                                       std::span<const TouchingTriangles> touching,
+                                       WorkCounter* work) {
   const Search search(pair, work);
   const std::size_t stride = (touching.size() + kMaxPairs - 1) / kMaxPairs;
   for (std::size_t i = 0; i < touching.size(); i += stride) {

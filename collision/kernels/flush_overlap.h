@@ -12,7 +12,7 @@
 namespace cwm::collision {
 
 // Triangles that cross by less than this depth count as touching: rounding could just as well
-// separate them, and PointInBoth decides whether the solids overlap there.
+// separate them, and FindPointInBoth decides whether the solids overlap there.
 inline double TouchingDepth_m(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
   constexpr double kRounding = 1e-14;
   return kRounding * (a.nodes().front().radius_m + b.nodes().front().radius_m +
@@ -36,7 +36,8 @@ struct ClosedPair {
 // leaves it where the two touch, so that a point beside a line of that contact, just behind a face,
 // lies in both. Such points are tested at each pair of touching triangles. Shared volumes thinner
 // than 1e-7 of the meshes' size, or edges sharper than 3 degrees, may be missed.
-std::optional<Vector3> PointInBoth(const ClosedPair& pair,
-                                   std::span<const TouchingTriangles> touching, WorkCounter* work);
+std::optional<Vector3> FindPointInBoth(const ClosedPair& pair,
+                                       std::span<const TouchingTriangles> touching,
+                                       WorkCounter* work);
 
 }  // namespace cwm::collision

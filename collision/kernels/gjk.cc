@@ -17,9 +17,9 @@ constexpr int kMaxIterations = 128;
 // extent, a few roundings of double precision.
 constexpr double kRelativeGap = 1e-14;
 
-// chosen: if the gap is below kNearShare of the extent, a plane across it must separate the cores
+// chosen: if the gap is below kNearRatio of the extent, a plane across it must separate the cores
 // by kMinCertified of the gap; otherwise its direction is not trusted.
-constexpr double kNearShare = 1e-6;
+constexpr double kNearRatio = 1e-6;
 constexpr double kMinCertified = 0.9;
 
 class Solver {
@@ -30,10 +30,10 @@ class Solver {
         max_distance_m_(max_distance_m),
         enough_m_(enough_m),
         size_(difference.extent_m()),
-        touching_(kTouchingShare * size_) {}
+        touching_(kTouchingRatio * size_) {}
 
   // Starts with the support of D across a line from B to A.
-  GjkAnswer Run(const Vector3& offset) {
+  GjkResult Run(const Vector3& offset) {
     Vector3 direction = -offset;
     if (!(direction.squaredNorm() > 0)) direction = Vector3::UnitX();
     const CoreDifference::Vertex first = difference_.Support(direction);
@@ -62,11 +62,11 @@ class Solver {
       // No progress: because of rounding, the new vertex leads no nearer to the origin.
       if (!(feature.distance_squared < distance_ * distance_)) break;
       // Nearer than the separating plane allows: an artefact of rounding in a thin simplex.
-      const double least = lower_bound_ - touching_;
-      if (least > 0 && feature.distance_squared < least * least) break;
+      const double min_distance = lower_bound_ - touching_;
+      if (min_distance > 0 && feature.distance_squared < min_distance * min_distance) break;
       Reduce(feature);
     }
-    if (distance_ > touching_ && IsDirectionTold()) return Separated();
+    if (distance_ > touching_ && IsDirectionReliable()) return Separated();
     const bool met = distance_ <= touching_;
     return {.outcome = GjkOutcome::kTouching,
             .distance_m = met ? 0 : distance_,
@@ -76,8 +76,8 @@ class Solver {
  private:
   // True if the direction of the gap can be trusted. In a small gap rounding can leave a direction
   // along which the cores are not separated.
-  bool IsDirectionTold() const {
-    return distance_ > kNearShare * size_ || lower_bound_ >= kMinCertified * distance_;
+  bool IsDirectionReliable() const {
+    return distance_ > kNearRatio * size_ || lower_bound_ >= kMinCertified * distance_;
   }
 
   void Add(const CoreDifference::Vertex& vertex) {
@@ -104,13 +104,13 @@ class Solver {
     distance_ = std::sqrt(feature.distance_squared);
   }
 
-  GjkAnswer Separated() const {
-    GjkAnswer answer{GjkOutcome::kSeparated, distance_,
+  GjkResult Separated() const {
+    GjkResult answer{GjkOutcome::kSeparated, distance_,
                      Vector3::Zero(),        Vector3::Zero(),
                      -nearest_ / distance_,  std::max(0.0, distance_ - lower_bound_)};
     // For round cores of very different sizes the last direction may separate them less than an
     // earlier one.
-    if (lower_bound_ - last_lower_bound_ > kTouchingShare * size_) {
+    if (lower_bound_ - last_lower_bound_ > kTouchingRatio * size_) {
       answer.normal = -parting_.normalized();
     }
     // A corner that was added by a last step without progress has weight 0.
@@ -139,16 +139,16 @@ class Solver {
 
 }  // namespace
 
-GjkAnswer GjkDistance(const CoreDifference& difference, double max_distance_m) {
+GjkResult GjkDistance(const CoreDifference& difference, double max_distance_m) {
   return Solver(difference, max_distance_m, 0).Run(difference.CentreOffset());
 }
 
 std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits& limits) {
-  const double rounding_m = kTouchingShare * difference.extent_m();
+  const double rounding_m = kTouchingRatio * difference.extent_m();
   const double far_m = limits.far_m + rounding_m, near_m = limits.near_m - rounding_m;
   Vector3 offset = difference.NearOffset();
   if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
-  const GjkAnswer answer = Solver(difference, far_m, near_m).Run(offset);
+  const GjkResult answer = Solver(difference, far_m, near_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;
@@ -158,7 +158,7 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits
   return distance_m < near_m;
 }
 
-Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal) {
+Vector3 WitnessOnA(const CoreDifference& difference, double depth_m, const Vector3& normal) {
   // chosen: the smaller the gap, the less the nearest points shift towards the middle of round
   // faces. A gap of a tenth of a percent still keeps twelve digits of the direction.
   const double gap_m = 1e-3 * difference.extent_m();

@@ -15,7 +15,7 @@ enum class GjkOutcome {
   kBeyond,     // farther apart than the limit; `distance_m` is a lower bound above the limit
 };
 
-struct GjkAnswer {
+struct GjkResult {
   GjkOutcome outcome = GjkOutcome::kTouching;
   double distance_m = 0;              // for kTouching an upper bound
   Vector3 point_a = Vector3::Zero();  // in the frame of A
@@ -30,10 +30,10 @@ struct GjkAnswer {
 
 // derived: cores nearer than this share of their extent count as touching, since the direction from
 // A to B would have lost half of its digits.
-inline constexpr double kTouchingShare = 1e-9;
+inline constexpr double kTouchingRatio = 1e-9;
 
 // The distance of two cores. Bounded work, no allocation. README.md lists the measured errors.
-GjkAnswer GjkDistance(const CoreDifference& difference,
+GjkResult GjkDistance(const CoreDifference& difference,
                       double max_distance_m = std::numeric_limits<double>::infinity());
 
 // True if the cores are nearer than `near_m`, false if they are farther than `far_m` >= near_m;
@@ -51,6 +51,6 @@ inline std::optional<bool> GjkOverlap(const CoreDifference& difference, double r
 // The point of A that B touches last when B moves out of A by `depth_m` along `normal`: the witness
 // point of a penetration, in the frame of A. Found by moving B a little farther, where the nearest
 // points are well defined.
-Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal);
+Vector3 WitnessOnA(const CoreDifference& difference, double depth_m, const Vector3& normal);
 
 }  // namespace cwm::collision

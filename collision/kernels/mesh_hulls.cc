@@ -22,7 +22,7 @@ constexpr double kFurtherShrinking = 1e-5;
 // tree.
 constexpr double kMinScale = 0.5;
 // Number of planes compared in one step of a WorkCounter.
-constexpr std::size_t kPlanesOfStep = 32;
+constexpr std::size_t kPlanesPerStep = 32;
 
 // The planes of a hull around its centre, as points n / h of the polar set: a point p lies inside
 // the plane, shrunk by a scale, if p.dot(n / h) is below that scale. The height h is that of the
@@ -56,7 +56,7 @@ double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const Triang
     const Vector3 p = a - centre, q = b - centre, r = c - centre;
     const Vector3& plane = polar[lanes.Farthest(p + q + r)];
     scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
-    if (scale < kMinScale || MustEnd(work, 1 + polar.size() / kPlanesOfStep)) break;
+    if (scale < kMinScale || MustEnd(work, 1 + polar.size() / kPlanesPerStep)) break;
   }
   return scale;
 }
@@ -76,7 +76,7 @@ std::vector<Vector3> CornersOf(const TriangleMesh& mesh) {
 
 }  // namespace
 
-LaneHull::LaneHull(std::vector<Vector3> vertices)
+HullCore::HullCore(std::vector<Vector3> vertices)
     : vertices_(std::move(vertices)),
       lanes_(vertices_),
       core_(CoreOf(std::span<const Vector3>(vertices_))) {
@@ -84,21 +84,22 @@ LaneHull::LaneHull(std::vector<Vector3> vertices)
   std::get<VertexCore>(core_.core).lanes = &lanes_;
 }
 
-std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree,
-                                               WorkCounter* work) {
+std::unique_ptr<const MeshHulls> MeshHulls::Make(const Mesh& mesh, const TriangleTree& tree,
+                                                 WorkCounter* work) {
   if (mesh.mesh->vertices.size() > kMaxVertices) return nullptr;
   const TriangleMesh hull = ConvexHull3(CornersOf(*mesh.mesh), work);
   if (hull.triangles.empty() || hull.vertices.size() > kMaxCorners) return nullptr;
   std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
   if (!mesh.watertight) return hulls;
-  hulls->balls_within_ = InnerBallsOf(tree, kFurtherShrinking * hulls->around().extent_m, work);
-  const Vector3& centre = hulls->around().centre;
+  hulls->inner_spheres_ =
+      FindInnerSpheres(tree, kFurtherShrinking * hulls->outer_hull().extent_m, work);
+  const Vector3& centre = hulls->outer_hull().centre;
   const double scale = ScaleWithin(hull, centre, tree, work) - kFurtherShrinking;
-  if (scale < kMinScale || !tree.Encloses(centre, work)) return hulls;
+  if (scale < kMinScale || !tree.Contains(centre, work)) return hulls;
   std::vector<Vector3> corners = hull.vertices;
   for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
-  hulls->within_.emplace(std::move(corners));
-  hulls->wall_m_ = (1 - scale) * hulls->around().extent_m;
+  hulls->inner_hull_.emplace(std::move(corners));
+  hulls->hull_gap_m_ = (1 - scale) * hulls->outer_hull().extent_m;
   return hulls;
 }
 
@@ -106,47 +107,49 @@ namespace {
 
 // Decides by the inner hulls: true if they overlap, false if the gap between them exceeds the
 // thickness of the walls around them, else empty.
-std::optional<bool> Told(const ConvexCore* within_a, const ConvexCore* within_b, double walls_m,
-                         const Pose& X_AB) {
+std::optional<bool> InnerHullsOverlap(const ConvexCore* within_a, const ConvexCore* within_b,
+                                      double hull_gaps_m, const Pose& X_AB) {
   if (within_a == nullptr || within_b == nullptr) return std::nullopt;
   const double radii_m = within_b->radius_m;
-  return GjkOverlap(CoreDifference(*within_a, *within_b, X_AB), {radii_m, radii_m + walls_m});
+  return GjkOverlap(CoreDifference(*within_a, *within_b, X_AB), {radii_m, radii_m + hull_gaps_m});
 }
 
-std::optional<bool> FalseWhereApart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
-  const std::optional<bool> told = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
-  return told == false ? told : std::nullopt;
+std::optional<bool> FalseIfSeparated(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  const std::optional<bool> result = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
+  return result == false ? result : std::nullopt;
 }
 
 }  // namespace
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB) {
-  if (const auto told = Told(a.within(), &b, a.wall_m(), X_AB)) return told;
-  return FalseWhereApart(a.around(), b, X_AB);
+  if (const auto result = InnerHullsOverlap(a.inner_hull(), &b, a.hull_gap_m(), X_AB))
+    return result;
+  return FalseIfSeparated(a.outer_hull(), b, X_AB);
 }
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB) {
-  const double walls_m = a.wall_m() + b.wall_m();
-  if (const auto told = Told(a.within(), b.within(), walls_m, X_AB)) return told;
-  return FalseWhereApart(a.around(), b.around(), X_AB);
+  const double hull_gaps_m = a.hull_gap_m() + b.hull_gap_m();
+  if (const auto result = InnerHullsOverlap(a.inner_hull(), b.inner_hull(), hull_gaps_m, X_AB))
+    return result;
+  return FalseIfSeparated(a.outer_hull(), b.outer_hull(), X_AB);
 }
 
-std::optional<bool> CornerOrBallTells(const MeshMiddle& a, const ConvexCore& b, const Pose& X_AB,
-                                      const Pose& X_BA) {
+std::optional<bool> QuickOverlap(const CentredMesh& a, const ConvexCore& b, const Pose& X_AB,
+                                 const Pose& X_BA) {
   const PieceDistance distance_m(b);
   if (!distance_m.IsExact()) return std::nullopt;
-  const ConvexCore& around = a.hulls.around();
-  const Vector3 nearest_B = ClampedTo(b, a.middle_B);
-  const Vector3 way_B = nearest_B - a.middle_B;
+  const ConvexCore& around = a.hulls.outer_hull();
+  const Vector3 nearest_B = ClampToCore(b, a.centre_B);
+  const Vector3 way_B = nearest_B - a.centre_B;
   const double extent_m = around.extent_m + b.extent_m, way_m = way_B.norm();
-  const double rounding_m = kTouchingShare * extent_m;
+  const double rounding_m = kTouchingRatio * extent_m;
   if (way_m > rounding_m) {
     const Vector3 foremost_B = X_BA * SupportPoint(around, X_AB.linear() * way_B);
     const double gap_m = (nearest_B - foremost_B).dot(way_B) / way_m;
     if (gap_m > b.radius_m + rounding_m) return false;
     if (distance_m(foremost_B) < -kFurtherShrinking * extent_m) return true;
   }
-  for (const InnerBall& ball : a.hulls.balls_within()) {
+  for (const InnerSphere& ball : a.hulls.inner_spheres()) {
     if (distance_m(X_BA * ball.centre) < ball.radius_m) return true;
   }
   return std::nullopt;
@@ -156,7 +159,8 @@ namespace {
 
 // True if B lies beyond a face of A's box. Tests the axis of that box along which the boxes are
 // farthest apart.
-bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, double rounding_m) {
+bool FaceOfFirstSeparates(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB,
+                          double rounding_m) {
   const Vector3 between = X_AB * b.bounds.center() - a.bounds.center();
   const Vector3 off = between.cwiseAbs() - 0.5 * a.bounds.sizes() -
                       0.5 * (X_AB.linear().cwiseAbs() * b.bounds.sizes());
@@ -164,18 +168,18 @@ bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, 
   if (off.maxCoeff(&axis) > rounding_m) return true;
   const double side = between[axis] < 0 ? -1 : 1;
   const Vector3 back_B = -side * X_AB.linear().row(axis).transpose();
-  const Vector3 foremost = X_AB * SupportPoint(b.hulls.around(), back_B);
+  const Vector3 foremost = X_AB * SupportPoint(b.hulls.outer_hull(), back_B);
   const double face = side < 0 ? -a.bounds.min()[axis] : a.bounds.max()[axis];
   return side * foremost[axis] - face > rounding_m;
 }
 
 }  // namespace
 
-bool FaceParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB) {
-  const double extents_m = a.hulls.around().extent_m + b.hulls.around().extent_m;
-  const double rounding_m = kTouchingShare * extents_m;
-  return FaceOfFirstParts(a, b, X_AB, rounding_m) ||
-         FaceOfFirstParts(b, a, X_AB.inverse(Eigen::Isometry), rounding_m);
+bool BoxFaceSeparates(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB) {
+  const double extents_m = a.hulls.outer_hull().extent_m + b.hulls.outer_hull().extent_m;
+  const double rounding_m = kTouchingRatio * extents_m;
+  return FaceOfFirstSeparates(a, b, X_AB, rounding_m) ||
+         FaceOfFirstSeparates(b, a, X_AB.inverse(Eigen::Isometry), rounding_m);
 }
 
 }  // namespace cwm::collision

@@ -18,27 +18,27 @@
 namespace cwm::collision {
 namespace {
 
-bool TriangleMeets(const TriangleCorners& triangle, const ConvexCore& piece, const Pose& X_AB,
-                   const Pose& X_BA) {
+bool TriangleOverlapsPiece(const TriangleCorners& triangle, const ConvexCore& piece,
+                           const Pose& X_AB, const Pose& X_BA) {
   if (const auto* box = std::get_if<Box>(&piece.core); box != nullptr && piece.radius_m == 0) {
     const auto& c = triangle.corners;
-    const Overlap told = TriangleOverlapsBox({X_BA * c[0], X_BA * c[1], X_BA * c[2]}, *box);
-    if (told != Overlap::kUnsure) return told == Overlap::kYes;
+    const Overlap result = TriangleOverlapsBox({X_BA * c[0], X_BA * c[1], X_BA * c[2]}, *box);
+    if (result != Overlap::kUnsure) return result == Overlap::kYes;
   }
   return ConvexOverlap(CoreOf(std::span<const Vector3>(triangle.corners)), piece, X_AB);
 }
 
-bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose& X_AB,
-                  WorkCounter* work) {
+bool SurfaceOverlapsPiece(const TriangleTree& tree, const ConvexCore& piece, const Pose& X_AB,
+                          WorkCounter* work) {
   const Pose X_BA = X_AB.inverse(Eigen::Isometry);
   const PieceDistance distance_m(piece);
-  std::array<std::int32_t, kTreeStack> stack;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
     const std::int32_t index = stack[--size];
     const TriangleTree::Node& node = tree.nodes()[static_cast<std::size_t>(index)];
-    if (MustEnd(work, node.count > 0 ? kStepsOfConvexPair : 1)) return false;
+    if (MustEnd(work, node.count > 0 ? kStepsPerConvexPair : 1)) return false;
     const double off_m = distance_m(X_BA * node.bounds.center());
     if (off_m > node.radius_m) continue;
     if (off_m < -node.radius_m) return true;  // the whole node lies inside
@@ -48,7 +48,7 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
       continue;
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      if (TriangleMeets(tree.triangle(i), piece, X_AB, X_BA)) return true;
+      if (TriangleOverlapsPiece(tree.triangle(i), piece, X_AB, X_BA)) return true;
     }
   }
   return false;
@@ -105,7 +105,7 @@ class CrossingSearch {
   bool Visit(std::int32_t i, std::int32_t j) {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     if (MustEnd(work_, 2)) return true;  // the cost of two pairs of nodes, or of some triangles
-    if (a.count > 0 && b.count > 0) return LeavesCross(a, b);
+    if (a.count > 0 && b.count > 0) return AnyTrianglesCross(a, b);
     const bool open_a = b.count > 0 || (a.count == 0 && a.radius_m >= b.radius_m);
     const std::array<std::int32_t, 2> left = {open_a ? i + 1 : i, open_a ? j : j + 1};
     const std::array<std::int32_t, 2> right = {open_a ? a.right : i, open_a ? j : b.right};
@@ -117,7 +117,7 @@ class CrossingSearch {
     return of_left && !left_first && Visit(left[0], left[1]);
   }
 
-  bool LeavesCross(const TriangleTree::Node& a, const TriangleTree::Node& b) {
+  bool AnyTrianglesCross(const TriangleTree::Node& a, const TriangleTree::Node& b) {
     for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
       const TriangleCorners& own = b_.triangle(j);
       const TrianglePoints other = {X_AB_ * own.corners[0], X_AB_ * own.corners[1],
@@ -132,10 +132,10 @@ class CrossingSearch {
   // True if the triangles cross; touching pairs are collected. `b_in_A` are the corners of `b` in
   // the frame of A.
   bool Cross(const TriangleCorners& a, const TriangleCorners& b, const TrianglePoints& b_in_A) {
-    const Overlap told = TrianglesOverlap(a.corners, b_in_A);
-    if (told != Overlap::kUnsure) return told == Overlap::kYes;
-    constexpr std::size_t kEnough = 4096;
-    if (touching_.size() < kEnough) touching_.push_back({a.corners, b_in_A});
+    const Overlap result = TrianglesOverlap(a.corners, b_in_A);
+    if (result != Overlap::kUnsure) return result == Overlap::kYes;
+    constexpr std::size_t kMaxTouching = 4096;
+    if (touching_.size() < kMaxTouching) touching_.push_back({a.corners, b_in_A});
     // The same test as in MeshToMesh, so that both agree.
     return IterativeConvexDistance(CoreOf(std::span<const Vector3>(a.corners)),
                                    CoreOf(std::span<const Vector3>(b.corners)), X_AB_, 0)
@@ -153,37 +153,37 @@ class CrossingSearch {
 };
 
 // True if a component of B lies inside A. A point on the surface of A does not count as inside.
-bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                   WorkCounter* work) {
+bool ContainsComponent(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                       WorkCounter* work) {
   if (a.IsOpen()) return false;
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   const std::vector<Vector3>& points_B = b.tree()->component_points();
   return std::any_of(points_B.begin(), points_B.end(), [&](const Vector3& p_B) {
-    if (MustEnd(work, kStepsOfEnclosing)) return true;
+    if (MustEnd(work, kStepsPerContainmentTest)) return true;
     const Vector3 p = X_AB * p_B;
-    return a.tree()->Encloses(p, work) &&
+    return a.tree()->Contains(p, work) &&
            a.tree()->NearestPoint(p, touching_depth_m, work).distance_m >= touching_depth_m;
   });
 }
 
 double RadiusOf(const TriangleTree& tree) { return tree.nodes().front().radius_m; }
 
-bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose& X_AB,
-                    WorkCounter* work) {
+bool MeshOverlapsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose& X_AB,
+                       WorkCounter* work) {
   const TriangleTree& tree = *a.tree();
   const Pose X_BA = X_AB.inverse(Eigen::Isometry);
-  const Vector3 middle_B = X_BA * tree.bounds().center();
-  if (PieceDistance(piece)(middle_B) > RadiusOf(tree)) return false;
+  const Vector3 centre_B = X_BA * tree.bounds().center();
+  if (PieceDistance(piece)(centre_B) > RadiusOf(tree)) return false;
   if (const MeshHulls* hulls = a.hulls(work); hulls != nullptr) {
-    const MeshMiddle mesh{.hulls = *hulls, .middle_B = middle_B};
-    if (const auto told = CornerOrBallTells(mesh, piece, X_AB, X_BA)) return *told;
-    if (const auto told = HullsOverlap(*hulls, piece, X_AB)) return *told;
+    const CentredMesh mesh{.hulls = *hulls, .centre_B = centre_B};
+    if (const auto result = QuickOverlap(mesh, piece, X_AB, X_BA)) return *result;
+    if (const auto result = HullsOverlap(*hulls, piece, X_AB)) return *result;
   }
-  return SurfaceMeets(tree, piece, X_AB, work) ||
-         (!a.IsOpen() && tree.Encloses(X_AB * piece.centre, work));
+  return SurfaceOverlapsPiece(tree, piece, X_AB, work) ||
+         (!a.IsOpen() && tree.Contains(X_AB * piece.centre, work));
 }
 
-bool BallsMeet(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
+bool BoundingSpheresOverlap(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
   const Vector3 between = X_AB * b.bounds().center() - a.bounds().center();
   const double radii_m = RadiusOf(a) + RadiusOf(b);
   return between.squaredNorm() <= radii_m * radii_m;
@@ -191,39 +191,40 @@ bool BallsMeet(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
 
 }  // namespace
 
-bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                     WorkCounter* work) {
+bool MeshOverlapsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        WorkCounter* work) {
   if (std::holds_alternative<Sphere>(b.shape())) {
     return MeshToPieces(a, b, X_AB, {0, work}).distance_m < 0;
   }
   return std::any_of(b.pieces().begin(), b.pieces().end(), [&](const ConvexCore& piece) {
-    return MustEnd(work, kStepsOfConvexPair) || MeshMeetsPiece(a, piece, X_AB, work);
+    return MustEnd(work, kStepsPerConvexPair) || MeshOverlapsPiece(a, piece, X_AB, work);
   });
 }
 
-bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+bool MeshesOverlap(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work) {
-  if (!BallsMeet(*a.tree(), *b.tree(), X_AB)) return false;
+  if (!BoundingSpheresOverlap(*a.tree(), *b.tree(), X_AB)) return false;
   if (a.hulls(work) != nullptr && b.hulls(work) != nullptr) {
     const MeshHulls &of_a = *a.hulls(), &of_b = *b.hulls();
-    if (FaceParts({of_a, a.tree()->bounds()}, {of_b, b.tree()->bounds()}, X_AB)) return false;
-    if (const auto told = HullsOverlap(of_a, of_b, X_AB)) return *told;
-    if (BallsOverlap(of_a.balls_within(), of_b.balls_within(), X_AB)) return true;
+    if (BoxFaceSeparates({of_a, a.tree()->bounds()}, {of_b, b.tree()->bounds()}, X_AB))
+      return false;
+    if (const auto result = HullsOverlap(of_a, of_b, X_AB)) return *result;
+    if (SpheresOverlap(of_a.inner_spheres(), of_b.inner_spheres(), X_AB)) return true;
   }
   CrossingSearch search(*a.tree(), *b.tree(), X_AB, work);
-  if (search.Run() || EnclosesAPart(a, b, X_AB, work) ||
-      EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry), work)) {
+  if (search.Run() || ContainsComponent(a, b, X_AB, work) ||
+      ContainsComponent(b, a, X_AB.inverse(Eigen::Isometry), work)) {
     return true;
   }
   if (a.IsOpen() || b.IsOpen()) return false;
-  return PointInBoth({*a.tree(), *b.tree(), X_AB}, search.touching(), work).has_value();
+  return FindPointInBoth({*a.tree(), *b.tree(), X_AB}, search.touching(), work).has_value();
 }
 
-std::optional<Vector3> PointInTouching(const ExactGeometry& a, const ExactGeometry& b,
-                                       const Pose& X_AB, WorkCounter* work) {
+std::optional<Vector3> PointInTouchingMeshes(const ExactGeometry& a, const ExactGeometry& b,
+                                             const Pose& X_AB, WorkCounter* work) {
   if (a.IsOpen() || b.IsOpen()) return std::nullopt;
   CrossingSearch search(*a.tree(), *b.tree(), X_AB, work);
-  return PointInBoth({*a.tree(), *b.tree(), X_AB}, search.CollectTouching(), work);
+  return FindPointInBoth({*a.tree(), *b.tree(), X_AB}, search.CollectTouching(), work);
 }
 
 }  // namespace cwm::collision

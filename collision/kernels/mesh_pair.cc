@@ -47,12 +47,12 @@ class Best {
 // which is at least that of the meshes. Empty if the outer hulls are farther apart than the limit.
 std::optional<double> Reach_m(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB,
                               double max_distance_m) {
-  const double rounding_m = kTouchingShare * (a.around().extent_m + b.around().extent_m);
-  const CoreDifference around(a.around(), b.around(), X_AB);
+  const double rounding_m = kTouchingRatio * (a.outer_hull().extent_m + b.outer_hull().extent_m);
+  const CoreDifference around(a.outer_hull(), b.outer_hull(), X_AB);
   const double limit_m = std::max(max_distance_m, 0.0) + rounding_m;
   if (GjkDistance(around, limit_m).outcome == GjkOutcome::kBeyond) return std::nullopt;
-  if (a.within() == nullptr || b.within() == nullptr) return max_distance_m;
-  const GjkAnswer within = GjkDistance(CoreDifference(*a.within(), *b.within(), X_AB));
+  if (a.inner_hull() == nullptr || b.inner_hull() == nullptr) return max_distance_m;
+  const GjkResult within = GjkDistance(CoreDifference(*a.inner_hull(), *b.inner_hull(), X_AB));
   if (within.outcome != GjkOutcome::kSeparated) return max_distance_m;
   return std::min(max_distance_m, within.distance_m + rounding_m);
 }
@@ -67,7 +67,7 @@ PairDistance TriangleToConvex(const TriangleCorners& triangle, const ConvexCore&
 // The steps of testing one triangle against the piece, which takes some four support points of it.
 std::size_t StepsOf(const ConvexCore& piece) {
   const auto* hull = std::get_if<VertexCore>(&piece.core);
-  return kStepsOfConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
+  return kStepsPerConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
 }
 
 using Corners = std::array<Vector3, 3>;
@@ -102,11 +102,11 @@ Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transfor
 PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Vector3& centre,
                           const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
-  const bool inside = !a.IsOpen() && a.tree()->Encloses(centre, limits.work);
+  const bool inside = !a.IsOpen() && a.tree()->Contains(centre, limits.work);
   const double reach =
       inside ? std::numeric_limits<double>::infinity() : max_distance_m + sphere.radius_m;
   const TriangleTree::Nearest nearest = a.tree()->NearestPoint(centre, reach, limits.work);
-  if (!(nearest.distance_m < reach)) return JustBeyond(max_distance_m);
+  if (!(nearest.distance_m < reach)) return FartherThan(max_distance_m);
   const Vector3 offset = centre - nearest.point;
   Vector3 normal = nearest.face_normal;
   if (nearest.distance_m > 0) normal = (inside ? -offset : offset) / nearest.distance_m;
@@ -117,7 +117,7 @@ PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Ve
 
 // The depth of a piece that lies inside the mesh without touching a triangle, by its centre, which
 // must cross the surface.
-PairDistance Enclosed(const ExactGeometry& a, const Vector3& centre, WorkCounter* work) {
+PairDistance DepthInside(const ExactGeometry& a, const Vector3& centre, WorkCounter* work) {
   return MeshToSphere(a, Sphere{0}, centre, {.max_distance_m = 0, .work = work});
 }
 
@@ -130,7 +130,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
     PairDistance answer = MeshToSphere(a, *sphere, X_AB.translation(), limits);
     if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
-    if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+    if (a.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
     return answer;
   }
   Best best(max_distance_m);
@@ -144,7 +144,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
     // Bounded by a ball as well as by a box, since the box around an oblique piece is much larger
     // than the piece.
     const auto bound_m = [&](const TriangleTree::Node& node) {
-      return std::max(BoxGap_m(node.bounds, bounds_A),
+      return std::max(BoxDistance_m(node.bounds, bounds_A),
                       distance_m(X_BA * node.bounds.center()) - node.radius_m);
     };
     tree.ForEachNearBy(
@@ -162,13 +162,13 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
         },
         limits.work);
     if (MustEnd(limits.work, 1)) return best.answer();
-    if (!a.IsOpen() && tree.Encloses(centre, limits.work))
-      best.Offer(Enclosed(a, centre, limits.work));
+    if (!a.IsOpen() && tree.Contains(centre, limits.work))
+      best.Offer(DepthInside(a, centre, limits.work));
   }
   PairDistance answer = best.answer();
-  if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
+  if (answer.distance_m > max_distance_m) return FartherThan(max_distance_m);
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
-  if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  if (a.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 
@@ -238,7 +238,7 @@ class DualSearch {
       for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
         const bool is_far = AreFartherThan(limit_m_, a_.triangle(i).corners, in_A);
         if (!is_far) limit_m_ = offer_(a_.triangle(i), core);
-        if (MustEnd(work_, is_far ? 1 : kStepsOfConvexPair)) limit_m_ = TriangleTree::kEnd;
+        if (MustEnd(work_, is_far ? 1 : kStepsPerConvexPair)) limit_m_ = TriangleTree::kEnd;
         if (limit_m_ == TriangleTree::kEnd) return;
       }
     }
@@ -259,10 +259,10 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
                         WorkCounter* work, Best& best) {
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   for (const Vector3& p_B : b.tree()->component_points()) {
-    if (MustEnd(work, kStepsOfEnclosing)) return;
+    if (MustEnd(work, kStepsPerContainmentTest)) return;
     const Vector3 p = X_AB * p_B;
-    if (!a.tree()->Encloses(p, work)) continue;
-    const PairDistance within = Enclosed(a, p, work);
+    if (!a.tree()->Contains(p, work)) continue;
+    const PairDistance within = DepthInside(a, p, work);
     if (within.distance_m < -touching_depth_m) best.Offer(within);
   }
 }
@@ -275,10 +275,10 @@ namespace {
 // far as the point is deep in A, and as far as it is deep in B.
 void OfferCommon(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                  WorkCounter* work, Best& best) {
-  const std::optional<Vector3> p = PointInTouching(a, b, X_AB, work);
+  const std::optional<Vector3> p = PointInTouchingMeshes(a, b, X_AB, work);
   if (!p) return;
-  best.Offer(Enclosed(a, *p, work));
-  best.Offer(Swapped(InFrame(X_AB, Enclosed(b, X_AB.inverse() * *p, work))));
+  best.Offer(DepthInside(a, *p, work));
+  best.Offer(Swapped(InFrame(X_AB, DepthInside(b, X_AB.inverse() * *p, work))));
 }
 
 PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
@@ -288,10 +288,10 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   DualSearch(*a.tree(), *b.tree(), X_AB, limits,
              [&](const TriangleCorners& triangle, const ConvexCore& core) {
-               PairDistance told = TriangleToConvex(triangle, core, X_AB, best.limit_m());
-               if (told.distance_m >= -touching_depth_m)
-                 told.distance_m = std::max(told.distance_m, 0.0);
-               best.Offer(told);
+               PairDistance result = TriangleToConvex(triangle, core, X_AB, best.limit_m());
+               if (result.distance_m >= -touching_depth_m)
+                 result.distance_m = std::max(result.distance_m, 0.0);
+               best.Offer(result);
                return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
              })
       .Run();
@@ -304,13 +304,13 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
     if (swapped.IsOverlapping()) best.Offer(Swapped(InFrame(X_AB, swapped.answer())));
   }
   const double size_m = a.tree()->nodes().front().radius_m + b.tree()->nodes().front().radius_m;
-  if (!best.IsOverlapping() && best.answer().distance_m <= kTouchingShare * size_m) {
+  if (!best.IsOverlapping() && best.answer().distance_m <= kTouchingRatio * size_m) {
     OfferCommon(a, b, X_AB, limits.work, best);
   }
   PairDistance answer = best.answer();
-  if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
+  if (answer.distance_m > max_distance_m) return FartherThan(max_distance_m);
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
-  if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  if (a.IsOpen() || b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
   return answer;
 }
 
@@ -321,7 +321,7 @@ PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Po
   const double max_distance_m = limits.max_distance_m;
   if (a.hulls(limits.work) != nullptr && b.hulls(limits.work) != nullptr) {
     const std::optional<double> reach_m = Reach_m(*a.hulls(), *b.hulls(), X_AB, max_distance_m);
-    if (!reach_m) return JustBeyond(max_distance_m);
+    if (!reach_m) return FartherThan(max_distance_m);
     if (*reach_m < max_distance_m) {
       const PairDistance answer = TrianglesToTriangles(a, b, X_AB, {*reach_m, limits.work});
       if (answer.distance_m <= *reach_m) return answer;

@@ -53,7 +53,7 @@ class Search {
  private:
   Penetration WithWitnesses() const {
     Penetration answer = best_;
-    answer.point_a = LastTouchOnA(difference_, best_.depth_m, best_.normal);
+    answer.point_a = WitnessOnA(difference_, best_.depth_m, best_.normal);
     answer.point_b = answer.point_a - best_.depth_m * best_.normal;
     return answer;
   }
@@ -80,25 +80,25 @@ class Search {
     const Vector3 line = b.w - a.w;
     if (!(line.norm() > kFlatShare * size_)) return Flat(a, Vector3::UnitZ());
     const Vector3 u = BasisFromZ(line.normalized()).col(0), v = u.cross(line.normalized());
-    const std::optional<Vertex> c = FarthestOff(a, std::array<Vector3, 4>{u, v, u + v, u - v});
+    const std::optional<Vertex> c = FarthestFrom(a, std::array<Vector3, 4>{u, v, u + v, u - v});
     if (!c) return Flat(a, u);
     const Vector3 n = line.cross(c->w - a.w).normalized();
-    const std::optional<Vertex> d = FarthestOff(a, std::array<Vector3, 1>{n});
+    const std::optional<Vertex> d = FarthestFrom(a, std::array<Vector3, 1>{n});
     if (!d) return Flat(a, n);
     polytope_.Start({a, b, *c, *d});
     return true;
   }
 
   template <std::size_t n>
-  std::optional<Vertex> FarthestOff(const Vertex& from, const std::array<Vector3, n>& directions) {
+  std::optional<Vertex> FarthestFrom(const Vertex& from, const std::array<Vector3, n>& directions) {
     std::optional<Vertex> farthest;
-    double most = kFlatShare * size_;
+    double max_height = kFlatShare * size_;
     for (const Vector3& direction : directions) {
       for (const double sign : {1.0, -1.0}) {
         const Vertex vertex = difference_.Support(sign * direction);
         const double height = sign * (vertex.w - from.w).dot(direction) / direction.norm();
-        if (height <= most) continue;
-        most = height;
+        if (height <= max_height) continue;
+        max_height = height;
         farthest = vertex;
       }
     }

@@ -1,4 +1,4 @@
-// The least translation that separates two convex cores.
+// The minimum translation that separates two convex cores.
 #pragma once
 
 #include "collision/kernels/convex_core.h"
@@ -12,7 +12,7 @@ struct Penetration {
   Vector3 point_a = Vector3::Zero();  // in the frame of A; point_a - point_b = depth_m * normal
   Vector3 point_b = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  // unit, from A to B
-  double bound_m = 0;                 // the least translation is at least depth_m - bound_m
+  double bound_m = 0;                 // the minimum translation is at least depth_m - bound_m
 };
 
 // The penetration of cores that meet or nearly meet (GjkOutcome::kTouching). The answer is always a

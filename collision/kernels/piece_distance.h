@@ -16,7 +16,7 @@ class PieceDistance {
  public:
   explicit PieceDistance(const ConvexCore& piece) : piece_(piece) {}
 
-  // True if positive values are exact too and ClampedTo is the nearest point of the core.
+  // True if positive values are exact too and ClampToCore is the nearest point of the core.
   bool IsExact() const {
     return std::holds_alternative<Box>(piece_.core) ||
            std::holds_alternative<Cylinder>(piece_.core) ||
@@ -25,12 +25,12 @@ class PieceDistance {
 
   double operator()(const Vector3& p) const {
     if (const auto* box = std::get_if<Box>(&piece_.core)) {
-      return OfExcess(p.cwiseAbs() - 0.5 * box->size_m) - piece_.radius_m;
+      return DistanceOfExcess(p.cwiseAbs() - 0.5 * box->size_m) - piece_.radius_m;
     }
     if (const auto* cylinder = std::get_if<Cylinder>(&piece_.core)) {
       const double beside = p.head<2>().norm() - cylinder->radius_m;
       const double above = std::abs(p.z()) - 0.5 * cylinder->length_m;
-      return OfExcess(Vector3(beside, above, -std::numeric_limits<double>::infinity())) -
+      return DistanceOfExcess(Vector3(beside, above, -std::numeric_limits<double>::infinity())) -
              piece_.radius_m;
     }
     if (const auto* segment = std::get_if<SegmentCore>(&piece_.core)) {
@@ -48,7 +48,7 @@ class PieceDistance {
   }
 
  private:
-  static double OfExcess(const Vector3& excess) {
+  static double DistanceOfExcess(const Vector3& excess) {
     const double deepest = excess.maxCoeff();
     return deepest <= 0 ? deepest : excess.cwiseMax(0.0).norm();
   }

@@ -12,7 +12,7 @@ namespace {
 // rounding of poses (as in signed_distance.cc).
 constexpr double kRoundoff = 1e-11;
 
-Vector2 OutOf(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
+Vector2 OutwardNormal(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
 
 }  // namespace
 
@@ -57,70 +57,71 @@ void PlaneProfile::AddChain(std::span<const Vector2> points, bool closed, bool s
   edges_.back().has_next = closed;
 }
 
-double PlaneProfile::Way(const ProfileEdge& edge, const Vector2& p) {
+double PlaneProfile::ParameterOf(const ProfileEdge& edge, const Vector2& p) {
   return ((p.x() - edge.a_x) * edge.along_x + (p.y() - edge.a_y) * edge.along_y) *
          edge.inverse_length_m2;
 }
 
-PlaneProfile::Foot PlaneProfile::FootOn(const ProfileEdge& edge, const Vector2& p) {
-  const double way = Way(edge, p);
+PlaneProfile::Projection PlaneProfile::ProjectOn(const ProfileEdge& edge, const Vector2& p) {
+  const double way = ParameterOf(edge, p);
   const double on_edge = std::clamp(way, 0.0, 1.0);
   const Vector2 offset(p.x() - edge.a_x - on_edge * edge.along_x,
                        p.y() - edge.a_y - on_edge * edge.along_y);
   return {way, offset, std::sqrt(offset.squaredNorm())};
 }
 
-bool PlaneProfile::IsLocallyNearest(const ProfileEdge& edge, const Foot& foot,
+bool PlaneProfile::IsLocallyNearest(const ProfileEdge& edge, const Projection& projection,
                                     const Vector2& p) const {
-  if (foot.way > 1) return !edge.has_next;
-  if (foot.way >= 0 || edge.previous < 0) return true;
-  return Way(edges_[static_cast<std::size_t>(edge.previous)], p) > 1;
+  if (projection.way > 1) return !edge.has_next;
+  if (projection.way >= 0 || edge.previous < 0) return true;
+  return ParameterOf(edges_[static_cast<std::size_t>(edge.previous)], p) > 1;
 }
 
-Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Foot& foot, double sign) const {
-  const bool at_corner = foot.way < 0 || foot.way > 1;
-  if (at_corner && foot.distance_m > kRoundoff * size_m_) {
-    return sign * foot.offset / foot.distance_m;
+Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Projection& projection,
+                                 double sign) const {
+  const bool at_corner = projection.way < 0 || projection.way > 1;
+  if (at_corner && projection.distance_m > kRoundoff * size_m_) {
+    return sign * projection.offset / projection.distance_m;
   }
-  return OutOf(edge);
+  return OutwardNormal(edge);
 }
 
 // True if the distance has a kink at p: an edge that is about as near as the nearest one has
-// another gradient. On the border all edges at p count; elsewhere only those on which the foot is
-// locally nearest.
-bool PlaneProfile::PullsTwoWays(const Vector2& p, const PlaneSample& nearest, double sign) const {
+// another gradient. On the border all edges at p count; elsewhere only those on which the
+// projection is locally nearest.
+bool PlaneProfile::IsKink(const Vector2& p, const PlaneSample& nearest, double sign) const {
   const double distance_m = std::abs(nearest.distance_m);
-  const bool on_border = distance_m <= kKinkReach_m;
+  const bool on_border = distance_m <= kKinkTolerance_m;
   return std::any_of(edges_.begin(), edges_.end(), [&](const ProfileEdge& edge) {
-    const Foot foot = FootOn(edge, p);
-    if (foot.distance_m > distance_m + kKinkReach_m) return false;
-    if (!on_border && !IsLocallyNearest(edge, foot, p)) return false;
-    const Vector2 other = on_border ? OutOf(edge) : GradientAt(edge, foot, sign);
-    return (other - nearest.gradient).squaredNorm() > kSameGradient * kSameGradient;
+    const Projection projection = ProjectOn(edge, p);
+    if (projection.distance_m > distance_m + kKinkTolerance_m) return false;
+    if (!on_border && !IsLocallyNearest(edge, projection, p)) return false;
+    const Vector2 other = on_border ? OutwardNormal(edge) : GradientAt(edge, projection, sign);
+    return (other - nearest.gradient).squaredNorm() > kGradientTolerance * kGradientTolerance;
   });
 }
 
 PlaneSample PlaneProfile::Sample(const Vector2& p) const {
-  Foot nearest;
+  Projection nearest;
   nearest.distance_m = NearestLanes::kNone;
   const ProfileEdge* at = nullptr;
-  int within_reach = 0;  // edges about as near as the nearest; above 1, PullsTwoWays decides
+  int within_reach = 0;  // edges about as near as the nearest; above 1, IsKink decides
   bool inside = false;
   for (const ProfileEdge& edge : edges_) {
     const bool crosses = (edge.a_y > p.y()) != (edge.a_y + edge.along_y > p.y());
     inside ^= crosses && p.x() - edge.a_x < (p.y() - edge.a_y) * edge.slope;
-    const Foot foot = FootOn(edge, p);
-    if (foot.distance_m <= nearest.distance_m + kKinkReach_m) {
-      const bool parts_ways = foot.distance_m < nearest.distance_m - kKinkReach_m;
+    const Projection projection = ProjectOn(edge, p);
+    if (projection.distance_m <= nearest.distance_m + kKinkTolerance_m) {
+      const bool parts_ways = projection.distance_m < nearest.distance_m - kKinkTolerance_m;
       within_reach = parts_ways ? 1 : within_reach + 1;
     }
-    if (foot.distance_m >= nearest.distance_m) continue;
-    nearest = foot;
+    if (projection.distance_m >= nearest.distance_m) continue;
+    nearest = projection;
     at = &edge;
   }
   const double sign = inside ? -1 : 1;
   PlaneSample sample{sign * nearest.distance_m, GradientAt(*at, nearest, sign), false};
-  sample.kink = within_reach > 1 && PullsTwoWays(p, sample, sign);
+  sample.kink = within_reach > 1 && IsKink(p, sample, sign);
   return sample;
 }
 

@@ -29,19 +29,20 @@ class PlaneProfile {
   PlaneSample Sample(const Vector2& p) const;
 
  private:
-  struct Foot {
+  struct Projection {
     double way = 0;                    // position along the edge's line, in 0..1 on the edge
     Vector2 offset = Vector2::Zero();  // from the nearest point of the edge to the query point
     double distance_m = 0;
   };
   void AddChain(std::span<const Vector2> points, bool closed, bool solid_on_left);
-  static double Way(const ProfileEdge& edge, const Vector2& p);
-  static Foot FootOn(const ProfileEdge& edge, const Vector2& p);
-  // True if no neighbouring point of the border is nearer than the foot. A corner counts once, for
-  // the edge that begins there.
-  bool IsLocallyNearest(const ProfileEdge& edge, const Foot& foot, const Vector2& p) const;
-  bool PullsTwoWays(const Vector2& p, const PlaneSample& nearest, double sign) const;
-  Vector2 GradientAt(const ProfileEdge& edge, const Foot& foot, double sign) const;
+  static double ParameterOf(const ProfileEdge& edge, const Vector2& p);
+  static Projection ProjectOn(const ProfileEdge& edge, const Vector2& p);
+  // True if no neighbouring point of the border is nearer than the projection. A corner counts
+  // once, for the edge that begins there.
+  bool IsLocallyNearest(const ProfileEdge& edge, const Projection& projection,
+                        const Vector2& p) const;
+  bool IsKink(const Vector2& p, const PlaneSample& nearest, double sign) const;
+  Vector2 GradientAt(const ProfileEdge& edge, const Projection& projection, double sign) const;
 
   std::vector<ProfileEdge> edges_;
   double size_m_ = 0;

@@ -16,7 +16,7 @@ struct PointSample {
   bool kink = false;                    // see kink.h
   // True in a mesh that overlaps itself if the nearest surface point lies inside the solid too, so
   // that the point is deeper than distance_m says.
-  bool buried = false;
+  bool nearest_is_interior = false;
 };
 
 // Samples cones and vessels by their profile, plates by their outline, and hulls; p in the shape's

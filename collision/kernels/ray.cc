@@ -148,7 +148,7 @@ struct Caster {
     for (const TriangleMesh::Triangle& triangle : s.hull->triangles) {
       const Vector3& a = s.hull->vertices[triangle[0]];
       const std::optional<Vector3> sure_normal =
-          SureNormal(a, s.hull->vertices[triangle[1]], s.hull->vertices[triangle[2]]);
+          ReliableNormal(a, s.hull->vertices[triangle[1]], s.hull->vertices[triangle[2]]);
       if (!sure_normal) continue;
       const Vector3& normal = *sure_normal;
       const double height = normal.dot(first.ray().origin - a);

@@ -54,7 +54,7 @@ bool IsRevolved(const ConvexCore& core) {
          std::holds_alternative<Cylinder>(core.core) || std::holds_alternative<Cone>(core.core);
 }
 
-PairDistance CoaxialRevolved(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+PairDistance ParallelRevolvedDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
   const Side side_a = SideOf(a);
   // A - B contains B mirrored at its centre; an axis of B that points down mirrors it back.
   const Side side_b = X_AB.linear()(2, 2) > 0 ? Mirrored(SideOf(b)) : SideOf(b);

@@ -10,7 +10,7 @@
 namespace cwm::collision {
 namespace {
 
-// Share of the extent. Points nearer than this define no direction (see kTouchingShare in gjk.h;
+// Share of the extent. Points nearer than this define no direction (see kTouchingRatio in gjk.h;
 // here the formulas keep more digits).
 constexpr double kMeetingShare = 1e-13;
 
@@ -83,7 +83,7 @@ double Slope(const Vector3& half, const Segment& segment, double t) {
 
 // The parameter t of the segment's point nearest to the box, where Slope changes sign. Slope is
 // linear between the parameters at which the segment crosses the planes of the faces.
-double NearestPlace(const Vector3& half, const Segment& segment) {
+double NearestParameter(const Vector3& half, const Segment& segment) {
   const Vector3 along = segment.b - segment.a;
   double low = 0, high = 1;
   if (Slope(half, segment, low) >= 0) return low;
@@ -101,7 +101,7 @@ double NearestPlace(const Vector3& half, const Segment& segment) {
   return std::clamp(low - at_low * (high - low) / (at_high - at_low), low, high);
 }
 
-// The least translation of a segment out of a box that it enters. The faces of their Minkowski
+// The minimum translation of a segment out of a box that it enters. The faces of their Minkowski
 // difference are those of the box and those spanned by a box edge and the segment.
 PairDistance SegmentInBox(const Vector3& half, const Segment& segment) {
   const Vector3 along = segment.b - segment.a, middle = 0.5 * (segment.a + segment.b);
@@ -126,7 +126,7 @@ PairDistance SegmentInBox(const Vector3& half, const Segment& segment) {
   const double gap = half.maxCoeff();
   const Vector3 shift = (gap - best.distance_m) * best.normal;
   const Segment parted{segment.a + shift, segment.b + shift};
-  const double place = NearestPlace(half, parted);
+  const double place = NearestParameter(half, parted);
   best.point_a = Clamp(parted.a + place * (parted.b - parted.a), half);
   best.point_b = best.point_a + best.distance_m * best.normal;
   return best;
@@ -160,7 +160,7 @@ PairDistance SegmentToSegment(const Segment& a, const Segment& b) {
 
 PairDistance BoxToSegment(const Box& box, const Segment& segment) {
   const Vector3 half = 0.5 * box.size_m;
-  const double place = NearestPlace(half, segment);
+  const double place = NearestParameter(half, segment);
   const Vector3 on_segment = segment.a + place * (segment.b - segment.a);
   const Vector3 on_box = Clamp(on_segment, half);
   const double distance = (on_segment - on_box).norm();

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "collision/geometry/shape.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 
 namespace cwm::collision {
 
@@ -11,7 +11,7 @@ struct Segment {
 };
 
 // The distance of two segments, never negative. If they meet, the normal is perpendicular to both,
-// since two capsules are separated by the least translation along it.
+// since two capsules are separated by the minimum translation along it.
 PairDistance SegmentToSegment(const Segment& a, const Segment& b);
 
 // The distance of a box (A) and a segment in the box's frame; negative if the segment enters the

@@ -16,7 +16,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using cwm::HWY_NAMESPACE::Above;
-using cwm::HWY_NAMESPACE::SquaredToSide_m2;
+using cwm::HWY_NAMESPACE::SquaredDistanceToSide_m2;
 using Tag = hn::CappedTag<double, kSampleLanes>;
 using Lane = hn::Vec<Tag>;
 using LaneMask = hn::Mask<Tag>;
@@ -46,7 +46,7 @@ HWY_INLINE Vectors IfThenElse(LaneMask mask, const Vectors& yes, const Vectors& 
 
 // Two alternatives at the faces of a convex solid count only where the solid is left or touched.
 HWY_INLINE Lane GapOf(Lane highest, Lane second) {
-  return hn::IfThenElse(hn::Le(highest, All(kKinkReach_m)), highest - second,
+  return hn::IfThenElse(hn::Le(highest, All(kKinkTolerance_m)), highest - second,
                         All(NearestLanes::kNone));
 }
 
@@ -65,14 +65,14 @@ struct RoundForm {
     return Minus(p, Scaled(axis, along));
   }
   HWY_INLINE Lane Distance_m(const Vectors& p) const {
-    return DistanceToBall_m(FromCore(p), radius_m);
+    return DistanceToSphere_m(FromCore(p), radius_m);
   }
   HWY_INLINE Sampled Sample(const Vectors& p) const {
     const Vectors d = FromCore(p);
     const Lane length = hn::Sqrt(Dot(d, d));
     // On the core every direction across it is valid.
     const LaneMask off = hn::Gt(length, hn::Zero(kTag));
-    return {DistanceToBall_m(d, radius_m), IfThenElse(off, Scaled(d, All(1) / length), across),
+    return {DistanceToSphere_m(d, radius_m), IfThenElse(off, Scaled(d, All(1) / length), across),
             All(2) * length};
   }
 };
@@ -180,7 +180,7 @@ HWY_INLINE Lane DistanceToProfile_m(std::span<const ProfileEdge> edges, Lane x, 
     const Lane along_x = All(e.along_x), along_y = All(e.along_y), a_y = All(e.a_y);
     const Lane u = x - All(e.a_x), v = y - a_y;
     const Lane way = (u * along_x + v * along_y) * All(e.inverse_length_m2);
-    squared_m2 = hn::Min(squared_m2, SquaredToSide_m2(u, v, along_x, along_y, way));
+    squared_m2 = hn::Min(squared_m2, SquaredDistanceToSide_m2(u, v, along_x, along_y, way));
     const LaneMask level = hn::Xor(hn::Gt(a_y, y), hn::Gt(All(e.a_y + e.along_y), y));
     const LaneMask left = hn::Lt(u, v * All(e.slope));
     inside = hn::Xor(inside, hn::And(level, left));
@@ -284,9 +284,10 @@ void Sample(const LaneSolid& solid, const LanePoints<kSampleLanes>& points, Lane
   }
 }
 
-double Keep(const BlockDistances& d, const Met& met, double limit_m, NearestLanes& nearest) {
+double Keep(const BlockDistances& d, const CandidateRef& ref, double limit_m,
+            NearestLanes& nearest) {
   constexpr hn::RebindToSigned<Tag> kWhole;
-  const auto met_order = hn::Set(kWhole, met.order), candidate = hn::Set(kWhole, met.candidate);
+  const auto met_order = hn::Set(kWhole, ref.order), candidate = hn::Set(kWhole, ref.candidate);
   const Lane limit = All(limit_m);
   Lane farthest = hn::Zero(kTag);
   for (std::size_t i = 0; i < kBlockLanes; i += hn::Lanes(kTag)) {
@@ -331,13 +332,14 @@ void NearestLanes::Clear(double limit_m) {
   }
 }
 
-void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistances& distances_m) {
+void ComputeDistances(const LaneSolid& solid, const BlockPoints& points,
+                      BlockDistances& distances_m) {
   HWY_DYNAMIC_DISPATCH(Measure)(solid, points, distances_m);
 }
 
-double KeepNearest(const BlockDistances& distances_m, const Met& met, double limit_m,
-                   NearestLanes& nearest) {
-  return HWY_DYNAMIC_DISPATCH(Keep)(distances_m, met, limit_m, nearest);
+double UpdateNearest(const BlockDistances& distances_m, const CandidateRef& ref, double limit_m,
+                     NearestLanes& nearest) {
+  return HWY_DYNAMIC_DISPATCH(Keep)(distances_m, ref, limit_m, nearest);
 }
 
 void SampleLanes(const LaneSolid& solid, const LanePoints<kSampleLanes>& points,

@@ -1,6 +1,6 @@
-// Many points against one solid, in arrays per coordinate that become vectors: what a batch of points
-// is sampled with. Plain numbers without Eigen, since the source is compiled for several instruction
-// sets and the machine's best is taken at run time. The formulas are those of
+// Many points against one solid, in arrays per coordinate that become vectors: what a batch of
+// points is sampled with. Plain numbers without Eigen, since the source is compiled for several
+// instruction sets and the machine's best is taken at run time. The formulas are those of
 // solid_distance-inl.h; tests hold them to signed_distance.h.
 //
 // A lane's answer depends on that lane alone, to the same bits on every processor.
@@ -11,7 +11,7 @@
 
 namespace cwm::collision {
 
-inline constexpr int kBlockLanes = 64;  // points that are asked about together
+inline constexpr int kBlockLanes = 64;  // points that are measured together
 inline constexpr int kSampleLanes = 8;  // a multiple of every vector length: loops have no rest
 
 // One side of a plane figure, from (a_x, a_y) along (along_x, along_y).
@@ -55,7 +55,7 @@ struct alignas(64) BlockDistances {
   double lane[kBlockLanes];
 };
 
-// The nearest and the second nearest of the solids met so far; equally near ones by their order.
+// The nearest and the second nearest of the solids seen so far; equally near ones by their order.
 struct NearestLanes {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   alignas(64) double best_m[kBlockLanes];
@@ -69,15 +69,16 @@ struct NearestLanes {
   void Clear(double limit_m);
 };
 
-void MeasureLanes(const LaneSolid& solid, const BlockPoints& points, BlockDistances& distances_m);
+void ComputeDistances(const LaneSolid& solid, const BlockPoints& points,
+                      BlockDistances& distances_m);
 
-struct Met {
+struct CandidateRef {
   std::int64_t order;
   std::int64_t candidate;
 };
 // Returns the greatest reach of a lane.
-double KeepNearest(const BlockDistances& distances_m, const Met& met, double limit_m,
-                   NearestLanes& nearest);
+double UpdateNearest(const BlockDistances& distances_m, const CandidateRef& ref, double limit_m,
+                     NearestLanes& nearest);
 
 // Distance, gradient in the world frame, and how much farther the nearest other place of this solid
 // is that the gradient could point away from. All forms but kRevolved and kPlate.

@@ -77,12 +77,12 @@ Vector3 TriangleCorners::Normal() const {
   return TriangleNormal(corners[0], corners[1], corners[2]);
 }
 
-double BoxGap_m(const Aabb& a, const Aabb& b) {
+double BoxDistance_m(const Aabb& a, const Aabb& b) {
   return (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0.0).norm();
 }
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh, WorkCounter* work)
-    : TriangleTree(mesh, Components(mesh, work), {}, work) {}
+    : TriangleTree(mesh, ConnectedComponents(mesh, work), {}, work) {}
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
                            const std::vector<bool>& is_turned, WorkCounter* work) {
@@ -90,7 +90,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint
   component_points_ = ComponentPoints(mesh, components);
   triangles_.reserve(mesh.triangles.size());
   const bool is_copied =
-      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+      ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
           const auto& [a, b, c] = mesh.triangles[i];
           triangles_.push_back({{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}});
@@ -109,11 +109,12 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCou
   const auto index = static_cast<std::int32_t>(nodes_.size());
   const std::int32_t all = count;
   nodes_.emplace_back();
-  const auto for_all = [&](const auto& look) {
-    return InPieces(static_cast<std::size_t>(all), work, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        look(triangle(first + static_cast<std::int32_t>(i)));
-    });
+  const auto for_all = [&](const auto& visit) {
+    return ForEachBlock(static_cast<std::size_t>(all), work,
+                        [&](std::size_t begin, std::size_t end) {
+                          for (std::size_t i = begin; i < end; ++i)
+                            visit(triangle(first + static_cast<std::int32_t>(i)));
+                        });
   };
   Aabb bounds, middles;
   const bool is_bounded = for_all([&](const TriangleCorners& t) {
@@ -191,7 +192,7 @@ double TriangleTree::Farthest(const Pose& X_FS, Eigen::Index axis, double sign) 
     return row.dot(node.bounds.center()) + row.cwiseAbs().dot(0.5 * node.bounds.sizes()) + origin;
   };
   double best = -std::numeric_limits<double>::infinity();
-  std::array<std::int32_t, kTreeStack> stack;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -225,7 +226,7 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
                                                  WorkCounter* work) const {
   Nearest best{.distance_m = max_distance_m};
   const TriangleCorners* face = nullptr;
-  const auto look = [&](const TriangleCorners& t, std::int32_t) {
+  const auto visit = [&](const TriangleCorners& t, std::int32_t) {
     const Vector3 q = NearestOnTriangle(t.corners[0], t.corners[1], t.corners[2], p);
     const double distance = (q - p).norm();
     if (distance < best.distance_m) {
@@ -235,17 +236,17 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
     }
     return best.distance_m;
   };
-  ForEachNear(Aabb(p, p), max_distance_m, look, work);
+  ForEachNear(Aabb(p, p), max_distance_m, visit, work);
   if (face == nullptr) return {};
   best.face_normal = face->Normal();
   return best;
 }
 
-TriangleTree::Crossed TriangleTree::FirstCrossed(const Ray& ray, double after_m,
-                                                 WorkCounter* work) const {
+TriangleTree::RayCrossing TriangleTree::FindFirstCrossing(const Ray& ray, double after_m,
+                                                          WorkCounter* work) const {
   Ray rest = ray;
-  Crossed first;
-  std::array<std::int32_t, kTreeStack> stack;
+  RayCrossing first;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -280,17 +281,17 @@ constexpr double kFromOrigin = -std::numeric_limits<double>::denorm_min();
 }  // namespace
 
 std::optional<RayHit> TriangleTree::CastRay(const Ray& ray, WorkCounter* work) const {
-  const Crossed first = FirstCrossed(ray, kFromOrigin, work);
+  const RayCrossing first = FindFirstCrossing(ray, kFromOrigin, work);
   return first.triangle != nullptr ? std::optional(first.Hit()) : std::nullopt;
 }
 
 std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* work) const {
   if (!bounds().contains(ray.origin))
     return CastRay(ray, work);  // from outside, the first triangle is an entry
-  const AllCrossed all = CrossAll(ray.origin, ray.direction, work);
+  const RayCrossings all = FindAllCrossings(ray.origin, ray.direction, work);
   const int turns = all.turns ? *all.turns : Winding(ray.origin, work);
   const bool is_within = all.first.triangle && all.first.distance_m <= ray.max_distance_m;
-  Crossed next = all.turns && is_within ? all.first : FirstCrossed(ray, kFromOrigin, work);
+  RayCrossing next = all.turns && is_within ? all.first : FindFirstCrossing(ray, kFromOrigin, work);
   if (next.triangle == nullptr) return std::nullopt;
   // A ray that starts outside enters at the next triangle. One that starts in a single component
   // leaves it there, unless it passes near an edge or enters another component.
@@ -298,18 +299,19 @@ std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* 
   if (turns == 0 || (after == 0 && next.clearance > kUnsure)) return next.Hit();
   while (next.triangle != nullptr && !HasEnded(work)) {
     const Vector3 p = ray.origin + next.distance_m * ray.direction;
-    if (!Buries(p, ray.direction, work)) return next.Hit();
-    next = FirstCrossed(ray, next.distance_m, work);
+    if (!IsInterior(p, ray.direction, work)) return next.Hit();
+    next = FindFirstCrossing(ray, next.distance_m, work);
   }
   return std::nullopt;
 }
 
-TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin, const Vector3& direction,
-                                                WorkCounter* work) const {
+TriangleTree::RayCrossings TriangleTree::FindAllCrossings(const Vector3& origin,
+                                                          const Vector3& direction,
+                                                          WorkCounter* work) const {
   const Ray ray{origin, direction};
-  Crossed first{.distance_m = std::numeric_limits<double>::infinity()};
+  RayCrossing first{.distance_m = std::numeric_limits<double>::infinity()};
   int turns = 0;
-  std::array<std::int32_t, kTreeStack> stack;
+  std::array<std::int32_t, kTreeStackSize> stack;
   std::size_t size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -336,13 +338,13 @@ TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin, const Vec
 int TriangleTree::Winding(const Vector3& p, WorkCounter* work) const {
   if (!bounds().contains(p)) return 0;
   // Any direction is correct. This one is unlikely to be parallel to a face of a real mesh.
-  static const Vector3 kWay = Vector3(0.5257, 0.2874, 0.8006).normalized();
-  const AllCrossed all = CrossAll(p, kWay, work);
+  static const Vector3 kRayDirection = Vector3(0.5257, 0.2874, 0.8006).normalized();
+  const RayCrossings all = FindAllCrossings(p, kRayDirection, work);
   return all.turns ? *all.turns : WindingByAngles(p, work);
 }
 
 int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
-  constexpr std::size_t kStepsOfAngle = 2;
+  constexpr std::size_t kStepsPerAngle = 2;
   double angle_sr = 0;
   const auto add = [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -350,20 +352,24 @@ int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
       angle_sr += SolidAngle_sr(a - p, b - p, c - p);
     }
   };
-  InPieces(triangles_.size(), work, add, kStepsOfAngle);
+  ForEachBlock(triangles_.size(), work, add, kStepsPerAngle);
   // The exact angle is a multiple of 4 pi; lround takes the nearest.
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }
 
-bool TriangleTree::Buries(const Vector3& p, const Vector3& look, WorkCounter* work) const {
+bool TriangleTree::IsInterior(const Vector3& p, const Vector3& first_direction,
+                              WorkCounter* work) const {
   // Directions near the corners and faces of a cube, but off the planes of typical meshes. If more
   // than a quarter turn about an edge is outside the solid, one of them points into it.
-  static const std::array<Vector3, 7> kWays = {
+  static const std::array<Vector3, 7> kRayDirections = {
       Vector3(0.53, 0.62, 0.58),  Vector3(-0.61, 0.55, 0.57), Vector3(0.56, -0.52, 0.64),
       Vector3(0.59, 0.58, -0.56), Vector3(0.99, 0.07, -0.04), Vector3(0.05, 0.99, 0.08),
       Vector3(-0.06, 0.03, 0.99)};
-  const auto holds = [&](const Vector3& way) { return Encloses(p + kBuried_m * way, work); };
-  return holds(look.normalized()) && std::all_of(kWays.begin(), kWays.end(), [&](const auto& way) {
+  const auto holds = [&](const Vector3& way) {
+    return Contains(p + kInteriorTolerance_m * way, work);
+  };
+  return holds(first_direction.normalized()) &&
+         std::all_of(kRayDirections.begin(), kRayDirections.end(), [&](const auto& way) {
            return holds(way.normalized()) && holds(-way.normalized());
          });
 }

@@ -18,7 +18,7 @@ struct TriangleCorners {
 };
 
 // Distance of two boxes, 0 if they overlap.
-double BoxGap_m(const Aabb& a, const Aabb& b);
+double BoxDistance_m(const Aabb& a, const Aabb& b);
 
 // Immutable; the triangles are copied in the order of the tree.
 class TriangleTree {
@@ -60,7 +60,7 @@ class TriangleTree {
   template <class Visit>
   void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit,
                    WorkCounter* work = nullptr) const {
-    ForEachNearBy([&](const Node& node) { return BoxGap_m(node.bounds, box); }, max_distance_m,
+    ForEachNearBy([&](const Node& node) { return BoxDistance_m(node.bounds, box); }, max_distance_m,
                   visit, work);
   }
   // The same with any lower bound of the distance to a node's triangles: bound_m(node).
@@ -90,18 +90,19 @@ class TriangleTree {
   // True if a point is in the solid of a watertight mesh. Overlapping components form a union, a
   // component inside another one with opposite winding is a cavity, and a mesh that is wound inward
   // has the same solid as one wound outward.
-  bool Encloses(const Vector3& p, WorkCounter* work = nullptr) const {
+  bool Contains(const Vector3& p, WorkCounter* work = nullptr) const {
     return Winding(p, work) != 0;
   }
 
   // True if a point on a triangle of a watertight mesh is surrounded by its solid. False means that
-  // some point outside the solid is within kBuried_m. `look` is the direction that is tried first.
-  static constexpr double kBuried_m = 1e-8;  // a tenth of kExactTolerance_m
-  bool Buries(const Vector3& p, const Vector3& look, WorkCounter* work = nullptr) const;
+  // some point outside the solid is within kInteriorTolerance_m. `first_direction` is tried first.
+  static constexpr double kInteriorTolerance_m = 1e-8;  // a tenth of kExactTolerance_m
+  bool IsInterior(const Vector3& p, const Vector3& first_direction,
+                  WorkCounter* work = nullptr) const;
 
  private:
   // A triangle crossed by a ray; `triangle` is nullptr if there is none.
-  struct Crossed {
+  struct RayCrossing {
     const TriangleCorners* triangle = nullptr;
     double distance_m = 0;
     double clearance = 0;  // smallest barycentric coordinate: distance from the triangle's edges
@@ -113,15 +114,16 @@ class TriangleTree {
   double Farthest(const Pose& X_FS, Eigen::Index axis, double sign) const;
   int WindingByAngles(const Vector3& p, WorkCounter* work) const;
   // The nearest triangle that the ray crosses at a distance above `after_m`.
-  Crossed FirstCrossed(const Ray& ray, double after_m, WorkCounter* work) const;
+  RayCrossing FindFirstCrossing(const Ray& ray, double after_m, WorkCounter* work) const;
   // The crossings of an endless ray: `turns` is how often it leaves the mesh minus how often it
   // enters, `first` the nearest triangle. Both empty if the ray passes too near to an edge to be
   // certain.
-  struct AllCrossed {
+  struct RayCrossings {
     std::optional<int> turns;
-    Crossed first;
+    RayCrossing first;
   };
-  AllCrossed CrossAll(const Vector3& origin, const Vector3& direction, WorkCounter* work) const;
+  RayCrossings FindAllCrossings(const Vector3& origin, const Vector3& direction,
+                                WorkCounter* work) const;
 
   std::vector<TriangleCorners> triangles_;
   std::vector<Node> nodes_;
@@ -130,7 +132,7 @@ class TriangleTree {
 
 // Capacity of a traversal stack. derived: splits at the median halve the count, so 32-bit counts
 // make at most 32 levels, and one entry per level waits.
-inline constexpr int kTreeStack = 128;
+inline constexpr int kTreeStackSize = 128;
 
 template <class Bound, class Visit>
 void TriangleTree::ForEachNearBy(Bound&& bound_m, double max_distance_m, Visit&& visit,
@@ -139,7 +141,7 @@ void TriangleTree::ForEachNearBy(Bound&& bound_m, double max_distance_m, Visit&&
     std::int32_t node;
     double gap;
   };
-  std::array<Entry, kTreeStack> stack;
+  std::array<Entry, kTreeStackSize> stack;
   std::size_t size = 0;
   double limit = max_distance_m;
   stack[size++] = {0, bound_m(nodes_.front())};

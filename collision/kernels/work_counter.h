@@ -8,9 +8,9 @@
 namespace cwm::collision {
 
 // Steps of testing two convex solids of few corners, such as triangles.
-inline constexpr std::size_t kStepsOfConvexPair = 16;
+inline constexpr std::size_t kStepsPerConvexPair = 16;
 
 // Steps of testing whether a mesh encloses a point: one ray through its tree.
-inline constexpr std::size_t kStepsOfEnclosing = 64;
+inline constexpr std::size_t kStepsPerContainmentTest = 64;
 
 }  // namespace cwm::collision

@@ -157,7 +157,7 @@ class ColladaReader {
   absl::Status AddGeometry(const XmlElement& instance, const Affine& X_FN) {
     const absl::StatusOr<const ColladaGeometry*> geometry = GeometryOf(instance);
     if (!geometry.ok()) return geometry.status();
-    if (absl::Status room = mesh_.CheckRoom((*geometry)->size()); !room.ok()) return room;
+    if (absl::Status room = mesh_.CheckCapacity((*geometry)->size()); !room.ok()) return room;
     const bool is_mirrored = X_FN.linear().determinant() < 0;
     for (std::array<Vector3, 3> corners : **geometry) {
       for (Vector3& corner : corners) corner = X_FN * corner;
@@ -172,7 +172,8 @@ class ColladaReader {
     if (!element.ok()) return element.status();
     std::optional<ColladaGeometry>& geometry = geometries_[*instance.Text("url")];
     if (!geometry.has_value()) {
-      absl::StatusOr<ColladaGeometry> read = ReadColladaGeometry(*element, max_triangles_, cutter_);
+      absl::StatusOr<ColladaGeometry> read =
+          ReadColladaGeometry(*element, max_triangles_, triangulator_);
       if (!read.ok()) return read.status();
       geometry = *std::move(read);
     }
@@ -182,7 +183,7 @@ class ColladaReader {
   std::size_t max_triangles_;
   std::size_t max_elements_;
   MeshBuilder mesh_;
-  PolygonCutter cutter_;
+  PolygonTriangulator triangulator_;
   std::size_t elements_ = 0;                 // of the nodes visited, each as often as it is used
   std::map<std::string, XmlElement> by_id_;  // keys begin with "#"
   std::map<std::string, std::optional<ColladaGeometry>> geometries_;

@@ -8,7 +8,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "collision/mesh_files/mesh_text.h"
+#include "collision/mesh_files/line_reader.h"
 #include "collision/xml/parse_number.h"
 
 namespace cwm::collision {
@@ -34,7 +34,7 @@ absl::StatusOr<std::vector<T>> ReadList(const XmlElement& element,
   const absl::StatusOr<std::string_view> content = element.Content();
   if (!content.ok()) return content.status();
   std::vector<T> list;
-  MeshText lines(*content);
+  LineReader lines(*content);
   while (lines.Next()) {
     for (std::size_t i = 0; i < lines.words(); ++i) {
       const std::optional<T> item = parse(lines.word(i));
@@ -62,8 +62,8 @@ absl::StatusOr<std::uint32_t> CountOf(const XmlElement& element, const char* att
 
 class GeometryReader {
  public:
-  GeometryReader(std::size_t max_triangles, PolygonCutter& cutter)
-      : max_triangles_(max_triangles), cutter_(cutter) {}
+  GeometryReader(std::size_t max_triangles, PolygonTriangulator& triangulator)
+      : max_triangles_(max_triangles), triangulator_(triangulator) {}
 
   absl::StatusOr<ColladaGeometry> Read(const XmlElement& geometry) {
     const absl::StatusOr<XmlElement> mesh = geometry.ExactlyOne("mesh");
@@ -205,7 +205,8 @@ class GeometryReader {
   }
 
   absl::Status AddPolygon(const XmlElement& p, const std::vector<Vector3>& polygon) {
-    const absl::StatusOr<std::vector<PolygonCutter::Triangle>> triangles = cutter_.Cut(polygon);
+    const absl::StatusOr<std::vector<PolygonTriangulator::Triangle>> triangles =
+        triangulator_.Triangulate(polygon);
     if (absl::IsInvalidArgument(triangles.status())) {
       return p.Fault(std::string(triangles.status().message()));
     }
@@ -216,7 +217,7 @@ class GeometryReader {
   }
 
   std::size_t max_triangles_;
-  PolygonCutter& cutter_;
+  PolygonTriangulator& triangulator_;
   std::map<std::string, std::optional<std::vector<Vector3>>> positions_;  // by URL of the source
   std::map<std::string, XmlElement> by_id_;                               // keys begin with "#"
   ColladaGeometry read_;
@@ -230,8 +231,8 @@ absl::StatusOr<std::vector<double>> ReadNumbers(const XmlElement& element) {
 
 absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry,
                                                     std::size_t max_triangles,
-                                                    PolygonCutter& cutter) {
-  return GeometryReader(max_triangles, cutter).Read(geometry);
+                                                    PolygonTriangulator& triangulator) {
+  return GeometryReader(max_triangles, triangulator).Read(geometry);
 }
 
 }  // namespace cwm::collision

@@ -19,10 +19,10 @@ using ColladaGeometry = std::vector<std::array<Vector3, 3>>;
 // Reads the text of an element as a list of finite numbers.
 absl::StatusOr<std::vector<double>> ReadNumbers(const XmlElement& element);
 
-// Refuses a geometry of more than `max_triangles`. The cutter counts the work of all geometries of
-// the file.
+// Refuses a geometry of more than `max_triangles`. The triangulator counts the work of all
+// geometries of the file.
 absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry,
                                                     std::size_t max_triangles,
-                                                    PolygonCutter& cutter);
+                                                    PolygonTriangulator& triangulator);
 
 }  // namespace cwm::collision

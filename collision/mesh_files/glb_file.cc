@@ -31,7 +31,7 @@ constexpr std::size_t kTriangles = 4;  // modes of a primitive
 constexpr std::size_t kTriangleStrip = 5;
 constexpr std::size_t kTriangleFan = 6;
 // Extensions that change the look of surfaces, not their positions.
-constexpr std::array<std::string_view, 5> kHarmlessExtensions = {
+constexpr std::array<std::string_view, 5> kIgnoredExtensions = {
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_"};
 
 // The bytes of a primitive's positions or indices. Element i begins at i * stride.
@@ -66,7 +66,7 @@ class GlbReader {
     std::size_t triangles = 0;
     for (const std::size_t root : roots) triangles = Sum(triangles, TrianglesBelow(root));
     if (!status_.ok()) return status_;
-    if (absl::Status room = mesh_.CheckRoom(triangles); !room.ok()) return room;
+    if (absl::Status room = mesh_.CheckCapacity(triangles); !room.ok()) return room;
     for (const std::size_t root : roots) AddNode(root, Affine::Identity());
     if (!status_.ok()) return status_;
     return std::move(mesh_).Finish();
@@ -113,7 +113,7 @@ class GlbReader {
 
   void CheckExtensions() {
     const auto is_harmless = [](const std::string& name) {
-      return std::ranges::any_of(kHarmlessExtensions,
+      return std::ranges::any_of(kIgnoredExtensions,
                                  [&](std::string_view known) { return name.starts_with(known); });
     };
     for (const Json& name : ListOf(json_, "extensionsRequired")) {

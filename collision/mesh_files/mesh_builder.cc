@@ -33,7 +33,7 @@ std::vector<std::array<int, 3>> Fan(std::size_t corners) {
   return triangles;
 }
 
-std::vector<std::array<int, 3>> CutPolygon(const Corners& corners) {
+std::vector<std::array<int, 3>> TriangulatePolygon(const Corners& corners) {
   const Vector3 area = AreaVector(corners);
   if (corners.size() == 3 || !(area.norm() > 0) || !area.allFinite()) return Fan(corners.size());
   const Matrix3 basis = BasisFromZ(area.normalized());
@@ -52,7 +52,8 @@ absl::Status TooManyTriangles(std::size_t max_triangles) {
       absl::StrCat("must have at most ", max_triangles, " triangles"));
 }
 
-absl::StatusOr<std::vector<PolygonCutter::Triangle>> PolygonCutter::Cut(const Corners& corners) {
+absl::StatusOr<std::vector<PolygonTriangulator::Triangle>> PolygonTriangulator::Triangulate(
+    const Corners& corners) {
   if (corners.size() < 3 || corners.size() > kMaxCorners) {
     return absl::InvalidArgumentError("faces must have 3 to 4096 corners");
   }
@@ -64,7 +65,7 @@ absl::StatusOr<std::vector<PolygonCutter::Triangle>> PolygonCutter::Cut(const Co
         "must "
         "be at most 67108864 and 64 for each corner");
   }
-  return CutPolygon(corners);
+  return TriangulatePolygon(corners);
 }
 
 absl::Status MeshBuilder::Add(const std::array<Vector3, 3>& corners) {
@@ -87,16 +88,17 @@ absl::Status MeshBuilder::Add(const std::array<Vector3, 3>& corners) {
 }
 
 absl::Status MeshBuilder::AddPolygon(const std::vector<Vector3>& corners) {
-  const absl::StatusOr<std::vector<PolygonCutter::Triangle>> triangles = cutter_.Cut(corners);
+  const absl::StatusOr<std::vector<PolygonTriangulator::Triangle>> triangles =
+      triangulator_.Triangulate(corners);
   if (!triangles.ok()) return triangles.status();
-  for (const PolygonCutter::Triangle& t : *triangles) {
+  for (const PolygonTriangulator::Triangle& t : *triangles) {
     const absl::Status status = Add({corners[t[0]], corners[t[1]], corners[t[2]]});
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
 }
 
-absl::Status MeshBuilder::CheckRoom(std::size_t triangles) const {
+absl::Status MeshBuilder::CheckCapacity(std::size_t triangles) const {
   return triangles <= max_triangles_ - added_ ? absl::OkStatus() : TooManyTriangles(max_triangles_);
 }
 

@@ -59,7 +59,7 @@ absl::StatusOr<UpAxis> UpAxisOf(std::string_view bytes, std::string_view name,
   return UpAxis::kZ;
 }
 
-TriangleMesh WithZUp(UpAxis up, TriangleMesh mesh) {
+TriangleMesh RotateToZUp(UpAxis up, TriangleMesh mesh) {
   for (Vector3& p : mesh.vertices) {
     if (up == UpAxis::kX) p = Vector3(-p.y(), -p.z(), p.x());
     if (up == UpAxis::kY) p = Vector3(p.x(), -p.z(), p.y());

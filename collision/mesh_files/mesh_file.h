@@ -16,7 +16,8 @@ namespace cwm::collision {
 //   lines are left out, except that a GLB file with any is refused.
 // - Units are metres; the <unit> of a Collada file is applied. Axes are not changed: Z of the file
 //   is Z of the mesh, whatever <up_axis> says. RViz and MoveIt do the same for the links of robots,
-//   so the mesh checked here is the one that they show. UpAxisOf and WithZUp turn a mesh upright.
+//   so the mesh checked here is the one that they show. UpAxisOf and RotateToZUp turn a mesh
+//   upright.
 // - Vertices at the same position are merged (an STL file repeats each corner). Triangles that then
 //   use a vertex twice are left out. Triangles with three distinct corners but no area are kept,
 //   because the surface would have gaps without them.
@@ -35,6 +36,6 @@ absl::StatusOr<UpAxis> UpAxisOf(std::string_view bytes, std::string_view name,
 
 // Rotates a mesh whose up axis is `up` so that Z is up, in the way that Collada's specification
 // defines for its three up axes.
-TriangleMesh WithZUp(UpAxis up, TriangleMesh mesh);
+TriangleMesh RotateToZUp(UpAxis up, TriangleMesh mesh);
 
 }  // namespace cwm::collision

@@ -8,8 +8,8 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "collision/mesh_files/line_reader.h"
 #include "collision/mesh_files/mesh_builder.h"
-#include "collision/mesh_files/mesh_text.h"
 #include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
@@ -20,7 +20,7 @@ class ObjReader {
   explicit ObjReader(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
 
   absl::StatusOr<TriangleMesh> Read(std::string_view text) {
-    MeshText lines(text);
+    LineReader lines(text);
     while (lines.Next()) {
       absl::Status status;
       if (lines.word(0) == "v") status = AddVertex(lines);
@@ -31,14 +31,14 @@ class ObjReader {
   }
 
  private:
-  absl::Status AddVertex(const MeshText& line) {
+  absl::Status AddVertex(const LineReader& line) {
     const std::optional<Vector3> vertex = line.VectorAt(1);
     if (!vertex.has_value()) return line.Fault("a vertex must have three numbers");
     vertices_.push_back(*vertex);
     return absl::OkStatus();
   }
 
-  absl::Status AddFace(const MeshText& line) {
+  absl::Status AddFace(const LineReader& line) {
     std::vector<Vector3> corners;
     for (std::size_t i = 1; i < line.words() && !line.word(i).starts_with('#'); ++i) {
       const std::optional<std::size_t> vertex = VertexOf(line.word(i));

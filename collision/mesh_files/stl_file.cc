@@ -9,8 +9,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "collision/mesh_files/line_reader.h"
 #include "collision/mesh_files/mesh_builder.h"
-#include "collision/mesh_files/mesh_text.h"
 
 namespace cwm::collision {
 namespace {
@@ -44,7 +44,7 @@ class TextReader {
   explicit TextReader(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
 
   absl::StatusOr<TriangleMesh> Read(std::string_view text) {
-    MeshText lines(text);
+    LineReader lines(text);
     while (lines.Next()) {
       if (absl::Status status = ReadLine(lines); !status.ok()) return status;
     }
@@ -53,7 +53,7 @@ class TextReader {
   }
 
  private:
-  absl::Status ReadLine(const MeshText& line) {
+  absl::Status ReadLine(const LineReader& line) {
     if (line.Is("vertex")) return AddCorner(line);
     if (line.Is("facet") && !is_open_) {
       is_open_ = true;
@@ -70,7 +70,7 @@ class TextReader {
     return line.Fault("must be part of a facet with three vertices");
   }
 
-  absl::Status AddCorner(const MeshText& line) {
+  absl::Status AddCorner(const LineReader& line) {
     const std::optional<Vector3> corner = line.VectorAt(1);
     if (!corner.has_value() || line.words() != 4) return line.Fault("must have three numbers");
     if (!is_open_ || corners_.size() == 3) return line.Fault("must be one of three of a facet");

@@ -21,7 +21,7 @@ double ReachOf_m(const Aabb& bounds) {
 double SweepOf_m(double turn_rad, double reach_m) { return turn_rad > 0 ? turn_rad * reach_m : 0; }
 
 // The signed angle of the short way around.
-double TurnBetween(double from_rad, double to_rad) {
+double ShortestTurn(double from_rad, double to_rad) {
   return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
 }
 
@@ -36,16 +36,17 @@ bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplie
 // it has limits, and all joints that mimic it are rotary with integer multipliers. For other
 // variables the short way would end elsewhere than the row says, or pass through states outside the
 // limits.
-bool ComesAround(const RobotModel& model, std::size_t variable) {
+bool IsCyclic(const RobotModel& model, std::size_t variable) {
   constexpr int kHeading = 2;  // the third variable of a planar joint; no joint mimics it
-  const Variable& asked = model.variables[variable];
-  const JointKind kind = model.links[static_cast<std::size_t>(asked.link)].kind;
-  if (kind == JointKind::kPlanar) return asked.component == kHeading;
-  if (kind != JointKind::kContinuous || std::isfinite(asked.lower) || std::isfinite(asked.upper)) {
+  const Variable& queried = model.variables[variable];
+  const JointKind kind = model.links[static_cast<std::size_t>(queried.link)].kind;
+  if (kind == JointKind::kPlanar) return queried.component == kHeading;
+  if (kind != JointKind::kContinuous || std::isfinite(queried.lower) ||
+      std::isfinite(queried.upper)) {
     return false;
   }
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {
-    const bool follows = link.follows && link.variable == static_cast<int>(variable);
+    const bool is_mimic = link.is_mimic && link.variable == static_cast<int>(variable);
     return !follows || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));
   });
 }
@@ -86,7 +87,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
                          std::span<const double> from, std::span<const double> to)
     : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
-    step_.push_back(ComesAround(model, v) ? TurnBetween(from[v], to[v]) : to[v] - from[v]);
+    step_.push_back(IsCyclic(model, v) ? ShortestTurn(from[v], to[v]) : to[v] - from[v]);
   }
   std::vector<Pose> X_WL(model.links.size());
   LinkPoses(model, X_WB, from, X_WL);
@@ -104,7 +105,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
 
 JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<const double> to) {
   const auto first = static_cast<std::size_t>(link.variable);
-  const double factor = link.follows ? link.multiplier : 1;
+  const double factor = link.is_mimic ? link.multiplier : 1;
   // A straight motion from the joint's origin: the link is farthest from it at one of the ends.
   const auto straight = [](const Vector3& from_J, const Vector3& slide_J) {
     return JointTravel{.slide_W = slide_J,
@@ -117,7 +118,7 @@ JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<
     case JointKind::kContinuous:
       return {.turn_rad = std::abs(factor * step_[first]), .axis_W = link.axis_J};
     case JointKind::kPrismatic: {
-      const double offset = link.follows ? link.offset : 0;
+      const double offset = link.is_mimic ? link.offset : 0;
       return straight((factor * from_[first] + offset) * link.axis_J,
                       factor * step_[first] * link.axis_J);
     }
@@ -161,14 +162,14 @@ void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
 
 int JointMotion::LinkOf(std::int32_t part) const {
   const int frame = body_.FrameOf(part);
-  const CarriedObject* const carried = body_.CarriedIn(frame);
-  return carried != nullptr ? carried->link : frame;
+  const AttachedObject* const attached = body_.AttachedIn(frame);
+  return attached != nullptr ? attached->link : frame;
 }
 
 double JointMotion::Reach_m(std::int32_t part) const {
   const Aabb& bounds = body_.geometry->parts[static_cast<std::size_t>(part)].bounds_O;
-  const CarriedObject* const carried = body_.CarriedIn(body_.FrameOf(part));
-  return carried == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, carried->X_FO));
+  const AttachedObject* const attached = body_.AttachedIn(body_.FrameOf(part));
+  return attached == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, attached->X_FO));
 }
 
 // Walks from the part's link towards the root. Each joint turns everything below it about its own

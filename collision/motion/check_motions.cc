@@ -12,29 +12,29 @@
 namespace cwm::collision {
 namespace {
 
-// chosen: the most fractions of an edge at which one pair is measured. A pair that stays a
-// millimetre apart needs about one per millimetre that its parts travel.
-constexpr int kMaxPlaces = 4000;
+// chosen: the largest number of fractions of an edge at which one pair is measured. A pair that
+// stays a millimetre apart needs about one per millimetre that its parts travel.
+constexpr int kMaxMeasurements = 4000;
 // chosen: pairs that may come as near as this are measured; no larger clearance is reported.
-constexpr double kLookout_m = 0.02;
+constexpr double kMaxClearance_m = 0.02;
 // chosen: an interval is accepted if its proven clearance is at least this share of the smaller gap
 // at its ends. A larger share needs more measurements.
-constexpr double kTold = 0.25;
+constexpr double kMinProvenShare = 0.25;
 // derived: narrower intervals of an edge are not halved. For a kilometre of travel this is 1e-7 m,
 // the accuracy of distances.
-constexpr double kNarrowest = 1e-10;
+constexpr double kMinWidth = 1e-10;
 // derived: a gap up to this is not proven free. A pair that closes by a millimetre over the edge is
-// then still bracketed within kBracket.
-constexpr double kFinest_m = 5e-8;
+// then still bracketed within kMaxBracketWidth.
+constexpr double kMinProvenGap_m = 5e-8;
 // chosen: as a share of a pair's travel. For a nearer pair halving needs tens of measurements,
 // which cost more than a separating plane.
-constexpr double kPlaneWithin = 1.0 / 64;
+constexpr double kMaxPlaneGapShare = 1.0 / 64;
 
 // chosen: as a share of the edge. If hulls prove only shorter steps, a search of the triangles
 // takes no longer.
-constexpr double kShortestStep = 1.0 / 64;
+constexpr double kMinHullStep = 1.0 / 64;
 // The work of placing a robot and measuring the distance of two hulls.
-constexpr std::size_t kStepsByHulls = 2 * kStepsOfConvexPair;
+constexpr std::size_t kStepsByHulls = 2 * kStepsPerConvexPair;
 
 // A pair that may come near on the edge. Its poses are those of the fraction that was measured
 // last.
@@ -51,12 +51,12 @@ struct Span {
 };
 
 // The state of a pair at one fraction of the edge.
-struct Place {
+struct PairState {
   double fraction = 0;
   double gap_m = 0;
   bool contact = false;
   bool certain = true;
-  Trust trust = Trust::kExact;  // of the verdict here: contact, no contact, or neither
+  Accuracy accuracy = Accuracy::kExact;  // of the verdict here: contact, no contact, or neither
   // For a pair that nearly touches: the gap along `normal`, which points from the body to the
   // object, between two planes that each have one of the shapes wholly behind them. -infinity for
   // other pairs.
@@ -78,9 +78,9 @@ class EdgeRow : public BodyRows {
 
 struct EdgeResult {
   MotionVerdict verdict = MotionVerdict::kFree;
-  double lo = 0, hi = 1, clearance_m = kLookout_m;
+  double lo = 0, hi = 1, clearance_m = kMaxClearance_m;
   PairId pair = {};
-  Trust trust = Trust::kExact;
+  Accuracy accuracy = Accuracy::kExact;
 };
 
 // Follows one pair after the other, first the pairs that could meet soonest. Once a contact is
@@ -93,34 +93,35 @@ class EdgeSearch {
     Gather();
     for (std::size_t next : order_) {
       if (search_.ended()) break;
-      Follow(candidates_[next]);
+      Track(candidates_[next]);
     }
     if (result_.verdict != MotionVerdict::kFree) result_.clearance_m = 0;
     const bool is_of_all_pairs =
         result_.verdict == MotionVerdict::kFree || result_.verdict == MotionVerdict::kGrazing;
-    if (is_of_all_pairs) result_.trust = weakest_;
+    if (is_of_all_pairs) result_.accuracy = weakest_;
     return result_;
   }
 
  private:
-  // Pairs farther apart than this at the start stay more than kLookout_m away from their margin.
+  // Pairs farther apart than this at the start stay more than kMaxClearance_m away from their
+  // margin.
   static double Reach_m(double margin_m, double travel_m) {
-    return std::max(0.0, margin_m) + travel_m + kLookout_m;
+    return std::max(0.0, margin_m) + travel_m + kMaxClearance_m;
   }
 
   void Gather() {
     search_.PlaceBody(EdgeRow(motion_, 0), 0);
-    double fastest_m = 0;
+    double max_travel_m = 0;
     for (const PartPair& pair : search_.self_pairs()) {
-      fastest_m = std::max(fastest_m, motion_.RelativeTravel_m(pair));
+      max_travel_m = std::max(max_travel_m, motion_.RelativeTravel_m(pair));
     }
     search_.ForEachSelfPair(
-        BodySearch::From::kMargin, Reach_m(0, fastest_m), Question::kDistance,
+        BodySearch::From::kMargin, Reach_m(0, max_travel_m), QueryKind::kDistance,
         [&](const BodySearch::Pair& pair) {
           Add(pair, motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
-          return Reach_m(0, fastest_m);
+          return Reach_m(0, max_travel_m);
         });
-    if (search_.asks_world()) GatherOfWorld();
+    if (search_.tests_world()) GatherOfWorld();
     order_.resize(candidates_.size());
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::stable_sort(order_.begin(), order_.end(), [&](std::size_t i, std::size_t j) {
@@ -130,29 +131,29 @@ class EdgeSearch {
   }
 
   void GatherOfWorld() {
-    double fastest_m = 0;
+    double max_travel_m = 0;
     for (std::size_t k = 0; k < search_.part_count(); ++k) {
-      fastest_m = std::max(fastest_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
+      max_travel_m = std::max(max_travel_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
     }
     search_.world().bounds().ForEachWithin(
-        search_.body_bounds_W(), Reach_m(search_.widest_margin_m(), fastest_m),
+        search_.body_bounds_W(), Reach_m(search_.max_margin_m(), max_travel_m),
         [&](const Obstacle& object) {
           if (search_.Skips(object)) return true;
-          search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, fastest_m),
-                              Question::kDistance, [&](const BodySearch::Pair& pair) {
+          search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, max_travel_m),
+                              QueryKind::kDistance, [&](const BodySearch::Pair& pair) {
                                 Add(pair, motion_.Travel_m(pair.id.body_part));
-                                return Reach_m(0, fastest_m);
+                                return Reach_m(0, max_travel_m);
                               });
           return !search_.ended();
         });
   }
 
   void Add(const BodySearch::Pair& pair, double travel_m) {
-    if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfProof());
+    if (MayMeet(pair, travel_m)) weakest_ = std::max(weakest_, pair.ProofAccuracy());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
     if (IsSlow(pair)) {  // ordered by the hulls' distance; 0 if they overlap
-      const double least_m = LowerBound_m(pair.body, pair.object).value_or(0);
-      if (least_m <= reach_m) candidates_.push_back({pair, travel_m, least_m - pair.margin_m});
+      const double min_m = LowerBound_m(pair.body, pair.object).value_or(0);
+      if (min_m <= reach_m) candidates_.push_back({pair, travel_m, min_m - pair.margin_m});
       return;
     }
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
@@ -169,223 +170,227 @@ class EdgeSearch {
 
   // True if the bounding boxes of the two can meet on the way. A distance would not do: an open
   // mesh has no inside even far from its surface.
-  bool MayBeAsked(const BodySearch::Pair& pair, double travel_m) const {
+  bool MayMeet(const BodySearch::Pair& pair, double travel_m) const {
     const Aabb& theirs_W =
-        pair.id.IsOfItself()
+        pair.id.IsSelfPair()
             ? search_.BoundsOf_W(pair.id.object_part)
             : pair.id.object->parts_W[static_cast<std::size_t>(pair.id.object_part)].bounds_W;
     const double reach_m = std::max(0.0, pair.margin_m) + travel_m;
     return SquaredDistance_m2(search_.BoundsOf_W(pair.id.body_part), theirs_W) <= reach_m * reach_m;
   }
 
-  void Follow(const Candidate& candidate) {
-    places_ = 0;
+  void Track(const Candidate& candidate) {
+    measurements_ = 0;
     const double end = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
-    const std::optional<Span> open = WithoutWhatHullsProve(candidate, {0, end});
+    const std::optional<Span> open = TrimByHulls(candidate, {0, end});
     if (!open || search_.ended()) return;
-    const Place start = LookAt(candidate, open->from, open->width());
+    const PairState start = Measure(candidate, open->from, open->width());
     if (start.contact) {
       result_ = Contact(open->from, start, candidate.pair.id);
       return;
     }
     const double left_m = start.gap_m - candidate.travel_m * open->width();
-    if (start.certain && left_m >= std::min(kTold * start.gap_m, kLookout_m)) {
-      StayClear(left_m, open->from, open->to);
+    if (start.certain && left_m >= std::min(kMinProvenShare * start.gap_m, kMaxClearance_m)) {
+      RecordClearance(left_m, open->from, open->to);
       return;
     }
     if (open->width() == 0) return;
-    CertifyAsFarAsWorkSuffices(candidate, start, LookAt(candidate, open->to, open->width()));
+    CertifyWithinBudget(candidate, start, Measure(candidate, open->to, open->width()));
   }
 
   // Shrinks the interval from both ends as far as hulls prove that the pair stays more than
-  // kLookout_m away from its margin. Empty if they prove it for the whole interval.
-  std::optional<Span> WithoutWhatHullsProve(const Candidate& candidate, Span open) {
+  // kMaxClearance_m away from its margin. Empty if they prove it for the whole interval.
+  std::optional<Span> TrimByHulls(const Candidate& candidate, Span open) {
     while (true) {
       const double step = StepByHulls(candidate, open.from);
       if (step >= open.width()) return std::nullopt;
       open.from += step;
-      if (step < kShortestStep) break;
+      if (step < kMinHullStep) break;
     }
     while (true) {
       const double step = StepByHulls(candidate, open.to);
       if (step >= open.width()) return std::nullopt;
       open.to -= step;
-      if (step < kShortestStep) break;
+      if (step < kMinHullStep) break;
     }
     return open;
   }
 
   // The share of the edge, in either direction, over which hulls prove that the pair stays more
-  // than kLookout_m away from its margin.
+  // than kMaxClearance_m away from its margin.
   double StepByHulls(const Candidate& candidate, double fraction) {
     const BodySearch::Pair& pair = candidate.pair;
     if (MustEnd(pair.work, kStepsByHulls)) return 0;
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
-    const std::optional<double> least_m = LowerBound_m(pair.body, pair.object);
-    if (!least_m) return 0;
-    const double room_m = *least_m - std::max(0.0, pair.margin_m) - kLookout_m;
+    const std::optional<double> min_m = LowerBound_m(pair.body, pair.object);
+    if (!min_m) return 0;
+    const double room_m = *min_m - std::max(0.0, pair.margin_m) - kMaxClearance_m;
     return room_m <= 0 ? 0 : room_m / candidate.travel_m;
   }
 
   // A pair that slides along with almost no gap can exhaust the work. It is then certified again
-  // with the coarser resolution kGrazing_m.
-  void CertifyAsFarAsWorkSuffices(const Candidate& candidate, const Place& a, const Place& b) {
+  // with the coarser resolution kGrazingTolerance_m.
+  void CertifyWithinBudget(const Candidate& candidate, const PairState& a, const PairState& b) {
     const EdgeResult before = result_;
     const double open_before = open_from_;
-    finest_m_ = kFinest_m;
+    min_proven_gap_m_ = kMinProvenGap_m;
     Certify(candidate, a, b);
-    if (places_ < kMaxPlaces || search_.ended()) return;
+    if (measurements_ < kMaxMeasurements || search_.ended()) return;
     result_ = before;
     open_from_ = open_before;
-    places_ = 0;
-    finest_m_ = kGrazing_m;
+    measurements_ = 0;
+    min_proven_gap_m_ = kGrazingTolerance_m;
     Certify(candidate, a, b);
   }
 
   // Records a contact: the pair is free up to `from` and in contact at `to`. The other pairs are
   // proven free only up to `open_from_` and up to the `lo` of a contact that was found before.
-  void Meet(const Candidate& candidate, double from, const Place& to) {
+  void RecordContact(const Candidate& candidate, double from, const PairState& to) {
     const double others = result_.verdict == MotionVerdict::kContact ? result_.lo : 1;
     result_ = Contact(std::min({from, others, open_from_}), to, candidate.pair.id);
   }
 
-  static EdgeResult Contact(double lo, const Place& at, const PairId& id) {
+  static EdgeResult Contact(double lo, const PairState& at, const PairId& id) {
     return {.verdict = MotionVerdict::kContact,
             .lo = lo,
             .hi = at.fraction,
             .clearance_m = 0,
             .pair = id,
-            .trust = at.trust};
+            .accuracy = at.accuracy};
   }
 
   // Certifies the interval from a to b, from left to right. True if there is no need to search
   // further. Once the work has run out, an interval is recorded as undecided, unless it ends in
   // contact, which needs few more measurements.
-  bool Certify(const Candidate& candidate, const Place& a, const Place& b) {
+  bool Certify(const Candidate& candidate, const PairState& a, const PairState& b) {
     const double width = b.fraction - a.fraction;
     const double travel_m = candidate.travel_m * width;
-    const double least_m = std::min(a.gap_m, b.gap_m);
+    const double min_m = std::min(a.gap_m, b.gap_m);
     const double between_m = 0.5 * (a.gap_m + b.gap_m - travel_m);
     const double plane_m = GapAlongPlanes_m(candidate, a, b);
     const double proven_m = std::max(between_m, plane_m);
     const bool is_certain = !b.contact && a.certain && b.certain;
-    if (is_certain && proven_m >= kTold * least_m) {
-      StayClear(std::min(least_m, proven_m), a.fraction, b.fraction);
+    if (is_certain && proven_m >= kMinProvenShare * min_m) {
+      RecordClearance(std::min(min_m, proven_m), a.fraction, b.fraction);
       return false;
     }
     if (search_.ended()) return true;
-    const bool is_narrowest = width <= kNarrowest;
-    if (b.contact && (width <= kBracket || is_narrowest)) {
-      Meet(candidate, a.fraction, b);
+    const bool is_narrow = width <= kMinWidth;
+    if (b.contact && (width <= kMaxBracketWidth || is_narrow)) {
+      RecordContact(candidate, a.fraction, b);
       return true;
     }
     // A pair that slides along a plane grazes only if it has no gap at either end of the interval,
     // not if it merely comes near.
-    const bool slides = std::max(a.gap_m, b.gap_m) <= finest_m_ && plane_m >= -0.5 * finest_m_;
-    const bool is_grazing = !b.contact && least_m <= finest_m_ && (travel_m <= finest_m_ || slides);
-    if (is_grazing || is_narrowest || (!b.contact && places_ >= kMaxPlaces)) {
+    const bool slides =
+        std::max(a.gap_m, b.gap_m) <= min_proven_gap_m_ && plane_m >= -0.5 * min_proven_gap_m_;
+    const bool is_grazing =
+        !b.contact && min_m <= min_proven_gap_m_ && (travel_m <= min_proven_gap_m_ || slides);
+    if (is_grazing || is_narrow || (!b.contact && measurements_ >= kMaxMeasurements)) {
       const bool grazes = is_grazing && is_certain;
       open_from_ = std::min(open_from_, a.fraction);
       if (result_.verdict == MotionVerdict::kContact) result_.lo = std::min(result_.lo, open_from_);
-      Doubt({.verdict = grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided,
-             .lo = a.fraction,
-             .hi = b.fraction,
-             .trust = std::max(a.trust, b.trust)});
+      RecordUncertain({.verdict = grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided,
+                       .lo = a.fraction,
+                       .hi = b.fraction,
+                       .accuracy = std::max(a.accuracy, b.accuracy)});
       // The pair stays undecided unless a contact follows, so no more work is spent on it.
-      if (!is_grazing) places_ = kMaxPlaces;
+      if (!is_grazing) measurements_ = kMaxMeasurements;
       return false;
     }
-    const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction), width);
+    const PairState middle = Measure(candidate, 0.5 * (a.fraction + b.fraction), width);
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
   }
 
-  // A lower bound on the gap between two places, from the separating planes at either of them. The
-  // gap closes only by the body's travel along the normal, so a body that slides along a plane does
-  // not close it. The planes separate whole shapes, so the bound is useless if one shape reaches
-  // around the other. -infinity for a pair that grazes near one end only, until the interval is
-  // narrow.
-  double GapAlongPlanes_m(const Candidate& candidate, const Place& a, const Place& b) const {
+  // A lower bound on the gap between two fractions, from the separating planes at either of them.
+  // The gap closes only by the body's travel along the normal, so a body that slides along a plane
+  // does not close it. The planes separate whole shapes, so the bound is useless if one shape
+  // reaches around the other. -infinity for a pair that grazes near one end only, until the
+  // interval is narrow.
+  double GapAlongPlanes_m(const Candidate& candidate, const PairState& a,
+                          const PairState& b) const {
     constexpr double kNone_m = -std::numeric_limits<double>::infinity();
     const double width = b.fraction - a.fraction;
-    const auto least_m = [&](const Place& place, const Vector3& toward) {
-      if (place.plane_gap_m == kNone_m) return kNone_m;
+    const auto min_m = [&](const PairState& state, const Vector3& toward) {
+      if (state.plane_gap_m == kNone_m) return kNone_m;
       const double travel_m = motion_.TravelAlong_m(candidate.pair.id.body_part, toward);
-      return place.plane_gap_m - std::max(0.0, travel_m) * width;
+      return state.plane_gap_m - std::max(0.0, travel_m) * width;
     };
-    const double plane_m = std::max(least_m(a, a.normal), least_m(b, -b.normal));
-    const bool grazes_all_along = std::max(a.gap_m, b.gap_m) <= kGrazing_m;
-    return plane_m > kGrazing_m || grazes_all_along || width <= kBracket ? plane_m : kNone_m;
+    const double plane_m = std::max(min_m(a, a.normal), min_m(b, -b.normal));
+    const bool grazes_all_along = std::max(a.gap_m, b.gap_m) <= kGrazingTolerance_m;
+    return plane_m > kGrazingTolerance_m || grazes_all_along || width <= kMaxBracketWidth ? plane_m
+                                                                                          : kNone_m;
   }
 
   // Records that no pair is in contact from one fraction to another, though one may graze.
-  void StayClear(double clearance_m, double from, double to) {
+  void RecordClearance(double clearance_m, double from, double to) {
     result_.clearance_m = std::min(result_.clearance_m, clearance_m);
-    if (clearance_m <= kGrazing_m) {
-      Doubt({.verdict = MotionVerdict::kGrazing, .lo = from, .hi = to});
+    if (clearance_m <= kGrazingTolerance_m) {
+      RecordUncertain({.verdict = MotionVerdict::kGrazing, .lo = from, .hi = to});
     }
   }
 
-  // Keeps the worst doubt, and the first of equal ones. A contact overrides them.
-  void Doubt(const EdgeResult& doubt) {
+  // Keeps the worst uncertain result, and the first of equal ones. A contact overrides them.
+  void RecordUncertain(const EdgeResult& uncertain) {
     if (result_.verdict == MotionVerdict::kContact) return;
     const bool worse =
         result_.verdict == MotionVerdict::kFree ||
-        (doubt.verdict == MotionVerdict::kUndecided && result_.verdict != doubt.verdict);
-    if (worse) result_ = doubt;
+        (uncertain.verdict == MotionVerdict::kUndecided && result_.verdict != uncertain.verdict);
+    if (worse) result_ = uncertain;
   }
 
   // Measures the pair at a fraction, for intervals up to `width` away. A distance larger than the
   // pair can close in `width` need not be exact.
-  Place LookAt(const Candidate& candidate, double fraction, double width) {
-    ++places_;
+  PairState Measure(const Candidate& candidate, double fraction, double width) {
+    ++measurements_;
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
     const BodySearch::Pair& pair = candidate.pair;
     // The reach is slightly larger, so that rounding does not decide.
-    const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazing_m;
-    Place place{.fraction = fraction};
+    const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazingTolerance_m;
+    PairState state{.fraction = fraction};
     // The depth of overlapping triangles is slow to compute, and does not matter unless the margin
     // is negative.
     if (pair.margin_m >= 0 && IsSlow(pair) &&
         pair.engine.Collides(pair.body, pair.object, pair.work)) {
       search_.CountPair(pair);
-      place.contact = true;
-      place.trust = pair.TrustOfProof();
-      return place;
+      state.contact = true;
+      state.accuracy = pair.ProofAccuracy();
+      return state;
     }
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
-    SetGap(pair, answer, reach_m, place);
-    const bool is_yes_or_no = place.contact ? ProvesContact(pair, answer) : place.certain;
-    place.trust = is_yes_or_no ? pair.TrustOfProof() : answer.trust;
-    if (place.gap_m <= kPlaneWithin * candidate.travel_m) SetPlane(pair, answer.normal, place);
-    return place;
+    SetGap(pair, answer, reach_m, state);
+    const bool is_yes_or_no = state.contact ? ProvesContact(pair, answer) : state.certain;
+    state.accuracy = is_yes_or_no ? pair.ProofAccuracy() : answer.accuracy;
+    if (state.gap_m <= kMaxPlaneGapShare * candidate.travel_m) SetPlane(pair, answer.normal, state);
+    return state;
   }
 
-  // True if the pair overlaps and its margin is not negative. The kernels tell an overlap reliably,
-  // even if its depth is only bounded.
+  // True if the pair overlaps and its margin is not negative. The kernels detect an overlap
+  // reliably, even if its depth is only bounded.
   static bool ProvesContact(const BodySearch::Pair& pair, const PairDistance& answer) {
     return answer.distance_m < 0 && pair.margin_m >= 0;
   }
 
-  // Sets the gap at a place. Without a proven contact the bounds of the answer decide, which
+  // Sets the gap of a pair. Without a proven contact the bounds of the answer decide, which
   // matters for allowed depths and for gaps between round shapes of very different sizes.
   static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
-                     Place& place) {
-    const bool is_known = answer.trust != Trust::kDegraded;
-    const double most_m = answer.distance_m + answer.bound_m - pair.margin_m;
-    place.contact = ProvesContact(pair, answer) || (is_known && most_m < 0);
-    place.gap_m = place.contact
+                     PairState& state) {
+    const bool is_known = answer.accuracy != Accuracy::kDegraded;
+    const double max_m = answer.distance_m + answer.bound_m - pair.margin_m;
+    state.contact = ProvesContact(pair, answer) || (is_known && max_m < 0);
+    state.gap_m = state.contact
                       ? answer.distance_m - pair.margin_m
                       : std::min(answer.distance_m - answer.bound_m, reach_m) - pair.margin_m;
-    place.certain = is_known && (place.contact || place.gap_m >= 0);
+    state.certain = is_known && (state.contact || state.gap_m >= 0);
   }
 
-  // Sets the separating plane at a place. Not for self pairs, both parts of which move, nor for
+  // Sets the separating plane of a pair. Not for self pairs, both parts of which move, nor for
   // meshes, which have too many vertices.
-  void SetPlane(const BodySearch::Pair& pair, const Vector3& normal, Place& place) const {
+  void SetPlane(const BodySearch::Pair& pair, const Vector3& normal, PairState& state) const {
     const bool has_mesh =
         pair.body.kind == ShapeKind::kMesh || pair.object.kind == ShapeKind::kMesh;
-    if (pair.id.IsOfItself() || has_mesh) return;
+    if (pair.id.IsSelfPair() || has_mesh) return;
     const Pose X_NW(BasisFromZ(normal).transpose());  // its z axis is the normal
     const auto along = [&](const Shape& shape, const Pose& X_WS) {
       return TightBounds(shape, X_NW * X_WS);
@@ -393,24 +398,24 @@ class EdgeSearch {
     const auto object_part = static_cast<std::size_t>(pair.id.object_part);
     const Shape& theirs = pair.id.object->geometry->parts[object_part].shape;
     const double body_m = along(search_.ShapeOf(pair.id.body_part), pair.body.X_WS).max().z();
-    place.normal = normal;
-    place.plane_gap_m = along(theirs, pair.object.X_WS).min().z() - body_m - pair.margin_m;
+    state.normal = normal;
+    state.plane_gap_m = along(theirs, pair.object.X_WS).min().z() - body_m - pair.margin_m;
   }
 
   BodySearch& search_;
   const BodyMotion& motion_;
   std::vector<Candidate> candidates_;
   std::vector<std::size_t> order_;
-  int places_ = 0;
-  double finest_m_ = kFinest_m;    // gaps up to this are not proven free
-  double open_from_ = 1;           // from here on nothing is proven
-  Trust weakest_ = Trust::kExact;  // of the pairs that can come near
+  int measurements_ = 0;
+  double min_proven_gap_m_ = kMinProvenGap_m;  // gaps up to this are not proven free
+  double open_from_ = 1;                       // from here on nothing is proven
+  Accuracy weakest_ = Accuracy::kExact;        // of the pairs that can come near
   EdgeResult result_;
 };
 
 }  // namespace
 
-void Append(MotionColumns& columns, const MotionAnswer& answer) {
+void Append(MotionColumns& columns, const MotionResult& answer) {
   columns.verdict.push_back(answer.verdict);
   columns.segment.push_back(answer.segment);
   columns.lo.push_back(answer.lo);
@@ -419,7 +424,7 @@ void Append(MotionColumns& columns, const MotionAnswer& answer) {
   columns.object.push_back(answer.object);
   columns.body_part.push_back(answer.body_part);
   columns.object_part.push_back(answer.object_part);
-  columns.trust.push_back(answer.trust);
+  columns.accuracy.push_back(answer.accuracy);
 }
 
 namespace {
@@ -452,7 +457,7 @@ absl::Status EdgeChecker::CheckEngine(const QueryOptions& options) {
       "motions are certified by the exact kernels alone: ask AUTO or EXACT");
 }
 
-MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
+MotionResult EdgeChecker::Check(const BodyMotion& edge) {
   EdgeResult result = EdgeSearch(search_, edge).Run();
   if (with_unseen_ && result.verdict != MotionVerdict::kContact && !search_.ended()) {
     result = EdgeSearch(*with_unseen_, edge).Run();
@@ -464,10 +469,10 @@ MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
           .lo = result.lo,
           .hi = result.hi,
           .clearance_m = result.clearance_m,
-          .object = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object),
+          .object = result.pair.IsSelfPair() ? kSelfObject : ranks_.IndexOf(result.pair.object),
           .body_part = result.pair.body_part,
           .object_part = result.pair.object_part,
-          .trust = std::max(result.trust, body_.best_trust)};
+          .accuracy = std::max(result.accuracy, body_.best_accuracy)};
 }
 
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,
@@ -479,7 +484,7 @@ absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const Que
   MotionColumns columns;
   for (const std::unique_ptr<BodyMotion>& edge : edges) {
     if (checker.MustEnd()) break;
-    const MotionAnswer answer = checker.Check(*edge);
+    const MotionResult answer = checker.Check(*edge);
     if (checker.ended()) break;
     Append(columns, answer);
     limit.Count(1);

@@ -25,15 +25,15 @@ enum class MotionVerdict : std::uint8_t {
   kNotComputed,
   kFree,         // every distance stays at or above its margin, all along; never wrong
   kContact,      // a pair is below its margin at `hi`; never wrong
-  kGrazing,      // a pair comes within kGrazing_m of its margin; none is deeper below it
+  kGrazing,      // a pair comes within kGrazingTolerance_m of its margin; none is deeper below it
   kUndecided,    // the work or the accuracy of the answers did not suffice
   kOutOfLimits,  // for a path: a row is outside the limits of the body
 };
 
 // A gap up to this counts as touching.
-inline constexpr double kGrazing_m = 1e-6;
+inline constexpr double kGrazingTolerance_m = 1e-6;
 // The width of the bracket around the first contact, as a share of the edge.
-inline constexpr double kBracket = 1e-4;
+inline constexpr double kMaxBracketWidth = 1e-4;
 
 // Columns with one entry per motion: an edge, or a path of several edges (check_paths.h).
 struct MotionColumns {
@@ -42,10 +42,10 @@ struct MotionColumns {
   // path out of limits, the index of its first row out of limits. -1 if the motion is free or not
   // computed.
   std::vector<std::int32_t> segment;
-  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket
-  // unless a pair before it grazes, or stays so near for so long that it is not proven free; both
-  // are 0 if the edge begins in contact. For a grazing or undecided motion: the interval in
-  // question. Else 0 and 1.
+  // Fractions of the edge. For a contact: free up to `lo`, in contact at `hi`, hi - lo <=
+  // kMaxBracketWidth unless a pair before it grazes, or stays so near for so long that it is not
+  // proven free; both are 0 if the edge begins in contact. For a grazing or undecided motion: the
+  // interval in question. Else 0 and 1.
   std::vector<double> lo, hi;
   // For a free motion: no pair comes nearer to its margin than this. It is at most 2 cm, since
   // larger distances are not measured. 0 for other motions.
@@ -56,7 +56,7 @@ struct MotionColumns {
   // The accuracy, as for the verdict of a state in CollisionColumns: of the deciding pair for a
   // contact and an undecided motion; the weakest of all pairs that can come near on the way for a
   // motion that is free or grazes.
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   // For a path out of limits: the variable that its first such row violates, as in
   // CollisionColumns; else -1. Empty if no path is out of limits, and for single edges.
   std::vector<std::int32_t> variable = {};
@@ -64,14 +64,14 @@ struct MotionColumns {
 };
 
 // One entry of the columns.
-struct MotionAnswer {
+struct MotionResult {
   MotionVerdict verdict = MotionVerdict::kNotComputed;
   std::int32_t segment = -1;
   double lo = 0, hi = 1, clearance_m = 0;
   std::int32_t object = -1, body_part = -1, object_part = -1;
-  Trust trust = Trust::kExact;
+  Accuracy accuracy = Accuracy::kExact;
 };
-void Append(MotionColumns& columns, const MotionAnswer& answer);
+void Append(MotionColumns& columns, const MotionResult& answer);
 
 // Checks edges one after the other, for callers that choose the next edge by the last answer. Used
 // by one thread.
@@ -84,11 +84,11 @@ class EdgeChecker {
   static absl::Status CheckEngine(const QueryOptions& options);
 
   // The answer, with segment 0 if the edge is not free. Void once `ended`.
-  MotionAnswer Check(const BodyMotion& edge);
+  MotionResult Check(const BodyMotion& edge);
   // True if the last answer is void: the call was interrupted, or an engine had no answer.
   bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
   // The best accuracy that the body allows: no answer is labelled better.
-  Trust best_trust() const { return body_.best_trust; }
+  Accuracy best_accuracy() const { return body_.best_accuracy; }
   // True if the call must end. To be called before each motion.
   bool MustEnd() { return search_.MustEnd(); }
   // The status of the whole call: OK if the motions so far are the answer.

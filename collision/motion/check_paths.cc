@@ -33,26 +33,26 @@ int WeightOf(MotionVerdict verdict) {
 }
 
 // The answer for one path. Void once the checker has ended.
-MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path& path) {
+MotionResult Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path& path) {
   if (const auto row = FirstOutOfLimits(waypoints, path)) {
     return {.verdict = MotionVerdict::kOutOfLimits,
             .segment = static_cast<std::int32_t>(*row),
-            .trust = checker.best_trust()};
+            .accuracy = checker.best_accuracy()};
   }
-  MotionAnswer told;
-  Trust weakest = Trust::kExact;
+  MotionResult result;
+  Accuracy weakest = Accuracy::kExact;
   for (std::size_t k = 0; k + 1 < path.row_count && !checker.MustEnd(); ++k) {
-    MotionAnswer edge = checker.Check(*waypoints.MotionFrom(path.first_row + k));
+    MotionResult edge = checker.Check(*waypoints.MotionFrom(path.first_row + k));
     if (edge.verdict != MotionVerdict::kFree) edge.segment = static_cast<std::int32_t>(k);
     if (edge.verdict == MotionVerdict::kContact || checker.ended()) return edge;
     const bool is_free =
-        edge.verdict == MotionVerdict::kFree && told.verdict == MotionVerdict::kFree;
-    if (is_free) told.clearance_m = std::min(told.clearance_m, edge.clearance_m);
-    if (k == 0 || WeightOf(edge.verdict) > WeightOf(told.verdict)) told = edge;
-    weakest = std::max(weakest, edge.trust);
+        edge.verdict == MotionVerdict::kFree && result.verdict == MotionVerdict::kFree;
+    if (is_free) result.clearance_m = std::min(result.clearance_m, edge.clearance_m);
+    if (k == 0 || WeightOf(edge.verdict) > WeightOf(result.verdict)) result = edge;
+    weakest = std::max(weakest, edge.accuracy);
   }
-  if (told.verdict != MotionVerdict::kUndecided) told.trust = weakest;
-  return told;
+  if (result.verdict != MotionVerdict::kUndecided) result.accuracy = weakest;
+  return result;
 }
 
 void NameVariables(const Waypoints& waypoints, std::span<const Path> paths,
@@ -66,7 +66,7 @@ void NameVariables(const Waypoints& waypoints, std::span<const Path> paths,
 }
 
 // chosen: a path takes from a tenth of a millisecond to several milliseconds.
-constexpr std::size_t kPathsOfChunk = 8;
+constexpr std::size_t kPathsPerChunk = 8;
 
 // The arguments of a call, and its answers.
 struct Batch {
@@ -77,7 +77,7 @@ struct Batch {
   const QueryOptions& options;
   std::stop_token stop;
   TimeLimit limit;
-  std::vector<MotionAnswer> answers;  // by path
+  std::vector<MotionResult> answers;  // by path
 };
 
 class PathWorker : public ChunkWorker {
@@ -86,12 +86,12 @@ class PathWorker : public ChunkWorker {
       : batch_(batch),
         checker_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
+  ChunkResult Process(const RowChunk& chunk) override {
     std::size_t k = 0;
     for (; k < chunk.count && !checker_.MustEnd(); ++k) {
       const Path& path = batch_.paths[chunk.first + k];
       assert(path.row_count >= 2 && path.first_row + path.row_count <= batch_.waypoints.size());
-      const MotionAnswer answer = Follow(checker_, batch_.waypoints, path);
+      const MotionResult answer = Follow(checker_, batch_.waypoints, path);
       if (checker_.ended()) break;
       batch_.answers[chunk.first + k] = answer;
     }
@@ -117,14 +117,14 @@ absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const Query
               .options = options,
               .stop = std::move(stop),
               .limit = TimeLimit(options),
-              .answers = std::vector<MotionAnswer>(paths.size())};
-  const auto completed = AnswerTogether(EqualChunks(paths.size(), kPathsOfChunk), options.threads,
-                                        [&] { return std::make_unique<PathWorker>(batch); });
+              .answers = std::vector<MotionResult>(paths.size())};
+  const auto completed = ProcessChunks(EqualChunks(paths.size(), kPathsPerChunk), options.threads,
+                                       [&] { return std::make_unique<PathWorker>(batch); });
   if (!completed.ok()) return completed.status();
   MotionColumns columns;
   columns.completed = *completed;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    Append(columns, i < *completed ? batch.answers[i] : MotionAnswer{});
+    Append(columns, i < *completed ? batch.answers[i] : MotionResult{});
   }
   NameVariables(waypoints, paths, columns);
   return columns;

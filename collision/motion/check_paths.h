@@ -21,7 +21,7 @@ struct Path {
 // checked further. Otherwise the answer is that of the first edge in contact, and the edges behind
 // it are not checked; else that of the first undecided edge; else that of the first edge that
 // grazes. A free path has the smallest clearance of its edges; a path that is free or grazes has
-// the weakest trust of its edges.
+// the weakest accuracy of its edges.
 //
 // Engines, margins and `stop` are as in CheckMotions.
 absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const QueryBody& body,

@@ -11,10 +11,10 @@
 namespace cwm::collision {
 namespace {
 
-const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, Question question) {
+const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query) {
   const auto if_supported = [&](EngineKind kind) {
     const Engine& engine = GetEngine(kind);
-    return engine.Supports(a, b, question) ? &engine : nullptr;
+    return engine.Supports(a, b, query) ? &engine : nullptr;
   };
   switch (choice) {
     case EngineChoice::kExact:
@@ -26,7 +26,7 @@ const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, Question que
     case EngineChoice::kAuto:
       break;
   }
-  return BestEngine(a, b, question);
+  return BestEngine(a, b, query);
 }
 
 std::string_view NameOf(PartSource source) {
@@ -42,12 +42,12 @@ std::string_view NameOf(PartSource source) {
 }
 
 // The largest margin of a part of the body, without the request's margin.
-double WidestMargin_m(const QueryBody& body) {
-  double widest_m = body.margin_m;
-  for (const CarriedObject& carried : body.carried) {
-    widest_m = std::max(widest_m, carried.object->margin_m);
+double MaxMargin_m(const QueryBody& body) {
+  double max_margin_m = body.margin_m;
+  for (const AttachedObject& attached : body.attached) {
+    max_margin_m = std::max(max_margin_m, attached.object->margin_m);
   }
-  return widest_m;
+  return max_margin_m;
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ bool IsOpenMesh(const Shape& shape) {
 }
 
 int WeightOf(const Shape& shape) {
-  // A search for the least translation takes some hundred support points of a hull, and a support
+  // A search for the minimum translation takes some hundred support points of a hull, and a support
   // point takes a nanosecond for two or three corners.
   constexpr std::size_t kCornersOfUnit = 32;
   const auto of_corners = [](std::size_t corners) {
@@ -101,9 +101,8 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
       request_margin_m_(options.margin_m),
       support_tolerance_m_(options.support_tolerance_m),
       sigmas_(options.margin_sigma),
-      widest_margin_m_(
-          std::max(world.objects().widest_margin_m() + WidestMargin_m(body) + options.margin_m,
-                   rules_.widest_margin_m())),
+      max_margin_m_(std::max(world.objects().max_margin_m() + MaxMargin_m(body) + options.margin_m,
+                             rules_.max_margin_m())),
       choice_(options.engine),
       frame_pairs_(FramePairsOf(body)),
       interrupt_(std::move(interrupt)) {
@@ -111,17 +110,17 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
     for (int b = 0; b < kShapeKindCount; ++b) {
       const auto kind_a = static_cast<ShapeKind>(a);
       const auto kind_b = static_cast<ShapeKind>(b);
-      engines_[0][a][b] = Chosen(choice_, kind_a, kind_b, Question::kCollides);
-      engines_[1][a][b] = Chosen(choice_, kind_a, kind_b, Question::kDistance);
+      engines_[0][a][b] = Chosen(choice_, kind_a, kind_b, QueryKind::kCollides);
+      engines_[1][a][b] = Chosen(choice_, kind_a, kind_b, QueryKind::kDistance);
     }
   }
   parts_.reserve(body.geometry->parts.size());
   for (const PreparedPart& part : body.geometry->parts) {
     const ShapeKind kind = KindOf(part.shape);
     const int frame = body.FrameOf(static_cast<std::int32_t>(parts_.size()));
-    const CarriedObject* const carried = body.CarriedIn(frame);
+    const AttachedObject* const attached = body.AttachedIn(frame);
     const std::string& supported_by =
-        carried != nullptr ? carried->object->supported_by : body.supported_by;
+        attached != nullptr ? attached->object->supported_by : body.supported_by;
     parts_.push_back({.part = &part,
                       .kind = kind,
                       .cheap_bounds = !HasManyVertices(part.shape),
@@ -130,15 +129,15 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .skipped = filter_.SkipsPart(body, frame, part.source),
                       .weight = WeightOf(part.shape),
                       .frame = frame,
-                      .margin_m = carried != nullptr ? carried->object->margin_m : body.margin_m,
+                      .margin_m = attached != nullptr ? attached->object->margin_m : body.margin_m,
                       .supported_by = supported_by.empty() ? nullptr : &supported_by,
                       .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
     has_parts_ = has_parts_ || !parts_.back().skipped;
   }
-  widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
-  X_WF_.resize(static_cast<std::size_t>(body.AllFrames()), Pose::Identity());
+  max_margin_m_ += sigmas_ * (body.geometry->max_sigma_m + world.objects().max_sigma_m());
+  X_WF_.resize(static_cast<std::size_t>(body.TotalFrames()), Pose::Identity());
   frames_of_pair_.resize(kTags, 0);
   for (std::size_t k = 0; k < frame_pairs_.pairs.size(); ++k) {
     const LinkPair& pair = frame_pairs_.pairs[k];
@@ -160,28 +159,30 @@ FramePairs FramePairsOf(const QueryBody& body) {
   return of_body;
 }
 
-void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
+void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const UnresolvedTags& open) {
   rows.Place(row, OwnFrames());
-  PlaceCarried();
+  PlaceAttached();
   PlaceParts(X_WF_, row, open);
 }
 
-void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open) {
-  if (body_.carried.empty()) return PlaceParts(X_WF, row, open);
+void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row,
+                           const UnresolvedTags& open) {
+  if (body_.attached.empty()) return PlaceParts(X_WF, row, open);
   std::ranges::copy(X_WF, OwnFrames().begin());
-  PlaceCarried();
+  PlaceAttached();
   PlaceParts(X_WF_, row, open);
 }
 
-void BodySearch::PlaceCarried() {
+void BodySearch::PlaceAttached() {
   const std::size_t own = OwnFrames().size();
-  for (std::size_t k = 0; k < body_.carried.size(); ++k) {
-    const CarriedObject& carried = body_.carried[k];
-    X_WF_[own + k] = X_WF_[static_cast<std::size_t>(carried.link)] * carried.X_FO;
+  for (std::size_t k = 0; k < body_.attached.size(); ++k) {
+    const AttachedObject& attached = body_.attached[k];
+    X_WF_[own + k] = X_WF_[static_cast<std::size_t>(attached.link)] * attached.X_FO;
   }
 }
 
-void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open) {
+void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row,
+                            const UnresolvedTags& open) {
   row_ = static_cast<std::int64_t>(row);
   bounds_W_.setEmpty();
   open_ = open;
@@ -201,15 +202,15 @@ void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row, const
 
 std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::size_t b,
                                                    std::size_t o, double margin_m,
-                                                   Question question) {
+                                                   QueryKind query) {
   const BodyPart& mine = parts_[b];
   const PreparedPart& theirs = object.geometry->parts[o];
   const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
   const ShapeKind kind = KindOf(theirs.shape);
-  const Question asked = margin_m == 0 ? question : Question::kDistance;
-  const Engine* engine = EngineFor(mine.kind, kind, asked);
+  const QueryKind needed = margin_m == 0 ? query : QueryKind::kDistance;
+  const Engine* engine = EngineFor(mine.kind, kind, needed);
   if (engine == nullptr) {
-    RefusePair(id, asked);
+    ReportUnsupported(id, needed);
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
@@ -224,14 +225,14 @@ std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::
 }
 
 std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, double margin_m,
-                                                       Question question) {
+                                                       QueryKind query) {
   const BodyPart& a = parts_[static_cast<std::size_t>(parts.first)];
   const BodyPart& b = parts_[static_cast<std::size_t>(parts.second)];
   const PairId id{nullptr, parts.first, parts.second};
-  const Question asked = margin_m == 0 ? question : Question::kDistance;
-  const Engine* engine = EngineFor(a.kind, b.kind, asked);
+  const QueryKind needed = margin_m == 0 ? query : QueryKind::kDistance;
+  const Engine* engine = EngineFor(a.kind, b.kind, needed);
   if (engine == nullptr) {
-    RefusePair(id, asked);
+    ReportUnsupported(id, needed);
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
@@ -247,13 +248,13 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
 
 void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
   near_.clear();
-  const ObstacleTerms rules = rules_.Of(object);
+  const ObstacleRules rules = rules_.RulesOf(object);
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
     if (CountBoxes(object)) return near_.clear();
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
-      if (!rules.empty() && rules.Of(mine.frame, o).allowed) continue;
+      if (!rules.empty() && rules.At(mine.frame, o).allowed) continue;
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, object.parts_W[o].bounds_W);
       if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
       if (filter_.SkipsPart(object, object.geometry->parts[o].source)) continue;
@@ -264,7 +265,7 @@ void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
 
 void BodySearch::GatherSelfPairs(double reach_m) {
   near_.clear();
-  const std::span<const PairTerms> rules = rules_.OfSelfPairs();
+  const std::span<const EffectiveRule> rules = rules_.SelfPairRules();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];
@@ -283,37 +284,37 @@ bool BodySearch::MakeHeap() {
     std::make_heap(near_.begin(), near_.end());
     return true;
   }
-  return InPieces(near_.size(), &interrupt_, [this](std::size_t first, std::size_t last) {
+  return ForEachBlock(near_.size(), &interrupt_, [this](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       std::push_heap(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     }
   });
 }
 
-double BodySearch::LeastGap_m2(const Obstacle& object) {
-  double least_m2 = std::numeric_limits<double>::infinity();
+double BodySearch::MinBoxDistance_m2(const Obstacle& object) {
+  double min_m2 = std::numeric_limits<double>::infinity();
   for (const BodyPart& mine : parts_) {
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
-    if (CountBoxes(object)) return least_m2;
+    if (CountBoxes(object)) return min_m2;
     for (const PlacedPart& theirs : object.parts_W) {
-      least_m2 = std::min(least_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));
+      min_m2 = std::min(min_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));
     }
   }
-  return least_m2;
+  return min_m2;
 }
 
 // Links have no margins of their own. An attached object may stand on another attached object.
-double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
-  const CarriedObject* const on_a = body_.CarriedIn(a.frame);
-  const CarriedObject* const on_b = body_.CarriedIn(b.frame);
+double BodySearch::DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
+  const AttachedObject* const on_a = body_.AttachedIn(a.frame);
+  const AttachedObject* const on_b = body_.AttachedIn(b.frame);
   if (on_a == nullptr && on_b == nullptr) return request_margin_m_;
   if (on_a == nullptr) return b.margin_m + request_margin_m_;
   if (on_b == nullptr) return a.margin_m + request_margin_m_;
-  return std::min(UsualMargin_m(a, on_b->object->name, on_b->object->margin_m),
-                  UsualMargin_m(b, on_a->object->name, on_a->object->margin_m));
+  return std::min(DefaultMargin_m(a, on_b->object->name, on_b->object->margin_m),
+                  DefaultMargin_m(b, on_a->object->name, on_a->object->margin_m));
 }
 
-void BodySearch::RefusePair(const PairId& id, Question question) {
+void BodySearch::ReportUnsupported(const PairId& id, QueryKind query) {
   // absl as packaged by Debian accepts std::string, but not std::string_view.
   const auto text = [](std::string_view name) { return std::string(name); };
   const auto part_of_body = [&](std::int32_t part) {
@@ -325,11 +326,10 @@ void BodySearch::RefusePair(const PairId& id, Question question) {
     return absl::StrCat(text(cwm::NameOf(KindOf(part.shape))), " (object '", id.object->name, "', ",
                         text(NameOf(part.source)), "[", part.index, "])");
   };
-  status_ = absl::UnimplementedError(
-      absl::StrCat("row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
-                   question == Question::kCollides ? "collision" : "distance", " of ",
-                   part_of_body(id.body_part), " and ",
-                   id.IsOfItself() ? part_of_body(id.object_part) : part_of_object()));
+  status_ = absl::UnimplementedError(absl::StrCat(
+      "row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
+      query == QueryKind::kCollides ? "collision" : "distance", " of ", part_of_body(id.body_part),
+      " and ", id.IsSelfPair() ? part_of_body(id.object_part) : part_of_object()));
 }
 
 absl::Status BodySearch::Finish() const {

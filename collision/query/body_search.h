@@ -26,7 +26,7 @@ struct PairId {
   const Obstacle* object = nullptr;  // of the queried snapshot; nullptr: the body itself
   std::int32_t body_part = -1;
   std::int32_t object_part = -1;
-  bool IsOfItself() const { return object == nullptr && object_part >= 0; }
+  bool IsSelfPair() const { return object == nullptr && object_part >= 0; }
   friend std::strong_ordering operator<=>(const PairId& a, const PairId& b) {
     if (a.object == nullptr || b.object == nullptr) {
       if (a.object != b.object) return (b.object == nullptr) <=> (a.object == nullptr);
@@ -60,11 +60,13 @@ class BodySearch {
     int weight;         // cost in units of Interrupt, besides the work that the kernels count
     WorkCounter* work;  // the search's counter; the engine's answer is void once it has ended
 
-    // The trust of a proven verdict: exact unless a surface without an inside is involved.
-    Trust TrustOfProof() const { return has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact; }
-    // The trust of the engine's yes or no without a distance.
-    Trust TrustOfYesNo() const {
-      return std::max(TrustOfProof(), engine.TrustOfCollides(body.kind, object.kind));
+    // The accuracy of a proven verdict: exact unless a surface without an inside is involved.
+    Accuracy ProofAccuracy() const {
+      return has_open_mesh ? Accuracy::kSurfaceOnly : Accuracy::kExact;
+    }
+    // The accuracy of the engine's yes or no without a distance.
+    Accuracy YesNoAccuracy() const {
+      return std::max(ProofAccuracy(), engine.CollisionAccuracy(body.kind, object.kind));
     }
   };
 
@@ -76,23 +78,24 @@ class BodySearch {
 
   // Places the body at the row. Only frames and pairs that are open are tested: bits of
   // `open.worlds` are frames, bits of `open.pairs` are indices of FramePairsOf, both modulo kTags.
-  void PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open = kAllOpen);
+  void PlaceBody(const BodyRows& rows, std::size_t row,
+                 const UnresolvedTags& open = kAllUnresolved);
   // The same if the row's frames, except those of attached objects, are already known.
-  void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open);
-  static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
+  void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const UnresolvedTags& open);
+  static constexpr UnresolvedTags kAllUnresolved{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and the obstacle that no rule allows to
   // collide and whose bounds are within `reach_m`. visit returns the reach for the rest of the
-  // search; a negative one ends it. The engine must support `question` for pairs without a margin,
+  // search; a negative one ends it. The engine must support `query` for pairs without a margin,
   // distances for the others; otherwise the search ends with an error. Ends early if the batch must
   // end.
   template <class Visit>
-  void ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
+  void ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                    Visit&& visit);
   // The same for the body's self pairs.
   template <class Visit>
-  void ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit);
+  void ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit);
   // The same two searches for distances, from the surfaces and without margins. The pair with the
   // nearest boxes comes first, so that most other pairs are out of reach and are not tested.
   template <class Visit>
@@ -101,11 +104,11 @@ class BodySearch {
   void ForEachSelfPairNearestFirst(double reach_m, Visit&& visit);
   // The least squared distance between boxes of parts, a lower bound for the row's body and the
   // obstacle.
-  double LeastGap_m2(const Obstacle& object);
+  double MinBoxDistance_m2(const Obstacle& object);
   // Upper bound of the margins of all pairs of the body and the world.
-  double widest_margin_m() const { return widest_margin_m_; }
-  bool asks_world() const { return body_.asks_world && has_parts_; }
-  bool asks_itself() const { return !body_.self_pairs.empty(); }
+  double max_margin_m() const { return max_margin_m_; }
+  bool tests_world() const { return body_.tests_world && has_parts_; }
+  bool tests_self() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
   const Shape& ShapeOf(std::int32_t body_part) const {
     return parts_[static_cast<std::size_t>(body_part)].part->shape;
@@ -119,12 +122,12 @@ class BodySearch {
   const WorldSnapshot& world() const { return world_; }
 
   // Counts a pair that the caller tests again by itself, at the last placement of PlaceBody.
-  void CountPair(const Pair& pair) { interrupt_.After(pair.weight); }
+  void CountPair(const Pair& pair) { interrupt_.CountWork(pair.weight); }
 
   // True if the current row is void, because the batch was interrupted or an engine lacks a pair.
   bool ended() const { return !status_.ok() || interrupt_.reason() != Interrupt::Reason::kNone; }
   // True if the batch must end. Called before each row.
-  bool MustEnd() { return !status_.ok() || interrupt_.After(1); }
+  bool MustEnd() { return !status_.ok() || interrupt_.CountWork(1); }
   // The status of the whole query; OK if the rows so far are valid.
   absl::Status Finish() const;
 
@@ -160,20 +163,20 @@ class BodySearch {
   std::span<Pose> OwnFrames() {
     return std::span(X_WF_).first(static_cast<std::size_t>(body_.frame_count));
   }
-  void PlaceCarried();
-  void PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open);
+  void PlaceAttached();
+  void PlaceParts(std::span<const Pose> frames, std::size_t row, const UnresolvedTags& open);
   // The margin of a pair if no rule sets another one.
-  double UsualMargin_m(const BodyPart& mine, const std::string& theirs,
-                       double their_margin_m) const {
+  double DefaultMargin_m(const BodyPart& mine, const std::string& theirs,
+                         double their_margin_m) const {
     if (mine.supported_by != nullptr && *mine.supported_by == theirs) return -support_tolerance_m_;
     return their_margin_m + mine.margin_m + request_margin_m_;
   }
-  double UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
-  void RefusePair(const PairId& id, Question question);
+  double DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
+  void ReportUnsupported(const PairId& id, QueryKind query);
   // The pair to be tested; empty, with an error in status_, if no engine supports it.
   std::optional<Pair> PairOf(const Obstacle& object, std::size_t b, std::size_t o, double margin_m,
-                             Question question);
-  std::optional<Pair> SelfPairOf(const PartPair& parts, double margin_m, Question question);
+                             QueryKind query);
+  std::optional<Pair> SelfPairOf(const PartPair& parts, double margin_m, QueryKind query);
   // Fill `near_` with the pairs within reach.
   void GatherPairs(const Obstacle& object, double reach_m);
   void GatherSelfPairs(double reach_m);
@@ -181,16 +184,16 @@ class BodySearch {
   bool MakeHeap();
   // Counts the work of comparing the boxes of all parts; true if the batch must end.
   bool CountBoxes(const Obstacle& object) {
-    constexpr std::size_t kBoxesOfStep = 8;
-    return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesOfStep);
+    constexpr std::size_t kBoxesPerStep = 8;
+    return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesPerStep);
   }
   template <class PairOfNear, class Visit>
-  void AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
+  void EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
   static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
     return (tags >> (tag % kTags) & 1) != 0;
   }
-  const Engine* EngineFor(ShapeKind a, ShapeKind b, Question question) const {
-    return engines_[question == Question::kCollides ? 0 : 1][static_cast<int>(a)]
+  const Engine* EngineFor(ShapeKind a, ShapeKind b, QueryKind query) const {
+    return engines_[query == QueryKind::kCollides ? 0 : 1][static_cast<int>(a)]
                    [static_cast<int>(b)];
   }
   // The distance at which the reach starts; `more_m` is the most that the deviations of the
@@ -206,18 +209,19 @@ class BodySearch {
   double request_margin_m_;
   double support_tolerance_m_;
   double sigmas_;  // QueryOptions::margin_sigma
-  double widest_margin_m_;
+  double max_margin_m_;
   EngineChoice choice_;
-  std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
+  std::array<EngineTable, 2> engines_;  // by QueryKind: kCollides, kDistance
   std::vector<BodyPart> parts_;
   bool has_parts_ = false;  // true if some part is not skipped
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
-  LaneOpen open_ = kAllOpen;
+  UnresolvedTags open_ = kAllUnresolved;
   std::vector<NearPair> near_;  // buffer of the NearestFirst searches
   FramePairs frame_pairs_;
-  std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs: bits of their frames
-  std::int64_t row_ = -1;                      // the last row of PlaceBody
+  std::vector<std::uint64_t>
+      frames_of_pair_;     // by bit of UnresolvedTags::pairs: bits of their frames
+  std::int64_t row_ = -1;  // the last row of PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
@@ -229,24 +233,24 @@ bool IsOpenMesh(const Shape& shape);
 int WeightOf(const Shape& shape);
 
 template <class Visit>
-void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
+void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
-  const ObstacleTerms rules = rules_.Of(object);
-  const double more_m = sigmas_ * object.geometry->widest_sigma_m;
+  const ObstacleRules rules = rules_.RulesOf(object);
+  const double more_m = sigmas_ * object.geometry->max_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
     if (CountBoxes(object)) return;
-    const double usual_m = UsualMargin_m(mine, object.name, object.margin_m);
-    double margin_m = usual_m + mine.inflation_m;
+    const double default_m = DefaultMargin_m(mine, object.name, object.margin_m);
+    double margin_m = default_m + mine.inflation_m;
     double start_m = Start_m(from, margin_m, more_m);
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
       if (!rules.empty() && (o == 0 || rules.by_part())) {
-        const PairTerms& terms = rules.Of(mine.frame, o);
-        if (terms.allowed && !rules.by_part()) break;
-        if (terms.allowed) continue;
-        margin_m = terms.Margin_m(usual_m) + mine.inflation_m;
+        const EffectiveRule& rule = rules.At(mine.frame, o);
+        if (rule.allowed && !rules.by_part()) break;
+        if (rule.allowed) continue;
+        margin_m = rule.Margin_m(default_m) + mine.inflation_m;
         start_m = Start_m(from, margin_m, more_m);
       }
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
@@ -255,24 +259,24 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
       const PreparedPart& theirs = object.geometry->parts[o];
       if (filter_.SkipsPart(object, theirs.source)) continue;
       const double pair_margin_m = margin_m + sigmas_ * theirs.sigma_m;
-      const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, question);
+      const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, query);
       if (!pair) return;
       reach_m = visit(*pair);
-      if (interrupt_.After(pair->weight)) return;
+      if (interrupt_.CountWork(pair->weight)) return;
     }
   }
 }
 
 template <class Visit>
-void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit) {
-  const std::span<const PairTerms> rules = rules_.OfSelfPairs();
+void BodySearch::ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit) {
+  const std::span<const EffectiveRule> rules = rules_.SelfPairRules();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
     if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
     if (a.skipped || b.skipped) continue;
-    double margin_m = UsualSelfMargin_m(a, b);
+    double margin_m = DefaultSelfMargin_m(a, b);
     if (!rules.empty()) {
       if (rules[i].allowed) continue;
       margin_m = rules[i].Margin_m(margin_m);
@@ -281,15 +285,15 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
     const double near_m = Start_m(from, margin_m, 0) + reach_m;
     const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);
     if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
-    const std::optional<Pair> pair = SelfPairOf({first, second}, margin_m, question);
+    const std::optional<Pair> pair = SelfPairOf({first, second}, margin_m, query);
     if (!pair) return;
     reach_m = visit(*pair);
-    if (interrupt_.After(pair->weight)) return;
+    if (interrupt_.CountWork(pair->weight)) return;
   }
 }
 
 template <class PairOfNear, class Visit>
-void BodySearch::AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit) {
+void BodySearch::EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit) {
   if (!MakeHeap()) return;
   while (!near_.empty() && reach_m >= 0 && near_.front().squared_m2 <= reach_m * reach_m) {
     const NearPair next = near_.front();
@@ -298,18 +302,18 @@ void BodySearch::AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& v
     const std::optional<Pair> pair = pair_of(next);
     if (!pair) return;
     reach_m = visit(*pair);
-    if (interrupt_.After(pair->weight)) return;
+    if (interrupt_.CountWork(pair->weight)) return;
   }
 }
 
 template <class Visit>
 void BodySearch::ForEachPairNearestFirst(const Obstacle& object, double reach_m, Visit&& visit) {
   GatherPairs(object, reach_m);
-  AskNearestFirst(
+  EvaluateNearestFirst(
       reach_m,
       [&](const NearPair& near) {
         return PairOf(object, static_cast<std::size_t>(near.first),
-                      static_cast<std::size_t>(near.second), 0, Question::kDistance);
+                      static_cast<std::size_t>(near.second), 0, QueryKind::kDistance);
       },
       visit);
 }
@@ -317,10 +321,10 @@ void BodySearch::ForEachPairNearestFirst(const Obstacle& object, double reach_m,
 template <class Visit>
 void BodySearch::ForEachSelfPairNearestFirst(double reach_m, Visit&& visit) {
   GatherSelfPairs(reach_m);
-  AskNearestFirst(
+  EvaluateNearestFirst(
       reach_m,
       [&](const NearPair& near) {
-        return SelfPairOf({near.first, near.second}, 0, Question::kDistance);
+        return SelfPairOf({near.first, near.second}, 0, QueryKind::kDistance);
       },
       visit);
 }

@@ -33,7 +33,7 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
     if (entry_m > limit_m || std::isinf(entry_m)) continue;
     const auto hit = CastRay(*part.engines[static_cast<int>(EngineKind::kExact)], placed.X_WP,
                              {ray.origin, ray.direction, limit_m}, &interrupt);
-    if (interrupt.After(1)) return;
+    if (interrupt.CountWork(1)) return;
     if (!hit.has_value() || hit->distance_m > limit_m) continue;
     const bool nearer = !nearest.has_value() || hit->distance_m < nearest->hit.distance_m ||
                         Precedes(object, *nearest->object);
@@ -42,7 +42,7 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
 }
 
 // chosen: a ray takes a few microseconds.
-constexpr std::size_t kRaysOfChunk = 1024;
+constexpr std::size_t kRaysPerChunk = 1024;
 
 void Resize(std::size_t rays, RayColumns& columns) {
   columns.hit.resize(rays);
@@ -68,9 +68,9 @@ class Caster : public ChunkWorker {
   explicit Caster(Batch& batch)
       : batch_(batch), interrupt_(batch.stop, batch.limit), ranks_(batch.world) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
+  ChunkResult Process(const RowChunk& chunk) override {
     std::size_t k = 0;
-    for (; k < chunk.count && !interrupt_.After(1); ++k) {
+    for (; k < chunk.count && !interrupt_.CountWork(1); ++k) {
       const std::optional<NearestHit> nearest = Cast(batch_.rays[chunk.first + k]);
       if (has_ended()) break;
       if (nearest.has_value()) Write(chunk.first + k, *nearest);
@@ -104,7 +104,7 @@ class Caster : public ChunkWorker {
     for (int i = 0; i < 3; ++i) {
       columns.normal[3 * row + static_cast<std::size_t>(i)] = nearest.hit.normal[i];
     }
-    columns.object[row] = ranks_.Of(nearest.object);
+    columns.object[row] = ranks_.IndexOf(nearest.object);
     columns.object_part[row] = nearest.part;
   }
 
@@ -129,8 +129,8 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
               .filter = WorldFilter(world, options),
               .columns = {}};
   Resize(rays.size(), batch.columns);
-  const auto completed = AnswerTogether(EqualChunks(rays.size(), kRaysOfChunk), options.threads,
-                                        [&] { return std::make_unique<Caster>(batch); });
+  const auto completed = ProcessChunks(EqualChunks(rays.size(), kRaysPerChunk), options.threads,
+                                       [&] { return std::make_unique<Caster>(batch); });
   if (!completed.ok()) return completed.status();
   Resize(*completed, batch.columns);
   batch.columns.completed = *completed;

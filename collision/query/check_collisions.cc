@@ -15,18 +15,19 @@ namespace {
 
 struct RowVerdict {
   Verdict verdict = Verdict::kFree;
-  PairId pair;                  // the pair that collides, else the first undecided one
-  Trust trust = Trust::kExact;  // of that pair; for a free row the weakest of all tested pairs
+  PairId pair;  // the pair that collides, else the first undecided one
+  Accuracy accuracy =
+      Accuracy::kExact;  // of that pair; for a free row the weakest of all tested pairs
 };
 
 struct PairVerdict {
   Verdict verdict;
-  Trust trust;
+  Accuracy accuracy;
 };
 
 // True if FCL or Bullet would test a cone, which they represent by circumscribed pieces: their yes
 // or no is about the pieces, not the cone.
-bool HasStandIn(const BodySearch::Pair& pair) {
+bool HasApproximation(const BodySearch::Pair& pair) {
   return pair.engine.kind() != EngineKind::kExact &&
          (pair.body.kind == ShapeKind::kCone || pair.object.kind == ShapeKind::kCone);
 }
@@ -38,35 +39,35 @@ Verdict Decide(const PairDistance& answer, double margin_m) {
   if (overlap_is_proven && margin_m >= 0) return Verdict::kCollision;
   if (answer.distance_m + answer.bound_m < margin_m) return Verdict::kCollision;
   // A kDegraded distance is that of two witness points and thus only an upper bound.
-  const bool is_known = answer.trust != Trust::kDegraded;
+  const bool is_known = answer.accuracy != Accuracy::kDegraded;
   const bool is_clear = is_known && answer.distance_m - answer.bound_m >= margin_m;
   return is_clear ? Verdict::kFree : Verdict::kUndecided;
 }
 
-PairVerdict Judge(const BodySearch::Pair& pair) {
+PairVerdict EvaluatePair(const BodySearch::Pair& pair) {
   const double margin_m = pair.margin_m;
   const bool is_bullet =
       pair.engine.kind() == EngineKind::kBullet;  // its Collides measures the distance anyway
-  if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
+  if (margin_m == 0 && !HasApproximation(pair) && !is_bullet) {
     const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
-    return {collides ? Verdict::kCollision : Verdict::kFree, pair.TrustOfYesNo()};
+    return {collides ? Verdict::kCollision : Verdict::kFree, pair.YesNoAccuracy()};
   }
   // The kernels find an overlap much faster than its depth, which a positive margin does not need.
   if (margin_m > 0 && pair.engine.kind() == EngineKind::kExact &&
       pair.engine.Collides(pair.body, pair.object, pair.work)) {
-    return {Verdict::kCollision, pair.TrustOfYesNo()};
+    return {Verdict::kCollision, pair.YesNoAccuracy()};
   }
   const PairDistance answer =
       pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);
-  const bool is_clear = verdict == Verdict::kFree && answer.trust != Trust::kDegraded;
-  return {verdict, is_clear ? pair.TrustOfProof() : answer.trust};
+  const bool is_clear = verdict == Verdict::kFree && answer.accuracy != Accuracy::kDegraded;
+  return {verdict, is_clear ? pair.ProofAccuracy() : answer.accuracy};
 }
 
 // Combines the verdicts of pairs into that of a row.
-class RowJudge {
+class RowVerdictBuilder {
  public:
-  explicit RowJudge(UnseenSpace unseen) : unseen_(unseen) {}
+  explicit RowVerdictBuilder(UnseenSpace unseen) : unseen_(unseen) {}
 
   const RowVerdict& row() const { return row_; }
   bool is_decided() const { return row_.verdict == Verdict::kCollision; }
@@ -74,19 +75,19 @@ class RowJudge {
   // Adds a pair and returns the reach beyond the margins for the rest of the row: negative once a
   // pair collides, since one is enough.
   double Add(const BodySearch::Pair& pair) {
-    PairVerdict told = Judge(pair);
-    const bool is_doubt =
+    PairVerdict result = EvaluatePair(pair);
+    const bool is_uncertain =
         unseen_ == UnseenSpace::kReport && pair.id.object != nullptr && IsUnseen(*pair.id.object);
-    if (is_doubt && told.verdict == Verdict::kCollision) told.verdict = Verdict::kUndecided;
-    if (told.verdict == Verdict::kCollision) {
-      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = told.trust};
+    if (is_uncertain && result.verdict == Verdict::kCollision) result.verdict = Verdict::kUndecided;
+    if (result.verdict == Verdict::kCollision) {
+      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .accuracy = result.accuracy};
       return -1;
     }
     if (row_.verdict != Verdict::kUndecided) {
-      if (told.verdict == Verdict::kUndecided) {
-        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .trust = told.trust};
+      if (result.verdict == Verdict::kUndecided) {
+        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .accuracy = result.accuracy};
       } else {
-        row_.trust = std::max(row_.trust, told.trust);
+        row_.accuracy = std::max(row_.accuracy, result.accuracy);
       }
     }
     return 0;
@@ -107,38 +108,38 @@ void ForEachNearPair(BodySearch& search, Add&& add) {
     is_decided = reach_m < 0;
     return reach_m;
   };
-  search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
-  if (is_decided || search.ended() || !search.asks_world()) return;
+  search.ForEachSelfPair(BodySearch::From::kMargin, 0, QueryKind::kCollides, visit_pair);
+  if (is_decided || search.ended() || !search.tests_world()) return;
   if (search.body_bounds_W().isEmpty()) return;  // no open frame is left to test against the world
   const auto visit = [&](const Obstacle& object) {
     if (search.Skips(object)) return true;
-    search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
+    search.ForEachPair(object, BodySearch::From::kMargin, 0, QueryKind::kCollides, visit_pair);
     return !is_decided && !search.ended();
   };
   search.world().bounds().ForEachWithin(search.body_bounds_W(),
-                                        std::max(0.0, search.widest_margin_m()), visit);
+                                        std::max(0.0, search.max_margin_m()), visit);
 }
 
-RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
-  RowJudge judge(unseen);
-  ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return judge.Add(pair); });
-  return judge.row();
+RowVerdict EvaluateRow(BodySearch& search, UnseenSpace unseen) {
+  RowVerdictBuilder builder(unseen);
+  ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return builder.Add(pair); });
+  return builder.row();
 }
 
-// The trust that JudgeRow would return for a free row with the exact kernels, found without testing
-// any pair.
-Trust TrustOfFreeRow(BodySearch& search) {
-  Trust trust = Trust::kExact;
+// The accuracy that EvaluateRow would return for a free row with the exact kernels, found without
+// testing any pair.
+Accuracy FreeRowAccuracy(BodySearch& search) {
+  Accuracy accuracy = Accuracy::kExact;
   ForEachNearPair(search, [&](const BodySearch::Pair& pair) {
-    trust = std::max(trust, pair.TrustOfProof());
-    return trust >= Trust::kSurfaceOnly ? -1 : 0;
+    accuracy = std::max(accuracy, pair.ProofAccuracy());
+    return accuracy >= Accuracy::kSurfaceOnly ? -1 : 0;
   });
-  return trust;
+  return accuracy;
 }
 
 // Rows of a chunk. measured: sphere states take 0.1 us each by SIMD, which gains from sorting many
 // states; others take up to some 10 us.
-constexpr std::size_t kRowsOfSpheres = 1024, kRowsOfOthers = 256;
+constexpr std::size_t kSphereRowsPerChunk = 1024, kOtherRowsPerChunk = 256;
 
 // Yields the frames of given rows in order and places several rows at a time.
 class PlacedRows {
@@ -154,7 +155,7 @@ class PlacedRows {
   std::span<const Pose> Next() {
     if (next_ == placed_) {
       const std::size_t count = std::min(kAtOnce, order_.size() - placed_);
-      rows_.PlaceSome(std::span(order_).subspan(placed_, count),
+      rows_.PlaceRows(std::span(order_).subspan(placed_, count),
                       std::span(X_WF_).first(count * frames_));
       first_ = placed_;
       placed_ += count;
@@ -174,16 +175,16 @@ class PlacedRows {
 
 // Makes `rows` rows of which those from `first` on are kNotComputed, as those stay that are not
 // reached before the deadline, and as those become that other threads answered after an early end.
-void Forget(std::size_t first, std::size_t rows, CollisionColumns& columns) {
-  const auto forget = [&](auto& column, const auto& value) {
+void ResetRows(std::size_t first, std::size_t rows, CollisionColumns& columns) {
+  const auto reset = [&](auto& column, const auto& value) {
     column.resize(first);
     column.resize(rows, value);
   };
-  forget(columns.verdict, Verdict::kNotComputed);
-  forget(columns.object, -1);
-  forget(columns.body_part, -1);
-  forget(columns.object_part, -1);
-  forget(columns.trust, Trust::kDegraded);
+  reset(columns.verdict, Verdict::kNotComputed);
+  reset(columns.object, -1);
+  reset(columns.body_part, -1);
+  reset(columns.object_part, -1);
+  reset(columns.accuracy, Accuracy::kDegraded);
 }
 
 // The query and its result.
@@ -207,75 +208,77 @@ class Checker : public ChunkWorker {
         spheres_(batch.spheres),
         placed_(batch.rows, batch.body.frame_count) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
+  ChunkResult Process(const RowChunk& chunk) override {
     std::span<const Verdict> known;  // verdicts of the sphere check, for all rows at once
-    if (spheres_ && !search_.MustEnd()) known = spheres_->Judge(chunk.first, chunk.count);
-    const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
-    std::vector<std::size_t> asked;
+    if (spheres_ && !search_.MustEnd()) known = spheres_->Check(chunk.first, chunk.count);
+    const auto is_known = [&](std::size_t k) { return !known.empty() && IsFinal(known[k]); };
+    std::vector<std::size_t> open_rows;
     for (std::size_t k = 0; k < chunk.count; ++k) {
-      if (!is_known(k) || IsOfOpenTrust(known[k])) asked.push_back(chunk.first + k);
+      if (!is_known(k) || NeedsAccuracy(known[k])) open_rows.push_back(chunk.first + k);
     }
-    placed_.Begin(std::move(asked));
+    placed_.Begin(std::move(open_rows));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
-      const RowVerdict told = is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk, k);
+      const RowVerdict result =
+          is_known(k) ? Known(chunk.first + k, known[k]) : EvaluateExactly(chunk, k);
       if (search_.ended()) break;
-      Write(chunk.first + k, told);
+      Write(chunk.first + k, result);
     }
     batch_.limit.Count(k);
     return {k, search_.Finish()};
   }
 
  private:
-  bool IsWholeAnswer(Verdict known) const {
+  bool IsFinal(Verdict known) const {
     if (known == Verdict::kCollision) return batch_.options.naming != Naming::kEachRow;
     return known != Verdict::kUndecided;
   }
 
-  LaneOpen OpenOf(std::size_t k) const {
+  UnresolvedTags OpenOf(std::size_t k) const {
     const bool all = !spheres_ || spheres_->open().empty();
-    return all ? BodySearch::kAllOpen : spheres_->open()[k];
+    return all ? BodySearch::kAllUnresolved : spheres_->open()[k];
   }
 
-  // True if the sphere check decided the verdict but not its trust.
-  bool IsOfOpenTrust(Verdict verdict) const {
-    return verdict == Verdict::kFree && spheres_ && spheres_->leaves_trust_open();
+  // True if the sphere check decided the verdict but not its accuracy.
+  bool NeedsAccuracy(Verdict verdict) const {
+    return verdict == Verdict::kFree && spheres_ && spheres_->needs_accuracy_tests();
   }
 
   RowVerdict Known(std::size_t row, Verdict verdict) {
-    RowVerdict told{.verdict = verdict, .pair = {}};
-    if (IsOfOpenTrust(verdict)) told.trust = TrustOfFree(row, placed_.Next());
-    return told;
+    RowVerdict result{.verdict = verdict, .pair = {}};
+    if (NeedsAccuracy(verdict)) result.accuracy = FreeAccuracy(row, placed_.Next());
+    return result;
   }
 
   // True if the k-th row of a chunk is within limits.
   bool IsWithinLimits(const RowChunk& chunk, std::size_t k) const {
-    const bool is_known = spheres_ && spheres_->KnowsLimits(k);
+    const bool is_known = spheres_ && spheres_->IsKnownWithinLimits(k);
     return is_known || batch_.rows.IsWithinLimits(chunk.first + k);
   }
 
-  RowVerdict AskPlainly(const RowChunk& chunk, std::size_t k) {
+  RowVerdict EvaluateExactly(const RowChunk& chunk, std::size_t k) {
     const std::span<const Pose> X_WF = placed_.Next();
     if (!IsWithinLimits(chunk, k)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     const std::size_t row = chunk.first + k;
     search_.PlaceBody(X_WF, row, OpenOf(k));
-    RowVerdict told = JudgeRow(search_, batch_.options.unseen);
-    if (IsOfOpenTrust(told.verdict)) told.trust = TrustOfFree(row, X_WF);
-    return told;
+    RowVerdict result = EvaluateRow(search_, batch_.options.unseen);
+    if (NeedsAccuracy(result.verdict)) result.accuracy = FreeAccuracy(row, X_WF);
+    return result;
   }
 
-  Trust TrustOfFree(std::size_t row, std::span<const Pose> X_WF) {
-    search_.PlaceBody(X_WF, row, spheres_->open_of_trust());
-    return TrustOfFreeRow(search_);
+  Accuracy FreeAccuracy(std::size_t row, std::span<const Pose> X_WF) {
+    search_.PlaceBody(X_WF, row, spheres_->tags_for_accuracy());
+    return FreeRowAccuracy(search_);
   }
 
-  void Write(std::size_t row, const RowVerdict& told) {
+  void Write(std::size_t row, const RowVerdict& result) {
     CollisionColumns& columns = batch_.columns;
-    columns.verdict[row] = told.verdict;
-    columns.trust[row] = std::max(told.trust, batch_.body.best_trust);
-    columns.object[row] = told.pair.IsOfItself() ? kItself : ranks_.Of(told.pair.object);
-    columns.body_part[row] = told.pair.body_part;
-    columns.object_part[row] = told.pair.object_part;
+    columns.verdict[row] = result.verdict;
+    columns.accuracy[row] = std::max(result.accuracy, batch_.body.best_accuracy);
+    columns.object[row] =
+        result.pair.IsSelfPair() ? kSelfObject : ranks_.IndexOf(result.pair.object);
+    columns.body_part[row] = result.pair.body_part;
+    columns.object_part[row] = result.pair.object_part;
   }
 
   Batch& batch_;
@@ -307,13 +310,13 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
               .limit = TimeLimit(options),
               .spheres = SphereCheck::Make(world, body, rows, options),
               .columns = {}};
-  Forget(0, rows.size(), batch.columns);
-  const bool is_spheres = batch.spheres && batch.spheres->tells_collisions();
+  ResetRows(0, rows.size(), batch.columns);
+  const bool is_spheres = batch.spheres && batch.spheres->decides_collisions();
   const auto completed =
-      AnswerTogether(EqualChunks(rows.size(), is_spheres ? kRowsOfSpheres : kRowsOfOthers),
-                     options.threads, [&] { return std::make_unique<Checker>(batch); });
+      ProcessChunks(EqualChunks(rows.size(), is_spheres ? kSphereRowsPerChunk : kOtherRowsPerChunk),
+                    options.threads, [&] { return std::make_unique<Checker>(batch); });
   if (!completed.ok()) return completed.status();
-  Forget(*completed, rows.size(), batch.columns);
+  ResetRows(*completed, rows.size(), batch.columns);
   batch.columns.completed = *completed;
   if (options.naming == Naming::kEachRow) NameVariables(rows, batch.columns);
   return std::move(batch.columns);

@@ -36,15 +36,15 @@ class ContactFinder : public RowFinder {
     first_.Clear();
     further_.Clear();
     const auto add = [&](const BodySearch::Pair& pair) { return Add(pair); };
-    search_.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kDistance, add);
-    if (!search_.asks_world() || search_.ended()) return;
+    search_.ForEachSelfPair(BodySearch::From::kMargin, 0, QueryKind::kDistance, add);
+    if (!search_.tests_world() || search_.ended()) return;
     const auto visit = [&](const Obstacle& object) {
       if (search_.Skips(object)) return true;
-      search_.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kDistance, add);
+      search_.ForEachPair(object, BodySearch::From::kMargin, 0, QueryKind::kDistance, add);
       return !search_.ended();
     };
     search_.world().bounds().ForEachWithin(search_.body_bounds_W(),
-                                           std::max(0.0, search_.widest_margin_m()), visit);
+                                           std::max(0.0, search_.max_margin_m()), visit);
   }
 
   // Adds the contacts of a pair and returns the reach beyond the margins, which is always 0.

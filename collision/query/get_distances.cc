@@ -12,22 +12,22 @@
 namespace cwm::collision {
 namespace {
 
-// The least translation along an axis of the world that separates two overlapping boxes, an upper
+// The minimum translation along an axis of the world that separates two overlapping boxes, an upper
 // bound of the depth of their contents.
-double LeastSeparation_m(const Aabb& a, const Aabb& b) {
+double MinSeparation_m(const Aabb& a, const Aabb& b) {
   return (a.max() - b.min()).cwiseMin(b.max() - a.min()).minCoeff();
 }
 
 // Labels the depth of the deepest of several parts, which is a lower bound of the depth of the
 // whole.
 void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer) {
-  const double most_m = LeastSeparation_m(body_W, object_W);
-  if (!std::isfinite(most_m)) {  // a tilted half-space has no bounds
-    answer.trust = Trust::kDegraded;
+  const double max_m = MinSeparation_m(body_W, object_W);
+  if (!std::isfinite(max_m)) {  // a tilted half-space has no bounds
+    answer.accuracy = Accuracy::kDegraded;
     return;
   }
-  answer.trust = std::max(answer.trust, Trust::kBounded);
-  answer.bound_m += std::max(0.0, most_m + answer.distance_m);
+  answer.accuracy = std::max(answer.accuracy, Accuracy::kBounded);
+  answer.bound_m += std::max(0.0, max_m + answer.distance_m);
 }
 
 // Keeps the nearest of the pairs that a search visits, if it is within `limit_m`.
@@ -40,12 +40,12 @@ class NearestPair {
   const FoundPair& found() const { return found_; }
 
   double Add(const BodySearch::Pair& pair) {
-    const FoundPair told{
+    const FoundPair result{
         .answer = pair.engine.Distance(pair.body, pair.object, limit_m_, pair.work), .id = pair.id};
-    if (told.answer.distance_m <= limit_m_ && (!is_found_ || told < found_)) {
+    if (result.answer.distance_m <= limit_m_ && (!is_found_ || result < found_)) {
       is_found_ = true;
-      found_ = told;
-      limit_m_ = told.answer.distance_m;
+      found_ = result;
+      limit_m_ = result.answer.distance_m;
     }
     return reach_m();
   }
@@ -71,7 +71,7 @@ void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit
 }
 
 // Adds the nearest self pair. Its depth needs no bound, since the two parts can move independently.
-void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
+void AddNearestSelfPair(BodySearch& search, double limit_m, BestPairs& best) {
   NearestPair nearest(limit_m);
   search.ForEachSelfPairNearestFirst(
       nearest.reach_m(), [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
@@ -86,23 +86,23 @@ class NearestObjects {
       : search_(search), max_distance_m_(max_distance_m), best_(best) {}
 
   void Find() {
-    waiting_.clear();
+    queue_.clear();
     search_.world().bounds().ForEachNearest(search_.body_bounds_W(), reach_m(),
-                                            [&](const Obstacle& obstacle, double least_m) {
-                                              AskThoseWithin(least_m);
+                                            [&](const Obstacle& obstacle, double min_m) {
+                                              EvaluateWithin(min_m);
                                               if (search_.ended()) return -1.0;
                                               if (!search_.Skips(obstacle)) Await(obstacle);
                                               return reach_m();
                                             });
-    AskThoseWithin(std::numeric_limits<double>::infinity());
+    EvaluateWithin(std::numeric_limits<double>::infinity());
   }
 
  private:
-  struct Waiting {
+  struct QueueEntry {
     double squared_m2;  // squared gap
     const Obstacle* object;
     // Order for a heap that yields the nearest first, of equally near ones the first name.
-    friend bool operator<(const Waiting& a, const Waiting& b) {
+    friend bool operator<(const QueueEntry& a, const QueueEntry& b) {
       return a.squared_m2 != b.squared_m2 ? a.squared_m2 > b.squared_m2
                                           : a.object->name > b.object->name;
     }
@@ -113,19 +113,18 @@ class NearestObjects {
   double reach_m() const { return std::max(0.0, limit_m()); }
 
   void Await(const Obstacle& object) {
-    waiting_.push_back({search_.LeastGap_m2(object), &object});
-    std::push_heap(waiting_.begin(), waiting_.end());
+    queue_.push_back({search_.MinBoxDistance_m2(object), &object});
+    std::push_heap(queue_.begin(), queue_.end());
   }
 
-  // Tests the waiting objects whose gap is at most `least_m`, a lower bound for all objects to
+  // Tests the waiting objects whose gap is at most `min_m`, a lower bound for all objects to
   // come.
-  void AskThoseWithin(double least_m) {
-    while (!waiting_.empty() && waiting_.front().squared_m2 <= least_m * least_m &&
-           !search_.ended()) {
-      const Waiting next = waiting_.front();
-      std::pop_heap(waiting_.begin(), waiting_.end());
-      waiting_.pop_back();
-      if (next.squared_m2 > reach_m() * reach_m()) return waiting_.clear();
+  void EvaluateWithin(double min_m) {
+    while (!queue_.empty() && queue_.front().squared_m2 <= min_m * min_m && !search_.ended()) {
+      const QueueEntry next = queue_.front();
+      std::pop_heap(queue_.begin(), queue_.end());
+      queue_.pop_back();
+      if (next.squared_m2 > reach_m() * reach_m()) return queue_.clear();
       AddNearestOfObject(search_, *next.object, limit_m(), best_);
     }
   }
@@ -133,7 +132,7 @@ class NearestObjects {
   BodySearch& search_;
   const double max_distance_m_;
   BestPairs& best_;
-  std::vector<Waiting> waiting_;
+  std::vector<QueueEntry> queue_;
 };
 
 class NearestFinder : public RowFinder {
@@ -147,8 +146,8 @@ class NearestFinder : public RowFinder {
   const std::vector<FoundPair>& Find() override {
     best_.Clear();
     // Self pairs first: they can reduce the range of the search in the world.
-    if (search_.asks_itself()) AddNearestOfItself(search_, best_.Limit_m(max_distance_m_), best_);
-    if (search_.asks_world() && !search_.ended()) objects_.Find();
+    if (search_.tests_self()) AddNearestSelfPair(search_, best_.Limit_m(max_distance_m_), best_);
+    if (search_.tests_world() && !search_.ended()) objects_.Find();
     return best_.pairs();
   }
 

@@ -23,24 +23,24 @@ class Interrupt final : public WorkCounter {
 
   // Counts work and checks now and then; true if the batch must end. A unit is about a microsecond
   // or less; an expensive step passes its weight.
-  bool After(int units) {
+  bool CountWork(int units) {
     work_ += units;
-    if (work_ < kUnitsBetweenLooks) return reason_ != Reason::kNone;
-    return Look();
+    if (work_ < kUnitsBetweenPolls) return reason_ != Reason::kNone;
+    return Poll();
   }
 
   // Counts the work of a kernel within a pair, in steps of some tens of nanoseconds.
   bool MustEndAfter(std::size_t steps) override {
     steps_ += steps;
-    if (steps_ < kStepsOfUnit) return reason_ != Reason::kNone;
-    const std::size_t units = std::min<std::size_t>(steps_ / kStepsOfUnit, kUnitsBetweenLooks);
+    if (steps_ < kStepsPerUnit) return reason_ != Reason::kNone;
+    const std::size_t units = std::min<std::size_t>(steps_ / kStepsPerUnit, kUnitsBetweenPolls);
     steps_ = 0;
-    return After(static_cast<int>(units));
+    return CountWork(static_cast<int>(units));
   }
 
-  bool MustEndNow() override { return Look(); }
+  bool MustEndNow() override { return Poll(); }
 
-  bool Look() {
+  bool Poll() {
     work_ = 0;
     if (reason_ != Reason::kNone) return true;
     if (stop_.stop_requested()) reason_ = Reason::kStopped;
@@ -53,12 +53,12 @@ class Interrupt final : public WorkCounter {
  private:
   // measured: a check takes 30 ns. Every 64 units it costs less than 1 % of the time, and the
   // reaction stays far below 10 ms.
-  static constexpr int kUnitsBetweenLooks = 64;
-  static constexpr std::size_t kStepsOfUnit = 32;
+  static constexpr int kUnitsBetweenPolls = 64;
+  static constexpr std::size_t kStepsPerUnit = 32;
 
   std::stop_token stop_;
   const TimeLimit* limit_ = nullptr;
-  int work_ = kUnitsBetweenLooks;  // so that the first step checks
+  int work_ = kUnitsBetweenPolls;  // so that the first step checks
   std::size_t steps_ = 0;          // steps that do not make a unit yet
   Reason reason_ = Reason::kNone;
 };

@@ -14,7 +14,7 @@ class ObjectRanks {
   explicit ObjectRanks(const WorldSnapshot& world) : world_(world) {}
 
   // The index for WorldSnapshot::ObstacleAt, -1 for nullptr. The obstacle belongs to the snapshot.
-  std::int32_t Of(const Obstacle* object) {
+  std::int32_t IndexOf(const Obstacle* object) {
     if (object == nullptr) return -1;
     if (object == last_) return last_rank_;
     const auto [at, is_new] = ranks_.try_emplace(object, 0);

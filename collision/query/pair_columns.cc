@@ -26,7 +26,7 @@ void Append(PairColumns& columns, const PairColumns& more) {
   Append(columns.object, more.object);
   Append(columns.body_part, more.body_part);
   Append(columns.object_part, more.object_part);
-  Append(columns.trust, more.trust);
+  Append(columns.accuracy, more.accuracy);
   Append(columns.bound_m, more.bound_m);
   columns.completed += more.completed;
 }
@@ -46,12 +46,12 @@ void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row) 
   columns.object.reserve(pairs);
   columns.body_part.reserve(pairs);
   columns.object_part.reserve(pairs);
-  columns.trust.reserve(pairs);
+  columns.accuracy.reserve(pairs);
   columns.bound_m.reserve(pairs);
 }
 
-void LimitTrust(PairColumns& columns, Trust best) {
-  for (Trust& trust : columns.trust) trust = std::max(trust, best);
+void LimitAccuracy(PairColumns& columns, Accuracy best) {
+  for (Accuracy& accuracy : columns.accuracy) accuracy = std::max(accuracy, best);
 }
 
 void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks) {
@@ -60,10 +60,10 @@ void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, Object
     Append(columns.point_body, pair.answer.point_a);
     Append(columns.point_object, pair.answer.point_b);
     Append(columns.normal, pair.answer.normal);
-    columns.object.push_back(pair.id.IsOfItself() ? kItself : ranks.Of(pair.id.object));
+    columns.object.push_back(pair.id.IsSelfPair() ? kSelfObject : ranks.IndexOf(pair.id.object));
     columns.body_part.push_back(pair.id.body_part);
     columns.object_part.push_back(pair.id.object_part);
-    columns.trust.push_back(pair.answer.trust);
+    columns.accuracy.push_back(pair.answer.accuracy);
     columns.bound_m.push_back(pair.answer.bound_m);
   }
   columns.row_begin.push_back(static_cast<std::uint32_t>(columns.distance_m.size()));

@@ -53,7 +53,7 @@ class BestPairs {
 void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row);
 
 // Weakens every label that is better than `best`.
-void LimitTrust(PairColumns& columns, Trust best);
+void LimitAccuracy(PairColumns& columns, Accuracy best);
 
 // Appends the pairs of a finished row.
 void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks);

@@ -10,23 +10,23 @@ namespace cwm::collision {
 namespace {
 
 // chosen: a row takes some microseconds, some tens of microseconds near meshes.
-constexpr std::size_t kRowsOfChunk = 128;
+constexpr std::size_t kRowsPerChunk = 128;
 
 class PairWorker : public ChunkWorker {
  public:
-  PairWorker(const PairQuestion& question, int per_row,
+  PairWorker(const PairQuery& query, int per_row,
              const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder,
-             TimeLimit& limit, std::vector<PairColumns>& told)
-      : rows_(question.rows),
+             TimeLimit& limit, std::vector<PairColumns>& result)
+      : rows_(query.rows),
         per_row_(static_cast<std::size_t>(std::max(0, per_row))),
-        search_(question.world, question.body, question.options, {question.stop, limit}),
+        search_(query.world, query.body, query.options, {query.stop, limit}),
         finder_(make_finder(search_)),
-        ranks_(question.world),
+        ranks_(query.world),
         limit_(limit),
-        told_(told) {}
+        results_(result) {}
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
-    PairColumns& columns = told_[chunk.index];
+  ChunkResult Process(const RowChunk& chunk) override {
+    PairColumns& columns = results_[chunk.index];
     Reserve(columns, chunk.count, per_row_);
     while (columns.completed < chunk.count && !search_.MustEnd()) {
       search_.PlaceBody(rows_, chunk.first + columns.completed);
@@ -45,23 +45,23 @@ class PairWorker : public ChunkWorker {
   std::unique_ptr<RowFinder> finder_;
   ObjectRanks ranks_;
   TimeLimit& limit_;
-  std::vector<PairColumns>& told_;
+  std::vector<PairColumns>& results_;
 };
 
 }  // namespace
 
 absl::StatusOr<PairColumns> FindPairs(
-    const PairQuestion& question, int per_row,
+    const PairQuery& query, int per_row,
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder) {
-  const std::vector<RowChunk> chunks = EqualChunks(question.rows.size(), kRowsOfChunk);
-  std::vector<PairColumns> told(chunks.size());  // by chunk
-  TimeLimit limit(question.options);
-  const auto completed = AnswerTogether(chunks, question.options.threads, [&] {
-    return std::make_unique<PairWorker>(question, per_row, make_finder, limit, told);
+  const std::vector<RowChunk> chunks = EqualChunks(query.rows.size(), kRowsPerChunk);
+  std::vector<PairColumns> result(chunks.size());  // by chunk
+  TimeLimit limit(query.options);
+  const auto completed = ProcessChunks(chunks, query.options.threads, [&] {
+    return std::make_unique<PairWorker>(query, per_row, make_finder, limit, result);
   });
   if (!completed.ok()) return completed.status();
-  PairColumns columns = Joined(std::move(told), *completed);
-  LimitTrust(columns, question.body.best_trust);
+  PairColumns columns = Joined(std::move(result), *completed);
+  LimitAccuracy(columns, query.body.best_accuracy);
   return columns;
 }
 

@@ -21,7 +21,7 @@ class RowFinder {
   virtual const std::vector<FoundPair>& Find() = 0;
 };
 
-struct PairQuestion {
+struct PairQuery {
   const WorldSnapshot& world;
   const QueryBody& body;
   const BodyRows& rows;
@@ -32,7 +32,7 @@ struct PairQuestion {
 // The pairs of all rows, at most `per_row` each. Runs on the number of threads in the options, each
 // with its own search and finder.
 absl::StatusOr<PairColumns> FindPairs(
-    const PairQuestion& question, int per_row,
+    const PairQuery& query, int per_row,
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder);
 
 }  // namespace cwm::collision

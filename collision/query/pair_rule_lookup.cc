@@ -13,7 +13,7 @@ constexpr int kAllFrames = -1;
 constexpr int kOwnFrames = -2;
 
 // The combination of several rules about the same two parts.
-struct Together {
+struct CombinedRule {
   bool allowed = false;
   const PairRule* margin = nullptr;  // the rule whose margin applies
 
@@ -21,11 +21,11 @@ struct Together {
     allowed |= rule.allowed;
     if (rule.margin_m.has_value() && (margin == nullptr || Precedes(rule, *margin))) margin = &rule;
   }
-  void Add(const Together& other) {
+  void Add(const CombinedRule& other) {
     allowed |= other.allowed;
     if (other.margin != nullptr) Add(*other.margin);
   }
-  PairTerms Terms() const {
+  EffectiveRule Effective() const {
     return {.allowed = allowed,
             .has_margin = margin != nullptr,
             .margin_m = margin != nullptr ? *margin->margin_m : 0};
@@ -33,7 +33,7 @@ struct Together {
 
  private:
   static bool Precedes(const PairRule& a, const PairRule& b) {
-    const int precision_a = Precision(a.pair), precision_b = Precision(b.pair);
+    const int precision_a = Specificity(a.pair), precision_b = Specificity(b.pair);
     return precision_a != precision_b ? precision_a > precision_b : a.pair < b.pair;
   }
 };
@@ -49,7 +49,7 @@ PairRuleLookup::PairRuleLookup(const WorldSnapshot& world, const QueryBody& body
   if (body.attachment != nullptr) AllowAttachment();
   for (const PairRule& rule : world.pair_rules()) Add(rule);
   for (const PairRule& rule : ignored_) Add(rule);
-  if (!of_everything_.empty()) terms_of_everything_ = TermsOf(of_everything_, nullptr);
+  if (!of_everything_.empty()) rules_of_everything_ = CombineRules(of_everything_, nullptr);
   if (!of_named_.empty()) FillBuckets();
   if (!of_itself_.empty()) ResolveSelfPairs();
 }
@@ -68,14 +68,14 @@ void PairRuleLookup::Add(const PairRule& rule, const NamedThing& mine, const Nam
   const bool of_everything = theirs.name == kEverything;
   // Planning scenes contain rules about objects that are no longer there, and about every two
   // links.
-  if (!of_everything && !IsThere(theirs.name)) return;
+  if (!of_everything && !Exists(theirs.name)) return;
   auto& applied = of_everything ? of_everything_ : of_named_;
   applied.push_back({*frames, &rule, &theirs});
-  widest_margin_m_ = std::max(widest_margin_m_, rule.margin_m.value_or(0));
+  max_margin_m_ = std::max(max_margin_m_, rule.margin_m.value_or(0));
 }
 
 // True if the world has an object or robot of that name other than the body itself.
-bool PairRuleLookup::IsThere(const std::string& name) const {
+bool PairRuleLookup::Exists(const std::string& name) const {
   if (name == body_.self) return false;
   return world_.Find(name) != nullptr || world_.FindRobot(name) != nullptr;
 }
@@ -88,8 +88,8 @@ std::optional<int> PairRuleLookup::FramesOf(const NamedThing& thing) const {
     if (thing.link.empty()) return kOwnFrames;
     return body_.robot != nullptr ? body_.robot->FindLink(thing.link) : std::nullopt;
   }
-  for (std::size_t k = 0; k < body_.carried.size(); ++k) {
-    if (thing.name != body_.carried[k].object->name) continue;
+  for (std::size_t k = 0; k < body_.attached.size(); ++k) {
+    if (thing.name != body_.attached[k].object->name) continue;
     if (!thing.link.empty()) return std::nullopt;  // objects have no links
     return body_.frame_count + static_cast<int>(k);
   }
@@ -130,35 +130,36 @@ std::size_t PairRuleLookup::BucketOf(std::string_view name) const {
   return static_cast<std::size_t>(HashOf(name)) & (buckets_.size() - 1);
 }
 
-ObstacleTerms PairRuleLookup::Met(const Obstacle& obstacle) {
-  const auto [at, is_new] = met_.try_emplace(&obstacle);
+ObstacleRules PairRuleLookup::LookUp(const Obstacle& obstacle) {
+  const auto [at, is_new] = rules_by_obstacle_.try_emplace(&obstacle);
   if (is_new && !of_named_.empty()) {
-    std::vector<Applied> applied;
+    std::vector<AppliedRule> applied;
     for (std::int32_t i = buckets_[BucketOf(obstacle.name)]; i >= 0;) {
-      const Applied& each = of_named_[static_cast<std::size_t>(i)];
+      const AppliedRule& each = of_named_[static_cast<std::size_t>(i)];
       if (each.theirs->name == obstacle.name) applied.push_back(each);
       i = each.next;
     }
     if (!applied.empty()) {  // rules for everything apply to it as well
       applied.insert(applied.end(), of_everything_.begin(), of_everything_.end());
-      at->second = TermsOf(applied, obstacle.robot.get());
+      at->second = CombineRules(applied, obstacle.robot.get());
     }
   }
-  const Terms& known = at->second.terms.empty() ? terms_of_everything_ : at->second;
-  return known.terms.empty() ? ObstacleTerms() : ObstacleTerms(known.terms.data(), known.by_link);
+  const RuleTable& known = at->second.rules.empty() ? rules_of_everything_ : at->second;
+  return known.rules.empty() ? ObstacleRules() : ObstacleRules(known.rules.data(), known.by_link);
 }
 
-// The combined terms for an obstacle; by link of the robot only if a rule names a link.
-PairRuleLookup::Terms PairRuleLookup::TermsOf(std::span<const Applied> applied,
-                                              const RobotGeometry* robot) const {
-  Terms result;
-  const bool by_link = robot != nullptr &&
-                       std::any_of(applied.begin(), applied.end(),
-                                   [](const Applied& each) { return !each.theirs->link.empty(); });
+// The combined rules for an obstacle; by link of the robot only if a rule names a link.
+PairRuleLookup::RuleTable PairRuleLookup::CombineRules(std::span<const AppliedRule> applied,
+                                                       const RobotGeometry* robot) const {
+  RuleTable result;
+  const bool by_link =
+      robot != nullptr && std::any_of(applied.begin(), applied.end(), [](const AppliedRule& each) {
+        return !each.theirs->link.empty();
+      });
   if (by_link) result.by_link = robot;
   const std::size_t columns = by_link ? robot->model->links.size() : 1;
-  std::vector<Together> together(static_cast<std::size_t>(body_.AllFrames()) * columns);
-  for (const Applied& each : applied) {
+  std::vector<CombinedRule> combined(static_cast<std::size_t>(body_.TotalFrames()) * columns);
+  for (const AppliedRule& each : applied) {
     std::size_t first = 0, last = columns;
     if (!each.theirs->link.empty()) {
       if (robot == nullptr) continue;  // objects have no links
@@ -167,40 +168,41 @@ PairRuleLookup::Terms PairRuleLookup::TermsOf(std::span<const Applied> applied,
       first = static_cast<std::size_t>(*link);
       last = first + 1;
     }
-    for (int frame = 0; frame < body_.AllFrames(); ++frame) {
+    for (int frame = 0; frame < body_.TotalFrames(); ++frame) {
       if (!Covers(each.frames, frame)) continue;
-      Together* const row = &together[static_cast<std::size_t>(frame) * columns];
+      CombinedRule* const row = &combined[static_cast<std::size_t>(frame) * columns];
       for (std::size_t column = first; column < last; ++column) row[column].Add(*each.rule);
     }
   }
-  result.terms.reserve(together.size());
-  for (const Together& each : together) result.terms.push_back(each.Terms());
+  result.rules.reserve(combined.size());
+  for (const CombinedRule& each : combined) result.rules.push_back(each.Effective());
   return result;
 }
 
 // Each side of a rule is one frame, all own frames or all frames, so up to three sides cover each
 // frame.
 void PairRuleLookup::ResolveSelfPairs() {
-  std::map<std::pair<int, int>, Together> said;
+  std::map<std::pair<int, int>, CombinedRule> combined;
   for (const PairRule* rule : of_itself_) {
-    said[std::minmax(*FramesOf(rule->pair.a), *FramesOf(rule->pair.b))].Add(*rule);
+    combined[std::minmax(*FramesOf(rule->pair.a), *FramesOf(rule->pair.b))].Add(*rule);
   }
   const auto sides = [&](int frame) {
     return std::array{frame, kAllFrames, frame < body_.frame_count ? kOwnFrames : kAllFrames};
   };
   for (const auto& [first, second] : body_.self_pairs) {
-    Together pair;
+    CombinedRule pair;
     for (const int a : sides(body_.FrameOf(first))) {
       for (const int b : sides(body_.FrameOf(second))) {
-        if (const auto at = said.find(std::minmax(a, b)); at != said.end()) pair.Add(at->second);
+        if (const auto at = combined.find(std::minmax(a, b)); at != combined.end())
+          pair.Add(at->second);
       }
     }
-    of_self_pairs_.push_back(pair.Terms());
+    of_self_pairs_.push_back(pair.Effective());
   }
-  const bool says_something =
+  const bool has_effect =
       std::any_of(of_self_pairs_.begin(), of_self_pairs_.end(),
-                  [](const PairTerms& terms) { return terms.allowed || terms.has_margin; });
-  if (!says_something) of_self_pairs_.clear();
+                  [](const EffectiveRule& rules) { return rules.allowed || rules.has_margin; });
+  if (!has_effect) of_self_pairs_.clear();
 }
 
 }  // namespace cwm::collision

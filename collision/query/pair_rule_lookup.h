@@ -15,34 +15,34 @@
 namespace cwm::collision {
 
 // The combined rules for two parts.
-struct PairTerms {
+struct EffectiveRule {
   bool allowed = false;  // allowed to collide: queries ignore the pair
   bool has_margin = false;
   double margin_m = 0;  // replaces the usual margin if has_margin
 
-  double Margin_m(double usual_m) const { return has_margin ? margin_m : usual_m; }
+  double Margin_m(double default_m) const { return has_margin ? margin_m : default_m; }
 };
 
 // The combined rules for the parts of a body and the parts of an obstacle. Valid as long as the
 // lookup.
-class ObstacleTerms {
+class ObstacleRules {
  public:
-  ObstacleTerms() = default;  // no rule applies
-  ObstacleTerms(const PairTerms* terms, const RobotGeometry* by_link)
-      : terms_(terms), by_link_(by_link) {}
+  ObstacleRules() = default;  // no rule applies
+  ObstacleRules(const EffectiveRule* rules, const RobotGeometry* by_link)
+      : rules_(rules), by_link_(by_link) {}
 
-  bool empty() const { return terms_ == nullptr; }
+  bool empty() const { return rules_ == nullptr; }
   // True if the rules differ between parts of the obstacle, which is then a robot.
   bool by_part() const { return by_link_ != nullptr; }
-  const PairTerms& Of(int frame, std::size_t part) const {
+  const EffectiveRule& At(int frame, std::size_t part) const {
     const auto row = static_cast<std::size_t>(frame);
-    if (by_link_ == nullptr) return terms_[row];
+    if (by_link_ == nullptr) return rules_[row];
     const auto link = static_cast<std::size_t>(by_link_->link_of_part[part]);
-    return terms_[row * by_link_->model->links.size() + link];
+    return rules_[row * by_link_->model->links.size() + link];
   }
 
  private:
-  const PairTerms* terms_ = nullptr;  // by frame of the body, then by link if by_link_ is set
+  const EffectiveRule* rules_ = nullptr;  // by frame of the body, then by link if by_link_ is set
   const RobotGeometry* by_link_ = nullptr;
 };
 
@@ -52,33 +52,33 @@ class PairRuleLookup {
  public:
   PairRuleLookup(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options);
 
-  ObstacleTerms Of(const Obstacle& obstacle) {
-    return of_everything_.empty() && of_named_.empty() ? ObstacleTerms() : Met(obstacle);
+  ObstacleRules RulesOf(const Obstacle& obstacle) {
+    return of_everything_.empty() && of_named_.empty() ? ObstacleRules() : LookUp(obstacle);
   }
   // True if some rule applies to the body and an obstacle of the world.
   bool MayChangeWorldPairs() const { return !of_everything_.empty() || !of_named_.empty(); }
   // The rules for the self pairs of the body, by pair; empty if no rule applies to any.
-  std::span<const PairTerms> OfSelfPairs() const { return of_self_pairs_; }
+  std::span<const EffectiveRule> SelfPairRules() const { return of_self_pairs_; }
   // The largest margin that a rule sets for the body and the world; 0 if none does.
-  double widest_margin_m() const { return widest_margin_m_; }
+  double max_margin_m() const { return max_margin_m_; }
 
  private:
   // A rule with the body on one side. `frames` is that side: one frame of the body, all its own
   // frames (kOwnFrames, without attached objects, which have other names), or all frames
   // (kAllFrames).
-  struct Applied {
+  struct AppliedRule {
     int frames;
     const PairRule* rule;
     const NamedThing* theirs;  // the other side
     std::int32_t next = -1;    // next entry of the same bucket in of_named_
   };
   // The combined rules for an obstacle that was met.
-  struct Terms {
-    std::vector<PairTerms> terms;  // empty: no rule names it
+  struct RuleTable {
+    std::vector<EffectiveRule> rules;  // empty: no rule names it
     const RobotGeometry* by_link = nullptr;
   };
 
-  bool IsThere(const std::string& name) const;
+  bool Exists(const std::string& name) const;
   void AllowAttachment();
   void Add(const PairRule& rule);
   void Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs);
@@ -86,21 +86,21 @@ class PairRuleLookup {
   bool Covers(int frames, int frame) const;
   void FillBuckets();
   std::size_t BucketOf(std::string_view name) const;
-  ObstacleTerms Met(const Obstacle& obstacle);
-  Terms TermsOf(std::span<const Applied> applied, const RobotGeometry* robot) const;
+  ObstacleRules LookUp(const Obstacle& obstacle);
+  RuleTable CombineRules(std::span<const AppliedRule> applied, const RobotGeometry* robot) const;
   void ResolveSelfPairs();
 
   const WorldSnapshot& world_;
   const QueryBody& body_;
   std::vector<PairRule> ignored_;  // from the request and from the body's attachment
-  std::vector<Applied> of_everything_;
-  Terms terms_of_everything_;
-  std::vector<Applied> of_named_;
+  std::vector<AppliedRule> of_everything_;
+  RuleTable rules_of_everything_;
+  std::vector<AppliedRule> of_named_;
   std::vector<std::int32_t> buckets_;  // by hash of the name: first entry in of_named_, or -1
-  std::unordered_map<const Obstacle*, Terms> met_;
+  std::unordered_map<const Obstacle*, RuleTable> rules_by_obstacle_;
   std::vector<const PairRule*> of_itself_;
-  std::vector<PairTerms> of_self_pairs_;
-  double widest_margin_m_ = 0;
+  std::vector<EffectiveRule> of_self_pairs_;
+  double max_margin_m_ = 0;
 };
 
 }  // namespace cwm::collision

@@ -21,8 +21,8 @@ constexpr std::array<std::uint16_t, 16> SpreadBits() {
 
 }  // namespace
 
-std::span<const std::uint32_t> PointOrder::Of(std::span<const Vector3> points) {
-  static constexpr std::array<std::uint16_t, 16> kSpread = SpreadBits();
+std::span<const std::uint32_t> PointOrder::Sort(std::span<const Vector3> points) {
+  static constexpr std::array<std::uint16_t, 16> kSpreadBits = SpreadBits();
   Aabb bounds;
   for (const Vector3& p : points) bounds.extend(p);
   const double extent_m = bounds.isEmpty() ? 0 : bounds.sizes().maxCoeff();
@@ -32,9 +32,9 @@ std::span<const std::uint32_t> PointOrder::Of(std::span<const Vector3> points) {
   begins_.assign(kCells + 1, 0);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3 at = (points[i] - bounds.min()) * cells_per_m;
-    const auto cell = static_cast<std::uint16_t>(kSpread[static_cast<int>(at.x()) & 15] |
-                                                 kSpread[static_cast<int>(at.y()) & 15] << 1 |
-                                                 kSpread[static_cast<int>(at.z()) & 15] << 2);
+    const auto cell = static_cast<std::uint16_t>(kSpreadBits[static_cast<int>(at.x()) & 15] |
+                                                 kSpreadBits[static_cast<int>(at.y()) & 15] << 1 |
+                                                 kSpreadBits[static_cast<int>(at.z()) & 15] << 2);
     cells_[i] = cell;
     ++begins_[cell + 1u];
   }

@@ -15,7 +15,7 @@ namespace cwm::collision {
 class PointOrder {
  public:
   // Indices into `points`, valid until the next call.
-  std::span<const std::uint32_t> Of(std::span<const Vector3> points);
+  std::span<const std::uint32_t> Sort(std::span<const Vector3> points);
 
  private:
   static constexpr int kBitsPerAxis = 4;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kTouching_m = 1e-9;
 
 bool Differ(const Vector3& a, const Vector3& b) {
-  return (a - b).squaredNorm() > kSameGradient * kSameGradient;
+  return (a - b).squaredNorm() > kGradientTolerance * kGradientTolerance;
 }
 
 // Upper bound of the distance of a part from any point of a block, by their boxes.
@@ -24,16 +24,16 @@ double FarthestCorner_m(const Aabb& block, const Aabb& part) {
 PointSample SampleAt(const LaneSamples& samples, int i) {
   return {samples.distance_m[i],
           {samples.gradient_x[i], samples.gradient_y[i], samples.gradient_z[i]},
-          samples.gap_m[i] <= kKinkReach_m};
+          samples.gap_m[i] <= kKinkTolerance_m};
 }
 
 }  // namespace
 
-bool PointSampler::Answer(std::span<const Vector3> points, std::size_t first, std::size_t count,
+bool PointSampler::Sample(std::span<const Vector3> points, std::size_t first, std::size_t count,
                           PointColumns& columns) {
   const std::span<const Vector3> chunk = points.subspan(first, count);
-  const std::span<const std::uint32_t> order = order_.Of(chunk);
-  ListParts(chunk);
+  const std::span<const std::uint32_t> order = order_.Sort(chunk);
+  ListNearParts(chunk);
   std::array<std::uint32_t, kBlockLanes> rows;
   for (std::size_t begin = 0; begin < count; begin += kBlockLanes) {
     const std::size_t size = std::min<std::size_t>(kBlockLanes, count - begin);
@@ -47,14 +47,14 @@ bool PointSampler::Answer(std::span<const Vector3> points, std::size_t first, st
     }
     Aabb block;
     for (int i = 0; i < kBlockLanes; ++i) block.extend(PointOf(i));
-    if (!MeetListed(block) && !MeetWorld(block)) return false;
-    AnswerBlock(std::span(rows).first(size), columns);
-    if (interrupt_.After(1)) return false;
+    if (!MeasureListed(block) && !MeasureWorld(block)) return false;
+    SampleBlock(std::span(rows).first(size), columns);
+    if (interrupt_.CountWork(1)) return false;
   }
   return true;
 }
 
-void PointSampler::ListParts(std::span<const Vector3> chunk) {
+void PointSampler::ListNearParts(std::span<const Vector3> chunk) {
   // chosen: the minimum of a few dozen numbers is found faster than a priority queue yields one
   // element.
   constexpr std::size_t kMaxListed = 96;
@@ -64,13 +64,13 @@ void PointSampler::ListParts(std::span<const Vector3> chunk) {
   listed_reach_m_ = limit_m_;
   bool few = true;
   world_.bounds().ForEachNearest(
-      bounds, limit_m_ + kKinkReach_m, [&](const Obstacle& object, double) {
-        for (const SampledPart& part : parts_.Of(object)) {
+      bounds, limit_m_ + kKinkTolerance_m, [&](const Obstacle& object, double) {
+        for (const SampledPart& part : parts_.PartsOf(object)) {
           listed_.push_back(&part);
           listed_reach_m_ = std::min(listed_reach_m_, FarthestCorner_m(bounds, part.bounds_W()));
         }
         few = listed_.size() <= kMaxListed;
-        return few ? listed_reach_m_ + kKinkReach_m : -1.0;
+        return few ? listed_reach_m_ + kKinkTolerance_m : -1.0;
       });
   if (!few) listed_reach_m_ = -1;
   listed_gaps_m2_.resize(listed_.size());
@@ -78,24 +78,25 @@ void PointSampler::ListParts(std::span<const Vector3> chunk) {
 
 // Tests the listed parts, nearest first. False if interrupted or if the list does not reach far
 // enough.
-bool PointSampler::MeetListed(const Aabb& block) {
+bool PointSampler::MeasureListed(const Aabb& block) {
   if (listed_reach_m_ < 0) return false;
   for (std::size_t k = 0; k < listed_.size(); ++k) {
     listed_gaps_m2_[k] = SquaredDistance_m2(block, listed_[k]->bounds_W());
   }
-  Begin();
+  Reset();
   while (true) {
     const auto next = std::min_element(listed_gaps_m2_.begin(), listed_gaps_m2_.end());
-    const double reach_m = reach_m_ + kKinkReach_m;
+    const double reach_m = reach_m_ + kKinkTolerance_m;
     if (next == listed_gaps_m2_.end() || !(*next <= reach_m * reach_m)) break;
     if (std::isinf(*next)) break;  // all listed parts are tested
     *next = std::numeric_limits<double>::infinity();
-    if (!Meet(*listed_[static_cast<std::size_t>(next - listed_gaps_m2_.begin())])) return false;
+    if (!MeasurePart(*listed_[static_cast<std::size_t>(next - listed_gaps_m2_.begin())]))
+      return false;
   }
   return reach_m_ <= listed_reach_m_;  // the depth of a point inside a solid may be greater
 }
 
-void PointSampler::Begin() {
+void PointSampler::Reset() {
   candidates_.clear();
   nearest_.Clear(limit_m_);
   reach_m_ = limit_m_;
@@ -103,34 +104,34 @@ void PointSampler::Begin() {
 
 // Tests the objects of the world, those with the nearest boxes first, up to the reach of the
 // points. False if interrupted.
-bool PointSampler::MeetWorld(const Aabb& block) {
+bool PointSampler::MeasureWorld(const Aabb& block) {
   if (interrupt_.reason() != Interrupt::Reason::kNone) return false;
-  Begin();
+  Reset();
   bool ended = false;
   world_.bounds().ForEachNearest(
-      block, limit_m_ + kKinkReach_m, [&](const Obstacle& object, double) {
-        for (const SampledPart& part : parts_.Of(object)) {
-          const double reach_m = reach_m_ + kKinkReach_m;
+      block, limit_m_ + kKinkTolerance_m, [&](const Obstacle& object, double) {
+        for (const SampledPart& part : parts_.PartsOf(object)) {
+          const double reach_m = reach_m_ + kKinkTolerance_m;
           if (SquaredDistance_m2(block, part.bounds_W()) > reach_m * reach_m) continue;
-          ended = ended || !Meet(part);
+          ended = ended || !MeasurePart(part);
         }
-        return ended ? -1.0 : reach_m_ + kKinkReach_m;
+        return ended ? -1.0 : reach_m_ + kKinkTolerance_m;
       });
   return !ended;
 }
 
-bool PointSampler::Meet(const SampledPart& part) {
+bool PointSampler::MeasurePart(const SampledPart& part) {
   const auto index = static_cast<std::int64_t>(candidates_.size());
   Candidate& candidate = candidates_.emplace_back();
   candidate.part = &part;
   part.Measure(points_, nearest_.reach_m, candidate.distances_m, &interrupt_);
-  reach_m_ = KeepNearest(candidate.distances_m, {part.order(), index}, limit_m_, nearest_);
+  reach_m_ = UpdateNearest(candidate.distances_m, {part.order(), index}, limit_m_, nearest_);
   // measured: a mesh takes up to milliseconds for a block, other shapes a microsecond or less.
-  return !interrupt_.After(part.lanes() != nullptr ? 1 : 64);
+  return !interrupt_.CountWork(part.lanes() != nullptr ? 1 : 64);
 }
 
 // Samples together the points that have the same nearest part.
-void PointSampler::AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns) {
+void PointSampler::SampleBlock(std::span<const std::uint32_t> rows, PointColumns& columns) {
   std::uint64_t left =
       rows.size() == kBlockLanes ? ~std::uint64_t{0} : (std::uint64_t{1} << rows.size()) - 1;
   while (left != 0) {
@@ -143,11 +144,11 @@ void PointSampler::AnswerBlock(std::span<const std::uint32_t> rows, PointColumns
       lanes[static_cast<std::size_t>(count++)] = lane;
       left &= ~(std::uint64_t{1} << lane);
     }
-    AnswerLanes(lanes.data(), count, rows, columns);
+    SampleGroup(lanes.data(), count, rows, columns);
   }
 }
 
-void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
+void PointSampler::SampleGroup(const int* lanes, int count, std::span<const std::uint32_t> rows,
                                PointColumns& columns) {
   const std::int64_t index = nearest_.candidate[lanes[0]];
   if (index < 0) {  // no part within reach: the other columns keep their zeros
@@ -195,24 +196,24 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
     return;
   }
   const SampledPart& part = *candidates_[static_cast<std::size_t>(nearest_.candidate[lane])].part;
-  const bool kink = sample.kink || OthersPullElsewhere(lane, sample);
+  const bool kink = sample.kink || HasCompetingGradient(lane, sample);
   columns.state[row] = kink ? SampleState::kKink : SampleState::kSmooth;
   columns.distance_m[row] = sample.distance_m;
   std::copy_n(sample.gradient.data(), 3, &columns.gradient[3 * row]);
   columns.object[row] = part.id().object;
   columns.object_part[row] = part.id().part;
-  columns.trust[row] = part.is_open() ? Trust::kSurfaceOnly : Trust::kExact;
+  columns.accuracy[row] = part.is_open() ? Accuracy::kSurfaceOnly : Accuracy::kExact;
   const bool is_alone = nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m;
-  if (!sample.buried && (sample.distance_m >= 0 || is_alone)) return;
+  if (!sample.nearest_is_interior && (sample.distance_m >= 0 || is_alone)) return;
   const Depth depth = DepthOf(lane, sample);
-  columns.trust[row] = depth.trust;
-  if (depth.trust == Trust::kBounded) {
+  columns.accuracy[row] = depth.accuracy;
+  if (depth.accuracy == Accuracy::kBounded) {
     bounds_.push_back({static_cast<std::uint32_t>(row), depth.bound_m});
   }
 }
 
-bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) {
-  const double reach_m = nearest_.best_m[lane] + kKinkReach_m;
+bool PointSampler::HasCompetingGradient(int lane, const PointSample& sample) {
+  const double reach_m = nearest_.best_m[lane] + kKinkTolerance_m;
   if (nearest_.second_m[lane] > reach_m) return false;
   const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
@@ -237,58 +238,58 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
   return false;
 }
 
-// The trust of a depth and its bound: the length of any way out of all solids is an upper bound of
-// the depth.
+// The accuracy of a depth and its bound: the length of any way out of all solids is an upper bound
+// of the depth.
 PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
   const Vector3 way_out_W = PointOf(lane) + depth_m * sample.gradient;
-  if (!sample.buried && !IsCovered(lane, way_out_W)) return {Trust::kExact, 0};
-  std::optional<double> way_m = WayOut_m(lane, sample, sample.gradient);
-  if (sample.buried) {  // the way out may lie in either direction
-    const std::optional<double> back_m = WayOut_m(lane, sample, -sample.gradient);
+  if (!sample.nearest_is_interior && !IsCovered(lane, way_out_W)) return {Accuracy::kExact, 0};
+  std::optional<double> way_m = ExitDistance_m(lane, sample, sample.gradient);
+  if (sample.nearest_is_interior) {  // the way out may lie in either direction
+    const std::optional<double> back_m = ExitDistance_m(lane, sample, -sample.gradient);
     if (!way_m || (back_m && *back_m < *way_m)) way_m = back_m;
   }
-  if (!way_m) return {Trust::kDegraded, 0};
-  return {Trust::kBounded, *way_m - depth_m};
+  if (!way_m) return {Accuracy::kDegraded, 0};
+  return {Accuracy::kBounded, *way_m - depth_m};
 }
 
 // The length of the way out of all solids along a direction, searched from the surface of the
 // deepest part on; empty if none is found.
-std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample,
-                                             const Vector3& direction_W) {
+std::optional<double> PointSampler::ExitDistance_m(int lane, const PointSample& sample,
+                                                   const Vector3& direction_W) {
   // chosen: the growing steps reach more than a hundred times as far as the depth, at some
   // microseconds each. A point without a way out by then is considered underground.
   constexpr int kMaxSteps = 16;
   constexpr double kGrowth = 1.6;
   const Vector3 p_W = PointOf(lane);
   const double depth_m = -sample.distance_m;
-  double way_m = depth_m, least_step_m = 0.05 * depth_m + kTouching_m;
-  if (sample.buried) {
+  double way_m = depth_m, min_step_m = 0.05 * depth_m + kTouching_m;
+  if (sample.nearest_is_interior) {
     const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
-    const auto exit_m = candidates_[nearest].part->WayOut_m(p_W, direction_W, &interrupt_);
+    const auto exit_m = candidates_[nearest].part->ExitDistance_m(p_W, direction_W, &interrupt_);
     if (exit_m) way_m = std::max(depth_m, *exit_m + 2 * kTouching_m);
   }
   for (int step = 0; step < kMaxSteps; ++step) {
     const double distance_m = SolidDistance_m(p_W + way_m * direction_W);
     if (distance_m > kTouching_m) return way_m;
-    way_m += std::max(-distance_m + 2 * kTouching_m, least_step_m);
-    least_step_m *= kGrowth;
+    way_m += std::max(-distance_m + 2 * kTouching_m, min_step_m);
+    min_step_m *= kGrowth;
   }
   return std::nullopt;
 }
 
 // The signed distance of the union of all solids if p lies inside; some positive number if outside.
 double PointSampler::SolidDistance_m(const Vector3& p_W) {
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   world_.bounds().ForEachNearest(Aabb(p_W, p_W), 2 * kTouching_m,
                                  [&](const Obstacle& object, double) {
-                                   for (const SampledPart& part : parts_.Of(object)) {
+                                   for (const SampledPart& part : parts_.PartsOf(object)) {
                                      if (part.is_open() || !part.bounds_W().contains(p_W)) continue;
-                                     least_m = std::min(least_m, part.Distance_m(p_W, &interrupt_));
+                                     min_m = std::min(min_m, part.Distance_m(p_W, &interrupt_));
                                    }
                                    return 2 * kTouching_m;
                                  });
-  return least_m;
+  return min_m;
 }
 
 }  // namespace cwm::collision

@@ -24,7 +24,7 @@ class PointSampler {
 
   // Writes the answers for points [first, first + count) into columns sized for all of `points`.
   // False if interrupted, which leaves them undefined.
-  bool Answer(std::span<const Vector3> points, std::size_t first, std::size_t count,
+  bool Sample(std::span<const Vector3> points, std::size_t first, std::size_t count,
               PointColumns& columns);
   // The bounds of all rows answered so far that are kBounded, in no particular order.
   const std::vector<PointColumns::Bound>& bounds() const { return bounds_; }
@@ -36,23 +36,24 @@ class PointSampler {
     BlockDistances distances_m;
   };
   struct Depth {
-    Trust trust;
+    Accuracy accuracy;
     double bound_m;
   };
 
-  void ListParts(std::span<const Vector3> chunk);
-  void Begin();
-  bool MeetListed(const Aabb& block);
-  bool MeetWorld(const Aabb& block);
-  bool Meet(const SampledPart& part);
-  void AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns);
-  void AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
+  void ListNearParts(std::span<const Vector3> chunk);
+  void Reset();
+  bool MeasureListed(const Aabb& block);
+  bool MeasureWorld(const Aabb& block);
+  bool MeasurePart(const SampledPart& part);
+  void SampleBlock(std::span<const std::uint32_t> rows, PointColumns& columns);
+  void SampleGroup(const int* lanes, int count, std::span<const std::uint32_t> rows,
                    PointColumns& columns);
   PointSample SampleOf(const Candidate& candidate, int lane);
   void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
-  bool OthersPullElsewhere(int lane, const PointSample& sample);
+  bool HasCompetingGradient(int lane, const PointSample& sample);
   Depth DepthOf(int lane, const PointSample& sample);
-  std::optional<double> WayOut_m(int lane, const PointSample& sample, const Vector3& direction_W);
+  std::optional<double> ExitDistance_m(int lane, const PointSample& sample,
+                                       const Vector3& direction_W);
   bool IsCovered(int lane, const Vector3& way_out_W);
   double SolidDistance_m(const Vector3& p_W);
   Vector3 PointOf(int lane) const { return {points_.x[lane], points_.y[lane], points_.z[lane]}; }

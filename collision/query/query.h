@@ -28,12 +28,12 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 #include "collision/world/world_snapshot.h"
 
 namespace cwm::collision {
 
-class ProgramMemo;  // spheres/program_memo.h
+class ProgramCache;  // spheres/program_cache.h
 
 // Two parts of one body.
 struct PartPair {
@@ -44,7 +44,7 @@ struct PartPair {
 
 // An object attached to a body: its parts have their own frame, which is fixed to a frame of the
 // body.
-struct CarriedObject {
+struct AttachedObject {
   WorldObjectPtr object;
   int link = 0;  // the frame F of the body that it is fixed to
   Pose X_FO = Pose::Identity();
@@ -57,9 +57,9 @@ struct QueryBody {
   std::vector<int> frame_of_part = {};  // empty: all parts are in one frame
   int frame_count = 1;                  // number of frames that BodyRows places
   // The k-th attached object has the frame frame_count + k; its parts follow those of the body.
-  std::vector<CarriedObject> carried = {};
+  std::vector<AttachedObject> attached = {};
   std::vector<PartPair> self_pairs = {};  // pairs of the body's own parts to be tested
-  bool asks_world = true;                 // false: only self pairs are tested
+  bool tests_world = true;                // false: only self pairs are tested
   // Name of the querying object or robot of the world. It is left out of the world, and pair rules
   // refer to it by this name. If empty, only rules for everything apply.
   std::string self = {};
@@ -68,23 +68,23 @@ struct QueryBody {
   std::shared_ptr<const Attachment> attachment = nullptr;  // attachment of the object `self`
   std::shared_ptr<const RobotModel> robot = nullptr;       // the robot whose links are the frames
   // No answer gets a better label. DEGRADED for a body that only approximates another one.
-  Trust best_trust = Trust::kExact;
+  Accuracy best_accuracy = Accuracy::kExact;
   // Spheres by frame that together contain the parts (an open mesh with its whole box). With them
   // CheckCollisions proves pairs apart for many states at once; the results are the same without.
-  std::shared_ptr<const SphereModel> around = {};
-  std::shared_ptr<ProgramMemo> programs = {};  // cache of `robot`; nullptr: each query compiles
+  std::shared_ptr<const SphereModel> bounding_spheres = {};
+  std::shared_ptr<ProgramCache> programs = {};  // cache of `robot`; nullptr: each query compiles
 
   int FrameOf(std::int32_t part) const {
     return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];
   }
-  int AllFrames() const { return frame_count + static_cast<int>(carried.size()); }
+  int TotalFrames() const { return frame_count + static_cast<int>(attached.size()); }
   // The object attached in a frame; nullptr for a frame of the body itself.
-  const CarriedObject* CarriedIn(int frame) const {
-    return frame < frame_count ? nullptr : &carried[static_cast<std::size_t>(frame - frame_count)];
+  const AttachedObject* AttachedIn(int frame) const {
+    return frame < frame_count ? nullptr : &attached[static_cast<std::size_t>(frame - frame_count)];
   }
   // True if the parts in the frame belong to a world object, either querying or attached.
-  bool IsOfObject(int frame) const {
-    return CarriedIn(frame) != nullptr || (robot == nullptr && !self.empty());
+  bool IsObjectFrame(int frame) const {
+    return AttachedIn(frame) != nullptr || (robot == nullptr && !self.empty());
   }
 };
 // The body of the given shapes. Its geometry is nullptr if `work` ended the preparation.
@@ -100,7 +100,7 @@ class BodyRows {
   virtual void Place(std::size_t row, std::span<Pose> X_WF) const = 0;
   // The same for several rows, up to the last bits; `X_WF` holds the poses of one row after the
   // other. The poses of a row depend on that row alone.
-  virtual void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WF) const {
+  virtual void PlaceRows(std::span<const std::size_t> rows, std::span<Pose> X_WF) const {
     const std::size_t frames = rows.empty() ? 0 : X_WF.size() / rows.size();
     for (std::size_t k = 0; k < rows.size(); ++k) Place(rows[k], X_WF.subspan(k * frames, frames));
   }
@@ -132,7 +132,7 @@ enum class Representation { kHybrid, kShapes, kSurfaces };
 
 // Selects whether CheckCollisions names a pair for each row in collision, or only for rows that
 // were tested pair by pair, which is many times faster for a robot made of spheres.
-enum class Naming { kEachRow, kWhereAsked };
+enum class Naming { kEachRow, kWhereTested };
 
 // The treatment of objects of kind kUnseen, that is space that no sensor has seen.
 enum class UnseenSpace {
@@ -167,14 +167,14 @@ struct QueryOptions {
   // result has the same bytes for any number.
   int threads = 1;
   // Deadline for handing over the completed prefix. Work stops earlier by the time of the handover.
-  std::optional<std::chrono::steady_clock::time_point> give_up_at = {};
-  std::chrono::nanoseconds handover_of_answer{0};  // handover time of one entry of the columns
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
+  std::chrono::nanoseconds handover_per_entry{0};  // handover time of one entry of the columns
 };
 
 enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimits, kUndecided };
 
 // Value in a column of objects for the body itself, whose other part is `object_part`.
-inline constexpr std::int32_t kItself = -2;
+inline constexpr std::int32_t kSelfObject = -2;
 
 // One verdict per row, and for a row in collision or undecided a pair that caused it. A row is
 // undecided if no pair certainly collides and the error interval of some pair's distance contains
@@ -182,12 +182,12 @@ inline constexpr std::int32_t kItself = -2;
 // support or with unseen space to be reported can be undecided.
 struct CollisionColumns {
   std::vector<Verdict> verdict;
-  std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named
+  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, kSelfObject; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
-  // Trust of the named pair; for a free row the weakest of all tested pairs; kDegraded without
+  // Accuracy of the named pair; for a free row the weakest of all tested pairs; kDegraded without
   // meaning for a row that was not computed.
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   // BodyRows::VariableOutOfLimits for rows that are kOutOfLimits, else -1. Empty if there is no
   // such row, or if Naming is not kEachRow.
   std::vector<std::int32_t> variable = {};
@@ -201,10 +201,10 @@ struct PairColumns {
   std::vector<double> point_body;    // x y z, on the query body, world frame
   std::vector<double> point_object;  // x y z, on the world object
   std::vector<double> normal;        // x y z, unit, from the body to the object
-  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, or kItself
+  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, or kSelfObject
   std::vector<std::int32_t> body_part;
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   std::vector<double> bound_m;
   std::size_t completed = 0;
 };
@@ -220,7 +220,7 @@ struct RayColumns {
 
 enum class SampleState : std::uint8_t {
   kSmooth,  // the distance has a gradient
-  // Two surface points are equally near, within kKinkReach_m (kernels/kink.h), with different
+  // Two surface points are equally near, within kKinkTolerance_m (kernels/kink.h), with different
   // gradients: between two objects or two faces, on an axis, at an edge, on an open surface. The
   // gradient is that of one of them.
   kKink,
@@ -234,7 +234,7 @@ struct PointColumns {
   std::vector<double> gradient;  // x y z, unit, world frame
   std::vector<std::int32_t> object;
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
   // How much deeper the point may be, for the rows that are kBounded, ordered by row.
   struct Bound {
     std::uint32_t row;
@@ -249,7 +249,7 @@ struct PointColumns {
 // Cancelled. They return Unimplemented if the chosen engine does not support a pair that comes up:
 // the message names row, engine, object, part and the two kinds. kAuto and kExact support every
 // pair. Two half-spaces overlap unless they face each other across a gap; if they overlap without
-// limit the distance is -kLargestCoordinate_m, kDegraded.
+// limit the distance is -kMaxCoordinate_m, kDegraded.
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop = {});

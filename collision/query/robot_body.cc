@@ -30,7 +30,7 @@ void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
   body.robot = robot.model;
   body.programs = robot.programs;
   body.frame_count = static_cast<int>(model.links.size());
-  body.asks_world = scope != RobotScope::kSelf;
+  body.tests_world = scope != RobotScope::kSelf;
   if (scope == RobotScope::kWorld) return;
   std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
   for (std::size_t part = 0; part < body.frame_of_part.size(); ++part) {
@@ -50,7 +50,7 @@ void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
 
 QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
   QueryBody body{.geometry = robot.geometry, .frame_of_part = robot.link_of_part};
-  body.around = robot.spheres_around;
+  body.bounding_spheres = robot.bounding_spheres;
   SetScope(robot, scope, body);
   return body;
 }
@@ -64,7 +64,7 @@ QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope) {
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
                           RobotScope scope) {
   QueryBody body{.geometry = spheres.geometry, .frame_of_part = spheres.link_of_part};
-  body.best_trust = Trust::kDegraded;
+  body.best_accuracy = Accuracy::kDegraded;
   SetScope(robot, scope, body);
   return body;
 }
@@ -86,9 +86,9 @@ std::span<const double> JointRows::Row(std::size_t row) const {
   return states_.rows.subspan(row * width, width);
 }
 
-void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const { PlaceSome({&row, 1}, X_WL); }
+void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const { PlaceRows({&row, 1}, X_WL); }
 
-void JointRows::PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const {
+void JointRows::PlaceRows(std::span<const std::size_t> rows, std::span<Pose> X_WL) const {
   absl::InlinedVector<double, 64> states;  // enough for eight states of a robot with one arm
   for (std::size_t row : rows) {
     states.insert(states.end(), states_.base.begin(), states_.base.end());

@@ -44,7 +44,7 @@ class JointRows : public BodyRows {
 
   std::size_t size() const override { return count_; }
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
-  void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const override;
+  void PlaceRows(std::span<const std::size_t> rows, std::span<Pose> X_WL) const override;
   // True if the row is within the joint limits and all links are within the coordinates of a world.
   bool IsWithinLimits(std::size_t row) const override;
   std::optional<int> VariableOutOfLimits(std::size_t row) const override;

@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "collision/crew/crew.h"
+#include "collision/thread_pool/thread_pool.h"
 
 namespace cwm::collision {
 namespace {
@@ -15,10 +15,10 @@ class SharedChunks {
  public:
   SharedChunks(const std::vector<RowChunk>& chunks,
                const std::function<std::unique_ptr<ChunkWorker>()>& make_worker)
-      : chunks_(chunks), make_worker_(make_worker), ends_(chunks.size()) {}
+      : chunks_(chunks), make_worker_(make_worker), results_(chunks.size()) {}
 
   // Answers chunks until none is left. After an incomplete chunk no thread takes another one.
-  void Work() {
+  void ProcessRemaining() {
     try {
       TakeChunks();
     } catch (...) {
@@ -32,10 +32,10 @@ class SharedChunks {
     if (failure_ != nullptr) std::rethrow_exception(failure_);
     std::size_t completed = 0;
     for (const RowChunk& chunk : chunks_) {
-      const ChunkEnd& end = ends_[chunk.index];
-      completed += end.completed;
-      if (end.completed == chunk.count) continue;
-      if (!end.status.ok()) return end.status;
+      const ChunkResult& result = results_[chunk.index];
+      completed += result.completed;
+      if (result.completed == chunk.count) continue;
+      if (!result.status.ok()) return result.status;
       break;
     }
     return completed;
@@ -48,8 +48,8 @@ class SharedChunks {
       const std::size_t at = next_++;
       if (at >= chunks_.size()) return;
       if (worker == nullptr) worker = make_worker_();
-      ends_[at] = worker->Answer(chunks_[at]);
-      if (ends_[at].completed == chunks_[at].count) continue;
+      results_[at] = worker->Process(chunks_[at]);
+      if (results_[at].completed == chunks_[at].count) continue;
       next_ = chunks_.size();
       return;
     }
@@ -57,7 +57,7 @@ class SharedChunks {
 
   const std::vector<RowChunk>& chunks_;
   const std::function<std::unique_ptr<ChunkWorker>()>& make_worker_;
-  std::vector<ChunkEnd> ends_;  // by chunk; each is written by the thread that took the chunk
+  std::vector<ChunkResult> results_;  // by chunk; each is written by the thread that took the chunk
   std::atomic<std::size_t> next_ = 0;
   std::atomic<bool> has_failed_ = false;
   std::exception_ptr failure_;  // exception of the first thread that failed, rethrown by Result
@@ -74,16 +74,16 @@ std::vector<RowChunk> EqualChunks(std::size_t row_count, std::size_t rows) {
   return chunks;
 }
 
-absl::StatusOr<std::size_t> AnswerTogether(
+absl::StatusOr<std::size_t> ProcessChunks(
     const std::vector<RowChunk>& chunks, int threads,
     const std::function<std::unique_ptr<ChunkWorker>()>& make_worker) {
   SharedChunks shared(chunks, make_worker);
-  const int most =
+  const int thread_count =
       std::clamp(threads, 1, static_cast<int>(std::max<std::size_t>(1, chunks.size())));
-  Loop(
-      static_cast<std::size_t>(most), 1, [&] { return most; },
-      [&](std::size_t, std::size_t) { shared.Work(); })
-      .Do();
+  ParallelLoop(
+      static_cast<std::size_t>(thread_count), 1, [&] { return thread_count; },
+      [&](std::size_t, std::size_t) { shared.ProcessRemaining(); })
+      .Run();
   return shared.Result();
 }
 

@@ -24,7 +24,7 @@ std::vector<RowChunk> EqualChunks(std::size_t row_count, std::size_t rows);
 
 // The progress of a chunk: its first `completed` rows are answered. Fewer than all if the deadline
 // was reached or, as `status` says, after an error or a cancellation.
-struct ChunkEnd {
+struct ChunkResult {
   std::size_t completed = 0;
   absl::Status status = {};
 };
@@ -34,7 +34,7 @@ struct ChunkEnd {
 class ChunkWorker {
  public:
   virtual ~ChunkWorker() = default;
-  virtual ChunkEnd Answer(const RowChunk& chunk) = 0;
+  virtual ChunkResult Process(const RowChunk& chunk) = 0;
 };
 
 // Answers the chunks on at most `threads` threads, including the caller's, each with its own
@@ -42,7 +42,7 @@ class ChunkWorker {
 // incomplete chunk if it has one. Fewer threads do the work if the system has no more.
 // `make_worker` is called concurrently by all threads. An exception of a thread is rethrown to the
 // caller.
-absl::StatusOr<std::size_t> AnswerTogether(
+absl::StatusOr<std::size_t> ProcessChunks(
     const std::vector<RowChunk>& chunks, int threads,
     const std::function<std::unique_ptr<ChunkWorker>()>& make_worker);
 

@@ -16,12 +16,12 @@ namespace {
 // budget, then large ones, since each chunk is sorted by itself. measured: chunks of 16384 points
 // are faster than those of 8192 and as fast as those of 32768.
 std::vector<RowChunk> ChunksOf(std::size_t point_count) {
-  constexpr std::size_t kSmallest = 256, kLargest = 16384;
+  constexpr std::size_t kMinChunk = 256, kMaxChunk = 16384;
   std::vector<RowChunk> chunks;
-  std::size_t size = kSmallest;
+  std::size_t size = kMinChunk;
   for (std::size_t first = 0; first < point_count; first += chunks.back().count) {
     chunks.push_back({chunks.size(), first, std::min(size, point_count - first)});
-    if (first + chunks.back().count >= 2 * size) size = std::min(2 * size, kLargest);
+    if (first + chunks.back().count >= 2 * size) size = std::min(2 * size, kMaxChunk);
   }
   return chunks;
 }
@@ -32,7 +32,7 @@ void Resize(std::size_t point_count, PointColumns& columns) {
   columns.gradient.resize(3 * point_count);
   columns.object.resize(point_count);
   columns.object_part.resize(point_count);
-  columns.trust.resize(point_count);
+  columns.accuracy.resize(point_count);
 }
 
 void Keep(std::size_t completed, PointColumns& columns) {
@@ -69,8 +69,8 @@ class Sampler : public ChunkWorker {
   Sampler(const Sampler&) = delete;
   Sampler& operator=(const Sampler&) = delete;
 
-  ChunkEnd Answer(const RowChunk& chunk) override {
-    const bool whole = sampler_.Answer(batch_.points, chunk.first, chunk.count, batch_.columns);
+  ChunkResult Process(const RowChunk& chunk) override {
+    const bool whole = sampler_.Sample(batch_.points, chunk.first, chunk.count, batch_.columns);
     if (whole) {
       batch_.limit.Count(chunk.count);
       return {chunk.count};
@@ -103,8 +103,8 @@ absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
               .mutex = {},
               .bounds = {}};
   Resize(points.size(), batch.columns);
-  const auto completed = AnswerTogether(ChunksOf(points.size()), options.threads,
-                                        [&] { return std::make_unique<Sampler>(batch); });
+  const auto completed = ProcessChunks(ChunksOf(points.size()), options.threads,
+                                       [&] { return std::make_unique<Sampler>(batch); });
   if (!completed.ok()) return completed.status();
   batch.columns.bounds = std::move(batch.bounds);
   Keep(*completed, batch.columns);

@@ -94,7 +94,7 @@ void SampledPart::PrepareProfile(PlaneProfile profile, LaneSolid::Form form) {
 
 void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
                           BlockDistances& distances_m, WorkCounter* work) const {
-  if (in_lanes_) return MeasureLanes(solid_, points_W, distances_m);
+  if (in_lanes_) return ComputeDistances(solid_, points_W, distances_m);
   // The distance changes by at most the distance between two points, so the first point proves most
   // others too far away.
   const Vector3 first(points_W.x[0], points_W.y[0], points_W.z[0]);
@@ -104,9 +104,9 @@ void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& rea
     const double limit_m = reach_m.lane[i];
     const double at_least_m =
         std::max(first_m - (p - first).norm(), bounds_W_->exteriorDistance(p));
-    distances_m.lane[i] = at_least_m > limit_m + kKinkReach_m
+    distances_m.lane[i] = at_least_m > limit_m + kKinkTolerance_m
                               ? NearestLanes::kNone
-                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkReach_m, work);
+                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkTolerance_m, work);
   }
 }
 
@@ -123,8 +123,8 @@ PointSample SampledPart::Sample(const Vector3& p_W, double distance_m, WorkCount
   return sample;
 }
 
-std::optional<double> SampledPart::WayOut_m(const Vector3& p_W, const Vector3& direction_W,
-                                            WorkCounter* work) const {
+std::optional<double> SampledPart::ExitDistance_m(const Vector3& p_W, const Vector3& direction_W,
+                                                  WorkCounter* work) const {
   const Ray ray{InShape(p_W), X_WP_.linear().transpose() * direction_W};
   const auto exit = tree_->CastRayAtSolid(ray, work);
   return exit ? std::optional(exit->distance_m) : std::nullopt;
@@ -141,11 +141,11 @@ double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m,
   return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(*shape_, p);
 }
 
-std::span<const SampledPart> SampledParts::Of(const Obstacle& object) {
+std::span<const SampledPart> SampledParts::PartsOf(const Obstacle& object) {
   const auto [at, is_new] = parts_.try_emplace(&object);
   if (is_new && !filter_.Skips(object)) {
     at->second.reserve(object.parts_W.size());
-    const std::int32_t index = ranks_.Of(&object);
+    const std::int32_t index = ranks_.IndexOf(&object);
     const std::int32_t by_name =
         world_.robots().empty() ? index : static_cast<std::int32_t>(world_.RankByName(object));
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {

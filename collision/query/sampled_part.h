@@ -37,7 +37,7 @@ class SampledPart {
   bool is_open() const { return tree_ != nullptr && !watertight_; }
 
   // Signed distances of the points from the solid, in metres. For a point farther than `reach_m`
-  // plus kKinkReach_m, any value above that.
+  // plus kKinkTolerance_m, any value above that.
   void Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
                BlockDistances& distances_m, WorkCounter* work = nullptr) const;
   double Distance_m(const Vector3& p_W, WorkCounter* work = nullptr) const;
@@ -48,8 +48,8 @@ class SampledPart {
   PointSample Sample(const Vector3& p_W, double distance_m, WorkCounter* work = nullptr) const;
   // The distance from a point in the solid of a closed mesh, along a unit direction, to the point
   // where the ray leaves the solid; empty if rounding hides that point.
-  std::optional<double> WayOut_m(const Vector3& p_W, const Vector3& direction_W,
-                                 WorkCounter* work = nullptr) const;
+  std::optional<double> ExitDistance_m(const Vector3& p_W, const Vector3& direction_W,
+                                       WorkCounter* work = nullptr) const;
 
  private:
   void Prepare(const Sphere& sphere);
@@ -88,7 +88,7 @@ class SampledParts {
       : world_(world), filter_(filter), ranks_(world) {}
 
   // The parts of an object of the world that pass the filter.
-  std::span<const SampledPart> Of(const Obstacle& object);
+  std::span<const SampledPart> PartsOf(const Obstacle& object);
 
  private:
   const WorldSnapshot& world_;

@@ -9,7 +9,7 @@
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/sphere_scene.h"
 #include "collision/robot/kinematics.h"
-#include "collision/spheres/program_memo.h"
+#include "collision/spheres/program_cache.h"
 
 namespace cwm::collision {
 namespace {
@@ -36,7 +36,7 @@ std::optional<Spheres> OwnSpheres(const QueryBody& body) {
   return spheres;
 }
 
-Spheres SpheresAround(const SphereModel& around) {
+Spheres PlacedSpheresOf(const SphereModel& around) {
   Spheres spheres;
   for (std::size_t link = 0; link < around.links.size(); ++link) {
     for (const LinkSphere& sphere : around.links[link]) {
@@ -49,9 +49,9 @@ Spheres SpheresAround(const SphereModel& around) {
 }
 
 // Adds one sphere around each part of the attached objects, enlarged by the object's margin.
-void AddCarried(const QueryBody& body, Spheres& spheres) {
-  for (std::size_t k = 0; k < body.carried.size(); ++k) {
-    const WorldObject& object = *body.carried[k].object;
+void AddAttached(const QueryBody& body, Spheres& spheres) {
+  for (std::size_t k = 0; k < body.attached.size(); ++k) {
+    const WorldObject& object = *body.attached[k].object;
     const double margin_m = std::max(0.0, object.margin_m);
     for (const PreparedPart& part : object.geometry->parts) {
       spheres.push_back({.link = body.frame_count + static_cast<int>(k),
@@ -61,26 +61,26 @@ void AddCarried(const QueryBody& body, Spheres& spheres) {
   }
 }
 
-std::vector<HungFrame> HungFramesOf(const QueryBody& body) {
-  std::vector<HungFrame> hung;
-  for (const CarriedObject& carried : body.carried) {
-    hung.push_back({.link = carried.link, .X_LF = carried.X_FO});
+std::vector<FixedFrame> FixedFramesOf(const QueryBody& body) {
+  std::vector<FixedFrame> fixed_frames;
+  for (const AttachedObject& attached : body.attached) {
+    fixed_frames.push_back({.link = attached.link, .X_LF = attached.X_FO});
   }
-  return hung;
+  return fixed_frames;
 }
 
 // True if no rule sets a larger margin than `margin_m`, so that pairs proven apart by that margin
 // stay free.
-bool KeepWhatIsFree(const PairRuleLookup& rules, double margin_m) {
-  const auto keeps = [&](const PairTerms& terms) {
-    return !terms.has_margin || terms.margin_m <= margin_m;
+bool RulesKeepFreePairs(const PairRuleLookup& rules, double margin_m) {
+  const auto keeps = [&](const EffectiveRule& rule) {
+    return !rule.has_margin || rule.margin_m <= margin_m;
   };
-  const std::span<const PairTerms> of_itself = rules.OfSelfPairs();
-  return rules.widest_margin_m() <= margin_m &&
-         std::all_of(of_itself.begin(), of_itself.end(), keeps);
+  const std::span<const EffectiveRule> of_itself = rules.SelfPairRules();
+  return rules.max_margin_m() <= margin_m && std::all_of(of_itself.begin(), of_itself.end(), keeps);
 }
 
-bool IsForLanes(const RobotModel& model, const QueryBody& body, const QueryOptions& options) {
+bool IsSupportedBySimd(const RobotModel& model, const QueryBody& body,
+                       const QueryOptions& options) {
   if (model.links.size() != static_cast<std::size_t>(body.frame_count)) return false;
   const EngineChoice engine = options.engine;
   if (engine != EngineChoice::kAuto && engine != EngineChoice::kExact) return false;
@@ -102,15 +102,15 @@ std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const Join
 }
 
 // The frames and pairs of frames with an open mesh of the body.
-LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
-                           const FramePairs& frame_pairs) {
+UnresolvedTags PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
+                                 const FramePairs& frame_pairs) {
   const auto is_open = [&](std::int32_t k) {
     const PreparedPart& part = body.geometry->parts[static_cast<std::size_t>(k)];
     return IsOpenMesh(part.shape) && !filter.SkipsPart(body, body.FrameOf(k), part.source);
   };
   const auto bit = [](std::int32_t tag) { return std::uint64_t{1} << (tag % kTags); };
-  LaneOpen open;
-  for (std::size_t k = 0; k < body.geometry->parts.size() && body.asks_world; ++k) {
+  UnresolvedTags open;
+  for (std::size_t k = 0; k < body.geometry->parts.size() && body.tests_world; ++k) {
     const auto part = static_cast<std::int32_t>(k);
     if (is_open(part)) open.worlds |= bit(body.FrameOf(part));
   }
@@ -121,21 +121,21 @@ LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
   return open;
 }
 
-Verdict VerdictOf(StateMark mark, LaneVerdict told) {
+Verdict VerdictOf(StateMark mark, LaneVerdict result) {
   if (mark == StateMark::kOutOfLimits) return Verdict::kOutOfLimits;
-  if (mark == StateMark::kTooFar || told == LaneVerdict::kOpen) return Verdict::kUndecided;
-  return told == LaneVerdict::kFree ? Verdict::kFree : Verdict::kCollision;
+  if (mark == StateMark::kTooFar || result == LaneVerdict::kUnresolved) return Verdict::kUndecided;
+  return result == LaneVerdict::kFree ? Verdict::kFree : Verdict::kCollision;
 }
 
 }  // namespace
 
 SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program,
-                         World world, Meaning meaning)
+                         CompiledWorld world, SphereRole role)
     : rows_(&rows),
-      meaning_(meaning),
+      role_(role),
       program_(std::move(program)),
       scene_(std::move(world.scene)),
-      open_of_trust_(world.open_of_trust),
+      tags_for_accuracy_(world.tags_for_accuracy),
       order_(*program_) {
   const RobotModel& model = rows.model();
   std::vector<double> base = rows.states().base;
@@ -151,22 +151,22 @@ SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProg
 std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const QueryBody& body,
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
-  if (joints == nullptr || !IsForLanes(joints->model(), body, options)) return std::nullopt;
-  // Prismatic joints beyond kFarthestShift_m make a row UNDECIDED in any case.
-  if (joints->range().Reach_m(kFarthestShift_m) > kLargestCoordinate_m) return std::nullopt;
+  if (joints == nullptr || !IsSupportedBySimd(joints->model(), body, options)) return std::nullopt;
+  // Prismatic joints beyond kMaxSlide_m make a row UNDECIDED in any case.
+  if (joints->range().Reach_m(kMaxSlide_m) > kMaxCoordinate_m) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);
-  if (!KeepWhatIsFree(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
-  const bool has_rules = rules.MayChangeWorldPairs() || !rules.OfSelfPairs().empty();
+  if (!RulesKeepFreePairs(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
+  const bool has_rules = rules.MayChangeWorldPairs() || !rules.SelfPairRules().empty();
 
   std::optional<Spheres> spheres = OwnSpheres(body);
-  const bool is_the_body = spheres.has_value() && body.carried.empty() && !has_rules;
+  const bool is_the_body = spheres.has_value() && body.attached.empty() && !has_rules;
   if (!is_the_body && rows.size() < kMinRows) return std::nullopt;
   if (!spheres) {
-    if (body.around == nullptr) return std::nullopt;
-    spheres = SpheresAround(*body.around);
+    if (body.bounding_spheres == nullptr) return std::nullopt;
+    spheres = PlacedSpheresOf(*body.bounding_spheres);
   }
-  AddCarried(body, *spheres);
+  AddAttached(body, *spheres);
   std::vector<SpherePair> pairs;
   FramePairs frame_pairs;
   if (is_the_body) {
@@ -175,28 +175,31 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   } else {
     frame_pairs = FramePairsOf(body);
   }
-  const std::vector<HungFrame> hung = HungFramesOf(body);
-  const std::shared_ptr<const SphereProgram> program = ProgramOf(
-      body, *joints,
-      {.spheres = *spheres, .hung = hung, .pairs = {.spheres = pairs, .links = frame_pairs.pairs}},
-      options.margin_m);
+  const std::vector<FixedFrame> fixed_frames = FixedFramesOf(body);
+  const std::shared_ptr<const SphereProgram> program =
+      ProgramOf(body, *joints,
+                {.spheres = *spheres,
+                 .fixed_frames = fixed_frames,
+                 .pairs = {.spheres = pairs, .links = frame_pairs.pairs}},
+                options.margin_m);
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
   const Pose& X_WB = joints->states().X_WB;
-  World of_lanes{.scene = body.asks_world ? CompileScene(world, filter, *program, X_WB, margin_m)
-                                          : EmptyScene(*program),
-                 .open_of_trust = {}};
-  if (body.best_trust < Trust::kSurfaceOnly) {
-    if (!is_the_body) of_lanes.open_of_trust = PairsWithOpenMesh(body, filter, frame_pairs);
-    if (body.asks_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m)) {
-      of_lanes.open_of_trust.worlds = BodySearch::kAllOpen.worlds;
+  CompiledWorld of_lanes{.scene = body.tests_world
+                                      ? CompileScene(world, filter, *program, X_WB, margin_m)
+                                      : EmptyScene(*program),
+                         .tags_for_accuracy = {}};
+  if (body.best_accuracy < Accuracy::kSurfaceOnly) {
+    if (!is_the_body) of_lanes.tags_for_accuracy = PairsWithOpenMesh(body, filter, frame_pairs);
+    if (body.tests_world && ReachesOpenMeshes(world, filter, *program, X_WB, margin_m)) {
+      of_lanes.tags_for_accuracy.worlds = BodySearch::kAllUnresolved.worlds;
     }
   }
   return SphereCheck(*joints, program, std::move(of_lanes),
-                     is_the_body ? Meaning::kTheBody : Meaning::kAroundTheBody);
+                     is_the_body ? SphereRole::kExact : SphereRole::kBounding);
 }
 
-std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {
+std::span<const Verdict> SphereCheck::Check(std::size_t first, std::size_t count) {
   const std::size_t width = rows_->group().variables.size();
   const std::size_t stride = (count + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
   values_.resize(program_->inputs.size() * stride);
@@ -205,35 +208,36 @@ std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count
   verdicts_.resize(count);
   LoadStates(program_->inputs, rows_->states().rows.data() + first * width, width, count, stride,
              values_.data(), marks_.data());
-  const std::span<const std::uint32_t> order = order_.Of(values_.data(), stride, count);
+  const std::span<const std::uint32_t> order = order_.Sort(values_.data(), stride, count);
   for (std::size_t k = 0; k < program_->inputs.size(); ++k) {
     const float* from = values_.data() + k * stride;
     float* to = sorted_values_.data() + k * stride;
     for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
     std::fill(to + count, to + stride, 0.0F);
   }
-  JudgeLanes(stride, count, order);
+  CheckLanes(stride, count, order);
   if (!base_is_within_limits_) std::ranges::fill(verdicts_, Verdict::kOutOfLimits);
   return verdicts_;
 }
 
-void SphereCheck::JudgeLanes(std::size_t stride, std::size_t count,
+void SphereCheck::CheckLanes(std::size_t stride, std::size_t count,
                              std::span<const std::uint32_t> order) {
-  if (meaning_ == Meaning::kTheBody) {
-    told_.resize(count);
-    JudgeStates(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
-                told_.data());
+  if (role_ == SphereRole::kExact) {
+    lane_verdicts_.resize(count);
+    CheckStates(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
+                lane_verdicts_.data());
     for (std::size_t i = 0; i < count; ++i) {
-      verdicts_[order[i]] = VerdictOf(marks_[order[i]], told_[i]);
+      verdicts_[order[i]] = VerdictOf(marks_[order[i]], lane_verdicts_[i]);
     }
     return;
   }
   found_.resize(count);
   open_.resize(count);
-  FindOpen(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_, found_.data());
+  FindUnresolved(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
+                 found_.data());
   for (std::size_t i = 0; i < count; ++i) {
     const bool is_unknown = marks_[order[i]] == StateMark::kTooFar;
-    open_[order[i]] = is_unknown ? BodySearch::kAllOpen : found_[i];
+    open_[order[i]] = is_unknown ? BodySearch::kAllUnresolved : found_[i];
   }
   for (std::size_t i = 0; i < count; ++i) {
     const bool is_free = open_[i].worlds == 0 && open_[i].pairs == 0;

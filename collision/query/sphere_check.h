@@ -32,40 +32,42 @@ class SphereCheck {
   // The verdicts of rows [first, first + count): FREE, COLLISION and OUT_OF_LIMITS equal those of
   // the search pair by pair; UNDECIDED rows need that search. The span is valid until the next
   // call.
-  std::span<const Verdict> Judge(std::size_t first, std::size_t count);
+  std::span<const Verdict> Check(std::size_t first, std::size_t count);
   // The frames and pairs that remain to be tested in UNDECIDED rows, by row; everything if empty.
-  std::span<const LaneOpen> open() const { return open_; }
+  std::span<const UnresolvedTags> open() const { return open_; }
   // True if the k-th of these rows is known to be within limits, even if it is UNDECIDED.
-  bool KnowsLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
-  // The frames and pairs that determine the trust of a FREE row. Spheres prove parts apart, but do
-  // not tell if the boxes of parts meet those of an open mesh.
-  const LaneOpen& open_of_trust() const { return open_of_trust_; }
-  bool leaves_trust_open() const { return open_of_trust_.worlds != 0 || open_of_trust_.pairs != 0; }
+  bool IsKnownWithinLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
+  // The frames and pairs that determine the accuracy of a FREE row. Spheres prove parts apart, but
+  // do not show if the boxes of parts meet those of an open mesh.
+  const UnresolvedTags& tags_for_accuracy() const { return tags_for_accuracy_; }
+  bool needs_accuracy_tests() const {
+    return tags_for_accuracy_.worlds != 0 || tags_for_accuracy_.pairs != 0;
+  }
   // True if COLLISION can be returned, that is if the spheres are the robot.
-  bool tells_collisions() const { return meaning_ == Meaning::kTheBody; }
+  bool decides_collisions() const { return role_ == SphereRole::kExact; }
 
  private:
-  enum class Meaning { kTheBody, kAroundTheBody };
-  struct World {
+  enum class SphereRole { kExact, kBounding };
+  struct CompiledWorld {
     LaneScene scene;
-    LaneOpen open_of_trust;
+    UnresolvedTags tags_for_accuracy;
   };
-  SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program, World world,
-              Meaning meaning);
-  void JudgeLanes(std::size_t stride, std::size_t count, std::span<const std::uint32_t> order);
+  SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program,
+              CompiledWorld world, SphereRole role);
+  void CheckLanes(std::size_t stride, std::size_t count, std::span<const std::uint32_t> order);
 
   const JointRows* rows_;
-  Meaning meaning_;
+  SphereRole role_;
   std::shared_ptr<const SphereProgram> program_;
   LaneScene scene_;
-  LaneOpen open_of_trust_;
+  UnresolvedTags tags_for_accuracy_;
   bool base_is_within_limits_ = true;
   StateOrder order_;
   LaneMemory memory_;
   std::vector<float> values_, sorted_values_;
   std::vector<StateMark> marks_;
-  std::vector<LaneVerdict> told_;
-  std::vector<LaneOpen> found_, open_;
+  std::vector<LaneVerdict> lane_verdicts_;
+  std::vector<UnresolvedTags> found_, open_;
   std::vector<Verdict> verdicts_;
 };
 

@@ -10,7 +10,7 @@ namespace {
 
 // derived: axes this near to the coordinate axes are replaced by them, since 1e-9 of a coordinate
 // is far below its rounding in single precision (Rounding_m).
-constexpr double kSnap = 1e-9;
+constexpr double kAlignmentTolerance = 1e-9;
 
 // An obstacle before its conversion to single precision: a form of given size, centred at X_BS.
 struct Solid {
@@ -101,19 +101,21 @@ double Distance_m(const Solid& solid, const Vector3& p_B) {
   return std::max(p.z(), 0.0);
 }
 
-// True if an axis is parallel to a coordinate axis, up to kSnap and in either direction.
-bool IsAlong(const Matrix3& axes, int axis) {
-  return (axes.col(axis).cwiseAbs().array() > kSnap).count() == 1;
+// True if an axis is parallel to a coordinate axis, up to kAlignmentTolerance and in either
+// direction.
+bool IsAlignedWith(const Matrix3& axes, int axis) {
+  return (axes.col(axis).cwiseAbs().array() > kAlignmentTolerance).count() == 1;
 }
 
 // Replaces the solid's axes by the coordinate axes if they differ only by right angles or by a
 // symmetry of the form. False if they do not.
 bool Align(Solid& solid) {
   const Matrix3 axes = solid.X_BS.linear();
-  const bool is_upright = IsAlong(axes, 2) && std::abs(axes(2, 2)) > 0.5;
+  const bool is_upright = IsAlignedWith(axes, 2) && std::abs(axes(2, 2)) > 0.5;
   switch (solid.form) {
     case LaneObstacle::Form::kBox:
-      if (!IsAlong(axes, 0) || !IsAlong(axes, 1) || !IsAlong(axes, 2)) return false;
+      if (!IsAlignedWith(axes, 0) || !IsAlignedWith(axes, 1) || !IsAlignedWith(axes, 2))
+        return false;
       solid.size_m = axes.cwiseAbs().array().round().matrix() * solid.size_m;
       break;
     case LaneObstacle::Form::kRound:
@@ -155,7 +157,7 @@ class SharedAxes {
     lead_ += Share(axes_, solid) ? 1 : -1;
   }
 
-  Matrix3 Of(std::span<const Solid> solids) const {
+  Matrix3 Find(std::span<const Solid> solids) const {
     const auto count = [&](const Matrix3& axes) {
       return std::ranges::count_if(solids, [&](const Solid& solid) {
         return solid.form == LaneObstacle::Form::kBox && Share(axes, solid);
@@ -167,7 +169,7 @@ class SharedAxes {
  private:
   static bool Share(const Matrix3& axes, const Solid& solid) {
     const Matrix3 between = axes.transpose() * solid.X_BS.linear();
-    return IsAlong(between, 0) && IsAlong(between, 1) && IsAlong(between, 2);
+    return IsAlignedWith(between, 0) && IsAlignedWith(between, 1) && IsAlignedWith(between, 2);
   }
 
   Matrix3 axes_ = Matrix3::Identity();
@@ -176,12 +178,12 @@ class SharedAxes {
 
 class SceneCompiler {
  public:
-  SceneCompiler(const SphereProgram& program, const Pose& X_WB, double widest_margin_m)
+  SceneCompiler(const SphereProgram& program, const Pose& X_WB, double max_margin_m)
       : program_(program), X_BW_(X_WB.inverse()), near_(program.lanes.groups.size()) {
     for (const LaneGroup& group : program.lanes.groups) {
-      widest_bound_m_ = std::max(widest_bound_m_, double{group.bound.radius_m});
+      max_bound_radius_m_ = std::max(max_bound_radius_m_, double{group.bound.radius_m});
     }
-    reach_m_ = program.lanes.reach_m + widest_bound_m_ + widest_margin_m;
+    reach_m_ = program.lanes.reach_m + max_bound_radius_m_ + max_margin_m;
   }
 
   double reach_m() const { return reach_m_; }
@@ -210,8 +212,8 @@ class SceneCompiler {
     // For round obstacles the SIMD check compares the distance from the centre line, which includes
     // the radius.
     const bool is_round = solid.form == LaneObstacle::Form::kRound;
-    widest_obstacle_m_ =
-        std::max(widest_obstacle_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
+    max_obstacle_radius_m_ =
+        std::max(max_obstacle_radius_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
   }
 
   LaneScene Take() {
@@ -220,17 +222,17 @@ class SceneCompiler {
       const LaneGroup& group = program_.lanes.groups[g];
       const auto begin = static_cast<std::int32_t>(scene_.near.size());
       scene_.near.insert(scene_.near.end(), near_[g].begin(), near_[g].end());
-      double error_m = 0, widest_m = 0;
+      double error_m = 0, max_radius_m = 0;
       for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
         const LaneCluster& cluster = program_.lanes.clusters[static_cast<std::size_t>(c)];
         error_m = std::max(error_m, double{cluster.centre_error_m});
-        widest_m = std::max(widest_m, double{cluster.widest_m});
+        max_radius_m = std::max(max_radius_m, double{cluster.max_radius_m});
       }
       error_m += Rounding_m(reach_m_ + farthest_m_);
       scene_.near_group.push_back({.begin = begin,
                                    .end = static_cast<std::int32_t>(scene_.near.size()),
-                                   .band = BandOf(error_m, widest_m + widest_obstacle_m_,
-                                                  group.bound.radius_m + widest_obstacle_m_)});
+                                   .band = BandOf(error_m, max_radius_m + max_obstacle_radius_m_,
+                                                  group.bound.radius_m + max_obstacle_radius_m_)});
     }
     return std::move(scene_);
   }
@@ -239,7 +241,7 @@ class SceneCompiler {
   void AddObstacles() {
     SharedAxes shared;
     for (const Solid& solid : solids_) shared.Add(solid);
-    const Matrix3 axes = shared.Of(solids_);
+    const Matrix3 axes = shared.Find(solids_);
     for (int i = 0; i < 9; ++i) scene_.rotation[i] = static_cast<float>(axes(i % 3, i / 3));
     for (std::size_t k = 0; k < solids_.size(); ++k) {
       Solid solid = solids_[k];
@@ -250,10 +252,10 @@ class SceneCompiler {
 
   const SphereProgram& program_;
   const Pose X_BW_;
-  double widest_bound_m_ = 0;
-  double reach_m_ = 0;            // of spheres with their margins, from the root
-  double widest_obstacle_m_ = 0;  // largest margin, plus the radius for round obstacles
-  double farthest_m_ = 0;         // largest coordinate of an obstacle
+  double max_bound_radius_m_ = 0;
+  double reach_m_ = 0;                // of spheres with their margins, from the root
+  double max_obstacle_radius_m_ = 0;  // largest margin, plus the radius for round obstacles
+  double farthest_m_ = 0;             // largest coordinate of an obstacle
   std::vector<Solid> solids_;
   std::vector<double> margins_m_;                // by solid
   std::vector<std::vector<std::int32_t>> near_;  // indices of near solids, by group
@@ -264,8 +266,8 @@ class SceneCompiler {
 
 LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
                        const SphereProgram& program, const Pose& X_WB, double margin_m) {
-  const double widest_margin_m = world.objects().widest_margin_m() + margin_m;
-  SceneCompiler compiler(program, X_WB, widest_margin_m);
+  const double max_margin_m = world.objects().max_margin_m() + margin_m;
+  SceneCompiler compiler(program, X_WB, max_margin_m);
   const Vector3 reach = Vector3::Constant(compiler.reach_m());
   const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
   world.bounds().ForEachWithin(around_W, 0, [&](const Obstacle& object) {
@@ -279,13 +281,13 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
   return compiler.Take();
 }
 
-bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
-                     const SphereProgram& program, const Pose& X_WB, double margin_m) {
-  const double widest_margin_m = world.objects().widest_margin_m() + margin_m;
+bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
+                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
+  const double max_margin_m = world.objects().max_margin_m() + margin_m;
   // derived: a part lies within its spheres. The bounds of its rotated box exceed them along each
   // axis by a factor of at most sqrt(3).
   constexpr double kBoxOfBox = 2;
-  const SceneCompiler compiler(program, X_WB, widest_margin_m);
+  const SceneCompiler compiler(program, X_WB, max_margin_m);
   const Vector3 reach = Vector3::Constant(kBoxOfBox * compiler.reach_m());
   const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
   bool meets = false;

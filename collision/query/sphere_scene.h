@@ -14,8 +14,8 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
 
 // True if the boxes of the robot's parts can reach an object with an open mesh. CompileScene
 // replaces an open mesh by its box, so that its scene does not say which obstacles are open.
-bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
-                     const SphereProgram& program, const Pose& X_WB, double margin_m);
+bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
+                       const SphereProgram& program, const Pose& X_WB, double margin_m);
 
 // The scene without obstacles, for self-collision checks.
 LaneScene EmptyScene(const SphereProgram& program);

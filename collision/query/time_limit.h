@@ -16,19 +16,19 @@ class TimeLimit {
   using Clock = std::chrono::steady_clock;
 
   explicit TimeLimit(const QueryOptions& options)
-      : give_up_at_(options.give_up_at), handover_(options.handover_of_answer) {}
+      : deadline_(options.deadline), handover_(options.handover_per_entry) {}
 
   void Count(std::size_t answers) {
     answers_.fetch_add(static_cast<std::int64_t>(answers), std::memory_order_relaxed);
   }
 
   bool IsReached() const {
-    if (!give_up_at_.has_value()) return false;
-    return Clock::now() + handover_ * answers_.load(std::memory_order_relaxed) >= *give_up_at_;
+    if (!deadline_.has_value()) return false;
+    return Clock::now() + handover_ * answers_.load(std::memory_order_relaxed) >= *deadline_;
   }
 
  private:
-  const std::optional<Clock::time_point> give_up_at_;
+  const std::optional<Clock::time_point> deadline_;
   const std::chrono::nanoseconds handover_;
   std::atomic<std::int64_t> answers_ = 0;
 };

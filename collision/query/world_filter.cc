@@ -13,7 +13,7 @@ WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options
                          const QueryBody& body)
     : WorldFilter(world, options) {
   if (!body.self.empty()) Skip(world, body.self);
-  for (const CarriedObject& carried : body.carried) Skip(world, carried.object->name);
+  for (const AttachedObject& attached : body.attached) Skip(world, attached.object->name);
   std::sort(skipped_.begin(), skipped_.end(), std::less<>());
 }
 

@@ -21,7 +21,7 @@ class WorldFilter {
 
   bool Skips(const Obstacle& obstacle) const {
     if (skips_unseen_ && IsUnseen(obstacle)) return true;
-    if (skipped_.size() > kFew) {
+    if (skipped_.size() > kMaxLinearSearch) {
       return std::binary_search(skipped_.begin(), skipped_.end(), &obstacle, std::less<>());
     }
     return std::find(skipped_.begin(), skipped_.end(), &obstacle) != skipped_.end();
@@ -31,7 +31,7 @@ class WorldFilter {
   }
   // The same for a part of the body in the given frame.
   bool SkipsPart(const QueryBody& body, int frame, PartSource source) const {
-    return body.IsOfObject(frame) && Skips(source);
+    return body.IsObjectFrame(frame) && Skips(source);
   }
 
  private:
@@ -48,8 +48,8 @@ class WorldFilter {
     return false;
   }
 
-  static constexpr std::size_t kFew = 16;  // up to this size a linear search is fastest
-  std::vector<const Obstacle*> skipped_;   // sorted by address
+  static constexpr std::size_t kMaxLinearSearch = 16;  // up to this size a linear search is fastest
+  std::vector<const Obstacle*> skipped_;               // sorted by address
   Representation representation_;
   bool skips_unseen_;
 };

@@ -80,7 +80,7 @@ absl::StatusOr<Pose> ReadOrigin(const XmlElement& element) {
   }
   const absl::StatusOr<Vector3> xyz_m = (*origin)->VectorOr("xyz", Vector3::Zero());
   if (!xyz_m.ok()) return xyz_m.status();
-  if (xyz_m->cwiseAbs().maxCoeff() > kLargestCoordinate_m) {
+  if (xyz_m->cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
     return (*origin)->FaultOf("xyz", "must be within 1e6 m of the origin");
   }
   const absl::StatusOr<Vector3> rpy_rad = (*origin)->VectorOr("rpy", Vector3::Zero());

@@ -19,7 +19,7 @@ class TreeMaker {
   absl::StatusOr<KinematicTree> Make() {
     if (robot_.links.empty()) return FaultAt("urdf", "must have at least one link");
     if (absl::Status status = IndexLinks(); !status.ok()) return status;
-    if (absl::Status status = Hang(); !status.ok()) return status;
+    if (absl::Status status = LinkParents(); !status.ok()) return status;
     if (absl::Status status = FindRoot(); !status.ok()) return status;
     if (absl::Status status = Order(); !status.ok()) return status;
     return std::move(tree_);
@@ -43,7 +43,7 @@ class TreeMaker {
         rule);
   }
 
-  absl::Status Hang() {
+  absl::Status LinkParents() {
     tree_.joint_of.resize(robot_.links.size());
     tree_.parent_of.resize(robot_.links.size());
     children_.resize(robot_.links.size());
@@ -53,12 +53,12 @@ class TreeMaker {
       if (!joints.emplace(joint.name, static_cast<int>(i)).second) {
         return FaultAt(absl::StrCat("urdf: joint ", Quoted(joint.name)), "must not appear twice");
       }
-      if (absl::Status status = Hang(static_cast<int>(i)); !status.ok()) return status;
+      if (absl::Status status = LinkParents(static_cast<int>(i)); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
 
-  absl::Status Hang(int index) {
+  absl::Status LinkParents(int index) {
     const Joint& joint = robot_.joints[index];
     const auto parent = link_index_.find(joint.parent);
     const auto child = link_index_.find(joint.child);

@@ -104,7 +104,7 @@ struct Frame {
   }
 };
 
-Frame Hung(const Frame& parent, const ModelLink& link, Lane variable) {
+Frame ChildFrame(const Frame& parent, const ModelLink& link, Lane variable) {
   Frame frame = parent.Times(link.X_PJ);
   if (link.kind == JointKind::kFixed) return frame;
   const Lane value = hn::MulAdd(All(link.multiplier), variable, All(link.offset));
@@ -145,7 +145,7 @@ void PlaceAll(const RobotModel& model, const Pose& X_WB, const double* states, s
           }
         }
         const double* const parent = frames.data() + static_cast<std::size_t>(link.parent) * kFrame;
-        Hung(Frame::Read(parent), link, hn::Load(kTag, variable)).Write(own);
+        ChildFrame(Frame::Read(parent), link, hn::Load(kTag, variable)).Write(own);
       }
       for (std::size_t l = 0; l < used; ++l) {
         Pose& pose = X_WL[(first + l) * links + i];
@@ -173,7 +173,7 @@ namespace {
 // chosen: somewhat less.
 constexpr double kMaxAngle_rad = 3e4;
 
-bool AnyIsWhole(const RobotModel& model) {
+bool HasMultiVariableJoint(const RobotModel& model) {
   return std::ranges::any_of(model.links, [](const ModelLink& link) {
     return link.kind == JointKind::kFloating || link.kind == JointKind::kPlanar;
   });
@@ -196,7 +196,7 @@ void LinkPosesOfStates(const RobotModel& model, const Pose& X_WB, std::span<cons
                        std::span<Pose> X_WL) {
   const std::size_t links = model.links.size(), width = model.variables.size();
   const std::size_t count = X_WL.size() / links;
-  const bool in_lanes = !AnyIsWhole(model);
+  const bool in_lanes = !HasMultiVariableJoint(model);
   if (in_lanes) {
     HWY_DYNAMIC_DISPATCH(PlaceAll)(model, X_WB, states.data(), count, X_WL.data());
   }

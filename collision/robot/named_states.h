@@ -11,6 +11,6 @@ namespace cwm::collision {
 // and mimic joints whose value contradicts that of their source, are reported to `left_out` and
 // ignored. Every joint of the state must be a joint of the robot.
 NamedState MakeNamedState(const SemanticState& semantic, const RobotModel& model,
-                          const JointGroup& group, LeftOut& left_out);
+                          const JointGroup& group, SkippedElements& left_out);
 
 }  // namespace cwm::collision

@@ -35,12 +35,13 @@ class ModelMaker {
   absl::StatusOr<std::shared_ptr<const RobotModel>> Make() {
     absl::StatusOr<KinematicTree> tree = MakeKinematicTree(robot_);
     if (!tree.ok()) return tree.status();
-    absl::StatusOr<std::vector<std::optional<Following>>> followings = ResolveMimics(robot_);
-    if (!followings.ok()) return followings.status();
+    absl::StatusOr<std::vector<std::optional<ResolvedMimic>>> resolved_mimics =
+        ResolveMimics(robot_);
+    if (!resolved_mimics.ok()) return resolved_mimics.status();
     model_->name = robot_.name;
     AddLinks(*tree);
     AddVariables();
-    Follow(*tree, *followings);
+    SetMimics(*tree, *resolved_mimics);
     if (absl::Status status = CheckReach(*model_); !status.ok()) return status;
     model_->all.variables.resize(model_->variables.size());
     for (std::size_t i = 0; i < model_->all.variables.size(); ++i) {
@@ -80,7 +81,7 @@ class ModelMaker {
     link.kind = joint.kind;
     link.X_PJ = joint.X_PJ;
     link.axis_J = joint.axis_J;
-    link.follows = joint.mimic.has_value();
+    link.is_mimic = joint.mimic.has_value();
   }
 
   void AddVariables() {
@@ -88,7 +89,7 @@ class ModelMaker {
     for (const Joint& joint : robot_.joints) joints.emplace(joint.name, &joint);
     for (std::size_t i = 0; i < model_->links.size(); ++i) {
       ModelLink& link = model_->links[i];
-      if (link.follows) continue;
+      if (link.is_mimic) continue;
       link.variable = static_cast<int>(model_->variables.size());
       for (const std::string& suffix : Suffixes(link.kind)) {
         const JointLimits& limits = joints.at(link.joint)->limits;
@@ -105,22 +106,23 @@ class ModelMaker {
   // Runs after all variables are known, because a mimic joint may come before its source. MoveIt
   // ignores the limits of mimic joints; here a state that puts a finger outside its limits is not
   // valid.
-  void Follow(const KinematicTree& tree, const std::vector<std::optional<Following>>& followings) {
+  void SetMimics(const KinematicTree& tree,
+                 const std::vector<std::optional<ResolvedMimic>>& resolved_mimics) {
     for (ModelLink& link : model_->links) {
-      if (!link.follows) continue;
-      const Following& following = *followings[*tree.joint_of[link.urdf_index]];
-      const int source = *model_->FindJoint(robot_.joints[following.source].name);
+      if (!link.is_mimic) continue;
+      const ResolvedMimic& resolved = *resolved_mimics[*tree.joint_of[link.urdf_index]];
+      const int source = *model_->FindJoint(robot_.joints[resolved.source].name);
       link.variable = model_->links[source].variable;
-      link.multiplier = following.multiplier;
-      link.offset = following.offset;
-      Narrow(robot_.joints[*tree.joint_of[link.urdf_index]], following,
+      link.multiplier = resolved.multiplier;
+      link.offset = resolved.offset;
+      Narrow(robot_.joints[*tree.joint_of[link.urdf_index]], resolved,
              model_->variables[link.variable]);
     }
   }
 
-  void Narrow(const Joint& follower, const Following& following, Variable& variable) {
+  void Narrow(const Joint& follower, const ResolvedMimic& resolved, Variable& variable) {
     const VariableRange range = {.lower = variable.lower, .upper = variable.upper};
-    const std::optional<VariableRange> narrowed = Narrowed(range, following, follower.limits);
+    const std::optional<VariableRange> narrowed = NarrowRange(range, resolved, follower.limits);
     if (!narrowed.has_value()) {
       model_->contradicting.push_back(follower.name);
     } else if (narrowed->lower != range.lower || narrowed->upper != range.upper) {
@@ -156,7 +158,7 @@ class ModelMaker {
   }
 
   static void AppendVariables(const ModelLink& link, std::vector<int>& variables) {
-    if (link.follows) return;
+    if (link.is_mimic) return;
     for (int i = 0; i < VariableCount(link.kind); ++i) variables.push_back(link.variable + i);
   }
 
@@ -178,7 +180,7 @@ class ModelMaker {
   }
 
   absl::Status AddStates() {
-    LeftOut left_out;
+    SkippedElements left_out;
     for (const SemanticState& semantic : semantic_->states) {
       const auto found = model_->group_index.find(semantic.group);
       if (found == model_->group_index.end()) {

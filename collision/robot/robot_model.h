@@ -30,7 +30,7 @@ struct ModelLink {
   // For a joint that is not fixed: its first variable, or that of the joint that it mimics. The
   // value of a mimic joint is multiplier * variable + offset.
   int variable = 0;
-  bool follows = false;
+  bool is_mimic = false;
   double multiplier = 1;
   double offset = 0;
   std::vector<CollisionGeometry> collisions;
@@ -43,9 +43,9 @@ struct Variable {
   std::string name;
   int link = 0;  // the link below the joint
   int component = 0;
-  // The joint's own limits, narrowed so that all joints that mimic it keep their limits (Narrowed
-  // in mimic.h); infinite if there are none. The length of a floating joint's quaternion is limited
-  // by OutOfLimits.
+  // The joint's own limits, narrowed so that all joints that mimic it keep their limits
+  // (NarrowRange in mimic.h); infinite if there are none. The length of a floating joint's
+  // quaternion is limited by OutOfLimits.
   double lower = 0;
   double upper = 0;
 };

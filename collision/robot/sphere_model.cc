@@ -27,8 +27,8 @@ absl::StatusOr<std::vector<LinkSphere>> SpheresOf(const Link& link) {
 
 }  // namespace
 
-absl::StatusOr<SphereModel> SpheresAsGiven(const RobotDescription& spherized,
-                                           const RobotModel& model) {
+absl::StatusOr<SphereModel> SphereModelFromUrdf(const RobotDescription& spherized,
+                                                const RobotModel& model) {
   SphereModel spheres;
   spheres.links.resize(model.links.size());
   for (const Link& link : spherized.links) {

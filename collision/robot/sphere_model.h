@@ -23,7 +23,7 @@ struct SphereModel {
 // consists of spheres. Links are matched by name, and their frames are assumed to be the same;
 // joints are ignored. The spheres need not contain the links' shapes. Refuses other shapes, and
 // links that the model does not have.
-absl::StatusOr<SphereModel> SpheresAsGiven(const RobotDescription& spherized,
-                                           const RobotModel& model);
+absl::StatusOr<SphereModel> SphereModelFromUrdf(const RobotDescription& spherized,
+                                                const RobotModel& model);
 
 }  // namespace cwm::collision

@@ -37,7 +37,7 @@ class SrdfReader {
     }
     if (!status.ok()) return status;
     semantic_.left_out = left_out_.Lines();
-    Doubt(root);
+    WarnOfMismatch(root);
     return std::move(semantic_);
   }
 
@@ -45,7 +45,7 @@ class SrdfReader {
   using Adder = absl::Status (SrdfReader::*)(const XmlElement&);
 
   // Reports signs that the file is not the one that the user meant.
-  void Doubt(const XmlElement& root) {
+  void WarnOfMismatch(const XmlElement& root) {
     std::vector<std::string>& lines = semantic_.left_out;
     if (lines.empty() && semantic_.groups.empty() && semantic_.disabled_pairs.empty() &&
         semantic_.disabled_links.empty()) {
@@ -62,7 +62,7 @@ class SrdfReader {
     for (const XmlElement& element : root.Children(tag)) {
       if (stop_.stop_requested()) return absl::CancelledError();
       const absl::Status status = (this->*add)(element);
-      if (!status.ok() && !left_out_.Takes(status)) return status;
+      if (!status.ok() && !left_out_.AddIfUnknown(status)) return status;
     }
     return absl::OkStatus();
   }
@@ -140,7 +140,7 @@ class SrdfReader {
     for (const XmlElement& joint : element.Children("joint")) {
       if (stop_.stop_requested()) return absl::CancelledError();
       const absl::Status status = AddPosition(joint, state);
-      if (!status.ok() && !left_out_.Takes(status)) return status;
+      if (!status.ok() && !left_out_.AddIfUnknown(status)) return status;
     }
     semantic_.states.push_back(std::move(state));
     return absl::OkStatus();
@@ -231,7 +231,7 @@ class SrdfReader {
   std::set<std::string> groups_;
   std::set<std::pair<std::string, std::string>> states_;  // group and name
   SemanticDescription semantic_;
-  LeftOut left_out_;
+  SkippedElements left_out_;
 };
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 class GroupReader {
  public:
   GroupReader(const std::vector<XmlElement>& elements, const RobotDescription& robot,
-              const KinematicTree& tree, const RobotNames& names, LeftOut& left_out,
+              const KinematicTree& tree, const RobotNames& names, SkippedElements& left_out,
               std::stop_token stop)
       : elements_(elements),
         robot_(robot),
@@ -54,7 +54,7 @@ class GroupReader {
       if (child.tag() == "link") status = AddLink(child, members);
       if (child.tag() == "chain") status = AddChain(child, members);
       if (child.tag() == "group") status = AddGroup(child, members);
-      if (!status.ok() && !left_out_.Takes(status)) return status;
+      if (!status.ok() && !left_out_.AddIfUnknown(status)) return status;
     }
     members_[group] = std::move(members);
     stages_[group] = Stage::kDone;
@@ -122,7 +122,7 @@ class GroupReader {
   const RobotDescription& robot_;
   const KinematicTree& tree_;
   const RobotNames& names_;
-  LeftOut& left_out_;
+  SkippedElements& left_out_;
   const std::stop_token stop_;
   std::map<std::string, int> index_;
   std::vector<Members> members_;
@@ -131,7 +131,7 @@ class GroupReader {
 
 }  // namespace
 
-void LeftOut::Add(std::string what) {
+void SkippedElements::Add(std::string what) {
   if (lines_.size() == kMaxLeftOut) {
     ++more_;
   } else {
@@ -139,13 +139,13 @@ void LeftOut::Add(std::string what) {
   }
 }
 
-bool LeftOut::Takes(const absl::Status& status) {
+bool SkippedElements::AddIfUnknown(const absl::Status& status) {
   if (!absl::IsNotFound(status)) return false;
   Add(std::string(status.message()));
   return true;
 }
 
-std::vector<std::string> LeftOut::Lines() const {
+std::vector<std::string> SkippedElements::Lines() const {
   std::vector<std::string> lines = lines_;
   if (more_ > 0) {
     lines.push_back(absl::StrCat("srdf: ", more_, " more elements that are left out"));
@@ -179,7 +179,8 @@ absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,
                                                       const KinematicTree& tree,
-                                                      const RobotNames& names, LeftOut& left_out,
+                                                      const RobotNames& names,
+                                                      SkippedElements& left_out,
                                                       const std::stop_token& stop) {
   return GroupReader(elements, robot, tree, names, left_out, stop).Read();
 }

@@ -25,11 +25,11 @@ struct RobotNames {
 };
 
 // Collects messages about elements with unknown names, and others that cannot be used.
-class LeftOut {
+class SkippedElements {
  public:
   void Add(std::string what);
   // True, with the message added, if the status is NotFound, the error of Unknown.
-  bool Takes(const absl::Status& status);
+  bool AddIfUnknown(const absl::Status& status);
   // At most kMaxLeftOut messages, and a line with the number of further ones.
   std::vector<std::string> Lines() const;
 
@@ -53,7 +53,8 @@ absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,
                                                       const KinematicTree& tree,
-                                                      const RobotNames& names, LeftOut& left_out,
+                                                      const RobotNames& names,
+                                                      SkippedElements& left_out,
                                                       const std::stop_token& stop);
 
 }  // namespace cwm::collision

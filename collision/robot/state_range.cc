@@ -13,7 +13,7 @@
 namespace cwm::collision {
 namespace {
 
-bool IsInRange(double value) { return std::abs(value) <= kLargestCoordinate_m; }  // not NaN
+bool IsInRange(double value) { return std::abs(value) <= kMaxCoordinate_m; }  // not NaN
 
 bool IsInRange(const Vector3& p_WL) {
   return IsInRange(p_WL.x()) && IsInRange(p_WL.y()) && IsInRange(p_WL.z());
@@ -22,28 +22,28 @@ bool IsInRange(const Vector3& p_WL) {
 // By link: its largest distance from the root while nothing slides.
 std::vector<double> FixedReaches_m(const RobotModel& model) {
   // The path to a link: the reach of the nearest moving link above it, and the pose from there.
-  struct Way {
+  struct PathToLink {
     double reach_m = 0;
     Pose X_ML = Pose::Identity();
   };
-  std::vector<Way> ways(model.links.size());
+  std::vector<PathToLink> paths(model.links.size());
   std::vector<double> reaches_m(model.links.size(), 0);
   for (std::size_t i = 1; i < model.links.size(); ++i) {
     const ModelLink& link = model.links[i];
-    const Way& above = ways[static_cast<std::size_t>(link.parent)];
+    const PathToLink& above = paths[static_cast<std::size_t>(link.parent)];
     const Pose X_ML = above.X_ML * link.X_PJ;
     reaches_m[i] = above.reach_m + X_ML.translation().norm();
     if (link.kind == JointKind::kFixed) {
-      ways[i] = {above.reach_m, X_ML};
+      paths[i] = {above.reach_m, X_ML};
     } else {
       if (link.kind == JointKind::kPrismatic) reaches_m[i] += std::abs(link.offset);
-      ways[i].reach_m = reaches_m[i];
+      paths[i].reach_m = reaches_m[i];
     }
   }
   return reaches_m;
 }
 
-bool IsOneOfSeveral(JointKind kind) {
+bool HasSeveralVariables(JointKind kind) {
   return kind == JointKind::kPlanar || kind == JointKind::kFloating;
 }
 
@@ -58,7 +58,7 @@ std::vector<Effect> EffectsOf(const RobotModel& model) {
   std::vector<Effect> effects(model.variables.size());
   for (const ModelLink& link : model.links) {
     const auto first = static_cast<std::size_t>(link.variable);
-    if (IsOneOfSeveral(link.kind)) {
+    if (HasSeveralVariables(link.kind)) {
       const std::size_t axes = link.kind == JointKind::kPlanar ? 2 : 3;
       for (std::size_t k = 0; k < axes; ++k) effects[first + k] = {.slide = 1, .axes = 1};
     }
@@ -66,9 +66,9 @@ std::vector<Effect> EffectsOf(const RobotModel& model) {
       effects[first].slide += std::abs(link.multiplier);
       ++effects[first].axes;
     }
-    if (!link.follows) continue;
+    if (!link.is_mimic) continue;
     double& farthest = effects[first].farthest;
-    const double room = kLargestCoordinate_m - std::abs(link.offset);
+    const double room = kMaxCoordinate_m - std::abs(link.offset);
     if (room / std::abs(link.multiplier) < farthest) farthest = room / std::abs(link.multiplier);
   }
   return effects;
@@ -85,7 +85,7 @@ absl::Status CheckReach(const RobotModel& model) {
         absl::StrCat("may be ", reaches_m[i],
                      " m from the root, the origins of the joints between them added up, "
                      "must be at most ",
-                     kLargestCoordinate_m, " m"));
+                     kMaxCoordinate_m, " m"));
   }
   return absl::OkStatus();
 }
@@ -111,7 +111,7 @@ StateRange::StateRange(const RobotModel& model, const JointGroup& group, const P
   }
 }
 
-bool StateRange::IsPlainlyInside(std::span<const double> row) const {
+bool StateRange::IsCertainlyInside(std::span<const double> row) const {
   double reach_m = rest_m_;
   for (const Column& column : columns_) {
     const double value = std::abs(row[column.at]);
@@ -122,7 +122,7 @@ bool StateRange::IsPlainlyInside(std::span<const double> row) const {
 }
 
 std::optional<std::string> StateRange::FaultOf(std::span<const double> row) const {
-  if (IsPlainlyInside(row)) return std::nullopt;
+  if (IsCertainlyInside(row)) return std::nullopt;
   std::vector<double> state = base_;
   for (std::size_t k = 0; k < row.size(); ++k) {
     state[static_cast<std::size_t>(group_.variables[k])] = row[k];
@@ -131,18 +131,18 @@ std::optional<std::string> StateRange::FaultOf(std::span<const double> row) cons
   LinkPoses(model_, X_WB_, state, X_WL);
   for (std::size_t i = 0; i < X_WL.size(); ++i) {
     const ModelLink& link = model_.links[i];
-    if (link.follows) {
+    if (link.is_mimic) {
       const double value =
           link.multiplier * state[static_cast<std::size_t>(link.variable)] + link.offset;
       if (!IsInRange(value)) {
         return absl::StrCat("puts joint ", Quoted(link.joint), ", which follows another, at ",
-                            value, ", must be at most ", kLargestCoordinate_m, " in magnitude");
+                            value, ", must be at most ", kMaxCoordinate_m, " in magnitude");
       }
     }
     const Vector3 p_WL = X_WL[i].translation();
     if (IsInRange(p_WL) && X_WL[i].linear().allFinite()) continue;
     return absl::StrCat("puts link ", Quoted(link.name), " at (", p_WL.x(), ", ", p_WL.y(), ", ",
-                        p_WL.z(), "), must be within ", kLargestCoordinate_m,
+                        p_WL.z(), "), must be within ", kMaxCoordinate_m,
                         " m of the world's origin along each axis");
   }
   return std::nullopt;

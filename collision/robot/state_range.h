@@ -1,5 +1,5 @@
 // Checks that states keep a robot's links in the range of world coordinates. Beyond
-// kLargestCoordinate_m distances are inaccurate, and with NaN every comparison reports "apart".
+// kMaxCoordinate_m distances are inaccurate, and with NaN every comparison reports "apart".
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace cwm::collision {
 
-// Refuses a robot whose fixed lengths may add up to more than kLargestCoordinate_m between the root
+// Refuses a robot whose fixed lengths may add up to more than kMaxCoordinate_m between the root
 // and a link. These lengths are the origins of the joints on the way (a run of fixed joints counts
 // as one length) and the offsets of prismatic mimic joints.
 absl::Status CheckReach(const RobotModel& model);
@@ -26,13 +26,13 @@ class StateRange {
 
   // The fault of a row, e.g. "puts link \"hand\" at (2e+06, 0, 1), must be within 1e+06 m of the
   // world's origin along each axis"; empty if there is none. A row is faulty if a link is out of
-  // range or not finite, or if a mimic joint is beyond kLargestCoordinate_m, in rad or m. A row has
+  // range or not finite, or if a mimic joint is beyond kMaxCoordinate_m, in rad or m. A row has
   // one value for each variable of the group.
   std::optional<std::string> FaultOf(std::span<const double> row) const;
 
   // True if a row may have a fault. Without sliding joints and mimic joints, either all rows have
   // one or none has.
-  bool MayHaveFaults() const { return !columns_.empty() || !IsPlainlyInside({}); }
+  bool MayHaveFaults() const { return !columns_.empty() || !IsCertainlyInside({}); }
 
   // The largest distance of a link from the world's origin, while each sliding joint that the group
   // moves, and each axis of planar and floating joints, is at most `slide_m` from 0. Infinite if
@@ -47,7 +47,7 @@ class StateRange {
     double farthest = 0;  // beyond this a mimic joint is out of range
   };
 
-  bool IsPlainlyInside(std::span<const double> row) const;
+  bool IsCertainlyInside(std::span<const double> row) const;
 
   const RobotModel& model_;
   const JointGroup& group_;

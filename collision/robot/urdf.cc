@@ -51,12 +51,13 @@ absl::Status ReadRange(const XmlElement& limit, JointLimits& limits) {
   return absl::OkStatus();
 }
 
-absl::Status ReadMost(const XmlElement& limit, const char* attribute, std::optional<double>& most) {
+absl::Status ReadMaximum(const XmlElement& limit, const char* attribute,
+                         std::optional<double>& maximum) {
   if (!limit.Has(attribute)) return absl::OkStatus();
   const absl::StatusOr<double> value = limit.Number(attribute);
   if (!value.ok()) return value.status();
   if (*value < 0) return limit.FaultOf(attribute, "must not be negative");
-  most = *value;
+  maximum = *value;
   return absl::OkStatus();
 }
 
@@ -72,8 +73,8 @@ absl::StatusOr<JointLimits> ReadLimits(const XmlElement& joint, JointKind kind) 
   if (HasLimits(kind)) {
     if (absl::Status status = ReadRange(**limit, limits); !status.ok()) return status;
   }
-  absl::Status status = ReadMost(**limit, "velocity", limits.max_velocity);
-  if (status.ok()) status = ReadMost(**limit, "effort", limits.max_effort);
+  absl::Status status = ReadMaximum(**limit, "velocity", limits.max_velocity);
+  if (status.ok()) status = ReadMaximum(**limit, "effort", limits.max_effort);
   if (!status.ok()) return status;
   return limits;
 }

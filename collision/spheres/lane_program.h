@@ -10,7 +10,7 @@
 
 namespace cwm::collision {
 
-inline constexpr int kTags = 64;  // number of bits in each member of LaneOpen
+inline constexpr int kTags = 64;  // number of bits in each member of UnresolvedTags
 
 // The joint that moves a frame: X_PF = (rotation, shift) * motion, where the motion is the rotation
 // by the value about z or the translation by the value along z. Frame 0 is the root and has no
@@ -47,8 +47,8 @@ struct LaneCluster {
   std::int32_t frame = 0;
   std::int32_t first = 0, count = 0;  // into LaneProgram::spheres
   LaneSphere bound = {};
-  float widest_m = 0;    // the largest radius
-  std::int32_t tag = 0;  // of LaneOpen::worlds
+  float max_radius_m = 0;  // the largest radius
+  std::int32_t tag = 0;    // of UnresolvedTags::worlds
   // A bound on the deviation of all centres, including those of bounds, from the exact positions.
   float centre_error_m = 0;
 };
@@ -78,7 +78,7 @@ struct LaneClusterPair {
   std::int32_t first = 0, second = 0;  // clusters
   float reach_m2 = 0;
   std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs; empty: all pairs of spheres
-  std::int32_t tag = 0;             // of LaneOpen::pairs
+  std::int32_t tag = 0;             // of UnresolvedTags::pairs
   LaneBand band = {};
 };
 

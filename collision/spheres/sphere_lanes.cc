@@ -67,7 +67,7 @@ Turn TurnBy(Lane angle) {
           hn::Xor(hn::IfThenElse(odd, s, c), sign_of(hn::Add(quadrant, one)))};
 }
 
-Frame Hung(const Frame& parent, const LaneJoint& joint, Lane value) {
+Frame ChildFrame(const Frame& parent, const LaneJoint& joint, Lane value) {
   Frame now;
   const float* r = joint.rotation;
   const Turn turn = joint.turns ? TurnBy(value) : Turn{value, value};
@@ -141,9 +141,9 @@ class Solid {
 };
 
 // Processes states, one vector at a time.
-class Judge {
+class StateChecker {
  public:
-  Judge(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
+  StateChecker(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
       : program_(program), scene_(scene) {
     const std::size_t numbers = program.joints.size() * 12 + program.spheres.size() * 3 +
                                 (program.clusters.size() + program.groups.size()) * 3 + 1;
@@ -174,8 +174,8 @@ class Judge {
     hit_ = open_ = hn::FirstN(kTag, 0);
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
-      StoreFrame(k,
-                 Hung(LoadFrame(joint.parent), joint, hn::LoadU(kTag, values + (k - 1) * stride)));
+      StoreFrame(k, ChildFrame(LoadFrame(joint.parent), joint,
+                               hn::LoadU(kTag, values + (k - 1) * stride)));
     }
     // Groups of the root frame do not move and stay placed.
     for (std::size_t g = 0; g < program_.groups.size(); ++g) {
@@ -185,25 +185,26 @@ class Judge {
       std::fill_n(placed_ + group.first, group.count, 0);
       StorePoint(groups_, g, LoadFrame(group.frame).Place(group.bound.centre_m));
     }
-    for (const LaneGroupPair& pair : program_.group_pairs) MeetItself(pair);
-    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) MeetWorld(g);
+    for (const LaneGroupPair& pair : program_.group_pairs) CheckSelf(pair);
+    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) CheckWorld(g);
   }
 
-  void Find(const float* values, std::size_t stride, LaneOpen* found) {
-    std::fill_n(found, width(), LaneOpen{});
+  void Find(const float* values, std::size_t stride, UnresolvedTags* found) {
+    std::fill_n(found, width(), UnresolvedTags{});
     found_ = found;
     std::fill_n(worlds_, kTags, hn::FirstN(kTag, 0));
     std::fill_n(pairs_, kTags, hn::FirstN(kTag, 0));
     Run(values, stride);
   }
 
-  void Tell(std::size_t count, LaneVerdict* verdicts) const {
-    alignas(64) float told[kMaxLanes] = {};
+  void WriteVerdicts(std::size_t count, LaneVerdict* verdicts) const {
+    alignas(64) float result[kMaxLanes] = {};
     const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
-    hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
-                             hn::IfThenElse(open_, as(LaneVerdict::kOpen), as(LaneVerdict::kFree))),
-              kTag, told);
-    for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(told[i]);
+    hn::Store(
+        hn::IfThenElse(hit_, as(LaneVerdict::kHit),
+                       hn::IfThenElse(open_, as(LaneVerdict::kUnresolved), as(LaneVerdict::kFree))),
+        kTag, result);
+    for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(result[i]);
   }
 
   // Constant on most instruction sets, so that offsets computed from it fold into addresses.
@@ -264,7 +265,7 @@ class Judge {
     if (!is_hull) hit_ = hn::Or(hit_, hn::Lt(beyond, All(-band_m2)));
   }
   // Records the open lanes for a tag, each of them once; `known` has the lanes recorded before.
-  void Note(Lane beyond, float band_m2, std::uint64_t LaneOpen::*what, std::int32_t tag,
+  void Note(Lane beyond, float band_m2, std::uint64_t UnresolvedTags::*what, std::int32_t tag,
             LaneMask& known) {
     const LaneMask open = hn::AndNot(known, hn::Lt(beyond, All(band_m2)));
     if (hn::AllFalse(kTag, open)) return;
@@ -281,7 +282,7 @@ class Judge {
     return hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulSub(z, z, All(reach_m2))));
   }
 
-  void MeetItself(const LaneGroupPair& pair) {
+  void CheckSelf(const LaneGroupPair& pair) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const Lane apart = BeyondReach(LoadPoint(groups_, a), LoadPoint(groups_, b), pair.reach_m2);
     if (!Matters(apart, pair.bounds_m2)) return;
@@ -290,7 +291,7 @@ class Judge {
     if (found_ != nullptr) {  // lanes open for one pair are skipped for the next
       for (std::int32_t k = pair.begin; k < pair.end; ++k) {
         const LaneClusterPair& two = program_.cluster_pairs[static_cast<std::size_t>(k)];
-        if (IsNear(two, pairs_[two.tag])) MeetSpheres(two);
+        if (IsNear(two, pairs_[two.tag])) CheckSpheres(two);
       }
       return;
     }
@@ -300,7 +301,7 @@ class Judge {
       end += IsNear(program_.cluster_pairs[static_cast<std::size_t>(k)], hit_) ? 1 : 0;
     }
     for (const std::int32_t* k = near_; k < end; ++k) {
-      MeetSpheres(program_.cluster_pairs[static_cast<std::size_t>(*k)]);
+      CheckSpheres(program_.cluster_pairs[static_cast<std::size_t>(*k)]);
     }
   }
 
@@ -310,10 +311,10 @@ class Judge {
     return Matters(apart, pair.band.bounds_m2, done);
   }
 
-  void MeetSpheres(const LaneClusterPair& pair) {
+  void CheckSpheres(const LaneClusterPair& pair) {
     PlaceSpheres(static_cast<std::size_t>(pair.first));
     PlaceSpheres(static_cast<std::size_t>(pair.second));
-    if (pair.begin == pair.end) return MeetAll(pair);
+    if (pair.begin == pair.end) return CheckAllSpheres(pair);
     Lane lowest = All(1);
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
@@ -325,7 +326,7 @@ class Judge {
     Keep(lowest, pair.band.spheres_m2, false);
   }
 
-  void MeetAll(const LaneClusterPair& pair) {
+  void CheckAllSpheres(const LaneClusterPair& pair) {
     const LaneCluster& one = program_.clusters[static_cast<std::size_t>(pair.first)];
     const LaneCluster& other = program_.clusters[static_cast<std::size_t>(pair.second)];
     Lane lowest = All(1);
@@ -339,10 +340,10 @@ class Judge {
         lowest = hn::Min(lowest, BeyondReach(at, LoadPoint(centres_, b), reach_m * reach_m));
       }
     }
-    Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag, pairs_[pair.tag]);
+    Note(lowest, pair.band.spheres_m2, &UnresolvedTags::pairs, pair.tag, pairs_[pair.tag]);
   }
 
-  void MeetWorld(std::size_t g) {
+  void CheckWorld(std::size_t g) {
     const LaneScene::Range range = scene_.near_group[g];
     const LaneGroup& group = program_.groups[g];
     const Point bound = LoadPoint(groups_, g);
@@ -355,11 +356,11 @@ class Judge {
       end += Matters(beyond, range.band.bounds_m2) ? 1 : 0;
     }
     for (const std::int32_t* o = near_; o < end; ++o) {
-      MeetObstacle(g, scene_.obstacles[static_cast<std::size_t>(*o)], range.band);
+      CheckObstacle(g, scene_.obstacles[static_cast<std::size_t>(*o)], range.band);
     }
   }
 
-  void MeetObstacle(std::size_t g, const LaneObstacle& obstacle, const LaneBand& band) {
+  void CheckObstacle(std::size_t g, const LaneObstacle& obstacle, const LaneBand& band) {
     PlaceBounds(g);
     const LaneGroup& group = program_.groups[g];
     for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
@@ -373,19 +374,19 @@ class Judge {
       if (found_ == nullptr) {
         Keep(lowest, band.spheres_m2, obstacle.is_hull);
       } else {
-        Note(lowest, band.spheres_m2, &LaneOpen::worlds, cluster.tag, worlds_[cluster.tag]);
+        Note(lowest, band.spheres_m2, &UnresolvedTags::worlds, cluster.tag, worlds_[cluster.tag]);
       }
     }
   }
 
   static Lane Beyond(const LaneObstacle& obstacle, const Point& p, Lane reach) {
-    return Of(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
+    return Dispatch(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
       return Solid(obstacle).Beyond<kForm, kIsAligned>(p, reach);
     });
   }
 
   Lane Lowest(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
-    return Of(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
+    return Dispatch(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
       const Solid solid(obstacle);
       Lane lowest = All(1);
       for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
@@ -399,11 +400,11 @@ class Judge {
 
   // Calls `find`, instantiated for the obstacle's form and alignment.
   template <typename Find>
-  static Lane Of(const LaneObstacle& obstacle, const Find& find) {
+  static Lane Dispatch(const LaneObstacle& obstacle, const Find& find) {
     return obstacle.is_aligned ? Of<true>(obstacle.form, find) : Of<false>(obstacle.form, find);
   }
   template <bool kIsAligned, typename Find>
-  static Lane Of(LaneObstacle::Form form, const Find& find) {
+  static Lane Dispatch(LaneObstacle::Form form, const Find& find) {
     using Form = LaneObstacle::Form;
     switch (form) {
       case Form::kRound:
@@ -428,26 +429,26 @@ class Judge {
   std::int32_t* near_ = nullptr;          // candidates of a walk, collected without branches
   std::int32_t* group_placed_ = nullptr;  // by group: true if its clusters' bounds are placed
   LaneMask hit_, open_;
-  LaneOpen* found_ = nullptr;              // by lane; null in Run, which computes verdicts only
+  UnresolvedTags* found_ = nullptr;        // by lane; null in Run, which computes verdicts only
   LaneMask worlds_[kTags], pairs_[kTags];  // lanes that were found open, by tag
 };
 
-void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,
+void CheckAll(const LaneProgram& program, const LaneScene& scene, const float* values,
               std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
-  Judge judge(program, scene, memory);
-  for (std::size_t first = 0; first < count; first += judge.width()) {
-    judge.Run(values + first, stride);
-    judge.Tell(HWY_MIN(judge.width(), count - first), verdicts + first);
+  StateChecker checker(program, scene, memory);
+  for (std::size_t first = 0; first < count; first += checker.width()) {
+    checker.Run(values + first, stride);
+    checker.WriteVerdicts(HWY_MIN(checker.width(), count - first), verdicts + first);
   }
 }
 
 void FindAll(const LaneProgram& program, const LaneScene& scene, const float* values,
-             std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
-  Judge judge(program, scene, memory);
-  LaneOpen found[kMaxLanes];
-  for (std::size_t first = 0; first < count; first += judge.width()) {
-    judge.Find(values + first, stride, found);
-    std::copy_n(found, HWY_MIN(judge.width(), count - first), open + first);
+             std::size_t stride, std::size_t count, LaneMemory& memory, UnresolvedTags* open) {
+  StateChecker checker(program, scene, memory);
+  UnresolvedTags found[kMaxLanes];
+  for (std::size_t first = 0; first < count; first += checker.width()) {
+    checker.Find(values + first, stride, found);
+    std::copy_n(found, HWY_MIN(checker.width(), count - first), open + first);
   }
 }
 
@@ -472,18 +473,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace cwm::collision {
 
-HWY_EXPORT(JudgeAll);
+HWY_EXPORT(CheckAll);
 HWY_EXPORT(FindAll);
 HWY_EXPORT(SinesOfAll);
 HWY_EXPORT(NameOfTarget);
 
-void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
+void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
-  HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
+  HWY_DYNAMIC_DISPATCH(CheckAll)(program, scene, values, stride, count, memory, verdicts);
 }
 
-void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
-              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
+void FindUnresolved(const LaneProgram& program, const LaneScene& scene, const float* values,
+                    std::size_t stride, std::size_t count, LaneMemory& memory,
+                    UnresolvedTags* open) {
   HWY_DYNAMIC_DISPATCH(FindAll)(program, scene, values, stride, count, memory, open);
 }
 

@@ -13,8 +13,8 @@ namespace cwm::collision {
 
 enum class LaneVerdict : std::uint8_t {
   kFree,
-  kHit,   // some sphere certainly touches
-  kOpen,  // too near to contact for single precision, or near a hull
+  kHit,         // some sphere certainly touches
+  kUnresolved,  // too near to contact for single precision, or near a hull
 };
 
 // The result of LoadStates for a state.
@@ -24,7 +24,7 @@ enum class StateMark : std::uint8_t {
   kOutOfLimits = 2,  // or not a number
 };
 
-// Converts `count` rows of `width` numbers into the layout that JudgeStates takes: one joint after
+// Converts `count` rows of `width` numbers into the layout that CheckStates takes: one joint after
 // the other, `stride` values apart. The joints' values are computed in double precision. `stride`
 // is a multiple of kMaxLanes; values from `count` to `stride` are undefined.
 void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
@@ -38,20 +38,21 @@ struct LaneMemory {
 
 // Computes the verdicts of `count` states. `values` has the values of the joints, one frame after
 // the other from frame 1 on, `stride` values apart, with angles within [-pi, pi]. The verdict of a
-// state depends on that state alone; the instruction set can only affect whether it is kOpen.
-void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
+// state depends on that state alone; the instruction set can only affect whether it is kUnresolved.
+void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts);
 
 // The clusters and pairs for which a state is not shown to be free, by tag.
-struct LaneOpen {
+struct UnresolvedTags {
   std::uint64_t worlds = 0;  // of clusters that may touch obstacles
   std::uint64_t pairs = 0;   // of pairs of clusters that may touch
 };
 
-// Same as JudgeStates, for spheres that only contain the robot: a state clear of them is free, and
+// Same as CheckStates, for spheres that only contain the robot: a state clear of them is free, and
 // for others nothing is known.
-void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
-              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open);
+void FindUnresolved(const LaneProgram& program, const LaneScene& scene, const float* values,
+                    std::size_t stride, std::size_t count, LaneMemory& memory,
+                    UnresolvedTags* open);
 
 // The largest number of lanes of any machine; `stride` is a multiple of it.
 inline constexpr std::size_t kMaxLanes = 16;
@@ -59,10 +60,10 @@ inline constexpr std::size_t kMaxLanes = 16;
 // The name of the instruction set in use, e.g. "AVX3".
 const char* LaneTarget();
 
-// A bound on the error of a sine or cosine in JudgeStates, including the rounding of the angle.
+// A bound on the error of a sine or cosine in CheckStates, including the rounding of the angle.
 inline constexpr double kSineError = 2.5e-7;
 
-// The sines and cosines of `count` angles as JudgeStates computes them, for tests.
+// The sines and cosines of `count` angles as CheckStates computes them, for tests.
 void LaneSines(const float* angles, std::size_t count, float* sines, float* cosines);
 
 // Equal cells of a value's range, each with some bits of a key.

@@ -10,14 +10,14 @@
 #include <utility>
 
 #include "collision/robot/kinematics.h"
+#include "collision/spheres/revolute_pair.h"
 #include "collision/spheres/sphere_lanes.h"
-#include "collision/spheres/turning_pair.h"
 
 namespace cwm::collision {
 namespace {
 
 // chosen: larger angles lose digits in the reduction to [-pi, pi].
-constexpr double kFarthestTurn_rad = 1e4;
+constexpr double kMaxTurn_rad = 1e4;
 
 constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
 
@@ -31,9 +31,9 @@ float Squared(double reach_m) {
 struct Frame {
   std::int32_t index = 0;
   std::size_t parent = 0;
-  std::optional<TurningJoint> turning;  // its joint, if that is rotary
-  SphereProgram::Ball reach;            // of its origin
-  double rotation_error = 0;            // Frobenius norm
+  std::optional<RevoluteJoint> turning;  // its joint, if that is rotary
+  SphereProgram::Ball reach;             // of its origin
+  double rotation_error = 0;             // Frobenius norm
   double origin_error_m = 0;
 };
 
@@ -71,8 +71,8 @@ class Compiler {
     return true;
   }
 
-  void AddHung(std::span<const HungFrame> hung) {
-    for (const HungFrame& each : hung) {
+  void AddFixedFrames(std::span<const FixedFrame> fixed_frames) {
+    for (const FixedFrame& each : fixed_frames) {
       const Fixed link = links_[static_cast<std::size_t>(each.link)];
       links_.push_back({.frame = link.frame, .X_FL = link.X_FL * each.X_LF});
     }
@@ -112,9 +112,9 @@ class Compiler {
       return static_cast<std::size_t>(ClusterOf(pair.first)) * clusters +
              static_cast<std::size_t>(ClusterOf(pair.second));
     };
-    const std::vector<SpherePair> meeting = ThatMayMeet(spheres, pairs, margin_m);
+    const std::vector<SpherePair> touching = PairsThatMayTouch(spheres, pairs, margin_m);
     std::vector<std::int32_t> count(clusters * clusters, 0);
-    for (const SpherePair& pair : meeting) ++count[slot_of(pair)];
+    for (const SpherePair& pair : touching) ++count[slot_of(pair)];
     // In the order of pairs of groups; the clusters of a group are consecutive.
     std::vector<std::int32_t> next(count.size(), 0);
     std::int32_t begin = 0;
@@ -132,8 +132,8 @@ class Compiler {
         }
       }
     }
-    lanes.sphere_pairs.resize(meeting.size());
-    for (const SpherePair& pair : meeting) {
+    lanes.sphere_pairs.resize(touching.size());
+    for (const SpherePair& pair : touching) {
       const auto a = static_cast<std::size_t>(pair.first),
                  b = static_cast<std::size_t>(pair.second);
       lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
@@ -203,9 +203,8 @@ class Compiler {
     const double farthest_variable =
         std::max(std::abs(variable.lower), std::abs(variable.upper)) * std::abs(link.multiplier) +
         std::abs(link.offset);
-    const double farthest =
-        turns ? kFarthestTurn_rad : std::min(farthest_variable, kFarthestShift_m);
-    const double most = turns ? std::numbers::pi : farthest;
+    const double farthest = turns ? kMaxTurn_rad : std::min(farthest_variable, kMaxSlide_m);
+    const double max_value = turns ? std::numbers::pi : farthest;
     const double at_lower = link.multiplier * variable.lower + link.offset;
     const double at_upper = link.multiplier * variable.upper + link.offset;
     program_.inputs.push_back(
@@ -215,9 +214,9 @@ class Compiler {
          .multiplier = link.multiplier,
          .offset = link.offset,
          .turns = turns,
-         .stays_near = std::max(std::abs(at_lower), std::abs(at_upper)) <= most,
-         .lower = std::clamp(std::min(at_lower, at_upper), -most, most),
-         .upper = std::clamp(std::max(at_lower, at_upper), -most, most),
+         .stays_near = std::max(std::abs(at_lower), std::abs(at_upper)) <= max_value,
+         .lower = std::clamp(std::min(at_lower, at_upper), -max_value, max_value),
+         .upper = std::clamp(std::max(at_lower, at_upper), -max_value, max_value),
          .lever_m = 0,
          .farthest = farthest});
     frames_.push_back(Below(frames_[parent.frame], X_PF.translation(), turns ? 0.0 : farthest));
@@ -225,9 +224,9 @@ class Compiler {
     if (turns) {
       const auto [lower, upper] = std::minmax(at_lower, at_upper);
       const bool has_limits = upper - lower < 2 * std::numbers::pi;  // false if not a number
-      frames_.back().turning = TurningJoint{.X_PF = X_PF,
-                                            .lower_rad = has_limits ? lower : -std::numbers::pi,
-                                            .upper_rad = has_limits ? upper : std::numbers::pi};
+      frames_.back().turning = RevoluteJoint{.X_PF = X_PF,
+                                             .lower_rad = has_limits ? lower : -std::numbers::pi,
+                                             .upper_rad = has_limits ? upper : std::numbers::pi};
     }
     program_.lanes.joints.push_back(joint);
     Pose X_FL = Pose::Identity();
@@ -287,16 +286,16 @@ class Compiler {
     double lever_m = out_m;
     for (auto f = static_cast<std::size_t>(frame.index); f > 0;
          f = static_cast<std::size_t>(lanes.joints[f].parent)) {
-      double& most_m = program_.inputs[f - 1].lever_m;
-      most_m = std::max(most_m, lever_m);
+      double& max_lever_m = program_.inputs[f - 1].lever_m;
+      max_lever_m = std::max(max_lever_m, lever_m);
       lever_m += Eigen::Map<const Eigen::Vector3f>(lanes.joints[f].shift_m).cast<double>().norm();
     }
   }
 
   // Splits the spheres of one link in halves across the longest side, down to clusters of a few.
   void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
-    constexpr std::size_t kMaxTogether = 4;  // tuned: 3 and 6 are as fast
-    if (some.size() <= kMaxTogether) return AddCluster(spheres, some);
+    constexpr std::size_t kMaxClusterSize = 4;  // tuned: 3 and 6 are as fast
+    if (some.size() <= kMaxClusterSize) return AddCluster(spheres, some);
     Eigen::AlignedBox3d box;
     for (std::size_t k : some) box.extend(spheres[k].centre_L);
     int axis = 0;
@@ -324,7 +323,7 @@ class Compiler {
       cluster_of_[k] = static_cast<std::int32_t>(lanes.clusters.size());
       lanes.spheres.push_back(
           InLanes(frame, fixed.X_FL * spheres[k].centre_L, spheres[k].radius_m, cluster));
-      cluster.widest_m = std::max(cluster.widest_m, lanes.spheres.back().radius_m);
+      cluster.max_radius_m = std::max(cluster.max_radius_m, lanes.spheres.back().radius_m);
     }
     const SphereProgram::Ball around = Around(spheres, some);
     cluster.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, cluster);
@@ -381,17 +380,18 @@ class Compiler {
     if (!outer.turning) return false;
     const double reach_m = a.radius_m + b.radius_m + margin_m + Rounding_m(program_.lanes.reach_m);
     if (outer.parent == a.frame) {
-      return TurningPair(*outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
+      return RevolutePair(*outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
     }
     const Frame& inner = frames_[outer.parent];
     if (!inner.turning || inner.parent != a.frame) return false;
-    return TurningPair(*inner.turning, *outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
+    return RevolutePair(*inner.turning, *outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
   }
 
-  std::vector<SpherePair> ThatMayMeet(std::span<const PlacedSphere> spheres,
-                                      std::span<const SpherePair> pairs, double margin_m) const {
+  std::vector<SpherePair> PairsThatMayTouch(std::span<const PlacedSphere> spheres,
+                                            std::span<const SpherePair> pairs,
+                                            double margin_m) const {
     std::map<std::pair<std::int32_t, std::int32_t>, bool> clusters_stay_apart;
-    std::vector<SpherePair> meeting;
+    std::vector<SpherePair> touching;
     for (const SpherePair& pair : pairs) {
       const std::int32_t a = ClusterOf(pair.first), b = ClusterOf(pair.second);
       const auto [known, is_new] = clusters_stay_apart.try_emplace({a, b}, false);
@@ -400,9 +400,9 @@ class Compiler {
       if (StayApart(Fix(spheres[static_cast<std::size_t>(pair.first)]),
                     Fix(spheres[static_cast<std::size_t>(pair.second)]), margin_m))
         continue;
-      meeting.push_back(pair);
+      touching.push_back(pair);
     }
-    return meeting;
+    return touching;
   }
 
   struct Range {
@@ -422,7 +422,8 @@ class Compiler {
          .reach_m2 = Squared(kRoundedUp * reach_m),
          .begin = of.begin,
          .end = of.end,
-         .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
+         .band =
+             BandOf(error_m, double{a.max_radius_m} + double{b.max_radius_m} + margin_m, reach_m)});
     const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
     const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
     const double groups_m =
@@ -458,7 +459,7 @@ class Compiler {
   std::vector<int> column_of_;  // by variable; -1: not in the group
   std::vector<Pose> X_BL_;      // in the base state
   std::vector<Frame> frames_;
-  std::vector<Fixed> links_;                        // the hung frames follow the links of the model
+  std::vector<Fixed> links_;  // the fixed frames follow the links of the model
   std::vector<std::int32_t> lane_of_, cluster_of_;  // by index of the given sphere
   std::vector<std::int32_t> group_of_cluster_, link_of_cluster_;
   SphereProgram program_;
@@ -471,7 +472,7 @@ std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const Joint
                                             double pair_margin_m) {
   Compiler compiler(model, group, base);
   if (!compiler.AddLinks()) return std::nullopt;
-  compiler.AddHung(set.hung);
+  compiler.AddFixedFrames(set.fixed_frames);
   compiler.AddSpheres(set.spheres);
   compiler.AddPairs(set.spheres, set.pairs.spheres, pair_margin_m);
   compiler.AddPairs(set.pairs.links, pair_margin_m);
@@ -484,12 +485,12 @@ double Rounding_m(double coordinate_m) {
   return kRoundings * coordinate_m + kSlack_m;
 }
 
-LaneBand BandOf(double error_m, double widest_sphere_m, double widest_bound_m) {
+LaneBand BandOf(double error_m, double max_sphere_radius_m, double max_bound_radius_m) {
   const auto beyond = [&](double reach_m) {
     return static_cast<float>(1.001 * (2 * reach_m * error_m + error_m * error_m +
                                        16 * kFloatRounding * reach_m * reach_m));
   };
-  return {.spheres_m2 = beyond(widest_sphere_m), .bounds_m2 = beyond(widest_bound_m)};
+  return {.spheres_m2 = beyond(max_sphere_radius_m), .bounds_m2 = beyond(max_bound_radius_m)};
 }
 
 }  // namespace cwm::collision

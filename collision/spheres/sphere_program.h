@@ -11,13 +11,13 @@
 namespace cwm::collision {
 
 // An additional frame that is fixed to a link.
-struct HungFrame {
+struct FixedFrame {
   int link = 0;
   Pose X_LF = Pose::Identity();
 };
 
 struct PlacedSphere {
-  int link = 0;  // of the model; from its number of links on, the k-th hung frame
+  int link = 0;  // of the model; from its number of links on, the k-th fixed frame
   Vector3 centre_L = Vector3::Zero();
   double radius_m = 0;
 };
@@ -31,7 +31,7 @@ struct SpherePair {
 // The pairs that must not touch: single pairs of spheres, and all pairs of spheres of two links. A
 // cluster's tag is the index of its link, and the tag of a pair of clusters is the index of its
 // link pair, both modulo kTags.
-struct TouchingPairs {
+struct CheckedPairs {
   std::span<const SpherePair> spheres = {};
   std::span<const LinkPair> links = {};
 };
@@ -50,13 +50,13 @@ struct SphereProgram {
 // The spheres that move, and the pairs of them that must not touch.
 struct SphereSet {
   std::span<const PlacedSphere> spheres;
-  std::span<const HungFrame> hung = {};
-  TouchingPairs pairs = {};  // hung frames count as links
+  std::span<const FixedFrame> fixed_frames = {};
+  CheckedPairs pairs = {};  // fixed frames count as links
 };
 
 // chosen: SIMD code takes no state that slides a frame farther, which matters for rails without
 // limits.
-inline constexpr double kFarthestShift_m = 100;
+inline constexpr double kMaxSlide_m = 100;
 
 // Compiles the spheres. `base` has a value for each variable of the model; those of the group are
 // not read. A pair is free if it is at least `pair_margin_m` apart. Pairs that stay apart in all
@@ -78,6 +78,6 @@ double Rounding_m(double coordinate_m);
 
 // The bands for distances with errors up to `error_m`: (reach + error)^2 - reach^2 plus the
 // rounding of the squares, for the largest reach of two spheres, and of two bounds.
-LaneBand BandOf(double error_m, double widest_sphere_m, double widest_bound_m);
+LaneBand BandOf(double error_m, double max_sphere_radius_m, double max_bound_radius_m);
 
 }  // namespace cwm::collision

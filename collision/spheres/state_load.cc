@@ -36,7 +36,7 @@ class ColumnLoad {
 
  private:
   static constexpr hn::CappedTag<double, 8> kReal{};
-  static constexpr hn::Rebind<float, decltype(kReal)> kShort{};
+  static constexpr hn::Rebind<float, decltype(kReal)> kFloatTag{};
 
   void RunLanes(hn::Vec<decltype(kReal)> given, std::size_t count, float* values,
                 StateMark* marks) const {
@@ -53,7 +53,7 @@ class ColumnLoad {
         value = hn::NegMulAdd(hn::Round(hn::Mul(value, set(1 / kTurn))), set(kTurn), value);
       }
     }
-    hn::StoreU(hn::DemoteTo(kShort, hn::IfThenElseZero(good, value)), kShort, values);
+    hn::StoreU(hn::DemoteTo(kFloatTag, hn::IfThenElseZero(good, value)), kFloatTag, values);
     if (hn::AllTrue(kReal, good)) return;
     const auto bits = [](auto mask) HWY_ATTR {
       std::uint8_t some[8] = {};

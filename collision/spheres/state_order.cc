@@ -36,8 +36,8 @@ StateOrder::StateOrder(const SphereProgram& program) {
   }
 }
 
-std::span<const std::uint32_t> StateOrder::Of(const float* values, std::size_t stride,
-                                              std::size_t count) {
+std::span<const std::uint32_t> StateOrder::Sort(const float* values, std::size_t stride,
+                                                std::size_t count) {
   keys_.assign(count, 0);
   for (const Axis& axis : axes_) {
     AddKeys(axis.cells, values + axis.input * stride, count, keys_.data());

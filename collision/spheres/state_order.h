@@ -20,7 +20,7 @@ class StateOrder {
 
   // The indices of `count` states, sorted by cell, and within a cell by index; `values` as from
   // LoadStates. The span is valid until the next call.
-  std::span<const std::uint32_t> Of(const float* values, std::size_t stride, std::size_t count);
+  std::span<const std::uint32_t> Sort(const float* values, std::size_t stride, std::size_t count);
 
  private:
   static constexpr int kHalvings = 10;  // chosen: a thousand states then have a cell each

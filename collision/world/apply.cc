@@ -20,7 +20,7 @@ bool IsPlaceable(const Pose& X_WO) {
   constexpr double kOrthonormality = 1e-6;  // chosen: far above rounding, far below a visible shear
   const Matrix3 R = X_WO.linear();
   return X_WO.matrix().allFinite() &&
-         X_WO.translation().cwiseAbs().maxCoeff() <= kLargestCoordinate_m &&
+         X_WO.translation().cwiseAbs().maxCoeff() <= kMaxCoordinate_m &&
          (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff() <= kOrthonormality &&
          R.determinant() > 0;
 }
@@ -38,8 +38,8 @@ bool SameContent(const WorldObject& a, const WorldObject& b) {
 // The error for a name that is taken. Objects and robots share one set of names, because answers
 // list both.
 absl::Status NameTaken(const std::string& name, std::string_view by) {
-  return BadField("name", absl::StrCat("'", name, "' is the name of ", std::string(by),
-                                       " of this world, must be another one"));
+  return InvalidFieldError("name", absl::StrCat("'", name, "' is the name of ", std::string(by),
+                                                " of this world, must be another one"));
 }
 
 // A copy without placed parts. Place adds them at the end, because a list may change one object
@@ -51,7 +51,7 @@ WorldObject Unplaced(const WorldObject& object) {
 }
 
 // The work of one change, which takes a microsecond or two: looking up names, copying an object.
-constexpr std::size_t kStepsOfChange = 64;
+constexpr std::size_t kStepsPerChange = 64;
 
 // The objects that a list of changes touches, over an unchanged base. Objects are placed, which is
 // costly, only after the whole list has been accepted.
@@ -65,13 +65,13 @@ class Transaction {
         rules_(base) {}
 
   absl::Status operator()(const PutObject& put) {
-    if (!IsValidName(put.name)) return BadName(put.name);
+    if (!IsValidName(put.name)) return InvalidNameError(put.name);
     if (robots_.Has(put.name)) return NameTaken(put.name, "a robot");
-    if (!IsPlaceable(put.X_WO)) return BadPose("pose");
-    if (put.geometry == nullptr) return BadField("geometry", "must be given");
+    if (!IsPlaceable(put.X_WO)) return InvalidPoseError("pose");
+    if (put.geometry == nullptr) return InvalidFieldError("geometry", "must be given");
     if (!std::isfinite(put.margin_m) || put.margin_m < 0) {
-      return BadField("margin_m",
-                      absl::StrCat("is ", put.margin_m, ", must be finite and not negative"));
+      return InvalidFieldError(
+          "margin_m", absl::StrCat("is ", put.margin_m, ", must be finite and not negative"));
     }
     const WorldObject* current = Current(put.name);
     touched_[put.name] = current != nullptr ? Replaced(*current, put) : Added(put);
@@ -81,9 +81,9 @@ class Transaction {
   absl::Status operator()(const MoveObject& move) {
     const WorldObject* current = Current(move.name);
     if (current == nullptr) return Missing(move.name);
-    if (!IsPlaceable(move.X_WO)) return BadPose("pose");
+    if (!IsPlaceable(move.X_WO)) return InvalidPoseError("pose");
     WorldObject moved = Unplaced(*current);
-    StandAt(move.X_WO, moved);
+    SetPoseAt(move.X_WO, moved);
     touched_[move.name] = std::move(moved);
     return absl::OkStatus();
   }
@@ -98,7 +98,7 @@ class Transaction {
     const WorldObject* current = Current(attach.name);
     if (current == nullptr) return Missing(attach.name);
     const WorldRobot* robot = robots_.Current(attach.robot);
-    if (robot == nullptr) return InField("robot", MissingRobot(attach.robot));
+    if (robot == nullptr) return WithField("robot", RobotNotFoundError(attach.robot));
     absl::StatusOr<Attachment> attachment = AttachmentOf(attach, *robot, *current);
     if (!attachment.ok()) return attachment.status();
     WorldObject attached = Unplaced(*current);
@@ -114,7 +114,7 @@ class Transaction {
     const WorldObject* current = Current(detach.name);
     if (current == nullptr) return Missing(detach.name);
     WorldObject detached = Unplaced(*current);
-    StandAt(current->X_WO, detached);
+    SetPoseAt(current->X_WO, detached);
     touched_[detach.name] = std::move(detached);
     return absl::OkStatus();
   }
@@ -149,13 +149,14 @@ class Transaction {
   }
 
   absl::Status CheckExpected(const Change& change, Revision expected) const {
-    if (IsOfPairs(change)) {
-      return BadField("expected_object_revision",
-                      "is given, must be absent: rules of pairs have no revision of their own");
+    if (IsPairRuleChange(change)) {
+      return InvalidFieldError(
+          "expected_object_revision",
+          "is given, must be absent: rules of pairs have no revision of their own");
     }
     const std::optional<Revision> latest = LatestRevisionOf(base_, change);
     const std::string who =
-        absl::StrCat(IsOfRobot(change) ? "robot '" : "object '", NameOf(change), "'");
+        absl::StrCat(IsRobotChange(change) ? "robot '" : "object '", NameOf(change), "'");
     if (!latest.has_value()) {
       return absl::AbortedError(
           absl::StrCat(who, " does not exist, expected at revision ", expected.value));
@@ -170,7 +171,7 @@ class Transaction {
     std::vector<ObjectDelta> deltas;
     for (auto& [name, object] : touched_) {
       WorldObjectPtr before = base_.Find(name);
-      if (MustEnd(work_, kStepsOfChange)) return nullptr;
+      if (MustEnd(work_, kStepsPerChange)) return nullptr;
       if (before == nullptr && !object.has_value()) continue;
       if (before != nullptr && object.has_value() && SameContent(*before, *object)) continue;
       deltas.push_back({.before = std::move(before),
@@ -205,7 +206,7 @@ class Transaction {
                        .is_object = Current(name) != nullptr};
     });
     const std::optional<FieldRule> fault = FieldRuleOf(status);
-    return fault ? BadField(absl::StrCat("pair.", fault->field), fault->rule) : status;
+    return fault ? InvalidFieldError(absl::StrCat("pair.", fault->field), fault->rule) : status;
   }
 
   void SetPose(WorldObject& object, const Pose& X_WO) const {
@@ -215,7 +216,7 @@ class Transaction {
   }
 
   // Detaches the object and sets its pose.
-  void StandAt(const Pose& X_WO, WorldObject& object) const {
+  void SetPoseAt(const Pose& X_WO, WorldObject& object) const {
     if (object.attachment != nullptr) object.pose_revision = revision_;
     object.attachment = nullptr;
     SetPose(object, X_WO);
@@ -226,14 +227,14 @@ class Transaction {
     const Attachment& attachment = *object.attachment;
     const std::optional<int> link = robot.model().FindLink(attachment.link);
     if (!link.has_value()) {
-      StandAt(object.X_WO, object);
+      SetPoseAt(object.X_WO, object);
       return absl::OkStatus();
     }
     const Pose X_WO = robot.X_WL[static_cast<std::size_t>(*link)] * attachment.X_LO;
     if (!IsPlaceable(X_WO)) {
       return absl::InvalidArgumentError(
           absl::StrCat("object '", object.name, "', which is attached to link '", attachment.link,
-                       "', would come to stand beyond ", kLargestCoordinate_m, " m"));
+                       "', would come to stand beyond ", kMaxCoordinate_m, " m"));
     }
     SetPose(object, X_WO);
     return absl::OkStatus();
@@ -245,7 +246,7 @@ class Transaction {
     for (const std::string& each : AttachedTo(name)) {
       WorldObject object = Unplaced(*Current(each));
       if (robot == nullptr) {
-        StandAt(object.X_WO, object);
+        SetPoseAt(object.X_WO, object);
       } else if (absl::Status status = Follow(*robot, object); !status.ok()) {
         return status;
       }
@@ -288,7 +289,7 @@ class Transaction {
       object.geometry = put.geometry;
       object.geometry_revision = revision_;
     }
-    StandAt(put.X_WO, object);
+    SetPoseAt(put.X_WO, object);
     SetAttributes(object, put);
     return object;
   }
@@ -321,25 +322,25 @@ const std::string& NameOf(const Change& change) {
       change.what);
 }
 
-bool IsOfPairs(const Change& change) {
+bool IsPairRuleChange(const Change& change) {
   return std::holds_alternative<AllowCollision>(change.what) ||
          std::holds_alternative<SetPairMargin>(change.what) ||
          std::holds_alternative<ExpireRules>(change.what);
 }
 
-bool IsOfRobot(const Change& change) {
+bool IsRobotChange(const Change& change) {
   return std::holds_alternative<PutRobot>(change.what) ||
          std::holds_alternative<RemoveRobot>(change.what) ||
          std::holds_alternative<SetRobotState>(change.what);
 }
 
-bool IsOfUnknownRobot(const Change& change, const ApplyFault& fault) {
-  return IsOfRobot(change) ||
+bool IsUnknownRobotFault(const Change& change, const ApplyFault& fault) {
+  return IsRobotChange(change) ||
          (std::holds_alternative<AttachObject>(change.what) && fault.field == "robot");
 }
 
 std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change) {
-  if (IsOfRobot(change)) {
+  if (IsRobotChange(change)) {
     const WorldRobotPtr robot = snapshot.FindRobot(NameOf(change));
     return robot != nullptr ? std::optional(robot->latest_revision()) : std::nullopt;
   }
@@ -352,15 +353,15 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     WorkCounter* work) {
   Transaction transaction(*base, work);
   for (std::size_t i = 0; i < changes.size(); ++i) {
-    if (MustEnd(work, kStepsOfChange)) return absl::CancelledError("the changes were cancelled");
+    if (MustEnd(work, kStepsPerChange)) return absl::CancelledError("the changes were cancelled");
     const Change& change = changes[i];
     if (change.expected_object_revision.has_value()) {
       const absl::Status status =
           transaction.CheckExpected(change, *change.expected_object_revision);
-      if (!status.ok()) return AtChange(i, status);
+      if (!status.ok()) return WithChangeIndex(i, status);
     }
     const absl::Status status = std::visit(transaction, change.what);
-    if (!status.ok()) return AtChange(i, status);
+    if (!status.ok()) return WithChangeIndex(i, status);
   }
   const auto next = transaction.Finish();
   if (HasEnded(work)) return absl::CancelledError("the changes were cancelled");

@@ -16,14 +16,14 @@ constexpr char kFaultUrl[] = "cwm.collision.ApplyFault";
 
 }  // namespace
 
-absl::Status BadField(std::string_view field, std::string_view rule) {
+absl::Status InvalidFieldError(std::string_view field, std::string_view rule) {
   const std::string name(field), broken(rule);
   absl::Status status = absl::InvalidArgumentError(absl::StrCat(name, " ", broken));
   status.SetPayload(kFieldUrl, absl::Cord(absl::StrCat(name, "\n", broken)));
   return status;
 }
 
-absl::Status InField(std::string_view field, absl::Status status) {
+absl::Status WithField(std::string_view field, absl::Status status) {
   const std::string rule(status.message());
   status.SetPayload(kFieldUrl, absl::Cord(absl::StrCat(std::string(field), "\n", rule)));
   return status;
@@ -37,7 +37,7 @@ std::optional<FieldRule> FieldRuleOf(const absl::Status& status) {
   return FieldRule{.field = text.substr(0, rule - 1), .rule = text.substr(rule)};
 }
 
-absl::Status AtChange(std::size_t index, const absl::Status& status) {
+absl::Status WithChangeIndex(std::size_t index, const absl::Status& status) {
   absl::Status placed(status.code(), absl::StrCat("changes[", index, "]: ", status.message()));
   const FieldRule fault =
       FieldRuleOf(status).value_or(FieldRule{"", std::string(status.message())});
@@ -47,18 +47,18 @@ absl::Status AtChange(std::size_t index, const absl::Status& status) {
   return placed;
 }
 
-absl::Status MissingRobot(const std::string& name) {
+absl::Status RobotNotFoundError(const std::string& name) {
   return absl::NotFoundError(absl::StrCat("robot '", name, "' does not exist"));
 }
 
-absl::Status BadName(std::string_view name) {
-  return BadField("name", absl::StrCat("'", std::string(name),
-                                       "' must be 1 to 128 letters, digits or \"_-./\""));
+absl::Status InvalidNameError(std::string_view name) {
+  return InvalidFieldError("name", absl::StrCat("'", std::string(name),
+                                                "' must be 1 to 128 letters, digits or \"_-./\""));
 }
 
-absl::Status BadPose(std::string_view field) {
-  return BadField(
-      field, absl::StrCat("must be a finite rigid transform within ", kLargestCoordinate_m, " m"));
+absl::Status InvalidPoseError(std::string_view field) {
+  return InvalidFieldError(
+      field, absl::StrCat("must be a finite rigid transform within ", kMaxCoordinate_m, " m"));
 }
 
 std::optional<ApplyFault> FaultOf(const absl::Status& status) {

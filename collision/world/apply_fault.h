@@ -17,18 +17,18 @@ struct FieldRule {
 };
 
 // INVALID_ARGUMENT "FIELD RULE". Neither may contain a line break.
-absl::Status BadField(std::string_view field, std::string_view rule);
+absl::Status InvalidFieldError(std::string_view field, std::string_view rule);
 // Adds the field to another error.
-absl::Status InField(std::string_view field, absl::Status status);
-// The payload of BadField and InField; empty for other statuses.
+absl::Status WithField(std::string_view field, absl::Status status);
+// The payload of InvalidFieldError and WithField; empty for other statuses.
 std::optional<FieldRule> FieldRuleOf(const absl::Status& status);
 
 // Turns the error of one change into the error of its list.
-absl::Status AtChange(std::size_t index, const absl::Status& status);
+absl::Status WithChangeIndex(std::size_t index, const absl::Status& status);
 
 // Errors that changes of objects and robots share.
-absl::Status MissingRobot(const std::string& name);
-absl::Status BadName(std::string_view name);
-absl::Status BadPose(std::string_view field);
+absl::Status RobotNotFoundError(const std::string& name);
+absl::Status InvalidNameError(std::string_view name);
+absl::Status InvalidPoseError(std::string_view field);
 
 }  // namespace cwm::collision

@@ -16,7 +16,8 @@ bool IsBounded(const PreparedModel& geometry) {
 }
 
 absl::Status NoLink(const std::string& field, const std::string& link, const WorldRobot& robot) {
-  return BadField(field, absl::StrCat("'", link, "' must be a link of robot '", robot.name, "'"));
+  return InvalidFieldError(field,
+                           absl::StrCat("'", link, "' must be a link of robot '", robot.name, "'"));
 }
 
 Pose PoseInLink(const AttachObject& attach, const Pose& X_WL, const WorldObject& object) {
@@ -33,15 +34,17 @@ absl::StatusOr<Attachment> AttachmentOf(const AttachObject& attach, const WorldR
                                         const WorldObject& object) {
   const std::optional<int> link = robot.model().FindLink(attach.link);
   if (!link.has_value()) return NoLink("link", attach.link, robot);
-  if (attach.X_LO.has_value() && !IsPlaceable(*attach.X_LO)) return BadPose("x_link_object");
+  if (attach.X_LO.has_value() && !IsPlaceable(*attach.X_LO))
+    return InvalidPoseError("x_link_object");
   for (std::size_t i = 0; i < attach.touch_links.size(); ++i) {
     const std::string& touched = attach.touch_links[i];
     if (robot.model().FindLink(touched).has_value()) continue;
     return NoLink(absl::StrCat("touch_links[", i, "]"), touched, robot);
   }
   if (!IsBounded(*object.geometry)) {
-    return BadField("name", absl::StrCat("'", object.name,
-                                         "' has a half-space, must be bounded to be attached"));
+    return InvalidFieldError(
+        "name",
+        absl::StrCat("'", object.name, "' has a half-space, must be bounded to be attached"));
   }
   Attachment attachment{
       .robot = attach.robot,

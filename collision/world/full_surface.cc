@@ -8,10 +8,10 @@ namespace {
 
 // derived: four times the deviation halves the number of segments, and leaves a quarter of a
 // sphere's triangles.
-constexpr double kCoarser = 4;
+constexpr double kCoarseningFactor = 4;
 // derived: at this deviation every round part of up to 100 m has kMinSegments, because a sagitta is
 // smaller than its radius.
-constexpr double kCoarsestDeviation_m = 100;
+constexpr double kMaxDeviation_m = 100;
 
 // The mesh of a shape that is used as it is, not copied; nullptr for other shapes.
 const TriangleMesh* MeshIn(const Shape& shape) {
@@ -31,10 +31,10 @@ std::size_t GivenTriangles(const PreparedModel& model) {
 
 void Append(const TriangleMesh& mesh_P, const Pose& X_OP, TriangleMesh& all_O, WorkCounter* work) {
   const auto offset = static_cast<std::uint32_t>(all_O.vertices.size());
-  InPieces(mesh_P.vertices.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh_P.vertices.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) all_O.vertices.push_back(X_OP * mesh_P.vertices[i]);
   });
-  InPieces(mesh_P.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+  ForEachBlock(mesh_P.triangles.size(), work, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const auto& [a, b, c] = mesh_P.triangles[i];
       all_O.triangles.push_back({offset + a, offset + b, offset + c});
@@ -73,8 +73,8 @@ std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t
   if (GivenTriangles(model) > max_triangles) return std::nullopt;
   double deviation_m = kDefaultDeviation_m;
   std::optional<FullSurface> surface = Joined(model, deviation_m, max_triangles, work);
-  while (!surface && deviation_m < kCoarsestDeviation_m) {
-    deviation_m *= kCoarser;
+  while (!surface && deviation_m < kMaxDeviation_m) {
+    deviation_m *= kCoarseningFactor;
     surface = Joined(model, deviation_m, max_triangles, work);
   }
   return surface;

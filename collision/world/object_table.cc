@@ -17,11 +17,11 @@ float RoundedUp(double value) {
 }
 
 // The largest values of several objects, at least 0.
-struct Widest {
+struct MaxValues {
   float margin_m = 0;
   float sigma_m = 0;
 
-  void Include(const Widest& other) {
+  void Include(const MaxValues& other) {
     margin_m = std::max(margin_m, other.margin_m);
     sigma_m = std::max(sigma_m, other.sigma_m);
   }
@@ -39,7 +39,7 @@ struct ObjectTable::Entry : boost::intrusive_ref_counter<ObjectTable::Entry> {
 // nodes. 40 bytes fill a block of the allocator; the next larger block has 56.
 struct ObjectTable::Node : boost::intrusive_ref_counter<ObjectTable::Node> {
   std::uint32_t size = 0;
-  Widest widest;  // of the objects of this subtree
+  MaxValues max_values;  // of the objects of this subtree
   EntryPtr entry;
   NodePtr left, right;
 
@@ -105,9 +105,9 @@ ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(
 
 std::size_t ObjectTable::size() const { return Node::SizeOf(root_); }
 
-double ObjectTable::widest_margin_m() const { return empty() ? 0 : root_->widest.margin_m; }
+double ObjectTable::max_margin_m() const { return empty() ? 0 : root_->max_values.margin_m; }
 
-double ObjectTable::widest_sigma_m() const { return empty() ? 0 : root_->widest.sigma_m; }
+double ObjectTable::max_sigma_m() const { return empty() ? 0 : root_->max_values.sigma_m; }
 
 ObjectTable::Iterator ObjectTable::begin() const {
   Iterator first;
@@ -168,9 +168,9 @@ ObjectTable::NodePtr ObjectTable::Make(EntryPtr entry, NodePtr left, NodePtr rig
   const boost::intrusive_ptr<Node> node(new Node);
   const WorldObject& object = *entry->object;
   node->size = 1 + Node::SizeOf(left) + Node::SizeOf(right);
-  node->widest = {RoundedUp(object.margin_m), RoundedUp(object.geometry->widest_sigma_m)};
-  if (left != nullptr) node->widest.Include(left->widest);
-  if (right != nullptr) node->widest.Include(right->widest);
+  node->max_values = {RoundedUp(object.margin_m), RoundedUp(object.geometry->max_sigma_m)};
+  if (left != nullptr) node->max_values.Include(left->max_values);
+  if (right != nullptr) node->max_values.Include(right->max_values);
   node->entry = std::move(entry);
   node->left = std::move(left);
   node->right = std::move(right);

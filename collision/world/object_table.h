@@ -82,9 +82,9 @@ class ObjectTable {
   const WorldObjectPtr* Find(std::string_view name) const;
   std::optional<std::size_t> RankOf(std::string_view name) const;
   // The largest margin of any object, rounded up to single precision; 0 without objects.
-  double widest_margin_m() const;
+  double max_margin_m() const;
   // The same for the standard deviation of any part's surface.
-  double widest_sigma_m() const;
+  double max_sigma_m() const;
 
   // Equal if both have the same objects by address.
   friend bool operator==(const ObjectTable& a, const ObjectTable& b) {

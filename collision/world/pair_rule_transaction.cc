@@ -15,7 +15,7 @@ namespace {
 absl::Status CheckPairOf(const NamedPair& pair) {
   const absl::Status status = CheckPair(pair);
   const std::optional<FieldRule> fault = FieldRuleOf(status);
-  return fault ? BadField(absl::StrCat("pair.", fault->field), fault->rule) : status;
+  return fault ? InvalidFieldError(absl::StrCat("pair.", fault->field), fault->rule) : status;
 }
 
 }  // namespace
@@ -23,7 +23,8 @@ absl::Status CheckPairOf(const NamedPair& pair) {
 absl::Status PairRuleTransaction::Allow(const AllowCollision& allow) {
   if (absl::Status status = CheckPairOf(allow.pair); !status.ok()) return status;
   if (allow.withdraw && allow.expires.has_value()) {
-    return BadField("expires_after", "is given, must be absent: what is withdrawn cannot expire");
+    return InvalidFieldError("expires_after",
+                             "is given, must be absent: what is withdrawn cannot expire");
   }
   PairRule rule = Current(Ordered(allow.pair));
   rule.allowed = !allow.withdraw;
@@ -34,10 +35,10 @@ absl::Status PairRuleTransaction::Allow(const AllowCollision& allow) {
 absl::Status PairRuleTransaction::SetMargin(const SetPairMargin& set) {
   if (absl::Status status = CheckPairOf(set.pair); !status.ok()) return status;
   const double margin_m = set.margin_m.value_or(0);
-  if (!(margin_m >= 0 && margin_m <= kLargestCoordinate_m)) {
-    return BadField("margin_m",
-                    absl::StrCat("is ", margin_m, ", must be finite, not negative and at most ",
-                                 kLargestCoordinate_m));
+  if (!(margin_m >= 0 && margin_m <= kMaxCoordinate_m)) {
+    return InvalidFieldError(
+        "margin_m", absl::StrCat("is ", margin_m, ", must be finite, not negative and at most ",
+                                 kMaxCoordinate_m));
   }
   PairRule rule = Current(Ordered(set.pair));
   rule.margin_m = set.margin_m;
@@ -65,7 +66,7 @@ std::shared_ptr<const PairRules> PairRuleTransaction::Finish() {
   PairRules rules;
   rules.reserve(count_);
   const auto add = [&](const PairRule& rule) {
-    if (!rule.SaysNothing()) rules.push_back(rule);
+    if (!rule.IsEmpty()) rules.push_back(rule);
   };
   auto touched = touched_.begin();
   for (const PairRule& rule : base_) {
@@ -89,7 +90,7 @@ PairRule PairRuleTransaction::Current(const NamedPair& pair) const {
 }
 
 absl::Status PairRuleTransaction::Touch(PairRule rule) {
-  const bool was = !Current(rule.pair).SaysNothing(), is = !rule.SaysNothing();
+  const bool was = !Current(rule.pair).IsEmpty(), is = !rule.IsEmpty();
   if (is && !was && count_ >= kMaxPairRules) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "the world has ", count_, " rules of pairs, must have at most ", kMaxPairRules));

@@ -15,23 +15,25 @@ bool IsEverything(const NamedThing& thing) { return thing.name == kEverything; }
 
 // True if `name` may be the name of a link in a robot's files.
 bool IsLinkName(const std::string& name) {
-  constexpr std::size_t kLongestLink = 256;
+  constexpr std::size_t kMaxLinkNameBytes = 256;
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  return name.size() <= kLongestLink && std::none_of(name.begin(), name.end(), is_control);
+  return name.size() <= kMaxLinkNameBytes && std::none_of(name.begin(), name.end(), is_control);
 }
 
-absl::Status CheckThing(const NamedThing& thing, const std::string& field) {
+absl::Status CheckNamed(const NamedThing& thing, const std::string& field) {
   if (!IsEverything(thing) && !IsValidName(thing.name)) {
     const std::string shown = IsLinkName(thing.name) ? thing.name : "?";
-    return BadField(
+    return InvalidFieldError(
         field + ".name",
         absl::StrCat("'", shown, "' must be \"*\", or 1 to 128 letters, digits or \"_-./\""));
   }
   if (IsEverything(thing) && !thing.link.empty()) {
-    return BadField(field + ".link", "is given, must be empty: the name is \"*\", not a robot's");
+    return InvalidFieldError(field + ".link",
+                             "is given, must be empty: the name is \"*\", not a robot's");
   }
   if (!IsLinkName(thing.link)) {
-    return BadField(field + ".link", "must be at most 256 bytes without control characters");
+    return InvalidFieldError(field + ".link",
+                             "must be at most 256 bytes without control characters");
   }
   return absl::OkStatus();
 }
@@ -50,7 +52,7 @@ NamedPair Ordered(NamedPair pair) {
   return pair;
 }
 
-int Precision(const NamedPair& pair) {
+int Specificity(const NamedPair& pair) {
   const auto of = [](const NamedThing& thing) {
     return (IsEverything(thing) ? 0 : 1) + (thing.link.empty() ? 0 : 1);
   };
@@ -58,8 +60,8 @@ int Precision(const NamedPair& pair) {
 }
 
 absl::Status CheckPair(const NamedPair& pair) {
-  if (absl::Status status = CheckThing(pair.a, "a"); !status.ok()) return status;
-  return CheckThing(pair.b, "b");
+  if (absl::Status status = CheckNamed(pair.a, "a"); !status.ok()) return status;
+  return CheckNamed(pair.b, "b");
 }
 
 absl::Status CheckLinks(const NamedPair& pair,
@@ -68,13 +70,14 @@ absl::Status CheckLinks(const NamedPair& pair,
     if (thing.link.empty()) return absl::OkStatus();
     const NameOwner owner = owner_of(thing.name);
     if (owner.is_object) {
-      return BadField(field, absl::StrCat("is '", thing.link, "', must be empty: '", thing.name,
-                                          "' is an object, which has no links"));
+      return InvalidFieldError(field,
+                               absl::StrCat("is '", thing.link, "', must be empty: '", thing.name,
+                                            "' is an object, which has no links"));
     }
     if (owner.robot == nullptr || owner.robot->FindLink(thing.link).has_value()) {
       return absl::OkStatus();
     }
-    return BadField(
+    return InvalidFieldError(
         field, absl::StrCat("is '", thing.link, "', must be a link of robot '", thing.name, "'"));
   };
   if (absl::Status status = check(pair.a, "a.link"); !status.ok()) return status;
@@ -117,7 +120,7 @@ std::vector<PairRuleDelta> RuleDifference(const PairRules& before, const PairRul
 void SetRule(PairRules& rules, PairRule rule) {
   const auto at = LowerBound(rules, rule.pair);
   const bool is_known = at != rules.end() && at->pair == rule.pair;
-  if (rule.SaysNothing()) {
+  if (rule.IsEmpty()) {
     if (is_known) rules.erase(at);
   } else if (is_known) {
     *at = std::move(rule);

@@ -52,7 +52,7 @@ NamedPair Ordered(NamedPair pair);
 
 // The number of names, except kEverything, and of links in a pair: 0 to 4. If several rules have a
 // margin, the one with the highest number applies, and among equals the first in order.
-int Precision(const NamedPair& pair);
+int Specificity(const NamedPair& pair);
 
 // InvalidArgument ("a.name", "b.link" and the like, see FieldRuleOf) for a name that no object or
 // robot can have, for the name of a link that no robot can have, and for a link of kEverything.
@@ -71,7 +71,7 @@ struct PairRule {
   bool allowed = false;                 // the pair may collide: queries ignore it
   std::optional<Expiry> expires = {};   // the end of `allowed`; absent: never
   std::optional<double> margin_m = {};  // replaces the margins of both items and of the request
-  bool SaysNothing() const { return !allowed && !margin_m.has_value(); }
+  bool IsEmpty() const { return !allowed && !margin_m.has_value(); }
   friend bool operator==(const PairRule&, const PairRule&) = default;
 };
 
@@ -81,7 +81,7 @@ using PairRules = std::vector<PairRule>;
 // The time when the first allowance ends; empty if none does.
 std::optional<SteadyTime> NextExpiry(const PairRules& rules);
 
-// One difference; `before` or `after` is empty (SaysNothing) if there is no such rule.
+// One difference; `before` or `after` is empty (IsEmpty) if there is no such rule.
 struct PairRuleDelta {
   PairRule before, after;
 };

@@ -34,7 +34,7 @@ bool Same(const std::vector<T>& a, const std::vector<T>& b) {
 
 bool SameJoint(const ModelLink& a, const ModelLink& b) {
   return a.joint == b.joint && a.kind == b.kind && SamePose(a.X_PJ, b.X_PJ) &&
-         a.axis_J == b.axis_J && a.variable == b.variable && a.follows == b.follows &&
+         a.axis_J == b.axis_J && a.variable == b.variable && a.is_mimic == b.is_mimic &&
          a.multiplier == b.multiplier && a.offset == b.offset;
 }
 

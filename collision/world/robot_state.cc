@@ -18,7 +18,7 @@ namespace {
 constexpr double kQuaternionTolerance = 0.01;  // as in OutOfLimits
 constexpr int kQuaternionAt = 3, kQuaternionEnd = 7;
 
-bool IsInRange(double value) { return std::abs(value) <= kLargestCoordinate_m; }  // not NaN
+bool IsInRange(double value) { return std::abs(value) <= kMaxCoordinate_m; }  // not NaN
 
 // Sets the values of single variables, one after the other.
 class Setter {
@@ -33,20 +33,21 @@ class Setter {
   absl::Status SetNamed(const JointValues::Named& named) {
     const JointGroup* group = model_.FindGroup(named.group);
     if (group == nullptr) {
-      return BadField("group", absl::StrCat("is ", Quoted(named.group), ", must be a group of ",
-                                            Quoted(model_.name)));
+      return InvalidFieldError("group", absl::StrCat("is ", Quoted(named.group),
+                                                     ", must be a group of ", Quoted(model_.name)));
     }
     const auto state = std::find_if(group->states.begin(), group->states.end(),
                                     [&](const NamedState& s) { return s.name == named.state; });
     if (state == group->states.end()) {
-      return BadField("named_state", absl::StrCat("is ", Quoted(named.state),
-                                                  ", must be a state of ", Quoted(named.group)));
+      return InvalidFieldError(
+          "named_state",
+          absl::StrCat("is ", Quoted(named.state), ", must be a state of ", Quoted(named.group)));
     }
     if (state->variables.empty()) {
-      return BadField("named_state",
-                      absl::StrCat("is ", Quoted(named.state),
-                                   ", of which the SRDF says nothing that joints of ",
-                                   Quoted(named.group), " can take: load the robot to see why"));
+      return InvalidFieldError(
+          "named_state", absl::StrCat("is ", Quoted(named.state),
+                                      ", of which the SRDF says nothing that joints of ",
+                                      Quoted(named.group), " can take: load the robot to see why"));
     }
     for (std::size_t i = 0; i < state->variables.size(); ++i) {
       state_[state->variables[i]] = state->values[i];
@@ -56,15 +57,15 @@ class Setter {
 
   absl::Status Set(const VariableValue& value, const std::string& place) {
     if (!IsInRange(value.value)) {
-      return BadField(place + ".value",
-                      absl::StrCat("is ", value.value, ", must be finite and at most ",
-                                   kLargestCoordinate_m, " in magnitude"));
+      return InvalidFieldError(place + ".value",
+                               absl::StrCat("is ", value.value, ", must be finite and at most ",
+                                            kMaxCoordinate_m, " in magnitude"));
     }
     const auto variable = index_.find(value.variable);
     if (variable == index_.end()) return CheckOther(value, place);
     if (is_set_[variable->second]) {
-      return BadField(place + ".variable",
-                      absl::StrCat("is ", Quoted(value.variable), ", must be named once"));
+      return InvalidFieldError(place + ".variable",
+                               absl::StrCat("is ", Quoted(value.variable), ", must be named once"));
     }
     is_set_[variable->second] = true;
     state_[variable->second] = value.value;
@@ -72,14 +73,14 @@ class Setter {
   }
 
   // Checks the values of mimic joints, after all variables are set.
-  absl::Status CheckFollowers() const {
-    for (const auto& [link, value, place] : followers_) {
+  absl::Status CheckMimics() const {
+    for (const auto& [link, value, place] : mimics_) {
       const ModelLink& follower = model_.links[link];
       const double expected = follower.multiplier * state_[follower.variable] + follower.offset;
-      if (std::abs(value - expected) <= kFollowerTolerance) continue;
-      return BadField(place + ".value",
-                      absl::StrCat("is ", value, ", must be left out or ", expected, ": joint ",
-                                   Quoted(follower.joint), " mimics another"));
+      if (std::abs(value - expected) <= kMimicTolerance) continue;
+      return InvalidFieldError(place + ".value",
+                               absl::StrCat("is ", value, ", must be left out or ", expected,
+                                            ": joint ", Quoted(follower.joint), " mimics another"));
     }
     return absl::OkStatus();
   }
@@ -92,9 +93,9 @@ class Setter {
       double square = 0;
       for (int q = kQuaternionAt; q < kQuaternionEnd; ++q) square += state_[i + q] * state_[i + q];
       if (std::abs(std::sqrt(square) - 1) <= kQuaternionTolerance) continue;
-      return BadField("values",
-                      absl::StrCat("turn joint ", Quoted(link.joint), " by a quaternion of length ",
-                                   std::sqrt(square), ", must have length 1 within 1 %"));
+      return InvalidFieldError(
+          "values", absl::StrCat("turn joint ", Quoted(link.joint), " by a quaternion of length ",
+                                 std::sqrt(square), ", must have length 1 within 1 %"));
     }
     return absl::OkStatus();
   }
@@ -102,7 +103,7 @@ class Setter {
   std::vector<double> Take() && { return std::move(state_); }
 
  private:
-  struct Follower {
+  struct MimicJoint {
     int link = 0;
     double value = 0;
     std::string place;
@@ -112,24 +113,24 @@ class Setter {
     const std::optional<int> link = model_.FindJoint(value.variable);
     if (link.has_value() && model_.links[*link].kind == JointKind::kFixed) {
       if (value.value == 0) return absl::OkStatus();
-      return BadField(place + ".value",
-                      absl::StrCat("is ", value.value, ", must be left out or 0: joint ",
-                                   Quoted(value.variable), " is fixed"));
+      return InvalidFieldError(place + ".value",
+                               absl::StrCat("is ", value.value, ", must be left out or 0: joint ",
+                                            Quoted(value.variable), " is fixed"));
     }
-    if (link.has_value() && model_.links[*link].follows) {
-      followers_.push_back({*link, value.value, place});
+    if (link.has_value() && model_.links[*link].is_mimic) {
+      mimics_.push_back({*link, value.value, place});
       return absl::OkStatus();
     }
-    return BadField(place + ".variable",
-                    absl::StrCat("is ", Quoted(value.variable), ", must be a variable of ",
-                                 Quoted(model_.name)));
+    return InvalidFieldError(place + ".variable",
+                             absl::StrCat("is ", Quoted(value.variable), ", must be a variable of ",
+                                          Quoted(model_.name)));
   }
 
   const RobotModel& model_;
   std::vector<double> state_;
   std::vector<bool> is_set_;
   std::map<std::string_view, int> index_;
-  std::vector<Follower> followers_;
+  std::vector<MimicJoint> mimics_;
 };
 
 }  // namespace
@@ -144,7 +145,7 @@ absl::StatusOr<std::vector<double>> StateWith(const RobotModel& model, std::vect
     const absl::Status status = setter.Set(joints.values[i], absl::StrCat("values[", i, "]"));
     if (!status.ok()) return status;
   }
-  if (auto status = setter.CheckFollowers(); !status.ok()) return status;
+  if (auto status = setter.CheckMimics(); !status.ok()) return status;
   if (auto status = setter.CheckQuaternions(); !status.ok()) return status;
   return std::move(setter).Take();
 }

@@ -28,16 +28,16 @@ struct JointValues {
 
 // Returns `state`, which has one value for each variable of the model, changed by `joints`.
 // Variables that are not named keep their value. Fixed joints may be named with 0, and mimic joints
-// with the value that they then have (within kFollowerTolerance, mimic.h), because reports of a
+// with the value that they then have (within kMimicTolerance, mimic.h), because reports of a
 // whole robot name them. Limits are not checked.
 //
 // Refuses (FieldRuleOf: "group", "named_state", "values", "values[2].variable", "values[2].value")
 // unknown groups, states and variables, variables named twice, values that are not finite or beyond
-// kLargestCoordinate_m, and quaternions of floating joints whose length is not within 1 % of 1.
+// kMaxCoordinate_m, and quaternions of floating joints whose length is not within 1 % of 1.
 absl::StatusOr<std::vector<double>> StateWith(const RobotModel& model, std::vector<double> state,
                                               const JointValues& joints);
 
-// True if there is one value for each variable, at most kLargestCoordinate_m in magnitude.
+// True if there is one value for each variable, at most kMaxCoordinate_m in magnitude.
 bool IsState(const RobotModel& model, const std::vector<double>& state);
 
 }  // namespace cwm::collision

@@ -11,21 +11,21 @@
 namespace cwm::collision {
 namespace {
 
-bool SameStand(const WorldRobot& a, const WorldRobot& b) {
+bool SameBaseAndState(const WorldRobot& a, const WorldRobot& b) {
   return SamePose(a.X_WB, b.X_WB) && a.state == b.state;
 }
 
 }  // namespace
 
 absl::Status RobotTransaction::Put(const PutRobot& put) {
-  if (!IsValidName(put.name)) return BadName(put.name);
-  if (!IsPlaceable(put.X_WB)) return BadPose("x_world_base");
-  if (put.robot == nullptr) return BadField("robot", "must be given");
+  if (!IsValidName(put.name)) return InvalidNameError(put.name);
+  if (!IsPlaceable(put.X_WB)) return InvalidPoseError("x_world_base");
+  if (put.robot == nullptr) return InvalidFieldError("robot", "must be given");
   if (!IsState(*put.robot->model, put.state)) {
-    return BadField("state", "must hold one finite value for each variable of the robot");
+    return InvalidFieldError("state", "must hold one finite value for each variable of the robot");
   }
   if (const auto fault = StateFault(*put.robot->model, put.X_WB, put.state)) {
-    return BadField("state", *fault);
+    return InvalidFieldError("state", *fault);
   }
   const WorldRobot* current = Current(put.name);
   WorldRobot robot;
@@ -44,26 +44,27 @@ absl::Status RobotTransaction::Put(const PutRobot& put) {
 }
 
 absl::Status RobotTransaction::Remove(const RemoveRobot& remove) {
-  if (!Has(remove.name)) return MissingRobot(remove.name);
+  if (!Has(remove.name)) return RobotNotFoundError(remove.name);
   touched_[remove.name] = std::nullopt;
   return absl::OkStatus();
 }
 
 absl::Status RobotTransaction::Set(const SetRobotState& set) {
   const WorldRobot* current = Current(set.name);
-  if (current == nullptr) return MissingRobot(set.name);
-  if (set.X_WB.has_value() && !IsPlaceable(*set.X_WB)) return BadPose("x_world_base");
+  if (current == nullptr) return RobotNotFoundError(set.name);
+  if (set.X_WB.has_value() && !IsPlaceable(*set.X_WB)) return InvalidPoseError("x_world_base");
   absl::StatusOr<std::vector<double>> state =
       StateWith(current->model(), current->state, set.joints);
   if (!state.ok()) {
     const std::optional<FieldRule> fault = FieldRuleOf(state.status());
-    return fault ? BadField(absl::StrCat("joints.", fault->field), fault->rule) : state.status();
+    return fault ? InvalidFieldError(absl::StrCat("joints.", fault->field), fault->rule)
+                 : state.status();
   }
   WorldRobot robot = *current;
   robot.X_WB = set.X_WB.value_or(current->X_WB);
   robot.state = *std::move(state);
   if (const auto fault = StateFault(robot.model(), robot.X_WB, robot.state)) {
-    return BadField(set.X_WB.has_value() ? "x_world_base" : "joints", *fault);
+    return InvalidFieldError(set.X_WB.has_value() ? "x_world_base" : "joints", *fault);
   }
   Touch(std::move(robot));
   return absl::OkStatus();
@@ -75,7 +76,7 @@ std::vector<RobotDelta> RobotTransaction::Finish() {
     WorldRobotPtr before = base_.FindRobot(name);
     if (before == nullptr && !robot.has_value()) continue;
     const bool is_same_robot = before != nullptr && robot.has_value() && before->IsSameAs(*robot);
-    if (is_same_robot && SameStand(*before, *robot)) continue;
+    if (is_same_robot && SameBaseAndState(*before, *robot)) continue;
     if (is_same_robot) robot->state_revision = revision_;
     deltas.push_back({.before = std::move(before),
                       .after = robot.has_value() ? Place(*std::move(robot)) : nullptr});

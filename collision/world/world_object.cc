@@ -13,10 +13,10 @@ namespace {
 
 // The work for a part besides preparing it for the engines: a microsecond or two, or up to a
 // millisecond for the bounds of many vertices.
-constexpr std::size_t kStepsOfPart = 64;
-constexpr std::size_t kStepsOfBounds = std::size_t{1} << 14;
+constexpr std::size_t kStepsPerPart = 64;
+constexpr std::size_t kStepsPerBounds = std::size_t{1} << 14;
 std::size_t StepsOf(const Shape& shape) {
-  return HasManyVertices(shape) ? kStepsOfBounds : kStepsOfPart;
+  return HasManyVertices(shape) ? kStepsPerBounds : kStepsPerPart;
 }
 
 // Collects the parts of a model.
@@ -31,10 +31,10 @@ class Preparation {
                       .X_OP = X_OP,
                       .shape = shape,
                       .bounds_O = {},
-                      .engines = PrepareForAll(shape, work_)};
+                      .engines = PrepareShape(shape, work_)};
     if (MustEnd(work_, StepsOf(shape))) return false;
     part.bounds_O = BoundsAt(part, X_OP);
-    prepared_.weight += WeightOfAsking(shape);
+    prepared_.weight += QueryCost(shape);
     prepared_.parts.push_back(std::move(part));
     return true;
   }
@@ -81,15 +81,15 @@ std::string_view NameOf(ObjectState state) {
 }
 
 bool IsValidName(std::string_view name) {
-  constexpr std::size_t kLongestName = 128;  // chosen: fits a file name with room for a suffix
-  if (name.empty() || name.size() > kLongestName) return false;
+  constexpr std::size_t kMaxNameBytes = 128;  // chosen: fits a file name with room for a suffix
+  if (name.empty() || name.size() > kMaxNameBytes) return false;
   return std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-' || c == '.' || c == '/';
   });
 }
 
-std::int64_t WeightOfAsking(const Shape& shape) {
+std::int64_t QueryCost(const Shape& shape) {
   constexpr std::size_t kCornersOfUnit = 64;
   constexpr std::int64_t kOfMesh = 4;
   if (const auto* mesh = std::get_if<Mesh>(&shape)) {
@@ -105,9 +105,9 @@ std::int64_t WeightOfAsking(const Shape& shape) {
 }
 
 Aabb BoundsAt(const PreparedPart& part, const Pose& X_FP) {
-  constexpr std::size_t kFewTriangles = 64;  // chosen: as fast as a search of a tree
+  constexpr std::size_t kMaxLinearTriangles = 64;  // chosen: as fast as a search of a tree
   const auto* mesh = std::get_if<Mesh>(&part.shape);
-  if (mesh == nullptr || mesh->mesh->triangles.size() <= kFewTriangles) {
+  if (mesh == nullptr || mesh->mesh->triangles.size() <= kMaxLinearTriangles) {
     return TightBounds(part.shape, X_FP);
   }
   return TreeOf(*part.engines[static_cast<int>(EngineKind::kExact)])->BoundsAt(X_FP);
@@ -122,7 +122,7 @@ std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> 
     const ShapePart& part = model->shapes[i];
     if (!preparation.Add(PartSource::kShape, i, part.X_OS, part.shape)) return nullptr;
     prepared->parts.back().sigma_m = SurfaceSigma_m(part);
-    prepared->widest_sigma_m = std::max(prepared->widest_sigma_m, prepared->parts.back().sigma_m);
+    prepared->max_sigma_m = std::max(prepared->max_sigma_m, prepared->parts.back().sigma_m);
   }
   for (int i = 0; i < static_cast<int>(model->surfaces.size()); ++i) {
     const Mesh& surface = model->surfaces[i].surface;
@@ -152,7 +152,7 @@ std::shared_ptr<const WorldObject> Place(WorldObject object, WorkCounter* work) 
   for (const PreparedPart& part : object.geometry->parts) {
     const Pose X_WP = object.X_WO * part.X_OP;
     object.parts_W.push_back({.X_WP = X_WP, .bounds_W = BoundsAt(part, X_WP)});
-    if (MustEnd(work, HasManyVertices(part.shape) ? kStepsOfBounds : 1)) return nullptr;
+    if (MustEnd(work, HasManyVertices(part.shape) ? kStepsPerBounds : 1)) return nullptr;
     object.bounds_W.extend(object.parts_W.back().bounds_W);
   }
   return std::make_shared<const WorldObject>(std::move(object));

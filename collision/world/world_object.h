@@ -55,14 +55,14 @@ struct PlacedPart {
 struct PreparedModel {
   std::shared_ptr<const HybridModel> model;
   std::vector<PreparedPart>
-      parts;                  // shapes, then surfaces, then handles, each in the model's order
-  double widest_sigma_m = 0;  // the largest of all parts
-  std::int64_t weight = 0;    // the sum over all parts, see WeightOfAsking
+      parts;                // shapes, then surfaces, then handles, each in the model's order
+  double max_sigma_m = 0;   // the largest of all parts
+  std::int64_t weight = 0;  // the sum over all parts, see QueryCost
 };
 
 // The relative cost of a query about a shape whose box is near; a primitive costs 1. A mesh costs
 // more with the levels of its tree, a hull or plate with its corners.
-std::int64_t WeightOfAsking(const Shape& shape);
+std::int64_t QueryCost(const Shape& shape);
 
 // Builds trees and hulls, which is slow; do not hold a lock. Surfaces without triangles make no
 // part; a handle without triangles is represented by its bounding box. `model` is not null and its
@@ -104,7 +104,7 @@ std::string UidOf(const std::string& name, Revision create_revision);
 struct WorldObject : Obstacle {
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const Attachment> attachment;  // nullptr: not attached
-  std::string supported_by;    // name of the support or object that carries it; may be empty
+  std::string supported_by;    // name of the support or object on which it stands; may be empty
   Revision create_revision;    // 0: not yet part of a world
   Revision geometry_revision;  // last change of the model
   Revision pose_revision;      // last change of the pose or of the attachment

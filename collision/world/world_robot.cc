@@ -5,8 +5,8 @@
 #include "collision/engines/exact_engine.h"
 #include "collision/geometry/quick_bounds.h"
 #include "collision/robot/kinematics.h"
-#include "collision/spheres/containing_spheres.h"
-#include "collision/spheres/program_memo.h"
+#include "collision/spheres/bounding_spheres.h"
+#include "collision/spheres/program_cache.h"
 
 namespace cwm::collision {
 namespace {
@@ -22,8 +22,7 @@ class StopCounter final : public WorkCounter {
   const std::stop_token& stop_;
 };
 
-std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot,
-                                                      WorkCounter& work) {
+std::shared_ptr<const SphereModel> FitLinkSpheres(const RobotGeometry& robot, WorkCounter& work) {
   std::vector<std::vector<LinkPiece>> pieces(robot.model->links.size());
   for (std::size_t k = 0; k < robot.geometry->parts.size(); ++k) {
     const PreparedPart& part = robot.geometry->parts[k];
@@ -34,7 +33,7 @@ std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot
   }
   auto around = std::make_shared<SphereModel>();
   for (const std::vector<LinkPiece>& of_link : pieces) {
-    std::optional<std::vector<LinkSphere>> spheres = SpheresAround(of_link, &work);
+    std::optional<std::vector<LinkSphere>> spheres = FitBoundingSpheres(of_link, &work);
     if (!spheres) return nullptr;
     around->links.push_back(*std::move(spheres));
   }
@@ -76,12 +75,12 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
     if (stop.stop_requested()) return nullptr;
   }
   robot->model = std::move(model);
-  robot->programs = std::make_shared<ProgramMemo>(*robot->model);
+  robot->programs = std::make_shared<ProgramCache>(*robot->model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
-  robot->spheres_around = SpheresAroundLinks(*robot, work);
+  robot->bounding_spheres = FitLinkSpheres(*robot, work);
   if (stop.stop_requested()) return nullptr;
-  if (robot->spheres_around)
-    robot->prepared_spheres_around = PrepareSpheres(*robot->spheres_around);
+  if (robot->bounding_spheres)
+    robot->prepared_bounding_spheres = PrepareSpheres(*robot->bounding_spheres);
   robot->spheres_as_given = std::move(spheres_as_given);
   return robot;
 }

@@ -14,7 +14,7 @@
 
 namespace cwm::collision {
 
-class ProgramMemo;  // spheres/program_memo.h
+class ProgramCache;  // spheres/program_cache.h
 
 // A sphere model ready for every engine: one part per sphere, in the frame of its link, ordered by
 // link and within a link as listed. Immutable, shared.
@@ -34,11 +34,11 @@ struct RobotGeometry {
   std::vector<int> link_of_part;  // by part of `geometry`: index into model->links; ascending
   std::optional<SphereModel> spheres_as_given;               // absent if none were given
   std::optional<PreparedSpheres> prepared_spheres_as_given;  // likewise
-  // Spheres that contain the links' geometry (SpheresAround); nullptr if a link has a half-space,
-  // which no sphere contains.
-  std::shared_ptr<const SphereModel> spheres_around;
-  std::optional<PreparedSpheres> prepared_spheres_around;  // of spheres_around
-  std::shared_ptr<ProgramMemo> programs;                   // of queries about this robot
+  // Spheres that contain the links' geometry (FitBoundingSpheres); nullptr if a link has a
+  // half-space, which no sphere contains.
+  std::shared_ptr<const SphereModel> bounding_spheres;
+  std::optional<PreparedSpheres> prepared_bounding_spheres;  // of bounding_spheres
+  std::shared_ptr<ProgramCache> programs;                    // of queries about this robot
 };
 
 // Builds trees and hulls, which is slow; do not hold a lock. `model` is not null. Checks `stop`

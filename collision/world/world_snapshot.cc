@@ -84,11 +84,11 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
                                    std::span<const RobotDelta> robot_deltas,
                                    std::shared_ptr<const PairRules> pair_rules,
                                    WorkCounter* work) const {
-  constexpr std::size_t kStepsOfDelta = 256;  // some microseconds
+  constexpr std::size_t kStepsPerDelta = 256;  // some microseconds
   WorldSnapshot next = *this;
   next.revision_ = revision;
   for (const auto& [before, after] : deltas) {
-    if (MustEnd(work, kStepsOfDelta)) return next;
+    if (MustEnd(work, kStepsPerDelta)) return next;
     if (before != nullptr) {
       next.bounds_ = next.bounds_.Without(*before);
       next.weight_ -= before->geometry->weight;

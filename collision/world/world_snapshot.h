@@ -46,7 +46,7 @@ class WorldSnapshot {
   Revision revision() const { return revision_; }
   // Ordered by name.
   const ObjectTable& objects() const { return objects_; }
-  // The sum of WeightOfAsking over all parts of objects and robots.
+  // The sum of QueryCost over all parts of objects and robots.
   std::int64_t weight() const { return weight_; }
   // nullptr if there is none.
   WorldObjectPtr Find(std::string_view name) const;
@@ -169,8 +169,8 @@ struct Change {
 
 // The name of the object or robot of the change; empty for rules of pairs.
 const std::string& NameOf(const Change& change);
-bool IsOfRobot(const Change& change);
-bool IsOfPairs(const Change& change);
+bool IsRobotChange(const Change& change);
+bool IsPairRuleChange(const Change& change);
 // The revision that is compared with `expected_object_revision`; empty if the object or robot does
 // not exist.
 std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change);
@@ -197,7 +197,7 @@ struct ApplyFault {
 };
 std::optional<ApplyFault> FaultOf(const absl::Status& status);
 // True if the item that Apply did not find is a robot.
-bool IsOfUnknownRobot(const Change& change, const ApplyFault& fault);
+bool IsUnknownRobotFault(const Change& change, const ApplyFault& fault);
 
 // The differences between two snapshots of one world, ordered by name. An object that was removed
 // and put again gives two deltas, the removal first.

@@ -16,7 +16,7 @@ namespace cwm::collision {
 namespace {
 
 // chosen: the names of robots have a few words; longer ones flood tables.
-constexpr std::size_t kLongestName = 256;
+constexpr std::size_t kMaxNameBytes = 256;
 // chosen: the formats in use have some ten per element.
 constexpr std::size_t kMaxAttributes = 32;
 constexpr std::size_t kMaxTagsAndAttributes = 250'000;  // measured: parsing takes some 20 ms
@@ -189,11 +189,11 @@ std::string ParseRule(const tinyxml2::XMLDocument& document) {
 }  // namespace
 
 std::string Quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 60;  // a line of a terminal, less the rest of the message
-  std::string shown(text.substr(0, kLongest));
+  constexpr std::size_t kMaxShown = 60;  // a line of a terminal, less the rest of the message
+  std::string shown(text.substr(0, kMaxShown));
   std::replace_if(
       shown.begin(), shown.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return absl::StrCat("\"", shown, text.size() > kLongest ? "..." : "", "\"");
+  return absl::StrCat("\"", shown, text.size() > kMaxShown ? "..." : "", "\"");
 }
 
 absl::Status FaultAt(std::string_view place, std::string_view rule) {
@@ -237,7 +237,7 @@ absl::StatusOr<std::string> XmlElement::Text(const char* attribute) const {
 absl::StatusOr<std::string> XmlElement::Name(const char* attribute) const {
   absl::StatusOr<std::string> name = Text(attribute);
   if (!name.ok()) return name;
-  if (name->empty() || name->size() > kLongestName || !IsUtf8(*name) ||
+  if (name->empty() || name->size() > kMaxNameBytes || !IsUtf8(*name) ||
       std::any_of(name->begin(), name->end(), IsControl)) {
     return FaultOf(attribute, "must be 1 to 256 bytes of UTF-8 without control characters");
   }

@@ -38,8 +38,8 @@ OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid, c
   cells.sigma_m.resize(grid.size());
   cells.normal_sigma_rad.resize(grid.size());
   cells.cloud_index.resize(grid.size());
-  ParallelFor(grid.size(), ItemsPerPiece(500ns), work, [&](std::size_t begin, std::size_t end) {
-    PollEvery poll(work, ItemsPerPiece(6ns));  // millions of points may share one cell
+  ParallelFor(grid.size(), ItemsPerChunk(500ns), work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, ItemsPerChunk(6ns));  // millions of points may share one cell
     for (std::size_t c = begin; c < end; ++c) SetCell(points, grid, c, poll, cells);
   });
   return cells;

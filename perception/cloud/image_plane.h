@@ -49,7 +49,7 @@ template <class Set>
 void ForEachPixel(const MeasuredPoints& measured, const Work& work, const Set& set) {
   using namespace std::chrono_literals;
   ParallelFor(static_cast<std::size_t>(measured.height),
-              ItemsPerPiece(10ns * std::max(measured.width, 1)), work,
+              ItemsPerChunk(10ns * std::max(measured.width, 1)), work,
               [&](std::size_t begin, std::size_t end) {
                 for (std::size_t row = begin; row < end; ++row) {
                   const std::int32_t* line =

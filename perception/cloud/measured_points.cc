@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 // chosen: a cloud whose neighbouring rays are farther apart is no image (a 64-line laser has 0.01).
 constexpr float kMaxPixelAngle_rad = 0.05f;
-constexpr std::size_t kPointsPerRange = ItemsPerPiece(50ns);  // derived: one piece of work
+constexpr std::size_t kPointsPerRange = ItemsPerChunk(50ns);  // derived: one piece of work
 
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {
@@ -78,7 +78,7 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
 struct Range {
   std::size_t finite = 0;
   std::size_t first = 0;              // number of finite points in the ranges before
-  std::optional<std::size_t> beyond;  // the first point farther than kLargestCoordinate_m
+  std::optional<std::size_t> beyond;  // the first point farther than kMaxCoordinate_m
 };
 
 std::vector<Range> CountFinite(const PointCloud& cloud, const Work& work) {
@@ -88,7 +88,7 @@ std::vector<Range> CountFinite(const PointCloud& cloud, const Work& work) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!IsReturn(cloud.points[i])) continue;
       ++range.finite;
-      const bool is_beyond = cloud.points[i].cwiseAbs().maxCoeff() > kLargestCoordinate_m;
+      const bool is_beyond = cloud.points[i].cwiseAbs().maxCoeff() > kMaxCoordinate_m;
       if (is_beyond && !range.beyond) range.beyond = i;
     }
   });
@@ -102,9 +102,9 @@ absl::Status CheckExtent(const PointCloud& cloud, const std::vector<Range>& rang
   for (const Range& range : ranges) {
     if (!range.beyond) continue;
     const float largest_m = cloud.points[*range.beyond].cwiseAbs().maxCoeff();
-    return absl::InvalidArgumentError(
-        absl::StrCat("cloud.points[", *range.beyond, "] has a coordinate of ", largest_m,
-                     " m: must be at most ", kLargestCoordinate_m, " m"));
+    return absl::InvalidArgumentError(absl::StrCat("cloud.points[", *range.beyond,
+                                                   "] has a coordinate of ", largest_m,
+                                                   " m: must be at most ", kMaxCoordinate_m, " m"));
   }
   return absl::OkStatus();
 }

@@ -33,7 +33,7 @@ struct MeasuredPoints {
 // where it has valid ones (made unit, not turned), else zero. A cloud that claims to be organised
 // but whose rays do not run as in an image (shuffled points) is treated as not organised.
 // InvalidArgument if the cloud's layout contradicts itself, no point is finite, or a finite
-// coordinate lies beyond kLargestCoordinate_m. Throws Stopped when `work` is stopped.
+// coordinate lies beyond kMaxCoordinate_m. Throws Stopped when `work` is stopped.
 absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise,
                                                const Work& work = {});
 

@@ -95,7 +95,7 @@ void EstimateImageNormals(MeasuredPoints& measured, const Work& work) {
   const auto width = static_cast<std::size_t>(measured.width);
   // A row of 640 pixels takes 0.05 ms.
   ParallelFor(static_cast<std::size_t>(measured.height),
-              ItemsPerPiece(80ns * std::max(measured.width, 1)), work,
+              ItemsPerChunk(80ns * std::max(measured.width, 1)), work,
               [&](std::size_t begin, std::size_t end) {
                 RowNormals normals(measured.width);
                 for (std::size_t row = begin; row < end; ++row) {
@@ -129,7 +129,7 @@ void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float ra
       TurnToSensor(points.normals[i], points.points[i]);
     }
   };
-  ParallelFor(grid.size(), ItemsPerPiece(2us), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(grid.size(), ItemsPerChunk(2us), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) estimate_cell(c);
   });
 }

@@ -31,9 +31,13 @@ struct OrientedPoints {
   std::size_t size() const { return points.size(); }
 
   // The largest and the usual distance of a support's point from the support's plane, in metres.
-  float MostOffPlane_m(std::size_t i) const { return OffPlane_m(spread.most, sigma_m[i]); }
-  float UsuallyOffPlane_m(std::size_t i) const { return OffPlane_m(spread.usual, sigma_m[i]); }
-  static float OffPlane_m(float spread_sigma, float sigma_m) {
+  float WidePlaneTolerance_m(std::size_t i) const {
+    return PlaneTolerance_m(spread.wide, sigma_m[i]);
+  }
+  float UsualPlaneTolerance_m(std::size_t i) const {
+    return PlaneTolerance_m(spread.usual, sigma_m[i]);
+  }
+  static float PlaneTolerance_m(float spread_sigma, float sigma_m) {
     return std::max(kUnevenness_m, spread_sigma * sigma_m);
   }
 };

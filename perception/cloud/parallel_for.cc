@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "collision/crew/crew.h"
+#include "collision/thread_pool/thread_pool.h"
 
 namespace cwm::perception {
 
@@ -14,9 +14,9 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
     body(begin, end);
   };
   if (count > range_size) {
-    Loop(
+    ParallelLoop(
         count, range_size, [&] { return work.Threads(); }, polled)
-        .Do();
+        .Run();
   } else if (count > 0) {
     polled(0, count);  // no loop here, so nested loops get its threads
   } else {
@@ -24,8 +24,8 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
   }
 }
 
-void DoBoth(const Work& work, const std::function<void()>& first,
-            const std::function<void()>& second) {
+void ParallelInvoke(const Work& work, const std::function<void()>& first,
+                    const std::function<void()>& second) {
   ParallelFor(2, 1, work, [&](std::size_t begin, std::size_t) { begin == 0 ? first() : second(); });
 }
 

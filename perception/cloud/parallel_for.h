@@ -20,7 +20,7 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t begin, std::size_t end)>& body);
 
 // Calls both functions, in parallel like two ranges of a loop.
-void DoBoth(const Work& work, const std::function<void()>& first,
-            const std::function<void()>& second);
+void ParallelInvoke(const Work& work, const std::function<void()>& first,
+                    const std::function<void()>& second);
 
 }  // namespace cwm::perception

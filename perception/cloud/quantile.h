@@ -28,9 +28,9 @@ T Median(std::vector<T> values) {
 }
 
 // chosen: this many values determine a median to 2 percent of its spread; more add little.
-inline constexpr std::size_t kSampled = 4096;
-// The stride that takes an even sample of kSampled of `count` values, or a few more. It is odd, so
-// that the sample of an image's pixels visits all columns.
-inline std::size_t SampleStride(std::size_t count) { return count / kSampled | 1; }
+inline constexpr std::size_t kMaxQuantileSamples = 4096;
+// The stride that takes an even sample of kMaxQuantileSamples of `count` values, or a few more. It
+// is odd, so that the sample of an image's pixels visits all columns.
+inline std::size_t SampleStride(std::size_t count) { return count / kMaxQuantileSamples | 1; }
 
 }  // namespace cwm::perception

@@ -87,15 +87,15 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
     AwayFrom(places, k, away_m);
     // Only discs matter that are wider than the widest so far and that all places together could
     // fill.
-    const auto most = std::partition(away_m.begin(), away_m.end(), [&](double away) {
+    const auto wide = std::partition(away_m.begin(), away_m.end(), [&](double away) {
       return IsFull(static_cast<double>(places.size()), away, per_m2);
     });
     const auto wider =
-        std::partition(away_m.begin(), most, [&](double away) { return 2 * away <= widest_m; });
-    std::sort(wider, most);
-    for (auto disc = most; disc != wider;) {
+        std::partition(away_m.begin(), wide, [&](double away) { return 2 * away <= widest_m; });
+    std::sort(wider, wide);
+    for (auto disc = wide; disc != wider;) {
       const std::ptrdiff_t within = --disc - away_m.begin();
-      if (within < kPointsOfCell) break;
+      if (within < kMinPointsPerCell) break;
       if (!IsFull(static_cast<double>(within), *disc, per_m2)) continue;
       widest_m = 2 * *disc;
       break;
@@ -104,8 +104,8 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
   return widest_m;
 }
 
-std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
-                             double diameter_m, double beside_m) {
+std::vector<char> MarkWideParts(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
+                                double diameter_m, double beside_m) {
   std::vector<char> as_wide(points.size(), 0);
   if (points.empty()) return as_wide;
   const std::vector<Vector2> places = PlacesAcross(points, viewpoint);

@@ -13,7 +13,7 @@ namespace cwm::perception {
 // cells, which are half of all cells across a slender cluster, are partly empty.
 inline constexpr double kFullCell = 0.75;
 // chosen: fewer points may be in a cell by chance.
-inline constexpr int kPointsOfCell = 4;
+inline constexpr int kMinPointsPerCell = 4;
 
 // The distance between neighbouring points across the ray to their middle, in metres, for the
 // denser half of the cluster. Zero without points.
@@ -26,7 +26,7 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 
 // One flag per point: 1 if it lies within `beside_m` of such a disc of this diameter, so the
 // cluster is that wide there.
-std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
-                             double diameter_m, double beside_m);
+std::vector<char> MarkWideParts(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
+                                double diameter_m, double beside_m);
 
 }  // namespace cwm::perception

@@ -95,15 +95,15 @@ bool Triangulates(SensorModel model) {
 PlaneSpread SensorNoise::SpreadAboutPlanes() const {
   switch (model) {
     case SensorModel::kKinect:
-      return {.most = 12, .usual = 6};
+      return {.wide = 12, .usual = 6};
     case SensorModel::kRealSense:
-      return {.most = 6, .usual = 4};
+      return {.wide = 6, .usual = 4};
     case SensorModel::kTimeOfFlight:
     case SensorModel::kConstant:
-      return {.most = 4.5F, .usual = 3.5F};
+      return {.wide = 4.5F, .usual = 3.5F};
     case SensorModel::kTiltingLaser:
     case SensorModel::kSickLms400:
-      return {.most = 3, .usual = 3};
+      return {.wide = 3, .usual = 3};
   }
   return {};
 }

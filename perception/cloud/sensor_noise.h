@@ -27,7 +27,7 @@ bool Triangulates(SensorModel model);
 // deviations of the range. Three of them are noise; the rest varies slowly across an image: warp,
 // distortion of the lens, calibration of depth.
 struct PlaneSpread {
-  float most = 12;  // corners of a Kinect's image: 15 mm at 0.6 m, on 45 scans of tables
+  float wide = 12;  // corners of a Kinect's image: 15 mm at 0.6 m, on 45 scans of tables
   float usual = 6;  // half of the largest by noise and warp; higher points are objects
 };
 

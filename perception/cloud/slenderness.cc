@@ -50,13 +50,13 @@ Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start, std::vector<char
 // The cell farthest from any cell, and the cell farthest from that one, are the ends of the longest
 // path, exactly so on a tree. Cells that touch no others hold stray points, so the longest path
 // over all components is used.
-struct Way {
+struct CellPath {
   std::size_t from = 0, to = 0;
   double length_m = 0;
 };
-Way LongestWay(const VoxelGrid& grid) {
+CellPath LongestPath(const VoxelGrid& grid) {
   std::vector<char> reached(grid.size(), 0);
-  Way longest;
+  CellPath longest;
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
     if (reached[cell]) continue;
     const std::size_t end = FarthestFrom(grid, cell, reached).cell;
@@ -93,9 +93,9 @@ double SeenArea_m2(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 Slenderness MeasureSlenderness(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                                double spacing_m) {
   if (points.empty()) return {};
-  const double cell_m = std::max(kThinnedTo_m, std::sqrt(kPointsOfCell) * spacing_m);
+  const double cell_m = std::max(kThinningSpacing_m, std::sqrt(kMinPointsPerCell) * spacing_m);
   const VoxelGrid grid = VoxelGrid::Build(points, static_cast<float>(cell_m));
-  const Way way = LongestWay(grid);
+  const CellPath way = LongestPath(grid);
   const double length_m = way.length_m + cell_m;
   return {.length_m = length_m,
           .width_m = SeenArea_m2(points, viewpoint, cell_m) / length_m,

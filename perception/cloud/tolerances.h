@@ -17,9 +17,9 @@ inline constexpr double kNearlyAll = 0.9;
 // chosen: the share of points that must agree where surfaces occlude or touch each other.
 inline constexpr double kMainShare = 0.8;
 // chosen: the larger part of points, of an outline or of an area.
-inline constexpr double kLargerPart = 0.5;
+inline constexpr double kMajority = 0.5;
 // chosen: a share that mixed pixels and chance do not reach, where most is occluded or faces away.
-inline constexpr double kNotByChance = 0.2;
+inline constexpr double kMinSignificantShare = 0.2;
 // measured: the quantiles of heights beyond which mixed pixels lie, on real scans of tables.
 inline constexpr double kMixedPixels = 0.02;
 // measured: up to this share of the rays that seem to pass a surface are mixed pixels at its edges.
@@ -45,20 +45,20 @@ inline constexpr double kFootprintCell_m = 0.01;
 inline constexpr double kEdgeLoss_m = 0.025;
 // chosen: the gap between objects that touch: a wall, the shadow of its rim, and noise on either
 // side.
-inline constexpr double kTouching_m = 0.03;
+inline constexpr double kMaxTouchingGap_m = 0.03;
 // chosen: a vessel's wall with the roundness of its rim, and the difference between the heights of
 // its rims.
 inline constexpr double kVesselWall_m = 0.015, kVesselRim_m = 0.02;
 // chosen: the largest radius of a vessel for a table.
-inline constexpr double kWidestVessel_m = 0.3;
+inline constexpr double kMaxVesselRadius_m = 0.3;
 // chosen: the largest gap between the visible parts of a partly occluded object for a table.
-inline constexpr double kWidestHidden_m = 0.35;
+inline constexpr double kMaxHiddenGap_m = 0.35;
 // chosen: the spacing to which points are thinned: two to three pixels of a Kinect at 0.8 m.
-inline constexpr double kThinnedTo_m = 0.004;
+inline constexpr double kThinningSpacing_m = 0.004;
 // chosen: finer than the noise of any range sensor.
-inline constexpr double kBelowNoise_m = 0.0005;
+inline constexpr double kSubNoise_m = 0.0005;
 // chosen: the thickness of cardboard; a box needs some volume.
-inline constexpr double kThinnest_m = 0.002;
+inline constexpr double kMinThickness_m = 0.002;
 
 // Angles.
 

@@ -103,7 +103,7 @@ Eigen::Matrix3f Moments::Covariance() const {
 VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m,
                            const Work& work) {
   VoxelGrid grid = BuildCells(points, edge_m, work);
-  grid.SumUp(points, work);
+  grid.AccumulateMoments(points, work);
   return grid;
 }
 
@@ -131,7 +131,7 @@ void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& w
   const float per_edge = 1 / edge_m_;
   cell_of_point_.resize(points.size());
   IndexBlocks();
-  PollEvery poll(work, ItemsPerPiece(50ns));
+  PollEvery poll(work, ItemsPerChunk(50ns));
   std::uint64_t latest = ~std::uint64_t{0};  // successive points are mostly in one block
   std::uint32_t index = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -179,7 +179,7 @@ void VoxelGrid::SortBlocks(const Work& work) {
   blocks_ = std::move(blocks);
   IndexBlocks();
   ListCells(cells);
-  PollEvery poll(work, ItemsPerPiece(50ns));
+  PollEvery poll(work, ItemsPerChunk(50ns));
   for (std::uint32_t& cell : cell_of_point_) {
     poll();
     const Block& block = blocks_[place[cell >> kBitsOfBlock]];
@@ -200,7 +200,7 @@ void VoxelGrid::ListCells(std::size_t count) {
 }
 
 void VoxelGrid::SortPoints(const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(50ns));
+  PollEvery poll(work, ItemsPerChunk(50ns));
   first_.assign(cells_.size() + 1, 0);
   for (std::uint32_t cell : cell_of_point_) {
     poll();
@@ -225,11 +225,11 @@ std::vector<std::uint32_t> VoxelGrid::Renumber() {
   return before;
 }
 
-void VoxelGrid::SumUp(std::span<const Eigen::Vector3f> points, const Work& work) {
+void VoxelGrid::AccumulateMoments(std::span<const Eigen::Vector3f> points, const Work& work) {
   moments_.resize(cells_.size());
   // About ten points per cell.
-  ParallelFor(cells_.size(), ItemsPerPiece(800ns), work, [&](std::size_t begin, std::size_t end) {
-    PollEvery poll(work, ItemsPerPiece(50ns));
+  ParallelFor(cells_.size(), ItemsPerChunk(800ns), work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, ItemsPerChunk(50ns));
     for (std::size_t c = begin; c < end; ++c) {
       const Eigen::Vector3f center = Center(c);
       Moments sums;

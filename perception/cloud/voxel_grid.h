@@ -76,7 +76,7 @@ class VoxelGrid {
   // point.
   std::vector<std::uint32_t> Renumber();
   // Computes the moments. `points` are the points of the grid in its present numbering.
-  void SumUp(std::span<const Eigen::Vector3f> points, const Work& work = {});
+  void AccumulateMoments(std::span<const Eigen::Vector3f> points, const Work& work = {});
 
   // Calls f(index) for the occupied cells whose coordinates differ from these by at most `reach` on
   // every axis, including the cell itself, block by block. Stops, and returns true, once f returns

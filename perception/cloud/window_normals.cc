@@ -66,13 +66,13 @@ struct Windows {
   Lane radius_px, step_px;
 };
 
-HWY_INLINE Windows WindowsOf(Lane radius_m, Lane pixel_m, float most_step_px) {
+HWY_INLINE Windows WindowsOf(Lane radius_m, Lane pixel_m, float max_step_px) {
   // Without a point the share is NaN, which hn::Max drops.
   const Lane px = hn::Min(hn::Max(radius_m / pixel_m, All(kMinWindow_px)), All(kMaxWindow_px));
   // px / kSamplesAcrossRadius, rounded.
   const Lane rounded =
       hn::Trunc((All(2) * px + All(kSamplesAcrossRadius)) / All(2 * kSamplesAcrossRadius));
-  const Lane step_px = hn::Min(hn::Max(rounded, All(1)), All(most_step_px));
+  const Lane step_px = hn::Min(hn::Max(rounded, All(1)), All(max_step_px));
   const Lane steps = hn::Trunc(hn::Trunc(px) / step_px);
   return {hn::Max(step_px, steps * step_px), step_px};
 }

@@ -28,7 +28,7 @@ struct Work {
   std::stop_token stop = {};
   // Called before each piece of work by the thread that does it, at most about a millisecond apart
   // on each thread; it may count pieces. Must be cheap and thread-safe. May be empty.
-  std::function<void()> on_piece = {};
+  std::function<void()> on_chunk = {};
 
   // The number of threads to use, at least one and at most max_threads.
   int Threads() const {
@@ -39,16 +39,16 @@ struct Work {
   // Called between two pieces of work. Throws Stopped once the stop was requested.
   void Poll() const {
     if (stop.stop_requested()) throw Stopped();
-    if (on_piece) on_piece();
+    if (on_chunk) on_chunk();
   }
 };
 
 // Work on one thread that is never stopped.
-inline const Work kUnbounded;
+inline const Work kSerialWork;
 
 // The number of items in one piece of work, from the time of one item, measured on two cores of 2.5
 // GHz.
-constexpr std::size_t ItemsPerPiece(std::chrono::nanoseconds of_one) {
+constexpr std::size_t ItemsPerChunk(std::chrono::nanoseconds of_one) {
   // chosen: a loop answers a stop within a millisecond.
   constexpr std::chrono::microseconds kPiece(400);
   return static_cast<std::size_t>(std::max<std::chrono::nanoseconds::rep>(1, kPiece / of_one));

@@ -12,7 +12,7 @@ namespace {
 
 // chosen: the least share of the largest number of points on a wall of any slope that counts as
 // nearly as many; smaller differences are chance.
-constexpr double kNearlyBest = 0.95;
+constexpr double kMinShareOfBest = 0.95;
 // chosen: the step between the slopes that are tried; 5 cm below the rim it is a third of the
 // distance gate.
 constexpr double kSlopeStep = 0.02;
@@ -73,7 +73,7 @@ std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c
     counts.push_back(
         static_cast<double>(WithSlope(straight, k * kSlopeStep, c, behind).inliers.size()));
   }
-  const double nearly = kNearlyBest * *std::max_element(counts.begin(), counts.end());
+  const double nearly = kMinShareOfBest * *std::max_element(counts.begin(), counts.end());
   if (c.options.search_cylinders && static_cast<double>(upright.inliers.size()) >= nearly) {
     return upright;
   }
@@ -107,8 +107,8 @@ Eigen::MatrixXd RoughCovariance(const ShapeFit& fit, const FitContext& c) {
 
 }  // namespace
 
-std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& context,
-                                       const std::vector<char>& available) {
+std::optional<ShapeFit> FindWallBehindDisc(const ShapeFit& disc, const FitContext& context,
+                                           const std::vector<char>& available) {
   const auto* face = std::get_if<PlaneModel>(&disc.model);
   if (face == nullptr) return std::nullopt;
   const std::optional<Rim> rim = MeasureRim(*face, context);

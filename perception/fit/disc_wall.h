@@ -13,7 +13,7 @@ namespace cwm::perception {
 // Returns the cylinder or cone whose rim is the edge of `disc`, a plane, and that most of the
 // available points behind the disc lie on. Empty if the edge is no circle (a square's is not), or
 // if fewer than two independent samples show a wall.
-std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& context,
-                                       const std::vector<char>& available);
+std::optional<ShapeFit> FindWallBehindDisc(const ShapeFit& disc, const FitContext& context,
+                                           const std::vector<char>& available);
 
 }  // namespace cwm::perception

@@ -10,15 +10,15 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: bounds the work for shapes and for refused candidates, which cost as much. A cluttered
+// chosen: bounds the work for shapes and for rejected candidates, which cost as much. A cluttered
 // table of a dozen boxes has 36 faces.
-constexpr int kMaxShapes = 64, kMaxRefusals = 48;
-// measured: successive refusals that end the search. In 45 real scans and 112 simulated ones no
-// shape was found after more than 12; an object without shapes has one refused candidate after
+constexpr int kMaxShapes = 64, kMaxRejections = 48;
+// measured: successive rejections that end the search. In 45 real scans and 112 simulated ones no
+// shape was found after more than 12; an object without shapes has one rejected candidate after
 // another.
-constexpr int kMaxRefusalsInRow = 13;
+constexpr int kMaxConsecutiveRejections = 13;
 // chosen: a third of them at reduced effort; a thousand simulated balls then cost a quarter less.
-constexpr int kMaxRefusalsInHaste = kMaxRefusalsInRow / 3;
+constexpr int kMaxRejectionsAtReducedEffort = kMaxConsecutiveRejections / 3;
 
 std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
                                        const std::vector<char>& available) {
@@ -34,7 +34,8 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 }  // namespace
 
 Extraction ExtractShapes(const FitContext& context) {
-  const int most_in_row = context.options.in_haste ? kMaxRefusalsInHaste : kMaxRefusalsInRow;
+  const int max_in_row =
+      context.options.reduced_effort ? kMaxRejectionsAtReducedEffort : kMaxConsecutiveRejections;
   Extraction out;
   CandidateList candidates(context.points, context.connectivity, context.options.seed,
                            context.work);
@@ -44,29 +45,29 @@ Extraction ExtractShapes(const FitContext& context) {
     candidates.Remove(fit.covered);
     out.fits.push_back(std::move(fit));
   };
-  int refusals = 0, in_row = 0;
+  int rejections = 0, in_row = 0;
   while (true) {
     const std::optional<Candidate> leader = search.Next();
     if (!leader) break;
     if (std::optional<ShapeFit> fit = SelectModel(*leader, candidates, context)) {
       in_row = 0;
       take(*std::move(fit));
-      if (auto wall = WallBehindDisc(out.fits.back(), context, candidates.available())) {
+      if (auto wall = FindWallBehindDisc(out.fits.back(), context, candidates.available())) {
         take(*std::move(wall));
       }
     } else {
-      candidates.Refuse(*leader);
-      ++refusals;
+      candidates.Reject(*leader);
+      ++rejections;
       ++in_row;
     }
-    if (static_cast<int>(out.fits.size()) < kMaxShapes && refusals < kMaxRefusals &&
-        in_row < most_in_row) {
+    if (static_cast<int>(out.fits.size()) < kMaxShapes && rejections < kMaxRejections &&
+        in_row < max_in_row) {
       continue;
     }
     out.notes.push_back("shape search ended at its cap of shapes; the rest becomes surfaces");
     break;
   }
-  if (search.capped()) {
+  if (search.is_exhausted()) {
     out.notes.push_back("shape search ended at its cap of draws; small shapes may be missed");
   }
   return out;

@@ -42,12 +42,12 @@ Heights LowestHeights(const Axial& axial, const Interval& ends, const Ground& gr
   return heights;
 }
 
-bool MayLie(const PlaneModel&, const Ground&) { return false; }
-bool MayLie(const SphereModel& m, const Ground& ground) {
+bool CanRestOnGround(const PlaneModel&, const Ground&) { return false; }
+bool CanRestOnGround(const SphereModel& m, const Ground& ground) {
   return ground.known && m.side == SeenFrom::kOutside;
 }
 template <class Axial>
-bool MayLie(const Axial& m, const Ground& ground) {
+bool CanRestOnGround(const Axial& m, const Ground& ground) {
   return ground.known && m.side == SeenFrom::kOutside &&
          std::abs(m.axis.dot(ground.up)) < std::cos(kSameDirection_rad);
 }
@@ -124,8 +124,8 @@ std::optional<ShapeFit> RestOne(const PlaneModel&, const ShapeFit& fit, const Fi
 
 }  // namespace
 
-bool MayLie(const ShapeFit& fit, const FitContext& context) {
-  return std::visit([&](const auto& m) { return MayLie(m, context.ground); }, fit.model);
+bool CanRestOnGround(const ShapeFit& fit, const FitContext& context) {
+  return std::visit([&](const auto& m) { return CanRestOnGround(m, context.ground); }, fit.model);
 }
 
 std::optional<ShapeFit> RestOnGround(const ShapeFit& fit, const FitContext& context,

@@ -11,7 +11,7 @@ namespace cwm::perception {
 
 // True if the fit is a sphere, or a cylinder or cone that is not upright, seen from outside, over a
 // known ground. Upright ones end at the ground whatever their length.
-bool MayLie(const ShapeFit& fit, const FitContext& context);
+bool CanRestOnGround(const ShapeFit& fit, const FitContext& context);
 
 // Returns the shape nearest to a finished fit that may lie, in standard deviations of its
 // parameters, that touches the ground with those ends of its seen length that sink into it or are

@@ -62,7 +62,7 @@ PlaneModel MeanPlane(const std::vector<SamplePoint>& fan) {
 
 std::vector<SamplePoint> FanOf(const std::vector<std::uint32_t>& inliers, const FitContext& c) {
   std::vector<SamplePoint> fan;
-  for (std::uint32_t i : Thinned(inliers, kFanPoints))
+  for (std::uint32_t i : Subsampled(inliers, kFanPoints))
     fan.push_back({c.points.p[i], c.points.n[i]});
   return fan;
 }
@@ -127,39 +127,41 @@ std::vector<Proposal> Proposals(const Candidate& leader, const CandidateList& li
 
 // Returns one fit per kind and freedom of the axis, the one with the most inliers, sorted by
 // degrees of freedom.
-std::vector<ShapeFit> FitRivals(const Candidate& leader, const CandidateList& list,
-                                const FitContext& c) {
-  std::vector<ShapeFit> rivals;
+std::vector<ShapeFit> FitAlternatives(const Candidate& leader, const CandidateList& list,
+                                      const FitContext& c) {
+  std::vector<ShapeFit> alternatives;
   const auto keep = [&](std::optional<ShapeFit> fit) {
     if (!fit || !IsSignificantlyCurved(*fit, c)) return;
-    for (ShapeFit& rival : rivals) {
-      if (rival.model.index() != fit->model.index() || rival.axis != fit->axis) continue;
-      if (fit->inliers.size() > rival.inliers.size()) rival = *std::move(fit);
+    for (ShapeFit& alternative : alternatives) {
+      if (alternative.model.index() != fit->model.index() || alternative.axis != fit->axis)
+        continue;
+      if (fit->inliers.size() > alternative.inliers.size()) alternative = *std::move(fit);
       return;
     }
-    rivals.push_back(*std::move(fit));
+    alternatives.push_back(*std::move(fit));
   };
   for (const Proposal& proposal : Proposals(leader, list, c)) {
     keep(FitShape(proposal.model, proposal.axis, c, list.available()));
   }
   if (c.options.search_cones) {  // a cone may start from a cylinder
-    for (std::size_t k = 0, count = rivals.size(); k < count; ++k) {
-      const auto* cylinder = std::get_if<CylinderModel>(&rivals[k].model);
+    for (std::size_t k = 0, count = alternatives.size(); k < count; ++k) {
+      const auto* cylinder = std::get_if<CylinderModel>(&alternatives[k].model);
       if (cylinder == nullptr) continue;
-      keep(FitShape(cylinder->AsCone(), rivals[k].axis, c, list.available()));
+      keep(FitShape(cylinder->AsCone(), alternatives[k].axis, c, list.available()));
     }
   }
-  std::stable_sort(rivals.begin(), rivals.end(), [](const ShapeFit& a, const ShapeFit& b) {
-    const int of_a = DegreesOfFreedom(a.model, a.axis);
-    const int of_b = DegreesOfFreedom(b.model, b.axis);
-    return of_a != of_b ? of_a < of_b : a.model.index() < b.model.index();
-  });
-  return rivals;
+  std::stable_sort(alternatives.begin(), alternatives.end(),
+                   [](const ShapeFit& a, const ShapeFit& b) {
+                     const int of_a = DegreesOfFreedom(a.model, a.axis);
+                     const int of_b = DegreesOfFreedom(b.model, b.axis);
+                     return of_a != of_b ? of_a < of_b : a.model.index() < b.model.index();
+                   });
+  return alternatives;
 }
 
-std::vector<std::uint32_t> UnionOfInliers(const std::vector<ShapeFit>& rivals) {
+std::vector<std::uint32_t> UnionOfInliers(const std::vector<ShapeFit>& alternatives) {
   std::vector<std::uint32_t> all;
-  for (const ShapeFit& fit : rivals) {
+  for (const ShapeFit& fit : alternatives) {
     all.insert(all.end(), fit.inliers.begin(), fit.inliers.end());
   }
   std::sort(all.begin(), all.end());
@@ -172,7 +174,7 @@ std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
                                       const FitContext& c) {
   std::vector<std::uint32_t> best;
   PlaneModel plane;
-  for (std::uint32_t seed : Thinned(listed, kFaceSeeds)) {
+  for (std::uint32_t seed : Subsampled(listed, kFaceSeeds)) {
     c.work.Poll();
     const PlaneModel trial{.point = c.points.p[seed], .normal = c.points.n[seed]};
     std::vector<std::uint32_t> inliers;
@@ -188,7 +190,7 @@ std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
 
 std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const FitContext& c) {
   std::vector<PlaneModel> faces;
-  std::vector<std::uint32_t> rest = Thinned(listed, 500);
+  std::vector<std::uint32_t> rest = Subsampled(listed, 500);
   while (static_cast<int>(faces.size()) < kFacesSeen && rest.size() >= 10) {
     const std::optional<PlaneModel> face = LargestFace(rest, c);
     if (!face) break;
@@ -207,15 +209,17 @@ bool SlopeIsSignificant(const ShapeFit& fit) {
                                  std::sqrt(fit.covariance(ConeModel::kSlope, ConeModel::kSlope)));
 }
 
-// The index of the best alternative; `rivals` are sorted by their degrees of freedom.
-std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::uint32_t>& region,
-                   const FitContext& c) {
+// The index of the best alternative; `alternatives` are sorted by their degrees of freedom.
+std::size_t BestOf(const std::vector<ShapeFit>& alternatives,
+                   const std::vector<std::uint32_t>& region, const FitContext& c) {
   std::size_t best = 0;
-  Criterion best_value = EvaluateCriterion(rivals[0].model, rivals[0].axis, c, region);
-  for (std::size_t k = 1; k < rivals.size(); ++k) {
-    const Criterion value = EvaluateCriterion(rivals[k].model, rivals[k].axis, c, region);
-    const bool leans = rivals[k].axis == AxisFreedom::kFree && !IsPlane(rivals[k].model) &&
-                       rivals[best].axis == AxisFreedom::kHeld;
+  Criterion best_value = EvaluateCriterion(alternatives[0].model, alternatives[0].axis, c, region);
+  for (std::size_t k = 1; k < alternatives.size(); ++k) {
+    const Criterion value =
+        EvaluateCriterion(alternatives[k].model, alternatives[k].axis, c, region);
+    const bool leans = alternatives[k].axis == AxisFreedom::kFree &&
+                       !IsPlane(alternatives[k].model) &&
+                       alternatives[best].axis == AxisFreedom::kHeld;
     if (value.value + (leans ? kUprightPrior : 0) < best_value.value &&
         value.rms_sigma < kMaxRms * best_value.rms_sigma) {
       best = k, best_value = value;
@@ -236,12 +240,12 @@ double ValueOf(const ShapeFit& fit, const std::vector<std::uint32_t>& region, co
   return EvaluateCriterion(fit.model, fit.axis, c, region).value;
 }
 
-double BestCylinder(const std::vector<ShapeFit>& rivals, const std::vector<std::uint32_t>& region,
-                    const FitContext& c) {
+double BestCylinder(const std::vector<ShapeFit>& alternatives,
+                    const std::vector<std::uint32_t>& region, const FitContext& c) {
   double best = std::numeric_limits<double>::infinity();
-  for (const ShapeFit& rival : rivals) {
-    if (!std::holds_alternative<CylinderModel>(rival.model)) continue;
-    best = std::min(best, ValueOf(rival, region, c));
+  for (const ShapeFit& alternative : alternatives) {
+    if (!std::holds_alternative<CylinderModel>(alternative.model)) continue;
+    best = std::min(best, ValueOf(alternative, region, c));
   }
   return best;
 }
@@ -263,26 +267,27 @@ struct Lying {
 // True if two or three planes explain the region better than the curved shape.
 bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
                         const FitContext& context) {
-  const double rival = EvaluateCriterion(curved.model, curved.axis, context, region).value;
+  const double alternative = EvaluateCriterion(curved.model, curved.axis, context, region).value;
   // An upright curved shape is likely, so faces must be decisively better. A leaning round edge is
   // more likely the rounded normals of a crease.
   const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
   std::vector<PlaneModel> faces = FacesOf(region, context);
   for (; faces.size() >= 2; faces.pop_back()) {
-    if (EvaluateCriterion(faces, context, region).value + margin < rival) return true;
+    if (EvaluateCriterion(faces, context, region).value + margin < alternative) return true;
   }
   return false;
 }
 
 // Returns the last refinement of a fit; empty if faces explain its inliers better or it breaks its
 // limits.
-std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& candidates,
+std::optional<ShapeFit> Finished(const ShapeFit& alternative, const CandidateList& candidates,
                                  const FitContext& c) {
-  const bool curved = !IsPlane(rival.model);
-  if (curved && c.options.search_planes && FacesExplainBetter(rival, rival.inliers, c)) {
+  const bool curved = !IsPlane(alternative.model);
+  if (curved && c.options.search_planes &&
+      FacesExplainBetter(alternative, alternative.inliers, c)) {
     return std::nullopt;
   }
-  std::optional<ShapeFit> finished = FinishFit(rival, c, candidates.available());
+  std::optional<ShapeFit> finished = FinishFit(alternative, c, candidates.available());
   if (!finished || !IsSignificantlyCurved(*finished, c)) return std::nullopt;
   return finished;
 }
@@ -322,54 +327,54 @@ CurvedEvidence MeasureEvidence(const ConeModel& cone, const ShapeFit& fit,
 }
 
 bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples,
-                   double least_sigma) {
+                   double min_sigma) {
   // Noise gives the curvature of a flat patch a standard deviation of 26.8 sigma / (sqrt(n) L^2): 2
   // sqrt(180) for a parabola fitted to n points spread evenly over the chord L.
   const double flat_curvature =
-      least_sigma * kFlatCurvature * sigma_m /
+      min_sigma * kFlatCurvature * sigma_m /
       (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
   return 1 / e.radius_m > flat_curvature && e.sagitta_m > double{kUnevenness_m} + 0.5 * sigma_m &&
          e.arc_rad >= kMinArc_rad;
 }
 
-bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context, double least_sigma) {
+bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context, double min_sigma) {
   double sigma_m = 0;
   for (std::uint32_t i : fit.inliers) sigma_m += context.points.sigma_m[i];
   sigma_m /= static_cast<double>(fit.inliers.size());
   const double samples = context.IndependentSamples(fit.inliers.size());
   if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples, least_sigma);
+    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples, min_sigma);
   }
   if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
     return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, context), sigma_m, samples,
-                         least_sigma);
+                         min_sigma);
   }
   if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples, least_sigma);
+    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples, min_sigma);
   }
   return true;
 }
 
 std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList& candidates,
                                     const FitContext& context) {
-  std::vector<ShapeFit> rivals = FitRivals(leader, candidates, context);
-  const std::vector<std::uint32_t> all = UnionOfInliers(rivals);
-  const double straight_value = BestCylinder(rivals, all, context);
+  std::vector<ShapeFit> alternatives = FitAlternatives(leader, candidates, context);
+  const std::vector<std::uint32_t> all = UnionOfInliers(alternatives);
+  const double straight_value = BestCylinder(alternatives, all, context);
   Lying lying;
-  while (!rivals.empty()) {
+  while (!alternatives.empty()) {
     context.work.Poll();
-    const std::vector<std::uint32_t> region = UnionOfInliers(rivals);
-    const std::size_t best = BestOf(rivals, region, context);
-    if (lying.fit && lying.value <= ValueOf(rivals[best], all, context)) break;
-    if (std::optional<ShapeFit> finished = Finished(rivals[best], candidates, context)) {
-      if (MayLie(*finished, context)) {
+    const std::vector<std::uint32_t> region = UnionOfInliers(alternatives);
+    const std::size_t best = BestOf(alternatives, region, context);
+    if (lying.fit && lying.value <= ValueOf(alternatives[best], all, context)) break;
+    if (std::optional<ShapeFit> finished = Finished(alternatives[best], candidates, context)) {
+      if (CanRestOnGround(*finished, context)) {
         lying.Offer(RestOnGround(*finished, context, candidates.available()), all, straight_value,
                     context);
       } else if (IsWorthItsSlope(*finished, ValueOf(*finished, all, context), straight_value)) {
         return finished;
       }
     }
-    rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(best));
+    alternatives.erase(alternatives.begin() + static_cast<std::ptrdiff_t>(best));
   }
   return lying.fit;
 }

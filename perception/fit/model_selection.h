@@ -35,10 +35,10 @@ inline constexpr double kMinArc_rad = 35 * kDegree;
 inline constexpr double kMinCurvature_sigma = kNoiseReach_sigma;
 
 // True if the curvature is beyond what noise and the slow warp of sensors give a flat patch: 1/R >
-// least * 26.8 sigma / (sqrt(n_eff) L^2) for the chord L, the sagitta is above 1 mm + 0.5 sigma,
-// and the arc is at least kMinArc_rad.
+// min_sigma * 26.8 sigma / (sqrt(n_eff) L^2) for the chord L, the sagitta is above 1 mm + 0.5
+// sigma, and the arc is at least kMinArc_rad.
 bool IsSignificant(const CurvedEvidence& evidence, double sigma_m, double independent_samples,
-                   double least_sigma = kMinCurvature_sigma);
+                   double min_sigma = kMinCurvature_sigma);
 
 // derived: the least slope of a cone; flatter ones are cylinders. The slow warp of the sensor (1.3
 // mm) gives a wall of 40 mm a slope of 2 degrees. The slope must also be this many standard
@@ -47,7 +47,7 @@ inline constexpr double kMinSlope = 0.035, kMinSlope_sigma = kDistanceGate_sigma
 
 // The same for the inliers of a fit; always true for planes.
 bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context,
-                           double least_sigma = kMinCurvature_sigma);
+                           double min_sigma = kMinCurvature_sigma);
 
 // Returns the best shape for the points of `leader`, finished; empty if none is within its limits.
 // A shape of higher order must lower the criterion, and the rms by 5 %. A curved one must also beat

@@ -42,11 +42,11 @@ Reach ReachOf(const ModelPoints& points, const Ground& ground) {
 
 }  // namespace
 
-FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing) {
+FreeRays FreeRaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing) {
   FreeRays out;
   if (points.size() == 0 || !ground.known) return out;
   const Reach reach = ReachOf(points, ground);
-  std::size_t about = 0;
+  std::size_t around_count = 0;
   for (std::size_t k = 0; k < passing.ends.size(); ++k) {
     const Vector3 ray = passing.ends[k].cast<double>() - points.origin_L - points.viewpoint;
     const double range_m = ray.norm();
@@ -61,15 +61,16 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
                                   range_m - kDistanceGate_sigma * sigma_m - kBefore_m);
     if (!(end_m > begin_m)) continue;
     FreeRay free{.p = {}, .sigma_m = sigma_m};
-    for (int j = 0; j < kFreePlaces; ++j) {
-      const double at_m = begin_m + (j + 1.0) / kFreePlaces * (end_m - begin_m);
+    for (int j = 0; j < kSamplesPerRay; ++j) {
+      const double at_m = begin_m + (j + 1.0) / kSamplesPerRay * (end_m - begin_m);
       free.p[static_cast<std::size_t>(j)] = points.viewpoint + at_m / range_m * ray;
     }
     out.rays.push_back(free);
-    about += k < passing.about;
+    around_count += k < passing.around_count;
   }
-  const std::size_t stride = std::max({std::size_t{1}, (about + kMaxRaysAbout - 1) / kMaxRaysAbout,
-                                       (out.rays.size() + kMaxRaysInAll - 1) / kMaxRaysInAll});
+  const std::size_t stride =
+      std::max({std::size_t{1}, (around_count + kMaxRaysAbout - 1) / kMaxRaysAbout,
+                (out.rays.size() + kMaxRaysInAll - 1) / kMaxRaysInAll});
   for (std::size_t k = 0; k * stride < out.rays.size(); ++k) out.rays[k] = out.rays[k * stride];
   out.rays.resize((out.rays.size() + stride - 1) / stride);
   out.weight = passing.weight * static_cast<double>(stride);
@@ -82,8 +83,9 @@ bool MayComeNear(const Vector3& middle, double radius_m, const FreeRay& ray) {
   return !((from - at * way).squaredNorm() > radius_m * radius_m);
 }
 
-NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
-  NearestPlace best{.clearance_m = std::numeric_limits<double>::infinity()};
+NearestRayPoint FindNearestRayPoint(const DistanceToShape& distance_m, const Pose& X_SR,
+                                    const FreeRay& ray) {
+  NearestRayPoint best{.clearance_m = std::numeric_limits<double>::infinity()};
   std::size_t nearest = 0;
   for (std::size_t k = 0; k < ray.p.size(); ++k) {
     const double clearance_m = distance_m(X_SR * ray.p[k]);
@@ -119,13 +121,13 @@ NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, cons
   return best;
 }
 
-FreeRay PlacedAround(const Vector3& p, const FreeRay& ray) {
+FreeRay ResampledAround(const Vector3& p, const FreeRay& ray) {
   FreeRay placed{.p = {}, .sigma_m = ray.sigma_m};
   const Vector3 way = ray.p.back() - ray.p.front();
   const double length_m = way.norm();
   const double at_m = way.dot(p - ray.p.front()) / length_m;
-  for (int k = 0; k < kFreePlaces; ++k) {
-    const double aside_m = (k - 0.5 * (kFreePlaces - 1)) * kFreeSpacing_m;
+  for (int k = 0; k < kSamplesPerRay; ++k) {
+    const double aside_m = (k - 0.5 * (kSamplesPerRay - 1)) * kFreeSpacing_m;
     const double along_m = std::clamp(at_m + aside_m, 0.0, length_m);
     placed.p[static_cast<std::size_t>(k)] = ray.p.front() + along_m / length_m * way;
   }

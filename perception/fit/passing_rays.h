@@ -19,16 +19,16 @@ namespace cwm::perception {
 struct PassingRays {
   std::vector<Eigen::Vector3f> ends;  // metres; rays about the object, then rays below it
   std::vector<float> sigma_m;         // of the range
-  std::size_t about = 0;              // the number of rays about the object
+  std::size_t around_count = 0;       // the number of rays about the object
   double weight = 1;
 };
 
 // A ray's free places, at even distances: from where it comes near the object to where it leaves
 // it, or to just before the surface that it hit.
-// chosen: 8 mm apart (PlacedAround) they span 4 cm, and fits move by less.
-inline constexpr int kFreePlaces = 6;
+// chosen: 8 mm apart (ResampledAround) they span 4 cm, and fits move by less.
+inline constexpr int kSamplesPerRay = 6;
 struct FreeRay {
-  std::array<Vector3, kFreePlaces> p;  // in the frame of the model points
+  std::array<Vector3, kSamplesPerRay> p;  // in the frame of the model points
   double sigma_m = 0;
 };
 struct FreeRays {
@@ -38,23 +38,24 @@ struct FreeRays {
 
 // Returns the rays that come near the space between the points and the ground below them. Rays
 // about the object and rays below it are thinned alike.
-FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing);
+FreeRays FreeRaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing);
 
 // True if the ray comes within radius_m of `middle`. With a solid's bounding sphere this rejects
 // most rays.
 bool MayComeNear(const Vector3& middle, double radius_m, const FreeRay& ray);
 
 // The place of a ray that is deepest in a convex solid or, if the ray stays outside, nearest to it.
-struct NearestPlace {
+struct NearestRayPoint {
   double clearance_m = 0;       // signed distance to the surface, negative inside
   Vector3 p = Vector3::Zero();  // in the ray's frame
 };
 // Returns the nearest place, known to 0.2 mm along the ray if the ray comes so near that it may
 // enter the solid. X_SR transforms from the frame in which the ray is given.
-NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray);
+NearestRayPoint FindNearestRayPoint(const DistanceToShape& distance_m, const Pose& X_SR,
+                                    const FreeRay& ray);
 
 // Returns the ray with its places 8 mm apart about the point p, clamped to its free part. Fits move
 // by less than that span.
-FreeRay PlacedAround(const Vector3& p, const FreeRay& ray);
+FreeRay ResampledAround(const Vector3& p, const FreeRay& ray);
 
 }  // namespace cwm::perception

@@ -79,7 +79,7 @@ std::optional<ShapeFit> FitOne(M model, AxisFreedom axis, const FitContext& c,
     inliers = ConnectedInliers(model, c, available, gate_scale);
     if (!Enough(inliers, c)) return std::nullopt;
     const auto refined = Refine(model.Centred(Centroid(c.points, inliers)), c.points,
-                                Thinned(inliers, kRoughPoints), options);
+                                Subsampled(inliers, kRoughPoints), options);
     if (!refined || !WithinLimits(refined->model, c.options)) return std::nullopt;
     model = refined->model;
   }
@@ -134,7 +134,7 @@ template <ShapeModel M>
 std::optional<FinalFit<M>> RefineFinally(const M& start, const FitContext& c,
                                          const std::vector<std::uint32_t>& inliers,
                                          AxisFreedom axis) {
-  const std::vector<std::uint32_t> used = Thinned(inliers, kFinalPoints);
+  const std::vector<std::uint32_t> used = Subsampled(inliers, kFinalPoints);
   RefineOptions options{.residual = Residual::kAlongRay, .axis = axis, .noise = c.noise};
   std::optional<Refined<M>> refined = Refine(start, c.points, used, options);
   if (!refined || refined->points_used < kMinAlongRays * static_cast<double>(used.size())) {
@@ -167,7 +167,7 @@ template <ShapeModel M>
 Eigen::MatrixXd CovarianceOf(const FinalFit<M>& fit, const FitContext& c,
                              const std::vector<std::uint32_t>& inliers) {
   using Square = typename Refined<M>::Information;
-  const std::vector<std::uint32_t> used = Thinned(inliers, kFinalPoints);
+  const std::vector<std::uint32_t> used = Subsampled(inliers, kFinalPoints);
   const Square inverse = fit.refined.information.inverse();
   const Square warp = WarpOfGradient(fit.refined.model, c.points, used, fit.options);
   // The information counts the points used as if they were independent.
@@ -273,11 +273,11 @@ Criterion EvaluateCriterion(const std::vector<PlaneModel>& planes, const FitCont
                             const std::vector<std::uint32_t>& listed) {
   double squares = 0;
   for (std::uint32_t i : listed) {
-    double least = kTruncatedSquare;
+    double min_square = kTruncatedSquare;
     for (const PlaneModel& plane : planes) {
-      least = std::min(least, TruncatedSquare(plane, context.points, i));
+      min_square = std::min(min_square, TruncatedSquare(plane, context.points, i));
     }
-    squares += least;
+    squares += min_square;
   }
   return CriterionOf(squares / Count(listed), listed.size(),
                      PlaneModel::kParameterCount * static_cast<int>(planes.size()), context);

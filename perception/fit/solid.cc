@@ -82,20 +82,20 @@ Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
   std::vector<double> values;
   values.reserve(listed.size());
   for (std::uint32_t i : listed) values.push_back(direction.dot(points.p[i]));
-  const double least_m = Quantile(values, 0);
-  const double length_m = Quantile(values, 1) - least_m;
+  const double min_m = Quantile(values, 0);
+  const double length_m = Quantile(values, 1) - min_m;
   const int bins = std::clamp(static_cast<int>(length_m / kExtentBin_m), 1, kMaxBins);
   const double width_m = length_m / bins;
-  if (bins < kMinBins) return {least_m, least_m + length_m};
+  if (bins < kMinBins) return {min_m, min_m + length_m};
   std::vector<double> counts(static_cast<std::size_t>(bins), 0);
   for (double v : values) {
-    counts[static_cast<std::size_t>(std::min(bins - 1.0, (v - least_m) / width_m))] += 1;
+    counts[static_cast<std::size_t>(std::min(bins - 1.0, (v - min_m) / width_m))] += 1;
   }
   const double low_m = RaggedEnd_m(counts, width_m, density);
   std::reverse(counts.begin(), counts.end());
   const double high_m = length_m - RaggedEnd_m(counts, width_m, density);
-  if (!(high_m > low_m)) return {least_m, least_m + length_m};
-  return {least_m + low_m, least_m + high_m};
+  if (!(high_m > low_m)) return {min_m, min_m + length_m};
+  return {min_m + low_m, min_m + high_m};
 }
 
 }  // namespace cwm::perception

@@ -41,7 +41,7 @@ inline constexpr double kSameDirection_rad = 8 * kDegree;
 
 // derived: a solid that ends less than this above its support touches it: points within 3 sigma of
 // a support are assigned to the support, and the rim at the foot is often lost.
-inline constexpr double kStandingGap_m = kTouching_m;
+inline constexpr double kStandingGap_m = kMaxTouchingGap_m;
 
 // The height of the lowest point of a solid above the ground, in metres.
 double LowestHeight_m(const Solid& solid, const Ground& ground);

@@ -16,7 +16,7 @@
 #include "perception/fit/solid.h"
 #include "perception/search/connectivity.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/prolonged.h"
+#include "perception/solids/extended_distance.h"
 
 namespace cwm::perception {
 namespace {
@@ -44,13 +44,13 @@ bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& memb
 
 // True if most points of the cluster lie on the host's surface extended beyond its ends. They are
 // then more of the host rather than a handle.
-bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
-                  const ShapePart& host) {
+bool ExtendsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
+                 const ShapePart& host) {
   const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
   std::size_t on = 0;
   for (std::uint32_t i : cluster) {
     const Vector3 p = X_SL * points.points[i].cast<double>();
-    on += ProlongedDistance_m(host.shape, p) <= BelongsWithin_m(points.sigma_m[i]);
+    on += ExtendedDistance_m(host.shape, p) <= AssignmentTolerance_m(points.sigma_m[i]);
   }
   return 2 * on > cluster.size();
 }
@@ -69,7 +69,7 @@ Eigen::Vector3f ExtentOf(const OrientedPoints& points, const std::vector<std::ui
 
 Host NearestHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                  const std::vector<ShapePart>& solids, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(200ns));
+  PollEvery poll(work, ItemsPerChunk(200ns));
   Host best;
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
@@ -113,7 +113,7 @@ Placed<Box> PrincipalBox(const OrientedPoints& points, const std::vector<std::ui
 bool IsHandle(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
               double spacing_m, const Placed<Box>& box, const Host& host) {
   if (host.nearest_m > kRoot_m || host.farthest_m < kRoot_m) return false;
-  if (box.shape.size_m.z() > kMaxReachOfBow_m) return false;
+  if (box.shape.size_m.z() > kMaxBowReach_m) return false;
   std::vector<Eigen::Vector3f> positions;
   for (std::uint32_t i : cluster) positions.push_back(points.points[i]);
   const Slenderness bar = MeasureSlenderness(positions, points.viewpoint, spacing_m);
@@ -194,7 +194,7 @@ std::vector<std::size_t> CountBesideWall(const Vessel& vessel, const OrientedPoi
                                          const std::vector<std::int32_t>& part_of_point,
                                          std::size_t solid_count) {
   std::vector<std::size_t> count(solid_count, 0);
-  for (std::uint32_t i : vessel.StandOut(points, std::vector<char>(points.size(), 1))) {
+  for (std::uint32_t i : vessel.ProtrudingPoints(points, std::vector<char>(points.size(), 1))) {
     if (part_of_point[i] != kUnexplained) ++count[static_cast<std::size_t>(part_of_point[i])];
   }
   return count;
@@ -227,7 +227,7 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const G
     // The dropped solid also held points of the host's wall beside the handle.
     for (const std::uint32_t i : members[k]) {
       const double off_m = SignedDistance_m(host[0], X_SL * points.points[i].cast<double>());
-      if (std::abs(off_m) <= BelongsWithin_m(points.sigma_m[i])) part_of_point[i] = host_part;
+      if (std::abs(off_m) <= AssignmentTolerance_m(points.sigma_m[i])) part_of_point[i] = host_part;
     }
   }
   Drop(drop, solids, part_of_point);
@@ -238,7 +238,7 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
                          const std::vector<std::int32_t>& part_of_point, const Work& work) {
   const std::vector<std::size_t> beside_wall =
       CountBesideWall(vessel, points, part_of_point, solids.size());
-  auto [handles, spouts] = vessel.FindFixed(points, std::vector<char>(points.size(), 1), work);
+  auto [handles, spouts] = vessel.FindFixedParts(points, std::vector<char>(points.size(), 1), work);
   std::erase_if(handles, [&](const std::vector<std::uint32_t>& handle) {
     return LiesOn(points, handle, ground) ||
            IsPartOfSolid(handle, solids, beside_wall, part_of_point);
@@ -251,17 +251,17 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
     }
   }
   if (solids.empty()) return handles;
-  Clusters more = vessel.FindFixed(points, unexplained, work).handles;
+  Clusters more = vessel.FindFixedParts(points, unexplained, work).handles;
   std::erase_if(more, [&](const std::vector<std::uint32_t>& handle) {
     return LiesOn(points, handle, ground);
   });
   std::move(more.begin(), more.end(), std::back_inserter(handles));
-  vessel.Join(points, handles);
+  vessel.MergeHandles(points, handles);
   return handles;
 }
 
-void TakeFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
-                    std::vector<std::int32_t>& part_of_point) {
+void RemoveFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
+                      std::vector<std::int32_t>& part_of_point) {
   const Clusters before = MembersOfSolids(part_of_point, solids.size());
   for (const std::vector<std::uint32_t>& cluster : clusters) {
     for (std::uint32_t i : cluster) part_of_point[i] = kUnexplained;
@@ -303,7 +303,7 @@ void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& g
     }
     const Placed<Box> box = PrincipalBox(points, cluster);
     if (!IsHandle(points, cluster, spacing_m, box, host) ||
-        ProlongsHost(points, cluster, model.shapes[host.solid])) {
+        ExtendsHost(points, cluster, model.shapes[host.solid])) {
       continue;
     }
     AddHandle(box, cluster, static_cast<int>(host.solid), model);

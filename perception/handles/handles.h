@@ -31,8 +31,8 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
 
 // Makes the points of the clusters unexplained, and drops solids that lose more than half of their
 // points.
-void TakeFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
-                    std::vector<std::int32_t>& part_of_point);
+void RemoveFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
+                      std::vector<std::int32_t>& part_of_point);
 
 // Appends clusters of unexplained points that begin at a solid's surface and leave it, and that are
 // fairly large, elongated and slim; labels their points. A cluster is no handle if its nearest

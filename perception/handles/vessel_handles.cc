@@ -37,7 +37,7 @@ constexpr double kMaxSpoutWidth_m = 0.045;
 // chosen: the share of a spout's points, the highest ones, that form its tip.
 constexpr double kTip = 0.05;
 // chosen: the share of a whole handle's points that stand out; the rest are its roots.
-constexpr double kMinStandOut = 0.6;
+constexpr double kMinProtrudingShare = 0.6;
 
 // The extent of the points along the axis of their second largest extent, without the noise on
 // either side: the width of a straight bar, or how far a bent one leaves its chord.
@@ -67,8 +67,8 @@ std::vector<Vector3f> PlacesOf(const OrientedPoints& points,
 // sets are thinned.
 double GapBetween_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>& b) {
   float nearest_m2 = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMaxLookedAt) {
-    for (std::size_t k = 0; k < b.size(); k += 1 + b.size() / kMaxLookedAt) {
+  for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMaxComparedPoints) {
+    for (std::size_t k = 0; k < b.size(); k += 1 + b.size() / kMaxComparedPoints) {
       nearest_m2 = std::min(nearest_m2, (a[i] - b[k]).squaredNorm());
     }
   }
@@ -86,21 +86,21 @@ std::optional<Vessel> Vessel::Find(const OrientedPoints& object, const Work& wor
   return Vessel(object, std::move(walls));
 }
 
-double Vessel::StandsOut_m(const Eigen::Vector3f& p) const {
+double Vessel::Protrusion_m(const Eigen::Vector3f& p) const {
   double out_m = std::numeric_limits<double>::infinity();
   for (const RevolvedWall& wall : walls_) {
-    out_m = std::min(out_m, wall.StandsOut_m(p.cast<double>()));
+    out_m = std::min(out_m, wall.Protrusion_m(p.cast<double>()));
   }
   return out_m;
 }
 
-Vessel::Cluster Vessel::StandOut(const OrientedPoints& points,
-                                 const std::vector<char>& among) const {
+Vessel::Cluster Vessel::ProtrudingPoints(const OrientedPoints& points,
+                                         const std::vector<char>& among) const {
   Cluster out;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     if (!among[i] || !points.points[i].allFinite()) continue;
-    const double out_m = StandsOut_m(points.points[i]);
-    const bool near = out_m <= kMaxHandleLength_m + kTouching_m;
+    const double out_m = Protrusion_m(points.points[i]);
+    const bool near = out_m <= kMaxHandleLength_m + kMaxTouchingGap_m;
     if (near && out_m > kDistanceGate_sigma * double{points.sigma_m[i]}) out.push_back(i);
   }
   return out;
@@ -111,12 +111,12 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
   double farthest_m = 0;
   Eigen::AlignedBox3f bounds;
   for (const Vector3f& p : members) {
-    const double out_m = StandsOut_m(p);
+    const double out_m = Protrusion_m(p);
     gap_m = std::min(gap_m, out_m);
     farthest_m = std::max(farthest_m, out_m);
     bounds.extend(p);
   }
-  if (gap_m > kTouching_m || farthest_m < kWallRoot_m ||
+  if (gap_m > kMaxTouchingGap_m || farthest_m < kWallRoot_m ||
       bounds.sizes().maxCoeff() > kMaxHandleLength_m) {  // its length is at least that
     return false;
   }
@@ -125,31 +125,31 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
       bar.length_m > kMaxHandleLength_m || bar.width_m > kMaxHandleWidth_m) {
     return false;
   }
-  if (EndsAsSpout(members)) return false;
+  if (HasSpoutTip(members)) return false;
   const double width_m = SeenWidth_m(members, points.viewpoint);
-  if (farthest_m > kMaxReachOfBow_m) {
+  if (farthest_m > kMaxBowReach_m) {
     return width_m <= kMaxSeenHandleWidth_m && bar.length_m >= kMinBarElongation * width_m &&
            BendOf_m(members) <= kMaxBend_m;
   }
-  const bool returns = StandsOut_m(bar.ends[0].cast<float>()) <= kWallRoot_m &&
-                       StandsOut_m(bar.ends[1].cast<float>()) <= kWallRoot_m;
+  const bool returns = Protrusion_m(bar.ends[0].cast<float>()) <= kWallRoot_m &&
+                       Protrusion_m(bar.ends[1].cast<float>()) <= kWallRoot_m;
   return width_m <= (returns ? kMaxSeenHandleWidth_m : kMaxHandleWidth_m);
 }
 
 // True if the cluster rises nearly as high as the vessel and ends there freely, at half of its
 // reach or beyond. A vessel would overflow through a lower spout; bows end at the wall. A spout
 // also rises by at least half of its reach, 27 degrees; bars rise by less.
-bool Vessel::EndsAsSpout(const std::vector<Vector3f>& members) const {
+bool Vessel::HasSpoutTip(const std::vector<Vector3f>& members) const {
   const auto nearest_m = [&](const RevolvedWall& wall) {
     double out_m = kInfinity;
-    for (const Vector3f& p : members) out_m = std::min(out_m, wall.StandsOut_m(p.cast<double>()));
+    for (const Vector3f& p : members) out_m = std::min(out_m, wall.Protrusion_m(p.cast<double>()));
     return out_m;
   };
   const RevolvedWall& wall = *std::ranges::min_element(walls_, {}, nearest_m);
   std::vector<double> heights_m, out_m;
   for (const Vector3f& p : members) {
     heights_m.push_back(wall.R_LW.col(2).dot(p.cast<double>()));
-    out_m.push_back(wall.StandsOut_m(p.cast<double>()));
+    out_m.push_back(wall.Protrusion_m(p.cast<double>()));
   }
   const double full_m = std::lerp(wall.low_z_m, wall.high_z_m, kNearlyAll);
   if (Quantile(heights_m, 1 - kMixedPixels) < full_m) return false;
@@ -168,12 +168,12 @@ bool Vessel::EndsAsSpout(const std::vector<Vector3f>& members) const {
 
 bool Vessel::IsSpout(const OrientedPoints& points, const Cluster& cluster) const {
   const std::vector<Vector3f> members = PlacesOf(points, cluster);
-  return EndsAsSpout(members) && SeenWidth_m(members, points.viewpoint) <= kMaxSpoutWidth_m;
+  return HasSpoutTip(members) && SeenWidth_m(members, points.viewpoint) <= kMaxSpoutWidth_m;
 }
 
 double Vessel::Gap_m(const OrientedPoints& points, const Cluster& cluster) const {
   double gap_m = kInfinity;
-  for (std::uint32_t i : cluster) gap_m = std::min(gap_m, StandsOut_m(points.points[i]));
+  for (std::uint32_t i : cluster) gap_m = std::min(gap_m, Protrusion_m(points.points[i]));
   return std::max(gap_m, 0.0);
 }
 
@@ -186,21 +186,21 @@ bool Vessel::BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) 
 // True if the part is slim, near the handle, and in line with it or within its bow.
 bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Vector3f>& part,
                        const Vector3& viewpoint) const {
-  if (GapBetween_m(handle, part) > kTouching_m) return false;
+  if (GapBetween_m(handle, part) > kMaxTouchingGap_m) return false;
   std::vector<Vector3f> both = handle;
   both.insert(both.end(), part.begin(), part.end());
   double farthest_m = 0;
-  for (const Vector3f& p : both) farthest_m = std::max(farthest_m, StandsOut_m(p));
-  if (farthest_m > kMaxReachOfBow_m && BendOf_m(both) > kMaxBend_m) return false;
+  for (const Vector3f& p : both) farthest_m = std::max(farthest_m, Protrusion_m(p));
+  if (farthest_m > kMaxBowReach_m && BendOf_m(both) > kMaxBend_m) return false;
   return SeenWidth_m(part, viewpoint) <= kMaxHandleWidth_m;
 }
 
-Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<char>& among,
-                                const Work& work) const {
-  Fixed found;
+Vessel::FixedParts Vessel::FindFixedParts(const OrientedPoints& object,
+                                          const std::vector<char>& among, const Work& work) const {
+  FixedParts found;
   std::vector<Cluster>& handles = found.handles;
   std::vector<Cluster> parts;
-  const Cluster out = StandOut(object, among);
+  const Cluster out = ProtrudingPoints(object, among);
   if (out.size() < kMinHandlePoints) return found;
   Cluster all(out.size());
   std::iota(all.begin(), all.end(), 0u);
@@ -227,8 +227,8 @@ Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<
     }
     // A wider cluster may be a box that touches a handle.
     const std::vector<char> wide =
-        SeenAsWide(PlacesOf(object, in_object(cluster)), object.viewpoint, kMaxSeenHandleWidth_m,
-                   kBesideWide_m);
+        MarkWideParts(PlacesOf(object, in_object(cluster)), object.viewpoint, kMaxSeenHandleWidth_m,
+                      kBesideWide_m);
     Cluster slim, removed;
     for (std::size_t k = 0; k < cluster.size(); ++k) {
       (wide[k] ? removed : slim).push_back(cluster[k]);
@@ -250,20 +250,20 @@ Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<
   // Spouts partly occlude their own root, which then looks like a handle beside them.
   std::erase_if(handles, [&](const Cluster& handle) {
     return std::ranges::any_of(found.spouts, [&](const Cluster& spout) {
-      return GapBetween_m(PlacesOf(object, spout), PlacesOf(object, handle)) <= kTouching_m;
+      return GapBetween_m(PlacesOf(object, spout), PlacesOf(object, handle)) <= kMaxTouchingGap_m;
     });
   });
-  JoinParts(object, std::move(parts), handles);
+  MergeParts(object, std::move(parts), handles);
   return found;
 }
 
-void Vessel::Join(const OrientedPoints& object, std::vector<Cluster>& handles) const {
-  JoinParts(object, {}, handles);
+void Vessel::MergeHandles(const OrientedPoints& object, std::vector<Cluster>& handles) const {
+  MergeParts(object, {}, handles);
 }
 
 // Merges handles that were measured in parts.
-void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
-                       std::vector<Cluster>& handles) const {
+void Vessel::MergeParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                        std::vector<Cluster>& handles) const {
   const auto continues = [&](const Cluster& handle, const Cluster& part) {
     return Continues(PlacesOf(object, handle), PlacesOf(object, part), object.viewpoint);
   };
@@ -278,8 +278,9 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
       handles.erase(handles.begin() + static_cast<std::ptrdiff_t>(other));
     }
     std::erase_if(parts, [&](const Cluster& part) {
-      const double least = kNotByChance * static_cast<double>(handles[h].size());
-      if (static_cast<double>(part.size()) < least || !continues(handles[h], part)) return false;
+      const double min_points = kMinSignificantShare * static_cast<double>(handles[h].size());
+      if (static_cast<double>(part.size()) < min_points || !continues(handles[h], part))
+        return false;
       take(handles[h], part);
       return true;
     });
@@ -289,8 +290,8 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
 std::vector<Vessel::Cluster> Vessel::FindHandlesIn(const OrientedPoints& other,
                                                    const Work& work) const {
   const std::vector<char> all(other.size(), 1);
-  if (!BeginsAtWall(other, StandOut(other, all))) return {};
-  std::vector<Cluster> handles = FindFixed(other, all, work).handles;
+  if (!BeginsAtWall(other, ProtrudingPoints(other, all))) return {};
+  std::vector<Cluster> handles = FindFixedParts(other, all, work).handles;
   std::erase_if(handles, [&](const Cluster& handle) { return !BeginsAtWall(other, handle); });
   return handles;
 }
@@ -300,7 +301,7 @@ double Vessel::ShareOnWalls(const OrientedPoints& other, const std::vector<char>
   for (std::size_t i = 0; i < other.size(); ++i) {
     if (!among[i] || !other.points[i].allFinite()) continue;
     const double gate_m = kDistanceGate_sigma * double{other.sigma_m[i]};
-    const double out_m = StandsOut_m(other.points[i]);
+    const double out_m = Protrusion_m(other.points[i]);
     on += out_m <= gate_m && out_m >= -gate_m - kWallThickness_m;
     all += 1;
   }
@@ -308,9 +309,10 @@ double Vessel::ShareOnWalls(const OrientedPoints& other, const std::vector<char>
 }
 
 bool Vessel::HasHandle(const OrientedPoints& other, const std::vector<Vector3f>& known) const {
-  const Cluster out = StandOut(other, std::vector<char>(other.size(), 1));
+  const Cluster out = ProtrudingPoints(other, std::vector<char>(other.size(), 1));
   return out.size() >= kMinHandlePoints &&
-         static_cast<double>(out.size()) >= kMinStandOut * static_cast<double>(other.size()) &&
+         static_cast<double>(out.size()) >=
+             kMinProtrudingShare * static_cast<double>(other.size()) &&
          IsHandle(other, out, GapBetween_m(known, other.points));
 }
 

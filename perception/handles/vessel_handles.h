@@ -29,7 +29,7 @@ inline constexpr double kMinElongation = 2;
 inline constexpr double kMaxHandleWidth_m = 0.03;
 // chosen: the reach of a bow with room for a hand. A handle that reaches out farther is a bar,
 // which is straight.
-inline constexpr double kMaxReachOfBow_m = 0.065;
+inline constexpr double kMaxBowReach_m = 0.065;
 // chosen: the largest width at the widest place, as SeenWidth_m measures it: that of a thick pan's
 // handle, with noise at its edges. Bows that return to the wall, and long bars, are no spouts and
 // may be this wide at one place.
@@ -50,16 +50,16 @@ class Vessel {
   const std::vector<RevolvedWall>& walls() const { return walls_; }
 
   // Clusters that stand out from the walls. Spouts have a free end as high as the vessel.
-  struct Fixed {
+  struct FixedParts {
     std::vector<Cluster> handles, spouts;
   };
   // Finds handles and spouts among those points of the object whose flag in `among` is set.
-  Fixed FindFixed(const OrientedPoints& object, const std::vector<char>& among,
-                  const Work& work) const;
+  FixedParts FindFixedParts(const OrientedPoints& object, const std::vector<char>& among,
+                            const Work& work) const;
 
   // Returns the points outside the walls, by more than noise explains and no farther than handles
   // reach.
-  Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
+  Cluster ProtrudingPoints(const OrientedPoints& points, const std::vector<char>& among) const;
 
   // Returns clusters of another object's points, seen by the same sensor, that are handles of this
   // vessel and begin at its wall. The segmentation gave them to an object that touches the vessel.
@@ -73,22 +73,22 @@ class Vessel {
   double ShareOnWalls(const OrientedPoints& other, const std::vector<char>& among) const;
 
   // Merges handles that continue each other.
-  void Join(const OrientedPoints& object, std::vector<Cluster>& handles) const;
+  void MergeHandles(const OrientedPoints& object, std::vector<Cluster>& handles) const;
 
   // True if another object's points, seen by the same sensor, are as a whole a handle of this
   // vessel, or the rest of one whose `known` points are given.
   bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
 
  private:
-  double StandsOut_m(const Eigen::Vector3f& p) const;  // from the nearest wall
+  double Protrusion_m(const Eigen::Vector3f& p) const;  // from the nearest wall
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool IsSpout(const OrientedPoints& points, const Cluster& cluster) const;
-  bool EndsAsSpout(const std::vector<Eigen::Vector3f>& members) const;
+  bool HasSpoutTip(const std::vector<Eigen::Vector3f>& members) const;
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,
                  const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;
-  void JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
-                 std::vector<Cluster>& handles) const;
+  void MergeParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                  std::vector<Cluster>& handles) const;
 
   std::vector<RevolvedWall> walls_;
   double pitch_m_;  // between neighbouring points, across the ray

@@ -14,7 +14,7 @@
 #include "perception/fit/solid.h"
 #include "perception/search/model_points.h"
 #include "perception/segmentation/surface_graph.h"
-#include "perception/solids/lengthened.h"
+#include "perception/solids/extended_solid.h"
 
 namespace cwm::perception {
 namespace {
@@ -47,11 +47,12 @@ std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
   return upright;
 }
 
-// The solid lengthened by `gap_m` at its lower end; empty if it would end in an apex before.
-std::optional<ShapePart> LongerBelow(const ShapePart& part, const Upright& upright, double gap_m) {
+// The solid extended by `gap_m` at its lower end; empty if it would end in an apex before.
+std::optional<ShapePart> ExtendedBelow(const ShapePart& part, const Upright& upright,
+                                       double gap_m) {
   const SolidEnd lower{upright.axis, -upright.sign};
-  if (!(gap_m < MostLonger_m(part.shape, lower))) return std::nullopt;
-  Placed<> placed = Lengthened({part.X_OS, part.shape}, lower, gap_m);
+  if (!(gap_m < MaxExtension_m(part.shape, lower))) return std::nullopt;
+  Placed<> placed = Extended({part.X_OS, part.shape}, lower, gap_m);
   ShapePart longer = part;
   longer.X_OS = placed.X_FS;
   longer.shape = std::move(placed.shape);
@@ -113,8 +114,8 @@ struct Seen {
   int places = 0, passed = 0;  // facing the sensor or not
 };
 
-Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_m,
-                    const SightMap& sight, double tolerance_m) {
+Seen VisibilityOfAddedWall(const ShapePart& longer, const Upright& upright, double gap_m,
+                           const SightMap& sight, double tolerance_m) {
   Seen seen;
   const Eigen::Index across = (upright.axis + 1) % 3, beside = (upright.axis + 2) % 3;
   const Vector3 viewpoint_S =
@@ -136,7 +137,7 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
       const bool faces = normal.dot((viewpoint_S - place).normalized()) >= kGrazing_sin;
       if (!faces) place -= kBetweenPlaces_m * normal;
       const Visibility visibility =
-          sight.Look((longer.X_OS * place).cast<float>(), static_cast<float>(tolerance_m));
+          sight.VisibilityAt((longer.X_OS * place).cast<float>(), static_cast<float>(tolerance_m));
       ++seen.places;
       seen.passed += visibility == Visibility::kSeenThrough;
       if (!faces) continue;
@@ -152,13 +153,13 @@ bool IsHidden(const Seen& seen) {
 }
 
 // The height, in metres, of the lower end of an upright solid that no point lies on.
-double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
+double UnseenFoot_m(const StandingObject& object, const ShapePart& part) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
-  const Pose X_SupportL = thing.X_LSupport.inverse(Eigen::Isometry);
+  const Pose X_SupportL = object.X_LSupport.inverse(Eigen::Isometry);
   std::vector<double> heights_m;
-  for (std::size_t i = 0; i < thing.points.size(); ++i) {
-    const Vector3 p = thing.points.points[i].cast<double>();
-    const double gate_m = kDistanceGate_sigma * thing.points.sigma_m[i];
+  for (std::size_t i = 0; i < object.points.size(); ++i) {
+    const Vector3 p = object.points.points[i].cast<double>();
+    const double gate_m = kDistanceGate_sigma * object.points.sigma_m[i];
     if (std::abs(SignedDistance_m(part.shape, X_SL * p)) > gate_m) continue;
     heights_m.push_back((X_SupportL * p).z());
   }
@@ -167,8 +168,8 @@ double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
 
 // True if the object has points below the solid that are not on the added wall: another part of it
 // is there.
-bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const ShapePart& longer,
-                      const Upright& upright, double gap_m) {
+bool IsVisibleBelow(const StandingObject& object, const ShapePart& part, const ShapePart& longer,
+                    const Upright& upright, double gap_m) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
   const Pose X_LongerL = longer.X_OS.inverse(Eigen::Isometry);
   Aabb below = TightBounds(part.shape, Pose::Identity());
@@ -176,14 +177,14 @@ bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const S
   below.min()[upright.axis] = std::min(bottom_m, bottom_m - upright.sign * gap_m);
   below.max()[upright.axis] = std::max(bottom_m, bottom_m - upright.sign * gap_m);
   std::size_t count = 0;
-  for (std::size_t i = 0; i < thing.points.size() && count <= kOneSample; ++i) {
-    const double gate_m = LargestJump_m(thing.points.sigma_m[i]);
+  for (std::size_t i = 0; i < object.points.size() && count <= kOneSample; ++i) {
+    const double gate_m = MaxJump_m(object.points.sigma_m[i]);
     Aabb wide = below;
     wide.min().array() -= gate_m;
     wide.max().array() += gate_m;
     // Points count from a distance below the solid's lower end that is clear of the noise.
     (upright.sign > 0 ? wide.max() : wide.min())[upright.axis] = bottom_m - upright.sign * gate_m;
-    const Vector3 p = thing.points.points[i].cast<double>();
+    const Vector3 p = object.points.points[i].cast<double>();
     count +=
         wide.contains(X_SL * p) && std::abs(SignedDistance_m(longer.shape, X_LongerL * p)) > gate_m;
   }
@@ -211,30 +212,30 @@ double HeightOfLowest_m(const ShapePart& part, const Pose& X_LSupport) {
 
 }  // namespace
 
-void CompleteHidden(const StandingThing& thing, const SightMap& sight,
+void CompleteHidden(const StandingObject& object, const SightMap& sight,
                     std::vector<ShapePart>& shapes) {
-  if (thing.points.points.empty()) return;
-  const double tolerance_m = LargestJump_m(Median(thing.points.sigma_m));
-  const Vector3 up_L = thing.X_LSupport.linear().col(2);
+  if (object.points.points.empty()) return;
+  const double tolerance_m = MaxJump_m(Median(object.points.sigma_m));
+  const Vector3 up_L = object.X_LSupport.linear().col(2);
   for (ShapePart& part : shapes) {
     const std::optional<Upright> upright = UprightOf(part, up_L);
     if (!upright) continue;
-    const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
+    const double gap_m = HeightOfLowest_m(part, object.X_LSupport);
     if (gap_m < -kGroundNoise_m) continue;
     if (gap_m < kGroundNoise_m) {
       // The fit reaches the ground already; it is completed if its foot is hidden.
-      const double unseen_m = UnseenFoot_m(thing, part);
+      const double unseen_m = UnseenFoot_m(object, part);
       if (unseen_m < kStandingGap_m) continue;
       Upright seen_part = *upright;
       seen_part.half_length_m -= 0.5 * unseen_m;
-      if (IsHidden(LookAtSupplied(part, seen_part, unseen_m, sight, tolerance_m))) {
+      if (IsHidden(VisibilityOfAddedWall(part, seen_part, unseen_m, sight, tolerance_m))) {
         part.role = PartRole::kCompleted;
       }
       continue;
     }
-    std::optional<ShapePart> longer = LongerBelow(part, *upright, gap_m);
-    if (!longer || ShowsItselfBelow(thing, part, *longer, *upright, gap_m)) continue;
-    if (!IsHidden(LookAtSupplied(*longer, *upright, gap_m, sight, tolerance_m))) continue;
+    std::optional<ShapePart> longer = ExtendedBelow(part, *upright, gap_m);
+    if (!longer || IsVisibleBelow(object, part, *longer, *upright, gap_m)) continue;
+    if (!IsHidden(VisibilityOfAddedWall(*longer, *upright, gap_m, sight, tolerance_m))) continue;
     longer->role = PartRole::kCompleted;
     if (longer->fit) {
       longer->fit->observed_fraction *= SurfaceArea_m2(part.shape) / SurfaceArea_m2(longer->shape);

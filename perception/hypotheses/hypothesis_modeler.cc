@@ -34,12 +34,12 @@ Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hyp
                        const ModelingOptions& options, const Work& work) {
   const auto model = [&](const std::optional<Pose>& X_LGround) {
     return ModelObject(points, X_LGround, options.noise, options.modeler, work,
-                       rays.Past(hypothesis.points, X_LGround, work));
+                       rays.PassingRaysOf(hypothesis.points, X_LGround, work));
   };
   const double foot_height_m = hypothesis.resting.foot_height_m;
   const std::optional<Pose> X_LFoot = X_LGround(measured, hypothesis.resting);
   Standing best{X_LFoot, model(X_LFoot)};
-  if (!X_LFoot || !(foot_height_m > 0) || options.modeler.in_haste) return best;
+  if (!X_LFoot || !(foot_height_m > 0) || options.modeler.reduced_effort) return best;
   const double left = UnexplainedShare(best.found);
   // A model of one solid is right already. measured: so it is for 26 of the 31 objects in simulated
   // scenes that seem to rest on others.
@@ -57,10 +57,10 @@ std::shared_ptr<HypothesisModel> Finish(Standing standing, const PointSample& sa
                                         const OrientedPoints& points, const Work& work) {
   auto model = std::make_shared<HypothesisModel>();
   model->object = std::move(standing.found);
-  model->object.part_of_point = sample.OfAll(model->object.part_of_point, work);
+  model->object.part_of_point = sample.PartsOfAllPoints(model->object.part_of_point, work);
   model->reaches_support = standing.reaches_support;
   // Thinned as DetectedObject::points_L requires.
-  const float spacing_m = std::max(static_cast<float>(kThinnedTo_m), Median(points.sigma_m));
+  const float spacing_m = std::max(static_cast<float>(kThinningSpacing_m), Median(points.sigma_m));
   const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) {
     model->thinned_L.push_back(thin.Centroid(c));
@@ -95,7 +95,7 @@ ModelPtr HypothesisModeler::ModelIf(const Admission& admits, const ObjectHypothe
     CompleteHidden({points, *standing.X_LGround}, *measured_.sight, standing.found.shapes);
   }
   auto model = Finish(std::move(standing), sample, points, work_);
-  model->is_in_haste = options.modeler.in_haste;
+  model->is_reduced_effort = options.modeler.reduced_effort;
   return model;
 }
 
@@ -104,7 +104,7 @@ ModelPtr HypothesisModeler::ModelGiven(const ObjectHypothesis& hypothesis,
   const PointSample sample = SampleOf(measured_, hypothesis);
   const OrientedPoints points = sample.Points();
   const std::optional<Pose> X_LFoot = X_LGround(measured_, hypothesis.resting);
-  auto model = Finish({X_LFoot, ModelKnown(points, X_LFoot, std::move(shapes), work_)}, sample,
+  auto model = Finish({X_LFoot, ModelFromShapes(points, X_LFoot, std::move(shapes), work_)}, sample,
                       points, work_);
   model->is_given = true;
   return model;

@@ -53,7 +53,7 @@ class Checker {
   }
 
   void CheckResting(const ObjectHypothesis& hypothesis) {
-    const std::size_t most = state_.hypotheses().size();
+    const std::size_t max_steps = state_.hypotheses().size();
     std::size_t steps = 0;
     for (const ObjectHypothesis* at = &hypothesis; at->resting.on; ++steps) {
       const ObjectHypothesis* const below = state_.Find(*at->resting.on);
@@ -66,7 +66,7 @@ class Checker {
         broken_.push_back(absl::StrCat(NameOf(*at), " rests on hypothesis ", below->id.value,
                                        " of another support"));
       }
-      if (steps > most) {
+      if (steps > max_steps) {
         broken_.push_back(NameOf(hypothesis) + " rests on itself");
         return;
       }
@@ -104,6 +104,8 @@ class Checker {
 
 }  // namespace
 
-std::vector<std::string> BrokenInvariants(const SceneState& state) { return Checker(state).Run(); }
+std::vector<std::string> ViolatedInvariants(const SceneState& state) {
+  return Checker(state).Run();
+}
 
 }  // namespace cwm::perception

@@ -13,6 +13,6 @@ namespace cwm::perception {
 //   - the hypothesis below another exists, stands on the same support, and there are no cycles;
 //   - a model has a label for each point, of an existing shape or handle;
 //   - hypotheses are in the order of output.
-std::vector<std::string> BrokenInvariants(const SceneState& state);
+std::vector<std::string> ViolatedInvariants(const SceneState& state);
 
 }  // namespace cwm::perception

@@ -53,17 +53,17 @@ std::vector<std::string> WarningsOf(std::size_t count, const Efforts& efforts, b
   std::vector<std::string> warnings;
   if (count > efforts.split) {
     warnings.push_back(absl::StrCat(
-        "of ", count, " things the largest ", efforts.split,
-        " alone were looked at for things that touch: the others may be several each"));
+        "of ", count, " objects the largest ", efforts.split,
+        " alone were looked at for objects that touch: the others may be several each"));
   }
   if (is_shapeless) {
     warnings.push_back(absl::StrCat(
         "of the largest ", efforts.split, " of ", count,
-        " things hardly anything is a shape: the others are meshed, no shapes were looked for"));
+        " objects hardly anything is a shape: the others are meshed, no shapes were looked for"));
   } else if (count > efforts.full) {
-    warnings.push_back(absl::StrCat(
-        "of ", count, " things all but the largest ", efforts.full,
-        " were modelled in haste: some shapes of theirs may be missed, their meshes are coarser"));
+    warnings.push_back(absl::StrCat("of ", count, " objects all but the largest ", efforts.full,
+                                    " were modelled with reduced effort: some of their shapes may "
+                                    "be missed, and their meshes are coarser"));
   }
   return warnings;
 }
@@ -76,9 +76,9 @@ ModelledScene ModelHypotheses(const SceneState& state, const HypothesisModeler& 
   const std::vector<std::size_t> order = LargestFirst(hypotheses);
   const Efforts efforts(state.points().size());
   ModelingOptions unsplit = options;
-  unsplit.modeler.part_touching = false;
+  unsplit.modeler.split_touching = false;
   ModelingOptions reduced = unsplit;
-  reduced.modeler.in_haste = true;
+  reduced.modeler.reduced_effort = true;
   ModelingOptions meshed = reduced;
   meshed.modeler = WithoutSearch(meshed.modeler);
 

@@ -40,7 +40,7 @@ struct HypothesisModel {
   // A pass supplied the shapes, like those of a tray. No pass consumes such a hypothesis.
   bool is_given = false;
   // Modelled with reduced effort, in a scene with too many objects: its mesh is coarser.
-  bool is_in_haste = false;
+  bool is_reduced_effort = false;
   std::vector<Eigen::Vector3f> thinned_L;  // points, as DetectedObject::points_L
   Eigen::AlignedBox3f bounds_L;            // of thinned_L
 

@@ -21,7 +21,7 @@ constexpr std::size_t kMinSampled = 64'000;
 constexpr std::size_t kPointsPerNode = 4;
 // derived: sampled points on each side that are searched for the nearest one: about those of a
 // cell.
-constexpr std::size_t kLookAround = kPointsPerNode;
+constexpr std::size_t kSearchReach = kPointsPerNode;
 
 }  // namespace
 
@@ -38,13 +38,13 @@ OrientedPoints PointSample::Points() const {
   return Subset(all_, sampled);
 }
 
-std::vector<std::int32_t> PointSample::OfAll(const std::vector<std::int32_t>& part_of_sampled,
-                                             const Work& work) const {
+std::vector<std::int32_t> PointSample::PartsOfAllPoints(
+    const std::vector<std::int32_t>& part_of_sampled, const Work& work) const {
   if (stride_ == 1) return part_of_sampled;
   std::vector<std::int32_t> part_of_point(members_.size());
   for (std::size_t s = 0; s < part_of_sampled.size(); ++s) {
     // Up to 100 points of at most 30 ns each.
-    if (s % ItemsPerPiece(3us) == 0) work.Poll();
+    if (s % ItemsPerChunk(3us) == 0) work.Poll();
     const std::size_t end = std::min((s + 1) * stride_, members_.size());
     const Around around = AroundSampled(s, part_of_sampled.size());
     const auto first = part_of_sampled.begin() + static_cast<std::ptrdiff_t>(around.first);
@@ -57,7 +57,7 @@ std::vector<std::int32_t> PointSample::OfAll(const std::vector<std::int32_t>& pa
   return part_of_point;
 }
 
-std::vector<std::int32_t> PointSample::OfSampled(
+std::vector<std::int32_t> PointSample::PartsOfSampledPoints(
     const std::vector<std::int32_t>& part_of_member) const {
   if (stride_ == 1) return part_of_member;
   std::vector<std::int32_t> part_of_sampled;
@@ -68,7 +68,7 @@ std::vector<std::int32_t> PointSample::OfSampled(
 }
 
 PointSample::Around PointSample::AroundSampled(std::size_t s, std::size_t count) {
-  return {s - std::min(s, kLookAround), std::min(s + kLookAround + 1, count)};
+  return {s - std::min(s, kSearchReach), std::min(s + kSearchReach + 1, count)};
 }
 
 std::size_t PointSample::NearestSampled(std::size_t k, const Around& around) const {

@@ -27,11 +27,12 @@ class PointSample {
   OrientedPoints Points() const;
 
   // Returns, per member, the part of the nearest sampled point among those around it in the order.
-  std::vector<std::int32_t> OfAll(const std::vector<std::int32_t>& part_of_sampled,
-                                  const Work& work) const;
+  std::vector<std::int32_t> PartsOfAllPoints(const std::vector<std::int32_t>& part_of_sampled,
+                                             const Work& work) const;
 
   // Returns the parts of the sampled points, given those of all members.
-  std::vector<std::int32_t> OfSampled(const std::vector<std::int32_t>& part_of_member) const;
+  std::vector<std::int32_t> PartsOfSampledPoints(
+      const std::vector<std::int32_t>& part_of_member) const;
 
   // Scales a number of sampled points to all members.
   std::uint64_t Scaled(std::uint64_t sampled) const;

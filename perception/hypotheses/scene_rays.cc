@@ -21,12 +21,12 @@ constexpr float kBeside_rad = 0.02f;
 // The view of an object: where rays cross the plane at distance 1 that is normal to its middle ray.
 struct View {
   Eigen::Matrix3f across = Eigen::Matrix3f::Identity();
-  Eigen::AlignedBox2f about;     // of the points
+  Eigen::AlignedBox2f around;    // of the points
   Eigen::AlignedBox2f standing;  // of the points and their feet
 
   Eigen::Vector3f middle() const { return across.col(2); }
   // The cosine to the middle ray that all rays in `standing` reach: one product rejects most rays.
-  float LeastCosine() const {
+  float MinCosine() const {
     if (standing.isEmpty()) return 2;
     const Eigen::Vector2f farthest = standing.min().cwiseAbs().cwiseMax(standing.max().cwiseAbs());
     // derived: somewhat more than the rounding error of the product of two unit vectors.
@@ -66,7 +66,7 @@ class Feet {
 
 View ViewOf(const OrientedPoints& all, const PointSet& members,
             const std::optional<Pose>& X_LGround, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(20ns));
+  PollEvery poll(work, ItemsPerChunk(20ns));
   const Eigen::Vector3f viewpoint = all.viewpoint.cast<float>();
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
   for (std::uint32_t i : members) middle += all.points[i] - viewpoint;
@@ -78,12 +78,12 @@ View ViewOf(const OrientedPoints& all, const PointSet& members,
   for (std::uint32_t i : members) {
     poll();
     const Eigen::Vector3f& p = all.points[i];
-    if (const auto at = view.At(p - viewpoint)) view.about.extend(*at);
+    if (const auto at = view.At(p - viewpoint)) view.around.extend(*at);
     if (!feet) continue;
     if (const auto at = view.At((*feet)(p)-viewpoint)) view.standing.extend(*at);
   }
-  view.standing.extend(view.about);
-  Widen(view.about);
+  view.standing.extend(view.around);
+  Widen(view.around);
   Widen(view.standing);
   return view;
 }
@@ -92,11 +92,11 @@ View ViewOf(const OrientedPoints& all, const PointSet& members,
 
 SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(scene) {
   if (!scene.sight) return;
-  PollEvery poll(work, ItemsPerPiece(20ns));
+  PollEvery poll(work, ItemsPerChunk(20ns));
   const std::size_t count = scene.points.size();
   // derived: an object of 2 000 of a camera's 300 000 pixels has about 300 of these rays around it,
   // and the search through all of them takes 0.1 ms per object.
-  stride_ = std::max<std::size_t>(1, count / kMaxOfScene);
+  stride_ = std::max<std::size_t>(1, count / kMaxScenePoints);
   const Eigen::Vector3f viewpoint = scene.points.viewpoint.cast<float>();
   for (std::size_t i = 0; i < count; i += stride_) {
     poll();
@@ -105,8 +105,8 @@ SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(sce
   }
 }
 
-PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X_LGround,
-                            const Work& work) const {
+PassingRays SceneRays::PassingRaysOf(const PointSet& points, const std::optional<Pose>& X_LGround,
+                                     const Work& work) const {
   if (rays_.empty()) return {};
   const View view = ViewOf(scene_.points, points, X_LGround, work);
   std::vector<char> ends_on_it(rays_.size(), 0);
@@ -116,7 +116,7 @@ PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X
   PassingRays out;
   out.weight = static_cast<double>(stride_);
   std::vector<std::uint32_t> below;
-  const float least_cos = view.LeastCosine();
+  const float min_cos = view.MinCosine();
   const auto add = [&](std::uint32_t point) {
     out.ends.push_back(scene_.points.points[point]);
     out.sigma_m.push_back(scene_.points.sigma_m[point]);
@@ -124,16 +124,16 @@ PassingRays SceneRays::Past(const PointSet& points, const std::optional<Pose>& X
   for (std::size_t k = 0; k < rays_.size(); ++k) {
     const Ray& ray = rays_[k];
     if (ends_on_it[k]) continue;
-    if (ray.direction.dot(view.middle()) < least_cos) continue;
+    if (ray.direction.dot(view.middle()) < min_cos) continue;
     const std::optional<Eigen::Vector2f> at = view.At(ray.direction);
     if (!at || !view.standing.contains(*at)) continue;
-    if (view.about.contains(*at)) {
+    if (view.around.contains(*at)) {
       add(ray.point);
     } else {
       below.push_back(ray.point);
     }
   }
-  out.about = out.ends.size();
+  out.around_count = out.ends.size();
   for (std::uint32_t point : below) add(point);
   return out;
 }

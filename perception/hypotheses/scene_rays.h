@@ -20,8 +20,8 @@ class SceneRays {
 
   // Returns the rays near the points of an object, or between them and its ground if that is known
   // (z = 0 of `X_LGround`, z up), that end on something else.
-  PassingRays Past(const PointSet& points, const std::optional<Pose>& X_LGround,
-                   const Work& work) const;
+  PassingRays PassingRaysOf(const PointSet& points, const std::optional<Pose>& X_LGround,
+                            const Work& work) const;
 
  private:
   struct Ray {

@@ -22,21 +22,21 @@ std::optional<Pose> X_LGround(const SegmentedScene& measured, const Resting& res
 }
 
 SceneState::SceneState(SegmentedScene scene) {
-  for (SegmentedThing& thing : scene.things) {
+  for (SegmentedHypothesis& segmented : scene.hypotheses) {
     auto hypothesis = std::make_shared<ObjectHypothesis>();
     hypothesis->id = {next_id_++};
-    hypothesis->points = std::move(thing.points);
+    hypothesis->points = std::move(segmented.points);
     if (!std::ranges::is_sorted(hypothesis->points)) std::ranges::sort(hypothesis->points);
-    hypothesis->node_count = thing.node_count;
-    hypothesis->resting.support = thing.supported_by;
-    hypothesis->resting.foot_height_m = thing.foot_height_m;
-    if (thing.rests_on >= 0) {
-      hypothesis->resting.on = HypothesisId{static_cast<std::uint32_t>(thing.rests_on)};
+    hypothesis->node_count = segmented.node_count;
+    hypothesis->resting.support = segmented.supported_by;
+    hypothesis->resting.foot_height_m = segmented.foot_height_m;
+    if (segmented.rests_on >= 0) {
+      hypothesis->resting.on = HypothesisId{static_cast<std::uint32_t>(segmented.rests_on)};
     }
-    hypothesis->plates = std::move(thing.plates);
+    hypothesis->plates = std::move(segmented.plates);
     hypotheses_.push_back(std::move(hypothesis));
   }
-  scene.things.clear();
+  scene.hypotheses.clear();
   for (SegmentedSupport& support : scene.supports) {
     supports_.push_back(std::make_shared<const SegmentedSupport>(
         SegmentedSupport{support.plate, std::exchange(support.points, {})}));
@@ -63,11 +63,11 @@ SceneState SceneState::With(Change change) const {
     return std::ranges::count(change.removed, hypothesis->id) > 0;
   });
   for (HypothesisPtr& hypothesis : after.hypotheses_) {
-    const auto reseated = std::ranges::find(change.reseated, hypothesis->id,
-                                            &std::pair<HypothesisId, Resting>::first);
-    if (reseated == change.reseated.end()) continue;
+    const auto update = std::ranges::find(change.resting_updates, hypothesis->id,
+                                          &std::pair<HypothesisId, Resting>::first);
+    if (update == change.resting_updates.end()) continue;
     auto moved = std::make_shared<ObjectHypothesis>(*hypothesis);
-    moved->resting = reseated->second;
+    moved->resting = update->second;
     hypothesis = std::move(moved);
   }
   for (ObjectHypothesis& added : change.added) {

@@ -20,7 +20,7 @@ std::optional<Pose> X_LGround(const SegmentedScene& measured, const Resting& res
 // An immutable value; a changed state shares all hypotheses that did not change.
 class SceneState {
  public:
-  // Ids are 0, 1, ... in the order of SegmentedScene::things. The objects and the points of the
+  // Ids are 0, 1, ... in the order of SegmentedScene::hypotheses. The objects and the points of the
   // supports are moved into the state.
   explicit SceneState(SegmentedScene scene);
 
@@ -48,10 +48,10 @@ class SceneState {
   struct Change {
     std::vector<HypothesisId> removed;
     std::vector<ObjectHypothesis> added;  // With() assigns their ids
-    std::vector<std::pair<HypothesisId, Resting>> reseated;
+    std::vector<std::pair<HypothesisId, Resting>> resting_updates;
     std::vector<std::pair<std::size_t, PointSet>> support_points;  // of changed supports
   };
-  // Precondition: `removed` and `reseated` exist and have no id in common.
+  // Precondition: `removed` and `resting_updates` exist and have no id in common.
   SceneState With(Change change) const;
 
   // models[k] becomes the model of hypotheses()[k]; if null, the previous model stays. A hypothesis

@@ -15,14 +15,14 @@ struct ModelerOptions {
   bool search_spheres = true;
   bool search_cones = true;
   // True if an object may be split by upright cuts into several that touch.
-  bool part_touching = true;
+  bool split_touching = true;
   // True if all points were seen from their viewpoint. In merged views the space before a point is
   // not known to be free.
   bool from_viewpoint = true;
   // Reduced effort, for small objects in a scene with too many of them: closed solids are only
   // balls and upright cylinders and boxes, there are no vessels, and the search for shapes gives up
   // sooner.
-  bool in_haste = false;
+  bool reduced_effort = false;
   double max_radius_m = 0.5;  // larger ones look like planes at close range
   // chosen: a thinner part is at most five pixels of a Kinect wide at 0.8 m.
   double min_radius_m = 0.004;

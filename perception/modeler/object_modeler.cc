@@ -9,17 +9,17 @@
 #include "perception/fit/extraction.h"
 #include "perception/handles/handles.h"
 #include "perception/handles/vessel_handles.h"
+#include "perception/primitive_fit/shrink_to_free_space.h"
+#include "perception/primitive_fit/single_primitive.h"
+#include "perception/primitive_fit/split_solids.h"
+#include "perception/primitive_fit/unexplained_points.h"
 #include "perception/solids/box_sigma.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/own_ends.h"
+#include "perception/solids/extent_from_points.h"
 #include "perception/solids/solid_assembly.h"
 #include "perception/vessels/lying_vessel.h"
 #include "perception/vessels/revolved_wall.h"
 #include "perception/vessels/shell_fit.h"
-#include "perception/whole/left_over.h"
-#include "perception/whole/one_solid.h"
-#include "perception/whole/parted_solids.h"
-#include "perception/whole/yield_to_rays.h"
 
 namespace cwm::perception {
 namespace {
@@ -29,7 +29,7 @@ namespace {
 constexpr std::size_t kPointsPerSearchPoint = 4;
 
 std::size_t SearchPoints(std::size_t count) {
-  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMaxOfScene);
+  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMaxScenePoints);
 }
 
 Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) {
@@ -65,25 +65,25 @@ bool ExplainsNearlyAll(const ObjectModel& model) {
   return static_cast<double>(unexplained) <=
          2 * kMixedPixels * static_cast<double>(model.part_of_point.size());
 }
-bool IsOneSolid(const ObjectModel& model) {
+bool IsSingleSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
 // True if there is only one solid and it leaves no connected piece of points unexplained. The
 // inside of a vessel would be such a piece.
 bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
-  return assembly.solids.size() == 1 && LeaveNoPiece(assembly.solids, context);
+  return assembly.solids.size() == 1 && IsFullyExplained(assembly.solids, context);
 }
 
 // Returns the assembly with its shells, if they leave no points for objects beside it or for lying
 // walls.
 std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& context,
                                         Assembly assembly) {
-  ReachOwnPoints(context, assembly.solids);
-  PreferShells(vessel.walls(), context, assembly);
+  SetExtentFromPoints(context, assembly.solids);
+  ReplaceByShells(vessel.walls(), context, assembly);
   const bool has_shell = std::ranges::any_of(
       assembly.solids, [](const Solid& solid) { return solid.vessel != nullptr; });
-  if (!has_shell || !LeaveNoPiece(assembly.solids, context)) return std::nullopt;
+  if (!has_shell || !IsFullyExplained(assembly.solids, context)) return std::nullopt;
   return assembly;
 }
 
@@ -102,7 +102,7 @@ struct Searched {
   FitContext Context(const SensorNoise& noise, const ModelerOptions& options, const Work& work,
                      const PassingRays& passing) const {
     return {points,  octree, connectivity, noise,
-            options, work,   ground,       RaysPast(points, ground, passing)};
+            options, work,   ground,       FreeRaysPast(points, ground, passing)};
   }
 
   const ModelPoints points;
@@ -122,17 +122,17 @@ void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& 
     if (model.part_of_point[i] <= 0) others.push_back(i);
   }
   const OrientedPoints rest = Subset(points, others);
-  ModelPoints thinned = ThinForSearch(rest, SearchPoints(rest.size()), work);
+  ModelPoints thinned = SubsampleForSearch(rest, SearchPoints(rest.size()), work);
   if (!IsEnough(thinned, options)) return;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, passing);
   Solid solid;
   solid.X_MS = Eigen::Translation3d(-context.points.origin_L) * model.shapes.front().X_OS;
   solid.shape = model.shapes.front().shape;
-  std::optional<WholeFit> better = BetterSolid(context, {solid});
+  std::optional<PrimitiveFit> better = FindBetterPrimitive(context, {solid});
   if (!better) return;
-  std::vector<Solid> solids = {Described(*std::move(better), context)};
-  YieldToRays(context, solids);
+  std::vector<Solid> solids = {WithParameterSigmas(*std::move(better), context)};
+  ShrinkToFreeSpace(context, solids);
   model.shapes = InLevelFrame(std::move(solids), context);
   const std::vector<std::int32_t> part = ExplainPoints(rest, model.shapes, work);
   for (std::size_t k = 0; k < others.size(); ++k) model.part_of_point[others[k]] = part[k];
@@ -146,57 +146,57 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
                         const PassingRays& passing) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
-  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return model;
   const Searched searched(std::move(thinned), X_LSupport);
   const double spacing_m = searched.points.spacing_m;
   const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
   const FitContext context = searched.Context(noise, options, work, passing);
-  const bool may_be_open = SearchesAny(options) && !options.in_haste;
+  const bool may_be_open = SearchesAny(options) && !options.reduced_effort;
   Extraction extraction;
   std::optional<Vessel> vessel;
-  DoBoth(
+  ParallelInvoke(
       work, [&] { extraction = ExtractShapes(context); },
       [&] {
         if (may_be_open) vessel = Vessel::Find(points, work);
       });
   Assembly assembly = AssembleSolids(extraction, context, searched.ground);
-  PreferOneSolid(context, assembly);
+  ReplaceBySinglePrimitive(context, assembly);
   // Solids are narrowed before the checks of what they leave over: one that rays enter explains too
   // much.
-  YieldToRays(context, assembly.solids);
+  ShrinkToFreeSpace(context, assembly.solids);
   std::optional<Assembly> with_shells;
   if (vessel) with_shells = AsUprightVessel(*vessel, context, assembly);
   if (with_shells) {
     assembly = *std::move(with_shells);
   } else {
     // Few objects are split, so lying walls are sought at the same time.
-    bool is_parted = false;
+    bool is_split = false;
     std::optional<RevolvedWall> lying;
     const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
-    DoBoth(
-        work, [&] { is_parted = PreferPartedSolids(context, assembly); },
+    ParallelInvoke(
+        work, [&] { is_split = ReplaceBySplitSolids(context, assembly); },
         [&] {
           if (!may_lie) return;
           const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
           lying = FindLyingWall(points, standing, AxesOf(extraction), context);
         });
-    ReachOwnPoints(context, assembly.solids);
-    if (is_parted) {
+    SetExtentFromPoints(context, assembly.solids);
+    if (is_split) {
       vessel.reset();
     } else if (lying) {
       vessel = Vessel(points, {*std::move(lying)});
     }
-    if (vessel) PreferShells(vessel->walls(), context, assembly);
+    if (vessel) ReplaceByShells(vessel->walls(), context, assembly);
   }
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), context);
   model.part_of_point = ExplainPoints(points, model.shapes, work);
-  if (IsOneSolid(model)) vessel.reset();
+  if (IsSingleSolid(model)) vessel.reset();
   Clusters of_vessel;
   if (vessel) {
     of_vessel = HandlesOfVessel(*vessel, points, ground_L, model.shapes, model.part_of_point, work);
-    TakeFromSolids(of_vessel, model.shapes, model.part_of_point);
+    RemoveFromSolids(of_vessel, model.shapes, model.part_of_point);
   }
   DropSolidsOfHandles(points, spacing_m, ground_L, model.shapes, model.part_of_point, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
@@ -210,14 +210,14 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   return model;
 }
 
-std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose& X_LSupport,
-                                       const SensorNoise& noise, const ModelerOptions& options,
-                                       const Work& work) {
-  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+std::optional<ShapePart> ModelSingleSolid(const OrientedPoints& points, const Pose& X_LSupport,
+                                          const SensorNoise& noise, const ModelerOptions& options,
+                                          const Work& work) {
+  ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return std::nullopt;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, {});
-  const std::optional<WholeFit> fit = BetterSolid(context, {});
+  const std::optional<PrimitiveFit> fit = FindBetterPrimitive(context, {});
   if (!fit) return std::nullopt;
   return InLevelFrame({fit->solid}, context).front();
 }
@@ -226,7 +226,7 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
                                          const std::optional<Pose>& X_LSupport,
                                          const std::vector<Vector3>& axes, const SensorNoise& noise,
                                          const ModelerOptions& options, const Work& work) {
-  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  ModelPoints thinned = SubsampleForSearch(points, SearchPoints(points.size()), work);
   if (!IsEnough(thinned, options)) return std::nullopt;
   const Searched searched(std::move(thinned), X_LSupport);
   const FitContext context = searched.Context(noise, options, work, {});
@@ -236,11 +236,11 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
   return InLevelFrame({*std::move(shell)}, context).front();
 }
 
-ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
-                       std::vector<ShapePart> shapes, const Work& work) {
+ObjectModel ModelFromShapes(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                            std::vector<ShapePart> shapes, const Work& work) {
   ObjectModel model;
   model.shapes = std::move(shapes);
-  const double spacing_m = ThinForSearch(points, SearchPoints(points.size()), work).spacing_m;
+  const double spacing_m = SubsampleForSearch(points, SearchPoints(points.size()), work).spacing_m;
   model.part_of_point = ExplainPoints(points, model.shapes, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
   FindHandles(points, spacing_m, GroundOf(X_LSupport, Vector3::Zero()), model, work);
@@ -256,7 +256,7 @@ ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Place
                       .role = PartRole::kCompleted,
                       .fit = FitQuality()});
   }
-  return ModelKnown(points, std::nullopt, std::move(shapes), work);
+  return ModelFromShapes(points, std::nullopt, std::move(shapes), work);
 }
 
 }  // namespace cwm::perception

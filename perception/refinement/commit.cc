@@ -20,8 +20,8 @@ std::optional<HypothesisId> Below(const SceneState& state, const Proposal& propo
   if (product.on_product) return state.NextId(*product.on_product);
   const Consumed* const consumed = FindConsumed(proposal, product.resting.on);
   if (consumed == nullptr) return product.resting.on;
-  if (consumed->heir == k) return std::nullopt;
-  return state.NextId(consumed->heir);
+  if (consumed->successor == k) return std::nullopt;
+  return state.NextId(consumed->successor);
 }
 
 }  // namespace
@@ -51,16 +51,16 @@ SceneState Commit(const SceneState& state, const Proposal& proposal,
   for (const HypothesisPtr& other : state.hypotheses()) {
     if (FindConsumed(proposal, other->id) != nullptr) continue;
     Resting resting = other->resting;
-    const auto reseat = std::ranges::find(proposal.reseats, other->id, &Reseat::id);
-    if (reseat != proposal.reseats.end()) {
-      resting.on = state.NextId(reseat->on_product);
-      resting.foot_height_m = reseat->foot_height_m.value_or(resting.foot_height_m);
+    const auto update = std::ranges::find(proposal.resting_updates, other->id, &RestingUpdate::id);
+    if (update != proposal.resting_updates.end()) {
+      resting.on = state.NextId(update->on_product);
+      resting.foot_height_m = update->foot_height_m.value_or(resting.foot_height_m);
     } else if (const Consumed* const below = FindConsumed(proposal, resting.on)) {
-      resting.on = state.NextId(below->heir);
+      resting.on = state.NextId(below->successor);
     } else {
       continue;
     }
-    change.reseated.emplace_back(other->id, resting);
+    change.resting_updates.emplace_back(other->id, resting);
   }
   if (proposal.from_support) {
     const std::size_t support = proposal.from_support->support;

@@ -12,8 +12,8 @@ namespace cwm::perception {
 ObjectHypothesis HypothesisOf(const Product& product);
 
 // Returns the state in which the products, with their models, replace the consumed hypotheses.
-// Hypotheses that rested on a consumed one rest on its heir, unless they are reseated. A product
-// whose model reaches the support rests on the support.
+// Hypotheses that rested on a consumed one rest on its successor, unless a resting update says
+// otherwise. A product whose model reaches the support rests on the support.
 SceneState Commit(const SceneState& state, const Proposal& proposal,
                   std::span<const ModelPtr> models);
 

@@ -20,7 +20,7 @@ double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise) {
   const double warp_m = noise.WarpSigma_m();
   // The sampled points represent all points.
-  const PointSet some = Thinned(points, kMaxLookedAt);
+  const PointSet some = Subsampled(points, kMaxComparedPoints);
   double squares = 0;
   for (const std::uint32_t i : some) {
     const double off_m = DistanceToShapes_m(shapes, all.points[i].cast<double>());

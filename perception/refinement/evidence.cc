@@ -20,7 +20,7 @@ void SortPoints(PointSet& points) { std::ranges::sort(points); }
 
 }  // namespace
 
-bool IsOneSolid(const ObjectModel& model, double min_explained) {
+bool IsSingleSolid(const ObjectModel& model, double min_explained) {
   const auto explained = std::ranges::count(model.part_of_point, 0);
   return model.shapes.size() == 1 &&
          static_cast<double>(explained) >=
@@ -49,32 +49,32 @@ double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
   return sum / static_cast<double>(points.size());
 }
 
-bool AllAccountedFor(const ModelledProposal& modelled) {
+bool ExplainsAllParts(const ModelledProposal& modelled) {
   const OrientedPoints& all = modelled.state.points();
   const std::vector<ShapePart>& whole = modelled.products.front()->shapes();
   return std::ranges::all_of(modelled.proposal.consumes, [&](const Consumed& consumed) {
     const ObjectHypothesis& part = modelled.state.Get(consumed.id);
-    const PointSet some = Thinned(part.points, kMaxLookedAt);
+    const PointSet some = Subsampled(part.points, kMaxComparedPoints);
     return MisfitOf(whole, some, all) <= MisfitOf(part.model->shapes(), some, all) + kMaxLoss;
   });
 }
 
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L) {
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (const ShapePart& part : shapes) {
     const Vector3 p_S = part.X_OS.inverse(Eigen::Isometry) * p_L;
-    least_m = std::min(least_m, std::abs(SignedDistance_m(part, p_S)));
+    min_m = std::min(min_m, std::abs(SignedDistance_m(part, p_S)));
   }
-  return least_m;
+  return min_m;
 }
 
 std::size_t NearestShape(const std::vector<ShapePart>& shapes, const Vector3& p_L) {
   std::size_t nearest = 0;
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     const Vector3 p_S = shapes[k].X_OS.inverse(Eigen::Isometry) * p_L;
     const double off_m = std::abs(SignedDistance_m(shapes[k], p_S));
-    if (off_m < least_m) nearest = k, least_m = off_m;
+    if (off_m < min_m) nearest = k, min_m = off_m;
   }
   return nearest;
 }

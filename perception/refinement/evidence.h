@@ -14,18 +14,18 @@
 namespace cwm::perception {
 
 // derived: the number of tested points at which a share is known to 0.06.
-inline constexpr std::size_t kMaxAskedPoints = 64;
+inline constexpr std::size_t kMaxTestedPoints = 64;
 // chosen: the largest number of touching hypotheses that are examined together; bounds the work in
 // clutter.
-inline constexpr std::size_t kMaxInGroup = 12;
+inline constexpr std::size_t kMaxGroupSize = 12;
 
 // chosen: the largest extent of a tabletop object: a pan with its handle, a moving box.
-inline constexpr double kMaxThing_m = 0.7;
+inline constexpr double kMaxObjectSize_m = 0.7;
 // derived: a single face is modelled half as thick, and noise adds to it.
 inline constexpr double kMaxLoneThickness_m = kLoneThickness_m * 2;
 // chosen: nearer faces are the same face, by noise, warp and bent cardboard; flat objects are
 // thicker.
-inline constexpr double kMaxOneFace_m = 0.015;
+inline constexpr double kMaxSameFaceGap_m = 0.015;
 // derived: the largest gap between the ends of objects that touch: the distance within which a
 // surface explains points. Noise, creases and feet that were not seen move the ends by as much.
 inline constexpr double kMaxContactGap_m = kExplainedWithin_m;
@@ -36,7 +36,7 @@ inline constexpr double kMaxAxisOffset_m = 0.012;
 inline constexpr double kAligned_cos = 0.97;
 
 // True if one shape explains at least this share of the points.
-bool IsOneSolid(const ObjectModel& model, double min_explained = kNearlyAll);
+bool IsSingleSolid(const ObjectModel& model, double min_explained = kNearlyAll);
 
 // True if the normal is that of a level face, within the error of normals.
 bool IsLevel(const Eigen::Vector3f& normal, const Eigen::Vector3f& up);
@@ -51,7 +51,7 @@ double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
 
 // True if the only product accounts for the points of each part nearly as well as the part's own
 // model.
-bool AllAccountedFor(const ModelledProposal& modelled);
+bool ExplainsAllParts(const ModelledProposal& modelled);
 
 // Distance from the surface of the nearest shape, in metres; infinite without shapes.
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L);

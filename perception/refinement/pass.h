@@ -21,7 +21,7 @@ struct RefinementContext {
 };
 
 // The expected product: one object is modelled without a search for touching objects.
-enum class Expectation { kAny, kOneObject };
+enum class Expectation { kAny, kSingleObject };
 
 struct Product {
   PointSet points = {};
@@ -37,11 +37,11 @@ struct Product {
 
 struct Consumed {
   HypothesisId id;
-  std::size_t heir = 0;  // product that the objects on it rest on afterwards
+  std::size_t successor = 0;  // product that the objects on it rest on afterwards
 };
 
 // A hypothesis that only changes in that it rests on a product.
-struct Reseat {
+struct RestingUpdate {
   HypothesisId id;
   std::size_t on_product = 0;
   std::optional<double> foot_height_m = {};  // null: as it was
@@ -58,7 +58,7 @@ struct FromSupport {
 struct Proposal {
   std::vector<Consumed> consumes = {};
   std::vector<Product> products = {};
-  std::vector<Reseat> reseats = {};
+  std::vector<RestingUpdate> resting_updates = {};
   std::optional<FromSupport> from_support = {};
 };
 
@@ -74,10 +74,10 @@ struct ModelledProposal {
 inline constexpr int kMaxTrials = 32;
 
 // The largest work of a pass in one scene, over all rounds.
-struct Allowance {
+struct TrialBudget {
   // Number of proposals that are examined, whether or not they are modelled. A proposal that was
-  // outbid counts again. measured: no more than three merges of occluded parts in 317 scenes, and
-  // more than six merges of vessel walls in one of 45 real scans, of clutter.
+  // outranked counts again. measured: no more than three merges of occluded parts in 317 scenes,
+  // and more than six merges of vessel walls in one of 45 real scans, of clutter.
   int max_trials = 8;
   // The proposals that are modelled may have one in this many of the scene's points in sum. chosen:
   // bounds the work in clutter, where there are many proposals and few gains.
@@ -93,16 +93,16 @@ class RefinementPass {
   virtual std::string_view Name() const = 0;
   // Passes that must run before this one.
   virtual std::span<const std::string_view> After() const { return {}; }
-  virtual Allowance MaxWork() const = 0;
+  virtual TrialBudget MaxWork() const = 0;
 
-  // Promising proposals. If the allowance does not suffice for all, the first ones are examined;
+  // Promising proposals. If the budget does not suffice for all, the first ones are examined;
   // most passes propose in the order of output. All hypotheses have models.
   virtual std::vector<Proposal> Propose(const SceneState& state,
                                         const RefinementContext& context) const = 0;
 
   // A second, more expensive examination of a proposal, which counts as a trial: returns its final
   // form, or empty. While its hypotheses exist, a proposal is examined again only if another one
-  // outbid it.
+  // outranked it.
   virtual std::optional<Proposal> Examine(const SceneState& state, Proposal proposal,
                                           const RefinementContext& context) const {
     (void)state, (void)context;

@@ -88,7 +88,7 @@ class PassRunner {
     });
   }
 
-  void TellOfLimit(const Proposal& proposal, RefinedScene& refined) {
+  void NoteLimit(const Proposal& proposal, RefinedScene& refined) {
     if (std::exchange(told_of_limit_, true)) return;
     refined.notes.emplace_back(proposal.consumes.front().id, pass_.MaxWork().note);
   }
@@ -100,7 +100,7 @@ class PassRunner {
       ProposalKey key = KeyOf(proposal);
       if (!known_.insert(key).second) continue;
       if (trials_left_ == 0) {
-        TellOfLimit(proposal, refined);
+        NoteLimit(proposal, refined);
         break;
       }
       --trials_left_;
@@ -113,7 +113,7 @@ class PassRunner {
   void Examine(const SceneState& state, Attempt& attempt) const {
     std::optional<Proposal> examined = pass_.Examine(state, std::move(attempt.proposal), context_);
     if (!examined) {
-      attempt.trial.outcome = Trial::Outcome::kNotExamined;
+      attempt.trial.outcome = Trial::Outcome::kRejected;
       return;
     }
     attempt.proposal = *std::move(examined);
@@ -128,8 +128,8 @@ class PassRunner {
         points_left_ -= points;
         continue;
       }
-      attempt.trial.outcome = Trial::Outcome::kTooDear;
-      TellOfLimit(attempt.proposal, refined);
+      attempt.trial.outcome = Trial::Outcome::kOverBudget;
+      NoteLimit(attempt.proposal, refined);
     }
   }
 
@@ -154,7 +154,7 @@ class PassRunner {
       return context_.modeler.ModelGiven(hypothesis, *product.given_shapes);
     }
     ModelingOptions options = context_.options;
-    if (product.expects == Expectation::kOneObject) options.modeler.part_touching = false;
+    if (product.expects == Expectation::kSingleObject) options.modeler.split_touching = false;
     const auto admits = [&](const ObjectModel& found) {
       return pass_.Admits(state, proposal, k, found);
     };
@@ -176,17 +176,18 @@ class PassRunner {
       const Proposal& proposal = attempt->proposal;
       bool is_free = !proposal.from_support || !supports.contains(proposal.from_support->support);
       for (const Consumed& consumed : proposal.consumes) is_free &= !changed.contains(consumed.id);
-      for (const Reseat& reseat : proposal.reseats) is_free &= !changed.contains(reseat.id);
+      for (const RestingUpdate& update : proposal.resting_updates)
+        is_free &= !changed.contains(update.id);
       for (const Product& product : proposal.products) {
         is_free &= !product.resting.on || !changed.contains(*product.resting.on);
       }
       if (!is_free) {
-        attempt->trial.outcome = Trial::Outcome::kOutbid;
+        attempt->trial.outcome = Trial::Outcome::kOutranked;
         known_.erase(attempt->key);
         continue;
       }
       for (const Consumed& consumed : proposal.consumes) changed.insert(consumed.id);
-      for (const Reseat& reseat : proposal.reseats) changed.insert(reseat.id);
+      for (const RestingUpdate& update : proposal.resting_updates) changed.insert(update.id);
       if (proposal.from_support) supports.insert(proposal.from_support->support);
       attempt->trial.outcome = Trial::Outcome::kCommitted;
       for (std::size_t k = 0; k < proposal.products.size(); ++k) {
@@ -200,7 +201,7 @@ class PassRunner {
 
   void CheckInvariants(const SceneState& state) const {
 #ifndef NDEBUG
-    if (const std::vector<std::string> broken = BrokenInvariants(state); !broken.empty()) {
+    if (const std::vector<std::string> broken = ViolatedInvariants(state); !broken.empty()) {
       throw std::logic_error(
           absl::StrCat(std::string(pass_.Name()), ": ", absl::StrJoin(broken, "; ")));
     }
@@ -235,7 +236,7 @@ RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std:
   return refined;
 }
 
-std::vector<std::string> OutOfOrder(const Passes& passes) {
+std::vector<std::string> PassesOutOfOrder(const Passes& passes) {
   std::vector<std::string> wrong;
   for (std::size_t k = 0; k < passes.size(); ++k) {
     for (const std::string_view before : passes[k]->After()) {

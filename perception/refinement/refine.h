@@ -19,11 +19,11 @@ using Passes = std::vector<std::unique_ptr<const RefinementPass>>;
 struct Trial {
   enum class Outcome {
     kOpen,         // in progress
-    kTooDear,      // the pass's allowance of work was spent
-    kNotExamined,  // the pass's second examination rejected it
+    kOverBudget,   // the pass's budget of work was spent
+    kRejected,     // the pass's second examination rejected it
     kNotAdmitted,  // a product was not as expected
     kNoGain,
-    kOutbid,  // another proposal for the same hypothesis gains more
+    kOutranked,  // another proposal for the same hypothesis gains more
     kCommitted,
   };
   std::string_view pass;
@@ -40,13 +40,13 @@ struct RefinedScene {
 };
 
 // Runs the passes in their order, each until it gains no more, in at most three rounds or until no
-// pass gains, within each pass's allowance of trials and points for all rounds together. `disabled`
+// pass gains, within each pass's budget of trials and points for all rounds together. `disabled`
 // names passes that are left out. Precondition: all hypotheses have models.
 // Throws Stopped when the work is stopped. The result is the same on any number of threads.
 RefinedScene Refine(SceneState state, const Passes& passes, std::span<const std::string> disabled,
                     const RefinementContext& context);
 
 // Names of passes that run before one that they must follow; empty if the order is valid.
-std::vector<std::string> OutOfOrder(const Passes& passes);
+std::vector<std::string> PassesOutOfOrder(const Passes& passes);
 
 }  // namespace cwm::perception

@@ -17,8 +17,8 @@ constexpr double kLeaderSlack = 1.1;
 constexpr std::size_t kFirstSubset = 128;
 // chosen: standard deviations of the bound of a score; 99 % on one side.
 constexpr double kConfidence_sigma = 2.5;
-// chosen: a candidate that shares more of its inliers with a refused one is nearly the same.
-constexpr double kRefusedShare = 0.7;
+// chosen: a candidate that shares more of its inliers with a rejected one is nearly the same.
+constexpr double kRejectedShare = 0.7;
 // chosen: bounds the candidates that each choice of a leader goes through.
 constexpr std::size_t kMaxCandidates = 400;
 
@@ -40,7 +40,7 @@ CandidateList::CandidateList(const ModelPoints& points, const Connectivity& conn
       work_(work),
       shuffled_(points.size()),
       available_(points.size(), 1),
-      refused_kinds_(points.size(), 0) {
+      rejected_kinds_(points.size(), 0) {
   std::mt19937_64 random(seed);
   for (std::size_t i = 0; i < shuffled_.size(); ++i) shuffled_[i] = static_cast<std::uint32_t>(i);
   for (std::size_t i = shuffled_.size(); i > 1; --i) {
@@ -54,17 +54,17 @@ CandidateList::CandidateList(const ModelPoints& points, const Connectivity& conn
 }
 
 void CandidateList::GatherAvailable() {
-  alive_.clear();
-  subset_alive_.clear();
+  remaining_.clear();
+  subset_remaining_.clear();
   std::size_t i = 0;
   for (std::size_t end : subset_end_) {
     for (; i < end; ++i) {
-      if (available_[shuffled_[i]]) alive_.push_back(shuffled_[i]);
+      if (available_[shuffled_[i]]) remaining_.push_back(shuffled_[i]);
     }
-    subset_alive_.push_back(alive_.size());
+    subset_remaining_.push_back(remaining_.size());
   }
-  available_count_ = alive_.size();
-  alive_lanes_ = PointLanes(points_, alive_);
+  available_count_ = remaining_.size();
+  remaining_lanes_ = PointLanes(points_, remaining_);
 }
 
 void CandidateList::Add(const AnyModel& model) {
@@ -75,16 +75,16 @@ void CandidateList::Add(const AnyModel& model) {
   if (candidate.inliers.empty() && candidate.subsets_done < subset_end_.size()) {
     EvaluateNextSubset(candidate);  // small shapes may have no point in the first subset
   }
-  if (candidate.inliers.empty() || IsRefused(candidate)) return;
+  if (candidate.inliers.empty() || IsRejected(candidate)) return;
   candidates_.push_back(std::move(candidate));
   if (candidates_.size() > kMaxCandidates) Prune();
 }
 
 void CandidateList::EvaluateNextSubset(Candidate& candidate) const {
   const std::size_t k = candidate.subsets_done++;
-  const PointLanes::Range subset{k == 0 ? 0 : subset_alive_[k - 1], subset_alive_[k]};
-  for (const Hit& hit : alive_lanes_.HitsIn(candidate.model, {&subset, 1})) {
-    const std::uint32_t i = alive_[hit.at];
+  const PointLanes::Range subset{k == 0 ? 0 : subset_remaining_[k - 1], subset_remaining_[k]};
+  for (const Hit& hit : remaining_lanes_.HitsIn(candidate.model, {&subset, 1})) {
+    const std::uint32_t i = remaining_[hit.at];
     candidate.inliers.push_back(i);
     candidate.score += ScoreOf(hit.distance_m, points_.gate_m[i]);
   }
@@ -113,7 +113,7 @@ void CandidateList::KeepLargestComponent(Candidate& candidate) const {
 
 double CandidateList::UpperBound(const Candidate& candidate) const {
   if (candidate.subsets_done == subset_end_.size()) return candidate.score;
-  const auto seen = static_cast<double>(subset_alive_[candidate.subsets_done - 1]);
+  const auto seen = static_cast<double>(subset_remaining_[candidate.subsets_done - 1]);
   if (seen < 1) return static_cast<double>(available_count_);
   // The binomial share of inliers in the points seen, with one added for a sample without inliers.
   const double share = std::min(1.0, candidate.score / seen);
@@ -121,20 +121,20 @@ double CandidateList::UpperBound(const Candidate& candidate) const {
   return static_cast<double>(available_count_) * std::min(1.0, share + kConfidence_sigma * sd);
 }
 
-bool CandidateList::IsRefused(const Candidate& candidate) const {
-  std::size_t refused = 0;
+bool CandidateList::IsRejected(const Candidate& candidate) const {
+  std::size_t rejected = 0;
   for (std::uint32_t i : candidate.inliers) {
-    refused += (refused_kinds_[i] & KindBit(candidate.model)) ? 1 : 0;
+    rejected += (rejected_kinds_[i] & KindBit(candidate.model)) ? 1 : 0;
   }
-  return static_cast<double>(refused) >
-         kRefusedShare * static_cast<double>(candidate.inliers.size());
+  return static_cast<double>(rejected) >
+         kRejectedShare * static_cast<double>(candidate.inliers.size());
 }
 
 const Candidate* CandidateList::Leader() {
   std::size_t leader = candidates_.size();
   while (!candidates_.empty()) {
     work_.Poll();
-    std::size_t best = 0, refused = candidates_.size();
+    std::size_t best = 0, rejected = candidates_.size();
     double best_bound = -1;
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
       if (candidates_[c].bound > best_bound) best = c, best_bound = candidates_[c].bound;
@@ -148,10 +148,10 @@ const Candidate* CandidateList::Leader() {
       EvaluateNextSubset(candidate);
     } else {
       KeepLargestComponent(candidate);
-      if (candidate.inliers.empty() || IsRefused(candidate)) refused = best;
+      if (candidate.inliers.empty() || IsRejected(candidate)) rejected = best;
     }
-    if (refused < candidates_.size()) {
-      candidates_.erase(candidates_.begin() + static_cast<std::ptrdiff_t>(refused));
+    if (rejected < candidates_.size()) {
+      candidates_.erase(candidates_.begin() + static_cast<std::ptrdiff_t>(rejected));
       leader = candidates_.size();
       for (std::size_t c = 0; c < candidates_.size(); ++c) {
         if (!candidates_[c].connected) continue;
@@ -183,9 +183,9 @@ void CandidateList::Remove(std::span<const std::uint32_t> taken) {
   std::erase_if(candidates_, [](const Candidate& c) { return c.inliers.empty(); });
 }
 
-void CandidateList::Refuse(const Candidate& leader) {
-  for (std::uint32_t i : leader.inliers) refused_kinds_[i] |= KindBit(leader.model);
-  std::erase_if(candidates_, [this](const Candidate& c) { return IsRefused(c); });
+void CandidateList::Reject(const Candidate& leader) {
+  for (std::uint32_t i : leader.inliers) rejected_kinds_[i] |= KindBit(leader.model);
+  std::erase_if(candidates_, [this](const Candidate& c) { return IsRejected(c); });
 }
 
 void CandidateList::Prune() {

@@ -31,7 +31,7 @@ class CandidateList {
  public:
   // All arguments but the seed must outlive the list. `seed` determines the order of the subsets.
   CandidateList(const ModelPoints& points, const Connectivity& connectivity, std::uint64_t seed,
-                const Work& work = kUnbounded);
+                const Work& work = kSerialWork);
 
   void Add(const AnyModel& model);
 
@@ -44,8 +44,8 @@ class CandidateList {
   void Remove(std::span<const std::uint32_t> taken);
 
   // Drops the candidates of the leader's kind that mostly consist of its points. Called when the
-  // model selection refused the leader.
-  void Refuse(const Candidate& leader);
+  // model selection rejected the leader.
+  void Reject(const Candidate& leader);
 
   const std::vector<char>& available() const { return available_; }  // one flag per point
   std::size_t available_count() const { return available_count_; }
@@ -56,20 +56,20 @@ class CandidateList {
   void KeepLargestComponent(Candidate& candidate) const;
   void Rescore(Candidate& candidate) const;
   double UpperBound(const Candidate& candidate) const;  // the value of Candidate::bound
-  bool IsRefused(const Candidate& candidate) const;
+  bool IsRejected(const Candidate& candidate) const;
   void GatherAvailable();
   void Prune();
 
   const ModelPoints& points_;
   const Connectivity& connectivity_;
   const Work& work_;
-  std::vector<std::uint32_t> shuffled_;    // all points, in random order
-  std::vector<std::size_t> subset_end_;    // end of each subset in shuffled_
-  std::vector<std::size_t> subset_alive_;  // available points in the subsets up to each one
-  std::vector<std::uint32_t> alive_;       // the available points of shuffled_, in that order
-  PointLanes alive_lanes_;                 // the same points
+  std::vector<std::uint32_t> shuffled_;        // all points, in random order
+  std::vector<std::size_t> subset_end_;        // end of each subset in shuffled_
+  std::vector<std::size_t> subset_remaining_;  // available points in the subsets up to each one
+  std::vector<std::uint32_t> remaining_;       // the available points of shuffled_, in that order
+  PointLanes remaining_lanes_;                 // the same points
   std::vector<char> available_;
-  std::vector<unsigned char> refused_kinds_;  // per point: bit k for the k-th kind of AnyModel
+  std::vector<unsigned char> rejected_kinds_;  // per point: bit k for the k-th kind of AnyModel
   std::size_t available_count_ = 0;
   std::vector<Candidate> candidates_;
 };

@@ -7,7 +7,7 @@
 
 namespace cwm::perception {
 
-std::optional<AxisFoot> MeetOnAxis(std::span<const SamplePoint> sample, const Vector3& axis) {
+std::optional<AxisFoot> FindAxisFoot(std::span<const SamplePoint> sample, const Vector3& axis) {
   const Matrix3 basis = BasisFromZ(axis);
   const double share = 1 / static_cast<double>(sample.size());
   Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
@@ -47,7 +47,7 @@ std::optional<ConeModel> ConeModel::FromSample(std::span<const SamplePoint> samp
 
 std::optional<ConeModel> ConeModel::AroundAxis(std::span<const SamplePoint> sample,
                                                const Vector3& axis) {
-  const std::optional<AxisFoot> foot = MeetOnAxis(sample, axis);
+  const std::optional<AxisFoot> foot = FindAxisFoot(sample, axis);
   if (!foot) return std::nullopt;
   double along = 0, across = 0, height_m = 0;
   for (const SamplePoint& s : sample) {
@@ -97,16 +97,16 @@ bool ConeModel::MayReach(const CellBounds& box, double gate_m) const {
   const double middle = at.radius_m - RadiusAt_m(at.height_m);
   // rr is at least the coordinate along the centre's outward direction, so rr - s h is at least a
   // linear function, whose minimum over a box is known.
-  const double least = middle - (at.outward - slope * axis).cwiseAbs().dot(box.half_m);
-  if (least > gate) return false;
+  const double min_distance_m = middle - (at.outward - slope * axis).cwiseAbs().dot(box.half_m);
+  if (min_distance_m > gate) return false;
   // rr - s h is convex: largest in a corner.
-  double most = -std::numeric_limits<double>::infinity();
+  double max_distance_m = -std::numeric_limits<double>::infinity();
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3 sign((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1, (corner & 4) ? 1 : -1);
     const Vector3 x = box.center + sign.cwiseProduct(box.half_m) - point;
     const double h = axis.dot(x);
-    most = std::max(most, (x - h * axis).norm() - RadiusAt_m(h));
-    if (most >= -gate) return true;
+    max_distance_m = std::max(max_distance_m, (x - h * axis).norm() - RadiusAt_m(h));
+    if (max_distance_m >= -gate) return true;
   }
   return false;
 }

@@ -71,6 +71,6 @@ struct AxisFoot {
   double radius_m = 0;  // mean distance of the sample from the axis
   SeenFrom side = SeenFrom::kOutside;
 };
-std::optional<AxisFoot> MeetOnAxis(std::span<const SamplePoint> sample, const Vector3& axis);
+std::optional<AxisFoot> FindAxisFoot(std::span<const SamplePoint> sample, const Vector3& axis);
 
 }  // namespace cwm::perception

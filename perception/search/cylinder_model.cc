@@ -11,7 +11,7 @@ std::optional<CylinderModel> CylinderModel::FromSample(std::span<const SamplePoi
 
 std::optional<CylinderModel> CylinderModel::AroundAxis(std::span<const SamplePoint> sample,
                                                        const Vector3& axis) {
-  const std::optional<AxisFoot> foot = MeetOnAxis(sample, axis);
+  const std::optional<AxisFoot> foot = FindAxisFoot(sample, axis);
   if (!foot) return std::nullopt;
   const CylinderModel cylinder{
       .point = foot->point, .axis = axis, .radius_m = foot->radius_m, .side = foot->side};

@@ -53,7 +53,7 @@ std::vector<KeyedPoint> SortByMorton(const OrientedPoints& points,
     const auto cell = [&q](int axis) { return static_cast<std::uint32_t>(q[axis]); };
     keyed.push_back({static_cast<std::uint32_t>(MortonKey(cell(0), cell(1), cell(2))), i});
   }
-  PollEvery poll(work, ItemsPerPiece(20ns));
+  PollEvery poll(work, ItemsPerChunk(20ns));
   std::sort(keyed.begin(), keyed.end(), [&poll](const KeyedPoint& a, const KeyedPoint& b) {
     poll();
     return a < b;
@@ -78,12 +78,13 @@ double NormalGate_cos(double normal_sigma_rad) {
   return std::cos(std::clamp(gate_rad, kSameNormal_rad, kMaxNormalGate_rad));
 }
 
-ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points, const Work& work) {
+ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t max_points,
+                               const Work& work) {
   ModelPoints out;
   const std::vector<std::uint32_t> usable = UsablePoints(points);
   if (usable.empty()) return out;
   const std::vector<KeyedPoint> keyed = SortByMorton(points, usable, work);
-  const std::size_t stride = (keyed.size() + most_points - 1) / most_points;
+  const std::size_t stride = (keyed.size() + max_points - 1) / max_points;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const KeyedPoint& k : keyed) sum += points.points[k.index].cast<double>();
   out.origin_L = sum / static_cast<double>(keyed.size());
@@ -102,7 +103,7 @@ ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
     out.key.push_back(keyed[k].key);
     out.index.push_back(i);
   }
-  out.widest_gate_m = *std::max_element(out.gate_m.begin(), out.gate_m.end());
+  out.max_gate_m = *std::max_element(out.gate_m.begin(), out.gate_m.end());
   out.spacing_m = MedianSpacing_m(out);
   return out;
 }
@@ -120,14 +121,15 @@ ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed
   }
   out.origin_L = all.origin_L;
   out.viewpoint = all.viewpoint;
-  out.widest_gate_m = all.widest_gate_m;
+  out.max_gate_m = all.max_gate_m;
   out.weight = all.weight;
   out.spacing_m = all.spacing_m;
   return out;
 }
 
-std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most) {
-  const std::size_t stride = (indices.size() + most - 1) / std::max<std::size_t>(most, 1);
+std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices,
+                                      std::size_t max_count) {
+  const std::size_t stride = (indices.size() + max_count - 1) / std::max<std::size_t>(max_count, 1);
   if (stride <= 1) return {indices.begin(), indices.end()};
   std::vector<std::uint32_t> out;
   for (std::size_t k = 0; k < indices.size(); k += stride) out.push_back(indices[k]);

@@ -25,7 +25,7 @@ struct ModelPoints {
   std::vector<std::uint32_t> index;  // into the object's points
   Vector3 origin_L = Vector3::Zero();
   Vector3 viewpoint = Vector3::Zero();  // position of the sensor, relative to origin_L
-  double widest_gate_m = 0;             // the largest of gate_m
+  double max_gate_m = 0;                // the largest of gate_m
   double weight = 1;                    // measured points per point
   double spacing_m = 0;                 // median distance between neighbours in Morton order
 
@@ -43,10 +43,10 @@ inline constexpr int kMortonLevels = std::numeric_limits<std::uint32_t>::digits 
 // more, at most 45 degrees, beyond which a gate would not discriminate.
 double NormalGate_cos(double normal_sigma_rad);
 
-// Returns every k-th point in Morton order, so that at most `most_points` remain, evenly spread.
+// Returns every k-th point in Morton order, so that at most `max_points` remain, evenly spread.
 // Points that are not finite or have no normal are left out.
-ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
-                          const Work& work = {});
+ModelPoints SubsampleForSearch(const OrientedPoints& points, std::size_t max_points,
+                               const Work& work = {});
 
 // Returns the listed points, in the order of the list, about the same origin.
 ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed);
@@ -61,7 +61,8 @@ bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double
   return model.FacingSign() * model.Normal(points.p[i]).dot(points.n[i]) >= points.min_cos[i];
 }
 
-// Returns at most `most` of the indices, evenly spread over the list.
-std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most);
+// Returns at most `max_count` of the indices, evenly spread over the list.
+std::vector<std::uint32_t> Subsampled(std::span<const std::uint32_t> indices,
+                                      std::size_t max_count);
 
 }  // namespace cwm::perception

@@ -72,7 +72,7 @@ std::vector<std::uint32_t> FindInliers(const M& model, const ModelPoints& points
                                        const Octree& octree, const std::vector<char>& available,
                                        double gate_scale = 1) {
   std::vector<std::uint32_t> inliers;
-  const auto ranges = octree.Reached(model, gate_scale * points.widest_gate_m);
+  const auto ranges = octree.Reached(model, gate_scale * points.max_gate_m);
   for (const Hit& hit : octree.lanes().HitsIn(model, ranges, gate_scale)) {
     if (available[hit.at]) inliers.push_back(hit.at);
   }

@@ -13,13 +13,13 @@ namespace cwm::perception {
 namespace {
 
 // chosen: draws between two looks at the leader, each of which goes through all candidates.
-constexpr int kDrawsPerLook = 32;
+constexpr int kDrawsPerLeaderCheck = 32;
 // chosen: three times the draws that a cluster of 300 000 points without any shape of 60 points
 // needs.
 constexpr std::int64_t kMaxDraws = 60000;
 // chosen: a draw that starts on a shape finds it if the cell has a good size for it (one level of
 // three) and the sample's noise lets it pass its tests (assumed: half of them).
-constexpr double kDrawSucceeds = 1.0 / 6;
+constexpr double kDrawSuccessProbability = 1.0 / 6;
 // derived: a cell holds all points of a drawn sample.
 constexpr std::uint32_t kMinCellPoints = std::tuple_size_v<decltype(DrawnSample::points)>;
 // chosen: attempts to hit an available point of a cell; if half are available, 15 of 16 are hit.
@@ -77,25 +77,25 @@ ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, Candid
 
 std::optional<Candidate> ShapeSearch::Next() {
   const double enough = -std::log(options_.missed_shape_probability);
-  const double least = options_.min_inliers / points_.weight;
+  const double min_points = options_.min_inliers / points_.weight;
   double expected_hits_per_point = 0;  // by the draws so far
-  while (static_cast<double>(candidates_.available_count()) >= least) {
+  while (static_cast<double>(candidates_.available_count()) >= min_points) {
     work_.Poll();
     const Candidate* leader = candidates_.Leader();
-    if (leader && static_cast<double>(leader->inliers.size()) < least) leader = nullptr;
-    const double sought = leader ? static_cast<double>(leader->inliers.size()) : least;
+    if (leader && static_cast<double>(leader->inliers.size()) < min_points) leader = nullptr;
+    const double sought = leader ? static_cast<double>(leader->inliers.size()) : min_points;
     // P(missed) of a shape of `sought` points is at most exp(-expected hits).
     if (expected_hits_per_point * sought >= enough) {
       return leader ? std::optional<Candidate>(*leader) : std::nullopt;
     }
-    if (draws_left_ < kDrawsPerLook) {
-      capped_ = true;
+    if (draws_left_ < kDrawsPerLeaderCheck) {
+      is_exhausted_ = true;
       return leader ? std::optional<Candidate>(*leader) : std::nullopt;
     }
-    for (int k = 0; k < kDrawsPerLook; ++k) Draw();
-    draws_left_ -= kDrawsPerLook;
-    expected_hits_per_point +=
-        kDrawsPerLook * kDrawSucceeds / static_cast<double>(candidates_.available_count());
+    for (int k = 0; k < kDrawsPerLeaderCheck; ++k) Draw();
+    draws_left_ -= kDrawsPerLeaderCheck;
+    expected_hits_per_point += kDrawsPerLeaderCheck * kDrawSuccessProbability /
+                               static_cast<double>(candidates_.available_count());
   }
   return std::nullopt;
 }

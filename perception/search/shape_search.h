@@ -42,7 +42,7 @@ class ShapeSearch {
   // any shape of min_inliers points. Draws are counted afresh on every call.
   std::optional<Candidate> Next();
 
-  bool capped() const { return capped_; }  // true if the draws ran out before that
+  bool is_exhausted() const { return is_exhausted_; }  // true if the draws ran out before that
 
  private:
   void Draw();
@@ -56,7 +56,7 @@ class ShapeSearch {
   const Work& work_;
   std::mt19937_64 random_;
   std::int64_t draws_left_;
-  bool capped_ = false;
+  bool is_exhausted_ = false;
 };
 
 }  // namespace cwm::perception

@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kNodesPerRange = ItemsPerPiece(20ns);
+constexpr std::size_t kNodesPerRange = ItemsPerChunk(20ns);
 
 using Link = std::pair<std::uint32_t, std::uint32_t>;
 

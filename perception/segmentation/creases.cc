@@ -20,11 +20,11 @@ float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
 
 }  // namespace
 
-std::vector<char> ConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_rad,
-                                        const Work& work) {
+std::vector<char> FindConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_rad,
+                                            const Work& work) {
   std::vector<char> crease(graph.size(), 0);
   const OrientedPoints& nodes = graph.nodes();
-  ParallelFor(graph.size(), ItemsPerPiece(4us), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerChunk(4us), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       graph.ForEachOppositePair(i, [&](std::size_t a, std::size_t b) {
         if (nodes.normals[a].isZero() || nodes.normals[b].isZero()) return;
@@ -35,12 +35,12 @@ std::vector<char> ConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_r
   return crease;
 }
 
-std::vector<char> ConcaveCreases(const SurfaceGraph& graph, float angle_rad, const Work& work) {
-  if (graph.planes() == nullptr) return ConcaveCreasesByPairs(graph, angle_rad, work);
+std::vector<char> FindConcaveCreases(const SurfaceGraph& graph, float angle_rad, const Work& work) {
+  if (graph.planes() == nullptr) return FindConcaveCreasesByPairs(graph, angle_rad, work);
   const MeasuredPoints& image = *graph.image();
   const auto width = static_cast<std::size_t>(image.width);
   std::vector<char> crease(graph.size(), 0);
-  ParallelFor(static_cast<std::size_t>(image.height), ItemsPerPiece(10us), work,  // 640 pixels
+  ParallelFor(static_cast<std::size_t>(image.height), ItemsPerChunk(10us), work,  // 640 pixels
               [&](std::size_t begin, std::size_t end) {
                 std::vector<std::uint8_t> of_row;
                 for (std::size_t row = begin; row < end; ++row) {

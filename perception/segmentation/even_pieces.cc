@@ -59,7 +59,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const S
     for (auto& [of_plane, share] : on_planes[static_cast<std::size_t>(pieces.of_node[i])]) {
       const Plane& plane = long_planes[static_cast<std::size_t>(of_plane) - 1];
       ++share.all;
-      share.on += IsOnPlane(plane, graph.nodes(), i, Off::kMax);
+      share.on += IsOnPlane(plane, graph.nodes(), i, PlaneTolerance::kWide);
     }
   }
   const auto is_off = [&](std::int32_t piece, std::int32_t of_plane) {

@@ -94,7 +94,7 @@ std::vector<std::int32_t> LinkedSupports(const SurfaceGraph& graph, const Pieces
 // the tolerance is the largest warp, above it the usual one.
 bool IsFlat(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
   const double height_m = plane.Height_m(nodes.points[i]);
-  return height_m <= nodes.UsuallyOffPlane_m(i) && height_m >= -nodes.MostOffPlane_m(i);
+  return height_m <= nodes.UsualPlaneTolerance_m(i) && height_m >= -nodes.WidePlaneTolerance_m(i);
 }
 
 bool IsWithinNoise(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
@@ -183,7 +183,7 @@ class Absorption {
   bool IsBeside(std::size_t support, std::size_t node) {
     std::optional<Surroundings>& around = surroundings_[support];
     if (!around) around.emplace(coarse_, supports_[support]);
-    return around->Has(nodes_.points[node], nodes_.UsuallyOffPlane_m(node));
+    return around->Has(nodes_.points[node], nodes_.UsualPlaneTolerance_m(node));
   }
 
   // True if the part is a piece and nearer objects hide the gap between it and the support.
@@ -192,7 +192,7 @@ class Absorption {
     std::vector<std::uint32_t> cells;
     for (std::uint32_t i : part.members) cells.push_back(coarse_.grid.CellOfPoint(i));
     const SupportPlane& plane = supports_[support];
-    return GapIsClosed(plane.plane, coarse_.cells, plane.cells, cells, sight_);
+    return IsGapClosed(plane.plane, coarse_.cells, plane.cells, cells, sight_);
   }
 
   const OrientedPoints& nodes_;

@@ -42,17 +42,17 @@ Members NormalInliers(const Plane& plane, const OrientedPoints& nodes, const Mem
   return out;
 }
 
-std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceView& piece) {
+std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceSummary& piece) {
   std::vector<Facet> facets;
   Members rest = piece.sample;
-  const std::size_t least =
-      std::max(kTwoSamples,
-               static_cast<std::size_t>(kNotByChance * static_cast<double>(piece.sample.size())));
-  while (facets.size() < kMaxFacets && rest.size() >= least) {
+  const std::size_t min_count = std::max(
+      kTwoSamples,
+      static_cast<std::size_t>(kMinSignificantShare * static_cast<double>(piece.sample.size())));
+  while (facets.size() < kMaxFacets && rest.size() >= min_count) {
     const std::optional<Plane> plane = FitPlane(nodes, rest, rest[0]);
     if (!plane) break;
     Members members = NormalInliers(*plane, nodes, rest);
-    if (members.size() < least) break;
+    if (members.size() < min_count) break;
     Members remaining;
     std::set_difference(rest.begin(), rest.end(), members.begin(), members.end(),
                         std::back_inserter(remaining));
@@ -76,9 +76,9 @@ bool SharePlane(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const Facet& larger = a.members.size() >= b.members.size() ? a : b;
   const std::optional<Plane> common = RefinePlane(larger.plane, nodes, both);
   if (!common) return false;
-  const double most_turn_cos = std::cos(kSamePlane_rad);
-  return common->normal.dot(a.plane.normal) > most_turn_cos &&
-         common->normal.dot(b.plane.normal) > most_turn_cos &&
+  const double max_turn_cos = std::cos(kSamePlane_rad);
+  return common->normal.dot(a.plane.normal) > max_turn_cos &&
+         common->normal.dot(b.plane.normal) > max_turn_cos &&
          MeanOffset_sigma(nodes, *common, a.members) < 1 &&
          MeanOffset_sigma(nodes, *common, b.members) < 1;
 }
@@ -161,7 +161,7 @@ bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const Members some_b = EvenlySpread(b.members, kLinesOfSight);
   return std::ranges::any_of(some_a, [&](std::uint32_t i) {
     return std::ranges::any_of(some_b, [&](std::uint32_t j) {
-      return (nodes.points[i] - nodes.points[j]).norm() > float{kLongestThing_m};
+      return (nodes.points[i] - nodes.points[j]).norm() > float{kMaxObjectLength_m};
     });
   });
 }
@@ -185,12 +185,12 @@ class BetweenParts {
 
 }  // namespace
 
-void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
+void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceSummaries& views,
                          const SightMap& sight, DisjointSets& objects) {
   std::vector<std::size_t> parts;
   std::vector<std::vector<Facet>> facets(views.pieces.size());
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
-    const PieceView& piece = views.pieces[p];
+    const PieceSummary& piece = views.pieces[p];
     if (piece.area_m2 < kMinFace_m2 || piece.sample.size() < 3 || piece.is_patch) continue;
     parts.push_back(p);
     facets[p] = FacetsOf(nodes, piece);
@@ -225,8 +225,8 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
     const auto& bounds = views.pieces[parts[k]].bounds;
     for (std::size_t l = k + 1; l < parts.size(); ++l) {
       const auto& other = views.pieces[parts[l]].bounds;
-      if (other.min().x() > bounds.max().x() + kWidestHidden_m) break;
-      if (bounds.exteriorDistance(other) > kWidestHidden_m) continue;
+      if (other.min().x() > bounds.max().x() + kMaxHiddenGap_m) break;
+      if (bounds.exteriorDistance(other) > kMaxHiddenGap_m) continue;
       const std::size_t a = objects.Root(parts[k]), b = objects.Root(parts[l]);
       if (a == b || (is_whole[a] && is_whole[b])) continue;
       if (!same_object(parts[k], parts[l])) continue;

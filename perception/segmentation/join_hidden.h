@@ -2,7 +2,7 @@
 #pragma once
 
 #include "perception/segmentation/disjoint_sets.h"
-#include "perception/segmentation/piece_views.h"
+#include "perception/segmentation/piece_summaries.h"
 #include "perception/segmentation/sight_map.h"
 
 namespace cwm::perception {
@@ -13,7 +13,7 @@ namespace cwm::perception {
 // without that test. Sets that were joined before, such as vessels, are complete, and two of them
 // are never joined: the floors of all bowls on a table share a plane that the bowls' walls hide.
 // The same holds for these floors and patches of the table, so patches are not joined here.
-void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
+void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceSummaries& views,
                          const SightMap& sight, DisjointSets& objects);
 
 }  // namespace cwm::perception

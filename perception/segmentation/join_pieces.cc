@@ -8,7 +8,7 @@
 #include "perception/segmentation/disjoint_sets.h"
 #include "perception/segmentation/join_hidden.h"
 #include "perception/segmentation/join_vessels.h"
-#include "perception/segmentation/piece_views.h"
+#include "perception/segmentation/piece_summaries.h"
 
 namespace cwm::perception {
 namespace {
@@ -39,12 +39,13 @@ std::vector<std::size_t> SizesOfSets(DisjointSets& objects, std::size_t count) {
 // supports, is a handle; a part on top of an object rests there. A part of an object that was
 // joined before stays as it is: it would join two objects. A patch that no vessel claimed counts as
 // its support.
-void JoinSmallParts(const PieceViews& views, std::int32_t support_count, DisjointSets& objects) {
+void JoinSmallParts(const PieceSummaries& views, std::int32_t support_count,
+                    DisjointSets& objects) {
   std::vector<char> is_part(views.pieces.size());
   const std::vector<std::size_t> members = SizesOfSets(objects, views.pieces.size());
   for (std::size_t p = 0; p < is_part.size(); ++p) is_part[p] = members[objects.Root(p)] > 1;
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
-    const PieceView& piece = views.pieces[p];
+    const PieceSummary& piece = views.pieces[p];
     if (is_part[p] || piece.is_patch || piece.sample.empty()) continue;
     if (piece.area_m2 > kAttachedPart_m2) continue;
     Neighbour best;
@@ -63,12 +64,12 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
       }
     }
     if (best.links == 0) continue;
-    const bool scrap = piece.area_m2 <= kMinThing_m2;
+    const bool scrap = piece.area_m2 <= kMinObjectArea_m2;
     const bool touches = AreInContact(views, p, best.piece);
     const bool attached = piece.area_m2 <= kAttachedShare * views.pieces[best.piece].area_m2 &&
                           all - to_support >= kNearlyAll * all && best.level < kLevelBorder_cos;
     const bool knob = piece.area_m2 <= kKnobShare * views.pieces[best.piece].area_m2 &&
-                      best.links >= kNotByChance * all;
+                      best.links >= kMinSignificantShare * all;
     if (scrap || (touches && (attached || knob))) objects.Join(p, best.piece);
   }
 }
@@ -94,7 +95,7 @@ Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sigh
                   const Work& work) {
   const auto count = static_cast<std::size_t>(pieces.piece_count);
   DisjointSets objects(count);
-  const PieceViews views = ViewPieces(graph, pieces, work);
+  const PieceSummaries views = SummarizePieces(graph, pieces, work);
   JoinVessels(graph.nodes(), views, objects);
   JoinAcrossOccluders(graph.nodes(), views, sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);

@@ -30,10 +30,10 @@ bool IsOneSided(const Revolution& r) {
 // must agree, as two objects rarely share an axis. A piece with few steep normals is a floor.
 bool IsWall(const Revolution& r) {
   return r.agreement >= (IsOneSided(r) ? kMinAgreement : kNearlyAll) && r.steep >= kMinWallShare &&
-         r.radius_m <= kWidestVessel_m;
+         r.radius_m <= kMaxVesselRadius_m;
 }
 
-bool IsInner(const Revolution& r) { return r.outward < kLargerPart; }
+bool IsInner(const Revolution& r) { return r.outward < kMajority; }
 
 bool ShowsInside(const Revolution& r) { return r.outward <= kMainShare; }
 
@@ -42,7 +42,7 @@ bool AreBothSides(const Revolution& a, const Revolution& b) {
 }
 
 // Share of the sample within `radius_m` of the axis.
-double ShareWithin(const OrientedPoints& nodes, const PieceView& piece, const Vector2& axis,
+double ShareWithin(const OrientedPoints& nodes, const PieceSummary& piece, const Vector2& axis,
                    double radius_m) {
   double within = 0;
   for (std::uint32_t i : piece.sample) {
@@ -51,7 +51,7 @@ double ShareWithin(const OrientedPoints& nodes, const PieceView& piece, const Ve
   return within / static_cast<double>(piece.sample.size());
 }
 
-double ShareLevel(const OrientedPoints& nodes, const PieceView& piece) {
+double ShareLevel(const OrientedPoints& nodes, const PieceSummary& piece) {
   double level = 0;
   for (std::uint32_t i : piece.sample) level += nodes.normals[i].z() >= kFloor_cos;
   return level / static_cast<double>(piece.sample.size());
@@ -59,7 +59,7 @@ double ShareLevel(const OrientedPoints& nodes, const PieceView& piece) {
 
 class VesselJoiner {
  public:
-  VesselJoiner(const OrientedPoints& nodes, const PieceViews& views, DisjointSets& objects)
+  VesselJoiner(const OrientedPoints& nodes, const PieceSummaries& views, DisjointSets& objects)
       : nodes_(nodes), views_(views), objects_(objects) {}
 
   // Joins the pieces of the vessel of which `seed` is a wall with this axis.
@@ -69,7 +69,7 @@ class VesselJoiner {
     double radius = wall.radius_m, rim = views_.pieces[seed].high_z_m;
     for (std::size_t p = 0; p < views_.pieces.size(); ++p) {
       if (p == seed || !MayBelong(p, seed, wall)) continue;
-      const Revolution r = JudgeRevolution(nodes_, views_.pieces[p].sample, wall.axis);
+      const Revolution r = EvaluateRevolution(nodes_, views_.pieces[p].sample, wall.axis);
       if (!IsWall(r) || r.radius_m > wall.radius_m + kVesselWall_m) continue;
       // Two outsides on one axis are stacked objects unless they touch; an inside needs the rim's
       // height.
@@ -89,7 +89,7 @@ class VesselJoiner {
 
  private:
   bool MayBelong(std::size_t p, std::size_t seed, const Revolution& wall) const {
-    const PieceView& piece = views_.pieces[p];
+    const PieceSummary& piece = views_.pieces[p];
     if (piece.sample.empty() || piece.bounds.isEmpty()) return false;
     return piece.high_z_m <= views_.pieces[seed].high_z_m + kVesselRim_m &&
            ShareWithin(nodes_, piece, wall.axis, wall.radius_m + kVesselWall_m) >= kNearlyAll;
@@ -99,13 +99,13 @@ class VesselJoiner {
   // facing inwards, or small.
   void JoinInside(std::size_t seed, const Vector2& axis, double radius_m, double rim_m) {
     for (std::size_t p = 0; p < views_.pieces.size(); ++p) {
-      const PieceView& piece = views_.pieces[p];
+      const PieceSummary& piece = views_.pieces[p];
       if (piece.sample.empty() || objects_.Root(p) == objects_.Root(seed)) continue;
       if (piece.high_z_m > rim_m + kVesselWall_m) continue;
       // chosen: the least share of the piece within the rim's radius.
       if (ShareWithin(nodes_, piece, axis, radius_m + kVesselWall_m / 2) < 0.95) continue;
-      const Revolution r = JudgeRevolution(nodes_, piece.sample, axis);
-      const bool inward = r.steep >= kMinWallShare && r.agreement >= kLargerPart && IsInner(r);
+      const Revolution r = EvaluateRevolution(nodes_, piece.sample, axis);
+      const bool inward = r.steep >= kMinWallShare && r.agreement >= kMajority && IsInner(r);
       // chosen: the least share of a floor's normals that are level.
       if (inward || ShareLevel(nodes_, piece) >= 0.7 || piece.area_m2 <= kInnerCap_m2) {
         objects_.Join(seed, p);
@@ -114,13 +114,13 @@ class VesselJoiner {
   }
 
   const OrientedPoints& nodes_;
-  const PieceViews& views_;
+  const PieceSummaries& views_;
   DisjointSets& objects_;
 };
 
 }  // namespace
 
-void JoinVessels(const OrientedPoints& nodes, const PieceViews& views, DisjointSets& objects) {
+void JoinVessels(const OrientedPoints& nodes, const PieceSummaries& views, DisjointSets& objects) {
   VesselJoiner joiner(nodes, views, objects);
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
     if (views.pieces[p].area_m2 < kMinWall_m2) continue;

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "perception/segmentation/disjoint_sets.h"
-#include "perception/segmentation/piece_views.h"
+#include "perception/segmentation/piece_summaries.h"
 
 namespace cwm::perception {
 
 // Joins walls that share a vertical axis of revolution and touch or are the two sides of one wall.
 // If one of them shows the inside, also joins the floor and the scraps within it.
-void JoinVessels(const OrientedPoints& nodes, const PieceViews& views, DisjointSets& objects);
+void JoinVessels(const OrientedPoints& nodes, const PieceSummaries& views, DisjointSets& objects);
 
 }  // namespace cwm::perception

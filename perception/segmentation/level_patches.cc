@@ -50,14 +50,14 @@ bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
     if (o != c) above += coarse.grid.PointsOf(o).size();
   });
   return static_cast<double>(above) >=
-             kLargerPart * static_cast<double>(coarse.grid.PointsOf(c).size()) &&
+             kMajority * static_cast<double>(coarse.grid.PointsOf(c).size()) &&
          Height_m(column, up) > kMaxHeight_cells * edge_m;
 }
 
 bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
-  static const float most_tilt_cos = static_cast<float>(std::cos(kMaxTilt_rad));
+  static const float max_tilt_cos = static_cast<float>(std::cos(kMaxTilt_rad));
   const OrientedPoints& cells = coarse.cells;
-  if (cells.normals[c].dot(up) >= most_tilt_cos) return false;  // the normal shows that it is level
+  if (cells.normals[c].dot(up) >= max_tilt_cos) return false;  // the normal shows that it is level
   const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
   const float down_m = -ray.dot(up);
   if (down_m <= 0 || down_m >= kGrazing_sin * ray.norm()) return false;
@@ -88,14 +88,14 @@ Vector3f NormalOfPatch(const CoarseCloud& coarse, std::size_t c, const Vector3f&
 
 }  // namespace
 
-TurnedCells TurnLevelPatches(const Vector3f& up, CoarseCloud& coarse, const Work& work) {
+ReorientedCells ReorientLevelPatches(const Vector3f& up, CoarseCloud& coarse, const Work& work) {
   std::vector<Vector3f> normals(coarse.grid.size(), Vector3f::Zero());
-  ParallelFor(normals.size(), ItemsPerPiece(800ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(normals.size(), ItemsPerChunk(800ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
       if (MayLieFlat(coarse, c, up)) normals[c] = NormalOfPatch(coarse, c, up);
     }
   });
-  TurnedCells turned;
+  ReorientedCells turned;
   for (std::size_t c = 0; c < normals.size(); ++c) {
     if (normals[c].isZero()) continue;
     coarse.cells.normals[c] = normals[c];
@@ -104,10 +104,10 @@ TurnedCells TurnLevelPatches(const Vector3f& up, CoarseCloud& coarse, const Work
   return turned;
 }
 
-void TurnPointsOn(const std::vector<SupportPlane>& supports, const CoarseCloud& coarse,
-                  const TurnedCells& turned, OrientedPoints& points) {
+void ReorientPointsOn(const std::vector<SupportPlane>& supports, const CoarseCloud& coarse,
+                      const ReorientedCells& turned, OrientedPoints& points) {
   for (const SupportPlane& support : supports) {
-    TurnedCells of_support;
+    ReorientedCells of_support;
     std::ranges::set_intersection(support.cells, turned, std::back_inserter(of_support));
     const Vector3f normal = support.plane.normal.cast<float>();
     for (std::uint32_t c : of_support) {

@@ -15,8 +15,8 @@ namespace {
 // chosen: patches per cloud: the median of their scatter errs by a fifth of its spread.
 constexpr std::size_t kPatches = 48;
 // chosen: the number of points among which neighbours are searched: one per 2 cm^2 of a table.
-constexpr std::size_t kAmong = 8192;
-// chosen: neighbours per patch. In a cloud of no more than kAmong points, neighbours have
+constexpr std::size_t kSearchedPoints = 8192;
+// chosen: neighbours per patch. In a cloud of no more than kSearchedPoints points, neighbours have
 // correlated errors.
 constexpr std::size_t kNeighbours = kTwoSamples;
 // chosen: the largest radius of a patch; wider ones hold several surfaces.
@@ -70,7 +70,7 @@ std::optional<LocalPlane> FitAround(const OrientedPoints& points,
 
 std::vector<LocalPlane> SampleLocalPlanes(const OrientedPoints& points) {
   std::vector<std::uint32_t> among;
-  const std::size_t stride = points.size() / kAmong + 1;
+  const std::size_t stride = points.size() / kSearchedPoints + 1;
   for (std::size_t i = 0; i < points.size(); i += stride) {
     among.push_back(static_cast<std::uint32_t>(i));
   }

@@ -36,7 +36,7 @@ double Reach_m(const Plane& plane, const OrientedPoints& points, const Nodes& me
 bool IsLong(const OrientedPoints& points, std::span<const std::uint32_t> members) {
   Eigen::AlignedBox3f bounds;
   for (std::uint32_t i : members) bounds.extend(points.points[i]);
-  return bounds.diagonal().norm() >= float{kLongestThing_m};
+  return bounds.diagonal().norm() >= float{kMaxObjectLength_m};
 }
 
 Nodes SampleOf(const Nodes& members) {
@@ -48,32 +48,34 @@ Nodes SampleOf(const Nodes& members) {
 
 }  // namespace
 
-bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off) {
-  const float off_m = off == Off::kUsually ? points.UsuallyOffPlane_m(i) : points.MostOffPlane_m(i);
-  return std::abs(plane.Height_m(points.points[i])) <= off_m &&
+bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i,
+               PlaneTolerance tolerance) {
+  const float tolerance_m = tolerance == PlaneTolerance::kUsual ? points.UsualPlaneTolerance_m(i)
+                                                                : points.WidePlaneTolerance_m(i);
+  return std::abs(plane.Height_m(points.points[i])) <= tolerance_m &&
          points.normals[i].dot(plane.normal.cast<float>()) > kFacing_cos;
 }
 
 double ShareOn(const Plane& plane, const OrientedPoints& points,
-               std::span<const std::uint32_t> members, Off off) {
-  const auto on =
-      std::ranges::count_if(members, [&](auto i) { return IsOnPlane(plane, points, i, off); });
+               std::span<const std::uint32_t> members, PlaneTolerance tolerance) {
+  const auto on = std::ranges::count_if(
+      members, [&](auto i) { return IsOnPlane(plane, points, i, tolerance); });
   return static_cast<double>(on) / static_cast<double>(members.size());
 }
 
 std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std::uint32_t> members,
-                               Off off, double least_share) {
+                               PlaneTolerance tolerance, double min_share) {
   if (members.empty() || !IsLong(points, members)) return std::nullopt;
   const std::optional<Plane> plane = FitPlane(points, members, members[0]);
-  if (!plane || ShareOn(*plane, points, members, off) < least_share) return std::nullopt;
+  if (!plane || ShareOn(*plane, points, members, tolerance) < min_share) return std::nullopt;
   Nodes on;
   std::ranges::copy_if(members, std::back_inserter(on),
-                       [&](auto i) { return IsOnPlane(*plane, points, i, off); });
-  if (Reach_m(*plane, points, on) < kLongestThing_m) return std::nullopt;
+                       [&](auto i) { return IsOnPlane(*plane, points, i, tolerance); });
+  if (Reach_m(*plane, points, on) < kMaxObjectLength_m) return std::nullopt;
   return plane;
 }
 
-std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
+std::vector<Plane> LabelLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
                                    const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
   const ConnectedSets sets = FindConnectedSets(graph, classes, work);
@@ -84,9 +86,10 @@ std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::i
   std::vector<Plane> planes;
   for (Nodes& left : members) {
     work.Poll();
-    while (const auto plane = LongPlane(nodes, SampleOf(left), Off::kUsually, kMinInlierShare)) {
+    while (const auto plane =
+               LongPlane(nodes, SampleOf(left), PlaneTolerance::kUsual, kMinInlierShare)) {
       std::erase_if(left, [&](std::uint32_t i) {
-        if (!IsOnPlane(*plane, nodes, i, Off::kUsually)) return false;
+        if (!IsOnPlane(*plane, nodes, i, PlaneTolerance::kUsual)) return false;
         classes[i] = static_cast<std::int32_t>(planes.size()) + 1;
         return true;
       });

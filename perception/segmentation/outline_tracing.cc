@@ -183,7 +183,7 @@ Outline Simplified(Outline outline, const SimplifyLimits& limits) {
   for (;; outline.holes.pop_back()) {
     for (const double step : kToleranceSteps) {
       Outline simpler = SimplifiedTo(outline, step * limits.tolerance);
-      if (simpler.corner_count() <= limits.most_corners &&
+      if (simpler.corner_count() <= limits.max_corners &&
           IsSimpleRegion(simpler.border, simpler.holes)) {
         return simpler;
       }
@@ -191,7 +191,7 @@ Outline Simplified(Outline outline, const SimplifyLimits& limits) {
     if (outline.holes.empty()) break;
   }
   Polygon hull = ConvexHull(outline.border);
-  for (double tolerance = limits.tolerance; hull.size() > limits.most_corners; tolerance *= 1.5) {
+  for (double tolerance = limits.tolerance; hull.size() > limits.max_corners; tolerance *= 1.5) {
     hull = SimplifiedRing(hull, tolerance);  // simplified hulls stay convex
   }
   return {std::move(hull), {}};

@@ -28,7 +28,7 @@ inline constexpr std::size_t kMaxOutlineCorners = 64;
 
 struct SimplifyLimits {
   double tolerance = 0;  // the largest distance of a dropped corner from the outline
-  std::size_t most_corners = kMaxOutlineCorners;
+  std::size_t max_corners = kMaxOutlineCorners;
 };
 
 // Returns the outline with fewer corners (Douglas and Peucker 1973) and without crossings. If the

@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 
 // chosen: the floor of a pan of 30 cm.
 constexpr double kMaxPatch_m2 = 0.07;
-constexpr std::size_t kNodesPerPiece = ItemsPerPiece(20ns);
+constexpr std::size_t kNodesPerPiece = ItemsPerChunk(20ns);
 // derived: the least number of links of a contact per square root of nodes: a tenth of the outline
 // of a compact piece, whose border nodes have three links across each.
 constexpr double kMinContact = 1.2;
@@ -34,9 +34,9 @@ constexpr double kMinContact = 1.2;
 // True if the normal is within max(kSameNormal_rad, 3 standard deviations of the normal) of up, as
 // of a support's nodes.
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
-  static const auto least_gate_cos = static_cast<float>(std::cos(kSameNormal_rad));
+  static const auto min_gate_cos = static_cast<float>(std::cos(kSameNormal_rad));
   const float cosine = std::abs(nodes.normals[i].dot(up));
-  if (cosine >= least_gate_cos) return true;
+  if (cosine >= min_gate_cos) return true;
   const double gate = kGate_sigma * nodes.normal_sigma_rad[i];
   return gate > kSameNormal_rad && cosine >= std::cos(std::min(gate, 1.5));
 }
@@ -84,7 +84,7 @@ SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& c
       out.support[i] = static_cast<std::int32_t>(s);
     };
     const std::vector<std::uint32_t> cells = CellsAround(coarse, supports[s]);
-    ParallelFor(cells.size(), ItemsPerPiece(2us), work, [&](std::size_t begin, std::size_t end) {
+    ParallelFor(cells.size(), ItemsPerChunk(2us), work, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         for (std::uint32_t i : coarse.grid.PointsOf(cells[k])) relate(i);
       }
@@ -116,7 +116,7 @@ std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const
 }
 
 // Extends supports over the warp of a real sensor: level nodes that continue a support evenly
-// belong to it up to MostOffPlane_m, beyond its 3 sigma. Steps and slopes end it.
+// belong to it up to WidePlaneTolerance_m, beyond its 3 sigma. Steps and slopes end it.
 void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
                 const std::vector<char>& crease, SupportRelation& to_support, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
@@ -138,7 +138,7 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
     graph.ForEachLinked(i, [&](std::size_t j) {
       if (!open[j]) return;
       const double other = plane.Height_m(nodes.points[j]);
-      if (std::abs(other) > nodes.MostOffPlane_m(j)) return;
+      if (std::abs(other) > nodes.WidePlaneTolerance_m(j)) return;
       if (std::abs(other - height) > nodes.sigma_m[j]) return;
       if (!IsLevel(nodes, j, up)) return;
       open[j] = 0;
@@ -222,7 +222,7 @@ class PieceGrower {
       Target& target = targets_[i];
       target.p = nodes.points[i];
       target.sigma_m = nodes.sigma_m[i];
-      if (pieces.of_node[i] != kNoIndex) target.least_cost = kTaken;
+      if (pieces.of_node[i] != kNoIndex) target.min_cost = kTakenCost;
     });
   }
 
@@ -264,16 +264,16 @@ class PieceGrower {
     Vector3f p = Vector3f::Zero();
     float sigma_m = 0;
     // The best claim on it so far: the distance from the anchor's plane, in sigma.
-    float least_cost = std::numeric_limits<float>::infinity();
+    float min_cost = std::numeric_limits<float>::infinity();
     Anchor anchor;
   };
   // The cost of a node that has its piece.
-  static constexpr float kTaken = -std::numeric_limits<float>::infinity();
+  static constexpr float kTakenCost = -std::numeric_limits<float>::infinity();
 
-  bool IsTaken(std::size_t node) const { return targets_[node].least_cost == kTaken; }
+  bool IsTaken(std::size_t node) const { return targets_[node].min_cost == kTakenCost; }
 
   Key KeyOf(std::uint32_t node) const {
-    return Key{std::bit_cast<std::uint32_t>(targets_[node].least_cost)} << 32 | node;
+    return Key{std::bit_cast<std::uint32_t>(targets_[node].min_cost)} << 32 | node;
   }
 
   // True if this claim on the target is the best so far.
@@ -287,10 +287,10 @@ class PieceGrower {
       distance = normal.dot(target.p - targets_[anchor.node].p);
     }
     const float cost = std::abs(distance) / target.sigma_m;
-    if (std::tie(cost, anchor.piece) >= std::tie(target.least_cost, target.anchor.piece)) {
+    if (std::tie(cost, anchor.piece) >= std::tie(target.min_cost, target.anchor.piece)) {
       return false;
     }
-    target.least_cost = cost;
+    target.min_cost = cost;
     target.anchor = anchor;
     return true;
   }
@@ -298,7 +298,7 @@ class PieceGrower {
   void Take(std::uint32_t node) {
     const Anchor anchor = targets_[node].anchor;
     pieces_.of_node[node] = anchor.piece;
-    targets_[node].least_cost = kTaken;
+    targets_[node].min_cost = kTakenCost;
     graph_.ForEachLinked(node, [&](std::size_t to) {
       if (IsTaken(to) || !Improve(targets_[to], anchor)) return;
       claims_.push(KeyOf(static_cast<std::uint32_t>(to)));
@@ -348,7 +348,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
     const bool is_free = to_support.relation[i] == Relation::kFree;
     if (is_free && !graph.nodes().normals[i].isZero() && !graph.IsAtStep(i)) may_seed[i] = 0;
   });
-  const std::vector<Plane> long_planes = ClassLongPlanes(graph, may_seed, work);
+  const std::vector<Plane> long_planes = LabelLongPlanes(graph, may_seed, work);
   const Seeds seeds = FindSeeds(graph, crease, may_seed, work);
   StartPieces(seeds, pieces, work);
   PieceGrower(graph, supports, pieces, work).Grow();

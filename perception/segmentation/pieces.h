@@ -37,8 +37,8 @@ bool IsContact(int links, std::size_t nodes);
 // chosen: more than warp bends a face, less than a box's edge.
 inline constexpr float kConcave_rad = 20 * std::numbers::pi_v<float> / 180;
 
-// `crease` is ConcaveCreases of the graph with kConcave_rad. `sight` is null if not all points were
-// seen from one place.
+// `crease` is FindConcaveCreases of the graph with kConcave_rad. `sight` is null if not all points
+// were seen from one place.
 Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
                      const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
                      const SightMap* sight, const Work& work);

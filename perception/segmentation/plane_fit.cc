@@ -28,9 +28,9 @@ std::optional<Plane> PlaneOfTriple(const OrientedPoints& points, const std::uint
   }
   normal /= area;
   if (normal.dot(n[0]) < 0) normal = -normal;
-  static const double least_cos = std::cos(kSameNormal_rad);
+  static const double min_cos = std::cos(kSameNormal_rad);
   for (const Vector3& other : n) {
-    if (normal.dot(other) < least_cos) return std::nullopt;
+    if (normal.dot(other) < min_cos) return std::nullopt;
   }
   return Plane{normal, normal.dot(p[0])};
 }

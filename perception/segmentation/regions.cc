@@ -8,9 +8,9 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/tolerances.h"
 #include "perception/segmentation/disjoint_sets.h"
-#include "perception/segmentation/floor.h"
 #include "perception/segmentation/resting.h"
 #include "perception/segmentation/structures.h"
+#include "perception/segmentation/support_surface.h"
 
 namespace cwm::perception {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kMaxRejectedShare = 0.005;
 // chosen: the largest number of residuals; the last one takes the rest.
 constexpr std::size_t kMaxResiduals = 256;
 
-using NodeList = Floor::NodeList;
+using NodeList = SupportSurface::NodeList;
 
 // The nodes of each region of linked pieces that are neither supports nor structures.
 std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces,
@@ -71,7 +71,7 @@ bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const Orient
   const auto below = std::ranges::count_if(members, [&](std::uint32_t i) {
     return (X_SL * nodes.points[i].cast<double>()).z() < -kGate_sigma * nodes.sigma_m[i];
   });
-  return static_cast<double>(below) > kLargerPart * static_cast<double>(members.size());
+  return static_cast<double>(below) > kMajority * static_cast<double>(members.size());
 }
 
 // The nodes of the region that may stand on the support: those of pieces that do not lie below it.
@@ -89,7 +89,8 @@ NodeList WithoutBelow(const NodeList& region, const Pieces& pieces, const Placed
 
 // The highest support that carries the region, or -1.
 std::int32_t SupportOf(const NodeList& region, const Pieces& pieces, const OrientedPoints& nodes,
-                       const std::vector<Floor>& floors, const std::vector<Placed<Plate>>& plates) {
+                       const std::vector<SupportSurface>& floors,
+                       const std::vector<Placed<Plate>>& plates) {
   std::int32_t best = -1;
   for (std::size_t s = 0; s < floors.size(); ++s) {
     if (!floors[s].Carries(region)) {
@@ -112,7 +113,7 @@ void AppendObjects(const Segment& region, const Pieces& pieces, const OrientedPo
   for (std::uint32_t i : region.nodes) {
     Segment& segment = by_object[pieces.of_node[i]];
     segment.supported_by = region.supported_by;
-    segment.hangs = region.hangs;
+    segment.is_hanging = region.is_hanging;
     segment.nodes.push_back(i);
   }
   const Placed<Plate>& plate = plates[static_cast<std::size_t>(region.supported_by)];
@@ -186,7 +187,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight,
                     const Work& work) {
-  std::vector<Floor> floors;
+  std::vector<SupportSurface> floors;
   for (std::size_t s = 0; s < supports.size(); ++s) {
     floors.emplace_back(graph, coarse, supports[s], plates[s], sight);
   }
@@ -208,7 +209,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
       hanging.push_back(std::move(region));
     }
   }
-  FindSupportsUnderStacks(graph.nodes(), plates, &sight, out.segments, hanging, work);
+  AssignSupportsUnderStacks(graph.nodes(), plates, &sight, out.segments, hanging, work);
   for (Segment& region : hanging) {
     if (region.supported_by >= 0) {
       AppendObjects(region, pieces, graph.nodes(), plates, out.segments, residuals);
@@ -219,7 +220,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   KeepOrReject(graph, GroupsOfStray(coarse, pieces), residuals, out.rejected);
   auto larger = [](const Segment& a, const Segment& b) { return a.nodes.size() > b.nodes.size(); };
   std::stable_sort(out.segments.begin(), out.segments.end(), larger);
-  FindWhatTheyRestOn(graph.nodes(), plates, &sight, out.segments, work);
+  AssignResting(graph.nodes(), plates, &sight, out.segments, work);
   std::stable_sort(residuals.begin(), residuals.end(), larger);
   LimitResiduals(residuals);
   std::move(residuals.begin(), residuals.end(), std::back_inserter(out.segments));

@@ -18,7 +18,7 @@ struct Segment {
   std::int32_t supported_by = -1;  // the support below; -1: residual geometry
   std::int32_t rests_on = -1;      // the segment between it and the support, or -1
   double foot_height_m = 0;        // the height of its foot above the support's top
-  bool hangs = false;              // rays pass below its foot: the support does not carry it
+  bool is_hanging = false;         // rays pass below its foot: the support does not carry it
   std::optional<Plane> plane = std::nullopt;  // of a wall or front
 };
 
@@ -38,11 +38,11 @@ struct Regions {
 //         the support are hidden.
 //   - It reaches down to the support, or its foot is hidden, or it is a ball that touches the
 //     support and lies mostly over the outline.
-//   - Its footprint on the support's cells is at least kMinThing_m2.
-// A region also stands on a support if it rests on objects that do (FindSupportsUnderStacks). Every
-// other region of linked pieces becomes one residual, and so does every wall or front
+//   - Its footprint on the support's cells is at least kMinObjectArea_m2.
+// A region also stands on a support if it rests on objects that do (AssignSupportsUnderStacks).
+// Every other region of linked pieces becomes one residual, and so does every wall or front
 // (FindStructures), which is part of no region. Objects that rest on others are marked
-// (FindWhatTheyRestOn). Nodes in no piece are rejected up to 0.5 % of the points; beyond that, the
+// (AssignResting). Nodes in no piece are rejected up to 0.5 % of the points; beyond that, the
 // larger groups of them become residuals too.
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
                     const std::vector<SupportPlane>& supports,

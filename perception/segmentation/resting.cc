@@ -54,15 +54,15 @@ struct Standing {
   std::vector<Vector3> low;      // the lowest tenth of the nodes
   Polygon hull;                  // of the footprint
   double foot_m = 0;
-  double band_m = 0;   // heights within this are equal
-  bool hangs = false;  // rests on another object, whatever share of it lies over that one
+  double band_m = 0;        // heights within this are equal
+  bool is_hanging = false;  // rests on another object, whatever share of it lies over that one
 
   Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
-      : segment(index), hangs(s.hangs) {
+      : segment(index), is_hanging(s.is_hanging) {
     std::vector<Vector3> places;
     std::vector<float> sigma;
     auto column = top_m.end();  // consecutive nodes are mostly in one cell
-    const std::size_t stride = s.nodes.size() / kMaxNodesAsked + 1;
+    const std::size_t stride = s.nodes.size() / kMaxTestedNodes + 1;
     for (std::size_t k = 0; k < s.nodes.size(); k += stride) {
       const std::uint32_t i = s.nodes[k];
       places.push_back(X_PL * nodes.points[i].cast<double>());
@@ -81,7 +81,7 @@ struct Standing {
     low.assign(places.begin(), lowest + 1);
     std::nth_element(places.begin(), foot, lowest + 1, below);
     foot_m = foot->z();
-    band_m = LargestJump_m(Median(std::move(sigma)));
+    band_m = MaxJump_m(Median(std::move(sigma)));
     std::vector<Vector2> corners;
     for (const auto& [cell, top] : top_m) corners.push_back(CenterOf(cell));
     hull = ConvexHull(std::move(corners));
@@ -131,14 +131,14 @@ double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose
       Vector3 place;
       place << CenterOf(cell), height;
       const Visibility seen =
-          sight.Look((X_LP * place).cast<float>(), static_cast<float>(upper.band_m));
+          sight.VisibilityAt((X_LP * place).cast<float>(), static_cast<float>(upper.band_m));
       hidden += seen == Visibility::kHidden;
       through += seen == Visibility::kSeenThrough;
     }
   }
   const auto all = static_cast<double>(places);
   if (columns < kMinHidden_cells || static_cast<double>(through) > kMaxPassing * all ||
-      static_cast<double>(hidden) < kLargerPart * all) {
+      static_cast<double>(hidden) < kMajority * all) {
     return 0;
   }
   return static_cast<double>(columns) / static_cast<double>(lower.top_m.size());
@@ -171,17 +171,17 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
                       const Pose& X_LP, const SightMap* sight) {
   if (upper.foot_m <= upper.band_m) return nullptr;
   const Standing* best = nullptr;
-  double most = upper.hangs ? 0 : kLargerPart;
+  double max_share = upper.is_hanging ? 0 : kMajority;
   for (const Standing& lower : standing) {
     if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
     double share = 0;
     if (Touches(upper, lower) || EndsBelow(upper, lower)) {
       share = ShareOver(upper, lower);
-    } else if (upper.hangs && sight) {
+    } else if (upper.is_hanging && sight) {
       share = ShareHiddenBelow(upper, lower, X_LP, *sight);
     }
-    if (share <= most) continue;
-    most = share;
+    if (share <= max_share) continue;
+    max_share = share;
     best = &lower;
   }
   return best;
@@ -194,18 +194,18 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
 double ContactHeight_m(const Standing& upper, const Standing& lower, const OrientedPoints& nodes,
                        const std::vector<Segment>& segments, const Pose& X_PL) {
   // An object that leans on the other or stands behind it touches it neither with foot nor face.
-  if (ShareOfFootprint(upper, lower) < kLargerPart) return upper.foot_m;
+  if (ShareOfFootprint(upper, lower) < kMajority) return upper.foot_m;
   const std::vector<std::uint32_t>& below = segments[lower.segment].nodes;
   const Eigen::Vector3f up = X_PL.linear().row(2).transpose().cast<float>();
   const double level_cos = std::cos(kSameNormal_rad);
   std::vector<double> heights;
-  for (std::size_t k = 0; k < below.size(); k += below.size() / kMaxNodesAsked + 1) {
+  for (std::size_t k = 0; k < below.size(); k += below.size() / kMaxTestedNodes + 1) {
     const std::uint32_t i = below[k];
     if (nodes.normals[i].dot(up) < level_cos) continue;
     const Vector3 place = X_PL * nodes.points[i].cast<double>();
     if (place.z() < upper.foot_m - kFootHeight_m - upper.band_m) continue;
     if (place.z() > upper.foot_m) continue;
-    if (DepthIn_m(upper.hull, place.head<2>()) >= -kTouching_m) heights.push_back(place.z());
+    if (DepthIn_m(upper.hull, place.head<2>()) >= -kMaxTouchingGap_m) heights.push_back(place.z());
   }
   if (heights.size() < kTwoSamples) return upper.foot_m;
   return Quantile(std::move(heights), 0.5);
@@ -235,11 +235,12 @@ std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
 
 }  // namespace
 
-void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                             const SightMap* sight, const std::vector<Segment>& objects,
-                             std::vector<Segment>& hanging, const Work& work) {
+void AssignSupportsUnderStacks(const OrientedPoints& nodes,
+                               const std::vector<Placed<Plate>>& plates, const SightMap* sight,
+                               const std::vector<Segment>& objects, std::vector<Segment>& hanging,
+                               const Work& work) {
   std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects, work);
-  for (Segment& region : hanging) region.hangs = true;
+  for (Segment& region : hanging) region.is_hanging = true;
   // Per support, the hanging regions in its frame, computed when first needed.
   std::vector<std::vector<std::optional<Standing>>> over(plates.size());
   for (bool grown = true; grown;) {
@@ -262,8 +263,8 @@ void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Plac
   }
 }
 
-void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        const SightMap* sight, std::vector<Segment>& segments, const Work& work) {
+void AssignResting(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                   const SightMap* sight, std::vector<Segment>& segments, const Work& work) {
   for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments, work)) {
     for (const Standing& upper : standing) {
       const Pose& X_LP =

@@ -45,8 +45,8 @@ bool Agrees(const Ray& ray, const Vector2& axis) {
 
 }  // namespace
 
-Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
-                           const Vector2& axis) {
+Revolution EvaluateRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
+                              const Vector2& axis) {
   Revolution out{.axis = axis};
   const std::vector<Ray> rays = SteepRays(points, members);
   if (members.empty() || rays.empty()) return out;
@@ -86,7 +86,7 @@ std::optional<Revolution> FitRevolution(const OrientedPoints& points,
     if (solver.eigenvalues()(0) < kMinFan * solver.eigenvalues()(1)) return std::nullopt;
     axis = sum.inverse() * right;
   }
-  return JudgeRevolution(points, members, axis);
+  return EvaluateRevolution(points, members, axis);
 }
 
 }  // namespace cwm::perception

@@ -24,7 +24,7 @@ std::optional<Revolution> FitRevolution(const OrientedPoints& points,
                                         std::span<const std::uint32_t> members);
 
 // Returns how well the members agree with the given axis, which is not refitted.
-Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
-                           const Vector2& axis);
+Revolution EvaluateRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
+                              const Vector2& axis);
 
 }  // namespace cwm::perception

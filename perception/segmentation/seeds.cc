@@ -42,7 +42,7 @@ ConnectedSets SetsBesideNoStep(const SurfaceGraph& graph, const std::vector<std:
     return {.of_node = std::vector<std::int32_t>(graph.size(), kNoIndex), .first_nodes = {}};
   }
   std::vector<std::int32_t> beside_none = classes;
-  ParallelFor(graph.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerChunk(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (classes[i] < 0) continue;
       graph.ForEachLinked(i, [&](std::size_t j) {
@@ -72,8 +72,8 @@ class Parts {
         seeds_of_whole_(wholes.count(), 0),
         groups_(parts.count()) {
     for (std::size_t p = 0; p < parts.count(); ++p) seeds_of_whole_[WholeOf(p)] += is_seed_[p];
-    const auto is_parted = [](int seeds) { return seeds > 1; };
-    if (std::any_of(seeds_of_whole_.begin(), seeds_of_whole_.end(), is_parted)) Rejoin();
+    const auto is_split = [](int seeds) { return seeds > 1; };
+    if (std::any_of(seeds_of_whole_.begin(), seeds_of_whole_.end(), is_split)) Rejoin();
   }
 
   // For a part that is a seed of a whole that falls apart: the first of the parts that it forms one
@@ -136,9 +136,9 @@ class Parts {
     for (const auto& [pair, border] : borders) {
       const auto& [a, b] = pair;
       const std::size_t smaller = std::min(nodes_[a], nodes_[b]);
-      const bool noise_parted = border.links >= kMinLinksPerStep * border.steps &&
-                                IsContact(kNarrowContact * border.links, smaller);
-      if (!noise_parted && !IsContact(border.links, smaller)) continue;
+      const bool is_split_by_noise = border.links >= kMinLinksPerStep * border.steps &&
+                                     IsContact(kNarrowContact * border.links, smaller);
+      if (!is_split_by_noise && !IsContact(border.links, smaller)) continue;
       if (groups_.Root(a) == groups_.Root(b)) continue;
       groups_.Join(a, b);
       --seeds_of_whole_[WholeOf(a)];
@@ -184,7 +184,7 @@ Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
     of_set[s] = seed->second;
   }
   seeds.of_node.assign(graph.size(), kNoIndex);
-  ParallelFor(graph.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerChunk(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (wholes.of_node[i] < 0) continue;
       seeds.of_node[i] = of_whole[static_cast<std::size_t>(wholes.of_node[i])];

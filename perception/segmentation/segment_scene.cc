@@ -37,7 +37,7 @@ constexpr float kCell_sigma = 2.7f;
 constexpr float kMinCell_m = 0.002f;
 // derived: cells grow until they have half of the neighbours that a cell on a surface without gaps
 // has.
-constexpr double kMinNeighbours = std::size(kBeside) / 2;
+constexpr double kMinNeighbours = std::size(kNeighbourOffsets) / 2;
 // chosen: the share of cells on slanted surfaces, whose points lie farther apart.
 constexpr double kSlantedShare = 0.25;
 // chosen: steps by a factor of 1.5 each, 25 in total.
@@ -73,14 +73,13 @@ VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
 template <class T>
 void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& before,
             const Work& work, std::vector<T>& sorted) {
-  ParallelFor(values.size(), ItemsPerPiece(10ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(values.size(), ItemsPerChunk(10ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) sorted[i] = values[before[i]];
   });
 }
 
 template <class T>
-void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
-                    std::vector<T>& values) {
+void Permute(const std::vector<std::uint32_t>& before, const Work& work, std::vector<T>& values) {
   std::vector<T> sorted(values.size());
   Gather(values, before, work, sorted);
   values = std::move(sorted);
@@ -90,14 +89,14 @@ void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
 // in any order.
 void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
   std::vector<std::uint32_t> before = grid.Renumber();
-  BringIntoOrder(before, work, points.points);
-  grid.SumUp(points.points, work);
+  Permute(before, work, points.points);
+  grid.AccumulateMoments(points.points, work);
   const bool has_normals = std::any_of(points.normals.begin(), points.normals.end(),
                                        [](const Vector3f& n) { return !n.isZero(); });
-  if (has_normals) BringIntoOrder(before, work, points.normals);
+  if (has_normals) Permute(before, work, points.normals);
   const bool differ = std::ranges::adjacent_find(points.sigma_m, std::ranges::not_equal_to()) !=
                       points.sigma_m.end();  // a laser's sigma is the same for all points
-  if (differ) BringIntoOrder(before, work, points.sigma_m);
+  if (differ) Permute(before, work, points.sigma_m);
   Gather(points.cloud_index, before, work, before);  // new pages would cost more than the copy
   points.cloud_index = std::move(before);
   // normal_sigma_rad is still zero for all points.
@@ -117,7 +116,7 @@ Matrix3 LevelOrientation(const Vector3& up_C, const Vector3& view_C) {
 
 void Rotate(OrientedPoints& points, const Matrix3& R, const Work& work) {
   const Eigen::Matrix3f rotation = R.cast<float>();
-  ParallelFor(points.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(points.size(), ItemsPerChunk(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       points.points[i] = rotation * points.points[i];
       points.normals[i] = rotation * points.normals[i];
@@ -181,12 +180,12 @@ LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& 
   if (options.R_LC) {
     const Vector3 up =
         turned_to_level ? Vector3(Vector3::UnitZ()) : Vector3(options.R_LC->row(2).transpose());
-    return {*options.R_LC, UpSource::kGiven, JudgeUp(cells, up, image)};
+    return {*options.R_LC, UpSource::kGiven, CheckUp(cells, up, image)};
   }
   LevelFrame level;
   Vector3 up = image ? image->up : Vector3(Vector3::UnitZ());
   if (options.up_C) {
-    level.up_verdict = JudgeUp(cells, *options.up_C, image);
+    level.up_verdict = CheckUp(cells, *options.up_C, image);
     up = level.up_verdict == UpVerdict::kReversed ? Vector3(-*options.up_C) : *options.up_C;
   } else if (const std::optional<UpEstimate> estimate = EstimateUp(cells, image)) {
     level.up_source = estimate->shows_in_image ? UpSource::kSupport : UpSource::kBarePlane;
@@ -233,7 +232,7 @@ Surface LinkNodes(const MeasuredPoints& measured, const Cells* cells, const Work
   Surface surface{cells ? SurfaceGraph::OfGrid(cells->nodes, cells->grid, work)
                         : SurfaceGraph::OfImage(measured, work),
                   {}};
-  surface.crease = ConcaveCreases(surface.graph, kConcave_rad, work);
+  surface.crease = FindConcaveCreases(surface.graph, kConcave_rad, work);
   return surface;
 }
 
@@ -270,7 +269,8 @@ void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const
   ParallelFor(regions.segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (!regions.segments[k].plane) continue;
-      scene.things[k].plates = PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
+      scene.hypotheses[k].plates =
+          PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
     }
   });
 }
@@ -290,31 +290,31 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
     scene.supports.push_back({std::move(supports.plates[s]), node_points.Of(support_nodes[s])});
   }
   for (const Segment& segment : regions.segments) {
-    scene.things.push_back({.supported_by = segment.supported_by,
-                            .rests_on = segment.rests_on,
-                            .foot_height_m = segment.foot_height_m,
-                            .points = node_points.Of(segment.nodes),
-                            .node_count = segment.nodes.size(),
-                            .plates = {}});
+    scene.hypotheses.push_back({.supported_by = segment.supported_by,
+                                .rests_on = segment.rests_on,
+                                .foot_height_m = segment.foot_height_m,
+                                .points = node_points.Of(segment.nodes),
+                                .node_count = segment.nodes.size(),
+                                .plates = {}});
   }
   scene.rejected = node_points.Of(regions.rejected);
 }
 
 // The source of up, revised: an estimated up is confirmed if objects stand on supports that are
 // level by it.
-UpSource BorneOut(const SegmentedScene& scene) {
+UpSource ConfirmedUpSource(const SegmentedScene& scene) {
   const bool from_plane =
       scene.up_source == UpSource::kSupport || scene.up_source == UpSource::kBarePlane;
   if (!from_plane) return scene.up_source;
   if (scene.supports.empty()) return UpSource::kBarePlane;
-  const bool anything_stands =
-      std::any_of(scene.things.begin(), scene.things.end(),
-                  [](const SegmentedThing& thing) { return thing.supported_by >= 0; });
+  const bool anything_stands = std::any_of(
+      scene.hypotheses.begin(), scene.hypotheses.end(),
+      [](const SegmentedHypothesis& hypothesis) { return hypothesis.supported_by >= 0; });
   return anything_stands ? UpSource::kSupport : scene.up_source;
 }
 
 // An alternative estimate of up. Only for images, which distinguish tables from walls.
-std::optional<Vector3> RivalUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
+std::optional<Vector3> AlternativeUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
   if (!measured.organised()) return std::nullopt;
   const std::optional<UpEstimate> estimate = EstimateUp(coarse, AxesOf(measured));
   if (!estimate || !estimate->shows_in_image) return std::nullopt;
@@ -337,20 +337,20 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   std::optional<CoarseCloud> coarse_cloud;
   std::optional<SightMap> sight_map;
   const SightMap* from_one_place = nullptr;  // the map, if all points were seen from its viewpoint
-  TurnedCells turned;
+  ReorientedCells turned;
   Supports supports;
   const auto find_supports = [&] {
-    DoBoth(
+    ParallelInvoke(
         work, [&] { coarse_cloud = MakeCoarseCloud(nodes, work); },
         [&] { sight_map = MakeSightMap(measured, cells); });
     if (!cells || IsSeenFromOnePlace(nodes, sight_map->pitch_rad())) from_one_place = &*sight_map;
     if (from_one_place != nullptr) {
-      turned = TurnLevelPatches(Vector3f::UnitZ(), *coarse_cloud, work);
+      turned = ReorientLevelPatches(Vector3f::UnitZ(), *coarse_cloud, work);
     }
     supports = FindSupports(nodes, *coarse_cloud, from_one_place, work);
   };
-  DoBoth(work, find_supports, [&] { surface = LinkNodes(measured, cells, work); });
-  TurnPointsOn(supports.planes, *coarse_cloud, turned, nodes);
+  ParallelInvoke(work, find_supports, [&] { surface = LinkNodes(measured, cells, work); });
+  ReorientPointsOn(supports.planes, *coarse_cloud, turned, nodes);
   const SurfaceGraph& graph = surface->graph;
   const CoarseCloud& coarse = *coarse_cloud;
   const SightMap& sight = *sight_map;
@@ -369,7 +369,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   options.stage_done("split");
 
   Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
-  scene.up_source = BorneOut(scene);
+  scene.up_source = ConfirmedUpSource(scene);
   // Only now it is known whether an unorganised cloud was seen from one place.
   const bool in_doubt = cells && from_one_place != nullptr && scene.up_source == UpSource::kGiven &&
                         scene.up_verdict == UpVerdict::kPlausible;
@@ -377,7 +377,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
     scene.up_verdict = UpVerdict::kSeenFromBelow;
   }
   if (scene.up_source == UpSource::kGiven && scene.supports.empty()) {
-    scene.rival_up = RivalUp(coarse, measured);
+    scene.alternative_up = AlternativeUp(coarse, measured);
   }
   BoundStructures(graph, coarse, regions, from_one_place, work, scene);
   if (from_one_place != nullptr) scene.sight = *std::move(sight_map);

@@ -29,7 +29,7 @@ struct SegmentedSupport {
   std::vector<std::uint32_t> points;  // indices into SegmentedScene::points, as an object's
 };
 
-struct SegmentedThing {
+struct SegmentedHypothesis {
   std::int32_t supported_by = -1;  // index into supports; -1: residual geometry
   std::int32_t rests_on = -1;      // index of the object between it and the support; -1: none
   double foot_height_m = 0;        // the height of its foot above the support's top
@@ -50,10 +50,10 @@ struct SegmentedScene {
   // orientation is used as it is.
   UpVerdict up_verdict = UpVerdict::kPlausible;
   // The up that EstimateUp would choose, in the level frame, if up was given and no support found.
-  std::optional<Vector3> rival_up;
+  std::optional<Vector3> alternative_up;
   OrientedPoints points;
-  std::vector<SegmentedSupport> supports;  // largest first
-  std::vector<SegmentedThing> things;      // objects, largest first, then residuals
+  std::vector<SegmentedSupport> supports;       // largest first
+  std::vector<SegmentedHypothesis> hypotheses;  // objects, largest first, then residuals
   std::vector<std::uint32_t> rejected;
   // The sight map of the cloud, in the level frame; empty if not all points were seen from one
   // place (IsSeenFromOnePlace).

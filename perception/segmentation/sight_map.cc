@@ -55,7 +55,7 @@ std::size_t SightMap::CellOf(const Eigen::Vector3f& direction) const {
          static_cast<std::size_t>(column);
 }
 
-Visibility SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const {
+Visibility SightMap::VisibilityAt(const Eigen::Vector3f& place, float tolerance_m) const {
   const Eigen::Vector3f ray = place - viewpoint_;
   const float nearest = nearest_m_[CellOf(ray)];
   const float range = ray.norm();
@@ -75,7 +75,7 @@ PlacesBetween CountBetween(const SightMap& sight, const OrientedPoints& points,
     for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
       const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
       const Eigen::Vector3f place = (1 - t) * points.points[i] + t * points.points[j];
-      const Visibility at = sight.Look(place, LargestJump_m(points.sigma_m[i]));
+      const Visibility at = sight.VisibilityAt(place, MaxJump_m(points.sigma_m[i]));
       ++counts.seen;
       counts.through += at == Visibility::kSeenThrough;
       counts.hidden += at == Visibility::kHidden;
@@ -86,14 +86,14 @@ PlacesBetween CountBetween(const SightMap& sight, const OrientedPoints& points,
 
 bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad) {
   const SightMap sight(points, kFiner * pitch_rad);
-  const std::size_t stride = 1 + points.size() / kMaxNodesAsked;
+  const std::size_t stride = 1 + points.size() / kMaxTestedNodes;
   std::size_t hidden = 0, asked = 0;
   for (std::size_t i = 0; i < points.size(); i += stride, ++asked) {
     const Eigen::Vector3f& p = points.points[i];
     // A slanted surface grows deeper across a cell.
     const float across_m = sight.pitch_rad() * (p - sight.viewpoint()).norm() / float{kGrazing_sin};
-    const float tolerance_m = LargestJump_m(points.sigma_m[i]) + across_m;
-    hidden += sight.Look(p, tolerance_m) == Visibility::kHidden;
+    const float tolerance_m = MaxJump_m(points.sigma_m[i]) + across_m;
+    hidden += sight.VisibilityAt(p, tolerance_m) == Visibility::kHidden;
   }
   return static_cast<double>(hidden) <= kMaxBehind * static_cast<double>(asked);
 }

@@ -23,7 +23,7 @@ class SightMap {
   // `pitch_rad` is the angular size of a cell: about two pixels, so that few cells stay empty.
   SightMap(const OrientedPoints& points, float pitch_rad);
 
-  Visibility Look(const Eigen::Vector3f& place, float tolerance_m) const;
+  Visibility VisibilityAt(const Eigen::Vector3f& place, float tolerance_m) const;
 
   const Eigen::Vector3f& viewpoint() const { return viewpoint_; }
   float pitch_rad() const { return 2 / static_cast<float>(cells_per_side_); }  // of a cell, about
@@ -54,7 +54,7 @@ PlacesBetween CountBetween(const SightMap& sight, const OrientedPoints& points,
 
 // chosen: evenly spread nodes of an object or a cloud that are tested. For an object that fills the
 // view of a Kinect at 1 m these are two per cell of its footprint, for one below 30 cm there all.
-inline constexpr std::size_t kMaxNodesAsked = 20'000;
+inline constexpr std::size_t kMaxTestedNodes = 20'000;
 
 // True if all points may have been seen from the viewpoint: few of them lie behind others in its
 // view, unlike in clouds merged from several views. `pitch_rad` is that of a sight map of the

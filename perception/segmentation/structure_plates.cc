@@ -37,7 +37,8 @@ std::optional<Plane> PlaneOfMost(const NodeList& members, const CoarseCloud& coa
   for (std::size_t k = 0; k < members.size(); k += stride) sample.push_back(members[k]);
   if (sample.empty()) return std::nullopt;
   const std::optional<Plane> plane = FitPlane(nodes, sample, sample.front());
-  if (!plane || ShareOn(*plane, nodes, sample, Off::kUsually) < kLargerPart) return std::nullopt;
+  if (!plane || ShareOn(*plane, nodes, sample, PlaneTolerance::kUsual) < kMajority)
+    return std::nullopt;
   if (FaceOn(*plane, members, coarse).area_m2 < kMinSupport_m2) return std::nullopt;
   return plane;
 }

@@ -31,7 +31,7 @@ std::vector<Nodes> SamplesOfPieces(const Pieces& pieces) {
 
 std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sample) {
   if (sample.size() < kTwoSamples) return std::nullopt;
-  return LongPlane(nodes, sample, Off::kMax, kNearlyAll);
+  return LongPlane(nodes, sample, PlaneTolerance::kWide, kNearlyAll);
 }
 
 }  // namespace
@@ -50,8 +50,9 @@ Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const
   for (std::size_t p = 0; p < samples.size(); ++p) {
     if (out.of_piece[p] != kNoIndex || samples[p].size() < kTwoSamples) continue;
     for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoIndex; ++s) {
-      if (ShareOn(out.planes[s], graph.nodes(), samples[p], Off::kUsually) < kNearlyAll) continue;
-      if (!GapIsClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
+      if (ShareOn(out.planes[s], graph.nodes(), samples[p], PlaneTolerance::kUsual) < kNearlyAll)
+        continue;
+      if (!IsGapClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
         continue;
       }
       out.of_piece[p] = static_cast<std::int32_t>(s);

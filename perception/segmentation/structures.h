@@ -19,7 +19,7 @@ struct Structures {
 // A piece is a structure if nearly all of it lies on one plane that reaches farther than any
 // tabletop object; the rest are handles and edges. Other pieces on that plane, such as a wall
 // between objects before it, belong to the same structure if the gap between them is hidden
-// (GapIsClosed). The front of a box in the plane of a wall is not part of it if rays pass between
+// (IsGapClosed). The front of a box in the plane of a wall is not part of it if rays pass between
 // them. Supports are never structures.
 Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const SightMap& sight);
 

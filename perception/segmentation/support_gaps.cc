@@ -61,17 +61,17 @@ PassageTest::PassageTest(const SightMap& sight, const Plane& plane, const Orient
     : sight_(sight),
       sensor_height_m_(plane.Height_m(sight.viewpoint())),
       depth_m_(std::max(kPlateThickness_m,
-                        double{points.spread.most} * MedianSigma_m(points, members))) {}
+                        double{points.spread.wide} * MedianSigma_m(points, members))) {}
 
 bool PassageTest::operator()(const Vector3& place) const {
   const double range_m = (place - sight_.viewpoint().cast<double>()).norm();
   const double incidence_cos = sensor_height_m_ / std::max(range_m, 1e-9);
   if (incidence_cos < kAlongPlane_cos) return false;
   const auto beyond_m = static_cast<float>(depth_m_ / incidence_cos);
-  return sight_.Look(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
+  return sight_.VisibilityAt(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
 }
 
-bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
+bool IsGapClosed(const Plane& plane, const OrientedPoints& points,
                  std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
                  const SightMap* sight) {
   std::vector<Line> lines;

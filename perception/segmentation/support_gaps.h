@@ -35,7 +35,7 @@ class PassageTest {
 // although objects on them hide a part of the gap; a large object across the middle of a table
 // hides all of the gap but mixed pixels. If `sight` is null: true if the gap is at most 2
 // kClosing_m wide.
-bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
+bool IsGapClosed(const Plane& plane, const OrientedPoints& points,
                  std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
                  const SightMap* sight);
 

@@ -29,10 +29,10 @@ using Eigen::Vector3f;
 constexpr float kCoarseCell_sigma = 8;
 constexpr float kMinCoarseCell_m = 0.015f;
 // chosen: points per cell of a sketch; their mean normal scatters a quarter as much as a point's.
-constexpr float kSketchedPerCell = 16;
+constexpr float kSampledPointsPerCell = 16;
 // chosen: the largest stride in an image's points: far cells keep more points, and a sketch is
 // cheap.
-constexpr float kMaxSketchStride = 16;
+constexpr float kMaxSampleStride = 16;
 // chosen: the largest tilt of cells seen at a grazing angle, within the error of their normals
 // (kGate_sigma): at most an eighth of all directions.
 constexpr double kMaxGrazingTilt_rad = 30 * kDegree;
@@ -131,7 +131,7 @@ std::vector<SupportPlane> MergeOnce(const CellView& coarse, const SightMap* sigh
   for (SupportPlane& plane : planes) {
     const auto same = std::find_if(merged.begin(), merged.end(), [&](const SupportPlane& m) {
       return AreCoplanar(coarse, m, plane) &&
-             GapIsClosed(m.plane, coarse.cells, m.cells, plane.cells, sight);
+             IsGapClosed(m.plane, coarse.cells, m.cells, plane.cells, sight);
     });
     if (same == merged.end()) {
       merged.push_back(std::move(plane));
@@ -177,7 +177,7 @@ bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   std::vector<std::uint32_t> own;
   std::set_intersection(others.begin(), others.end(), plane.cells.begin(), plane.cells.end(),
                         std::back_inserter(own));
-  return static_cast<double>(own.size()) >= kLargerPart * static_cast<double>(others.size());
+  return static_cast<double>(own.size()) >= kMajority * static_cast<double>(others.size());
 }
 
 // True if something was measured below the patch, above or on the support, where a solid that
@@ -188,7 +188,7 @@ bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const Suppor
   std::size_t under = 0;
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
     const Vector3 place = coarse.cells.points[c].cast<double>();
-    const double depth_m = coarse.cells.MostOffPlane_m(c);
+    const double depth_m = coarse.cells.WidePlaneTolerance_m(c);
     under += patch.plane.Height_m(place) < -kBoardClearance_m &&
              support.plane.Height_m(place) > -depth_m && footprint.Covers(place);
   }
@@ -221,7 +221,7 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
   const auto whole = std::count_if(sides.begin(), sides.end(), [&](const auto& side) {
     return static_cast<double>(side.second.size()) >= kMainShare * slices;
   });
-  return static_cast<double>(whole) * footprint.pixel_m() >= kLargerPart * std::sqrt(patch.area_m2);
+  return static_cast<double>(whole) * footprint.pixel_m() >= kMajority * std::sqrt(patch.area_m2);
 }
 
 // True if the cell may be level. A board at eye height is seen at a grazing angle, where normals
@@ -278,7 +278,7 @@ CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
   return coarse;
 }
 
-CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
+CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work) {
   const OrientedPoints& all = image.oriented;
   const std::size_t sampled = SampleStride(all.size());
   std::vector<float> ranges_m;
@@ -286,7 +286,7 @@ CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
   const float edge_m = CoarseCell_m(EveryNth(all.sigma_m, sampled));
   const float across_px = edge_m / (Median(std::move(ranges_m)) * image.pixel_angle_rad);
   const std::size_t stride = static_cast<std::size_t>(
-      std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMaxSketchStride));
+      std::clamp(across_px * across_px / kSampledPointsPerCell, 1.0f, kMaxSampleStride));
   OrientedPoints some;
   some.viewpoint = all.viewpoint;
   some.spread = all.spread;

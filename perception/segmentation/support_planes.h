@@ -22,7 +22,7 @@ struct CoarseCloud {
 CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {});
 
 // The same cells of an image, from a subset of its points that suffices to find planes.
-CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work = {});
+CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work = {});
 
 // chosen: the largest angle between a level cell's normal and up: normals of cells scatter by a few
 // degrees, and floors and given ups are inclined by as much.
@@ -33,7 +33,7 @@ inline constexpr double kMinSupport_m2 = kClosing_m * kClosing_m;
 
 // chosen: the least area of an object, and of its footprint: the rim of a spray can seen from the
 // front.
-inline constexpr double kMinThing_m2 = 2e-4;
+inline constexpr double kMinObjectArea_m2 = 2e-4;
 
 // chosen: how high above its support, besides 3 sigma, the lowest points of an object are seen; the
 // crease takes lower ones.
@@ -48,7 +48,7 @@ struct SupportPlane {
 
 // Finds support planes. Cells whose normals are up within kMaxTilt_rad, or within their error if
 // seen at a grazing angle, are clustered by connectivity and height, and a robust plane is fitted
-// in each cluster, in parallel. Coplanar pieces (3 degrees, 1 cm) whose gap is closed (GapIsClosed)
+// in each cluster, in parallel. Coplanar pieces (3 degrees, 1 cm) whose gap is closed (IsGapClosed)
 // are one support; gaps narrower than a coarse cell do not divide a piece. Small level patches over
 // a larger support are tops of objects, not supports, unless the sensor sees under them. Planes
 // through cells that fill space are not supports either. Largest first. `sight` is null if the

@@ -124,8 +124,8 @@ class SupportBounder {
   std::vector<BoundedSupport> Bound() const {
     std::vector<BoundedSupport> bounded;
     const Polygon hull = raster_.Hull();
-    const double least = raster_.cell_m() * raster_.cell_m();
-    if (hull.size() < 3 || SignedArea_m2(hull) < least) return bounded;
+    const double min_area_m2 = raster_.cell_m() * raster_.cell_m();
+    if (hull.size() < 3 || SignedArea_m2(hull) < min_area_m2) return bounded;
     const CellMask within = raster_.Filled(hull);
     // Free places into which no square of three cells fits count as noise.
     const CellMask free = Opened(Free(within), 1);

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 std::vector<float> Ranges(const OrientedPoints& nodes, const Work& work) {
   std::vector<float> range_m(nodes.size());
   const Eigen::Vector3f viewpoint = nodes.viewpoint.cast<float>();
-  ParallelFor(nodes.size(), ItemsPerPiece(5ns), work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(nodes.size(), ItemsPerChunk(5ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) range_m[i] = (nodes.points[i] - viewpoint).norm();
   });
   return range_m;
@@ -74,11 +74,12 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
 void SurfaceGraph::LinkPixels(const Work& work) {
   const auto width = static_cast<std::size_t>(measured_->width);
   for (std::size_t k = 0; k < step_to_.size(); ++k) {
-    step_to_[k] = std::ptrdiff_t{kBeside[k][0]} * measured_->width + kBeside[k][1];
+    step_to_[k] =
+        std::ptrdiff_t{kNeighbourOffsets[k][0]} * measured_->width + kNeighbourOffsets[k][1];
   }
   beside_.assign(size(), 0);
   at_step_.assign(size(), 0);
-  ParallelFor(static_cast<std::size_t>(measured_->height), ItemsPerPiece(10us), work,  // 640 pixels
+  ParallelFor(static_cast<std::size_t>(measured_->height), ItemsPerChunk(10us), work,  // 640 pixels
               [&](std::size_t begin, std::size_t end) {
                 RowLinks links(measured_->width);
                 for (std::size_t row = begin; row < end; ++row) {
@@ -95,7 +96,7 @@ void SurfaceGraph::LinkPixels(const Work& work) {
 
 // Links cells that touch.
 void SurfaceGraph::LinkCells(const Work& work) {
-  constexpr std::size_t kCellsPerPiece = ItemsPerPiece(500ns);
+  constexpr std::size_t kCellsPerPiece = ItemsPerChunk(500ns);
   std::vector<std::vector<std::uint32_t>> found(size() / kCellsPerPiece + 1);
   first_link_.assign(size() + 1, 0);
   ParallelFor(size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {

@@ -23,7 +23,7 @@ namespace cwm::perception {
 // The largest difference in range, in metres, of linked pixels of one surface.
 // chosen: 3 sigma of noise and 10 mm for the roughness of surfaces. (Cells of a grid are linked if
 // they touch.)
-inline float LargestJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
+inline float MaxJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
 
 class SurfaceGraph {
  public:
@@ -48,14 +48,14 @@ class SurfaceGraph {
   const MeasuredPoints* image() const { return measured_; }
 
   // Calls f(other) for the neighbours of this node on the same surface. Pixels are linked if they
-  // differ by at most LargestJump_m in range and each is within 4 sigma or 1.5 pixels of the
+  // differ by at most MaxJump_m in range and each is within 4 sigma or 1.5 pixels of the
   // other's tangent plane (if one is seen at a grazing angle, beyond kSteepIncidence_cos, one of
   // the two suffices). On slanted surfaces they may differ by three times as much in range if each
   // lies on the other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
 
-  // True if a neighbour within LargestJump_m in range is not linked: the surface across the step
+  // True if a neighbour within MaxJump_m in range is not linked: the surface across the step
   // may be linked elsewhere by noise. False for a grid.
   bool IsAtStep(std::size_t node) const { return !at_step_.empty() && at_step_[node]; }
 
@@ -96,9 +96,10 @@ class SurfaceGraph {
   const VoxelGrid* grid_ = nullptr;              // null for an image
   const OrientedPoints* nodes_ = nullptr;
   std::vector<float> range_m_;
-  std::vector<std::uint8_t> beside_;         // image: bit k per node, linked to kBeside[k]
-  std::vector<char> at_step_;                // image: per node
-  std::array<std::ptrdiff_t, 8> step_to_{};  // image: index offset of neighbour kBeside[k]
+  std::vector<std::uint8_t> beside_;  // image: bit k per node, linked to kNeighbourOffsets[k]
+  std::vector<char> at_step_;         // image: per node
+  std::array<std::ptrdiff_t, 8>
+      step_to_{};  // image: index offset of neighbour kNeighbourOffsets[k]
   // Grid: the linked cells; those of a node are from its first_link_ to the next.
   std::vector<std::uint32_t> first_link_, links_;
 };
@@ -123,8 +124,8 @@ void SurfaceGraph::ForEachLinkedBefore(std::size_t node, F&& f) const {
     });
     return;
   }
-  // The first half of kBeside is the row above and the pixel to the left.
-  constexpr unsigned kBefore = (1u << std::size(kBeside) / 2) - 1;
+  // The first half of kNeighbourOffsets is the row above and the pixel to the left.
+  constexpr unsigned kBefore = (1u << std::size(kNeighbourOffsets) / 2) - 1;
   const std::int32_t* const pixel = measured_->image.data() + nodes_->cloud_index[node];
   for (unsigned bits = beside_[node] & kBefore; bits != 0; bits &= bits - 1) {
     f(static_cast<std::size_t>(pixel[step_to_[static_cast<std::size_t>(std::countr_zero(bits))]]));
@@ -138,11 +139,12 @@ void SurfaceGraph::ForEachAcrossStep(std::size_t node, F&& f) const {
   const int row = pixel / measured_->width, column = pixel % measured_->width;
   for (unsigned k = 0; k < 8; ++k) {
     if (beside_[node] >> k & 1) continue;
-    const std::int32_t other = AtPixel(row + kBeside[k][0], column + kBeside[k][1]);
+    const std::int32_t other =
+        AtPixel(row + kNeighbourOffsets[k][0], column + kNeighbourOffsets[k][1]);
     if (other < 0) continue;
     const auto j = static_cast<std::size_t>(other);
     const float sigma_m = std::max(nodes_->sigma_m[node], nodes_->sigma_m[j]);
-    if (std::abs(range_m_[node] - range_m_[j]) <= LargestJump_m(sigma_m)) f(j);
+    if (std::abs(range_m_[node] - range_m_[j]) <= MaxJump_m(sigma_m)) f(j);
   }
 }
 
@@ -163,7 +165,7 @@ void SurfaceGraph::ForEachOppositePair(std::size_t node, F&& f) const {
     const std::int32_t b = AtPixel(row + steps * d[0], column + steps * d[1]);
     if (a < 0 || b < 0) continue;
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-    const float slack = LargestJump_m(nodes_->sigma_m[node]);
+    const float slack = MaxJump_m(nodes_->sigma_m[node]);
     // On a slanted surface the range changes evenly on both sides; at a jump it does not.
     const float bend = range_m_[i] + range_m_[j] - 2 * range_m_[node];
     if (std::abs(bend) > slack) continue;

@@ -46,7 +46,7 @@ HWY_INLINE void StoreBytes(LaneMask mask, std::uint8_t* to) {
   StoreBytes(BitsWhere(mask, 0xff), to);
 }
 
-HWY_INLINE Lane LargestJumps_m(Lane sigma_m) { return All(3) * sigma_m + All(0.01f); }
+HWY_INLINE Lane MaxJumps_m(Lane sigma_m) { return All(3) * sigma_m + All(0.01f); }
 
 struct Vectors {
   Lane x, y, z;
@@ -84,20 +84,20 @@ HWY_INLINE LaneMask IsFrontal(const Vectors& normal, const Vectors& point, Lane 
 HWY_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
   const Lane range_m = Load(planes.range_m, row, column);
   const Lane sigma_m = Load(planes.sigma_m, row, column);
-  const Lane least_step_m = All(kStep_px * planes.pixel_angle_rad) * range_m;
+  const Lane min_step_m = All(kStep_px * planes.pixel_angle_rad) * range_m;
   const Vectors here = PointAt(planes, row, column), normal_here = NormalAt(planes, row, column);
   const LaneMask frontal_here = IsFrontal(normal_here, here, range_m);
   WholeLane linked = hn::Zero(kWhole), steps = hn::Zero(kWhole);
   for (int k = 0; k < 8; ++k) {
-    const int v = row + kBeside[k][0], u = column + kBeside[k][1];
+    const int v = row + kNeighbourOffsets[k][0], u = column + kNeighbourOffsets[k][1];
     if (v < 0 || v >= planes.height) continue;
     const Vectors there = PointAt(planes, v, u);
     const Vectors d = Minus(there, here);
     const Lane range_there_m = Load(planes.range_m, v, u);
     const Lane jump_m = hn::Abs(range_m - range_there_m);
-    const Lane most_sigma_m = hn::Max(Load(planes.sigma_m, v, u), sigma_m);
-    const Lane most_m = LargestJumps_m(most_sigma_m);
-    const Lane step_m = hn::Max(All(kNoiseReach_sigma) * most_sigma_m, least_step_m);
+    const Lane max_sigma_m = hn::Max(Load(planes.sigma_m, v, u), sigma_m);
+    const Lane max_m = MaxJumps_m(max_sigma_m);
+    const Lane step_m = hn::Max(All(kNoiseReach_sigma) * max_sigma_m, min_step_m);
     const Vectors normal_there = NormalAt(planes, v, u);
     const Lane off_here_m = hn::Abs(Dot(normal_here, d));
     const Lane off_there_m = hn::Abs(Dot(normal_there, d));
@@ -107,9 +107,9 @@ HWY_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowL
     const LaneMask off_one = hn::Or(hn::Gt(off_here_m, step_m), hn::Gt(off_there_m, step_m));
     const LaneMask off_both = hn::And(hn::Gt(off_here_m, step_m), hn::Gt(off_there_m, step_m));
     const LaneMask off = hn::Or(hn::And(frontal, off_one), off_both);
-    const LaneMask is_near = hn::Le(jump_m, most_m);
+    const LaneMask is_near = hn::Le(jump_m, max_m);
     const LaneMask is_linked =
-        hn::Or(hn::AndNot(off, is_near), hn::And(hn::Le(jump_m, All(3) * most_m), on));
+        hn::Or(hn::AndNot(off, is_near), hn::And(hn::Le(jump_m, All(3) * max_m), on));
     linked = hn::Or(linked, BitsWhere(is_linked, 1 << k));
     steps = hn::Or(steps, BitsWhere(hn::AndNot(is_linked, is_near), 0xff));
   }
@@ -121,9 +121,9 @@ struct Place {
   int row, column;
 };
 
-// Yes where the surface turns towards the viewer from a to b by more than the angle. With the angles
-// A and B of the normals to the plane across the line from a to b, A - B > t means sin(A - B) > 0
-// and cos(A - B) < cos t.
+// Yes where the surface turns towards the viewer from a to b by more than the angle. With the
+// angles A and B of the normals to the plane across the line from a to b, A - B > t means sin(A -
+// B) > 0 and cos(A - B) < cos t.
 HWY_INLINE LaneMask TurnsInwards(const SurfacePlanes& planes, const Place& a, const Place& b,
                                  float cos_angle) {
   const Vectors d = Minus(PointAt(planes, b.row, b.column), PointAt(planes, a.row, a.column));
@@ -145,7 +145,7 @@ HWY_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place& at, 
                                   float cos_angle) {
   constexpr int kDirections[4][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};
   const Lane range_m = Load(planes.range_m, at.row, at.column);
-  const Lane slack_m = LargestJumps_m(Load(planes.sigma_m, at.row, at.column));
+  const Lane slack_m = MaxJumps_m(Load(planes.sigma_m, at.row, at.column));
   LaneMask crease = hn::MaskFromVec(hn::Zero(kTag));
   for (const auto& d : kDirections) {
     const int steps = d[0] != 0 && d[1] != 0 ? (reach_px * 7 + 5) / 10 : reach_px;  // 1 / sqrt(2)

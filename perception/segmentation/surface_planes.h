@@ -22,13 +22,13 @@ SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<
                               const Work& work);
 
 // The neighbours of a pixel, row and column, in the order of their bits.
-inline constexpr int kBeside[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
-                                      {0, 1},   {1, -1}, {1, 0},  {1, 1}};
+inline constexpr int kNeighbourOffsets[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
+                                                {0, 1},   {1, -1}, {1, 0},  {1, 1}};
 
 // One entry per pixel of a row, and a few unused ones at the end.
 struct RowLinks {
   std::vector<std::uint8_t> linked;  // a bit per neighbour that is on the same surface
-  std::vector<std::uint8_t> steps;   // not zero if a neighbour within LargestJump_m is not linked
+  std::vector<std::uint8_t> steps;   // not zero if a neighbour within MaxJump_m is not linked
   explicit RowLinks(int width);
 };
 void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links);

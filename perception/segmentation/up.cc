@@ -38,7 +38,7 @@ constexpr std::size_t kMaxPointsForUp = std::size_t{1} << 20;
 constexpr double kMinDrop = 0.1;
 // chosen: the least ratio of level cells seen from below to those seen from above. In a room both
 // are seen; of a table with up upside down only one side, besides cells that are level by chance.
-constexpr double kMaxlyBelow = 3;
+constexpr double kMinBelowRatio = 3;
 // chosen: an object on a support is at most as high as a bottle.
 constexpr double kHighestStanding_m = 0.3;
 // chosen: the least share of a support's area that objects cover. Lamps cover less of a ceiling.
@@ -74,7 +74,7 @@ bool AreFromBelowAlone(const LevelCells& level, const CoarseCloud& coarse) {
   const double edge_m = coarse.grid.edge_m();
   return count * edge_m * edge_m >= kMinSupport_m2 &&
          count >= kMinPlaneShare * static_cast<double>(coarse.cells.size()) &&
-         count >= kMaxlyBelow * static_cast<double>(level.others);
+         count >= kMinBelowRatio * static_cast<double>(level.others);
 }
 
 // The numbers of cells near a plane over its footprint.
@@ -82,10 +82,10 @@ struct BesidePlane {
   std::size_t before = 0;  // on the sensor's side
   std::size_t behind = 0;
 
-  bool Stands(std::size_t on_plane, double least_ratio) const {
+  bool Stands(std::size_t on_plane, double min_ratio) const {
     const auto count = static_cast<double>(before);
     return count >= kMinStandingShare * static_cast<double>(on_plane) &&
-           count >= least_ratio * static_cast<double>(behind);
+           count >= min_ratio * static_cast<double>(behind);
   }
 };
 
@@ -109,7 +109,7 @@ BesidePlane CountBeside(const CoarseCloud& coarse, const Plane& plane,
 }  // namespace
 
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
-  if (measured.organised()) return SketchCoarseCloud(measured, work);
+  if (measured.organised()) return MakeSubsampledCoarseCloud(measured, work);
   const OrientedPoints& all = measured.oriented;
   if (all.size() <= kMaxPointsForUp) return MakeCoarseCloud(all, work);
   std::vector<std::uint32_t> some;
@@ -129,9 +129,9 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
       [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
   std::optional<UpEstimate> best;
   double best_score = 0;
-  const double least = kMinPlaneShare * static_cast<double>(coarse.cells.size());
+  const double min_cells = kMinPlaneShare * static_cast<double>(coarse.cells.size());
   for (const auto& cluster : clusters) {
-    if (static_cast<double>(cluster.size()) < least || cluster.size() < 3) break;
+    if (static_cast<double>(cluster.size()) < min_cells || cluster.size() < 3) break;
     const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
     if (!plane) continue;
     const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
@@ -147,7 +147,7 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
   return best;
 }
 
-UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
+UpVerdict CheckUp(const CoarseCloud& coarse, const Vector3& up,
                   const std::optional<ImageAxes>& image) {
   const Vector3 unit_up = up.normalized();
   const LevelCells level = FindLevelCells(coarse.cells, unit_up);
@@ -158,14 +158,14 @@ UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
   if (image_up <= -kMinUpComponent) return UpVerdict::kReversed;
   if (image_up >= kMinUpComponent) return UpVerdict::kSeenFromBelow;
   const std::optional<Plane> plane = FitPlane(coarse.cells, level.from_below, level.from_below[0]);
-  bool things_stand = false;
+  bool objects_stand = false;
   if (plane) {
     const std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, level.from_below);
     const BesidePlane beside = CountBeside(coarse, *plane, inliers);
-    things_stand = beside.Stands(inliers.size(), image ? 0 : kMaxlyBelow);
+    objects_stand = beside.Stands(inliers.size(), image ? 0 : kMinBelowRatio);
   }
-  if (!image) return things_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
-  return things_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;
+  if (!image) return objects_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
+  return objects_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;
 }
 
 bool IsSeenFromBelowAlone(const CoarseCloud& coarse, const Vector3& up) {

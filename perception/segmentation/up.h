@@ -44,7 +44,7 @@ enum class UpVerdict {
 // `image` is that of an organised cloud. Without one the cloud may have been seen from several
 // places: it is never kReversed, and kSeenFromBelow only if objects stand on the lower sides of its
 // surfaces.
-UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
+UpVerdict CheckUp(const CoarseCloud& coarse, const Vector3& up,
                   const std::optional<ImageAxes>& image);
 
 // True if nearly all level cells are seen from below, and they are not a small part of the cloud.

@@ -90,7 +90,7 @@ bool Arrangement::KeepsApart(const SimulatedObject& candidate, Touching touching
     const SimulatedObject& other = scene_.objects[i];
     if (MayRestOn(other, candidate)) continue;
     const double gap_m = Clearance_m(candidate, other);
-    if (gap_m == 0 || (touching != i && gap_m < rules_.least_gap_m)) return false;
+    if (gap_m == 0 || (touching != i && gap_m < rules_.min_gap_m)) return false;
   }
   return true;
 }
@@ -106,7 +106,7 @@ std::optional<std::vector<double>> Arrangement::HiddenSharesWith(const Simulated
   std::vector<double> shares;
   for (std::size_t i = 0; i <= silhouettes_.size(); ++i) {
     const SeenPixels seen = Count(i < silhouettes_.size() ? silhouettes_[i] : own, front);
-    if (seen.alone - seen.hidden < kMinSeen || seen.hidden_share() > rules_.most_hidden) {
+    if (seen.alone - seen.hidden < kMinSeen || seen.hidden_share() > rules_.max_hidden) {
       return std::nullopt;
     }
     shares.push_back(seen.hidden_share());
@@ -117,7 +117,7 @@ std::optional<std::vector<double>> Arrangement::HiddenSharesWith(const Simulated
 bool Arrangement::ShowsAll() const {
   return std::ranges::all_of(silhouettes_, [&](const Silhouette& silhouette) {
     const SeenPixels seen = Count(silhouette, front_);
-    return seen.alone - seen.hidden >= kMinSeen && seen.hidden_share() <= rules_.most_hidden;
+    return seen.alone - seen.hidden >= kMinSeen && seen.hidden_share() <= rules_.max_hidden;
   });
 }
 

@@ -10,8 +10,8 @@
 namespace cwm::perception {
 
 struct ArrangementRules {
-  double least_gap_m = 0.02;  // between the hulls of two objects, unless they shall touch
-  double most_hidden = 0.2;   // share of an object's own silhouette
+  double min_gap_m = 0.02;  // between the hulls of two objects, unless they shall touch
+  double max_hidden = 0.2;  // share of an object's own silhouette
 };
 
 // Index of the object of the scene that a new one may touch, if any.

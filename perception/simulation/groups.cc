@@ -215,7 +215,7 @@ double NearlyAsWide_m(double radius_m, RandomDraws& draws) {
 
 }  // namespace
 
-SimulatedObject AsOneObject(const Group& group) {
+SimulatedObject MergedObject(const Group& group) {
   SimulatedObject one{.name = "group"};
   for (const SimulatedObject& member : group.members) {
     for (std::size_t k = 0; k < member.parts.size(); ++k) {
@@ -252,9 +252,9 @@ Group DrawStack(RandomDraws& draws) {
   return StackOf(std::move(storeys), draws);
 }
 
-Group DrawHeap(int most, RandomDraws& draws) {
+Group DrawHeap(int max_members, RandomDraws& draws) {
   constexpr int kMinMembers = 3, kAttempts = 200;
-  const int wanted = kMinMembers + draws.Below(most - kMinMembers + 1);
+  const int wanted = kMinMembers + draws.Below(max_members - kMinMembers + 1);
   Group heap;
   heap.members.push_back(Flat(DrawFlat_m(draws)));
   for (int i = 0; i < kAttempts && static_cast<int>(heap.members.size()) < wanted; ++i) {
@@ -300,7 +300,7 @@ Group DrawRow(RandomDraws& draws) {
   return row;
 }
 
-SimulatedObject DrawLidded(RandomDraws& draws) {
+SimulatedObject DrawLiddedObject(RandomDraws& draws) {
   const double lid_m = draws.Uniform(0.002, 0.015);
   const double height_m = draws.Uniform(0.05, 0.16);
   const Pose X_OBody = MakeTranslation(0, 0, 0.5 * height_m);

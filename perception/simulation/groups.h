@@ -17,7 +17,7 @@ struct Group {
 };
 
 // Merges the members' parts into one object, in the group's frame.
-SimulatedObject AsOneObject(const Group& group);
+SimulatedObject MergedObject(const Group& group);
 
 // Returns the members, placed like the one object.
 std::vector<SimulatedObject> MembersOf(const Group& group, const SimulatedObject& placed);
@@ -27,9 +27,9 @@ std::vector<SimulatedObject> MembersOf(const Group& group, const SimulatedObject
 // most 2 mm apart.
 Group DrawStack(RandomDraws& draws);
 
-// Three to `most` books and flat boxes, each on the table, on another one (at any angle, or square
-// to it), or leaning over the edge of one.
-Group DrawHeap(int most, RandomDraws& draws);
+// Three to `max_members` books and flat boxes, each on the table, on another one (at any angle, or
+// square to it), or leaning over the edge of one.
+Group DrawHeap(int max_members, RandomDraws& draws);
 
 // Three to six packets, books or cans of equal height (to 1 mm) side by side: touching or up to 4
 // mm apart, with faces flush to 20 mm.
@@ -37,6 +37,6 @@ Group DrawRow(RandomDraws& draws);
 
 // A can, jar or box with a lid, at most 3 mm wider or narrower and 2 to 15 mm high: one object of
 // two parts.
-SimulatedObject DrawLidded(RandomDraws& draws);
+SimulatedObject DrawLiddedObject(RandomDraws& draws);
 
 }  // namespace cwm::perception

@@ -19,7 +19,7 @@ Quaternion AboutY(double angle_rad) {
 }
 
 // The shape, rotated, with its lowest point at z = 0 and its centre above the frame's origin.
-SimulatedObject Resting(GoodKind kind, Shape shape, const Quaternion& turn) {
+SimulatedObject Resting(GoodsKind kind, Shape shape, const Quaternion& turn) {
   Pose X_OS = MakePose(Vector3::Zero(), turn);
   X_OS.translation().z() = -TightBounds(shape, X_OS).min().z();
   return {.name = std::string(NameOf(kind)), .parts = {{.X_FS = X_OS, .shape = std::move(shape)}}};
@@ -34,27 +34,27 @@ double DrawLean_rad(double half_foot_m, double half_height_m, RandomDraws& draws
 // The ratio of height to foot above which an object is knocked over easily.
 constexpr double kMaxSlender = 4;
 
-SimulatedObject DrawCylinder(Rest rest, RandomDraws& draws) {
+SimulatedObject DrawCylinder(RestPose rest, RandomDraws& draws) {
   const Cylinder cylinder{.radius_m = draws.Uniform(0.015, 0.060),
                           .length_m = draws.Uniform(0.04, 0.25)};
   const double slenderness = cylinder.length_m / (2 * cylinder.radius_m);
-  if (slenderness < 0.8) rest = Rest::kStanding;  // a disc would roll away
-  if (rest == Rest::kStanding && slenderness > kMaxSlender) rest = Rest::kLying;
-  if (rest == Rest::kLeaning && slenderness < 1.5) rest = Rest::kLying;
+  if (slenderness < 0.8) rest = RestPose::kStanding;  // a disc would roll away
+  if (rest == RestPose::kStanding && slenderness > kMaxSlender) rest = RestPose::kLying;
+  if (rest == RestPose::kLeaning && slenderness < 1.5) rest = RestPose::kLying;
   double tilt_rad = 0;
-  if (rest == Rest::kLying) tilt_rad = Radians(90);
-  if (rest == Rest::kLeaning) {
+  if (rest == RestPose::kLying) tilt_rad = Radians(90);
+  if (rest == RestPose::kLeaning) {
     tilt_rad = DrawLean_rad(cylinder.radius_m, 0.5 * cylinder.length_m, draws);
   }
-  return Resting(GoodKind::kCylinder, cylinder, AboutY(tilt_rad));
+  return Resting(GoodsKind::kCylinder, cylinder, AboutY(tilt_rad));
 }
 
 SimulatedObject DrawSphere(RandomDraws& draws) {
-  return Resting(GoodKind::kSphere, Sphere{.radius_m = draws.Uniform(0.020, 0.060)},
+  return Resting(GoodsKind::kSphere, Sphere{.radius_m = draws.Uniform(0.020, 0.060)},
                  Quaternion::Identity());
 }
 
-SimulatedObject DrawCup(Rest rest, RandomDraws& draws) {
+SimulatedObject DrawCup(RestPose rest, RandomDraws& draws) {
   const double half_angle_rad = Radians(draws.Uniform(4, 15));
   const double length_m = draws.Uniform(0.05, 0.14);
   const double narrow_m = draws.Uniform(0.020, 0.035);
@@ -63,10 +63,10 @@ SimulatedObject DrawCup(Rest rest, RandomDraws& draws) {
   const Cone cup{.radius_bottom_m = turned_over ? wide_m : narrow_m,
                  .radius_top_m = turned_over ? narrow_m : wide_m,
                  .length_m = length_m};
-  if (rest != Rest::kLying) return Resting(GoodKind::kCup, cup, Quaternion::Identity());
+  if (rest != RestPose::kLying) return Resting(GoodsKind::kCup, cup, Quaternion::Identity());
   // The axis rises or falls by the half angle, so that the generatrix below it is level.
   const double slope_rad = turned_over ? -half_angle_rad : half_angle_rad;
-  return Resting(GoodKind::kCup, cup, AboutY(Radians(90) - slope_rad));
+  return Resting(GoodsKind::kCup, cup, AboutY(Radians(90) - slope_rad));
 }
 
 // Small edges are more frequent: the square of a uniform draw.
@@ -75,47 +75,47 @@ double DrawEdge_m(RandomDraws& draws) {
   return 0.04 + 0.26 * share * share;
 }
 
-SimulatedObject DrawBox(Rest rest, RandomDraws& draws) {
+SimulatedObject DrawBox(RestPose rest, RandomDraws& draws) {
   Vector3 size_m{DrawEdge_m(draws), DrawEdge_m(draws), DrawEdge_m(draws)};
-  if (rest == Rest::kLeaning) {  // on its shortest side, with the thin side towards the holder
+  if (rest == RestPose::kLeaning) {  // on its shortest side, with the thin side towards the holder
     std::sort(size_m.begin(), size_m.end());
     if (size_m.z() > 1.8 * size_m.x()) {
       const double lean_rad = DrawLean_rad(0.5 * size_m.x(), 0.5 * size_m.z(), draws);
-      return Resting(GoodKind::kBox, Box{.size_m = size_m}, AboutY(lean_rad));
+      return Resting(GoodsKind::kBox, Box{.size_m = size_m}, AboutY(lean_rad));
     }
   }
-  const double least_foot_m = std::min(size_m.x(), size_m.y());
-  if (size_m.z() > kMaxSlender * least_foot_m) {
+  const double min_foot_m = std::min(size_m.x(), size_m.y());
+  if (size_m.z() > kMaxSlender * min_foot_m) {
     std::sort(size_m.begin(), size_m.end(), std::greater<>());  // flat instead
   }
-  return Resting(GoodKind::kBox, Box{.size_m = size_m}, Quaternion::Identity());
+  return Resting(GoodsKind::kBox, Box{.size_m = size_m}, Quaternion::Identity());
 }
 
 }  // namespace
 
-std::string_view NameOf(GoodKind kind) {
+std::string_view NameOf(GoodsKind kind) {
   switch (kind) {
-    case GoodKind::kCylinder:
+    case GoodsKind::kCylinder:
       return "cylinder";
-    case GoodKind::kSphere:
+    case GoodsKind::kSphere:
       return "sphere";
-    case GoodKind::kCup:
+    case GoodsKind::kCup:
       return "cup";
-    case GoodKind::kBox:
+    case GoodsKind::kBox:
       return "box";
   }
   return "box";
 }
 
-SimulatedObject DrawGood(GoodKind kind, Rest rest, RandomDraws& draws) {
+SimulatedObject DrawGoods(GoodsKind kind, RestPose rest, RandomDraws& draws) {
   switch (kind) {
-    case GoodKind::kCylinder:
+    case GoodsKind::kCylinder:
       return DrawCylinder(rest, draws);
-    case GoodKind::kSphere:
+    case GoodsKind::kSphere:
       return DrawSphere(draws);
-    case GoodKind::kCup:
+    case GoodsKind::kCup:
       return DrawCup(rest, draws);
-    case GoodKind::kBox:
+    case GoodsKind::kBox:
       return DrawBox(rest, draws);
   }
   return DrawBox(rest, draws);

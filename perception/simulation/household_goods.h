@@ -8,13 +8,13 @@
 
 namespace cwm::perception {
 
-enum class GoodKind { kCylinder, kSphere, kCup, kBox };
-inline constexpr int kGoodKindCount = 4;
+enum class GoodsKind { kCylinder, kSphere, kCup, kBox };
+inline constexpr int kGoodsKindCount = 4;
 
 // The pose of rest. Lying: on its side, a cup along its generatrix. Leaning: on a bottom edge or a
 // point of its rim, towards the object's x axis, with its weight beyond that edge, so that another
 // object has to hold it.
-enum class Rest { kStanding, kLying, kLeaning };
+enum class RestPose { kStanding, kLying, kLeaning };
 
 // Draws one solid of the kind: cylinders of 15 to 60 mm radius and 4 to 25 cm length, spheres of 20
 // to 60 mm radius, cups (truncated cones of 4 to 15 degrees half angle, 5 to 14 cm high) with the
@@ -22,9 +22,9 @@ enum class Rest { kStanding, kLying, kLeaning };
 // is z up with z = 0 on its support; X_WO is the identity. A rest that is not possible for the kind
 // or the drawn size (a lying box, a leaning sphere, a coin-like cylinder on its rim, a slender one
 // standing) is replaced by one that is.
-SimulatedObject DrawGood(GoodKind kind, Rest rest, RandomDraws& draws);
+SimulatedObject DrawGoods(GoodsKind kind, RestPose rest, RandomDraws& draws);
 
 // Returns "cylinder", "sphere", "cup" or "box".
-std::string_view NameOf(GoodKind kind);
+std::string_view NameOf(GoodsKind kind);
 
 }  // namespace cwm::perception

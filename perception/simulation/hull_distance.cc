@@ -59,7 +59,7 @@ using Edges = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
 using Weights = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
 
 // The point of least norm of the affine hull, if it lies within the simplex; else empty.
-std::optional<Vector3> LeastWithin(const Simplex& simplex) {
+std::optional<Vector3> MinNormPoint(const Simplex& simplex) {
   const Vector3& first = simplex.points[0];
   if (simplex.size == 1) return first;
   Edges edges(3, simplex.size - 1);
@@ -79,7 +79,7 @@ Vector3 Reduce(Simplex& simplex) {
     for (int i = 0; i < simplex.size; ++i) {
       if (mask >> i & 1) face.points[face.size++] = simplex.points[i];
     }
-    const std::optional<Vector3> point = LeastWithin(face);
+    const std::optional<Vector3> point = MinNormPoint(face);
     if (!point || point->squaredNorm() >= nearest.squaredNorm()) continue;
     nearest = *point;
     best = face;
@@ -89,7 +89,7 @@ Vector3 Reduce(Simplex& simplex) {
 }
 
 constexpr double kTolerance_m = 1e-6;  // as the header promises; far below any sensor's noise
-constexpr double kTouching_m = 1e-4;
+constexpr double kTouchTolerance_m = 1e-4;
 
 }  // namespace
 
@@ -113,15 +113,15 @@ double HullDistance_m(const Placed<>& a, const Placed<>& b) {
 }
 
 double Clearance_m(const SimulatedObject& a, const SimulatedObject& b) {
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (const Placed<>& part_a : a.parts) {
     const Placed<> a_W{.X_FS = a.X_WO * part_a.X_FS, .shape = part_a.shape};
     for (const Placed<>& part_b : b.parts) {
       const Placed<> b_W{.X_FS = b.X_WO * part_b.X_FS, .shape = part_b.shape};
-      least_m = std::min(least_m, HullDistance_m(a_W, b_W));
+      min_m = std::min(min_m, HullDistance_m(a_W, b_W));
     }
   }
-  return least_m;
+  return min_m;
 }
 
 // Conservative advancement: an object at a distance of `gap` may move by `gap` in any direction.
@@ -134,9 +134,9 @@ bool SlideUntilTouching(const Vector3& direction_W, const SimulatedObject& obsta
   for (int i = 0; i < kSteps; ++i) {
     const double gap_m = Clearance_m(object, obstacle);
     if (gap_m == 0 || moved_m > kFarthest_m) break;
-    if (gap_m <= kTouching_m) return true;
+    if (gap_m <= kTouchTolerance_m) return true;
     // Half of the tolerance remains, so that touching objects never overlap.
-    const double step_m = gap_m - 0.5 * kTouching_m;
+    const double step_m = gap_m - 0.5 * kTouchTolerance_m;
     object.X_WO.pretranslate(step_m * direction_W);
     moved_m += step_m;
   }

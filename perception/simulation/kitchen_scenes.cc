@@ -93,15 +93,15 @@ PinholeCamera DrawCamera(RandomDraws& draws) {
   return camera;
 }
 
-SimulatedObject DrawThing(RandomDraws& draws) {
+SimulatedObject DrawObject(RandomDraws& draws) {
   constexpr double kVessels = 0.5;
   if (draws.Uniform() < kVessels) {
     return DrawVessel(DrawVesselKind(draws), draws);
   }
   constexpr double kLying = 0.2;
-  const auto kind = static_cast<GoodKind>(draws.Below(kGoodKindCount));
-  const bool lies = kind != GoodKind::kBox && draws.Uniform() < kLying;
-  return DrawGood(kind, lies ? Rest::kLying : Rest::kStanding, draws);
+  const auto kind = static_cast<GoodsKind>(draws.Below(kGoodsKindCount));
+  const bool lies = kind != GoodsKind::kBox && draws.Uniform() < kLying;
+  return DrawGoods(kind, lies ? RestPose::kLying : RestPose::kStanding, draws);
 }
 
 int Fill(int wanted, const RestingArea& area, Arrangement& arrangement, RandomDraws& draws) {
@@ -110,9 +110,9 @@ int Fill(int wanted, const RestingArea& area, Arrangement& arrangement, RandomDr
                   .radius_m = 0.5 * area.area_W.diagonal().norm()};
   int added = 0;
   for (int i = 0; i < 4 * wanted && added < wanted; ++i) {
-    const SimulatedObject thing = DrawThing(draws);
+    const SimulatedObject object = DrawObject(draws);
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      auto proposal = ProposeWithin(over, arrangement, area, thing, draws);
+      auto proposal = ProposeWithin(over, arrangement, area, object, draws);
       if (!proposal) continue;
       AddNumbered(*std::move(proposal), arrangement);
       ++added;
@@ -129,7 +129,7 @@ SimulatedView RandomKitchenView(std::uint64_t seed) {
     RandomDraws draws(seed, stream);
     const Kitchen kitchen = DrawKitchen(draws);
     Arrangement arrangement(Furnish(kitchen), DrawCamera(draws),
-                            {.least_gap_m = 0.015, .most_hidden = 0.5});
+                            {.min_gap_m = 0.015, .max_hidden = 0.5});
     // The shelf is filled first: it is the smallest, and objects before it hide it.
     const std::array<std::pair<RestingArea, int>, 3> areas = {
         {{kitchen.shelf, 2 + draws.Below(3)},

@@ -31,17 +31,17 @@ bool StandsUpright(const SimulatedObject& object) {
 
 }  // namespace
 
-Spot DrawSpot(const Vector2& middle_W, double radius_m, RandomDraws& draws) {
+PlanarPose DrawPlanarPose(const Vector2& middle_W, double radius_m, RandomDraws& draws) {
   const double distance_m = radius_m * std::sqrt(draws.Uniform());
   const Vector2 place_W = middle_W + distance_m * Direction(draws.Uniform(0, kTurn_rad));
   return {.place_W = place_W, .yaw_rad = draws.Uniform(0, kTurn_rad)};
 }
 
-std::optional<SimulatedObject> PutDown(SimulatedObject thing, const RestingArea& area,
-                                       const Spot& spot) {
-  thing.X_WO = PoseAt(spot.place_W, area.top_m, spot.yaw_rad);
-  if (!WithinArea(thing, area)) return std::nullopt;
-  return thing;
+std::optional<SimulatedObject> PlaceOnArea(SimulatedObject object, const RestingArea& area,
+                                           const PlanarPose& pose) {
+  object.X_WO = PoseAt(pose.place_W, area.top_m, pose.yaw_rad);
+  if (!WithinArea(object, area)) return std::nullopt;
+  return object;
 }
 
 Side DrawSide(RandomDraws& draws) {
@@ -59,22 +59,22 @@ Side DrawLeaningSide(const SimulatedObject& neighbour, RandomDraws& draws) {
   return {.direction_rad = direction_rad, .yaw_rad = direction_rad + kTurn_rad / 2};
 }
 
-std::optional<SimulatedObject> PushAgainst(SimulatedObject thing, const RestingArea& area,
+std::optional<SimulatedObject> PushAgainst(SimulatedObject object, const RestingArea& area,
                                            const SimulatedObject& neighbour, const Side& side) {
   constexpr double kStart_m = 0.6;  // clear of the largest objects: half of two diagonals of 0.5 m
   const Vector2 away = Direction(side.direction_rad);
   const Vector2 middle_W = BoundsInWorld(neighbour).center().head<2>();
-  thing.X_WO = PoseAt(middle_W + kStart_m * away, area.top_m, side.yaw_rad);
-  if (!SlideUntilTouching({-away.x(), -away.y(), 0}, neighbour, thing)) return std::nullopt;
-  if (!WithinArea(thing, area)) return std::nullopt;
-  return thing;
+  object.X_WO = PoseAt(middle_W + kStart_m * away, area.top_m, side.yaw_rad);
+  if (!SlideUntilTouching({-away.x(), -away.y(), 0}, neighbour, object)) return std::nullopt;
+  if (!WithinArea(object, area)) return std::nullopt;
+  return object;
 }
 
-bool Holds(const SimulatedObject& neighbour, const SimulatedObject& thing) {
+bool CanHold(const SimulatedObject& neighbour, const SimulatedObject& object) {
   if (neighbour.is_support || neighbour.parts.size() != 1) return false;
   if (std::holds_alternative<Sphere>(neighbour.parts.front().shape)) return false;
   if (!StandsUpright(neighbour)) return false;
-  return BoundsInWorld(neighbour).sizes().z() >= BoundsInWorld(thing).center().z();
+  return BoundsInWorld(neighbour).sizes().z() >= BoundsInWorld(object).center().z();
 }
 
 }  // namespace cwm::perception

@@ -15,17 +15,17 @@ struct RestingArea {
   double top_m = 0;
 };
 
-struct Spot {
+struct PlanarPose {
   Vector2 place_W = Vector2::Zero();
   double yaw_rad = 0;
 };
 
 // Evenly over a disc, with any yaw.
-Spot DrawSpot(const Vector2& middle_W, double radius_m, RandomDraws& draws);
+PlanarPose DrawPlanarPose(const Vector2& middle_W, double radius_m, RandomDraws& draws);
 
 // The object rotated and put down; empty if it would extend beyond the area's edge.
-std::optional<SimulatedObject> PutDown(SimulatedObject thing, const RestingArea& area,
-                                       const Spot& spot);
+std::optional<SimulatedObject> PlaceOnArea(SimulatedObject object, const RestingArea& area,
+                                           const PlanarPose& pose);
 
 // The side from which an object is pushed against its neighbour: the direction from the neighbour's
 // middle to the object, about z, and the object's yaw.
@@ -43,11 +43,11 @@ Side DrawLeaningSide(const SimulatedObject& neighbour, RandomDraws& draws);
 
 // The object pushed along the area until it touches the neighbour. Empty if it misses it or would
 // extend beyond the edge.
-std::optional<SimulatedObject> PushAgainst(SimulatedObject thing, const RestingArea& area,
+std::optional<SimulatedObject> PushAgainst(SimulatedObject object, const RestingArea& area,
                                            const SimulatedObject& neighbour, const Side& side);
 
 // True if the neighbour can hold the leaning object: it stands upright, is not a sphere, and
 // reaches at least up to the middle of the object.
-bool Holds(const SimulatedObject& neighbour, const SimulatedObject& thing);
+bool CanHold(const SimulatedObject& neighbour, const SimulatedObject& object);
 
 }  // namespace cwm::perception

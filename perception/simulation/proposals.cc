@@ -22,41 +22,41 @@ std::size_t Below(std::size_t count, RandomDraws& draws) {
 }  // namespace
 
 std::optional<Placement> ProposeWithin(const Disc& disc, const Arrangement& arrangement,
-                                       const RestingArea& area, const SimulatedObject& thing,
+                                       const RestingArea& area, const SimulatedObject& object,
                                        RandomDraws& draws) {
-  const Spot spot = DrawSpot(disc.middle_W, disc.radius_m, draws);
-  return Judged(arrangement, PutDown(thing, area, spot), std::nullopt);
+  const PlanarPose pose = DrawPlanarPose(disc.middle_W, disc.radius_m, draws);
+  return Judged(arrangement, PlaceOnArea(object, area, pose), std::nullopt);
 }
 
 std::optional<Placement> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
-                                        const SimulatedObject& thing, RandomDraws& draws) {
+                                        const SimulatedObject& object, RandomDraws& draws) {
   const std::size_t index = Below(arrangement.scene().objects.size(), draws);
   const SimulatedObject& neighbour = arrangement.object(index);
-  if (!Holds(neighbour, thing)) return std::nullopt;
+  if (!CanHold(neighbour, object)) return std::nullopt;
   const Side side = DrawLeaningSide(neighbour, draws);
-  return Judged(arrangement, PushAgainst(thing, area, neighbour, side), index);
+  return Judged(arrangement, PushAgainst(object, area, neighbour, side), index);
 }
 
 std::optional<Placement> ProposeBeside(const Arrangement& arrangement, const RestingArea& area,
-                                       const SimulatedObject& thing, RandomDraws& draws) {
+                                       const SimulatedObject& object, RandomDraws& draws) {
   const std::size_t first = arrangement.furniture_count();
   const std::size_t count = arrangement.scene().objects.size() - first;
   if (count == 0) return std::nullopt;
   const std::size_t index = first + Below(count, draws);
   const Side side = DrawSide(draws);
   const double back_m = draws.Uniform(-0.04, 0.04);
-  auto object = PushAgainst(thing, area, arrangement.object(index), side);
-  if (!object || back_m <= 0) return Judged(arrangement, std::move(object), index);
-  object->X_WO.pretranslate(
+  auto pushed = PushAgainst(object, area, arrangement.object(index), side);
+  if (!pushed || back_m <= 0) return Judged(arrangement, std::move(pushed), index);
+  pushed->X_WO.pretranslate(
       Vector3(back_m * std::cos(side.direction_rad), back_m * std::sin(side.direction_rad), 0));
-  return Judged(arrangement, std::move(object), std::nullopt);
+  return Judged(arrangement, std::move(pushed), std::nullopt);
 }
 
 std::optional<Placement> ProposeTouching(std::size_t neighbour, const Arrangement& arrangement,
-                                         const RestingArea& area, const SimulatedObject& thing,
+                                         const RestingArea& area, const SimulatedObject& object,
                                          RandomDraws& draws) {
   const Side side = DrawSide(draws);
-  return Judged(arrangement, PushAgainst(thing, area, arrangement.object(neighbour), side),
+  return Judged(arrangement, PushAgainst(object, area, arrangement.object(neighbour), side),
                 neighbour);
 }
 

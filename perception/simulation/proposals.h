@@ -23,21 +23,21 @@ struct Disc {
   double radius_m = 0;
 };
 std::optional<Placement> ProposeWithin(const Disc& disc, const Arrangement& arrangement,
-                                       const RestingArea& area, const SimulatedObject& thing,
+                                       const RestingArea& area, const SimulatedObject& object,
                                        RandomDraws& draws);
 
 // The object touches one of the objects that can hold it.
 std::optional<Placement> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
-                                        const SimulatedObject& thing, RandomDraws& draws);
+                                        const SimulatedObject& object, RandomDraws& draws);
 
 // The object is beside one of the objects after the furniture: touching it half of the time, else
 // up to 40 mm away.
 std::optional<Placement> ProposeBeside(const Arrangement& arrangement, const RestingArea& area,
-                                       const SimulatedObject& thing, RandomDraws& draws);
+                                       const SimulatedObject& object, RandomDraws& draws);
 
 // The object touches the given object of the scene.
 std::optional<Placement> ProposeTouching(std::size_t neighbour, const Arrangement& arrangement,
-                                         const RestingArea& area, const SimulatedObject& thing,
+                                         const RestingArea& area, const SimulatedObject& object,
                                          RandomDraws& draws);
 
 // Adds the object; its name gets a number that no other object has.

@@ -58,7 +58,7 @@ void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera
       // The direction has depth 1, so t is the depth.
       ray_S.direction = X_SC.linear() * RayDirection(camera, u, v);
       const std::optional<RayHit> hit = cast(ray_S);
-      if (!hit || hit->t > kLargestDepth_m) continue;
+      if (!hit || hit->t > kMaxCameraDepth_m) continue;
       Sighting& pixel = image.pixels[static_cast<std::size_t>(v) * image.width + u];
       if (pixel.seen() && pixel.depth_m <= hit->t) continue;
       pixel = {.depth_m = hit->t,

@@ -28,7 +28,7 @@ struct RangeImage {
 };
 
 // Surfaces farther away give no return: the range of the modelled sensors except lasers.
-inline constexpr double kLargestDepth_m = 10;
+inline constexpr double kMaxCameraDepth_m = 10;
 
 // The direction of the ray through a pixel in C, with depth 1.
 Vector3 RayDirection(const PinholeCamera& camera, double u_px, double v_px);

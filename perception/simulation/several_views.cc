@@ -75,8 +75,8 @@ void Append(const SimulatedCloud& view, const Pose& X_CC, SimulatedCloud& all) {
 
 }  // namespace
 
-RegisteredViews ScanFromSeveral(const SimulatedScene& scene, const PinholeCamera& camera,
-                                int view_count, const ScanOptions& options) {
+RegisteredViews ScanFromSeveralViews(const SimulatedScene& scene, const PinholeCamera& camera,
+                                     int view_count, const ScanOptions& options) {
   assert(view_count > 0);
   const Vector3 looked_at_W = LookedAt_W(scene, camera);
   RandomDraws draws(options.seed, kRegistrationStream);

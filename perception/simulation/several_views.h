@@ -17,7 +17,7 @@ struct RegisteredViews {
 // looks at; that camera is the first. Every other view is registered with an error of 2 to 5 mm in
 // a random direction and 0.2 to 0.5 degrees about a random axis through that place. Each view has
 // its own noise. There must be at least one view.
-RegisteredViews ScanFromSeveral(const SimulatedScene& scene, const PinholeCamera& camera,
-                                int view_count, const ScanOptions& options);
+RegisteredViews ScanFromSeveralViews(const SimulatedScene& scene, const PinholeCamera& camera,
+                                     int view_count, const ScanOptions& options);
 
 }  // namespace cwm::perception

@@ -51,16 +51,16 @@ Table DrawTable(const ArrangementRules& rules, TableMiddle seen, RandomDraws& dr
 
 }  // namespace
 
-SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ThingCount& count,
+SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ObjectCountRange& count,
                             const ArrangementRules& rules, const TableFiller& fill,
                             TableMiddle middle) {
   constexpr std::uint64_t kFamilies = 16;  // more than there are, so that each has its own streams
   for (auto stream = static_cast<std::uint64_t>(family);; stream += kFamilies) {
     RandomDraws draws(seed, stream);
-    const int wanted = count.least + draws.Below(count.most - count.least + 1);
+    const int wanted = count.min + draws.Below(count.max - count.min + 1);
     Table table = DrawTable(rules, middle, draws);
     fill(wanted, table, draws);
-    if (table.thing_count() < static_cast<std::size_t>(count.least)) continue;
+    if (table.object_count() < static_cast<std::size_t>(count.min)) continue;
     return {.scene = table.arrangement.scene(), .camera = table.arrangement.camera()};
   }
 }

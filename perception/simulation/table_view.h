@@ -15,26 +15,26 @@ struct Table {
   Disc spread;  // where objects go
   Arrangement arrangement;
 
-  std::size_t thing_count() const {
+  std::size_t object_count() const {
     return arrangement.scene().objects.size() - arrangement.furniture_count();
   }
 };
 
 // The number of objects in a scene.
-struct ThingCount {
-  int least = 0;
-  int most = 0;
+struct ObjectCountRange {
+  int min = 0;
+  int max = 0;
 };
 
-// Puts `wanted` objects on the table, a number drawn between least and most; fewer if there is no
+// Puts `wanted` objects on the table, a number drawn between min and max; fewer if there is no
 // room.
 using TableFiller = std::function<void(int wanted, Table& table, RandomDraws& draws)>;
 
 // The target of the camera: the middle of the table, or one of its edges.
 enum class TableMiddle { kInView, kEdgeInView };
 
-// Draws a view. If fewer objects than the least number find a place, draws another one.
-SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ThingCount& count,
+// Draws a view. If fewer objects than the minimum find a place, draws another one.
+SimulatedView DrawTableView(SceneFamily family, std::uint64_t seed, const ObjectCountRange& count,
                             const ArrangementRules& rules, const TableFiller& fill,
                             TableMiddle middle = TableMiddle::kInView);
 

@@ -13,17 +13,18 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kAttempts = 40;      // a table with room for an object has it within a few
-constexpr int kDrawsPerThing = 6;  // objects without a place are left out
-constexpr ArrangementRules kTouching{.least_gap_m = 0.01, .most_hidden = 0.8};
+constexpr int kAttempts = 40;       // a table with room for an object has it within a few
+constexpr int kDrawsPerObject = 6;  // objects without a place are left out
+constexpr ArrangementRules kTouching{.min_gap_m = 0.01, .max_hidden = 0.8};
 
 SimulatedObject DrawSingle(RandomDraws& draws) {
-  return DrawGood(static_cast<GoodKind>(draws.Below(kGoodKindCount)), Rest::kStanding, draws);
+  return DrawGoods(static_cast<GoodsKind>(draws.Below(kGoodsKindCount)), RestPose::kStanding,
+                   draws);
 }
 
-bool AddSingle(const SimulatedObject& thing, Table& table, RandomDraws& draws) {
+bool AddSingle(const SimulatedObject& object, Table& table, RandomDraws& draws) {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    auto proposal = ProposeWithin(table.spread, table.arrangement, table.area, thing, draws);
+    auto proposal = ProposeWithin(table.spread, table.arrangement, table.area, object, draws);
     if (!proposal) continue;
     AddNumbered(*std::move(proposal), table.arrangement);
     return true;
@@ -33,7 +34,7 @@ bool AddSingle(const SimulatedObject& thing, Table& table, RandomDraws& draws) {
 
 // Adds the whole group, or nothing if a member would hardly be visible.
 bool AddGroup(const Group& group, Table& table, RandomDraws& draws) {
-  const SimulatedObject one = AsOneObject(group);
+  const SimulatedObject one = MergedObject(group);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     auto proposal = ProposeWithin(table.spread, table.arrangement, table.area, one, draws);
     if (!proposal) continue;
@@ -55,40 +56,40 @@ struct Mixture {
 
 template <class DrawGroup>
 void Fill(const Mixture& wanted, const DrawGroup& draw_group, Table& table, RandomDraws& draws) {
-  for (int i = 0, added = 0; i < kDrawsPerThing * wanted.groups && added < wanted.groups; ++i) {
+  for (int i = 0, added = 0; i < kDrawsPerObject * wanted.groups && added < wanted.groups; ++i) {
     added += AddGroup(draw_group(draws), table, draws);
   }
-  for (int i = 0, added = 0; i < kDrawsPerThing * wanted.singles && added < wanted.singles; ++i) {
+  for (int i = 0, added = 0; i < kDrawsPerObject * wanted.singles && added < wanted.singles; ++i) {
     added += AddSingle(DrawSingle(draws), table, draws);
   }
 }
 
 // Places the object over the edge that the camera looks at, with its middle above the table.
-std::optional<SimulatedObject> PutAtEdge(SimulatedObject thing, const Table& table,
+std::optional<SimulatedObject> PutAtEdge(SimulatedObject object, const Table& table,
                                          RandomDraws& draws) {
   const Eigen::AlignedBox2d& top = table.area.area_W;
   const Vector2 towards = -top.center();  // the camera looks at the world's z axis
   const bool along_x = std::abs(towards.x()) > std::abs(towards.y());
   const Eigen::Index across = along_x ? 0 : 1, along = along_x ? 1 : 0;
-  thing.X_WO = MakePose(
+  object.X_WO = MakePose(
       {0, 0, table.area.top_m},
       Quaternion(Eigen::AngleAxisd(draws.Uniform(0, 2 * std::numbers::pi), Vector3::UnitZ())));
-  const double half_m = 0.5 * BoundsInWorld(thing).sizes()[across];
+  const double half_m = 0.5 * BoundsInWorld(object).sizes()[across];
   const double edge_m = towards[across] > 0 ? top.max()[across] : top.min()[across];
   const double inwards = towards[across] > 0 ? -1 : 1;
   Vector2 place;
   place[across] = edge_m + inwards * half_m * draws.Uniform(0.3, 1.3);
   place[along] = draws.Uniform(-1, 1) * table.spread.radius_m;
   if (!top.contains(place)) return std::nullopt;
-  thing.X_WO.translation().head<2>() = place;
-  return thing;
+  object.X_WO.translation().head<2>() = place;
+  return object;
 }
 
 void FillEdge(int wanted, Table& table, RandomDraws& draws) {
-  for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
-    const SimulatedObject thing = DrawSingle(draws);
+  for (int i = 0, added = 0; i < kDrawsPerObject * wanted && added < wanted; ++i) {
+    const SimulatedObject drawn = DrawSingle(draws);
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      auto object = PutAtEdge(thing, table, draws);
+      auto object = PutAtEdge(drawn, table, draws);
       if (!object) continue;
       auto shares = table.arrangement.HiddenSharesWith(*object, std::nullopt);
       if (!shares) continue;
@@ -102,7 +103,7 @@ void FillEdge(int wanted, Table& table, RandomDraws& draws) {
 }  // namespace
 
 SimulatedView RandomStackView(std::uint64_t seed) {
-  return DrawTableView(SceneFamily::kStacks, seed, {.least = 4, .most = 16}, kTouching,
+  return DrawTableView(SceneFamily::kStacks, seed, {.min = 4, .max = 16}, kTouching,
                        [](int, Table& table, RandomDraws& draws) {
                          Fill({.groups = 2 + draws.Below(3), .singles = draws.Below(4)}, DrawStack,
                               table, draws);
@@ -111,7 +112,7 @@ SimulatedView RandomStackView(std::uint64_t seed) {
 
 SimulatedView RandomHeapView(std::uint64_t seed) {
   constexpr int kMax = 15;
-  return DrawTableView(SceneFamily::kHeaps, seed, {.least = 4, .most = kMax}, kTouching,
+  return DrawTableView(SceneFamily::kHeaps, seed, {.min = 4, .max = kMax}, kTouching,
                        [](int wanted, Table& table, RandomDraws& draws) {
                          const int heaps = 1 + draws.Below(2);
                          const auto draw = [&](RandomDraws& d) {
@@ -122,7 +123,7 @@ SimulatedView RandomHeapView(std::uint64_t seed) {
 }
 
 SimulatedView RandomRowView(std::uint64_t seed) {
-  return DrawTableView(SceneFamily::kRows, seed, {.least = 3, .most = 12}, kTouching,
+  return DrawTableView(SceneFamily::kRows, seed, {.min = 3, .max = 12}, kTouching,
                        [](int, Table& table, RandomDraws& draws) {
                          Fill({.groups = 1 + draws.Below(2), .singles = draws.Below(4)}, DrawRow,
                               table, draws);
@@ -131,18 +132,17 @@ SimulatedView RandomRowView(std::uint64_t seed) {
 
 SimulatedView RandomLidView(std::uint64_t seed) {
   return DrawTableView(
-      SceneFamily::kLids, seed, {.least = 4, .most = 8}, {.least_gap_m = 0.02, .most_hidden = 0.35},
+      SceneFamily::kLids, seed, {.min = 4, .max = 8}, {.min_gap_m = 0.02, .max_hidden = 0.35},
       [](int wanted, Table& table, RandomDraws& draws) {
-        for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
-          added += AddSingle(DrawLidded(draws), table, draws);
+        for (int i = 0, added = 0; i < kDrawsPerObject * wanted && added < wanted; ++i) {
+          added += AddSingle(DrawLiddedObject(draws), table, draws);
         }
       });
 }
 
 SimulatedView RandomEdgeView(std::uint64_t seed) {
-  return DrawTableView(SceneFamily::kEdges, seed, {.least = 3, .most = 7},
-                       {.least_gap_m = 0.02, .most_hidden = 0.35}, FillEdge,
-                       TableMiddle::kEdgeInView);
+  return DrawTableView(SceneFamily::kEdges, seed, {.min = 3, .max = 7},
+                       {.min_gap_m = 0.02, .max_hidden = 0.35}, FillEdge, TableMiddle::kEdgeInView);
 }
 
 }  // namespace cwm::perception

@@ -35,7 +35,7 @@ SimulatedCloud Shuffled(const SimulatedCloud& scan, std::uint64_t seed) {
   return shuffled;
 }
 
-Vector3 UpOffBy(double error_rad, const Pose& X_WC, std::uint64_t seed) {
+Vector3 PerturbedUp(double error_rad, const Pose& X_WC, std::uint64_t seed) {
   RandomDraws draws(seed, kUpStream);
   const double heading_rad = draws.Uniform(0, 2 * std::numbers::pi);
   const double level = std::sin(error_rad);

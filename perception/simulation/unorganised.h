@@ -11,6 +11,6 @@ namespace cwm::perception {
 SimulatedCloud Shuffled(const SimulatedCloud& scan, std::uint64_t seed);
 
 // An up vector in frame C with this angular error in a random direction.
-Vector3 UpOffBy(double error_rad, const Pose& X_WC, std::uint64_t seed);
+Vector3 PerturbedUp(double error_rad, const Pose& X_WC, std::uint64_t seed);
 
 }  // namespace cwm::perception

@@ -120,11 +120,11 @@ class NoisyCamera {
   std::optional<Return> NearerBeside(int u, int v, const std::optional<Return>& own) const {
     if (errors_.bleeding_px.empty() || errors_.shadow[Index(u, v)] != 0) return std::nullopt;
     const float reach_px = errors_.bleeding_px[Index(u, v)];
-    const int most = static_cast<int>(reach_px);
+    const int max_px = static_cast<int>(reach_px);
     const double depth_m = own ? own->depth_m : std::numeric_limits<double>::infinity();
     std::optional<Return> nearest;
-    for (int dv = -most; dv <= most; ++dv) {
-      for (int du = -most; du <= most; ++du) {
+    for (int dv = -max_px; dv <= max_px; ++dv) {
+      for (int du = -max_px; du <= max_px; ++du) {
         if (!image_.contains(u + du, v + dv) || std::hypot(du, dv) > reach_px) continue;
         const Sighting& beside = image_.at(u + du, v + dv);
         if (!beside.seen() || IsShiny(beside.object)) continue;

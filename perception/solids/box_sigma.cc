@@ -74,7 +74,7 @@ bool IsFreeBeyond(const BoxView& box, const End& end) {
   const Shape beyond = Box{.size_m = size_m};
   const DistanceToShape distance_m(beyond);
   return std::any_of(box.c.free.rays.begin(), box.c.free.rays.end(), [&](const FreeRay& ray) {
-    return NearestTo(distance_m, X_BM, ray).clearance_m < 0;
+    return FindNearestRayPoint(distance_m, X_BM, ray).clearance_m < 0;
   });
 }
 

@@ -19,14 +19,14 @@ constexpr std::size_t kGapPoints = 150;
 const PlaneModel& PlaneOf(const ShapeFit& fit) { return std::get<PlaneModel>(fit.model); }
 
 double Gap_m(const ShapeFit& a, const ShapeFit& b, const ModelPoints& points) {
-  double least = std::numeric_limits<double>::infinity();
-  const std::vector<std::uint32_t> of_b = Thinned(b.inliers, kGapPoints);
-  for (std::uint32_t i : Thinned(a.inliers, kGapPoints)) {
+  double min_squared_m2 = std::numeric_limits<double>::infinity();
+  const std::vector<std::uint32_t> of_b = Subsampled(b.inliers, kGapPoints);
+  for (std::uint32_t i : Subsampled(a.inliers, kGapPoints)) {
     for (std::uint32_t j : of_b) {
-      least = std::min(least, (points.p[i] - points.p[j]).squaredNorm());
+      min_squared_m2 = std::min(min_squared_m2, (points.p[i] - points.p[j]).squaredNorm());
     }
   }
-  return std::sqrt(least);
+  return std::sqrt(min_squared_m2);
 }
 
 bool LiesBehind(const ShapeFit& face, const PlaneModel& plane, const ModelPoints& points) {
@@ -166,7 +166,7 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
   std::ranges::sort(covered);
   covered.erase(std::unique(covered.begin(), covered.end()), covered.end());
   solid.inliers = std::move(covered);
-  high = high.cwiseMax(low + Vector3::Constant(kThinnest_m));
+  high = high.cwiseMax(low + Vector3::Constant(kMinThickness_m));
   solid.shape = Box{.size_m = high - low};
   solid.X_MS.linear() = R;
   solid.X_MS.translation() = R * (0.5 * (low + high));

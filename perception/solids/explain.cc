@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 
 PollEvery PollPerPoint(const Work& work) {
-  return PollEvery(work, ItemsPerPiece(200ns));  // a plate with many corners takes more
+  return PollEvery(work, ItemsPerChunk(200ns));  // a plate with many corners takes more
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
     for (std::size_t i = 0; i < points.size(); ++i) {
       poll();
       const Vector3 p = points.points[i].cast<double>();
-      const double tolerance_m = BelongsWithin_m(points.sigma_m[i]);
+      const double tolerance_m = AssignmentTolerance_m(points.sigma_m[i]);
       if (!p.allFinite() || bounds.squaredExteriorDistance(p) > tolerance_m * tolerance_m) continue;
       const double distance_m = std::abs(to_solid_m(X_SL * p));
       if (distance_m <= tolerance_m && distance_m < nearest_m[i]) {

@@ -18,9 +18,9 @@ namespace cwm::perception {
 // as explained (ExplainedWithin_m, 10 mm): points between the two are left for handles and
 // surfaces, which may follow them better, and the solid explains those that are still left.
 // derived: noise spreads no farther.
-inline constexpr double kBelongs_m = kNoiseReach_m;
-inline double BelongsWithin_m(float sigma_m) {
-  return std::max(kBelongs_m, kDistanceGate_sigma * double{sigma_m});
+inline constexpr double kMinAssignmentTolerance_m = kNoiseReach_m;
+inline double AssignmentTolerance_m(float sigma_m) {
+  return std::max(kMinAssignmentTolerance_m, kDistanceGate_sigma * double{sigma_m});
 }
 
 // Returns for each point the index of the solid with the nearest surface within reach, else

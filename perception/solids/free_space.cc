@@ -11,7 +11,7 @@ namespace cwm::perception {
 namespace {
 
 // derived: 600 rays measure a share of 5 % (kMaxPassing) with a standard deviation of 0.9 %.
-constexpr std::size_t kMinLookedAt = 600;
+constexpr std::size_t kMinExaminedRays = 600;
 // chosen: each step advances by at least 2 mm, so 24 steps cover 5 cm along a surface and far more
 // elsewhere.
 constexpr int kMaxSteps = 24;
@@ -38,7 +38,7 @@ bool RunsDeep(const Solid& solid, const Pose& X_SM, const Vector3& p, const Vect
 
 }  // namespace
 
-bool Enters(const Solid& solid, const Vector3& begin, const Vector3& end) {
+bool EntersSolid(const Solid& solid, const Vector3& begin, const Vector3& end) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Vector3 from = X_SM * begin, way = X_SM * end - from;
   const double length_m = way.norm();
@@ -50,15 +50,15 @@ bool Enters(const Solid& solid, const Vector3& begin, const Vector3& end) {
   return false;
 }
 
-double PassedShare(const Solid& solid, const FreeRays& free) {
+double CrossingRayShare(const Solid& solid, const FreeRays& free) {
   if (free.rays.empty()) return 0;
   const auto entering = std::count_if(free.rays.begin(), free.rays.end(), [&](const FreeRay& ray) {
-    return Enters(solid, ray.p.front(), ray.p.back());
+    return EntersSolid(solid, ray.p.front(), ray.p.back());
   });
   return static_cast<double>(entering) / static_cast<double>(free.rays.size());
 }
 
-double PassedDeep(const Solid& solid, const FreeRays& free) {
+double DeepRayCount(const Solid& solid, const FreeRays& free) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const auto deep = std::count_if(free.rays.begin(), free.rays.end(), [&](const FreeRay& ray) {
     const Vector3 way = ray.p.back() - ray.p.front();
@@ -70,7 +70,7 @@ double PassedDeep(const Solid& solid, const FreeRays& free) {
 
 bool IsPassedThrough(const Solid& solid, double points, const FreeRays& free) {
   // One sampled ray stands for many, and it may belong to a mixed pixel.
-  return PassedDeep(solid, free) > kMaxPassing * points + free.weight;
+  return DeepRayCount(solid, free) > kMaxPassing * points + free.weight;
 }
 
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
@@ -78,10 +78,10 @@ Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
   const Aabb bounds = TightBounds(solid.shape, solid.X_MS);
   const double deepest_m =
       kDeepShare * TightBounds(solid.shape, Pose::Identity()).sizes().minCoeff();
-  const std::size_t stride = std::max<std::size_t>(1, points.size() / kMinLookedAt);
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / kMinExaminedRays);
   Contradiction found;
   for (std::size_t i = 0; i < points.size(); i += stride) {
-    ++found.looked;
+    ++found.examined;
     const double depth_m = std::max(kMaxDepth_m, points.gate_m[i]);
     // The ray is followed from the point to the far side of the solid. In a solid thinner than
     // depth_m the noise of a surface point may put it that deep, so there the ray is followed only

@@ -118,7 +118,7 @@ double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoin
     if (side.across_m.empty()) continue;
     side = points_on(across, Quantile(std::move(side.across_m), 0.5));  // edges are rounded
     const double covered_m = static_cast<double>(side.depths_m.size()) * cell_m;
-    if (covered_m < kLargerPart * bounds.sizes()(1 - across)) continue;
+    if (covered_m < kMajority * bounds.sizes()(1 - across)) continue;
     bound_m = Quantile(std::move(side.across_m), 0.5);
     depth_m = std::max(depth_m, side.Depth_m());
   }
@@ -186,7 +186,7 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
 // beside and behind the object, or to the object's own points behind the face. The occluder of a
 // face lets no more rays than that through.
 bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
-  if (PassedShare(solid, c.free) > kMaxPassing) return true;
+  if (CrossingRayShare(solid, c.free) > kMaxPassing) return true;
   if (!c.options.from_viewpoint) return false;
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   std::size_t behind = 0, on = 0;
@@ -195,7 +195,7 @@ bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext&
     const double off_m = plane.Distance_m(p), gate_m = c.points.gate_m[i];
     on += std::abs(off_m) <= gate_m;
     if (off_m >= -gate_m || std::abs(SignedDistance_m(solid, X_SM * p)) <= gate_m) continue;
-    behind += Enters(solid, c.points.viewpoint, p);
+    behind += EntersSolid(solid, c.points.viewpoint, p);
   }
   return static_cast<double>(behind) > kMaxPassing * static_cast<double>(on);
 }
@@ -228,15 +228,15 @@ double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tol
 // rectangle.
 std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double tolerance_m) {
   std::optional<Rectangle> best;
-  double most = kMinOutline;
+  double max_shared = kMinOutline;
   for (std::size_t k = 0; k < hull.size(); ++k) {
     const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
     if (!(edge.norm() > 0)) continue;
     const Rectangle r = BoundsAlong(hull, edge.normalized());
     const double shared = SharedOutline(hull, r, tolerance_m);
-    if (shared > most) best = r, most = shared;
+    if (shared > max_shared) best = r, max_shared = shared;
   }
-  if (best && SignedArea_m2(hull) < kLargerPart * best->area_m2()) return std::nullopt;
+  if (best && SignedArea_m2(hull) < kMajority * best->area_m2()) return std::nullopt;
   return best;
 }
 
@@ -280,12 +280,12 @@ bool IsLoneFace(const Shape& shape) {
 
 Rectangle SmallestRectangle(const Polygon& hull) {
   Rectangle best;
-  double least = std::numeric_limits<double>::infinity();
+  double min_area_m2 = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < hull.size(); ++k) {
     const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
     if (!(edge.norm() > 0)) continue;
     const Rectangle r = BoundsAlong(hull, edge.normalized());
-    if (r.area_m2() < least) best = r, least = r.area_m2();
+    if (r.area_m2() < min_area_m2) best = r, min_area_m2 = r.area_m2();
   }
   return best;
 }

@@ -28,7 +28,8 @@ bool IsCrossed(const Solid& solid, const FitContext& context) {
   // The limit is relative to the solid's own points, so that a small solid in a large object counts
   // too.
   const double own = static_cast<double>(solid.inliers.size()) /
-                     static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
+                     static_cast<double>(context.points.size()) *
+                     static_cast<double>(found.examined);
   // chosen: three rays more than the share allows.
   if (static_cast<double>(found.rays) > kMaxPassing * own + 3) return true;
   const double measured = static_cast<double>(solid.inliers.size()) * context.points.weight;
@@ -78,7 +79,7 @@ std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const 
   for (const SingleFace& face : faces) {
     const double own = static_cast<double>(OwnOf(face, out, c.points).size());
     const double all = static_cast<double>(face.fit.inliers.size());
-    if (!face.is_thin() && own >= kLargerPart * all) out.push_back(face);
+    if (!face.is_thin() && own >= kMajority * all) out.push_back(face);
   }
   for (const SingleFace& face : faces) {
     if (!face.is_thin()) continue;

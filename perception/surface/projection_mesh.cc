@@ -32,7 +32,7 @@ template <class Point>
 class PolledTree : public pcl::search::KdTree<Point> {
  public:
   // A search, with the work of the loops in between, takes about 10 us.
-  explicit PolledTree(const Work& work) : poll_(work, ItemsPerPiece(10us)) {}
+  explicit PolledTree(const Work& work) : poll_(work, ItemsPerChunk(10us)) {}
 
   using pcl::search::Search<Point>::nearestKSearch;
   using pcl::search::Search<Point>::radiusSearch;
@@ -42,10 +42,10 @@ class PolledTree : public pcl::search::KdTree<Point> {
     return pcl::search::KdTree<Point>::nearestKSearch(point, k, indices, squared_distances);
   }
   int radiusSearch(const Point& point, double radius, pcl::Indices& indices,
-                   std::vector<float>& squared_distances, unsigned int most) const override {
+                   std::vector<float>& squared_distances, unsigned int max_count) const override {
     poll_();
     return pcl::search::KdTree<Point>::radiusSearch(point, radius, indices, squared_distances,
-                                                    most);
+                                                    max_count);
   }
 
  private:

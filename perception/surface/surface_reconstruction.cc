@@ -29,7 +29,7 @@ using namespace std::chrono_literals;
 constexpr double kMinAltitude = 0.08;
 // derived: cells with this edge have the tolerance as their diagonal: one small triangle explains
 // all points of a cell.
-constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
+constexpr double kIsolatedCell_m = kExplainedWithin_m / std::numbers::sqrt3;
 // chosen: the least widening of the spacing while there are too many triangles; with less, there
 // are more rounds for few more triangles.
 constexpr double kMinWidening = 1.3;
@@ -49,7 +49,7 @@ bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
 
 // Returns the triangles without slivers and repetitions, wound towards the viewpoint.
 TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(1us));
+  PollEvery poll(work, ItemsPerChunk(1us));
   TriangleMesh mesh;
   for (const Eigen::Vector3f& p : front.vertices) mesh.vertices.push_back(p.cast<double>());
   std::set<TriangleMesh::Triangle> known;
@@ -160,11 +160,11 @@ struct Cover {
 };
 
 // Covers points that are near no triangle by small triangles, one per cell.
-void CoverLonely(const Cover& cover, const std::vector<std::uint32_t>& lonely, Surface& surface) {
+void CoverIsolated(const Cover& cover, const std::vector<std::uint32_t>& lonely, Surface& surface) {
   std::vector<Eigen::Vector3f> positions;
   for (const std::uint32_t i : lonely) positions.push_back(cover.points.points[i]);
   if (positions.empty()) return;
-  const double edge_m = std::max(kLonelyCell_m, cover.spacing_m);
+  const double edge_m = std::max(kIsolatedCell_m, cover.spacing_m);
   const VoxelGrid grid = VoxelGrid::Build(positions, static_cast<float>(edge_m));
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
     const auto corners = SmallTriangle(grid.Centroid(cell).cast<double>(), 0.5 * cover.spacing_m,
@@ -200,17 +200,17 @@ void DropUnusedVertices(TriangleMesh& mesh) {
 }
 
 // Per point, whether it is near the mesh. Empty as soon as the other points fill more than
-// `most_lonely` cells, each of which needs a small triangle.
+// `max_isolated_cells` cells, each of which needs a small triangle.
 std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
                                             const ThinnedPoints& thinned, const TriangleMesh& mesh,
-                                            std::size_t most_lonely, const Work& work) {
+                                            std::size_t max_isolated_cells, const Work& work) {
   const SearchedMesh searched(mesh, thinned);
   std::vector<char> near(points.size(), 0);
-  std::atomic<std::size_t> lonely_cells = 0;
+  std::atomic<std::size_t> isolated_cells = 0;
   ParallelFor(
-      thinned.grid.size(), ItemsPerPiece(25us), work, [&](std::size_t begin, std::size_t end) {
-        PollEvery poll(work, ItemsPerPiece(1us));
-        for (std::size_t cell = begin; cell < end && lonely_cells <= most_lonely; ++cell) {
+      thinned.grid.size(), ItemsPerChunk(25us), work, [&](std::size_t begin, std::size_t end) {
+        PollEvery poll(work, ItemsPerChunk(1us));
+        for (std::size_t cell = begin; cell < end && isolated_cells <= max_isolated_cells; ++cell) {
           CellSearch search(searched, cell);
           bool lonely = false;
           for (const std::uint32_t i : thinned.grid.PointsOf(cell)) {
@@ -218,50 +218,54 @@ std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
             near[i] = search.Explains(points.points[i].cast<double>(), Tolerance_m(points, i));
             lonely = lonely || !near[i];
           }
-          if (lonely) ++lonely_cells;
+          if (lonely) ++isolated_cells;
         }
       });
-  if (lonely_cells > most_lonely) return std::nullopt;
+  if (isolated_cells > max_isolated_cells) return std::nullopt;
   return near;
 }
 
 // The mesh with small triangles for points that are near none of its own; empty if there would be
-// more than `most` in total.
+// more than `max_triangles` in total.
 std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoints& thinned,
-                                TriangleMesh mesh, std::size_t most, const Work& work) {
+                                TriangleMesh mesh, std::size_t max_triangles, const Work& work) {
   // Cells of small triangles have the size of these cells, or more if these are smaller.
-  const bool counts = thinned.grid.edge_m() >= kLonelyCell_m;
-  const auto near = NearPoints(points, thinned, mesh,
-                               counts ? most - std::min(most, mesh.triangles.size())
-                                      : std::numeric_limits<std::size_t>::max(),
-                               work);
+  const bool counts = thinned.grid.edge_m() >= kIsolatedCell_m;
+  const auto near =
+      NearPoints(points, thinned, mesh,
+                 counts ? max_triangles - std::min(max_triangles, mesh.triangles.size())
+                        : std::numeric_limits<std::size_t>::max(),
+                 work);
   if (!near) return std::nullopt;
   Surface surface{.mesh = std::move(mesh), .explained = {}};
   std::vector<std::uint32_t> lonely;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     ((*near)[i] ? surface.explained : lonely).push_back(i);
   }
-  CoverLonely({.points = points, .spacing_m = thinned.grid.edge_m()}, lonely, surface);
+  CoverIsolated({.points = points, .spacing_m = thinned.grid.edge_m()}, lonely, surface);
   std::sort(surface.explained.begin(), surface.explained.end());
   DropUnusedVertices(surface.mesh);
   return surface;
 }
 
-// The factor that reduces `count` vertices or triangles approximately to `most`: their number falls
-// with the square of the spacing on a surface, and with its cube in points that fill space.
-double Widening(std::size_t count, std::size_t most) {
-  return std::max(kMinWidening, std::cbrt(static_cast<double>(count) / static_cast<double>(most)));
+// The factor that reduces `count` vertices or triangles approximately to `max_triangles`: their
+// number falls with the square of the spacing on a surface, and with its cube in points that fill
+// space.
+double Widening(std::size_t count, std::size_t max_triangles) {
+  return std::max(kMinWidening,
+                  std::cbrt(static_cast<double>(count) / static_cast<double>(max_triangles)));
 }
 
 // The number of triangles from which the exact number has no effect on the widening.
-std::size_t HopelesslyMany(std::size_t most) {
-  return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(most)) + 1;
+std::size_t TooManyTriangles(std::size_t max_triangles) {
+  return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(max_triangles)) +
+         1;
 }
 
 // The spacing, widened until a sample does not have too many vertices: all points have hardly
 // fewer. Thinning all points repeatedly took a sixth of the time for the shapes of a million points
 // of noisy bumps.
-double WidenedForSample(double spacing_m, const OrientedPoints& points, std::size_t most,
+double WidenedForSample(double spacing_m, const OrientedPoints& points, std::size_t max_triangles,
                         const Work& work) {
   const std::size_t step = points.size() / kSpacingSample;
   if (step < 2) return spacing_m;
@@ -270,8 +274,8 @@ double WidenedForSample(double spacing_m, const OrientedPoints& points, std::siz
   while (true) {
     const ThinnedPoints thinned = Thin(sample, static_cast<float>(spacing_m), work);
     const std::size_t count = 2 * thinned.vertices.size();
-    if (count <= most) return spacing_m;
-    spacing_m = Widening(count, most) * thinned.grid.edge_m();
+    if (count <= max_triangles) return spacing_m;
+    spacing_m = Widening(count, max_triangles) * thinned.grid.edge_m();
   }
 }
 
@@ -280,12 +284,12 @@ double WidenedForSample(double spacing_m, const OrientedPoints& points, std::siz
 Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options,
                            const Work& work) {
   if (points.points.empty()) return {};
-  const std::size_t most = std::max(options.max_triangles, 1);
-  const std::size_t tried = std::max<std::size_t>(most, 2);  // one vertex is always tried
+  const std::size_t max_triangles = std::max(options.max_triangles, 1);
+  const std::size_t tried = std::max<std::size_t>(max_triangles, 2);  // one vertex is always tried
   // With vertices closer than the noise, the mesh would follow the noise.
   const double noise_m = Median(points.sigma_m);
   double spacing_m =
-      WidenedForSample(std::max({kBelowNoise_m, options.spacing_m, noise_m}), points, tried, work);
+      WidenedForSample(std::max({kSubNoise_m, options.spacing_m, noise_m}), points, tried, work);
   while (true) {
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
     // A surface has about two triangles per vertex, so it is not triangulated before there are few
@@ -294,12 +298,13 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
     std::size_t count = 2 * thinned.vertices.size();
     if (count <= tried) {
       const ProjectionMesh front = MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work);
-      std::optional<Surface> surface = Complete(
-          points, thinned, Clean(front, points.viewpoint, work), HopelesslyMany(most), work);
-      count = surface ? surface->mesh.triangles.size() : HopelesslyMany(most);
-      if (surface && count <= most) return *std::move(surface);
+      std::optional<Surface> surface =
+          Complete(points, thinned, Clean(front, points.viewpoint, work),
+                   TooManyTriangles(max_triangles), work);
+      count = surface ? surface->mesh.triangles.size() : TooManyTriangles(max_triangles);
+      if (surface && count <= max_triangles) return *std::move(surface);
     }
-    spacing_m = Widening(count, most) * thinned.grid.edge_m();
+    spacing_m = Widening(count, max_triangles) * thinned.grid.edge_m();
   }
 }
 

@@ -14,7 +14,7 @@ namespace cwm::perception {
 
 struct SurfaceOptions {
   // Distance between vertices after thinning; at least the median noise of the points.
-  double spacing_m = kThinnedTo_m;
+  double spacing_m = kThinningSpacing_m;
   // Per call, thus per object or support; the spacing is widened until the limit holds.
   int max_triangles = 10000;
 };

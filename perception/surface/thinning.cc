@@ -22,7 +22,7 @@ std::int32_t CloseVertex(const ThinnedPoints& thinned, std::size_t cell, const E
 }  // namespace
 
 ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m, const Work& work) {
-  PollEvery poll(work, ItemsPerPiece(2us));
+  PollEvery poll(work, ItemsPerChunk(2us));
   ThinnedPoints thinned{
       .grid = VoxelGrid::Build(points, spacing_m, work), .vertices = {}, .vertex_of_cell = {}};
   thinned.vertex_of_cell.assign(thinned.grid.size(), kNoIndex);

@@ -10,10 +10,10 @@ namespace {
 std::vector<Association> AllNew(const SceneInterpretation& scene) {
   std::vector<Association> result;
   for (int i = 0; i < static_cast<int>(scene.supports.size()); ++i) {
-    result.push_back({.what = Association::What::kAdd, .support = i});
+    result.push_back({.outcome = Association::Outcome::kAdd, .support = i});
   }
   for (int i = 0; i < static_cast<int>(scene.objects.size()); ++i) {
-    result.push_back({.what = Association::What::kAdd, .object = i});
+    result.push_back({.outcome = Association::Outcome::kAdd, .object = i});
   }
   return result;
 }

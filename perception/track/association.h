@@ -23,7 +23,7 @@ struct KnownObject {
 };
 
 struct Association {
-  enum class What {
+  enum class Outcome {
     kKeep,      // known[known] is where it was: no change
     kMove,      // same object at another place: only X_WO changes
     kReplace,   // same object, model measurably better or different: keeps its name
@@ -33,7 +33,7 @@ struct Association {
     kExplained  // a user's object explains the detection, or known objects that are still there do
                 // (this scan is segmented differently): nothing is added
   };
-  What what = What::kKeep;
+  Outcome outcome = Outcome::kKeep;
   int known = -1;                // index into known; -1 for kAdd and kExplained
   int support = -1;              // index into scene.supports, or
   int object = -1;               // index into scene.objects; both -1 for kRemove and kOcclude

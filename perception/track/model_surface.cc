@@ -69,7 +69,7 @@ std::vector<PlacedMesh> MeshesOf(const HybridModel& model) {
   for (const ShapePart& part : model.shapes) {
     const Mesh* mesh = std::get_if<Mesh>(&part.shape);
     meshes.push_back({.X_OS = part.X_OS,
-                      .mesh = Tessellate(part.shape, kBelowNoise_m),
+                      .mesh = Tessellate(part.shape, kSubNoise_m),
                       .two_sided = mesh != nullptr && !mesh->watertight});
   }
   const auto add = [&](const Mesh& mesh) {

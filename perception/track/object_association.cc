@@ -8,13 +8,13 @@
 #include "perception/cloud/tolerances.h"
 #include "perception/track/alignment.h"
 #include "perception/track/object_evidence.h"
-#include "perception/track/ray_judgement.h"
+#include "perception/track/ray_classification.h"
 #include "perception/track/relocation.h"
 
 namespace cwm::perception {
 namespace {
 
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 struct Pair {
   int known = 0;     // index into KnownEvidence
@@ -44,17 +44,17 @@ class ObjectMatcher {
   }
 
  private:
-  void Take(What what, const Pair& pair, const Pose& X_WO) {
+  void Take(Outcome outcome, const Pair& pair, const Pose& X_WO) {
     known_taken_[pair.known] = detected_taken_[pair.detected] = 1;
-    result_.push_back({.what = what,
+    result_.push_back({.outcome = outcome,
                        .known = evidence_.known[pair.known].index,
                        .object = evidence_.detected[pair.detected].index,
                        .X_WO = X_WO});
   }
 
-  void TakeDetected(What what, int detected) {
+  void TakeDetected(Outcome outcome, int detected) {
     detected_taken_[detected] = 1;
-    result_.push_back({.what = what, .object = evidence_.detected[detected].index});
+    result_.push_back({.outcome = outcome, .object = evidence_.detected[detected].index});
   }
 
   const KnownObject& ObjectOf(int known) const { return objects_[evidence_.known[known].index]; }
@@ -79,7 +79,7 @@ class ObjectMatcher {
 
   void ExplainByUsers() {
     for (int d = 0; d < DetectedCount(); ++d) {
-      if (evidence_.UserShare(d) >= kNearlyAll) TakeDetected(What::kExplained, d);
+      if (evidence_.UserShare(d) >= kNearlyAll) TakeDetected(Outcome::kExplained, d);
     }
   }
 
@@ -93,7 +93,7 @@ class ObjectMatcher {
       }
     }
     ForFreePairs(std::move(pairs),
-                 [&](const Pair& pair) { Take(What::kKeep, pair, ObjectOf(pair.known).X_WO); });
+                 [&](const Pair& pair) { Take(Outcome::kKeep, pair, ObjectOf(pair.known).X_WO); });
   }
 
   // A detection that is explained by known objects that are still there is not new: this scan was
@@ -101,7 +101,7 @@ class ObjectMatcher {
   void ExplainPieces() {
     for (int d = 0; d < DetectedCount(); ++d) {
       if (detected_taken_[d]) continue;
-      if (evidence_.StandingShare(d) >= kNearlyAll) TakeDetected(What::kExplained, d);
+      if (evidence_.PresentShare(d) >= kNearlyAll) TakeDetected(Outcome::kExplained, d);
     }
   }
 
@@ -113,7 +113,7 @@ class ObjectMatcher {
     }
     const PlacedFit* fit = evidence_.FitInPlace(k, d);
     const bool overlaps = fit != nullptr && fit->explained_share > 0;
-    return overlaps || JudgeByRays(known.sights) == What::kRemove;
+    return overlaps || ClassifyByRays(known.sights) == Outcome::kRemove;
   }
 
   void MoveDisplaced() {
@@ -134,7 +134,8 @@ class ObjectMatcher {
       const Pose& X_WO_old = ObjectOf(pair.known).X_WO;
       const bool at_rest =
           evidence_.LargestShift_m(pair.known, X_LO) < scan_.SmallestMove_m(X_LO.translation());
-      Take(at_rest ? What::kKeep : What::kMove, pair, at_rest ? X_WO_old : scan_.InWorld(X_LO));
+      Take(at_rest ? Outcome::kKeep : Outcome::kMove, pair,
+           at_rest ? X_WO_old : scan_.InWorld(X_LO));
     });
   }
 
@@ -148,13 +149,14 @@ class ObjectMatcher {
         pairs.push_back({k, d, fit->Score()});
       }
     }
-    ForFreePairs(std::move(pairs),
-                 [&](const Pair& pair) { Take(What::kReplace, pair, ObjectOf(pair.known).X_WO); });
+    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
+      Take(Outcome::kReplace, pair, ObjectOf(pair.known).X_WO);
+    });
   }
 
   void AddNew() {
     for (int d = 0; d < DetectedCount(); ++d) {
-      if (!detected_taken_[d]) TakeDetected(What::kAdd, d);
+      if (!detected_taken_[d]) TakeDetected(Outcome::kAdd, d);
     }
   }
 
@@ -162,8 +164,9 @@ class ObjectMatcher {
     for (int k = 0; k < KnownCount(); ++k) {
       if (known_taken_[k]) continue;
       const KnownEvidence& known = evidence_.known[k];
-      result_.push_back(
-          {.what = JudgeByRays(known.sights), .known = known.index, .X_WO = ObjectOf(k).X_WO});
+      result_.push_back({.outcome = ClassifyByRays(known.sights),
+                         .known = known.index,
+                         .X_WO = ObjectOf(k).X_WO});
     }
   }
 

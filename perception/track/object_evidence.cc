@@ -6,13 +6,13 @@
 #include <utility>
 
 #include "perception/cloud/tolerances.h"
-#include "perception/track/ray_judgement.h"
+#include "perception/track/ray_classification.h"
 
 namespace cwm::perception {
 namespace {
 
 // derived: a surface in view has a thinned point within twice the spacing, besides the noise.
-constexpr double kPointDistance_m = kThinnedTo_m * 2;
+constexpr double kPointDistance_m = kThinningSpacing_m * 2;
 
 const HybridModel& ModelOrEmpty(const std::shared_ptr<const HybridModel>& model) {
   static const HybridModel kEmpty;
@@ -47,7 +47,7 @@ ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
     AddKnown(object, static_cast<int>(i));
   }
   MarkUsers(known_objects);
-  MarkStanding(known_objects);
+  MarkPresent(known_objects);
 }
 
 void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
@@ -121,7 +121,7 @@ SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
   for (const SurfaceSample& sample : samples) {
     if (!scan_.FacesSensor(sample, X_LO)) continue;
     const Vector3 p_L = X_LO * sample.p_O;
-    const RayVerdict verdict = scan_.Look(p_L);
+    const RayVerdict verdict = scan_.VerdictAt(p_L);
     all.Add(verdict);
     if (!OnSupport(p_L)) above.Add(verdict);
   }
@@ -139,7 +139,7 @@ PlacedFit ObjectEvidence::FitOf(int k, const Pose& X_LO, int d, double explained
   std::vector<char> covered;
   for (const SurfaceSample& sample : known[k].samples) {
     const Vector3 p_L = X_LO * sample.p_O;
-    if (!scan_.FacesSensor(sample, X_LO) || scan_.Look(p_L) != RayVerdict::kHit) continue;
+    if (!scan_.FacesSensor(sample, X_LO) || scan_.VerdictAt(p_L) != RayVerdict::kHit) continue;
     const double within_m = std::max(kPointDistance_m, scan_.Gate_m(p_L));
     covered.push_back(detected[d].points.AnyWithin(p_L, within_m));
   }
@@ -185,11 +185,11 @@ void ObjectEvidence::MarkUsers(const std::vector<KnownObject>& objects) {
   }
 }
 
-void ObjectEvidence::MarkStanding(const std::vector<KnownObject>& objects) {
-  by_standing_ = by_users_;
+void ObjectEvidence::MarkPresent(const std::vector<KnownObject>& objects) {
+  by_present_ = by_users_;
   for (const auto& [pair, in_place] : in_place_) {
-    if (JudgeByRays(known[pair.first].sights) != Association::What::kKeep) continue;
-    Merge(in_place.explained, by_standing_[pair.second]);
+    if (ClassifyByRays(known[pair.first].sights) != Association::Outcome::kKeep) continue;
+    Merge(in_place.explained, by_present_[pair.second]);
   }
   // The rest of a known support explains residual geometry, but not a flat object on the support.
   for (const KnownObject& object : objects) {
@@ -202,14 +202,14 @@ void ObjectEvidence::MarkStanding(const std::vector<KnownObject>& objects) {
       const DetectedPoints& points = detected[d].points;
       const bool residual = detected[d].kind == DetectedKind::kResidual;
       if (!residual || !bounds_L.intersects(points.bounds_L)) continue;
-      Merge(Explained(points.points_L, points.gates_m, surface, X_LO), by_standing_[d]);
+      Merge(Explained(points.points_L, points.gates_m, surface, X_LO), by_present_[d]);
     }
   }
 }
 
 double ObjectEvidence::UserShare(int d) const { return ShareOf(by_users_[d]); }
 
-double ObjectEvidence::StandingShare(int d) const { return ShareOf(by_standing_[d]); }
+double ObjectEvidence::PresentShare(int d) const { return ShareOf(by_present_[d]); }
 
 double ObjectEvidence::LargestShift_m(int k, const Pose& X_LO) const {
   double largest_m = 0;

@@ -61,8 +61,8 @@ class ObjectEvidence {
   // fitted to the detection: no other model is needed.
   bool IsAsGoodAsDetected(const PlacedFit& fit, int d) const;
 
-  double UserShare(int d) const;      // share of d's points that users' objects explain
-  double StandingShare(int d) const;  // the same, with known objects that are still there
+  double UserShare(int d) const;     // share of d's points that users' objects explain
+  double PresentShare(int d) const;  // the same, with known objects that are still there
   // The largest distance, in metres, of any surface sample between its old place and this one.
   double LargestShift_m(int k, const Pose& X_LO) const;
 
@@ -79,7 +79,7 @@ class ObjectEvidence {
   void AddDetected(const DetectedObject& object, int index);
   void AddKnown(const KnownObject& object, int index);
   void MarkUsers(const std::vector<KnownObject>& objects);
-  void MarkStanding(const std::vector<KnownObject>& objects);
+  void MarkPresent(const std::vector<KnownObject>& objects);
   bool OnSupport(const Vector3& p_L) const;
   PlacedFit FitOf(int k, const Pose& X_LO, int d, double explained_share,
                   const SightCounts& sights) const;
@@ -89,8 +89,8 @@ class ObjectEvidence {
   std::vector<SupportFace> supports_;
   double reach_m_ = 0;  // the largest gate or tolerance of all points
   std::map<std::pair<int, int>, InPlace> in_place_;
-  std::vector<std::vector<char>> by_users_;     // per detection, per point
-  std::vector<std::vector<char>> by_standing_;  // per detection, per point
+  std::vector<std::vector<char>> by_users_;    // per detection, per point
+  std::vector<std::vector<char>> by_present_;  // per detection, per point
 };
 
 }  // namespace cwm::perception

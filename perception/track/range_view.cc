@@ -153,7 +153,7 @@ void RangeView::Insert(const Eigen::Vector3f& p_C) {
   }
 }
 
-RayVerdict RangeView::Look(const Vector3& p_C, double tolerance_m) const {
+RayVerdict RangeView::VerdictAt(const Vector3& p_C, double tolerance_m) const {
   const double range_m = p_C.norm();
   for (const Face& face : faces_) {
     const auto index = Project(face, p_C);

@@ -55,7 +55,7 @@ class RangeView {
 
   // `p_C` is in the sensor's frame. Neighbouring directions are included: the ray passes only if no
   // neighbour returned from the point's range +- tolerance.
-  RayVerdict Look(const Vector3& p_C, double tolerance_m) const;
+  RayVerdict VerdictAt(const Vector3& p_C, double tolerance_m) const;
 
  private:
   struct Cell {

@@ -31,11 +31,11 @@ std::vector<Eigen::Vector3f> Subsample(const std::vector<Eigen::Vector3f>& point
 // The radius of the model's main shape, in metres, if it is round.
 std::optional<double> MainRadius_m(const HybridModel& model) {
   const ShapePart* main = nullptr;
-  int most_inliers = -1;
+  int max_inliers = -1;
   for (const ShapePart& part : model.shapes) {
     const int inliers = part.fit ? part.fit->inlier_count : 0;
-    if (inliers <= most_inliers) continue;
-    most_inliers = inliers;
+    if (inliers <= max_inliers) continue;
+    max_inliers = inliers;
     main = &part;
   }
   if (main == nullptr) return std::nullopt;
@@ -52,7 +52,7 @@ bool SizesAgree(const HybridModel& known, const HybridModel& detected) {
   const double size_m = TightBounds(known, Pose::Identity()).diagonal().norm();
   const double other_m = TightBounds(detected, Pose::Identity()).diagonal().norm();
   // The detection may show a part of the object only.
-  return std::min(size_m, other_m) > kLargerPart * std::max(size_m, other_m);
+  return std::min(size_m, other_m) > kMajority * std::max(size_m, other_m);
 }
 
 // The known pose, rotated about the vertical and moved to the middle of the detection's bounds;
@@ -98,7 +98,7 @@ std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
     const Pose X_LO = Align(points_L, surface, ranked[i].second, gate_m);
     const PlacedFit fit = evidence.FitAt(k, X_LO, d);
     // The detection must cover the larger part of the model's seen surface at the new place.
-    if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kLargerPart) continue;
+    if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kMajority) continue;
     if (!best || fit.Score() > best->fit.Score() + kTurnMargin) best = {X_LO, fit};
   }
   return best;

@@ -14,7 +14,7 @@ namespace {
 // derived: the model of one scan and the points of another have one warp each.
 constexpr double kOfBoth = std::numbers::sqrt2;
 // derived: cells of about three by three thinned points.
-constexpr double kPointCell_m = kThinnedTo_m * 3;
+constexpr double kPointCell_m = kThinningSpacing_m * 3;
 
 }  // namespace
 
@@ -87,8 +87,8 @@ bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_LO) co
   return (sample.two_sided ? std::abs(cosine) : cosine) > kNormalMiss_sin;
 }
 
-RayVerdict ScanEvidence::Look(const Vector3& p_L) const {
-  return view_.Look(R_CL_ * p_L, Tolerance_m(p_L));
+RayVerdict ScanEvidence::VerdictAt(const Vector3& p_L) const {
+  return view_.VerdictAt(R_CL_ * p_L, Tolerance_m(p_L));
 }
 
 std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_L,

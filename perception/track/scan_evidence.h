@@ -49,7 +49,7 @@ class ScanEvidence {
   DetectedPoints Index(std::vector<Eigen::Vector3f> points_L) const;
 
   bool FacesSensor(const SurfaceSample& sample, const Pose& X_LO) const;
-  RayVerdict Look(const Vector3& p_L) const;
+  RayVerdict VerdictAt(const Vector3& p_L) const;
 
  private:
   Vector3 p_WL_;

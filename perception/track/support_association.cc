@@ -7,12 +7,12 @@
 
 #include "perception/cloud/tolerances.h"
 #include "perception/track/alignment.h"
-#include "perception/track/ray_judgement.h"
+#include "perception/track/ray_classification.h"
 
 namespace cwm::perception {
 namespace {
 
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 // derived: a face has as many samples as any other surface.
 const double kSamplesAcross = std::sqrt(kSurfaceSamples);
@@ -65,7 +65,7 @@ double Within(const Face& a, const Face& b, const ScanEvidence& scan) {
 
 SightCounts SightsOf(const Face& face, const ScanEvidence& scan) {
   SightCounts counts;
-  for (const Vector3& p_L : face.samples_L) counts.Add(scan.Look(p_L));
+  for (const Vector3& p_L : face.samples_L) counts.Add(scan.VerdictAt(p_L));
   return counts;
 }
 
@@ -76,7 +76,7 @@ struct Match {
   double detected_within = 0;  // and vice versa
 };
 
-What Judge(const Match& match, const ScanEvidence& scan) {
+Outcome Judge(const Match& match, const ScanEvidence& scan) {
   // A support that is seen to be larger by this much, and to contain most of the known one,
   // replaces it. Repeated views differ by a few percent at the border.
   const bool grown =
@@ -84,7 +84,7 @@ What Judge(const Match& match, const ScanEvidence& scan) {
   // The share of the visible face that rays may pass through, besides that of the detected face.
   const double allowed = kSubstantialShare + SightsOf(*match.detected, scan).ThroughShare();
   const bool shrunk = SightsOf(*match.known, scan).ThroughShare() > allowed;
-  return grown || shrunk ? What::kReplace : What::kKeep;
+  return grown || shrunk ? Outcome::kReplace : Outcome::kKeep;
 }
 
 double UserExplains(const Face& face, const std::vector<KnownObject>& known,
@@ -142,13 +142,13 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
     faces.push_back(face.value_or(Face{.index = i, .samples_L = {}}));
     if (UserExplains(faces.back(), known, scan) < kMainShare) continue;
     faces.back().taken = true;
-    result.push_back({.what = What::kExplained, .support = i});
+    result.push_back({.outcome = Outcome::kExplained, .support = i});
   }
   const std::vector<Match> matches = FindMatches(known_faces, faces, known, scan);
   for (const Match& match : matches) {
     if (match.known->taken || match.detected->taken) continue;
     match.known->taken = match.detected->taken = true;
-    result.push_back({.what = Judge(match, scan),
+    result.push_back({.outcome = Judge(match, scan),
                       .known = match.known->index,
                       .support = match.detected->index,
                       .X_WO = known[match.known->index].X_WO});
@@ -159,11 +159,12 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
     const bool is_piece = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
       return match.detected == &face && match.detected_within >= kMainShare;
     });
-    result.push_back({.what = is_piece ? What::kExplained : What::kAdd, .support = face.index});
+    result.push_back(
+        {.outcome = is_piece ? Outcome::kExplained : Outcome::kAdd, .support = face.index});
   }
   for (const Face& face : known_faces) {
     if (face.taken) continue;
-    result.push_back({.what = JudgeByRays(SightsOf(face, scan)),
+    result.push_back({.outcome = ClassifyByRays(SightsOf(face, scan)),
                       .known = face.index,
                       .X_WO = known[face.index].X_WO});
   }

@@ -30,13 +30,13 @@ class LyingVesselSearch {
         up_(context.ground.known ? context.ground.up : Vector3::UnitZ()),
         asked_({up_}) {}
 
-  void AskStanding(const std::vector<RevolvedWall>& walls) {
+  void TryStandingWalls(const std::vector<RevolvedWall>& walls) {
     for (const RevolvedWall& wall : walls) {
       if (const auto shell = FitShell(wall, c_)) Consider(wall, *shell, Posture::kStands);
     }
   }
 
-  void AskAxis(const Vector3& axis) {
+  void TryAxis(const Vector3& axis) {
     const auto is_known = [&](const Vector3& other) { return AreParallel(axis, other); };
     if (std::ranges::any_of(asked_, is_known)) return;
     asked_.push_back(axis);
@@ -52,15 +52,15 @@ class LyingVesselSearch {
   }
 
   // Tries the mean of the normals, as for a flat surface, and the axis that the normals turn about.
-  void AskNormals() {
+  void TryNormals() {
     Vector3 mean = Vector3::Zero();
     Matrix3 moments = Matrix3::Zero();
     for (const Vector3& n : c_.points.n) {
       mean += n;
       moments += n * n.transpose();
     }
-    if (mean.norm() > 0) AskAxis(mean.normalized());
-    AskAxis(Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors().col(0));
+    if (mean.norm() > 0) TryAxis(mean.normalized());
+    TryAxis(Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors().col(0));
   }
 
   // True if the best shell explains nearly all points; the rest may be handles.
@@ -97,7 +97,7 @@ class LyingVesselSearch {
     if (shell.role != PartRole::kFitted) return false;
     std::size_t within = 0;
     for (std::size_t i = 0; i < c_.points.size(); ++i) {
-      within += wall.StandsOut_m(c_.points.origin_L + c_.points.p[i]) <= c_.points.gate_m[i];
+      within += wall.Protrusion_m(c_.points.origin_L + c_.points.p[i]) <= c_.points.gate_m[i];
     }
     return static_cast<double>(shell.inliers.size()) >= kNearlyAll * static_cast<double>(within);
   }
@@ -135,9 +135,9 @@ std::optional<RevolvedWall> FindLyingWall(const OrientedPoints& object,
                                           const std::vector<Vector3>& axes,
                                           const FitContext& context) {
   LyingVesselSearch search(object, context);
-  search.AskStanding(standing);
-  for (const Vector3& axis : axes) search.AskAxis(axis);
-  if (!search.IsSettled()) search.AskNormals();
+  search.TryStandingWalls(standing);
+  for (const Vector3& axis : axes) search.TryAxis(axis);
+  if (!search.IsSettled()) search.TryNormals();
   return search.Lying();
 }
 

@@ -78,7 +78,7 @@ bool Agrees(const SteepPoint& point, const Vector2& axis) {
   const Vector2 to = point.place - axis;
   const double miss_m = std::abs(to.x() * point.direction.y() - to.y() * point.direction.x());
   return miss_m <= std::max(kNoiseReach_m, kNormalMiss_sin * to.norm()) &&
-         to.norm() <= kWidestVessel_m;
+         to.norm() <= kMaxVesselRadius_m;
 }
 
 double ShareAgreeing(const std::vector<SteepPoint>& steep, const Vector2& axis) {
@@ -124,7 +124,7 @@ std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
   for (std::size_t i = 0; i < all.size(); i += 1 + all.size() / kMaxVoters) steep.push_back(all[i]);
   std::mt19937_64 random(1);
   std::optional<Vector2> best;
-  double most = 0;
+  double max_support = 0;
   for (int k = 0; k < kPairs; ++k) {
     const SteepPoint& a = steep[random() % steep.size()];
     const SteepPoint& b = steep[random() % steep.size()];
@@ -133,9 +133,9 @@ std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
     const Vector2 to = b.place - a.place;
     const double way_m = (to.x() * b.direction.y() - to.y() * b.direction.x()) / cross;
     const Vector2 axis = a.place + way_m * a.direction;
-    if ((axis - a.place).norm() > kWidestVessel_m) continue;
+    if ((axis - a.place).norm() > kMaxVesselRadius_m) continue;
     const double support = Support(steep, axis);
-    if (support > most) most = support, best = axis;
+    if (support > max_support) max_support = support, best = axis;
   }
   return best;
 }
@@ -215,12 +215,12 @@ class WallFitter {
   // Drops rings of other objects whose normals happen to pass the axis. Going up and down from the
   // ring of most points, no wall steep enough to be seen widens or narrows that fast.
   void DropStrays() {
-    const auto most = std::max_element(rings_.begin(), rings_.end(), [](auto& a, auto& b) {
+    const auto largest_ring = std::max_element(rings_.begin(), rings_.end(), [](auto& a, auto& b) {
       return a.members.size() < b.members.size();
     });
-    if (most->members.size() < kMinInRing) return;
-    const auto start = static_cast<std::size_t>(most - rings_.begin()) / 2;
-    const double radius_m = most->radius_m;
+    if (largest_ring->members.size() < kMinInRing) return;
+    const auto start = static_cast<std::size_t>(largest_ring - rings_.begin()) / 2;
+    const double radius_m = largest_ring->radius_m;
     double reference_m = radius_m;
     std::size_t at = start;
     for (std::size_t step = start; step < StepCount(); ++step) KeepNear(step, at, reference_m);
@@ -374,7 +374,7 @@ double RevolvedWall::OuterRadius_m(double z_m) const {
                    within - static_cast<double>(below));
 }
 
-double RevolvedWall::StandsOut_m(const Vector3& p_L) const {
+double RevolvedWall::Protrusion_m(const Vector3& p_L) const {
   const Vector3 p = R_LW.transpose() * p_L;
   return (p.head<2>() - AxisAt(p.z())).norm() - OuterRadius_m(p.z());
 }
@@ -391,7 +391,7 @@ std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const W
     if (!wall) break;
     walls.push_back(*wall);
     std::erase_if(steep, [&](const SteepPoint& p) {
-      return wall->StandsOut_m({p.place.x(), p.place.y(), p.z_m}) <= p.gate_m;
+      return wall->Protrusion_m({p.place.x(), p.place.y(), p.z_m}) <= p.gate_m;
     });
   }
   return walls;

@@ -22,7 +22,7 @@ inline constexpr double kWallThickness_m = 0.006;
 inline constexpr std::size_t kSearchPoints = 4000;
 // chosen: points or rays that are enough to estimate a share or a gap: a share of 5 % is known to
 // 1.1 %.
-inline constexpr std::size_t kMaxLookedAt = 400;
+inline constexpr std::size_t kMaxComparedPoints = 400;
 // chosen: the largest number of walls of one object, of fits whose axes are tried, and of turns of
 // a frame to its axis. The first walls and fits have most points, and the fit is nearly linear in
 // the axis.
@@ -55,7 +55,7 @@ struct RevolvedWall {
   // The radius of the outside at a height; beyond the ends, that of the nearer end.
   double OuterRadius_m(double z_m) const;
   // The distance of a point of L outside the wall, away from the axis; negative within.
-  double StandsOut_m(const Vector3& p_L) const;
+  double Protrusion_m(const Vector3& p_L) const;
 };
 
 // Returns the upright walls of one object, the one of most points first: usually one, several if

@@ -38,7 +38,7 @@ constexpr double kMinOnShell = 0.6;
 constexpr double kMeshDeviation_m = 3e-4;
 // chosen: the least ratio of the shell's points to those of the solids it replaces; otherwise those
 // are simpler.
-constexpr double kClearlyMore = 1.05;
+constexpr double kMinPointRatio = 1.05;
 
 // A point in the vessel's frame: z is its axis.
 struct Place {
@@ -136,7 +136,7 @@ class ShellFitter {
     // would.
     const std::optional<Solid> standing = Built(MakeShell(outline));
     if (standing && !IsPassedThrough(*standing)) return standing;
-    outline.foot = ShellFoot::kOfWhatIsSeen;
+    outline.foot = ShellFoot::kAtSeenEnd;
     const std::optional<Solid> floating = Built(MakeShell(outline));
     if (floating && !IsPassedThrough(*floating)) return floating;
     return std::nullopt;
@@ -231,10 +231,10 @@ class ShellFitter {
       if (within_m < -place.gate_m || within_m > kMaxAcross_m) continue;
       on[place.away > 0 ? 0 : 1].push_back(i);
     }
-    const std::vector<std::uint32_t>& most = on[0].size() > on[1].size() ? on[0] : on[1];
+    const std::vector<std::uint32_t>& larger = on[0].size() > on[1].size() ? on[0] : on[1];
     const Vector3 axis = X_MV_.linear().col(2);
     // Points on a flat rim fill the ragged end up to their noise.
-    return ExtentAlong(axis, c_.points, most).high_m - axis.dot(X_MV_.translation()) - Sigma_m();
+    return ExtentAlong(axis, c_.points, larger).high_m - axis.dot(X_MV_.translation()) - Sigma_m();
   }
 
   void MeasureThickness() {
@@ -309,13 +309,13 @@ class ShellFitter {
   // The visible floor from the wall inwards, as long as it does not rise.
   std::vector<Vector2> Floor() const {
     const WallRing lowest = LowestInside();
-    const double most_m = lowest.radius_m;
-    const auto count = static_cast<std::size_t>(std::max(0.0, most_m) / wall_.step_m) + 1;
+    const double max_m = lowest.radius_m;
+    const auto count = static_cast<std::size_t>(std::max(0.0, max_m) / wall_.step_m) + 1;
     std::vector<Around> around(count);
     // Rays reached the inside wherever it is seen, so points above its lowest ring are no floor.
     const double highest_m = lowest.z_m + wall_.step_m;
     for (const Place& place : places_) {
-      if (place.z_m > highest_m || place.up < kWallRise_sin || place.radial_m >= most_m ||
+      if (place.z_m > highest_m || place.up < kWallRise_sin || place.radial_m >= max_m ||
           Within_m(place) < thickness_m_)
         continue;
       around[static_cast<std::size_t>(place.radial_m / wall_.step_m)].Add(place.sector, place.z_m);
@@ -346,7 +346,7 @@ class ShellFitter {
   // and rays past it. The depth that solids tolerate is thicker than any wall, so every ray that
   // enters the wall counts.
   bool IsPassedThrough(const Solid& shell) const {
-    if (PassedShare(shell, c_.free) > kMaxPassing) return true;
+    if (CrossingRayShare(shell, c_.free) > kMaxPassing) return true;
     if (!c_.options.from_viewpoint) return false;
     const double reach_m = TightBounds(shell.shape, Pose::Identity()).diagonal().norm();
     const std::size_t stride = std::max<std::size_t>(1, c_.points.size() / kRays);
@@ -355,8 +355,8 @@ class ShellFitter {
       const Vector3 to_sensor = (c_.points.viewpoint - c_.points.p[i]).normalized();
       const double clear_m = std::max(kMaxDepth_m, c_.points.gate_m[i]) + thickness_m_;
       ++own;
-      crossing +=
-          Enters(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
+      crossing += EntersSolid(shell, c_.points.p[i] + clear_m * to_sensor,
+                              c_.points.p[i] + reach_m * to_sensor);
     }
     return crossing > kMaxPassing * own;
   }
@@ -413,14 +413,14 @@ std::optional<Solid> FitShell(const RevolvedWall& wall, const FitContext& contex
   return ShellFitter(wall, context).Fit();
 }
 
-void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
-                  Assembly& assembly) {
+void ReplaceByShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
+                     Assembly& assembly) {
   for (auto wall = walls.begin(); wall != walls.end(); ++wall) {
     context.work.Poll();
     // A wall whose middle lies within an earlier wall consists of points that the earlier one left
     // over.
     const bool is_rest = std::any_of(walls.begin(), wall, [&](const RevolvedWall& before) {
-      return before.StandsOut_m(wall->Middle()) < 0;
+      return before.Protrusion_m(wall->Middle()) < 0;
     });
     if (is_rest) continue;
     std::optional<Solid> shell = FitShell(*wall, context);
@@ -435,7 +435,8 @@ void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& cont
         kept.push_back(solid);
       }
     }
-    if (static_cast<double>(shell->inliers.size()) < kClearlyMore * static_cast<double>(replaced)) {
+    if (static_cast<double>(shell->inliers.size()) <
+        kMinPointRatio * static_cast<double>(replaced)) {
       continue;
     }
     kept.push_back(*std::move(shell));

@@ -20,7 +20,7 @@ std::optional<Solid> FitShell(const RevolvedWall& wall, const FitContext& contex
 
 // Adds the shells of the walls to the assembly. Each replaces the solids that mostly lie on it, if
 // it explains clearly more points than they do. The contents of a vessel stay beside it.
-void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
-                  Assembly& assembly);
+void ReplaceByShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
+                     Assembly& assembly);
 
 }  // namespace cwm::perception

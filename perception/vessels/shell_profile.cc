@@ -42,7 +42,7 @@ void Simplify(const std::vector<Vector2>& line, std::size_t begin, std::size_t e
 
 std::vector<Vector2> Simplified(const std::vector<Vector2>& line) {
   std::vector<Vector2> out = {line.front()};
-  if (line.size() > 1) Simplify(line, 0, line.size() - 1, kBelowNoise_m, out);
+  if (line.size() > 1) Simplify(line, 0, line.size() - 1, kSubNoise_m, out);
   return out;
 }
 
@@ -98,9 +98,9 @@ class ProfileMaker {
     if (above == rings.end()) {
       const WallRing& last = rings.back();
       const double rise_m = std::min(z_m - last.z_m, kReach_steps * o_.step_m);
-      const double least_m = kThinnest_m + Level_m(o_.thickness_m, last.slope);
+      const double min_m = kMinThickness_m + Level_m(o_.thickness_m, last.slope);
       return {.z_m = z_m,
-              .radius_m = std::max(least_m, last.radius_m + rise_m * last.slope),
+              .radius_m = std::max(min_m, last.radius_m + rise_m * last.slope),
               .slope = last.slope};
     }
     const auto below = above - 1;
@@ -130,7 +130,8 @@ class ProfileMaker {
     std::vector<Vector2> inner;
     for (auto ring = wall.rbegin(); ring != wall.rend(); ++ring) {
       inner.emplace_back(
-          std::max(kThinnest_m, ring->radius_m - Level_m(o_.thickness_m, ring->slope)), ring->z_m);
+          std::max(kMinThickness_m, ring->radius_m - Level_m(o_.thickness_m, ring->slope)),
+          ring->z_m);
     }
     for (const Vector2& place : o_.floor) {
       if (place.x() < inner.back().x())

@@ -23,9 +23,9 @@ struct WallRing {
 // The rings with radii and slopes from straight lines fitted to each ring and its neighbours.
 std::vector<WallRing> Smoothed(const std::vector<WallRing>& rings, double step_m);
 
-// The foot of the shell. With kOfWhatIsSeen it is on the ground only if the visible part ends just
+// The foot of the shell. With kAtSeenEnd it is on the ground only if the visible part ends just
 // above it.
-enum class ShellFoot { kOnGround, kOfWhatIsSeen };
+enum class ShellFoot { kOnGround, kAtSeenEnd };
 
 // The visible parts of a vessel, in coordinates about its axis.
 struct ShellOutline {

@@ -12,7 +12,7 @@ std::int64_t Cost(const EncodedMesh& encoded) {
 
 }  // namespace
 
-std::shared_ptr<const EncodedMesh> EncodedMeshes::Find(const Source& source) {
+std::shared_ptr<const EncodedMesh> EncodedMeshCache::Find(const Source& source) {
   const std::lock_guard lock(mutex_);
   const auto found = by_address_.find(source.get());
   // A reused address belongs to another object: the source that was kept there has died.
@@ -21,7 +21,7 @@ std::shared_ptr<const EncodedMesh> EncodedMeshes::Find(const Source& source) {
   return found->second->encoded;
 }
 
-void EncodedMeshes::Keep(const Source& source, std::shared_ptr<const EncodedMesh> encoded) {
+void EncodedMeshCache::Keep(const Source& source, std::shared_ptr<const EncodedMesh> encoded) {
   Entries dropped;  // freed after the lock
   const std::lock_guard lock(mutex_);
   ++made_;
@@ -35,7 +35,7 @@ void EncodedMeshes::Keep(const Source& source, std::shared_ptr<const EncodedMesh
   while (held_bytes_ > max_bytes_ && recent_.size() > 1) Drop(std::prev(recent_.end()), dropped);
 }
 
-void EncodedMeshes::ForgetDead() {
+void EncodedMeshCache::DropExpired() {
   Entries dropped;  // freed after the lock
   const std::lock_guard lock(mutex_);
   for (auto entry = recent_.begin(); entry != recent_.end();) {
@@ -44,18 +44,18 @@ void EncodedMeshes::ForgetDead() {
   }
 }
 
-void EncodedMeshes::Drop(Entries::iterator entry, Entries& dropped) {
+void EncodedMeshCache::Drop(Entries::iterator entry, Entries& dropped) {
   held_bytes_ -= Cost(*entry->encoded);
   by_address_.erase(entry->address);
   dropped.splice(dropped.end(), recent_, entry);
 }
 
-std::int64_t EncodedMeshes::held_bytes() const {
+std::int64_t EncodedMeshCache::held_bytes() const {
   const std::lock_guard lock(mutex_);
   return held_bytes_;
 }
 
-std::int64_t EncodedMeshes::made() const {
+std::int64_t EncodedMeshCache::made() const {
   const std::lock_guard lock(mutex_);
   return made_;
 }

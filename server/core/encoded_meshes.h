@@ -19,9 +19,9 @@ struct EncodedMesh {
 
 // Thread safe. Keeps the most recently used encodings within a byte limit; a single one may exceed
 // it.
-class EncodedMeshes {
+class EncodedMeshCache {
  public:
-  explicit EncodedMeshes(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
+  explicit EncodedMeshCache(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
 
   // The object that an encoding was made from, identified by its address while it lives.
   using Source = std::shared_ptr<const void>;
@@ -32,7 +32,7 @@ class EncodedMeshes {
   void Keep(const Source& source, std::shared_ptr<const EncodedMesh> encoded);
 
   // Drops the encodings of sources that died.
-  void ForgetDead();
+  void DropExpired();
 
   std::int64_t held_bytes() const;
   // Number of encodings made, which is the number of calls of Keep.

@@ -28,8 +28,8 @@ QuotaHolder HolderOf(const ClientId& client) {
           .member = client.connection};
 }
 
-std::optional<FairQuota::Refusal> FairQuota::Take(QuotaHolder holder, std::int64_t amount,
-                                                  std::int64_t reserved) {
+std::optional<FairQuota::Refusal> FairQuota::TryTake(QuotaHolder holder, std::int64_t amount,
+                                                     std::int64_t reserved) {
   if (amount <= 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
   const std::int64_t free = options_.limit - reserved - taken_;
@@ -51,14 +51,14 @@ std::optional<FairQuota::Refusal> FairQuota::Take(QuotaHolder holder, std::int64
   return std::nullopt;
 }
 
-void FairQuota::TakeAnyway(QuotaHolder holder, std::int64_t amount) {
+void FairQuota::ForceTake(QuotaHolder holder, std::int64_t amount) {
   const std::lock_guard lock(mutex_);
   groups_[holder.group] += amount;
   members_[holder.member] += amount;
   taken_ += amount;
 }
 
-void FairQuota::GiveBack(QuotaHolder holder, std::int64_t amount) {
+void FairQuota::Release(QuotaHolder holder, std::int64_t amount) {
   const std::lock_guard lock(mutex_);
   taken_ -= amount;
   Subtract(groups_, holder.group, amount);

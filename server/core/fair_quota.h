@@ -46,10 +46,11 @@ class FairQuota {
   enum class Refusal { kLimit, kGroup, kMember };
   // Empty if the amount was taken, else the reason. `reserved` is a part of the limit that is taken
   // elsewhere.
-  std::optional<Refusal> Take(QuotaHolder holder, std::int64_t amount, std::int64_t reserved = 0);
+  std::optional<Refusal> TryTake(QuotaHolder holder, std::int64_t amount,
+                                 std::int64_t reserved = 0);
   // Takes the amount even if it is not free.
-  void TakeAnyway(QuotaHolder holder, std::int64_t amount);
-  void GiveBack(QuotaHolder holder, std::int64_t amount);
+  void ForceTake(QuotaHolder holder, std::int64_t amount);
+  void Release(QuotaHolder holder, std::int64_t amount);
 
   std::int64_t taken() const;
   std::int64_t taken_by(QuotaHolder holder) const;
@@ -80,14 +81,14 @@ class QuotaShare {
     return *this;
   }
   ~QuotaShare() {
-    if (quota_ != nullptr) quota_->GiveBack(holder_, amount_);
+    if (quota_ != nullptr) quota_->Release(holder_, amount_);
   }
 
   // Empty if the quota refuses.
-  static std::optional<QuotaShare> Take(FairQuota& quota, const ClientId& client,
-                                        std::int64_t amount = 1) {
+  static std::optional<QuotaShare> TryTake(FairQuota& quota, const ClientId& client,
+                                           std::int64_t amount = 1) {
     const QuotaHolder holder = HolderOf(client);
-    if (quota.Take(holder, amount)) return std::nullopt;
+    if (quota.TryTake(holder, amount)) return std::nullopt;
     QuotaShare share;
     share.quota_ = &quota;
     share.holder_ = holder;

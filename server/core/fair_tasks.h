@@ -25,7 +25,7 @@ struct Task {
   Clock::time_point deadline = Clock::time_point::max();
   // True if the work can return partial results when its time is over: then it is never too late to
   // begin.
-  bool may_answer_in_part = false;
+  bool allows_partial_answer = false;
   Clock::time_point pushed = {};  // set by the queue
 };
 

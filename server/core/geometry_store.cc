@@ -113,7 +113,7 @@ absl::StatusOr<TriangleMesh> ReadColumns(std::string_view bytes, WorkBudget* bud
   const auto read = [&](auto& column, std::size_t count) {
     using Row = typename std::remove_reference_t<decltype(column)>::value_type;
     column.reserve(count);
-    return InPieces(count, budget, [&](std::size_t first, std::size_t last) {
+    return ForEachBlock(count, budget, [&](std::size_t first, std::size_t last) {
       column.resize(last);
       const std::size_t size = (last - first) * sizeof(Row);
       std::memcpy(static_cast<void*>(column.data() + first), next, size);
@@ -202,7 +202,7 @@ struct GeometryStore::State {
   // Hashes of entries without a blob that have facts. A hull takes up to 0.6 MB, so their number is
   // limited.
   std::deque<std::string> facts_of_objects;
-  EncodedMeshes encoded;
+  EncodedMeshCache encoded;
 
   // A decoded mesh takes about as much memory as its bytes.
   static std::int64_t Cost(const Blob& blob) {
@@ -232,11 +232,11 @@ struct GeometryStore::State {
       return nullptr;
     }
     recent.erase(found->second.used);
-    return LetGo(found->second);
+    return ReleaseBytes(found->second);
   }
 
   // Drops the entry's blob and facts. The caller removes the hash from `recent`.
-  std::shared_ptr<const Blob> LetGo(Entry& entry) {
+  std::shared_ptr<const Blob> ReleaseBytes(Entry& entry) {
     held_bytes -= Cost(*entry.blob);
     entry.facts = nullptr;
     return std::exchange(entry.blob, nullptr);
@@ -256,7 +256,7 @@ struct GeometryStore::State {
     Freed freed;
     while (held_bytes > max_bytes && recent.size() > 1) {
       const auto oldest = entries.find(recent.back());
-      freed.push_back(LetGo(oldest->second));
+      freed.push_back(ReleaseBytes(oldest->second));
       recent.pop_back();
     }
     PurgeDead();
@@ -305,7 +305,7 @@ GeometryStore::GeometryStore(std::int64_t max_bytes, const Limits& limits)
                        .purge_at = State::kFirstPurge,
                        .last_number = 0,
                        .facts_of_objects = {},
-                       .encoded = EncodedMeshes(limits.encoded_mesh_bytes)}) {}
+                       .encoded = EncodedMeshCache(limits.encoded_mesh_bytes)}) {}
 GeometryStore::~GeometryStore() = default;
 
 absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std::string bytes,
@@ -316,7 +316,7 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
   return stored;
 }
 
-absl::StatusOr<HeldBlob> GeometryStore::PutForHolder(BlobFormat format, std::string bytes) {
+absl::StatusOr<HeldBlob> GeometryStore::PutTemporary(BlobFormat format, std::string bytes) {
   Stored stored;
   const auto number = Put(format, std::move(bytes), stored, nullptr);
   if (!number.ok()) return number.status();
@@ -370,9 +370,8 @@ absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string 
   return entry.number;
 }
 
-absl::StatusOr<GeometryStore::Stored> GeometryStore::PutAgain(BlobFormat format,
-                                                              std::string_view hash,
-                                                              WorkBudget* budget) {
+absl::StatusOr<GeometryStore::Stored> GeometryStore::Renew(BlobFormat format, std::string_view hash,
+                                                           WorkBudget* budget) {
   const std::string key(hash);
   {
     const std::lock_guard lock(state_->mutex);
@@ -387,7 +386,7 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::PutAgain(BlobFormat format,
   return Put(format, *(*blob)->bytes, budget);
 }
 
-std::string GeometryStore::Offer(const std::shared_ptr<const TriangleMesh>& mesh) {
+std::string GeometryStore::RegisterMesh(const std::shared_ptr<const TriangleMesh>& mesh) {
   const std::string hash = HashOf(mesh);
   std::lock_guard lock(state_->mutex);
   state_->entries[hash].Add(mesh);
@@ -439,7 +438,7 @@ absl::StatusOr<std::shared_ptr<const EncodedMesh>> GeometryStore::SurfaceOf(
   return shared;
 }
 
-void GeometryStore::ForgetUnused() {
+void GeometryStore::DropUnused() {
   State::Freed freed;  // freed after the lock
   {
     const std::lock_guard lock(state_->mutex);
@@ -449,10 +448,10 @@ void GeometryStore::ForgetUnused() {
       const bool is_unused =
           entry.was_used && mesh != nullptr && mesh.use_count() == 1 && entry.blob.use_count() == 1;
       hash = is_unused ? state_->recent.erase(hash) : std::next(hash);
-      if (is_unused) freed.push_back(state_->LetGo(entry));
+      if (is_unused) freed.push_back(state_->ReleaseBytes(entry));
     }
   }
-  state_->encoded.ForgetDead();
+  state_->encoded.DropExpired();
 }
 
 std::int64_t GeometryStore::encoded_count() const { return state_->encoded.made(); }

@@ -61,12 +61,12 @@ class GeometryStore {
   absl::StatusOr<Stored> Put(BlobFormat format, std::string bytes, WorkBudget* budget = nullptr);
   // Like Put, for temporary blobs: dropped with the last hold unless others put the same bytes
   // meanwhile; sooner if more recently used blobs need the memory.
-  absl::StatusOr<HeldBlob> PutForHolder(BlobFormat format, std::string bytes);
+  absl::StatusOr<HeldBlob> PutTemporary(BlobFormat format, std::string bytes);
   // Like Put of a known blob's bytes. NotFound GEOMETRY_UNKNOWN.
-  absl::StatusOr<Stored> PutAgain(BlobFormat format, std::string_view hash,
-                                  WorkBudget* budget = nullptr);
+  absl::StatusOr<Stored> Renew(BlobFormat format, std::string_view hash,
+                               WorkBudget* budget = nullptr);
   // Makes the mesh of an object readable by its hash; holds it weakly.
-  std::string Offer(const std::shared_ptr<const TriangleMesh>& mesh);
+  std::string RegisterMesh(const std::shared_ptr<const TriangleMesh>& mesh);
   // NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<std::shared_ptr<const Blob>> Get(std::string_view hash) const;
   // Only the mesh, which is a look-up: nothing is encoded. NotFound GEOMETRY_UNKNOWN.
@@ -79,7 +79,7 @@ class GeometryStore {
       WorkBudget* budget = nullptr) const;
   // Drops meshes that objects used and no longer use before their memory is needed; called when
   // worlds are deleted.
-  void ForgetUnused();
+  void DropUnused();
   // Number of meshes and surfaces encoded because no encoding was kept.
   std::int64_t encoded_count() const;
 

@@ -19,7 +19,7 @@ History::History(Retention retention, SnapshotPtr first, MemoryCharge charge)
   UpdateCharge();
 }
 
-History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
+History::Dropped History::Append(SnapshotPtr next, EventPtr event) {
   const std::int64_t superseded =
       ApproximateSupersededBytes(event->deltas) + ApproximateSupersededBytes(event->robot_deltas);
   const collision::PairRules& rules = snapshots_.back().snapshot->pair_rules();
@@ -43,57 +43,57 @@ History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
   events_.push_back({std::move(event), own_event_bytes, event_bytes});
   own_bytes_ += own + rule_bytes + own_event_bytes;
 
-  Forgotten forgotten = Expire(now);
-  ShrinkSnapshots(forgotten);
-  ShrinkEvents(forgotten);
+  Dropped dropped = Expire(now);
+  ShrinkSnapshots(dropped);
+  ShrinkEvents(dropped);
   UpdateCharge();
-  return forgotten;
+  return dropped;
 }
 
-History::Forgotten History::Expire(Clock::time_point now) {
-  Forgotten forgotten;
+History::Dropped History::Expire(Clock::time_point now) {
+  Dropped dropped;
   while (!events_.empty() && events_.front().event->when + retention_.watch_time < now) {
-    DropOldestEvent(forgotten);
+    DropOldestEvent(dropped);
   }
   UpdateCharge();
-  return forgotten;
+  return dropped;
 }
 
-History::Forgotten History::ForgetPast() {
-  Forgotten forgotten;
-  while (snapshots_.size() > 1) DropOldestSnapshot(forgotten);
-  while (events_.size() > 1) DropOldestEvent(forgotten);
+History::Dropped History::DropHistory() {
+  Dropped dropped;
+  while (snapshots_.size() > 1) DropOldestSnapshot(dropped);
+  while (events_.size() > 1) DropOldestEvent(dropped);
   UpdateCharge();
-  return forgotten;
+  return dropped;
 }
 
-void History::ShrinkSnapshots(Forgotten& forgotten) {
+void History::ShrinkSnapshots(Dropped& dropped) {
   while (snapshots_.size() > 1 &&
          (static_cast<std::int64_t>(snapshots_.size()) > retention_.exact_snapshots ||
           snapshot_bytes_ > retention_.snapshot_bytes)) {
-    DropOldestSnapshot(forgotten);
+    DropOldestSnapshot(dropped);
   }
 }
 
-void History::DropOldestSnapshot(Forgotten& forgotten) {
+void History::DropOldestSnapshot(Dropped& dropped) {
   snapshot_bytes_ -= snapshots_.front().bytes;
   own_bytes_ -= snapshots_.front().own_bytes;
-  forgotten.snapshots.push_back(std::move(snapshots_.front().snapshot));
+  dropped.snapshots.push_back(std::move(snapshots_.front().snapshot));
   snapshots_.pop_front();
 }
 
-void History::ShrinkEvents(Forgotten& forgotten) {
+void History::ShrinkEvents(Dropped& dropped) {
   while (events_.size() > 1 &&
          (event_deltas_ > retention_.watch_events || event_bytes_ > retention_.watch_bytes)) {
-    DropOldestEvent(forgotten);
+    DropOldestEvent(dropped);
   }
 }
 
-void History::DropOldestEvent(Forgotten& forgotten) {
+void History::DropOldestEvent(Dropped& dropped) {
   event_bytes_ -= events_.front().bytes;
   own_bytes_ -= events_.front().own_bytes;
   event_deltas_ -= events_.front().event->size();
-  forgotten.events.push_back(std::move(events_.front().event));
+  dropped.events.push_back(std::move(events_.front().event));
   events_.pop_front();
 }
 
@@ -155,8 +155,8 @@ std::vector<Ptr> InOrder(const ByName<Ptr>& by_name) {
 
 }  // namespace
 
-SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
-                 Revision revision) {
+SnapshotPtr UndoEvents(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
+                       Revision revision) {
   auto objects = ByNameOf(latest.objects());
   auto robots = ByNameOf(latest.robots());
   collision::PairRules rules = latest.pair_rules();

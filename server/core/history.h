@@ -33,7 +33,7 @@ using EventPtr = std::shared_ptr<const Event>;
 class History {
  public:
   // Dropped data; the caller frees it after releasing its locks.
-  struct Forgotten {
+  struct Dropped {
     std::vector<SnapshotPtr> snapshots;
     std::vector<EventPtr> events;
   };
@@ -43,11 +43,11 @@ class History {
   History(Retention retention, SnapshotPtr first, MemoryCharge charge = {});
 
   // `next` is the snapshot that `event` led to, one revision after the latest.
-  Forgotten Append(SnapshotPtr next, EventPtr event);
+  Dropped Append(SnapshotPtr next, EventPtr event);
   // Forgets events that are older than the watch time.
-  Forgotten Expire(Clock::time_point now);
+  Dropped Expire(Clock::time_point now);
   // Forgets all but the latest snapshot and its event.
-  Forgotten ForgetPast();
+  Dropped DropHistory();
 
   collision::Revision latest() const { return snapshots_.back().snapshot->revision(); }
   collision::Revision oldest_exact() const { return snapshots_.front().snapshot->revision(); }
@@ -74,11 +74,11 @@ class History {
     std::int64_t bytes = 0;  // own_bytes and the bytes that its revision took out of the world
   };
 
-  void ShrinkSnapshots(Forgotten& forgotten);
-  void ShrinkEvents(Forgotten& forgotten);
-  void DropOldestSnapshot(Forgotten& forgotten);
-  void DropOldestEvent(Forgotten& forgotten);
-  void UpdateCharge() { charge_.ResizeAnyway(own_bytes_); }
+  void ShrinkSnapshots(Dropped& dropped);
+  void ShrinkEvents(Dropped& dropped);
+  void DropOldestSnapshot(Dropped& dropped);
+  void DropOldestEvent(Dropped& dropped);
+  void UpdateCharge() { charge_.ForceResize(own_bytes_); }
 
   Retention retention_;
   std::deque<KeptSnapshot> snapshots_;  // consecutive revisions, never empty
@@ -91,7 +91,7 @@ class History {
 };
 
 // The snapshot before `events` (in order), made by undoing them from `latest`.
-SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
-                 collision::Revision revision);
+SnapshotPtr UndoEvents(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
+                       collision::Revision revision);
 
 }  // namespace cwm::server

@@ -20,7 +20,7 @@ constexpr int kOptimisticTries = 3;
 // chosen: how often a scan is interpreted again because its sensor got another pose meanwhile. The
 // first scan of a sensor may lose once to another first scan, and once to a given pose.
 constexpr int kInterpretTries = 3;
-constexpr std::size_t kLongestSensorName = 128;  // the limit of worlds and objects, too
+constexpr std::size_t kMaxSensorNameBytes = 128;  // the limit of worlds and objects, too
 
 absl::Status Cancelled() { return absl::CancelledError("ingest: the caller went away"); }
 
@@ -45,8 +45,8 @@ std::optional<SensorPose> PoseFor(const IngestRequest& request,
 
 // An object that belongs to no world: what a scan showed, under a name of its own. Its geometry has
 // only the model, prepared for no engine.
-WorldObjectPtr Provisional(std::string name, const Detections& detections, int d,
-                           std::string supported_by) {
+WorldObjectPtr ProvisionalObject(std::string name, const Detections& detections, int d,
+                                 std::string supported_by) {
   collision::WorldObject object;
   object.name = std::move(name);
   object.kind = detections.kind(d);
@@ -62,7 +62,7 @@ perception::Work WorkOf(const perception::InterpretOptions& options, std::stop_t
   return {.max_threads = options.max_threads,
           .threads_now = options.threads_now,
           .stop = std::move(stop),
-          .on_piece = options.on_piece};
+          .on_chunk = options.on_chunk};
 }
 
 enum class PoseOrigin { kTold, kThisScan };  // given or kept, or estimated from this scan
@@ -92,8 +92,8 @@ class IngestRun {
     for (int d = 0; d < detections_.size(); ++d) {
       const int supporter = detections_.supported_by(d);
       Append(outcome, d,
-             Provisional(names[static_cast<std::size_t>(d)], detections_, d,
-                         supporter < 0 ? "" : names[static_cast<std::size_t>(supporter)]));
+             ProvisionalObject(names[static_cast<std::size_t>(d)], detections_, d,
+                               supporter < 0 ? "" : names[static_cast<std::size_t>(supporter)]));
     }
     return outcome;
   }
@@ -114,7 +114,7 @@ class IngestRun {
           request_.write,
           {.applied =
                [&](const collision::WorldSnapshot& next) {
-                 KeepPose();
+                 SetSensorPose();
                  MarkObserved(next);
                },
            .reply =
@@ -149,7 +149,7 @@ class IngestRun {
   absl::StatusOr<std::vector<collision::Change>> Changes(const SnapshotPtr& latest,
                                                          IfStale if_stale) {
     if (!request_.options.X_WC.has_value() &&
-        !SamePose(world_.PoseOf(request_.sensor), kept_pose_)) {
+        !SamePose(world_.SensorPoseOf(request_.sensor), kept_pose_)) {
       refusal_ = Refusal::kOtherPose;
       return absl::AbortedError("the sensor got another pose");
     }
@@ -162,24 +162,24 @@ class IngestRun {
     }
     absl::StatusOr<IngestPlan> plan =
         PlanIngest(match_, detections_, request_.mode, geometry_,
-                   [&](const std::string& stem) { return world_.NextName(stem); });
+                   [&](const std::string& stem) { return world_.ReserveName(stem); });
     if (!plan.ok()) return plan.status();
     plan_ = *std::move(plan);
     return plan_.changes;
   }
 
-  void KeepPose() {
+  void SetSensorPose() {
     if (request_.options.X_WC.has_value()) {
-      world_.KeepPose(request_.sensor, {*request_.options.X_WC, true});
+      world_.SetSensorPose(request_.sensor, {*request_.options.X_WC, true});
     } else if (origin_ == PoseOrigin::kThisScan && !scene_.pose_is_guess) {
-      world_.KeepPose(request_.sensor, {scene_.X_WC, false});
+      world_.SetSensorPose(request_.sensor, {scene_.X_WC, false});
     }
   }
 
   void MarkObserved(const collision::WorldSnapshot& next) {
     std::vector<Sighting> seen;
-    const auto add = [&seen](const std::vector<std::string>& names, bool anew) {
-      for (const std::string& name : names) seen.push_back({.name = name, .anew = anew});
+    const auto add = [&seen](const std::vector<std::string>& names, bool is_new) {
+      for (const std::string& name : names) seen.push_back({.name = name, .is_new = is_new});
     };
     add(plan_.added, true);
     add(plan_.moved, true);
@@ -191,7 +191,7 @@ class IngestRun {
       }
     }
     const bool stamped = request_.frame_stamp != std::chrono::system_clock::time_point();
-    world_.observations().Mark(
+    world_.observations().Record(
         seen, stamped ? request_.frame_stamp : std::chrono::system_clock::now(), next);
   }
 
@@ -216,7 +216,7 @@ class IngestRun {
     for (int d = 0; d < detections_.size(); ++d) {
       const std::string& name = plan_.names[static_cast<std::size_t>(d)];
       WorldObjectPtr object = name.empty() ? nullptr : written.snapshot->Find(name);
-      Append(outcome, d, object != nullptr ? object : Provisional(name, detections_, d, ""));
+      Append(outcome, d, object != nullptr ? object : ProvisionalObject(name, detections_, d, ""));
     }
     outcome.added = plan_.added;
     outcome.moved = plan_.moved;
@@ -256,10 +256,10 @@ absl::StatusOr<SceneInterpretation> InterpretWith(const std::optional<SensorPose
 }
 
 absl::Status CheckSensorName(const std::string& sensor) {
-  if (sensor.size() <= kLongestSensorName) return absl::OkStatus();
+  if (sensor.size() <= kMaxSensorNameBytes) return absl::OkStatus();
   return InvalidField(
       "sensor",
-      absl::StrCat("has ", sensor.size(), " characters, must have at most ", kLongestSensorName));
+      absl::StrCat("has ", sensor.size(), " characters, must have at most ", kMaxSensorNameBytes));
 }
 
 }  // namespace
@@ -273,7 +273,7 @@ absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
   if (!decided.ok()) return decided.status();
   if (decided->has_value()) return IngestRun::Replayed(**decided);
   for (int attempt = 1; attempt <= kInterpretTries; ++attempt) {
-    const std::optional<SensorPose> kept = world.PoseOf(request.sensor);
+    const std::optional<SensorPose> kept = world.SensorPoseOf(request.sensor);
     const std::optional<SensorPose> pose = PoseFor(request, kept);
     absl::StatusOr<SceneInterpretation> scene = InterpretWith(pose, request, interpret, stop);
     if (!scene.ok()) return scene.status();

@@ -18,11 +18,11 @@ using collision::PutObject;
 using collision::WorldObject;
 using collision::WorldObjectPtr;
 using perception::Association;
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 // True if no scan may change the object: it is owned by a user, or attached, in which case it is
 // known to be at its link whether the scan shows it or not.
-bool IsNoScansToChange(const WorldObject& object) {
+bool IsProtected(const WorldObject& object) {
   return object.owner == Owner::kUser || object.attachment != nullptr;
 }
 
@@ -33,12 +33,12 @@ perception::KnownObject ToKnown(const WorldObject& object) {
   if (object.kind == ObjectKind::kResidual) kind = Kind::kResidual;
   return {.name = object.name,
           .kind = kind,
-          .owned_by_user = IsNoScansToChange(object),
+          .owned_by_user = IsProtected(object),
           .X_WO = object.X_WO,
           .model = object.geometry->model};
 }
 
-PutObject Restate(const WorldObject& object) {
+PutObject ToPutObject(const WorldObject& object) {
   return {.name = object.name,
           .kind = object.kind,
           .owner = object.owner,
@@ -51,9 +51,10 @@ PutObject Restate(const WorldObject& object) {
 
 // The outcome of an association in the given mode: in kAdd, nothing is moved, removed or marked as
 // occluded.
-What InMode(What what, IngestMode mode) {
+Outcome InMode(Outcome what, IngestMode mode) {
   if (mode != IngestMode::kAdd) return what;
-  if (what == What::kMove || what == What::kRemove || what == What::kOcclude) return What::kKeep;
+  if (what == Outcome::kMove || what == Outcome::kRemove || what == Outcome::kOcclude)
+    return Outcome::kKeep;
   return what;
 }
 
@@ -69,7 +70,7 @@ class Planner {
     CollectRemoved();
     for (int d = 0; d < detections_.size(); ++d) PlanDetection(d);
     for (const Association& association : match_.associations) {
-      if (detections_.Of(association) < 0) PlanUnseen(association);
+      if (detections_.DetectionOf(association) < 0) PlanUnseen(association);
     }
     return std::move(plan_);
   }
@@ -80,9 +81,9 @@ class Planner {
   absl::Status OrderByDetection() {
     by_detection_.assign(static_cast<std::size_t>(detections_.size()), nullptr);
     for (const Association& association : match_.associations) {
-      const int d = detections_.Of(association);
+      const int d = detections_.DetectionOf(association);
       const bool known_needed =
-          association.what != What::kAdd && association.what != What::kExplained;
+          association.outcome != Outcome::kAdd && association.outcome != Outcome::kExplained;
       if (association.known >= static_cast<int>(match_.known.size()) ||
           (known_needed && association.known < 0) || d >= detections_.size() ||
           (d >= 0 && by_detection_[static_cast<std::size_t>(d)] != nullptr) ||
@@ -104,8 +105,8 @@ class Planner {
     return association.known < 0 ? nullptr
                                  : match_.known[static_cast<std::size_t>(association.known)].get();
   }
-  static bool StaysAsItIs(const WorldObject* known) {
-    return known != nullptr && IsNoScansToChange(*known);
+  static bool IsProtectedKnown(const WorldObject* known) {
+    return known != nullptr && IsProtected(*known);
   }
 
   void NameDetections(const std::function<std::string(const std::string&)>& next_name) {
@@ -113,7 +114,7 @@ class Planner {
       const Association& association = AssociationOf(d);
       if (const WorldObject* known = KnownOf(association); known != nullptr) {
         plan_.names.push_back(known->name);
-      } else if (association.what == What::kAdd) {
+      } else if (association.outcome == Outcome::kAdd) {
         plan_.names.push_back(next_name(StemOf(detections_.kind(d))));
       } else {
         plan_.names.emplace_back();
@@ -124,14 +125,14 @@ class Planner {
   void CollectRemoved() {
     for (const Association& association : match_.associations) {
       const WorldObject* known = KnownOf(association);
-      if (InMode(association.what, mode_) == What::kRemove && !StaysAsItIs(known)) {
+      if (InMode(association.outcome, mode_) == Outcome::kRemove && !IsProtectedKnown(known)) {
         removed_.insert(known->name);
       }
     }
   }
 
   // The name of the detection's supporter, as the scan shows it.
-  std::string SeenSupporter(int d) const {
+  std::string ScannedSupporter(int d) const {
     const int supporter = detections_.supported_by(d);
     return supporter < 0 ? "" : plan_.names[static_cast<std::size_t>(supporter)];
   }
@@ -139,15 +140,15 @@ class Planner {
   void PlanDetection(int d) {
     const Association& association = AssociationOf(d);
     const WorldObject* known = KnownOf(association);
-    if (association.what == What::kExplained || StaysAsItIs(known)) return;
-    switch (InMode(association.what, mode_)) {
-      case What::kAdd:
+    if (association.outcome == Outcome::kExplained || IsProtectedKnown(known)) return;
+    switch (InMode(association.outcome, mode_)) {
+      case Outcome::kAdd:
         Add(d);
         return;
-      case What::kReplace:
+      case Outcome::kReplace:
         Replace(*known, d);
         return;
-      case What::kMove:
+      case Outcome::kMove:
         Move(*known, d, association.X_WO);
         return;
       default:
@@ -164,46 +165,46 @@ class Planner {
                    .owner = Owner::kPerception,
                    .state = ObjectState::kConfirmed,
                    .X_WO = detections_.X_WO(d),
-                   .geometry = geometry_.Of(d),
-                   .supported_by = SeenSupporter(d),
+                   .geometry = geometry_.Prepared(d),
+                   .supported_by = ScannedSupporter(d),
                    .margin_m = 0});
   }
 
   void Replace(const WorldObject& known, int d) {
     plan_.replaced.push_back(known.name);
-    PutObject put = Restate(known);
+    PutObject put = ToPutObject(known);
     put.kind = detections_.kind(d);
     put.state = ObjectState::kConfirmed;
     put.X_WO = detections_.X_WO(d);
-    put.geometry = geometry_.Of(d);
-    put.supported_by = SeenSupporter(d);
+    put.geometry = geometry_.Prepared(d);
+    put.supported_by = ScannedSupporter(d);
     Emit(std::move(put));
   }
 
   void Move(const WorldObject& known, int d, const Pose& X_WO) {
     plan_.moved.push_back(known.name);
-    PutObject put = Restate(known);
+    PutObject put = ToPutObject(known);
     put.state = ObjectState::kConfirmed;
     put.X_WO = X_WO;
-    put.supported_by = SeenSupporter(d);
+    put.supported_by = ScannedSupporter(d);
     Emit(std::move(put));
   }
 
   void Keep(const WorldObject& known, int d) {
     plan_.kept.push_back(known.name);
-    EmitState(known, ObjectState::kConfirmed, SeenSupporter(d));
+    EmitState(known, ObjectState::kConfirmed, ScannedSupporter(d));
   }
 
   // Plans for known objects that the scan does not show.
   void PlanUnseen(const Association& association) {
     const WorldObject& known = *KnownOf(association);
-    if (StaysAsItIs(&known)) return;
-    switch (InMode(association.what, mode_)) {
-      case What::kRemove:
+    if (IsProtectedKnown(&known)) return;
+    switch (InMode(association.outcome, mode_)) {
+      case Outcome::kRemove:
         plan_.removed.push_back(known.name);
         plan_.changes.push_back({collision::RemoveObject{known.name}, std::nullopt});
         return;
-      case What::kOcclude:
+      case Outcome::kOcclude:
         plan_.occluded.push_back(known.name);
         EmitState(known, ObjectState::kOccluded, "");
         return;
@@ -215,12 +216,13 @@ class Planner {
 
   // Emits the state of an object that stays where it is. Its supporter is corrected only if the old
   // one was removed.
-  void EmitState(const WorldObject& known, ObjectState state, const std::string& seen_supporter) {
-    const bool bereft = removed_.count(known.supported_by) > 0;
-    if (known.state == state && !bereft) return;
-    PutObject put = Restate(known);
+  void EmitState(const WorldObject& known, ObjectState state,
+                 const std::string& scanned_supporter) {
+    const bool lost_supporter = removed_.count(known.supported_by) > 0;
+    if (known.state == state && !lost_supporter) return;
+    PutObject put = ToPutObject(known);
     put.state = state;
-    if (bereft) put.supported_by = seen_supporter;
+    if (lost_supporter) put.supported_by = scanned_supporter;
     Emit(std::move(put));
   }
 
@@ -237,7 +239,7 @@ class Planner {
 
 }  // namespace
 
-int Detections::Of(const Association& association) const {
+int Detections::DetectionOf(const Association& association) const {
   if (association.support >= 0) return association.support;
   return association.object < 0 ? -1 : supports() + association.object;
 }
@@ -281,7 +283,7 @@ SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretatio
   return match;
 }
 
-std::shared_ptr<const collision::PreparedModel> DetectionGeometry::Of(int detection) {
+std::shared_ptr<const collision::PreparedModel> DetectionGeometry::Prepared(int detection) {
   auto& prepared = prepared_[static_cast<std::size_t>(detection)];
   if (prepared == nullptr) prepared = collision::Prepare(detections_.model(detection));
   return prepared;
@@ -291,9 +293,9 @@ absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode m
                                            const perception::Work& work) {
   std::vector<int> wanted;
   for (const Association& association : match.associations) {
-    const What what = InMode(association.what, mode);
-    const int d = detections_.Of(association);
-    if ((what == What::kAdd || what == What::kReplace) && d >= 0 && d < detections_.size()) {
+    const Outcome what = InMode(association.outcome, mode);
+    const int d = detections_.DetectionOf(association);
+    if ((what == Outcome::kAdd || what == Outcome::kReplace) && d >= 0 && d < detections_.size()) {
       wanted.push_back(d);
     }
   }
@@ -301,7 +303,7 @@ absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode m
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   try {
     perception::ParallelFor(wanted.size(), 1, work, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) Of(wanted[k]);
+      for (std::size_t k = begin; k < end; ++k) Prepared(wanted[k]);
     });
   } catch (const perception::Stopped&) {
     return absl::CancelledError("ingest: the caller went away");

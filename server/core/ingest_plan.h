@@ -25,7 +25,7 @@ class Detections {
   int supports() const { return static_cast<int>(scene_.supports.size()); }
   int size() const { return supports() + static_cast<int>(scene_.objects.size()); }
   // The association's detection, or -1 if it concerns only a known object.
-  int Of(const perception::Association& association) const;
+  int DetectionOf(const perception::Association& association) const;
 
   const Pose& X_WO(int detection) const;
   const std::shared_ptr<const HybridModel>& model(int detection) const;
@@ -52,7 +52,7 @@ class DetectionGeometry {
   explicit DetectionGeometry(Detections detections)
       : detections_(detections), prepared_(static_cast<std::size_t>(detections.size())) {}
 
-  std::shared_ptr<const collision::PreparedModel> Of(int detection);
+  std::shared_ptr<const collision::PreparedModel> Prepared(int detection);
   // Prepares the geometry that the match adds or replaces, on the threads of `work`; heavy, so no
   // lock may be held. Cancelled when stopped.
   absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const perception::Work& work);

@@ -22,8 +22,8 @@ std::int64_t CountReturns(const std::vector<Eigen::Vector3f>& points) {
 
 // Selects `kept` of the `returns` finite points, evenly spread; all of them if both numbers are the
 // same.
-Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t returns,
-                std::int64_t kept) {
+Columns Subsample(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t returns,
+                  std::int64_t kept) {
   Columns columns;
   columns.points.resize(static_cast<std::size_t>(kept) * 3 * sizeof(float));
   columns.labels.resize(static_cast<std::size_t>(kept) * sizeof(std::uint32_t));
@@ -66,23 +66,23 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
                 .supports = NamesOf(outcome.supports),
                 .objects = NamesOf(outcome.objects)};
   scan.kept_count = std::min(scan.point_count, limits.max_kept_scan_points);
-  Columns columns = Thinned(request, outcome, scan.point_count, scan.kept_count);
-  auto points = store.PutForHolder(BlobFormat::kPointsF32, std::move(columns.points));
+  Columns columns = Subsample(request, outcome, scan.point_count, scan.kept_count);
+  auto points = store.PutTemporary(BlobFormat::kPointsF32, std::move(columns.points));
   if (!points.ok()) return points.status();
-  auto labels = store.PutForHolder(BlobFormat::kLabelsU32, std::move(columns.labels));
+  auto labels = store.PutTemporary(BlobFormat::kLabelsU32, std::move(columns.labels));
   if (!labels.ok()) return labels.status();
   scan.points = *std::move(points);
   scan.labels = *std::move(labels);
   return scan;
 }
 
-void KeptScans::Keep(KeptScan scan, std::int64_t most) {
+void KeptScans::Keep(KeptScan scan, std::int64_t max_sensors) {
   KeptScan replaced;  // its blobs are freed after the lock
   const std::lock_guard lock(mutex_);
   KeptScan& place = by_sensor_[scan.sensor];
   if (place.revision.value > scan.revision.value) return;
   replaced = std::exchange(place, std::move(scan));
-  if (static_cast<std::int64_t>(by_sensor_.size()) <= most) return;
+  if (static_cast<std::int64_t>(by_sensor_.size()) <= max_sensors) return;
   const auto oldest =
       std::min_element(by_sensor_.begin(), by_sensor_.end(), [](const auto& a, const auto& b) {
         return a.second.revision.value < b.second.revision.value;

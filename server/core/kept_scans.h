@@ -42,9 +42,9 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
 // Thread safe.
 class KeptScans {
  public:
-  // Replaces an older scan of the sensor, but not a newer one. If there are more than `most`
+  // Replaces an older scan of the sensor, but not a newer one. If there are more than `max_sensors`
   // sensors, the scan with the oldest revision is forgotten.
-  void Keep(KeptScan scan, std::int64_t most);
+  void Keep(KeptScan scan, std::int64_t max_sensors);
   std::vector<KeptScan> List() const;  // by sensor
 
  private:

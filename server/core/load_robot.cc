@@ -67,7 +67,7 @@ absl::StatusOr<std::optional<collision::SphereModel>> SpheresOf(RobotFiles& file
   if (!files.spheres.has_value()) return std::nullopt;
   const auto spherized = collision::ReadUrdf(*files.spheres, SourceOf(files, stop), limits, stop);
   if (!spherized.ok()) return InFile("header.spheres", spherized.status());
-  auto spheres = collision::SpheresAsGiven(*spherized, model);
+  auto spheres = collision::SphereModelFromUrdf(*spherized, model);
   if (!spheres.ok()) return InFile("header.spheres", spheres.status());
   return *std::move(spheres);
 }

@@ -89,30 +89,30 @@ MemoryBudget::Payer MemoryBudget::World(std::int64_t number, std::string name) {
 std::int64_t MemoryBudget::NextWorldNumber() { return ++last_world_; }
 
 absl::StatusOr<MemoryCharge> MemoryBudget::Charge(const Payer& payer, std::int64_t bytes) {
-  if (absl::Status taken = Take(payer, bytes); !taken.ok()) return taken;
+  if (absl::Status taken = TryTake(payer, bytes); !taken.ok()) return taken;
   MemoryCharge charge = MemoryCharge::Empty(shared_from_this(), payer);
   charge.bytes_ = bytes;
   return charge;
 }
 
-absl::Status MemoryBudget::Take(const Payer& payer, std::int64_t bytes) {
+absl::Status MemoryBudget::TryTake(const Payer& payer, std::int64_t bytes) {
   const bool is_world = payer.kind == Payer::Kind::kWorld;
   // Neither kind of payer may take memory that the other has of the whole.
   const std::int64_t reserved =
       is_world ? std::max<std::int64_t>(0, clients_.taken() + worlds_.limit() - clients_.limit())
                : worlds_.taken();
   FairQuota& quota = is_world ? worlds_ : clients_;
-  const auto refusal = quota.Take(payer.holder, bytes, reserved);
+  const auto refusal = quota.TryTake(payer.holder, bytes, reserved);
   if (!refusal) return absl::OkStatus();
   return Exhausted(payer, *refusal, bytes, quota.taken() + reserved, quota.limit());
 }
 
-void MemoryBudget::TakeAnyway(const Payer& payer, std::int64_t bytes) {
-  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).TakeAnyway(payer.holder, bytes);
+void MemoryBudget::ForceTake(const Payer& payer, std::int64_t bytes) {
+  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).ForceTake(payer.holder, bytes);
 }
 
-void MemoryBudget::GiveBack(const Payer& payer, std::int64_t bytes) {
-  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).GiveBack(payer.holder, bytes);
+void MemoryBudget::Release(const Payer& payer, std::int64_t bytes) {
+  (payer.kind == Payer::Kind::kWorld ? worlds_ : clients_).Release(payer.holder, bytes);
 }
 
 MemoryCharge MemoryCharge::Empty(std::shared_ptr<MemoryBudget> budget, MemoryBudget::Payer payer) {
@@ -125,18 +125,18 @@ MemoryCharge MemoryCharge::Empty(std::shared_ptr<MemoryBudget> budget, MemoryBud
 absl::Status MemoryCharge::Resize(std::int64_t bytes) {
   if (budget_ == nullptr) return absl::OkStatus();
   if (bytes > bytes_) {
-    if (absl::Status taken = budget_->Take(payer_, bytes - bytes_); !taken.ok()) return taken;
+    if (absl::Status taken = budget_->TryTake(payer_, bytes - bytes_); !taken.ok()) return taken;
   } else if (bytes < bytes_) {
-    budget_->GiveBack(payer_, bytes_ - bytes);
+    budget_->Release(payer_, bytes_ - bytes);
   }
   bytes_ = bytes;
   return absl::OkStatus();
 }
 
-void MemoryCharge::ResizeAnyway(std::int64_t bytes) {
+void MemoryCharge::ForceResize(std::int64_t bytes) {
   if (budget_ == nullptr) return;
-  if (bytes > bytes_) budget_->TakeAnyway(payer_, bytes - bytes_);
-  if (bytes < bytes_) budget_->GiveBack(payer_, bytes_ - bytes);
+  if (bytes > bytes_) budget_->ForceTake(payer_, bytes - bytes_);
+  if (bytes < bytes_) budget_->Release(payer_, bytes_ - bytes);
   bytes_ = bytes;
 }
 

@@ -53,9 +53,9 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   friend class MemoryCharge;
 
   explicit MemoryBudget(std::int64_t limit_bytes);
-  absl::Status Take(const Payer& payer, std::int64_t bytes);
-  void TakeAnyway(const Payer& payer, std::int64_t bytes);
-  void GiveBack(const Payer& payer, std::int64_t bytes);
+  absl::Status TryTake(const Payer& payer, std::int64_t bytes);
+  void ForceTake(const Payer& payer, std::int64_t bytes);
+  void Release(const Payer& payer, std::int64_t bytes);
 
   FairQuota clients_;
   FairQuota worlds_;
@@ -71,7 +71,7 @@ class MemoryCharge {
     return *this;
   }
   ~MemoryCharge() {
-    if (budget_ != nullptr) budget_->GiveBack(payer_, bytes_);
+    if (budget_ != nullptr) budget_->Release(payer_, bytes_);
   }
 
   // An empty charge with a payer.
@@ -83,7 +83,7 @@ class MemoryCharge {
   absl::Status Resize(std::int64_t bytes);
   // Grows or shrinks the charge in any case: for memory that is already taken, or that a promise
   // needs.
-  void ResizeAnyway(std::int64_t bytes);
+  void ForceResize(std::int64_t bytes);
 
  private:
   friend class MemoryBudget;

@@ -26,10 +26,10 @@ std::int64_t LimitIn(const std::string& path) {
 
 // The smallest limit of a group and of all groups that contain it.
 std::int64_t LimitOfGroup(const std::string& root, std::string group, const char* file) {
-  std::int64_t least = kUnlimited;
+  std::int64_t smallest = kUnlimited;
   for (;;) {
-    least = std::min(least, LimitIn(root + group + "/" + file));
-    if (group.empty()) return least;
+    smallest = std::min(smallest, LimitIn(root + group + "/" + file));
+    if (group.empty()) return smallest;
     group.resize(group.rfind('/'));
   }
 }
@@ -38,7 +38,7 @@ std::int64_t LimitOfGroup(const std::string& root, std::string group, const char
 // "number:controllers:/path"; version 2 has no controllers.
 std::int64_t ControlGroupLimit() {
   std::ifstream groups("/proc/self/cgroup");
-  std::int64_t least = kUnlimited;
+  std::int64_t smallest = kUnlimited;
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':');
     const std::size_t second = line.find(':', first + 1);
@@ -48,12 +48,13 @@ std::int64_t ControlGroupLimit() {
     if (path == "/") path.clear();
     if (!path.empty() && path.front() != '/') continue;
     if (controllers == ",,") {
-      least = std::min(least, LimitOfGroup("/sys/fs/cgroup", path, "memory.max"));
+      smallest = std::min(smallest, LimitOfGroup("/sys/fs/cgroup", path, "memory.max"));
     } else if (controllers.find(",memory,") != std::string::npos) {
-      least = std::min(least, LimitOfGroup("/sys/fs/cgroup/memory", path, "memory.limit_in_bytes"));
+      smallest =
+          std::min(smallest, LimitOfGroup("/sys/fs/cgroup/memory", path, "memory.limit_in_bytes"));
     }
   }
-  return least;
+  return smallest;
 }
 
 std::int64_t AddressSpaceLimit() {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "collision/geometry/built_once.h"
+#include "collision/geometry/lazy.h"
 #include "collision/geometry/triangle_mesh.h"
 
 namespace cwm::server {
@@ -34,8 +34,8 @@ class MeshFacts {
   int computed() const { return computed_; }
 
  private:
-  BuiltOnce<bool> watertight_;
-  BuiltOnce<MeshHull> hull_;
+  Lazy<bool> watertight_;
+  Lazy<MeshHull> hull_;
   mutable std::atomic<int> computed_ = 0;
 };
 

@@ -25,17 +25,17 @@ struct Observation {
 struct Sighting {
   std::string name;
   std::optional<bool> reachable = {};
-  bool anew = false;  // its geometry or pose is new, so earlier facts are void
+  bool is_new = false;  // its geometry or pose is new, so earlier facts are void
 };
 
 // Thread safe.
 class Observations {
  public:
   // Ignores names that `world` does not contain.
-  void Mark(std::span<const Sighting> sightings, std::chrono::system_clock::time_point when,
-            const collision::WorldSnapshot& world);
+  void Record(std::span<const Sighting> sightings, std::chrono::system_clock::time_point when,
+              const collision::WorldSnapshot& world);
   void Forget(const std::string& name);
-  Observation Of(const std::string& name) const;
+  Observation Get(const std::string& name) const;
 
   // Observations are numbered from 1 in the order in which they were made.
   struct Numbered {
@@ -44,17 +44,18 @@ class Observations {
     std::chrono::system_clock::time_point last;
   };
   std::uint64_t last_number() const;
-  // The last observation of each object that is newer than `number`; oldest first, at most `most`.
-  std::vector<Numbered> After(std::uint64_t number, std::size_t most) const;
+  // The last observation of each object that is newer than `number`; oldest first, at most
+  // `max_count`.
+  std::vector<Numbered> NewerThan(std::uint64_t number, std::size_t max_count) const;
 
  private:
-  struct Record {
+  struct Entry {
     Observation observation;
     std::uint64_t number = 0;
   };
   mutable std::mutex mutex_;
   std::uint64_t last_number_ = 0;
-  std::unordered_map<std::string, Record> records_;  // by object name
+  std::unordered_map<std::string, Entry> entries_;  // by object name
 };
 
 }  // namespace cwm::server

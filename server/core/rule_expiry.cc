@@ -12,7 +12,7 @@ namespace {
 // The delay before the next try after an expiry failed, e.g. for lack of memory to publish it.
 constexpr auto kRetryAfter = std::chrono::seconds(1);
 
-bool Tell(World& world, Clock::time_point now) {
+bool TryExpireRules(World& world, Clock::time_point now) {
   try {
     world.ExpireRules(now);
   } catch (...) {  // an error of one world must not end the server
@@ -67,7 +67,8 @@ void RuleExpiry::Run() {
     std::shared_ptr<World> world = first->second.world.lock();
     due_.erase(first);
     lock.unlock();
-    if (world != nullptr && !Tell(*world, now)) Set(world->uid(), world, now + kRetryAfter);
+    if (world != nullptr && !TryExpireRules(*world, now))
+      Set(world->uid(), world, now + kRetryAfter);
     world.reset();  // this may be the last reference, and freeing a world is slow
     lock.lock();
   }

@@ -33,7 +33,7 @@ class Cursor : public WatchCursor {
 
   absl::StatusOr<std::optional<WatchStep>> Next() final {
     if (initial_ != nullptr) {
-      return WatchStep{.what = WatchStep::What::kInitialState,
+      return WatchStep{.kind = WatchStep::Kind::kInitialState,
                        .revision = position_,
                        .snapshot = std::exchange(initial_, nullptr),
                        .last = false};
@@ -54,7 +54,7 @@ class Cursor : public WatchCursor {
                                    std::vector<collision::PairRuleDelta> rule_deltas) {
     position_ = revision;
     const bool is_event = !deltas.empty() || !robot_deltas.empty() || !rule_deltas.empty();
-    return WatchStep{.what = is_event ? WatchStep::What::kEvents : WatchStep::What::kBookmark,
+    return WatchStep{.kind = is_event ? WatchStep::Kind::kEvents : WatchStep::Kind::kBookmark,
                      .revision = revision,
                      .deltas = std::move(deltas),
                      .robot_deltas = std::move(robot_deltas),
@@ -63,11 +63,11 @@ class Cursor : public WatchCursor {
   }
 
   // The step of a reader that has received everything.
-  absl::StatusOr<std::optional<WatchStep>> UpToDate(Ending ending) {
-    if (ending == Ending::kDeleted) return WorldDeleted();
-    if (ending == Ending::kNone) return std::nullopt;
+  absl::StatusOr<std::optional<WatchStep>> UpToDate(EndReason end_reason) {
+    if (end_reason == EndReason::kDeleted) return WorldDeleted();
+    if (end_reason == EndReason::kNone) return std::nullopt;
     said_last_ = true;
-    return WatchStep{.what = WatchStep::What::kBookmark, .revision = position_, .last = true};
+    return WatchStep{.kind = WatchStep::Kind::kBookmark, .revision = position_, .last = true};
   }
 
  private:
@@ -85,14 +85,14 @@ class LosslessCursor final : public Cursor {
 
  private:
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
-    const WorldFeed::Look look = feed().LookAfter(position());
-    if (look.event != nullptr) {
-      const Event& event = *look.event;
+    const WorldFeed::ReadResult result = feed().ReadAfter(position());
+    if (result.event != nullptr) {
+      const Event& event = *result.event;
       return Advance(event.revision, {event.deltas.begin(), event.deltas.end()}, event.robot_deltas,
                      event.rule_deltas);
     }
-    if (look.compacted) return TooSlow(position(), look.oldest_watch);
-    return UpToDate(look.ending);
+    if (result.compacted) return TooSlow(position(), result.oldest_watch);
+    return UpToDate(result.end_reason);
   }
 };
 
@@ -108,13 +108,14 @@ class CoalescedCursor final : public Cursor {
   static SnapshotPtr Delivered(const WorldFeed::Start& start, const WatchOptions& options) {
     if (!options.from_revision.has_value()) return start.latest;
     if (start.from != nullptr) return start.from;
-    return Undo(*start.latest, start.missed, *options.from_revision);
+    return UndoEvents(*start.latest, start.missed, *options.from_revision);
   }
 
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
-    const Ending ending = feed().ending();  // before the latest snapshot: no change is lost
+    const EndReason end_reason =
+        feed().end_reason();  // before the latest snapshot: no change is lost
     SnapshotPtr latest = feed().Latest();
-    if (latest->revision() == position()) return UpToDate(ending);
+    if (latest->revision() == position()) return UpToDate(end_reason);
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*delivered_, *latest);
     std::vector<collision::RobotDelta> robot_deltas =
         collision::RobotDifference(*delivered_, *latest);

@@ -23,8 +23,8 @@ struct WatchOptions {
 
 // One step of a watch.
 struct WatchStep {
-  enum class What { kInitialState, kEvents, kBookmark };
-  What what = What::kBookmark;
+  enum class Kind { kInitialState, kEvents, kBookmark };
+  Kind kind = Kind::kBookmark;
   collision::Revision revision;  // everything up to here is delivered, including this step
   // kInitialState: the whole world in `snapshot`. kEvents: the changes by name, i.e. the deltas of
   // one revision (lossless) or of all revisions since the last step (coalesced); an object or a

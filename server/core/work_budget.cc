@@ -12,12 +12,12 @@ WorkBudget::WorkBudget(Clock::time_point deadline, std::stop_token stop)
 bool WorkBudget::MustEndNow() {
   steps_ = 0;
   if (end_ != End::kNone) return true;
-  ++looks_;
-  end_ = Look();
+  ++check_count_;
+  end_ = Check();
   return end_ != End::kNone;
 }
 
-WorkBudget::End WorkBudget::Look() const {
+WorkBudget::End WorkBudget::Check() const {
   if (stop_.stop_requested()) return End::kCancelled;
   const bool has_deadline = deadline_ != Clock::time_point::max();
   return has_deadline && Clock::now() >= deadline_ ? End::kOutOfTime : End::kNone;

@@ -23,7 +23,7 @@ class WorkBudget : public WorkCounter {
   // Checks deadline and stop once per about a millisecond of steps.
   bool MustEndAfter(std::size_t steps) final {
     steps_ += steps;
-    if (end_ != End::kNone || steps_ < kStepsBetweenLooks) return end_ != End::kNone;
+    if (end_ != End::kNone || steps_ < kStepsBetweenChecks) return end_ != End::kNone;
     return MustEndNow();
   }
   bool MustEndNow() final;
@@ -32,19 +32,19 @@ class WorkBudget : public WorkCounter {
   // CANCELLED, or DEADLINE_EXCEEDED TIME_BUDGET_SPENT; OK if the budget has not ended.
   absl::Status status() const;
   // Number of checks made.
-  std::int64_t looks() const { return looks_; }
+  std::int64_t check_count() const { return check_count_; }
 
  protected:
   // The result of one check of stop and deadline.
-  virtual End Look() const;
+  virtual End Check() const;
 
  private:
-  static constexpr std::size_t kStepsBetweenLooks = std::size_t{1} << 15;
+  static constexpr std::size_t kStepsBetweenChecks = std::size_t{1} << 15;
 
   Clock::time_point deadline_ = Clock::time_point::max();
   std::stop_token stop_;
-  std::size_t steps_ = kStepsBetweenLooks;  // so that the first step checks
-  std::int64_t looks_ = 0;
+  std::size_t steps_ = kStepsBetweenChecks;  // so that the first step checks
+  std::int64_t check_count_ = 0;
   End end_ = End::kNone;
 };
 

@@ -37,7 +37,7 @@ constexpr double kCostDoubt = 0.25;
 // Marks the server's own work, which may wait as long as it takes.
 constexpr auto kNeverLate = Clock::time_point::max();
 
-void NameAndRankThisThread(const WorkQueueOptions& options) {
+void SetThreadNameAndNice(const WorkQueueOptions& options) {
   pthread_setname_np(pthread_self(), options.name.substr(0, kThreadNameLength).c_str());
   if (options.nice == 0) return;
   // On Linux the nice value belongs to the thread. If it is refused (raising a priority needs a
@@ -112,7 +112,7 @@ struct WorkQueue::State {
     }
     if (task.deadline == Clock::time_point::max()) return absl::OkStatus();
     const double needed_s =
-        task.may_answer_in_part ? 0 : kCostDoubt * task.cost_s * took_s / spent_s;
+        task.allows_partial_answer ? 0 : kCostDoubt * task.cost_s * took_s / spent_s;
     if (Seconds(task.deadline - now) >= needed_s) return absl::OkStatus();
     return MakeError(absl::StatusCode::kDeadlineExceeded,
                      "the deadline came too soon for the work to begin",
@@ -140,7 +140,7 @@ struct WorkQueue::State {
     return turn;
   }
 
-  // Ends a task that the caller's thread ran without waiting (TryRunHere).
+  // Ends a task that the caller's thread ran without waiting (TryRunInline).
   void EndedHere() {
     std::lock_guard lock(mutex);
     NoteEnd();
@@ -176,7 +176,7 @@ struct WorkQueue::State {
   }
 
   void Serve() {
-    NameAndRankThisThread(options);
+    SetThreadNameAndNice(options);
     for (;;) {
       const Turn turn = Take();
       if (!turn.task.run) return;
@@ -252,7 +252,7 @@ bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
   return true;
 }
 
-bool WorkQueue::TryRunHere(const std::function<void()>& task) {
+bool WorkQueue::TryRunInline(const std::function<void()>& task) {
   if (!state_->TakeCaller()) return false;
   state_->RunGuarded(task);
   state_->EndedHere();

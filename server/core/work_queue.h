@@ -51,7 +51,7 @@ class WorkQueue {
   // Runs the task in the caller's thread, in place of a thread of the queue: for tasks that take
   // less time than waking another thread. At most one caller at a time may do so. False, with
   // nothing run, while tasks wait, while all threads are busy, or when draining.
-  bool TryRunHere(const std::function<void()>& task);
+  bool TryRunInline(const std::function<void()>& task);
   // Refuses new tasks and waits until all others are done. Never call it from one of its own tasks.
   void Drain();
   std::size_t waiting() const;  // in both lanes

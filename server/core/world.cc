@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/core/approximate_bytes.h"
 #include "server/core/error.h"
-#include "server/core/request_memory.h"
+#include "server/core/idempotency_cache.h"
 #include "server/core/rule_expiry.h"
 #include "server/core/world_feed.h"
 
@@ -34,7 +34,7 @@ bool IsLong(std::span<const Change> changes, const collision::WorldSnapshot& lat
     if (weight > kMaxWeightWithinTurn) return true;
     if (const auto* put = std::get_if<collision::PutObject>(&change.what)) {
       weight += put->geometry != nullptr ? put->geometry->parts.size() : 0;
-    } else if (!IsOfPairs(change) && !IsOfRobot(change)) {
+    } else if (!IsPairRuleChange(change) && !IsRobotChange(change)) {
       const auto* object = latest.objects().Find(NameOf(change));
       weight += object != nullptr ? (*object)->parts_W.size() : 0;
     }
@@ -86,11 +86,11 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
                             std::span<const Change> changes, const std::string& list) {
   const std::optional<collision::ApplyFault> fault = collision::FaultOf(status);
   const Change* change = fault.has_value() ? &changes[fault->change] : nullptr;
-  const bool is_of_robot = change != nullptr && IsOfRobot(*change);
+  const bool is_of_robot = change != nullptr && IsRobotChange(*change);
   ErrorDetails details;
   if (change != nullptr) {
     details.metadata["change_index"] = std::to_string(fault->change);
-    if (!IsOfPairs(*change)) {
+    if (!IsPairRuleChange(*change)) {
       details.metadata[is_of_robot ? "robot" : "object"] = NameOf(*change);
     }
     if (const auto* attach = std::get_if<collision::AttachObject>(&change->what)) {
@@ -98,7 +98,7 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
     }
   }
   if (status.code() == absl::StatusCode::kNotFound) {
-    const bool no_robot = change != nullptr && IsOfUnknownRobot(*change, *fault);
+    const bool no_robot = change != nullptr && IsUnknownRobotFault(*change, *fault);
     details.reason = no_robot ? "ROBOT_UNKNOWN" : "OBJECT_UNKNOWN";
   } else if (status.code() == absl::StatusCode::kAborted) {
     details.reason = "OBJECT_REVISION_MISMATCH";
@@ -129,14 +129,14 @@ struct World::State {
   const std::string name;
   const std::string uid;
   const std::function<Clock::time_point()> now;
-  const WorldSurroundings around;
+  const WorldServices services;
   const std::shared_ptr<MemoryBudget> memory;
   const MemoryBudget::Payer payer;  // this world
   const std::shared_ptr<WorldFeed> feed;
 
   std::mutex turn;                                            // the writers' turn
-  RequestMemory requests;                                     // under the turn
-  std::unordered_map<std::string, std::int64_t> last_number;  // of NextName; under the turn
+  IdempotencyCache requests;                                  // under the turn
+  std::unordered_map<std::string, std::int64_t> last_number;  // of ReserveName; under the turn
 
   mutable std::mutex sensors_mutex;
   std::unordered_map<std::string, SensorPose> sensor_poses;
@@ -147,7 +147,7 @@ struct World::State {
   // Under the turn. The checks of a write that precede its changes: an error, the first reply of a
   // retry, or empty to go on.
   absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) {
-    if (feed->ending() == Ending::kDeleted) return WorldDeleted();
+    if (feed->end_reason() == EndReason::kDeleted) return WorldDeleted();
     absl::StatusOr<std::optional<WriteOutcome>> first = requests.Find(options, now());
     if (!first.ok() || first->has_value()) return first;
     const Revision latest = feed->Latest()->revision();
@@ -159,8 +159,8 @@ struct World::State {
 
   // Under the turn, so that the last call is about the latest revision.
   void ScheduleExpiry(const collision::WorldSnapshot& latest, const std::weak_ptr<World>& self) {
-    if (around.expiry == nullptr) return;
-    around.expiry->Set(uid, self, collision::NextExpiry(latest.pair_rules()));
+    if (services.expiry == nullptr) return;
+    services.expiry->Set(uid, self, collision::NextExpiry(latest.pair_rules()));
   }
 
   // Geometry that a change brings is charged to the world for as long as anything refers to it.
@@ -185,14 +185,14 @@ struct World::State {
   absl::Status CheckObjectCount(const collision::WorldSnapshot& base,
                                 const collision::WorldSnapshot& next) const {
     const auto count = static_cast<std::int64_t>(next.objects().size());
-    if (count <= around.max_objects || next.objects().size() <= base.objects().size()) {
+    if (count <= services.max_objects || next.objects().size() <= base.objects().size()) {
       return absl::OkStatus();
     }
     return MakeError(absl::StatusCode::kResourceExhausted,
                      absl::StrCat("changes: the world \"", name, "\" would have ", count,
-                                  " objects, must have at most ", around.max_objects),
+                                  " objects, must have at most ", services.max_objects),
                      {.reason = "TOO_MANY_OBJECTS",
-                      .metadata = {{"limit", std::to_string(around.max_objects)}}});
+                      .metadata = {{"limit", std::to_string(services.max_objects)}}});
   }
 
   // A list of changes and its effect on a snapshot. Made without a lock.
@@ -223,12 +223,12 @@ struct World::State {
       const std::function<absl::StatusOr<WriteOutcome>()>& write) const {
     absl::StatusOr<WriteOutcome> outcome = write();
     if (IsShortOfMemory(outcome.status())) {
-      feed->ForgetPast();
+      feed->DropHistory();
       outcome = write();
     }
-    if (IsShortOfMemory(outcome.status()) && around.forget_pasts &&
+    if (IsShortOfMemory(outcome.status()) && services.drop_histories &&
         MayFit(outcome.status(), *memory)) {
-      around.forget_pasts();
+      services.drop_histories();
       outcome = write();
     }
     return outcome;
@@ -239,7 +239,7 @@ struct World::State {
   // Under the turn.
   absl::StatusOr<WriteOutcome> Write(const MakeApplied& make, const WriteOptions& options,
                                      const WriteHooks& hooks, const std::weak_ptr<World>& self,
-                                     WorldFeed::Aftermath& aftermath) {
+                                     WorldFeed::PostCommit& post_commit) {
     absl::StatusOr<std::optional<WriteOutcome>> decided = Precheck(options);
     if (!decided.ok()) return decided.status();
     if (decided->has_value()) return **std::move(decided);
@@ -258,30 +258,31 @@ struct World::State {
     if (hooks.applied) hooks.applied(*next);
     if (next != applied->base) {
       const bool other_rules = !applied->rule_deltas.empty();
-      aftermath = feed->Publish(next, std::move(applied->deltas), std::move(applied->robot_deltas),
-                                std::move(applied->rule_deltas));
+      post_commit =
+          feed->Publish(next, std::move(applied->deltas), std::move(applied->robot_deltas),
+                        std::move(applied->rule_deltas));
       if (other_rules) ScheduleExpiry(*next, self);
     }
-    if (remember) requests.Remember(options, outcome, std::move(reply), now());
+    if (remember) requests.Insert(options, outcome, std::move(reply), now());
     return outcome;
   }
 };
 
 World::World(std::string name, std::string uid, Retention retention,
-             std::function<Clock::time_point()> now, WorldSurroundings around) {
+             std::function<Clock::time_point()> now, WorldServices services) {
   const std::shared_ptr<MemoryBudget> memory =
-      around.memory != nullptr ? around.memory : MemoryBudget::Make(kUnlimitedBytes);
+      services.memory != nullptr ? services.memory : MemoryBudget::Make(kUnlimitedBytes);
   const auto payer = MemoryBudget::World(memory->NextWorldNumber(), name);
   state_.reset(new State{
       .name = std::move(name),
       .uid = std::move(uid),
       .now = now,
-      .around = std::move(around),
+      .services = std::move(services),
       .memory = memory,
       .payer = payer,
       .feed = std::make_shared<WorldFeed>(retention, now, MemoryCharge::Empty(memory, payer)),
       .turn = {},
-      .requests = RequestMemory(retention, MemoryCharge::Empty(memory, payer)),
+      .requests = IdempotencyCache(retention, MemoryCharge::Empty(memory, payer)),
       .last_number = {},
       .sensors_mutex = {},
       .sensor_poses = {},
@@ -290,7 +291,7 @@ World::World(std::string name, std::string uid, Retention retention,
 }
 
 World::~World() {
-  const auto& expiry = state_->around.expiry;
+  const auto& expiry = state_->services.expiry;
   if (expiry != nullptr) expiry->Set(state_->uid, {}, std::nullopt);
 }
 
@@ -318,7 +319,7 @@ absl::StatusOr<WriteOutcome> World::ApplyOnce(std::span<const Change> changes,
     const bool is_ahead = ahead.ok() && ahead->base == base;
     return is_ahead ? std::move(ahead) : state_->ApplyTo(base, changes, budget);
   };
-  WorldFeed::Aftermath aftermath;
+  WorldFeed::PostCommit post_commit;
   absl::StatusOr<WriteOutcome> outcome = [&] {
     const bool is_long = IsLong(changes, *Snapshot());
     for (int attempt = 0; is_long; ++attempt) {
@@ -328,12 +329,12 @@ absl::StatusOr<WriteOutcome> World::ApplyOnce(std::span<const Change> changes,
       if (HasEnded(budget)) return absl::StatusOr<WriteOutcome>(budget->status());
       const std::lock_guard turn(state_->turn);
       if (attempt + 1 < kMaxAttemptsAhead && Snapshot() != base) continue;
-      return state_->Write(make, options, {}, weak_from_this(), aftermath);
+      return state_->Write(make, options, {}, weak_from_this(), post_commit);
     }
     const std::lock_guard turn(state_->turn);
-    return state_->Write(make, options, {}, weak_from_this(), aftermath);
+    return state_->Write(make, options, {}, weak_from_this(), post_commit);
   }();
-  aftermath.Finish();
+  post_commit.Finish();
   return outcome;
 }
 
@@ -345,17 +346,17 @@ absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteO
     return state_->ApplyTo(base, *changes, nullptr);
   };
   return state_->WithRoom([&] {
-    WorldFeed::Aftermath aftermath;
+    WorldFeed::PostCommit post_commit;
     absl::StatusOr<WriteOutcome> outcome = [&] {
       std::lock_guard turn(state_->turn);
-      return state_->Write(apply, options, hooks, weak_from_this(), aftermath);
+      return state_->Write(apply, options, hooks, weak_from_this(), post_commit);
     }();
-    aftermath.Finish();
+    post_commit.Finish();
     return outcome;
   });
 }
 
-void World::ForgetPast() { state_->feed->ForgetPast(); }
+void World::DropHistory() { state_->feed->DropHistory(); }
 
 std::int64_t World::memory_bytes() const { return state_->memory->world_bytes_of(state_->payer); }
 
@@ -372,7 +373,7 @@ absl::StatusOr<std::optional<WriteOutcome>> World::Precheck(const WriteOptions& 
   return state_->Precheck(options);
 }
 
-std::string World::NextName(const std::string& stem) {
+std::string World::ReserveName(const std::string& stem) {
   const SnapshotPtr latest = Snapshot();
   std::int64_t& number = state_->last_number[stem];
   std::string name;
@@ -382,14 +383,14 @@ std::string World::NextName(const std::string& stem) {
   return name;
 }
 
-std::optional<SensorPose> World::PoseOf(const std::string& sensor) const {
+std::optional<SensorPose> World::SensorPoseOf(const std::string& sensor) const {
   std::lock_guard lock(state_->sensors_mutex);
   const auto found = state_->sensor_poses.find(sensor);
   if (found == state_->sensor_poses.end()) return std::nullopt;
   return found->second;
 }
 
-void World::KeepPose(const std::string& sensor, const SensorPose& pose) {
+void World::SetSensorPose(const std::string& sensor, const SensorPose& pose) {
   std::lock_guard lock(state_->sensors_mutex);
   state_->sensor_poses[sensor] = pose;
 }
@@ -408,14 +409,14 @@ Revision World::oldest_exact() const { return state_->feed->oldest_exact(); }
 Revision World::oldest_watch() const { return state_->feed->oldest_watch(); }
 
 void World::Close() {
-  WorldFeed::Aftermath aftermath;
+  WorldFeed::PostCommit post_commit;
   {
     std::lock_guard turn(state_->turn);  // so that a write in progress is published before the end
-    aftermath = state_->feed->End(Ending::kDeleted);
+    post_commit = state_->feed->End(EndReason::kDeleted);
   }
-  aftermath.Finish();
+  post_commit.Finish();
 }
 
-void World::Drain() { state_->feed->End(Ending::kDraining).Finish(); }
+void World::Drain() { state_->feed->End(EndReason::kDraining).Finish(); }
 
 }  // namespace cwm::server

@@ -71,11 +71,11 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
 class RuleExpiry;  // rule_expiry.h
 
 // Services that a world shares with others.
-struct WorldSurroundings {
+struct WorldServices {
   std::shared_ptr<RuleExpiry> expiry =
       {};  // ends allowances whose time is over; null: only ExpireRules does
   std::shared_ptr<MemoryBudget> memory = {};  // null: no limit
-  std::function<void()> forget_pasts = {};    // of all worlds, called if memory is short
+  std::function<void()> drop_histories = {};  // of all worlds, called if memory is short
   std::int64_t max_objects = Limits().max_objects;
 };
 
@@ -84,7 +84,7 @@ class World : public std::enable_shared_from_this<World> {
   // `now` measures ages; tests pass their own. Allowances expire by themselves only in a world that
   // a shared pointer holds.
   World(std::string name, std::string uid, Retention retention,
-        std::function<Clock::time_point()> now = Clock::now, WorldSurroundings around = {});
+        std::function<Clock::time_point()> now = Clock::now, WorldServices services = {});
   ~World();
 
   const std::string& name() const;
@@ -124,12 +124,12 @@ class World : public std::enable_shared_from_this<World> {
 
   // The next name "<stem>_<n>" that no object and no robot of this world has, e.g. object_7; each
   // is returned only once. Call only under the writer's turn (in `make`).
-  std::string NextName(const std::string& stem);
+  std::string ReserveName(const std::string& stem);
 
   // The kept pose of a sensor. Its first estimated pose is kept until a pose is given or an up
-  // direction contradicts it. KeepPose replaces it.
-  std::optional<SensorPose> PoseOf(const std::string& sensor) const;
-  void KeepPose(const std::string& sensor, const SensorPose& pose);
+  // direction contradicts it. SetSensorPose replaces it.
+  std::optional<SensorPose> SensorPoseOf(const std::string& sensor) const;
+  void SetSensorPose(const std::string& sensor, const SensorPose& pose);
 
   // Scan reports about the objects; an entry is dropped with its object.
   Observations& observations();
@@ -147,7 +147,7 @@ class World : public std::enable_shared_from_this<World> {
   collision::Revision oldest_watch() const;
 
   // Drops all revisions but the latest, to free their memory.
-  void ForgetPast();
+  void DropHistory();
   // Bytes charged to this world.
   std::int64_t memory_bytes() const;
 

@@ -36,7 +36,7 @@ absl::Status WorldDeleted() {
                    {.reason = "WORLD_DELETED"});
 }
 
-void WorldFeed::Aftermath::Finish() const {
+void WorldFeed::PostCommit::Finish() const {
   for (const auto& wake : wakes) (*wake)();
 }
 
@@ -51,9 +51,9 @@ SnapshotPtr WorldFeed::Latest() const {
   return latest_;
 }
 
-Ending WorldFeed::ending() const {
+EndReason WorldFeed::end_reason() const {
   std::lock_guard lock(mutex_);
-  return ending_;
+  return end_reason_;
 }
 
 absl::StatusOr<SnapshotPtr> WorldFeed::At(const RevisionRule& rule, Clock::time_point deadline,
@@ -78,10 +78,10 @@ absl::StatusOr<SnapshotPtr> WorldFeed::WaitFor(Revision revision, Clock::time_po
   if (SnapshotPtr latest = Latest(); latest->revision() >= revision) return latest;
   std::unique_lock lock(mutex_);
   published_or_ended_.wait_until(lock, stop, deadline, [&] {
-    return history_.latest() >= revision || ending_ == Ending::kDeleted;
+    return history_.latest() >= revision || end_reason_ == EndReason::kDeleted;
   });
   if (history_.latest() >= revision) return history_.SnapshotAt(history_.latest());
-  if (ending_ == Ending::kDeleted) return WorldDeleted();
+  if (end_reason_ == EndReason::kDeleted) return WorldDeleted();
   if (stop.stop_requested()) return absl::CancelledError("the caller went away");
   return MakeError(absl::StatusCode::kDeadlineExceeded,
                    absl::StrCat("revision: ", revision.value, " was not reached, the latest is ",
@@ -96,50 +96,50 @@ Revision WorldFeed::oldest_exact() const {
 }
 
 Revision WorldFeed::oldest_watch() {
-  History::Forgotten forgotten;  // freed after the lock
+  History::Dropped dropped;  // freed after the lock
   const Clock::time_point now = now_();
   std::lock_guard lock(mutex_);
-  forgotten = history_.Expire(now);
+  dropped = history_.Expire(now);
   return history_.oldest_watch();
 }
 
-WorldFeed::Aftermath WorldFeed::Publish(SnapshotPtr next,
-                                        std::vector<collision::ObjectDelta> deltas,
-                                        std::vector<collision::RobotDelta> robot_deltas,
-                                        std::vector<collision::PairRuleDelta> rule_deltas) {
+WorldFeed::PostCommit WorldFeed::Publish(SnapshotPtr next,
+                                         std::vector<collision::ObjectDelta> deltas,
+                                         std::vector<collision::RobotDelta> robot_deltas,
+                                         std::vector<collision::PairRuleDelta> rule_deltas) {
   auto event = std::make_shared<const Event>(Event{next->revision(),
                                                    now_(),
                                                    {deltas.begin(), deltas.end()},
                                                    std::move(robot_deltas),
                                                    std::move(rule_deltas)});
-  Aftermath aftermath;
+  PostCommit post_commit;
   {
     std::lock_guard lock(mutex_);
     // History first, so that whoever sees the new snapshot finds its revision and its event.
-    aftermath.forgotten = history_.Append(next, std::move(event));
-    aftermath.wakes = subscriptions_;
+    post_commit.dropped = history_.Append(next, std::move(event));
+    post_commit.wakes = subscriptions_;
     std::lock_guard latest_lock(latest_mutex_);
     latest_.swap(next);  // the old snapshot is freed after the locks
   }
   published_or_ended_.notify_all();
-  return aftermath;
+  return post_commit;
 }
 
-WorldFeed::Aftermath WorldFeed::End(Ending ending) {
-  Aftermath aftermath;
+WorldFeed::PostCommit WorldFeed::End(EndReason end_reason) {
+  PostCommit post_commit;
   {
     std::lock_guard lock(mutex_);
-    if (ending_ != Ending::kDeleted) ending_ = ending;
-    aftermath.wakes = subscriptions_;
+    if (end_reason_ != EndReason::kDeleted) end_reason_ = end_reason;
+    post_commit.wakes = subscriptions_;
   }
   published_or_ended_.notify_all();
-  return aftermath;
+  return post_commit;
 }
 
-void WorldFeed::ForgetPast() {
-  History::Forgotten forgotten;  // freed after the lock
+void WorldFeed::DropHistory() {
+  History::Dropped dropped;  // freed after the lock
   const std::lock_guard lock(mutex_);
-  forgotten = history_.ForgetPast();
+  dropped = history_.DropHistory();
 }
 
 absl::Status WorldFeed::CheckResume(Revision from) const {
@@ -154,11 +154,11 @@ absl::StatusOr<WorldFeed::Start> WorldFeed::Subscribe(const WatchOptions& option
   Start start;
   start.subscription = std::make_shared<const Wake>(std::move(wake));
   const Clock::time_point now = now_();
-  History::Forgotten forgotten;  // freed after the lock
+  History::Dropped dropped;  // freed after the lock
   std::lock_guard lock(mutex_);
-  if (ending_ == Ending::kDeleted) return WorldDeleted();
-  if (ending_ == Ending::kDraining) return ServerDraining();
-  forgotten = history_.Expire(now);
+  if (end_reason_ == EndReason::kDeleted) return WorldDeleted();
+  if (end_reason_ == EndReason::kDraining) return ServerDraining();
+  dropped = history_.Expire(now);
   start.latest = history_.SnapshotAt(history_.latest());
   if (options.from_revision.has_value()) {
     const absl::Status resumable = CheckResume(*options.from_revision);
@@ -175,15 +175,15 @@ void WorldFeed::Unsubscribe(const std::shared_ptr<const Wake>& subscription) {
   std::erase(subscriptions_, subscription);
 }
 
-WorldFeed::Look WorldFeed::LookAfter(Revision position) const {
+WorldFeed::ReadResult WorldFeed::ReadAfter(Revision position) const {
   std::lock_guard lock(mutex_);
   const Revision next{position.value + 1};
-  Look look{.event = history_.EventAt(next),
-            .compacted = false,
-            .oldest_watch = history_.oldest_watch(),
-            .ending = ending_};
-  look.compacted = look.event == nullptr && next <= history_.latest();
-  return look;
+  ReadResult result{.event = history_.EventAt(next),
+                    .compacted = false,
+                    .oldest_watch = history_.oldest_watch(),
+                    .end_reason = end_reason_};
+  result.compacted = result.event == nullptr && next <= history_.latest();
+  return result;
 }
 
 }  // namespace cwm::server

@@ -17,26 +17,26 @@
 namespace cwm::server {
 
 // The reason why a world publishes no more to its watches.
-enum class Ending { kNone, kDraining, kDeleted };
+enum class EndReason { kNone, kDraining, kDeleted };
 
 class WorldFeed {
  public:
   using Wake = std::function<void()>;
 
   // The work left after publishing, to be done without any lock (nor the writer's turn): Finish
-  // wakes the watches, the destructor frees forgotten geometry.
-  struct Aftermath {
+  // wakes the watches, the destructor frees dropped geometry.
+  struct PostCommit {
     std::vector<std::shared_ptr<const Wake>> wakes;
-    History::Forgotten forgotten;
+    History::Dropped dropped;
     void Finish() const;
   };
 
   // The next event for a lossless reader.
-  struct Look {
+  struct ReadResult {
     EventPtr event;                    // the event of the revision after the position
     bool compacted = false;            // that revision was made but is no longer kept
     collision::Revision oldest_watch;  // the oldest revision where a watch could resume
-    Ending ending = Ending::kNone;
+    EndReason end_reason = EndReason::kNone;
   };
 
   // The starting point of a watch.
@@ -50,26 +50,26 @@ class WorldFeed {
   WorldFeed(Retention retention, std::function<Clock::time_point()> now, MemoryCharge charge = {});
 
   SnapshotPtr Latest() const;
-  Ending ending() const;
+  EndReason end_reason() const;
   absl::StatusOr<SnapshotPtr> At(const RevisionRule& rule, Clock::time_point deadline,
                                  std::stop_token stop) const;
   collision::Revision oldest_exact() const;
   collision::Revision oldest_watch();
 
   // `next` must follow the latest snapshot by one revision.
-  [[nodiscard]] Aftermath Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas,
-                                  std::vector<collision::RobotDelta> robot_deltas,
-                                  std::vector<collision::PairRuleDelta> rule_deltas);
+  [[nodiscard]] PostCommit Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas,
+                                   std::vector<collision::RobotDelta> robot_deltas,
+                                   std::vector<collision::PairRuleDelta> rule_deltas);
   // Deletion may follow draining, but not the other way round.
-  [[nodiscard]] Aftermath End(Ending ending);
+  [[nodiscard]] PostCommit End(EndReason end_reason);
 
   // Drops the past: only the latest revision can be read or resumed from.
-  void ForgetPast();
+  void DropHistory();
 
   // Atomic: everything published before is in the start, and everything after wakes.
   absl::StatusOr<Start> Subscribe(const WatchOptions& options, Wake wake);
   void Unsubscribe(const std::shared_ptr<const Wake>& subscription);
-  Look LookAfter(collision::Revision position) const;
+  ReadResult ReadAfter(collision::Revision position) const;
 
  private:
   absl::StatusOr<SnapshotPtr> Exact(collision::Revision revision) const;
@@ -86,7 +86,7 @@ class WorldFeed {
   mutable std::condition_variable_any published_or_ended_;
   History history_;
   std::vector<std::shared_ptr<const Wake>> subscriptions_;
-  Ending ending_ = Ending::kNone;
+  EndReason end_reason_ = EndReason::kNone;
 };
 
 // NotFound WORLD_DELETED.

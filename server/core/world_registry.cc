@@ -15,19 +15,19 @@ namespace cwm::server {
 namespace {
 
 constexpr char kDefaultName[] = "default";
-constexpr std::size_t kLongestName = 128;  // fits into a file name with room for a suffix
+constexpr std::size_t kMaxNameBytes = 128;  // fits into a file name with room for a suffix
 
 absl::Status CheckName(const std::string& name) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-' || c == '.';
   };
-  if (name.size() <= kLongestName && std::all_of(name.begin(), name.end(), allowed)) {
+  if (name.size() <= kMaxNameBytes && std::all_of(name.begin(), name.end(), allowed)) {
     return absl::OkStatus();
   }
   return InvalidField("world",
-                      absl::StrCat("is \"", name.substr(0, kLongestName), "\", must be 1 to ",
-                                   kLongestName, " letters, digits or \"_-.\""));
+                      absl::StrCat("is \"", name.substr(0, kMaxNameBytes), "\", must be 1 to ",
+                                   kMaxNameBytes, " letters, digits or \"_-.\""));
 }
 
 // 128 random bits from the system, so that no two worlds of any server share a uid.
@@ -40,10 +40,10 @@ std::string RandomUid() {
 
 // Deletions by world and request_id, so that a retry gets the first reply although the world is
 // gone.
-class DeletionMemory {
+class DeletionCache {
  public:
-  explicit DeletionMemory(const Retention& retention)
-      : most_(retention.request_ids), kept_for_(retention.request_id_time) {}
+  explicit DeletionCache(const Retention& retention)
+      : max_count_(retention.request_ids), retention_time_(retention.request_id_time) {}
 
   struct Key {
     std::string world;
@@ -51,30 +51,30 @@ class DeletionMemory {
     friend auto operator<=>(const Key&, const Key&) = default;
   };
   struct Record {
-    std::string asked_uid;
+    std::string requested_uid;
     WorldRegistry::Deleted reply;
   };
 
   const Record* Find(const Key& key, Clock::time_point now) {
-    while (!by_age_.empty() && by_age_.front().second + kept_for_ < now) ForgetOldest();
+    while (!by_age_.empty() && by_age_.front().second + retention_time_ < now) DropOldest();
     const auto found = records_.find(key);
     return found == records_.end() ? nullptr : &found->second;
   }
 
-  void Remember(const Key& key, Record record, Clock::time_point now) {
-    if (static_cast<std::int64_t>(records_.size()) >= most_) ForgetOldest();
+  void Insert(const Key& key, Record record, Clock::time_point now) {
+    if (static_cast<std::int64_t>(records_.size()) >= max_count_) DropOldest();
     records_[key] = std::move(record);
     by_age_.emplace_back(key, now);
   }
 
  private:
-  void ForgetOldest() {
+  void DropOldest() {
     records_.erase(by_age_.front().first);
     by_age_.pop_front();
   }
 
-  const std::int64_t most_;
-  const std::chrono::seconds kept_for_;
+  const std::int64_t max_count_;
+  const std::chrono::seconds retention_time_;
   std::map<Key, Record> records_;
   std::deque<std::pair<Key, Clock::time_point>> by_age_;  // oldest first
 };
@@ -110,7 +110,7 @@ absl::Status WorldReplaced(const std::string& name, const std::string& expected_
 struct WorldRegistry::State {
   struct Entry {
     std::shared_ptr<World> world;
-    bool kept = false;
+    bool committed = false;
     int leases = 0;
   };
 
@@ -121,37 +121,37 @@ struct WorldRegistry::State {
   const std::shared_ptr<RuleExpiry> expiry = std::make_shared<RuleExpiry>();
   mutable std::mutex mutex;
   std::map<std::string, Entry> entries;
-  DeletionMemory deletions;
+  DeletionCache deletions;
   bool draining = false;
   Listener listener = {};
 
   // Informs the listener. Must not be called under the mutex.
-  void Tell(const World& world, Fate fate) {
-    Listener told;
+  void Notify(const World& world, WorldEvent event) {
+    Listener current;
     {
       std::lock_guard lock(mutex);
-      told = listener;
+      current = listener;
     }
-    if (told) told(world, fate);
+    if (current) current(world, event);
   }
 
   // Under the mutex.
   absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
                                               const std::string& uid) const {
     const auto found = entries.find(name);
-    if (found == entries.end() || !found->second.kept) return Unknown(name);
+    if (found == entries.end() || !found->second.committed) return Unknown(name);
     const std::shared_ptr<World>& world = found->second.world;
     if (!uid.empty() && uid != world->uid()) return WorldReplaced(name, uid, world->uid());
     return world;
   }
 
-  void ForgetPasts() {
+  void DropHistories() {
     std::vector<std::shared_ptr<World>> worlds;
     {
       std::lock_guard lock(mutex);
       for (const auto& [name, entry] : entries) worlds.push_back(entry.world);
     }
-    for (const std::shared_ptr<World>& world : worlds) world->ForgetPast();
+    for (const std::shared_ptr<World>& world : worlds) world->DropHistory();
   }
 
   // Under the mutex. nullptr if the world was deleted meanwhile.
@@ -161,7 +161,7 @@ struct WorldRegistry::State {
   }
 
   // Under the mutex.
-  absl::StatusOr<Entry*> FindOrMake(const std::string& name) {
+  absl::StatusOr<Entry*> FindOrInsert(const std::string& name) {
     if (const auto found = entries.find(name); found != entries.end()) return &found->second;
     if (static_cast<std::int64_t>(entries.size()) >= limits.max_worlds) {
       return MakeError(absl::StatusCode::kResourceExhausted,
@@ -172,12 +172,12 @@ struct WorldRegistry::State {
     }
     auto world =
         std::make_shared<World>(name, RandomUid(), retention, now,
-                                WorldSurroundings{.expiry = expiry,
-                                                  .memory = memory,
-                                                  .forget_pasts = [this] { ForgetPasts(); },
-                                                  .max_objects = limits.max_objects});
+                                WorldServices{.expiry = expiry,
+                                              .memory = memory,
+                                              .drop_histories = [this] { DropHistories(); },
+                                              .max_objects = limits.max_objects});
     if (draining) world->Drain();
-    return &(entries[name] = {.world = std::move(world), .kept = false, .leases = 0});
+    return &(entries[name] = {.world = std::move(world), .committed = false, .leases = 0});
   }
 };
 
@@ -190,23 +190,23 @@ WorldRegistry::Lease::~Lease() {
   State::Entry* const entry = state_.EntryOf(*world_);
   if (entry == nullptr) return;
   --entry->leases;
-  if (!entry->kept && entry->leases == 0) state_.entries.erase(world_->name());
+  if (!entry->committed && entry->leases == 0) state_.entries.erase(world_->name());
 }
 
-void WorldRegistry::Lease::Keep() {
+void WorldRegistry::Lease::Commit() {
   {
     std::lock_guard lock(state_.mutex);
     State::Entry* const entry = state_.EntryOf(*world_);
-    if (entry == nullptr || entry->kept) return;
-    entry->kept = true;
+    if (entry == nullptr || entry->committed) return;
+    entry->committed = true;
   }
-  state_.Tell(*world_, Fate::kCreated);
+  state_.Notify(*world_, WorldEvent::kCreated);
 }
 
-bool WorldRegistry::Lease::kept() const {
+bool WorldRegistry::Lease::committed() const {
   std::lock_guard lock(state_.mutex);
   const State::Entry* const entry = state_.EntryOf(*world_);
-  return entry != nullptr && entry->kept;
+  return entry != nullptr && entry->committed;
 }
 
 WorldRegistry::WorldRegistry(Limits limits, Retention retention,
@@ -218,30 +218,30 @@ WorldRegistry::WorldRegistry(Limits limits, Retention retention,
                        .memory = std::move(memory),
                        .mutex = {},
                        .entries = {},
-                       .deletions = DeletionMemory(retention)}) {}
+                       .deletions = DeletionCache(retention)}) {}
 
 // Somebody who still holds a world shares the expiry, whose destructor must not run in its own
 // thread.
 WorldRegistry::~WorldRegistry() { state_->expiry->Stop(); }
 
-absl::StatusOr<WorldRegistry::Lease> WorldRegistry::FindOrMake(const std::string& name,
-                                                               const std::string& uid) {
+absl::StatusOr<WorldRegistry::Lease> WorldRegistry::AcquireLease(const std::string& name,
+                                                                 const std::string& uid) {
   if (const absl::Status valid = CheckName(name); !valid.ok()) return valid;
   std::lock_guard lock(state_->mutex);
   if (!uid.empty()) {
     const auto found = state_->Find(WorldNameOf(name), uid);
     if (!found.ok()) return found.status();
   }
-  const absl::StatusOr<State::Entry*> entry = state_->FindOrMake(WorldNameOf(name));
+  const absl::StatusOr<State::Entry*> entry = state_->FindOrInsert(WorldNameOf(name));
   if (!entry.ok()) return entry.status();
   ++(*entry)->leases;
   return Lease(*state_, (*entry)->world);
 }
 
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::string& name) {
-  absl::StatusOr<Lease> lease = FindOrMake(name);
+  absl::StatusOr<Lease> lease = AcquireLease(name);
   if (!lease.ok()) return lease.status();
-  lease->Keep();
+  lease->Commit();
   return lease->world();
 }
 
@@ -256,7 +256,7 @@ std::vector<std::shared_ptr<World>> WorldRegistry::List() const {
   std::vector<std::shared_ptr<World>> worlds;
   worlds.reserve(state_->entries.size());
   for (const auto& [name, entry] : state_->entries) {
-    if (entry.kept) worlds.push_back(entry.world);
+    if (entry.committed) worlds.push_back(entry.world);
   }
   return worlds;
 }
@@ -264,12 +264,12 @@ std::vector<std::shared_ptr<World>> WorldRegistry::List() const {
 absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& name,
                                                              const std::string& uid,
                                                              const std::string& request_id) {
-  const DeletionMemory::Key key{WorldNameOf(name), request_id};
+  const DeletionCache::Key key{WorldNameOf(name), request_id};
   absl::StatusOr<std::shared_ptr<World>> world = absl::UnknownError("");
   {
     std::lock_guard lock(state_->mutex);
-    if (const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now())) {
-      if (first->asked_uid != uid) return Reused(request_id);
+    if (const DeletionCache::Record* first = state_->deletions.Find(key, state_->now())) {
+      if (first->requested_uid != uid) return Reused(request_id);
       return first->reply;
     }
     world = state_->Find(key.world, uid);
@@ -282,14 +282,14 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   {
     std::lock_guard lock(state_->mutex);
     if (state_->EntryOf(**world) == nullptr) {  // another call was faster
-      const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now());
-      if (first != nullptr && first->asked_uid == uid) return first->reply;
+      const DeletionCache::Record* first = state_->deletions.Find(key, state_->now());
+      if (first != nullptr && first->requested_uid == uid) return first->reply;
       return Unknown(key.world);
     }
     state_->entries.erase(key.world);
-    if (!request_id.empty()) state_->deletions.Remember(key, {uid, deleted}, state_->now());
+    if (!request_id.empty()) state_->deletions.Insert(key, {uid, deleted}, state_->now());
   }
-  state_->Tell(**world, Fate::kDeleted);
+  state_->Notify(**world, WorldEvent::kDeleted);
   return deleted;
 }
 

@@ -30,7 +30,7 @@ class WorldRegistry {
   ~WorldRegistry();
 
   // A world to write to. A world that was created for the lease is visible only to writers until
-  // one of them keeps it; otherwise it is removed with the last lease, so that a refused write
+  // one of them commits it; otherwise it is removed with the last lease, so that a refused write
   // creates no world. Must not outlive the registry.
   class Lease {
    public:
@@ -43,8 +43,8 @@ class WorldRegistry {
     const std::shared_ptr<World>& world() const { return world_; }
 
     // Makes the world visible to everybody, after something was written.
-    void Keep();
-    bool kept() const;
+    void Commit();
+    bool committed() const;
 
    private:
     friend class WorldRegistry;
@@ -57,8 +57,8 @@ class WorldRegistry {
   // The world, or a new one under a lease. InvalidArgument for an invalid name (letters, digits, _
   // - . 1 to 128 characters), ResourceExhausted for too many worlds. A non-empty `uid` requires an
   // existing world: the errors of Find.
-  absl::StatusOr<Lease> FindOrMake(const std::string& name, const std::string& uid = "");
-  // The world, or a new one that is kept at once.
+  absl::StatusOr<Lease> AcquireLease(const std::string& name, const std::string& uid = "");
+  // The world, or a new one that is committed at once.
   absl::StatusOr<std::shared_ptr<World>> FindOrCreate(const std::string& name);
   // NotFound WORLD_UNKNOWN. FailedPrecondition WORLD_REPLACED if `uid` is non-empty and differs.
   absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
@@ -76,10 +76,10 @@ class WorldRegistry {
   // Ends all watches with a last bookmark, for shutting down.
   void Drain();
 
-  enum class Fate { kCreated, kDeleted };
+  enum class WorldEvent { kCreated, kDeleted };
   // Called, without a lock of the registry, for each world that becomes visible to everybody and
   // for each that no longer is. Replaces the previous listener; may be empty.
-  using Listener = std::function<void(const World& world, Fate fate)>;
+  using Listener = std::function<void(const World& world, WorldEvent event)>;
   void SetListener(Listener listener);
 
  private:

@@ -15,14 +15,15 @@ using collision::PartSource;
 using collision::PreparedModel;
 using collision::PreparedPart;
 
-Look LookOf(const collision::WorldObject& object, const PreparedPart& part) {
-  if (object.kind == collision::ObjectKind::kUnseen) return Look::kUnseen;
-  if (object.owner == collision::Owner::kUser) return Look::kUser;
-  if (part.source == PartSource::kSurface) return Look::kSurface;
-  if (part.source == PartSource::kHandle) return Look::kHandle;
+MaterialKind MaterialKindOf(const collision::WorldObject& object, const PreparedPart& part) {
+  if (object.kind == collision::ObjectKind::kUnseen) return MaterialKind::kUnseen;
+  if (object.owner == collision::Owner::kUser) return MaterialKind::kUser;
+  if (part.source == PartSource::kSurface) return MaterialKind::kSurface;
+  if (part.source == PartSource::kHandle) return MaterialKind::kHandle;
   const ShapePart& shape = object.model().shapes[static_cast<std::size_t>(part.index)];
-  if (shape.role == PartRole::kCompleted) return Look::kCompleted;
-  return object.kind == collision::ObjectKind::kSupport ? Look::kSupport : Look::kObject;
+  if (shape.role == PartRole::kCompleted) return MaterialKind::kCompleted;
+  return object.kind == collision::ObjectKind::kSupport ? MaterialKind::kSupport
+                                                        : MaterialKind::kObject;
 }
 
 bool IsClosed(const Shape& shape) {
@@ -30,14 +31,15 @@ bool IsClosed(const Shape& shape) {
   return mesh == nullptr || mesh->watertight;
 }
 
-absl::Status Append(const TriangleMesh& mesh, const Pose& X_BM, const GoOn& go_on,
-                    TriangleMesh& all) {
+absl::Status Append(const TriangleMesh& mesh, const Pose& X_BM,
+                    const CancellationCheck& check_cancelled, TriangleMesh& all) {
   const auto first = static_cast<std::uint32_t>(all.vertices.size());
-  absl::Status status = InPieces(mesh.vertices.size(), go_on, [&](std::size_t v, std::size_t end) {
-    for (; v < end; ++v) all.vertices.push_back(X_BM * mesh.vertices[v]);
-  });
+  absl::Status status =
+      ForEachRange(mesh.vertices.size(), check_cancelled, [&](std::size_t v, std::size_t end) {
+        for (; v < end; ++v) all.vertices.push_back(X_BM * mesh.vertices[v]);
+      });
   if (!status.ok()) return status;
-  return InPieces(mesh.triangles.size(), go_on, [&](std::size_t t, std::size_t end) {
+  return ForEachRange(mesh.triangles.size(), check_cancelled, [&](std::size_t t, std::size_t end) {
     for (; t < end; ++t) {
       const auto& [a, b, c] = mesh.triangles[t];
       all.triangles.push_back({first + a, first + b, first + c});
@@ -45,18 +47,20 @@ absl::Status Append(const TriangleMesh& mesh, const Pose& X_BM, const GoOn& go_o
   });
 }
 
-// Collects the parts of one body, parts of the same look together.
+// Collects the parts of one body, parts of the same material together.
 class BodyDrawer {
  public:
-  absl::Status Add(const PreparedPart& part, Look look, const GoOn& go_on) {
+  absl::Status Add(const PreparedPart& part, MaterialKind material,
+                   const CancellationCheck& check_cancelled) {
     const bool is_closed = IsClosed(part.shape);
-    DrawnPiece& piece = pieces_[{look, is_closed}];
-    piece.look = look;
+    DrawnMesh& piece = pieces_[{material, is_closed}];
+    piece.material = material;
     piece.is_closed = is_closed;
     const auto* mesh = std::get_if<Mesh>(&part.shape);
-    if (mesh == nullptr) return Append(Tessellate(part.shape), part.X_OP, go_on, piece.mesh);
+    if (mesh == nullptr)
+      return Append(Tessellate(part.shape), part.X_OP, check_cancelled, piece.mesh);
     if (mesh->mesh == nullptr) return absl::OkStatus();
-    return Append(*mesh->mesh, part.X_OP, go_on, piece.mesh);
+    return Append(*mesh->mesh, part.X_OP, check_cancelled, piece.mesh);
   }
 
   std::shared_ptr<const DrawnBody> Finish() {
@@ -68,37 +72,38 @@ class BodyDrawer {
   }
 
  private:
-  std::map<std::pair<Look, bool>, DrawnPiece> pieces_;
+  std::map<std::pair<MaterialKind, bool>, DrawnMesh> pieces_;
 };
 
-std::vector<std::pair<std::string, std::string>> FactsOf(const collision::WorldObject& object) {
-  std::vector<std::pair<std::string, std::string>> facts = {
+std::vector<std::pair<std::string, std::string>> PropertiesOf(
+    const collision::WorldObject& object) {
+  std::vector<std::pair<std::string, std::string>> properties = {
       {"uid", object.Uid()},
       {"kind", std::string(NameOf(object.kind))},
       {"owner", std::string(NameOf(object.owner))},
       {"state", std::string(NameOf(object.state))}};
-  if (!object.supported_by.empty()) facts.emplace_back("supported_by", object.supported_by);
+  if (!object.supported_by.empty()) properties.emplace_back("supported_by", object.supported_by);
   if (object.attachment != nullptr) {
-    facts.emplace_back("attached_to",
-                       absl::StrCat(object.attachment->robot, "/", object.attachment->link));
+    properties.emplace_back("attached_to",
+                            absl::StrCat(object.attachment->robot, "/", object.attachment->link));
   }
-  return facts;
+  return properties;
 }
 
 class WorldDrawer {
  public:
-  WorldDrawer(std::int64_t max_triangles, const GoOn& go_on)
-      : max_triangles_(max_triangles), go_on_(go_on) {}
+  WorldDrawer(std::int64_t max_triangles, const CancellationCheck& check_cancelled)
+      : max_triangles_(max_triangles), check_cancelled_(check_cancelled) {}
 
   absl::Status Add(const collision::WorldObject& object) {
-    // The look depends on the geometry, the kind and the owner.
+    // The material depends on the geometry, the kind and the owner.
     const Key key{object.geometry.get(), object.kind, object.owner};
     std::shared_ptr<const DrawnBody>& body = body_of_[key];
     if (body == nullptr) {
       BodyDrawer drawer;
       for (const PreparedPart& part : object.geometry->parts) {
         if (std::holds_alternative<HalfSpace>(part.shape)) continue;
-        const absl::Status added = drawer.Add(part, LookOf(object, part), go_on_);
+        const absl::Status added = drawer.Add(part, MaterialKindOf(object, part), check_cancelled_);
         if (!added.ok()) return added;
       }
       body = drawer.Finish();
@@ -112,7 +117,7 @@ class WorldDrawer {
                 .robot = {},
                 .X_WB = object.X_WO,
                 .body = body,
-                .facts = FactsOf(object)});
+                .properties = PropertiesOf(object)});
   }
 
   absl::Status Add(const collision::WorldRobot& robot) {
@@ -121,7 +126,8 @@ class WorldDrawer {
     std::vector<BodyDrawer> drawers(links.size());
     for (std::size_t k = 0; k < geometry.geometry->parts.size(); ++k) {
       BodyDrawer& drawer = drawers[static_cast<std::size_t>(geometry.link_of_part[k])];
-      const absl::Status added = drawer.Add(geometry.geometry->parts[k], Look::kRobot, go_on_);
+      const absl::Status added =
+          drawer.Add(geometry.geometry->parts[k], MaterialKind::kRobot, check_cancelled_);
       if (!added.ok()) return added;
     }
     for (std::size_t i = 0; i < links.size(); ++i) {
@@ -142,22 +148,22 @@ class WorldDrawer {
  private:
   using Key = std::tuple<const PreparedModel*, collision::ObjectKind, collision::Owner>;
 
-  absl::Status Add(DrawnThing thing) {
-    for (const DrawnPiece& piece : *thing.body) {
+  absl::Status Add(DrawnItem item) {
+    for (const DrawnMesh& piece : *item.body) {
       triangles_ += static_cast<std::int64_t>(piece.mesh.triangles.size());
     }
     if (triangles_ > max_triangles_) {
       return MakeError(absl::StatusCode::kResourceExhausted,
-                       absl::StrCat("what is drawn up to ", thing.name, " has ", triangles_,
+                       absl::StrCat("what is drawn up to ", item.name, " has ", triangles_,
                                     " triangles, must have at most ", max_triangles_, " together"),
                        {.reason = "GEOMETRY_TOO_LARGE"});
     }
-    if (!thing.body->empty()) world_.things.push_back(std::move(thing));
-    return go_on_();
+    if (!item.body->empty()) world_.items.push_back(std::move(item));
+    return check_cancelled_();
   }
 
   const std::int64_t max_triangles_;
-  const GoOn& go_on_;
+  const CancellationCheck& check_cancelled_;
   std::int64_t triangles_ = 0;
   std::map<Key, std::shared_ptr<const DrawnBody>> body_of_;
   Notes notes_;
@@ -166,53 +172,54 @@ class WorldDrawer {
 
 }  // namespace
 
-std::string_view NameOf(Look look) {
-  switch (look) {
-    case Look::kSupport:
+std::string_view NameOf(MaterialKind material) {
+  switch (material) {
+    case MaterialKind::kSupport:
       return "support";
-    case Look::kObject:
+    case MaterialKind::kObject:
       return "object";
-    case Look::kCompleted:
+    case MaterialKind::kCompleted:
       return "completed";
-    case Look::kSurface:
+    case MaterialKind::kSurface:
       return "surface";
-    case Look::kHandle:
+    case MaterialKind::kHandle:
       return "handle";
-    case Look::kUnseen:
+    case MaterialKind::kUnseen:
       return "unseen";
-    case Look::kUser:
+    case MaterialKind::kUser:
       return "user";
-    case Look::kRobot:
+    case MaterialKind::kRobot:
       return "robot";
   }
   return "?";
 }
 
-std::array<std::uint8_t, 4> ColourOf(Look look) {
-  switch (look) {
-    case Look::kSupport:
+std::array<std::uint8_t, 4> ColourOf(MaterialKind material) {
+  switch (material) {
+    case MaterialKind::kSupport:
       return {176, 168, 153, 255};
-    case Look::kObject:
+    case MaterialKind::kObject:
       return {66, 122, 194, 255};
-    case Look::kCompleted:
+    case MaterialKind::kCompleted:
       return {158, 189, 224, 255};
-    case Look::kSurface:
+    case MaterialKind::kSurface:
       return {203, 128, 74, 255};
-    case Look::kHandle:
+    case MaterialKind::kHandle:
       return {214, 168, 45, 255};
-    case Look::kUnseen:
+    case MaterialKind::kUnseen:
       return {128, 128, 140, 64};
-    case Look::kUser:
+    case MaterialKind::kUser:
       return {92, 158, 106, 255};
-    case Look::kRobot:
+    case MaterialKind::kRobot:
       return {224, 224, 228, 255};
   }
   return {255, 255, 255, 255};
 }
 
-absl::StatusOr<DrawnWorld> Draw(const collision::WorldSnapshot& snapshot,
-                                std::int64_t max_triangles, const GoOn& go_on) {
-  WorldDrawer drawer(max_triangles, go_on);
+absl::StatusOr<DrawnWorld> DrawWorld(const collision::WorldSnapshot& snapshot,
+                                     std::int64_t max_triangles,
+                                     const CancellationCheck& check_cancelled) {
+  WorldDrawer drawer(max_triangles, check_cancelled);
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
     if (absl::Status added = drawer.Add(*object); !added.ok()) return added;
   }

@@ -9,13 +9,13 @@
 namespace cwm::server {
 
 // The text of PlanningScene::saveGeometryToStream with object poses (".scene"): objects only. Both
-// functions fail only with the status of `go_on`.
-absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene,
-                                            const GoOn& go_on = absl::OkStatus);
+// functions fail only with the status of `check_cancelled`.
+absl::StatusOr<std::string> FormatSceneText(
+    const PlanningScene& scene, const CancellationCheck& check_cancelled = absl::OkStatus);
 
 // moveit_msgs/PlanningScene in YAML, vectors as flow lists, the matrix as lists of booleans, as
 // MotionBenchMaker writes it.
-absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene,
-                                            const GoOn& go_on = absl::OkStatus);
+absl::StatusOr<std::string> FormatSceneYaml(
+    const PlanningScene& scene, const CancellationCheck& check_cancelled = absl::OkStatus);
 
 }  // namespace cwm::server

@@ -8,18 +8,18 @@
 
 namespace cwm::server {
 
-void Notes::Add(const std::string& note, const std::string& thing) {
-  std::vector<std::string>& things = things_[note];
-  if (things.empty() || things.back() != thing) things.push_back(thing);
+void Notes::Add(const std::string& note, const std::string& object) {
+  std::vector<std::string>& objects = objects_of_note_[note];
+  if (objects.empty() || objects.back() != object) objects.push_back(object);
 }
 
 void Notes::AppendTo(std::vector<std::string>& warnings) const {
   constexpr std::size_t kShown = 5;
-  for (const auto& [note, things] : things_) {
-    const std::size_t shown = std::min(things.size(), kShown);
+  for (const auto& [note, objects] : objects_of_note_) {
+    const std::size_t shown = std::min(objects.size(), kShown);
     std::string line =
-        absl::StrJoin(things.begin(), things.begin() + static_cast<std::ptrdiff_t>(shown), ", ");
-    if (things.size() > shown) absl::StrAppend(&line, " and ", things.size() - shown, " more");
+        absl::StrJoin(objects.begin(), objects.begin() + static_cast<std::ptrdiff_t>(shown), ", ");
+    if (objects.size() > shown) absl::StrAppend(&line, " and ", objects.size() - shown, " more");
     warnings.push_back(absl::StrCat(line, ": ", note));
   }
 }

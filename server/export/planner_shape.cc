@@ -46,7 +46,7 @@ PlannerPrimitive BoxOf(const Vector3& size_m) {
           .dimension_count = 3};
 }
 
-PlannerPrimitive RoundOf(Kind kind, double length_m, double radius_m) {
+PlannerPrimitive RoundPrimitive(Kind kind, double length_m, double radius_m) {
   return {.kind = kind, .dimensions_m = {length_m, radius_m, 0}, .dimension_count = 2};
 }
 
@@ -70,15 +70,15 @@ struct Converter {
   }
   void operator()(const Box& s) const { result.shape = BoxOf(s.size_m); }
   void operator()(const Cylinder& s) const {
-    result.shape = RoundOf(Kind::kCylinder, s.length_m, s.radius_m);
+    result.shape = RoundPrimitive(Kind::kCylinder, s.length_m, s.radius_m);
   }
   void operator()(const Cone& s) const {
     if (s.radius_top_m == s.radius_bottom_m) {
-      result.shape = RoundOf(Kind::kCylinder, s.length_m, s.radius_top_m);
+      result.shape = RoundPrimitive(Kind::kCylinder, s.length_m, s.radius_top_m);
     } else if (s.radius_top_m == 0) {
-      result.shape = RoundOf(Kind::kCone, s.length_m, s.radius_bottom_m);
+      result.shape = RoundPrimitive(Kind::kCone, s.length_m, s.radius_bottom_m);
     } else if (s.radius_bottom_m == 0) {
-      result.shape = RoundOf(Kind::kCone, s.length_m, s.radius_top_m);
+      result.shape = RoundPrimitive(Kind::kCone, s.length_m, s.radius_top_m);
       result.X_OS = result.X_OS * Pose(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitX()));
     } else {
       Mesh(s, "a truncated cone is");
@@ -104,7 +104,7 @@ struct Converter {
 
 }  // namespace
 
-PlannerShape ToPlanner(const Placed<Shape>& part) {
+PlannerShape ToPlannerShape(const Placed<Shape>& part) {
   PlannerShape result;
   result.X_OS = part.X_FS;
   std::visit(Converter{result}, part.shape);

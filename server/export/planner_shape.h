@@ -34,6 +34,6 @@ struct PlannerShape {
 // either end, a truncated cone of equal radii as a cylinder, a rectangular plate without holes as a
 // box, a half-space as a plane. Others become meshes: the exact mesh if they are one, otherwise a
 // closed, inscribed mesh (tessellate.h).
-PlannerShape ToPlanner(const Placed<Shape>& part);
+PlannerShape ToPlannerShape(const Placed<Shape>& part);
 
 }  // namespace cwm::server

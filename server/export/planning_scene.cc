@@ -11,7 +11,7 @@ using collision::PartSource;
 using collision::RobotModel;
 
 PlannerShape ShapeOf(const collision::WorldObject& object, const collision::PreparedPart& part) {
-  PlannerShape shape = ToPlanner({part.X_OP, part.shape});
+  PlannerShape shape = ToPlannerShape({part.X_OP, part.shape});
   const bool is_vessel = part.source == PartSource::kShape &&
                          object.model().shapes[static_cast<std::size_t>(part.index)].vessel;
   if (is_vessel) shape.note = "a vessel is written as its mesh";
@@ -53,13 +53,14 @@ PlannedRobotState StateOf(const collision::WorldRobot& robot) {
 
 }  // namespace
 
-absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
-                                      std::int64_t max_triangles, const GoOn& go_on) {
+absl::StatusOr<PlanningScene> MakePlanningScene(const collision::WorldSnapshot& snapshot,
+                                                std::int64_t max_triangles,
+                                                const CancellationCheck& check_cancelled) {
   PlanningScene scene;
   Notes notes;
   std::int64_t triangles = 0;
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
+    if (absl::Status status = check_cancelled(); !status.ok()) return status;
     PlannedObject planned{.name = object->name, .X_WO = object->X_WO, .shapes = {}};
     if (const auto& held = object->attachment) {
       planned.attachment = {.robot = held->robot,
@@ -99,7 +100,7 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
 
 absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
                               const collision::WorldRobot* robot, PlanningScene& scene,
-                              const GoOn& go_on) {
+                              const CancellationCheck& check_cancelled) {
   if (robot != nullptr) {
     scene.robot_name = robot->model().name;
     scene.robot_state = StateOf(*robot);
@@ -119,7 +120,7 @@ absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
     object.attachment.reset();
   }
   notes.AppendTo(scene.warnings);
-  auto allowed = AllowedMatrixOf(snapshot, robot, scene.warnings, go_on);
+  auto allowed = MakeAllowedCollisionMatrix(snapshot, robot, scene.warnings, check_cancelled);
   if (!allowed.ok()) return allowed.status();
   scene.allowed = *std::move(allowed);
   for (const collision::WorldRobotPtr& other : snapshot.robots()) {
@@ -129,7 +130,7 @@ absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
   return absl::OkStatus();
 }
 
-void LeaveOutAttached(PlanningScene& scene) {
+void RemoveAttached(PlanningScene& scene) {
   const auto is_attached = [](const PlannedObject& object) {
     return object.attachment.has_value();
   };

@@ -11,7 +11,7 @@ void AppendPose(const Pose& pose, std::string& text) {
 }
 
 struct ShapeWriter {
-  const GoOn& go_on;
+  const CancellationCheck& check_cancelled;
   std::string& text;
 
   // Radius before length, unlike shape_msgs/SolidPrimitive.
@@ -38,14 +38,15 @@ struct ShapeWriter {
     const auto append_vertices = [&](std::size_t v, std::size_t end) {
       for (; v < end; ++v) absl::StrAppend(&text, Text(mesh->vertices[v], " "), "\n");
     };
-    absl::Status status = InPieces(mesh->vertices.size(), go_on, append_vertices);
+    absl::Status status = ForEachRange(mesh->vertices.size(), check_cancelled, append_vertices);
     if (!status.ok()) return status;
-    return InPieces(mesh->triangles.size(), go_on, [&](std::size_t t, std::size_t end) {
-      for (; t < end; ++t) {
-        const auto& [a, b, c] = mesh->triangles[t];
-        absl::StrAppend(&text, a, " ", b, " ", c, "\n");
-      }
-    });
+    return ForEachRange(mesh->triangles.size(), check_cancelled,
+                        [&](std::size_t t, std::size_t end) {
+                          for (; t < end; ++t) {
+                            const auto& [a, b, c] = mesh->triangles[t];
+                            absl::StrAppend(&text, a, " ", b, " ", c, "\n");
+                          }
+                        });
   }
   absl::Status operator()(const PlannerPlane&) const {
     absl::StrAppend(&text, "plane\n0 0 1 0\n");
@@ -55,15 +56,16 @@ struct ShapeWriter {
 
 }  // namespace
 
-absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene, const GoOn& go_on) {
+absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene,
+                                            const CancellationCheck& check_cancelled) {
   std::string text = absl::StrCat(scene.name, "\n");
   for (const PlannedObject& object : scene.objects) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
+    if (absl::Status status = check_cancelled(); !status.ok()) return status;
     absl::StrAppend(&text, "* ", object.name, "\n");
     AppendPose(object.X_WO, text);
     absl::StrAppend(&text, object.shapes.size(), "\n");
     for (const PlannerShape& shape : object.shapes) {
-      absl::Status status = std::visit(ShapeWriter{go_on, text}, shape.shape);
+      absl::Status status = std::visit(ShapeWriter{check_cancelled, text}, shape.shape);
       if (!status.ok()) return status;
       AppendPose(shape.X_OS, text);
       absl::StrAppend(&text, "0 0 0 0\n");  // no colour

@@ -39,14 +39,15 @@ std::string PrimitiveText(const PlannerPrimitive& primitive) {
                       ", dimensions: [", absl::StrJoin(numbers, ", "), "]}");
 }
 
-absl::StatusOr<std::string> MeshText(const TriangleMesh& mesh, const GoOn& go_on) {
+absl::StatusOr<std::string> MeshText(const TriangleMesh& mesh,
+                                     const CancellationCheck& check_cancelled) {
   std::string text = "{vertices: [";
   const auto append_vertices = [&](std::size_t i, std::size_t end) {
     for (; i < end; ++i) {
       absl::StrAppend(&text, i == 0 ? "[" : ", [", Text(mesh.vertices[i], ", "), "]");
     }
   };
-  absl::Status status = InPieces(mesh.vertices.size(), go_on, append_vertices);
+  absl::Status status = ForEachRange(mesh.vertices.size(), check_cancelled, append_vertices);
   if (!status.ok()) return status;
   absl::StrAppend(&text, "], triangles: [");
   const auto append_triangles = [&](std::size_t i, std::size_t end) {
@@ -55,7 +56,7 @@ absl::StatusOr<std::string> MeshText(const TriangleMesh& mesh, const GoOn& go_on
       absl::StrAppend(&text, i == 0 ? "[" : ", [", a, ", ", b, ", ", c, "]");
     }
   };
-  status = InPieces(mesh.triangles.size(), go_on, append_triangles);
+  status = ForEachRange(mesh.triangles.size(), check_cancelled, append_triangles);
   if (!status.ok()) return status;
   text += "]}";  // `text + ..` would copy all of it
   return text;
@@ -64,9 +65,13 @@ absl::StatusOr<std::string> MeshText(const TriangleMesh& mesh, const GoOn& go_on
 // Writes an object in its frame F, each key after `indent`.
 class ObjectWriter {
  public:
-  ObjectWriter(const PlannedObject& object, const Pose& X_FO, std::string indent, const GoOn& go_on,
-               std::string& yaml)
-      : object_(object), X_FO_(X_FO), indent_(std::move(indent)), go_on_(go_on), yaml_(yaml) {}
+  ObjectWriter(const PlannedObject& object, const Pose& X_FO, std::string indent,
+               const CancellationCheck& check_cancelled, std::string& yaml)
+      : object_(object),
+        X_FO_(X_FO),
+        indent_(std::move(indent)),
+        check_cancelled_(check_cancelled),
+        yaml_(yaml) {}
 
   // An object of a single shape is written with the shape's pose only, so that all versions read
   // it, including those before objects had poses.
@@ -80,7 +85,7 @@ class ObjectWriter {
         WriteShapes<PlannerPrimitive>("primitives", "primitive_poses", PrimitiveText);
     if (!status.ok()) return status;
     status = WriteShapes<PlannerMesh>("meshes", "mesh_poses", [this](const PlannerMesh& mesh) {
-      return MeshText(*mesh, go_on_);
+      return MeshText(*mesh, check_cancelled_);
     });
     if (!status.ok()) return status;
     return WriteShapes<PlannerPlane>("planes", "plane_poses", [](const PlannerPlane&) {
@@ -104,30 +109,32 @@ class ObjectWriter {
     }
     if (shapes.empty()) return absl::OkStatus();
     absl::StrAppend(&yaml_, indent_, shapes_key, ":\n", shapes, indent_, poses_key, ":\n", poses);
-    return go_on_();
+    return check_cancelled_();
   }
 
   const PlannedObject& object_;
   const Pose X_FO_;
   const std::string indent_;
-  const GoOn& go_on_;
+  const CancellationCheck& check_cancelled_;
   std::string& yaml_;
   Pose X_FS_ = Pose::Identity();  // transform before the poses of the shapes
 };
 
-absl::Status AppendObject(const PlannedObject& object, const GoOn& go_on, std::string& yaml) {
+absl::Status AppendObject(const PlannedObject& object, const CancellationCheck& check_cancelled,
+                          std::string& yaml) {
   absl::StrAppend(&yaml, "    - id: ", Quoted(object.name), "\n");
-  return ObjectWriter(object, object.X_WO, "      ", go_on, yaml).Write();
+  return ObjectWriter(object, object.X_WO, "      ", check_cancelled, yaml).Write();
 }
 
 // Attached objects are written in the frame of their link, as MoveIt expects.
-absl::Status AppendAttached(const PlannedObject& object, const GoOn& go_on, std::string& yaml) {
+absl::Status AppendAttached(const PlannedObject& object, const CancellationCheck& check_cancelled,
+                            std::string& yaml) {
   const PlannedAttachment& attachment = *object.attachment;
   absl::StrAppend(&yaml, "    - link_name: ", Quoted(attachment.link),
                   "\n      touch_links: ", Names(attachment.touch_links),
                   "\n      object:\n        header: {frame_id: ", Quoted(attachment.link),
                   "}\n        id: ", Quoted(object.name), "\n");
-  return ObjectWriter(object, attachment.X_LO, "        ", go_on, yaml).Write();
+  return ObjectWriter(object, attachment.X_LO, "        ", check_cancelled, yaml).Write();
 }
 
 void AppendState(const PlannedRobotState& state, std::string& yaml) {
@@ -148,11 +155,12 @@ void AppendState(const PlannedRobotState& state, std::string& yaml) {
                   "\n    transforms: [", absl::StrJoin(transforms, ", "), "]\n");
 }
 
-absl::Status AppendMatrix(const AllowedMatrix& matrix, const GoOn& go_on, std::string& yaml) {
+absl::Status AppendMatrix(const AllowedCollisionMatrix& matrix,
+                          const CancellationCheck& check_cancelled, std::string& yaml) {
   absl::StrAppend(&yaml, "allowed_collision_matrix:\n  entry_names: ", Names(matrix.names),
                   "\n  entry_values:\n");
   for (const std::vector<bool>& row : matrix.allowed) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
+    if (absl::Status status = check_cancelled(); !status.ok()) return status;
     yaml += "    - [";
     for (std::size_t i = 0; i < row.size(); ++i) {
       absl::StrAppend(&yaml, i == 0 ? "" : ", ", row[i] ? "true" : "false");
@@ -168,7 +176,8 @@ absl::Status AppendMatrix(const AllowedMatrix& matrix, const GoOn& go_on, std::s
 
 }  // namespace
 
-absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene, const GoOn& go_on) {
+absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene,
+                                            const CancellationCheck& check_cancelled) {
   std::string yaml = absl::StrCat("name: ", Quoted(scene.name), "\n");
   if (!scene.robot_name.empty()) {
     absl::StrAppend(&yaml, "robot_model_name: ", Quoted(scene.robot_name), "\n");
@@ -177,20 +186,22 @@ absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene, const Go
     for (const PlannedObject& object : scene.objects) {
       if (!object.attachment) continue;
       yaml += std::exchange(key, "");
-      if (auto status = AppendAttached(object, go_on, yaml); !status.ok()) return status;
+      if (auto status = AppendAttached(object, check_cancelled, yaml); !status.ok()) return status;
     }
   }
   absl::StrAppend(&yaml, "fixed_frame_transforms:\n  - child_frame_id: world\n    transform: ",
                   TransformText(Pose::Identity()), "\n");
   if (!scene.allowed.names.empty()) {
-    if (auto status = AppendMatrix(scene.allowed, go_on, yaml); !status.ok()) return status;
+    if (auto status = AppendMatrix(scene.allowed, check_cancelled, yaml); !status.ok())
+      return status;
   }
   yaml += "world:\n  collision_objects:";
   const std::size_t none = yaml.size();
   for (const PlannedObject& object : scene.objects) {
     if (object.attachment) continue;
     if (yaml.size() == none) yaml += "\n";
-    if (absl::Status status = AppendObject(object, go_on, yaml); !status.ok()) return status;
+    if (absl::Status status = AppendObject(object, check_cancelled, yaml); !status.ok())
+      return status;
   }
   if (yaml.size() == none) yaml += " []\n";
   return yaml;

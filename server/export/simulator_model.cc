@@ -204,8 +204,9 @@ void AddSdfPose(const Pose& pose, XMLElement& parent) {
   SetText(parent, "pose", xyz + " " + rpy);
 }
 
-absl::Status AddUrdfObject(const PlannedObject& object, const std::string& root, const GoOn& go_on,
-                           MeshFiles& meshes, XMLElement& robot) {
+absl::Status AddUrdfObject(const PlannedObject& object, const std::string& root,
+                           const CancellationCheck& check_cancelled, MeshFiles& meshes,
+                           XMLElement& robot) {
   XMLElement& link = Child(robot, "link");
   link.SetAttribute("name", object.name.c_str());
   const GeometryWriter geometry(GeometryWriter::Format::kUrdf, meshes, object.name);
@@ -214,7 +215,7 @@ absl::Status AddUrdfObject(const PlannedObject& object, const std::string& root,
       XMLElement& part = Child(link, kind);
       AddOrigin(PoseInUrdf(shape), part);
       geometry.Write(shape, part);
-      if (absl::Status status = go_on(); !status.ok()) return status;
+      if (absl::Status status = check_cancelled(); !status.ok()) return status;
     }
   }
   XMLElement& joint = Child(robot, "joint");
@@ -223,11 +224,11 @@ absl::Status AddUrdfObject(const PlannedObject& object, const std::string& root,
   AddOrigin(object.X_WO, joint);
   Child(joint, "parent").SetAttribute("link", root.c_str());
   Child(joint, "child").SetAttribute("link", object.name.c_str());
-  return go_on();
+  return check_cancelled();
 }
 
-absl::Status AddSdfObject(const PlannedObject& object, const GoOn& go_on, MeshFiles& meshes,
-                          XMLElement& world) {
+absl::Status AddSdfObject(const PlannedObject& object, const CancellationCheck& check_cancelled,
+                          MeshFiles& meshes, XMLElement& world) {
   XMLElement& model = Child(world, "model");
   model.SetAttribute("name", object.name.c_str());
   SetText(model, "static", "true");
@@ -242,10 +243,10 @@ absl::Status AddSdfObject(const PlannedObject& object, const GoOn& go_on, MeshFi
       part.SetAttribute("name", absl::StrCat(kind, "_", number++).c_str());
       AddSdfPose(shape.X_OS, part);
       geometry.Write(shape, part);
-      if (absl::Status status = go_on(); !status.ok()) return status;
+      if (absl::Status status = check_cancelled(); !status.ok()) return status;
     }
   }
-  return go_on();
+  return check_cancelled();
 }
 
 std::string RootName(const PlanningScene& scene) {
@@ -342,7 +343,7 @@ class ModelText {
 }  // namespace
 
 absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_triangles,
-                                      const GoOn& go_on) {
+                                      const CancellationCheck& check_cancelled) {
   if (absl::Status meshed = MeshCones(scene, max_triangles); !meshed.ok()) return meshed;
   tinyxml2::XMLDocument document;
   document.InsertEndChild(document.NewDeclaration());
@@ -354,7 +355,7 @@ absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_tria
   ModelText text(document, *robot, 1);
   MeshFiles meshes(FolderOf(scene));
   for (const PlannedObject& object : scene.objects) {
-    const absl::Status added = AddUrdfObject(object, root, go_on, meshes, *robot);
+    const absl::Status added = AddUrdfObject(object, root, check_cancelled, meshes, *robot);
     if (!added.ok()) return added;
     text.PrintChildren();
   }
@@ -363,7 +364,7 @@ absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_tria
 }
 
 absl::StatusOr<ModelFiles> FormatSdf(PlanningScene scene, std::int64_t max_triangles,
-                                     const GoOn& go_on) {
+                                     const CancellationCheck& check_cancelled) {
   if (absl::Status meshed = MeshCones(scene, max_triangles); !meshed.ok()) return meshed;
   KeepReservedNames(scene);
   tinyxml2::XMLDocument document;
@@ -376,7 +377,8 @@ absl::StatusOr<ModelFiles> FormatSdf(PlanningScene scene, std::int64_t max_trian
   ModelText text(document, world, 2);
   MeshFiles meshes(FolderOf(scene));
   for (const PlannedObject& object : scene.objects) {
-    if (absl::Status added = AddSdfObject(object, go_on, meshes, world); !added.ok()) return added;
+    if (absl::Status added = AddSdfObject(object, check_cancelled, meshes, world); !added.ok())
+      return added;
     text.PrintChildren();
   }
   return text.Files(meshes, WarningsOf(scene, true));

@@ -26,11 +26,11 @@ struct ModelFiles {
 // become meshes, and a half-space becomes a box of 20 m by 20 m by 1 m below its plane.
 // ResourceExhausted GEOMETRY_TOO_LARGE if all meshes then have more than `max_triangles` together.
 absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_triangles,
-                                      const GoOn& go_on = absl::OkStatus);
+                                      const CancellationCheck& check_cancelled = absl::OkStatus);
 
 // SDFormat 1.7: a world of static models, one for each object, with its name. Cones become meshes,
 // a half-space a plane. "_1" is appended to reserved names ("world", "__x__"). Errors as above.
 absl::StatusOr<ModelFiles> FormatSdf(PlanningScene scene, std::int64_t max_triangles,
-                                     const GoOn& go_on = absl::OkStatus);
+                                     const CancellationCheck& check_cancelled = absl::OkStatus);
 
 }  // namespace cwm::server

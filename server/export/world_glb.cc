@@ -24,17 +24,16 @@ double Linear(std::uint8_t srgb) {
   return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
-Json MaterialOf(Look look, bool is_closed) {
-  const auto [red, green, blue, opacity] = ColourOf(look);
-  Json material = {
-      {"name", std::string(NameOf(look)) + (is_closed ? "" : ", open")},
-      {"pbrMetallicRoughness",
-       {{"baseColorFactor", {Linear(red), Linear(green), Linear(blue), opacity / 255.0}},
-        {"metallicFactor", 0},
-        {"roughnessFactor", 0.8}}}};
-  if (opacity < 255) material["alphaMode"] = "BLEND";
-  if (!is_closed) material["doubleSided"] = true;
-  return material;
+Json MaterialOf(MaterialKind material, bool is_closed) {
+  const auto [red, green, blue, opacity] = ColourOf(material);
+  Json json = {{"name", std::string(NameOf(material)) + (is_closed ? "" : ", open")},
+               {"pbrMetallicRoughness",
+                {{"baseColorFactor", {Linear(red), Linear(green), Linear(blue), opacity / 255.0}},
+                 {"metallicFactor", 0},
+                 {"roughnessFactor", 0.8}}}};
+  if (opacity < 255) json["alphaMode"] = "BLEND";
+  if (!is_closed) json["doubleSided"] = true;
+  return json;
 }
 
 // A JSON array as text, which takes a tenth of the memory and is joined quickly.
@@ -56,23 +55,24 @@ class JsonList {
 // The JSON and the binary buffer that it refers to.
 class Document {
  public:
-  Document(const std::string& name, const GoOn& go_on) : go_on_(go_on) {
+  Document(const std::string& name, const CancellationCheck& check_cancelled)
+      : check_cancelled_(check_cancelled) {
     // A rotation by -90 degrees about x: the world's Z becomes glTF's Y.
     AddParent({{"name", name}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
   }
 
   // Adds a node below the root, or below the robot that was added last.
-  absl::Status Add(const DrawnThing& thing) {
-    if (!thing.robot.empty() && robot_ != thing.robot) AddRobot(thing.robot);
-    const auto mesh = MeshOf(thing.body.get());
+  absl::Status Add(const DrawnItem& item) {
+    if (!item.robot.empty() && robot_ != item.robot) AddRobot(item.robot);
+    const auto mesh = MeshOf(item.body.get());
     if (!mesh.ok()) return mesh.status();
-    Json node = {{"name", thing.name}, {"mesh", *mesh}};
-    Place(thing.X_WB, node);
-    for (const auto& [name, value] : thing.facts) node["extras"][name] = value;
-    Parent& parent = thing.robot.empty() ? parents_.front() : parents_.back();
+    Json node = {{"name", item.name}, {"mesh", *mesh}};
+    Place(item.X_WB, node);
+    for (const auto& [name, value] : item.properties) node["extras"][name] = value;
+    Parent& parent = item.robot.empty() ? parents_.front() : parents_.back();
     parent.children.push_back(nodes_.size());
     nodes_.push_back(node.dump());
-    return go_on_();
+    return check_cancelled_();
   }
 
   absl::StatusOr<std::string> Finish() {
@@ -91,7 +91,7 @@ class Document {
       absl::StrAppend(&json, ",\"buffers\":[{\"byteLength\":", binary_.size(), "}]");
     }
     json += "}";
-    if (absl::Status status = go_on_(); !status.ok()) return status;
+    if (absl::Status status = check_cancelled_(); !status.ok()) return status;
     return collision::JoinGlb(json, binary_);
   }
 
@@ -125,21 +125,21 @@ class Document {
     const auto [at, is_new] = mesh_of_.try_emplace(body, meshes_.size());
     if (!is_new) return at->second;
     Json primitives = Json::array();
-    for (const DrawnPiece& piece : *body) {
+    for (const DrawnMesh& piece : *body) {
       const auto positions = Positions(piece.mesh);
       if (!positions.ok()) return positions.status();
       const auto indices = Indices(piece.mesh);
       if (!indices.ok()) return indices.status();
       primitives.push_back({{"attributes", {{"POSITION", *positions}}},
                             {"indices", *indices},
-                            {"material", MaterialIndex(piece.look, piece.is_closed)}});
+                            {"material", MaterialIndex(piece.material, piece.is_closed)}});
     }
     return meshes_.Add({{"primitives", std::move(primitives)}});
   }
 
-  std::size_t MaterialIndex(Look look, bool is_closed) {
-    const auto [at, is_new] = material_of_.try_emplace({look, is_closed}, materials_.size());
-    if (is_new) materials_.Add(MaterialOf(look, is_closed));
+  std::size_t MaterialIndex(MaterialKind material, bool is_closed) {
+    const auto [at, is_new] = material_index_.try_emplace({material, is_closed}, materials_.size());
+    if (is_new) materials_.Add(MaterialOf(material, is_closed));
     return at->second;
   }
 
@@ -156,7 +156,7 @@ class Document {
         }
       }
     };
-    absl::Status status = InPieces(mesh.vertices.size(), go_on_, append);
+    absl::Status status = ForEachRange(mesh.vertices.size(), check_cancelled_, append);
     if (!status.ok()) return status;
     return AddAccessor(begin, collision::kGltfArrayBuffer,
                        {{"componentType", collision::kGltfFloat},
@@ -173,7 +173,7 @@ class Document {
         for (const std::uint32_t vertex : mesh.triangles[t]) AppendBytes(vertex, binary_);
       }
     };
-    absl::Status status = InPieces(mesh.triangles.size(), go_on_, append);
+    absl::Status status = ForEachRange(mesh.triangles.size(), check_cancelled_, append);
     if (!status.ok()) return status;
     return AddAccessor(begin, collision::kGltfElementArrayBuffer,
                        {{"componentType", collision::kGltfUnsignedInt},
@@ -190,22 +190,23 @@ class Document {
     return accessors_.Add(accessor);
   }
 
-  const GoOn& go_on_;
+  const CancellationCheck& check_cancelled_;
   std::vector<std::string> nodes_;  // as JSON text
   std::vector<Parent> parents_;
   JsonList meshes_, materials_, accessors_, views_;
   std::map<const DrawnBody*, std::size_t> mesh_of_;
-  std::map<std::pair<Look, bool>, std::size_t> material_of_;
+  std::map<std::pair<MaterialKind, bool>, std::size_t> material_index_;
   std::string robot_;  // the robot added last
   std::string binary_;
 };
 
 }  // namespace
 
-absl::StatusOr<std::string> FormatGlb(const DrawnWorld& world, const GoOn& go_on) {
-  Document document(world.name, go_on);
-  for (const DrawnThing& thing : world.things) {
-    if (absl::Status status = document.Add(thing); !status.ok()) return status;
+absl::StatusOr<std::string> FormatGlb(const DrawnWorld& world,
+                                      const CancellationCheck& check_cancelled) {
+  Document document(world.name, check_cancelled);
+  for (const DrawnItem& item : world.items) {
+    if (absl::Status status = document.Add(item); !status.ok()) return status;
   }
   return document.Finish();
 }

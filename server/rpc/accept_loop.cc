@@ -51,12 +51,12 @@ std::string PeerAddressOf(int descriptor) {
   return {reinterpret_cast<const char*>(&address), std::min<std::size_t>(size, sizeof(address))};
 }
 
-bool IsLackOfDescriptors(int error) {
+bool IsDescriptorShortage(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
 // True for errors of a single connection that ended before it was accepted, or of its network.
-bool IsOfOneConnection(int error) {
+bool IsPerConnectionError(int error) {
   return error == EINTR || error == ECONNABORTED || error == EPROTO || error == ENETDOWN ||
          error == ENOPROTOOPT || error == EHOSTDOWN || error == ENONET || error == EHOSTUNREACH ||
          error == EOPNOTSUPP || error == ENETUNREACH || error == EPERM;
@@ -80,7 +80,7 @@ struct AcceptLoop::State {
     Clock::time_point close_at;
   };
   using Queue = std::list<Silent>;
-  struct Place {
+  struct SilentEntry {
     User user;
     Queue::iterator silent;
   };
@@ -116,13 +116,14 @@ struct AcceptLoop::State {
         std::this_thread::sleep_for(kAcceptPause);
       }
     }
-    while (!silent_of.empty()) Close(silent_of.begin()->first, silent_of.begin()->second.begin());
+    while (!silent_by_user.empty())
+      Close(silent_by_user.begin()->first, silent_by_user.begin()->second.begin());
   }
 
   void TakeTurn() {
     std::array<epoll_event, kMaxEvents> events;
     const int count = epoll_wait(epoll.number(), events.data(), kMaxEvents, Timeout_ms());
-    for (int i = 0; i < count; ++i) See(events[static_cast<std::size_t>(i)].data.fd);
+    for (int i = 0; i < count; ++i) HandleEvent(events[static_cast<std::size_t>(i)].data.fd);
     if (stop_listening && is_listening) CloseListeners();
     CloseTooSilent();
     if (is_paused && Clock::now() >= resume_at) Resume();
@@ -131,15 +132,16 @@ struct AcceptLoop::State {
 
   int Timeout_ms() const {
     auto until = Clock::time_point::max();
-    if (untold > 0 || connections.open() > 0) until = next_tick;
+    if (unlogged_count > 0 || connections.open() > 0) until = next_tick;
     if (is_paused) until = std::min(until, resume_at);
-    for (const auto& [user, queue] : silent_of) until = std::min(until, queue.front().close_at);
+    for (const auto& [user, queue] : silent_by_user)
+      until = std::min(until, queue.front().close_at);
     if (until == Clock::time_point::max()) return -1;
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now());
     return static_cast<int>(std::max<std::int64_t>(left.count(), 0));
   }
 
-  void See(int descriptor) {
+  void HandleEvent(int descriptor) {
     if (descriptor == wake.number()) {
       std::uint64_t ignored = 0;
       [[maybe_unused]] const ssize_t size = read(descriptor, &ignored, sizeof(ignored));
@@ -147,16 +149,17 @@ struct AcceptLoop::State {
     }
     // A late event of a descriptor that was closed a moment ago finds nobody, or the next
     // connection with that number, which may be checked at any time.
-    if (const auto place = place_of.find(descriptor); place != place_of.end()) {
-      return Hear(place->second.user, place->second.silent);
+    if (const auto entry = silent_by_descriptor.find(descriptor);
+        entry != silent_by_descriptor.end()) {
+      return CheckPreface(entry->second.user, entry->second.silent);
     }
     for (const FileDescriptor& listener : listeners) {
       if (listener.number() == descriptor) return Accept(descriptor, kMaxAcceptsAtOnce);
     }
   }
 
-  void Accept(int listener, int at_most) {
-    for (int i = 0; i < at_most; ++i) {
+  void Accept(int listener, int max_count) {
+    for (int i = 0; i < max_count; ++i) {
       FileDescriptor connection(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
       if (connection.is_open()) {
         Admit(std::move(connection));
@@ -164,8 +167,8 @@ struct AcceptLoop::State {
       }
       const int error = errno;
       if (error == EAGAIN) return;
-      if (IsOfOneConnection(error)) continue;
-      if (IsLackOfDescriptors(error)) {
+      if (IsPerConnectionError(error)) continue;
+      if (IsDescriptorShortage(error)) {
         ShedWithReserve(listener);
       } else {
         Shed(0, absl::StrCat("accept: ", std::strerror(error)));
@@ -204,9 +207,9 @@ struct AcceptLoop::State {
     }
   }
 
-  bool IsExpected(int descriptor) {
+  bool IsExempt(int descriptor) {
     const std::lock_guard lock(mutex);
-    return !expected.empty() && PeerAddressOf(descriptor) == expected;
+    return !exempt_peer.empty() && PeerAddressOf(descriptor) == exempt_peer;
   }
 
   void Admit(FileDescriptor connection) {
@@ -215,42 +218,43 @@ struct AcceptLoop::State {
       return Shed(1, absl::StrCat(UserName(user),
                                   " is another user of the machine (--allow-any-local-user)"));
     }
-    if (IsExpected(connection.number())) {
+    if (IsExempt(connection.number())) {
       connections.AdmitAlways(user);
     } else {
-      const auto of_user = silent_of.find(user);
-      const auto count = of_user == silent_of.end() ? 0 : of_user->second.size();
+      const auto of_user = silent_by_user.find(user);
+      const auto count = of_user == silent_by_user.end() ? 0 : of_user->second.size();
       if (static_cast<std::int64_t>(count) >= connections.limits().silent_of_user) {
-        CloseLongestSilent(user, "connections that are silent");
+        CloseOldestSilent(user, "connections that are silent");
       }
       if (!connections.TryAdmit(user) &&
-          !(CloseLongestSilent(user, "connections") && connections.TryAdmit(user))) {
+          !(CloseOldestSilent(user, "connections") && connections.TryAdmit(user))) {
         return Shed(1, absl::StrCat(UserName(user), " or all together have as many as may be"));
       }
     }
     const int descriptor = connection.number();
-    Queue& queue = silent_of[user];
+    Queue& queue = silent_by_user[user];
     queue.push_back({std::move(connection), Clock::now() + max_silence});
     const auto position = std::prev(queue.end());
-    place_of[descriptor] = {user, position};
+    silent_by_descriptor[descriptor] = {user, position};
     // Edge-triggered, since the received bytes are left in the socket.
     if (!Watch(descriptor, EPOLLIN | EPOLLRDHUP | EPOLLET)) {
       Close(user, position);
       return Shed(1, absl::StrCat("epoll: ", std::strerror(errno)));
     }
-    Hear(user, position);
+    CheckPreface(user, position);
   }
 
-  void Hear(User user, Queue::iterator silent) {
-    std::array<char, kHttp2BeginningBytes> said;
+  void CheckPreface(User user, Queue::iterator silent) {
+    std::array<char, kHttp2PrefaceAndHeaderBytes> received;
     const int descriptor = silent->connection.number();
-    const ssize_t size = recv(descriptor, said.data(), said.size(), MSG_PEEK | MSG_DONTWAIT);
+    const ssize_t size =
+        recv(descriptor, received.data(), received.size(), MSG_PEEK | MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     if (size <= 0) return Close(user, silent);  // the peer has closed the connection
     const auto beginning =
-        LookAtHttp2Beginning(std::string_view(said.data(), static_cast<std::size_t>(size)));
-    if (beginning == Http2Beginning::kIncomplete) return;
-    if (beginning == Http2Beginning::kWrong) {
+        CheckHttp2Preface(std::string_view(received.data(), static_cast<std::size_t>(size)));
+    if (beginning == Http2PrefaceState::kIncomplete) return;
+    if (beginning == Http2PrefaceState::kWrong) {
       Close(user, silent);
       return Shed(1, absl::StrCat(UserName(user), " does not speak HTTP/2"));
     }
@@ -261,21 +265,21 @@ struct AcceptLoop::State {
 
   FileDescriptor Remove(User user, Queue::iterator silent) {
     FileDescriptor connection = std::move(silent->connection);
-    place_of.erase(connection.number());
-    Queue& queue = silent_of.at(user);
+    silent_by_descriptor.erase(connection.number());
+    Queue& queue = silent_by_user.at(user);
     queue.erase(silent);
-    if (queue.empty()) silent_of.erase(user);
+    if (queue.empty()) silent_by_user.erase(user);
     return connection;
   }
 
   void Close(User user, Queue::iterator silent) {
     Remove(user, silent).Close();
-    connections.Forget(user);
+    connections.CancelAdmission(user);
   }
 
-  bool CloseLongestSilent(User user, const char* what) {
-    const auto queue = silent_of.find(user);
-    if (queue == silent_of.end()) return false;
+  bool CloseOldestSilent(User user, const char* what) {
+    const auto queue = silent_by_user.find(user);
+    if (queue == silent_by_user.end()) return false;
     Close(user, queue->second.begin());
     Shed(1, absl::StrCat(UserName(user), " has too many ", what));
     return true;
@@ -284,13 +288,13 @@ struct AcceptLoop::State {
   void CloseTooSilent() {
     const auto now = Clock::now();
     std::vector<User> users;
-    for (const auto& [user, queue] : silent_of) {
+    for (const auto& [user, queue] : silent_by_user) {
       if (queue.front().close_at <= now) users.push_back(user);
     }
     for (const User user : users) {
-      for (auto queue = silent_of.find(user);
-           queue != silent_of.end() && queue->second.front().close_at <= now;
-           queue = silent_of.find(user)) {
+      for (auto queue = silent_by_user.find(user);
+           queue != silent_by_user.end() && queue->second.front().close_at <= now;
+           queue = silent_by_user.find(user)) {
         Close(user, queue->second.begin());
         Shed(1, absl::StrCat(UserName(user), " said nothing for ", max_silence.count(), " ms"));
       }
@@ -312,16 +316,16 @@ struct AcceptLoop::State {
 
   void Shed(std::int64_t count, std::string why) {
     connections.CountShed(count);
-    if (untold++ == 0) why_shed = std::move(why);
+    if (unlogged_count++ == 0) why_shed = std::move(why);
   }
 
   void Tick() {
     next_tick = Clock::now() + kTick;
-    connections.Sweep();
-    if (untold == 0) return;
-    spdlog::warn("connections refused or closed: {}, the first because {}; {} are open", untold,
-                 why_shed, connections.open());
-    untold = 0;
+    connections.DropClosed();
+    if (unlogged_count == 0) return;
+    spdlog::warn("connections refused or closed: {}, the first because {}; {} are open",
+                 unlogged_count, why_shed, connections.open());
+    unlogged_count = 0;
   }
 
   std::vector<FileDescriptor> listeners;
@@ -334,21 +338,22 @@ struct AcceptLoop::State {
   FileDescriptor reserve = OpenReserve();
 
   // Members used only by the loop's thread.
-  std::map<User, Queue> silent_of;          // silent connections in order of arrival
-  std::unordered_map<int, Place> place_of;  // of silent connections, by descriptor
+  std::map<User, Queue> silent_by_user;  // silent connections in order of arrival
+  std::unordered_map<int, SilentEntry>
+      silent_by_descriptor;  // of silent connections, by descriptor
   bool is_listening = true;
   bool is_paused = false;
   Clock::time_point resume_at;
   Clock::time_point next_tick = Clock::now() + kTick;
-  std::int64_t untold = 0;  // refusals not logged yet
-  std::string why_shed;     // the reason of the first of them
+  std::int64_t unlogged_count = 0;  // refusals not logged yet
+  std::string why_shed;             // the reason of the first of them
 
   std::atomic<bool> stop_listening = false;
   std::atomic<bool> stopping = false;
   std::mutex mutex;
   std::condition_variable changed;
   bool has_stopped_listening = false;
-  std::string expected;
+  std::string exempt_peer;
   std::thread thread;  // last: starts when the other members exist
 };
 
@@ -370,9 +375,9 @@ AcceptLoop::AcceptLoop(std::unique_ptr<State> state) : state_(std::move(state)) 
 
 AcceptLoop::~AcceptLoop() { Stop(); }
 
-void AcceptLoop::Expect(std::string peer_address) {
+void AcceptLoop::ExemptPeer(std::string peer_address) {
   const std::lock_guard lock(state_->mutex);
-  state_->expected = std::move(peer_address);
+  state_->exempt_peer = std::move(peer_address);
 }
 
 void AcceptLoop::StopListening() {

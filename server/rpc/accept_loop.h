@@ -42,7 +42,7 @@ class AcceptLoop {
 
   // Admits the connection from this address (a sockaddr, bytewise) above every limit, for the
   // server's own check of itself. Replaces the previous address; empty: none.
-  void Expect(std::string peer_address);
+  void ExemptPeer(std::string peer_address);
 
   // Accepts the connections made so far and closes the listeners; after it returns, nobody can
   // connect. Connections that are still silent may go on.

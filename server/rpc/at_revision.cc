@@ -5,10 +5,10 @@
 
 namespace cwm::server {
 
-absl::StatusOr<std::optional<RevisionToAwait>> WhatToAwait(const Runtime& runtime,
-                                                           const std::string& world,
-                                                           const std::string& world_uid,
-                                                           const v1::AtRevision& rule) {
+absl::StatusOr<std::optional<RevisionToAwait>> FindRevisionToAwait(const Runtime& runtime,
+                                                                   const std::string& world,
+                                                                   const std::string& world_uid,
+                                                                   const v1::AtRevision& rule) {
   if (!rule.has_at_least() || rule.at_least() < 0) return std::nullopt;
   auto found = runtime.application.worlds.Find(world, world_uid);
   if (!found.ok()) return found.status();

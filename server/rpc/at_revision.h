@@ -13,10 +13,10 @@ namespace cwm::server {
 
 // The revision that AtRevision.at_least has to wait for; empty for other rules and for a negative
 // revision, which the work refuses with the field's name. The errors of WorldRegistry::Find.
-absl::StatusOr<std::optional<RevisionToAwait>> WhatToAwait(const Runtime& runtime,
-                                                           const std::string& world,
-                                                           const std::string& world_uid,
-                                                           const v1::AtRevision& rule);
+absl::StatusOr<std::optional<RevisionToAwait>> FindRevisionToAwait(const Runtime& runtime,
+                                                                   const std::string& world,
+                                                                   const std::string& world_uid,
+                                                                   const v1::AtRevision& rule);
 
 // The world and its snapshot. Never waits: a revision that the call awaited is in `call.reached`.
 // The errors of WorldRegistry::Find and World::At.

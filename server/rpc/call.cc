@@ -32,8 +32,8 @@ Clock::time_point DeadlineOf(const grpc::CallbackServerContext& context) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(deadline - now);
 }
 
-std::optional<Clock::time_point> GiveUpAt(std::optional<std::chrono::nanoseconds> time_budget,
-                                          Clock::time_point deadline) {
+std::optional<Clock::time_point> AnswerDeadline(std::optional<std::chrono::nanoseconds> time_budget,
+                                                Clock::time_point deadline) {
   const auto now = Clock::now();
   std::optional<Clock::time_point> give_up_at;
   if (time_budget) give_up_at = now + *time_budget;
@@ -57,7 +57,7 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call) {
   }
 }
 
-absl::Status WhyItEnded(absl::Status status, const Runtime& runtime) {
+absl::Status DrainingIfStopped(absl::Status status, const Runtime& runtime) {
   if (!absl::IsCancelled(status) || !runtime.open_calls.stop_requested()) return status;
   return Draining();
 }
@@ -117,14 +117,14 @@ void UnaryCall::ParseAndPlan() {
                                  .stop = call_.stop,
                                  .client = call_.client,
                                  .cost_s = plan.cost_s,
-                                 .may_answer_in_part = plan.may_answer_in_part},
+                                 .allows_partial_answer = plan.allows_partial_answer},
                                 *plan.queue, [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
                                   if (!snapshot.ok()) return End(snapshot.status());
                                   call_.reached = {world, *std::move(snapshot)};
                                   Run();
                                 });
   }
-  if (plan.length == WorkLength::kShort && plan.queue->TryRunHere([this] { Run(); })) return;
+  if (plan.length == WorkLength::kShort && plan.queue->TryRunInline([this] { Run(); })) return;
   Enqueue(plan);
 }
 
@@ -137,7 +137,7 @@ void UnaryCall::Enqueue(const UnaryPlan& plan) {
                     .client = call_.client,
                     .cost_s = plan.cost_s,
                     .deadline = call_.deadline,
-                    .may_answer_in_part = plan.may_answer_in_part});
+                    .allows_partial_answer = plan.allows_partial_answer});
 }
 
 void UnaryCall::Run() {
@@ -149,14 +149,14 @@ void UnaryCall::Run() {
 
 // The only place that finishes the call; *this may be gone afterwards.
 void UnaryCall::End(const absl::Status& status) {
-  if (!status.ok()) return FinishAndLog(ToGrpcStatus(WhyItEnded(status, runtime_)), 0);
+  if (!status.ok()) return FinishAndLog(ToGrpcStatus(DrainingIfStopped(status, runtime_)), 0);
   grpc::Status serialized;
   std::int64_t size = 0;
   const CallWork serialize = [&](const CallContext&) {
     const auto begin = Clock::now();
     serialized = Serialize();
     size = ReplyBytes();
-    runtime_.reply_pace.NoteSerialized(size, Clock::now() - begin);
+    runtime_.reply_slowdown.NoteSerialized(size, Clock::now() - begin);
     if (size < kMinGuardedReplyBytes) return absl::OkStatus();
     // A large reply is sent only as fast as the client reads.
     if (charge_.bytes() == 0) {

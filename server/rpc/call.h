@@ -36,8 +36,8 @@ Clock::time_point DeadlineOf(const grpc::CallbackServerContext& context);
 
 // When the answer must be sent with what is complete by then: the smaller of the budget and 0.9 of
 // the remaining deadline. Empty if there is neither.
-std::optional<Clock::time_point> GiveUpAt(std::optional<std::chrono::nanoseconds> time_budget,
-                                          Clock::time_point deadline);
+std::optional<Clock::time_point> AnswerDeadline(std::optional<std::chrono::nanoseconds> time_budget,
+                                                Clock::time_point deadline);
 
 // A revision that the world has to reach before the work can begin.
 struct RevisionToAwait {
@@ -59,7 +59,7 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
 // SERVER_DRAINING for a call that was cancelled because the server stops; other statuses stay as
 // they are.
-absl::Status WhyItEnded(absl::Status status, const Runtime& runtime);
+absl::Status DrainingIfStopped(absl::Status status, const Runtime& runtime);
 
 // The expected duration of work.
 enum class WorkLength {
@@ -75,8 +75,8 @@ struct UnaryPlan {
   WorkQueue* queue = nullptr;
   MaybeAwait await = {std::nullopt};
   WorkLength length = WorkLength::kAny;
-  double cost_s = 0;                // estimated time on one core
-  bool may_answer_in_part = false;  // can return what is complete when the time is over
+  double cost_s = 0;                   // estimated time on one core
+  bool allows_partial_answer = false;  // can return what is complete when the time is over
 };
 
 // A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The
@@ -158,7 +158,7 @@ class UnaryCallOf final : public UnaryCall {
     return static_cast<std::int64_t>(arena_.SpaceAllocated());
   }
   std::int64_t ReplyBytes() const override { return static_cast<std::int64_t>(reply_->Length()); }
-  std::string Method() const override { return MethodTaking(*Request::descriptor()); }
+  std::string Method() const override { return MethodWithRequest(*Request::descriptor()); }
 
   const UnaryMethod<Request, Response> method_;
   // Requests and replies in rows contain thousands of small messages, which the arena frees at

@@ -57,10 +57,10 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   // Sets the bytes, the offset to begin at, and the rest of the first message. Called again after
-  // LetGo; the offset must then stay as it is.
+  // ReleaseBytes; the offset must then stay as it is.
   virtual absl::Status Prepare(const CallContext& call) = 0;
   // Frees the bytes if Prepare can make the same ones again.
-  virtual void LetGo() {}
+  virtual void ReleaseBytes() {}
   // Sets the fields of a message other than offset, data and done.
   virtual void Complete(Response& message) = 0;
   void OnDone() override { delete this; }
@@ -88,7 +88,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
             ? Draining()
             : RunGuarded([this](const CallContext& call) { return Prepare(call); }, call_);
     call_.reached.reset();  // so that a slow reader keeps no world alive
-    if (!status.ok()) return this->Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
+    if (!status.ok()) return this->Finish(ToGrpcStatus(DrainingIfStopped(status, runtime_)));
     // A chunk is in memory twice, in the message and in the socket.
     charge_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
     const absl::Status charged = charge_.Resize(static_cast<std::int64_t>(
@@ -108,7 +108,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
         },
         call_);
     if (!made.ok()) return this->Finish(ToGrpcStatus(made));
-    holding_ = StallTimers::Guard(runtime_.stalls, kMaxHeldUnread, [this] { LetGo(); });
+    holding_ = StallTimers::Guard(runtime_.stalls, kMaxHeldUnread, [this] { ReleaseBytes(); });
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
                                   [context = context_] { context->TryCancel(); });
     this->StartWrite(&written_);
@@ -129,7 +129,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     open_.NoteProgress();
     if (message_.done() && ok) return this->Finish(grpc::Status::OK);
     if (!ok || call_.stop.stop_requested()) {
-      return this->Finish(ToGrpcStatus(WhyItEnded(CallCancelled(), runtime_)));
+      return this->Finish(ToGrpcStatus(DrainingIfStopped(CallCancelled(), runtime_)));
     }
     if (bytes_ == nullptr) return Enqueue();
     WriteNext();

@@ -61,7 +61,7 @@ void Connections::Count(User user) {
   ++open_of_[user];
 }
 
-void Connections::Discount(User user) {
+void Connections::Uncount(User user) {
   --open_;
   const auto of_user = open_of_.find(user);
   if (--of_user->second == 0) open_of_.erase(of_user);
@@ -70,8 +70,8 @@ void Connections::Discount(User user) {
 bool Connections::TryAdmit(User user) {
   const std::lock_guard lock(mutex_);
   if (!HasRoom(user)) {
-    if (Clock::now() - swept_at_ < kMinSweepPeriod) return false;
-    SweepLocked();
+    if (Clock::now() - last_sweep_ < kMinSweepPeriod) return false;
+    DropClosedLocked();
     if (!HasRoom(user)) return false;
   }
   Count(user);
@@ -83,9 +83,9 @@ void Connections::AdmitAlways(User user) {
   Count(user);
 }
 
-void Connections::Forget(User user) {
+void Connections::CancelAdmission(User user) {
   const std::lock_guard lock(mutex_);
-  Discount(user);
+  Uncount(user);
 }
 
 int Connections::MoveToFreshNumber(FileDescriptor connection) {
@@ -105,7 +105,7 @@ int Connections::Register(FileDescriptor connection, User user) {
   struct stat info {};
   fstat(number, &info);
   if (const auto former = entries_.find(number); former != entries_.end()) {
-    Discount(former->second.client.uid);
+    Uncount(former->second.client.uid);
   }
   entries_[number] = {.client = {.connection = ++last_connection_, .uid = user},
                       .device = info.st_dev,
@@ -125,19 +125,19 @@ bool Connections::IsOpen(int number, const Entry& entry) {
   return fstat(number, &info) == 0 && info.st_dev == entry.device && info.st_ino == entry.inode;
 }
 
-void Connections::SweepLocked() {
-  swept_at_ = Clock::now();
+void Connections::DropClosedLocked() {
+  last_sweep_ = Clock::now();
   std::erase_if(entries_, [this](const auto& known) {
     const auto& [number, entry] = known;
     if (IsOpen(number, entry)) return false;
-    Discount(entry.client.uid);
+    Uncount(entry.client.uid);
     return true;
   });
 }
 
-void Connections::Sweep() {
+void Connections::DropClosed() {
   const std::lock_guard lock(mutex_);
-  SweepLocked();
+  DropClosedLocked();
 }
 
 void Connections::ShutDown(int how) const {

@@ -44,7 +44,7 @@ class Connections {
   bool TryAdmit(User user);
   void AdmitAlways(User user);
   // Uncounts an admitted connection that was closed without being registered.
-  void Forget(User user);
+  void CancelAdmission(User user);
 
   // Moves an admitted connection to its final number and returns it; the caller is responsible for
   // closing it. It counts until it is closed.
@@ -54,7 +54,7 @@ class Connections {
   ClientId Find(int number) const;
 
   // Drops the entries of closed connections.
-  void Sweep();
+  void DropClosed();
   // Calls shutdown(2) on all open connections.
   void ShutDown(int how) const;
 
@@ -73,8 +73,8 @@ class Connections {
   static bool IsOpen(int number, const Entry& entry);
   bool HasRoom(User user) const;
   void Count(User user);
-  void Discount(User user);
-  void SweepLocked();
+  void Uncount(User user);
+  void DropClosedLocked();
   int MoveToFreshNumber(FileDescriptor connection);
 
   const ConnectionLimits limits_;
@@ -88,7 +88,7 @@ class Connections {
   std::int64_t open_ = 0;
   std::map<User, std::int64_t> open_of_;
   std::unordered_map<int, Entry> entries_;  // by number
-  Clock::time_point swept_at_ = {};
+  Clock::time_point last_sweep_ = {};
 };
 
 }  // namespace cwm::server

@@ -15,7 +15,7 @@
 #include "server/rpc/at_revision.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/objects.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -27,11 +27,11 @@ constexpr std::size_t kMaxWarnings = 1'000;
 // of up to 64 MiB.
 constexpr std::int64_t kMaxTriangles = 1'000'000;
 
-std::int64_t MostTriangles(const Runtime& runtime) {
+std::int64_t MaxTriangles(const Runtime& runtime) {
   return std::min(kMaxTriangles, runtime.application.limits.max_mesh_triangles);
 }
 
-absl::Status GoOnWith(const CallContext& call) {
+absl::Status CheckCancelled(const CallContext& call) {
   if (call.stop.stop_requested()) return CallCancelled();
   if (Clock::now() < call.deadline) return absl::OkStatus();
   return MakeError(absl::StatusCode::kDeadlineExceeded,
@@ -78,27 +78,28 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                  const grpc::ByteBuffer* request)
     : ChunkedRead(context, runtime, runtime.batches),
-      place_(QuotaShare::Take(runtime.streams, runtime.ClientOf(*context))) {
+      quota_share_(QuotaShare::TryTake(runtime.streams, runtime.ClientOf(*context))) {
   if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
     Start(parsed);
-  } else if (!place_) {
+  } else if (!quota_share_) {
     Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   } else {
-    Start(WhatToAwait(runtime, request_.world(), request_.world_uid(), request_.at_revision()));
+    Start(FindRevisionToAwait(runtime, request_.world(), request_.world_uid(),
+                              request_.at_revision()));
   }
 }
 
 absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   if (absl::Status known = CheckFormat(request_.format()); !known.ok()) return known;
   const FieldPath root;
-  const auto rule = FromProto(request_.at_revision(), root.Field("at_revision"));
+  const auto rule = RevisionRuleFromProto(request_.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
   // Pins the revision, so that a file made again is the same.
   request_.set_world_uid(at->world->uid());
   request_.mutable_at_revision()->set_exact(at->snapshot->revision().value);
-  const GoOn go_on = [&call] { return GoOnWith(call); };
+  const CancellationCheck check_cancelled = [&call] { return CheckCancelled(call); };
   const bool is_yaml = request_.format() == v1::EXPORT_FORMAT_MOVEIT_YAML;
   if (is_yaml && !request_.robot().empty()) {
     if (auto status = CheckName(request_.robot(), root.Field("robot")); !status.ok()) return status;
@@ -111,13 +112,13 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
     auto charge = runtime_.application.memory->Charge(MemoryBudget::Client(call.client),
                                                       FileBytesOf(*at->snapshot));
     if (!charge.ok()) return charge.status();
-    const absl::Status formatted = Format(*at->snapshot, at->world->name(), go_on);
+    const absl::Status formatted = Format(*at->snapshot, at->world->name(), check_cancelled);
     if (!formatted.ok()) return formatted;
     auto file = std::make_shared<ExportedWorld>();
     file->bytes = std::move(text_);
     file->warnings = std::move(warnings_);
     file->files = std::move(named_);
-    charge->ResizeAnyway(static_cast<std::int64_t>(file->bytes.size()));
+    charge->ForceResize(static_cast<std::int64_t>(file->bytes.size()));
     file->charge = *std::move(charge);
     file_ = runtime_.exports.Keep(key, std::move(file));
   }
@@ -134,45 +135,48 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   return absl::OkStatus();
 }
 
-void ExportWorldCall::LetGo() {
+void ExportWorldCall::ReleaseBytes() {
   bytes_.reset();
   file_.reset();
 }
 
 absl::Status ExportWorldCall::Format(const collision::WorldSnapshot& snapshot,
-                                     const std::string& world, const GoOn& go_on) {
+                                     const std::string& world,
+                                     const CancellationCheck& check_cancelled) {
   const v1::ExportFormat format = request_.format();
   if (format == v1::EXPORT_FORMAT_GLB || format == v1::EXPORT_FORMAT_PLY) {
-    return FormatDrawing(snapshot, world, go_on);
+    return FormatDrawing(snapshot, world, check_cancelled);
   }
-  auto scene = SceneOf(snapshot, MostTriangles(runtime_), go_on);
+  auto scene = MakePlanningScene(snapshot, MaxTriangles(runtime_), check_cancelled);
   if (!scene.ok()) return scene.status();
   scene->name = world;
   if (format != v1::EXPORT_FORMAT_URDF && format != v1::EXPORT_FORMAT_SDF) {
-    return FormatScene(snapshot, *std::move(scene), go_on);
+    return FormatScene(snapshot, *std::move(scene), check_cancelled);
   }
   if (!snapshot.robots().empty()) {
     scene->warnings.emplace_back("robots: left out, they have descriptions of their own");
   }
-  return FormatModel(*std::move(scene), go_on);
+  return FormatModel(*std::move(scene), check_cancelled);
 }
 
 absl::Status ExportWorldCall::FormatScene(const collision::WorldSnapshot& snapshot,
-                                          PlanningScene scene, const GoOn& go_on) {
+                                          PlanningScene scene,
+                                          const CancellationCheck& check_cancelled) {
   const bool is_yaml = request_.format() == v1::EXPORT_FORMAT_MOVEIT_YAML;
   if (is_yaml) {
     const auto robot = RobotOf(snapshot, request_.robot());
     if (!robot.ok()) return robot.status();
-    const absl::Status added = AddRobotAndRules(snapshot, robot->get(), scene, go_on);
+    const absl::Status added = AddRobotAndRules(snapshot, robot->get(), scene, check_cancelled);
     if (!added.ok()) return added;
   } else {
-    LeaveOutAttached(scene);
+    RemoveAttached(scene);
     if (!snapshot.robots().empty() || !snapshot.pair_rules().empty()) {
       scene.warnings.emplace_back(
           "robots and rules of pairs: left out, the format has objects alone");
     }
   }
-  auto bytes = is_yaml ? FormatSceneYaml(scene, go_on) : FormatSceneText(scene, go_on);
+  auto bytes =
+      is_yaml ? FormatSceneYaml(scene, check_cancelled) : FormatSceneText(scene, check_cancelled);
   if (!bytes.ok()) return bytes.status();
   text_ = *std::move(bytes);
   warnings_ = std::move(scene.warnings);
@@ -180,23 +184,25 @@ absl::Status ExportWorldCall::FormatScene(const collision::WorldSnapshot& snapsh
 }
 
 absl::Status ExportWorldCall::FormatDrawing(const collision::WorldSnapshot& snapshot,
-                                            const std::string& world, const GoOn& go_on) {
-  auto drawn = Draw(snapshot, MostTriangles(runtime_), go_on);
+                                            const std::string& world,
+                                            const CancellationCheck& check_cancelled) {
+  auto drawn = DrawWorld(snapshot, MaxTriangles(runtime_), check_cancelled);
   if (!drawn.ok()) return drawn.status();
   drawn->name = world;
   const bool is_glb = request_.format() == v1::EXPORT_FORMAT_GLB;
-  auto bytes = is_glb ? FormatGlb(*drawn, go_on) : FormatPly(*drawn, go_on);
+  auto bytes = is_glb ? FormatGlb(*drawn, check_cancelled) : FormatPly(*drawn, check_cancelled);
   if (!bytes.ok()) return bytes.status();
   text_ = *std::move(bytes);
   warnings_ = std::move(drawn->warnings);
   return absl::OkStatus();
 }
 
-absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on) {
+absl::Status ExportWorldCall::FormatModel(PlanningScene scene,
+                                          const CancellationCheck& check_cancelled) {
   const bool is_urdf = request_.format() == v1::EXPORT_FORMAT_URDF;
-  const std::int64_t most = MostTriangles(runtime_);
-  auto model = is_urdf ? FormatUrdf(std::move(scene), most, go_on)
-                       : FormatSdf(std::move(scene), most, go_on);
+  const std::int64_t max_triangles = MaxTriangles(runtime_);
+  auto model = is_urdf ? FormatUrdf(std::move(scene), max_triangles, check_cancelled)
+                       : FormatSdf(std::move(scene), max_triangles, check_cancelled);
   if (!model.ok()) return model.status();
   std::string bytes;
   for (const NamedFile& file : model->files) {

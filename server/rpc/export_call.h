@@ -22,20 +22,20 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
 
  private:
   absl::Status Prepare(const CallContext& call) override;
-  void LetGo() override;
+  void ReleaseBytes() override;
   void Complete(v1::ExportWorldResponse& message) override;
 
   // Makes the file: sets text, warnings and, if there are several files, their names.
   absl::Status Format(const collision::WorldSnapshot& snapshot, const std::string& world,
-                      const GoOn& go_on);
+                      const CancellationCheck& check_cancelled);
   absl::Status FormatScene(const collision::WorldSnapshot& snapshot, PlanningScene scene,
-                           const GoOn& go_on);
+                           const CancellationCheck& check_cancelled);
   absl::Status FormatDrawing(const collision::WorldSnapshot& snapshot, const std::string& world,
-                             const GoOn& go_on);
-  absl::Status FormatModel(PlanningScene scene, const GoOn& go_on);
+                             const CancellationCheck& check_cancelled);
+  absl::Status FormatModel(PlanningScene scene, const CancellationCheck& check_cancelled);
 
   v1::ExportWorldRequest request_;
-  std::optional<QuotaShare> place_;  // in the quota of streams
+  std::optional<QuotaShare> quota_share_;  // in the quota of streams
   std::shared_ptr<const ExportedWorld> file_;
   // Used while the file is made.
   std::string text_;

@@ -13,7 +13,7 @@
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -55,7 +55,7 @@ v1::GeometryFormat FormatToProto(BlobFormat format) {
 }
 
 // The error of a request that does not name exactly one source.
-absl::Status OneOfTwo(const std::string& fault) {
+absl::Status ObjectOrHashError(const std::string& fault) {
   const std::string rule = "must give exactly one of hash and object";
   return MakeError(absl::StatusCode::kInvalidArgument,
                    absl::StrCat("hash and object ", fault, ", ", rule),
@@ -75,14 +75,14 @@ ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime
     Start(std::nullopt);
   } else {
     const v1::ObjectSurface& object = request_.object();
-    Start(WhatToAwait(runtime, object.world(), object.world_uid(), object.at_revision()));
+    Start(FindRevisionToAwait(runtime, object.world(), object.world_uid(), object.at_revision()));
   }
 }
 
 absl::Status ReadGeometryCall::Prepare(const CallContext& call) {
   const bool by_hash = !request_.hash().empty();
   if (by_hash == request_.has_object()) {
-    return OneOfTwo(by_hash ? "are both given" : "are both absent");
+    return ObjectOrHashError(by_hash ? "are both given" : "are both absent");
   }
   const absl::Status found = by_hash ? FindBlob() : FindSurface(call);
   return found.ok() ? Begin() : found;
@@ -100,14 +100,14 @@ absl::Status ReadGeometryCall::FindBlob() {
 absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
   const FieldPath root;  // must outlive the paths derived from it
   const FieldPath path = root.Field("object");
-  const v1::ObjectSurface& asked = request_.object();
-  if (auto status = CheckName(asked.name(), path.Field("name")); !status.ok()) return status;
-  const auto rule = FromProto(asked.at_revision(), path.Field("at_revision"));
+  const v1::ObjectSurface& requested = request_.object();
+  if (auto status = CheckName(requested.name(), path.Field("name")); !status.ok()) return status;
+  const auto rule = RevisionRuleFromProto(requested.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
-  const auto at = FindWorldAt(runtime_, asked.world(), asked.world_uid(), *rule, call);
+  const auto at = FindWorldAt(runtime_, requested.world(), requested.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
-  const collision::WorldObjectPtr object = at->snapshot->Find(asked.name());
-  if (object == nullptr) return UnknownObject(asked.name());
+  const collision::WorldObjectPtr object = at->snapshot->Find(requested.name());
+  if (object == nullptr) return UnknownObject(requested.name());
   WorkBudget budget(call.deadline, call.stop);
   const auto surface = runtime_.application.geometry.SurfaceOf(object->geometry, &budget);
   if (!surface.ok()) return surface.status();
@@ -117,7 +117,7 @@ absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
   header.set_hash((*surface)->hash);
   header.set_world_uid(at->world->uid());
   header.set_revision(at->snapshot->revision().value);
-  *header.mutable_x_world_object() = ToProto(object->X_WO);
+  *header.mutable_x_world_object() = PoseToProto(object->X_WO);
   header.set_max_deviation_m((*surface)->max_deviation_m);
   return absl::OkStatus();
 }
@@ -156,7 +156,7 @@ absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
     return InvalidField("header.total_bytes", absl::StrCat("is ", header_.total_bytes(),
                                                            ", must be ", size, " for that hash"));
   }
-  auto stored = store.PutAgain(FormatOf(header_), hash);
+  auto stored = store.Renew(FormatOf(header_), hash);
   if (absl::IsNotFound(stored.status())) return false;  // it was just dropped
   if (!stored.ok()) return stored.status();
   Reply(*stored);
@@ -186,10 +186,10 @@ absl::Status WriteGeometryCall::TakeHeader(const v1::WriteGeometryRequest::Heade
         absl::StrCat("is ", static_cast<int>(header.format()), ", must be a known GeometryFormat"));
   }
   const Limits& limits = runtime_.application.limits;
-  const std::int64_t largest_mesh =
+  const std::int64_t max_mesh_bytes =
       kMeshCountsBytes + limits.max_mesh_triangles * kMaxBytesPerTriangle;
-  const std::int64_t most = std::min(largest_mesh, limits.max_geometry_bytes);
-  auto status = CheckRange(header.total_bytes(), {1, most}, path.Field("total_bytes"));
+  const std::int64_t max_bytes = std::min(max_mesh_bytes, limits.max_geometry_bytes);
+  auto status = CheckRange(header.total_bytes(), {1, max_bytes}, path.Field("total_bytes"));
   if (!status.ok()) return status;
   header_ = header;
   upload_.emplace(header.total_bytes(), limits.max_chunk_bytes, EmptyCharge());
@@ -204,7 +204,7 @@ absl::Status WriteGeometryCall::CheckEnd() const {
 WorkQueue& WriteGeometryCall::Queue() { return WriteQueueFor(runtime_, Cost_s()); }
 
 double WriteGeometryCall::Cost_s() const {
-  return upload_ ? CostOfGeometry_s(static_cast<std::int64_t>(upload_->bytes().size())) : 0;
+  return upload_ ? GeometryCost_s(static_cast<std::int64_t>(upload_->bytes().size())) : 0;
 }
 
 absl::Status WriteGeometryCall::Work() {

@@ -67,12 +67,13 @@ absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
 
 absl::Status IngestCall::TakeHeader(const v1::IngestCloudHeader& header) {
   if (plan_) return InvalidField("header", "came twice, must come once");
-  auto plan = FromProto(header, runtime_.application.limits, FieldPath::OfRequest("header"));
+  auto plan =
+      CloudPlanFromProto(header, runtime_.application.limits, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
-  const std::int64_t most = runtime_.application.limits.max_cloud_bytes;
-  if (plan->total_bytes > most) {
+  const std::int64_t max_bytes = runtime_.application.limits.max_cloud_bytes;
+  if (plan->total_bytes > max_bytes) {
     return InvalidField("header.total_bytes",
-                        absl::StrCat("is ", plan->total_bytes, ", must be at most ", most));
+                        absl::StrCat("is ", plan->total_bytes, ", must be at most ", max_bytes));
   }
   header_ = header;
   plan_ = *std::move(plan);
@@ -160,11 +161,12 @@ absl::Status IngestCall::Interpret() {
   if (!request.ok()) return request.status();
   upload_.reset();  // its bytes were converted to the cloud
   line_.points = static_cast<std::int64_t>(request->cloud.points.size());
-  auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
+  auto lease = application.worlds.AcquireLease(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
   request->options.max_threads = runtime_.cores;
   request->options.threads_now = [this] { return runtime_.ThreadsForScan(); };
-  const BudgetGuard budget(runtime_.timer, GiveUpAt(plan_->time_budget, call_.deadline), stop_);
+  const BudgetGuard budget(runtime_.timer, AnswerDeadline(plan_->time_budget, call_.deadline),
+                           stop_);
   auto outcome = Ingest(**lease, *request, application.interpret, call_.stop);
   if (!outcome.ok()) {
     return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();
@@ -172,12 +174,12 @@ absl::Status IngestCall::Interpret() {
   line_.objects = static_cast<std::int64_t>(outcome->objects.size());
   line_.revision = outcome->revision.value;
   if (request->mode != IngestMode::kSegmentOnly) {
-    lease->Keep();
+    lease->Commit();
     KeepScan(**lease, *request, *outcome);
   }
-  auto status = ToProto({*outcome, **lease, plan_->want_point_labels}, application.limits,
-                        application.geometry, &response_);
-  if (!lease->kept()) response_.clear_world_uid();
+  auto status = IngestReplyToProto({*outcome, **lease, plan_->want_point_labels},
+                                   application.limits, application.geometry, &response_);
+  if (!lease->committed()) response_.clear_world_uid();
   return status;
 }
 

@@ -23,7 +23,7 @@ namespace {
 constexpr std::string_view kUnixPrefix = "unix:";
 // The suffix that BindingAddress appends to a path: a dot and so many letters.
 constexpr std::size_t kSuffixLetters = 6;
-constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1 - (1 + kSuffixLetters);
+constexpr std::size_t kMaxPathBytes = sizeof(sockaddr_un::sun_path) - 1 - (1 + kSuffixLetters);
 
 bool IsLoopback(const std::string& host) {
   if (host == "localhost" || host == "[::1]") return true;
@@ -77,10 +77,10 @@ std::optional<std::string> SocketPath(const std::string& address) {
 
 absl::StatusOr<std::string> CheckListenAddress(const std::string& address) {
   if (const auto path = SocketPath(address)) {
-    if (!path->empty() && path->size() <= kLongestPath) return address;
+    if (!path->empty() && path->size() <= kMaxPathBytes) return address;
     return absl::InvalidArgumentError(absl::StrCat("--listen ", address, ": the path has ",
                                                    path->size(), " bytes, must have 1 to ",
-                                                   kLongestPath));
+                                                   kMaxPathBytes));
   }
   const std::size_t colon = address.rfind(':');
   int port = 0;
@@ -156,7 +156,7 @@ std::optional<SocketFile> FindSocket(const std::string& address) {
 void RemoveSocket(const std::string& address, const SocketFile& own) {
   const auto path = SocketPath(address);
   if (!path) return;
-  const auto lock = SocketLock::Take(*path);  // so that nobody replaces the socket meanwhile
+  const auto lock = SocketLock::Acquire(*path);  // so that nobody replaces the socket meanwhile
   if (lock.ok() && FindSocket(address) == own) unlink(path->c_str());
 }
 

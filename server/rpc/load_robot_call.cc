@@ -48,7 +48,7 @@ absl::Status LoadRobotCall::TakeHeader(const v1::LoadRobotHeader& header) {
   header_ = EmptyCharge();
   auto charged = header_.Resize(static_cast<std::int64_t>(header.ByteSizeLong()));
   if (!charged.ok()) return charged;
-  auto plan = FromProto(header, FieldPath::OfRequest("header"));
+  auto plan = RobotPlanFromProto(header, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
   plan_ = *std::move(plan);
   v1::LoadRobotHeader content = header;
@@ -129,21 +129,21 @@ absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
   const FieldPath path = root.Field("header");
   std::map<std::string, std::string, std::less<>> bytes;
   for (auto& [name, upload] : files_) bytes.emplace(name, upload.Take());
-  auto files = FilesOf(*plan_, std::move(bytes), path);
+  auto files = MakeRobotFiles(*plan_, std::move(bytes), path);
   if (!files.ok()) return files.status();
   auto robot = ReadRobot(*std::move(files), runtime_.application.limits.robot, call_.stop);
   if (!robot.ok()) return absl::IsCancelled(robot.status()) ? CallCancelled() : robot.status();
-  auto put = PutOf(*plan_, *std::move(robot), path);
+  auto put = MakePutRobot(*plan_, *std::move(robot), path);
   if (!put.ok()) return put.status();
-  collision::WorldRobot told;  // a watch sends the robot whole
-  told.name = put->name;
-  told.robot = put->robot;
-  told.state = put->state;
-  const auto size = static_cast<std::int64_t>(ToProto(told).ByteSizeLong());
-  const std::int64_t most = runtime_.application.limits.max_object_bytes;
-  if (size <= most) return put;
+  collision::WorldRobot put_robot;  // a watch sends the robot whole
+  put_robot.name = put->name;
+  put_robot.robot = put->robot;
+  put_robot.state = put->state;
+  const auto size = static_cast<std::int64_t>(RobotToProto(put_robot).ByteSizeLong());
+  const std::int64_t max_bytes = runtime_.application.limits.max_object_bytes;
+  if (size <= max_bytes) return put;
   return RobotTooLarge(absl::StrCat("header.urdf: names, joints and groups of the robot have ",
-                                    size, " bytes, must have at most ", most,
+                                    size, " bytes, must have at most ", max_bytes,
                                     " (max_object_bytes)"));
 }
 
@@ -163,11 +163,11 @@ absl::Status LoadRobotCall::Work() {
   if (!put.ok()) return put.status();
   files_.clear();  // their bytes were converted to the robot
   if (call_.stop.stop_requested()) return CallCancelled();
-  auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
+  auto lease = application.worlds.AcquireLease(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
   auto outcome = LoadRobot(**lease, *put, plan_->write, application.limits);
   if (!outcome.ok()) return outcome.status();
-  lease->Keep();
+  lease->Commit();
   runtime_.log.RobotLoaded(WorldNameOf(plan_->world), put->name,
                            static_cast<std::int64_t>(put->robot->model->links.size()),
                            outcome->revision.value);
@@ -185,7 +185,7 @@ absl::Status LoadRobotCall::Reply(const World& world, const WriteOutcome& outcom
     snapshot = *std::move(first);
   }
   const collision::WorldRobotPtr robot = snapshot->FindRobot(name);
-  *response_.mutable_robot() = ToProto(*robot);
+  *response_.mutable_robot() = RobotToProto(*robot);
   for (const std::string& warning : WarningsOf(*robot->robot, plan_->srdf.has_value())) {
     response_.add_warnings(warning);
   }

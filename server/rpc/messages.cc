@@ -79,7 +79,8 @@ absl::Status ParseRequest(grpc::ByteBuffer& bytes, google::protobuf::Message* re
   bytes.Clear();
   if (is_parsed) DropUnknownFields(*request, *budget);
   if (HasEnded(budget)) return budget->status();
-  return is_parsed ? absl::OkStatus() : MalformedRequest(MethodTaking(*request->GetDescriptor()));
+  return is_parsed ? absl::OkStatus()
+                   : MalformedRequest(MethodWithRequest(*request->GetDescriptor()));
 }
 
 absl::Status CheckStreamRequestSize(const grpc::ByteBuffer& bytes) {
@@ -101,7 +102,7 @@ absl::Status MalformedRequest(const std::string& method) {
       {.reason = "MALFORMED_REQUEST", .metadata = {{"method", method}, {"type", type}}});
 }
 
-std::string MethodTaking(const google::protobuf::Descriptor& request) {
+std::string MethodWithRequest(const google::protobuf::Descriptor& request) {
   const google::protobuf::FileDescriptor& file = *request.file();
   for (int i = 0; i < file.service_count(); ++i) {
     for (int k = 0; k < file.service(i)->method_count(); ++k) {

@@ -21,7 +21,7 @@ namespace cwm::server {
 absl::Status MalformedRequest(const std::string& method);
 
 // The method whose request has this type.
-std::string MethodTaking(const google::protobuf::Descriptor& request);
+std::string MethodWithRequest(const google::protobuf::Descriptor& request);
 
 // Fills `request` and frees the bytes. Drops unknown fields, which take eight times their bytes in
 // memory and which nobody reads. INVALID_ARGUMENT MALFORMED_REQUEST, or the status of the budget,

@@ -21,7 +21,7 @@ struct Filter {
   std::optional<Aabb> within_W;
 };
 
-bool Passes(const collision::WorldObject& object, const Filter& filter) {
+bool MatchesFilter(const collision::WorldObject& object, const Filter& filter) {
   if (!filter.kinds.empty() &&
       std::find(filter.kinds.begin(), filter.kinds.end(), object.kind) == filter.kinds.end()) {
     return false;
@@ -31,9 +31,9 @@ bool Passes(const collision::WorldObject& object, const Filter& filter) {
 }
 
 absl::StatusOr<Aabb> BoxOf(const v1::WorldBox& box, const FieldPath& path) {
-  auto min = FromProto(box.min(), path.Field("min"));
+  auto min = VectorFromProto(box.min(), path.Field("min"));
   if (!min.ok()) return min.status();
-  auto max = FromProto(box.max(), path.Field("max"));
+  auto max = VectorFromProto(box.max(), path.Field("max"));
   if (!max.ok()) return max.status();
   if ((min->array() > max->array()).any()) {
     return path.Field("min").Error("is greater than max, must not be in any coordinate");
@@ -58,7 +58,8 @@ absl::StatusOr<Filter> FilterOf(const v1::ListObjectsRequest& request) {
   bool any_kind = request.kinds().empty();
   for (int i = 0; i < request.kinds_size(); ++i) {
     if (request.kinds(i) == v1::OBJECT_KIND_UNSPECIFIED) any_kind = true;
-    auto kind = FromProto(request.kinds(i), collision::ObjectKind::kObject, root.Item("kinds", i));
+    auto kind = ObjectKindFromProto(request.kinds(i), collision::ObjectKind::kObject,
+                                    root.Item("kinds", i));
     if (!kind.ok()) return kind.status();
     filter.kinds.push_back(*kind);
   }
@@ -85,7 +86,7 @@ std::string FilterText(v1::ListObjectsRequest request) {
 
 absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
                       const CallContext& call, v1::ListObjectsResponse* response) {
-  auto view = FromProto(request.view(), View::kShapes, FieldPath::OfRequest("view"));
+  auto view = ViewFromProto(request.view(), View::kShapes, FieldPath::OfRequest("view"));
   if (!view.ok()) return view.status();
   auto size = PageSizeOf(request.page_size());
   if (!size.ok()) return size.status();
@@ -106,7 +107,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
   std::size_t bytes = 0;
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
     if (object->name <= source->after) continue;
-    if (!Passes(*object, *filter)) continue;
+    if (!MatchesFilter(*object, *filter)) continue;
     const auto count = static_cast<std::size_t>(response->objects_size());
     if (count == *size || bytes >= kPageBytes) {
       const std::string& last = response->objects(response->objects_size() - 1).name();
@@ -114,8 +115,8 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
       break;
     }
     v1::Object* proto = response->add_objects();
-    *proto = ToProto(*object, *view, world.observations().Of(object->name),
-                     runtime.application.geometry);
+    *proto = ObjectToProto(*object, *view, world.observations().Get(object->name),
+                           runtime.application.geometry);
     bytes += proto->ByteSizeLong();
   }
   return absl::OkStatus();

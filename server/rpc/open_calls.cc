@@ -30,7 +30,7 @@ OpenCalls::Token::~Token() {
     --calls_.late_;
     return;
   }
-  calls_.last_move_ = Clock::now();
+  calls_.last_progress_ = Clock::now();
   if (calls_.IsEmpty()) calls_.none_.notify_all();
 }
 
@@ -39,9 +39,9 @@ void OpenCalls::SetDraining() {
   is_draining_ = true;
 }
 
-void OpenCalls::NoteMove() {
+void OpenCalls::NoteProgress() {
   const std::lock_guard lock(mutex_);
-  last_move_ = Clock::now();
+  last_progress_ = Clock::now();
 }
 
 void OpenCalls::RequestStop() {
@@ -68,7 +68,7 @@ bool OpenCalls::WaitUntilNone(Clock::time_point end, Clock::duration patience,
     if (IsEmpty()) return true;
     const auto now = Clock::now();
     if (is_busy()) quiet_since = now;
-    quiet_since = std::max(quiet_since, last_move_);
+    quiet_since = std::max(quiet_since, last_progress_);
     if (now >= end || now - quiet_since >= patience) return false;
     none_.wait_until(lock, std::min(end, now + kBusyPollPeriod));
   }

@@ -26,7 +26,7 @@ class OpenCalls {
     Token& operator=(const Token&) = delete;
 
     // Records that the client has received something from the call.
-    void NoteProgress() { calls_.NoteMove(); }
+    void NoteProgress() { calls_.NoteProgress(); }
 
    private:
     friend class OpenCalls;
@@ -50,14 +50,14 @@ class OpenCalls {
                      const std::function<bool()>& is_busy);
 
  private:
-  void NoteMove();
+  void NoteProgress();
   bool IsEmpty() const { return late_ == static_cast<std::int64_t>(open_.size()); }
 
   mutable std::mutex mutex_;
   std::condition_variable none_;
   std::list<Token*> open_;
   std::int64_t late_ = 0;  // open calls that came while draining
-  Clock::time_point last_move_ = Clock::now();
+  Clock::time_point last_progress_ = Clock::now();
   bool is_draining_ = false;
   bool stop_requested_ = false;
 };

@@ -8,7 +8,7 @@
 #include "proto/transfer/sha256.h"
 #include "server/rpc/at_revision.h"
 #include "server/wire/numbers.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -52,7 +52,7 @@ absl::StatusOr<PageSource> FindPage(const Runtime& runtime, const PageQuery& que
       !status.ok()) {
     return status;
   }
-  auto rule = FromProto(query.at_revision, FieldPath::OfRequest("at_revision"));
+  auto rule = RevisionRuleFromProto(query.at_revision, FieldPath::OfRequest("at_revision"));
   if (!rule.ok()) return rule.status();
   auto world = runtime.application.worlds.Find(query.world, query.world_uid);
   if (!world.ok()) return world.status();

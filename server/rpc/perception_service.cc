@@ -19,7 +19,7 @@ absl::Status List(Application& application, const v1::ListScansRequest& request,
     // The scan's blobs may have been evicted by more recently used ones.
     if (!application.geometry.Get(scan.points.hash).ok()) continue;
     if (!application.geometry.Get(scan.labels.hash).ok()) continue;
-    *response->add_scans() = ToProto(scan);
+    *response->add_scans() = ScanToProto(scan);
   }
   response->set_revision((*world)->Snapshot()->revision().value);  // last: no scan is newer
   return absl::OkStatus();
@@ -37,8 +37,8 @@ grpc::ServerUnaryReactor* PerceptionService::ListScans(grpc::CallbackServerConte
                                                        grpc::ByteBuffer* response) {
   return Read<v1::ListScansRequest, v1::ListScansResponse>(
       context, runtime_, request, response,
-      [this](const v1::ListScansRequest& asked, const CallContext&, v1::ListScansResponse* reply) {
-        return List(runtime_.application, asked, reply);
+      [this](const v1::ListScansRequest& parsed, const CallContext&, v1::ListScansResponse* reply) {
+        return List(runtime_.application, parsed, reply);
       });
 }
 

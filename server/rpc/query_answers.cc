@@ -14,7 +14,7 @@
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
 #include "server/wire/prepared_bytes.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -33,14 +33,14 @@ AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 
 // The time to pass an answer to a client on this machine. measured: three times the time on an
 // otherwise idle machine (1.2 to 1.7 ns per byte of columns, 1 us per message).
-std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions& options,
-                                  const ReplyPace& pace) {
-  constexpr int kOfByte_ns = 4, kOfMessage_ns = 3'000;
+std::chrono::nanoseconds HandoverTime(const AnswerSize& size, const ParsedQueryOptions& options,
+                                      const ReplySlowdown& slowdown) {
+  constexpr int kByteCost_ns = 4, kMessageCost_ns = 3'000;
   const int scalar_bytes = options.precision == Precision::kSingle ? 4 : 8;
   const int quiet_ns = options.form == Form::kRows
-                           ? kOfMessage_ns
-                           : kOfByte_ns * (size.scalars * scalar_bytes + size.bytes);
-  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * pace.Slowness()));
+                           ? kMessageCost_ns
+                           : kByteCost_ns * (size.scalars * scalar_bytes + size.bytes);
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * slowdown.Factor()));
 }
 
 // chosen: reading a request may always take this long; the answer then has the rows that there was
@@ -48,11 +48,11 @@ std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions&
 constexpr auto kShortReading = std::chrono::milliseconds(10);
 
 // The values that all kinds of queries share once they are parsed.
-struct Asked {
+struct ParsedQuery {
   std::shared_ptr<World> world;
   collision::Revision revision;  // the world's, without overlays
   SnapshotPtr snapshot;          // at that revision, with the overlays
-  QuestionOptions options;
+  ParsedQueryOptions options;
   WorkBudget budget;         // for reading the query
   MemoryCharge charge = {};  // paid by its client, for the geometry that the overlay prepares
 
@@ -62,24 +62,25 @@ struct Asked {
             .snapshot = *snapshot,
             .form = options.form,
             .precision = options.precision,
-            .verdicts_only = options.query.naming == collision::Naming::kWhereAsked,
+            .verdicts_only = options.query.naming == collision::Naming::kWhereTested,
             .body = std::move(body)};
   }
 };
 
 // True if the stream's snapshot is the requested one.
-bool Holds(const StreamMemory* memory, const World& world, const RevisionRule& rule) {
+bool HoldsRevision(const StreamMemory* memory, const World& world, const RevisionRule& rule) {
   const auto* exactly = std::get_if<Exactly>(&rule);
   return memory != nullptr && exactly != nullptr && memory->snapshot != nullptr &&
          memory->world_uid == world.uid() && memory->snapshot->revision() == exactly->revision;
 }
 
 absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::string& name,
-                                            const QuestionOptions& options, const CallContext& call,
-                                            StreamMemory* memory) {
+                                            const ParsedQueryOptions& options,
+                                            const CallContext& call, StreamMemory* memory) {
   const RevisionRule& rule = options.at_revision;
   const auto world = runtime.application.worlds.Find(name, options.world_uid);
-  if (world.ok() && Holds(memory, **world, rule)) return WorldAtRevision{*world, memory->snapshot};
+  if (world.ok() && HoldsRevision(memory, **world, rule))
+    return WorldAtRevision{*world, memory->snapshot};
   auto at = server::FindWorldAt(runtime, name, options.world_uid, rule, call);
   if (at.ok() && memory != nullptr) {
     memory->world_uid = at->world->uid();
@@ -92,8 +93,8 @@ absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
                                         const v1::QueryOptions& options, SnapshotPtr base,
                                         WorkBudget* budget) {
   if (options.overlay().empty()) return base;
-  auto changes = FromProto(options.overlay(), application.limits, application.geometry,
-                           FieldPath::OfRequest("options"), "overlay", budget);
+  auto changes = ChangesFromProto(options.overlay(), application.limits, application.geometry,
+                                  FieldPath::OfRequest("options"), "overlay", budget);
   if (!changes.ok()) return changes.status();
   return WithChanges(base, *changes, "options.overlay", budget);
 }
@@ -117,22 +118,23 @@ absl::Status CheckIgnoredPairs(const std::vector<collision::NamedPair>& pairs,
 }
 
 template <class Request>
-absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
-                                 StreamMemory* memory) {
-  auto options = FromProto(request.options(), FieldPath::OfRequest("options"));
+absl::StatusOr<ParsedQuery> ParseQuery(Runtime& runtime, const Request& request,
+                                       const CallContext& call, StreamMemory* memory) {
+  auto options = QueryOptionsFromProto(request.options(), FieldPath::OfRequest("options"));
   if (!options.ok()) return options.status();
   auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
-  options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
-  options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options, runtime.reply_pace);
-  const auto read_until = std::max(options->query.give_up_at.value_or(Clock::time_point::max()),
+  options->query.deadline = AnswerDeadline(options->time_budget, call.deadline);
+  options->query.handover_per_entry =
+      HandoverTime(SizeOfAnswer(request), *options, runtime.reply_slowdown);
+  const auto read_until = std::max(options->query.deadline.value_or(Clock::time_point::max()),
                                    Clock::now() + kShortReading);
-  Asked asked{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
-              WorkBudget(read_until, call.stop)};
+  ParsedQuery parsed{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
+                     WorkBudget(read_until, call.stop)};
   if (memory != nullptr) {
-    auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot), &asked.budget);
-    if (!supposed.ok()) return supposed.status();
-    at->snapshot = *std::move(supposed);
+    auto overlaid = memory->overlay.ApplyTo(*at->world, std::move(at->snapshot), &parsed.budget);
+    if (!overlaid.ok()) return overlaid.status();
+    at->snapshot = *std::move(overlaid);
   }
   if (!request.options().overlay().empty()) {
     const Application& application = runtime.application;
@@ -140,27 +142,29 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
         MemoryBudget::Client(call.client),
         PreparedBytes(request.options().overlay(), application.geometry));
     if (!charge.ok()) return charge.status();
-    asked.charge = *std::move(charge);
+    parsed.charge = *std::move(charge);
   }
   auto snapshot =
-      WithOverlay(runtime.application, request.options(), std::move(at->snapshot), &asked.budget);
+      WithOverlay(runtime.application, request.options(), std::move(at->snapshot), &parsed.budget);
   if (!snapshot.ok()) return snapshot.status();
-  asked.snapshot = *std::move(snapshot);
-  auto status = CheckIgnoredPairs(asked.options.query.ignore_pairs, *asked.snapshot);
+  parsed.snapshot = *std::move(snapshot);
+  auto status = CheckIgnoredPairs(parsed.options.query.ignore_pairs, *parsed.snapshot);
   if (!status.ok()) return status;
-  return asked;
+  return parsed;
 }
 
 // A kind of query about a body in rows.
-template <class Columns>
-struct BodyQuestion {
-  absl::StatusOr<Columns> (*ask)(const collision::WorldSnapshot& world,
-                                 const collision::QueryBody& body, const collision::BodyRows& rows,
-                                 const collision::QueryOptions& options, std::stop_token stop);
+template <class Columns, class Response>
+struct BodyQuery {
+  absl::StatusOr<Columns> (*evaluate)(const collision::WorldSnapshot& world,
+                                      const collision::QueryBody& body,
+                                      const collision::BodyRows& rows,
+                                      const collision::QueryOptions& options, std::stop_token stop);
   // The option that limits the number of answers per row, and the resulting number.
   std::string_view field;
   std::int64_t (*per_row)(const collision::QueryOptions& options,
                           const collision::WorldSnapshot& world);
+  void (*to_proto)(const Columns& answers, const AnswerContext& context, Response* response);
 };
 
 std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSnapshot&) {
@@ -182,118 +186,123 @@ std::int64_t ContactsPerRow(const collision::QueryOptions& options,
 
 template <class Columns, class Request, class Response>
 absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallContext& call,
-                        StreamMemory* memory, const BodyQuestion<Columns>& kind,
+                        StreamMemory* memory, const BodyQuery<Columns, Response>& kind,
                         Response* response) {
-  auto asked = Understand(runtime, request, call, memory);
-  if (!asked.ok()) return asked.status();
+  auto parsed = ParseQuery(runtime, request, call, memory);
+  if (!parsed.ok()) return parsed.status();
   const Application& application = runtime.application;
-  auto question = FromProto(request.subject(),
-                            {*asked->snapshot, application.geometry, application.limits,
-                             asked->options.query.ignore, &asked->budget},
-                            FieldPath::OfRequest("subject"));
-  if (!question.ok()) return question.status();
-  const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
-  auto status = CheckForm(asked->options.form, rows->size(), application.limits);
+  auto query = StateQueryFromProto(request.subject(),
+                                   {*parsed->snapshot, application.geometry, application.limits,
+                                    parsed->options.query.ignore, &parsed->budget},
+                                   FieldPath::OfRequest("subject"));
+  if (!query.ok()) return query.status();
+  const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*query);
+  auto status = CheckForm(parsed->options.form, rows->size(), application.limits);
   if (!status.ok()) return status;
-  status =
-      CheckAnswers({kind.field, kind.per_row(asked->options.query, *asked->snapshot), rows->size()},
-                   asked->options.form, application.limits);
+  status = CheckAnswers(
+      {kind.field, kind.per_row(parsed->options.query, *parsed->snapshot), rows->size()},
+      parsed->options.form, application.limits);
   if (!status.ok()) return status;
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
-  asked->options.query.threads = share.threads();
-  auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
+  const CoreShare share(runtime, IsBatch(runtime, request));
+  parsed->options.query.threads = share.threads();
+  auto answers =
+      kind.evaluate(*parsed->snapshot, query->body, *rows, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(BodyNamesOf(*question)), response);
+  kind.to_proto(*answers, parsed->Context(BodyNamesOf(*query)), response);
   return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::CheckCollisionsResponse* response) {
+absl::Status AnswerQuery(Runtime& runtime, const v1::CheckCollisionsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::CheckCollisionsResponse* response) {
+  return AnswerBody(runtime, request, call, memory,
+                    BodyQuery<collision::CollisionColumns, v1::CheckCollisionsResponse>{
+                        collision::CheckCollisions, "", OnePerRow, CollisionAnswersToProto},
+                    response);
+}
+
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetDistancesRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetDistancesResponse* response) {
   return AnswerBody(
       runtime, request, call, memory,
-      BodyQuestion<collision::CollisionColumns>{collision::CheckCollisions, "", OnePerRow},
+      BodyQuery<collision::PairColumns, v1::GetDistancesResponse>{
+          collision::GetDistances, "max_results", ResultsPerRow, DistanceAnswersToProto},
       response);
 }
 
-absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::GetDistancesResponse* response) {
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetContactsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetContactsResponse* response) {
   return AnswerBody(
       runtime, request, call, memory,
-      BodyQuestion<collision::PairColumns>{collision::GetDistances, "max_results", ResultsPerRow},
+      BodyQuery<collision::PairColumns, v1::GetContactsResponse>{
+          collision::GetContacts, "max_contacts", ContactsPerRow, ContactAnswersToProto},
       response);
 }
 
-absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::GetContactsResponse* response) {
-  return AnswerBody(
-      runtime, request, call, memory,
-      BodyQuestion<collision::PairColumns>{collision::GetContacts, "max_contacts", ContactsPerRow},
-      response);
-}
-
-absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::CheckMotionsResponse* response) {
-  auto asked = Understand(runtime, request, call, memory);
-  if (!asked.ok()) return asked.status();
+absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::CheckMotionsResponse* response) {
+  auto parsed = ParseQuery(runtime, request, call, memory);
+  if (!parsed.ok()) return parsed.status();
   const Application& application = runtime.application;
-  auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
-                                     asked->options.query.ignore, &asked->budget});
+  auto motions =
+      MotionQueryFromProto(request, {*parsed->snapshot, application.geometry, application.limits,
+                                     parsed->options.query.ignore, &parsed->budget});
   if (!motions.ok()) return motions.status();
-  auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
+  auto status = CheckForm(parsed->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
-  const Question& question = motions->question;
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
-  asked->options.query.threads = share.threads();
-  auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
-                                       motions->paths, asked->options.query, call.stop);
+  const StateQuery& query = motions->query;
+  const CoreShare share(runtime, IsBatch(runtime, request));
+  parsed->options.query.threads = share.threads();
+  auto answers = collision::CheckPaths(*parsed->snapshot, query.body, *WaypointsOf(query),
+                                       motions->paths, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(BodyNamesOf(question)), response);
+  MotionAnswersToProto(*answers, parsed->Context(BodyNamesOf(query)), response);
   return absl::OkStatus();
 }
 
-absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
-                    StreamMemory* memory, v1::CastRaysResponse* response) {
-  auto asked = Understand(runtime, request, call, memory);
-  if (!asked.ok()) return asked.status();
+absl::Status AnswerQuery(Runtime& runtime, const v1::CastRaysRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::CastRaysResponse* response) {
+  auto parsed = ParseQuery(runtime, request, call, memory);
+  if (!parsed.ok()) return parsed.status();
   const Limits& limits = runtime.application.limits;
-  auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath::OfRequest("rays"));
+  auto rays = RaysFromProto(request.rays(), limits.max_batch_rows, FieldPath::OfRequest("rays"));
   if (!rays.ok()) return rays.status();
-  if (auto status = CheckForm(asked->options.form, rays->size(), limits); !status.ok()) {
+  if (auto status = CheckForm(parsed->options.form, rays->size(), limits); !status.ok()) {
     return status;
   }
-  for (collision::RayRow& ray : *rays) ray.max_distance_m = asked->options.query.max_distance_m;
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
-  asked->options.query.threads = share.threads();
-  auto answers = collision::CastRays(*asked->snapshot, *rays, asked->options.query, call.stop);
+  for (collision::RayRow& ray : *rays) ray.max_distance_m = parsed->options.query.max_distance_m;
+  const CoreShare share(runtime, IsBatch(runtime, request));
+  parsed->options.query.threads = share.threads();
+  auto answers = collision::CastRays(*parsed->snapshot, *rays, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, *rays, asked->Context(), response);
+  RayAnswersToProto(*answers, *rays, parsed->Context(), response);
   return absl::OkStatus();
 }
 
-absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::SamplePointsResponse* response) {
-  auto asked = Understand(runtime, request, call, memory);
-  if (!asked.ok()) return asked.status();
+absl::Status AnswerQuery(Runtime& runtime, const v1::SamplePointsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::SamplePointsResponse* response) {
+  auto parsed = ParseQuery(runtime, request, call, memory);
+  if (!parsed.ok()) return parsed.status();
   const Limits& limits = runtime.application.limits;
   auto points =
       PointsFromProto(request.points(), limits.max_batch_rows, FieldPath::OfRequest("points"));
   if (!points.ok()) return points.status();
-  if (auto status = CheckForm(asked->options.form, points->size(), limits); !status.ok()) {
+  if (auto status = CheckForm(parsed->options.form, points->size(), limits); !status.ok()) {
     return status;
   }
-  const ShareOfCores share(runtime, IsBatch(runtime, request));
-  asked->options.query.threads = share.threads();
+  const CoreShare share(runtime, IsBatch(runtime, request));
+  parsed->options.query.threads = share.threads();
   auto answers =
-      collision::SamplePoints(*asked->snapshot, *points, asked->options.query, call.stop);
+      collision::SamplePoints(*parsed->snapshot, *points, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(), response);
+  SampleAnswersToProto(*answers, parsed->Context(), response);
   return absl::OkStatus();
 }
 

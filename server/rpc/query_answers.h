@@ -22,22 +22,23 @@ struct StreamMemory {
 };
 
 // `memory` is null for unary calls. After an error the response is unspecified.
-absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::CheckCollisionsResponse* response);
-absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::GetDistancesResponse* response);
-absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::GetContactsResponse* response);
-absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::CheckMotionsResponse* response);
-absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
-                    StreamMemory* memory, v1::CastRaysResponse* response);
-absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
-                    const CallContext& call, StreamMemory* memory,
-                    v1::SamplePointsResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::CheckCollisionsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::CheckCollisionsResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetDistancesRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetDistancesResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetContactsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetContactsResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::CheckMotionsResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::CastRaysRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::CastRaysResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::SamplePointsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::SamplePointsResponse* response);
 
 }  // namespace cwm::server

@@ -22,30 +22,30 @@ std::size_t RowBytes(const v1::Subject& subject) {
 }
 
 // kShort only if the query brings no geometry and uses no engine that may have to prepare it first.
-WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& options, double cost_s) {
+WorkLength LengthForSubject(const v1::Subject& subject, const v1::QueryOptions& options,
+                            double cost_s) {
   const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
                            options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&
                            options.engine() != v1::ENGINE_BULLET;
-  const bool is_short = RowBytes(subject) <= kMaxBytesOfShort && cost_s <= kMaxCostOfShort_s;
+  const bool is_short = RowBytes(subject) <= kMaxShortQueryBytes && cost_s <= kMaxShortQueryCost_s;
   return is_prepared && is_short ? WorkLength::kShort : WorkLength::kAny;
 }
 
 }  // namespace
 
-ShareOfCores::ShareOfCores(Runtime& runtime, bool is_batch)
-    : runtime_(runtime), is_batch_(is_batch) {
+CoreShare::CoreShare(Runtime& runtime, bool is_batch) : runtime_(runtime), is_batch_(is_batch) {
   if (is_batch_) threads_ = std::max(1, runtime.cores / ++runtime.batches_under_way);
 }
 
-ShareOfCores::~ShareOfCores() {
+CoreShare::~CoreShare() {
   if (is_batch_) --runtime_.batches_under_way;
 }
 
 WorkLength LengthOf(const v1::CheckCollisionsRequest& request, double cost_s) {
-  return LengthAbout(request.subject(), request.options(), cost_s);
+  return LengthForSubject(request.subject(), request.options(), cost_s);
 }
 WorkLength LengthOf(const v1::GetDistancesRequest& request, double cost_s) {
-  return LengthAbout(request.subject(), request.options(), cost_s);
+  return LengthForSubject(request.subject(), request.options(), cost_s);
 }
 
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request) {

@@ -13,18 +13,18 @@ namespace cwm::server {
 
 // chosen: queries with more bytes of rows are batches: 64 states of an arm, or so many poses, take
 // a few milliseconds at most.
-inline constexpr std::size_t kMaxBytesOfFew = 4096;
+inline constexpr std::size_t kMaxSmallQueryBytes = 4096;
 
 // chosen: so few states or poses of a known body (nine states of an arm) take some hundred
 // microseconds, about as long as waking a thread.
-inline constexpr std::size_t kMaxBytesOfShort = 512;
+inline constexpr std::size_t kMaxShortQueryBytes = 512;
 
 // chosen: a query with a higher estimate is a batch, too, however few rows it has: it brings a mesh
 // that must be prepared, or the world has heavy objects.
-inline constexpr double kMaxCostOfFew_s = 20e-3;
+inline constexpr double kMaxSmallQueryCost_s = 20e-3;
 // chosen: the highest estimate of a query that is answered by the thread that read it: nine states
 // of an arm among a hundred objects are estimated at 0.3 ms, their distances at 1 ms.
-inline constexpr double kMaxCostOfShort_s = 2e-3;
+inline constexpr double kMaxShortQueryCost_s = 2e-3;
 
 // Bytes of the query's rows.
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request);
@@ -53,21 +53,22 @@ WorkLength LengthOf(const Request&, double) {
 
 template <class Request>
 bool IsBatch(const Request& request, double cost_s) {
-  return RowBytes(request) > kMaxBytesOfFew || cost_s > kMaxCostOfFew_s;
+  return RowBytes(request) > kMaxSmallQueryBytes || cost_s > kMaxSmallQueryCost_s;
 }
 template <class Request>
 bool IsBatch(const Runtime& runtime, const Request& request) {
-  return RowBytes(request) > kMaxBytesOfFew || EstimatedCost_s(runtime, request) > kMaxCostOfFew_s;
+  return RowBytes(request) > kMaxSmallQueryBytes ||
+         EstimatedCost_s(runtime, request) > kMaxSmallQueryCost_s;
 }
 
 // Exists while a query is being answered and sets the number of its threads: a single batch has all
 // cores, several share them evenly.
-class ShareOfCores {
+class CoreShare {
  public:
-  ShareOfCores(Runtime& runtime, bool is_batch);
-  ~ShareOfCores();
-  ShareOfCores(const ShareOfCores&) = delete;
-  ShareOfCores& operator=(const ShareOfCores&) = delete;
+  CoreShare(Runtime& runtime, bool is_batch);
+  ~CoreShare();
+  CoreShare(const CoreShare&) = delete;
+  CoreShare& operator=(const CoreShare&) = delete;
 
   int threads() const { return threads_; }
 
@@ -79,7 +80,7 @@ class ShareOfCores {
 
 // Long writes share the cores with batches, so that they do not delay short writes.
 inline WorkQueue& WriteQueueFor(Runtime& runtime, double cost_s) {
-  return cost_s > kMaxCostOfFew_s ? runtime.batches : runtime.writes;
+  return cost_s > kMaxSmallQueryCost_s ? runtime.batches : runtime.writes;
 }
 
 template <class Request>

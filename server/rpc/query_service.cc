@@ -17,22 +17,24 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
   return StartUnary<Request, Response>(
       context, runtime, request, response, runtime.batches,
       {.plan =
-           [&runtime](const Request& asked) {
-             const v1::QueryOptions& options = asked.options();
-             const double cost_s = EstimatedCost_s(runtime, asked);
-             UnaryPlan plan{.queue = &QueueOf(runtime, asked, cost_s),
-                            .await = WhatToAwait(runtime, asked.world(), options.world_uid(),
-                                                 options.at_revision()),
-                            .length = LengthOf(asked, cost_s),
-                            .cost_s = cost_s,
-                            .may_answer_in_part = true};
+           [&runtime](const Request& parsed) {
+             const v1::QueryOptions& options = parsed.options();
+             const double cost_s = EstimatedCost_s(runtime, parsed);
+             UnaryPlan plan{
+                 .queue = &QueueOf(runtime, parsed, cost_s),
+                 .await = FindRevisionToAwait(runtime, parsed.world(), options.world_uid(),
+                                              options.at_revision()),
+                 .length = LengthOf(parsed, cost_s),
+                 .cost_s = cost_s,
+                 .allows_partial_answer = true};
              const absl::Status affordable = CheckCost(cost_s, runtime.application.limits);
              if (!affordable.ok()) plan.await = affordable;
              return plan;
            },
-       .work = [&runtime](
-                   const Request& asked, const CallContext& call,
-                   Response* reply) { return Answer(runtime, asked, call, nullptr, reply); }});
+       .work =
+           [&runtime](const Request& parsed, const CallContext& call, Response* reply) {
+             return AnswerQuery(runtime, parsed, call, nullptr, reply);
+           }});
 }
 
 }  // namespace

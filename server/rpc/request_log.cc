@@ -58,7 +58,7 @@ std::vector<LineLimit::Omitted> LineLimit::TakeOmitted(Clock::time_point now) {
   return omitted;
 }
 
-std::string Shown(std::string_view name) {
+std::string QuoteForLog(std::string_view name) {
   const std::string kept(name.substr(0, kMaxNameBytes));
   return fmt::format("\"{}{}\"", absl::CHexEscape(kept), kept.size() < name.size() ? "..." : "");
 }
@@ -68,22 +68,22 @@ void RequestLog::Ingested(const IngestLine& line) {
       line.outcome.ok() ? fmt::format("{} objects, revision {}, ", line.objects, line.revision)
                         : "";
   Write("ingest", fmt::format("ingest: world {}, sensor {}, {} points, {} ms, {}{}",
-                              Shown(line.world), Shown(line.sensor), line.points,
+                              QuoteForLog(line.world), QuoteForLog(line.sensor), line.points,
                               Milliseconds(line.took), made, CodeText(line.outcome.code())));
 }
 
 void RequestLog::RobotLoaded(std::string_view world, std::string_view robot, std::int64_t links,
                              std::int64_t revision) {
   Write("robot loaded", fmt::format("robot loaded: world {}, robot {}, {} links, revision {}",
-                                    Shown(world), Shown(robot), links, revision));
+                                    QuoteForLog(world), QuoteForLog(robot), links, revision));
 }
 
 void RequestLog::WorldCreated(std::string_view world, std::string_view uid) {
-  Write("world created", fmt::format("world created: {}, uid {}", Shown(world), uid));
+  Write("world created", fmt::format("world created: {}, uid {}", QuoteForLog(world), uid));
 }
 
 void RequestLog::WorldDeleted(std::string_view world, std::string_view uid) {
-  Write("world deleted", fmt::format("world deleted: {}, uid {}", Shown(world), uid));
+  Write("world deleted", fmt::format("world deleted: {}, uid {}", QuoteForLog(world), uid));
 }
 
 void RequestLog::Refused(std::string_view method, absl::StatusCode code, std::string_view reason,
@@ -103,25 +103,25 @@ void RequestLog::Write(std::string_view kind, const std::string& line) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   std::vector<LineLimit::Omitted> omitted;
   bool is_admitted = false;
-  bool must_tell = false;
+  bool must_schedule_report = false;
   {
     const std::lock_guard lock(mutex_);
     const Clock::time_point now = Clock::now();
     omitted = limit_.TakeOmitted(now);
     is_admitted = limit_.Admit(kind, now);
-    must_tell = !is_admitted && !will_tell_;
-    will_tell_ = will_tell_ || must_tell;
+    must_schedule_report = !is_admitted && !report_scheduled_;
+    report_scheduled_ = report_scheduled_ || must_schedule_report;
   }
   WriteOmitted(omitted);
   if (is_admitted) spdlog::info("{}", line);
-  if (must_tell) timer_.After(kSecond, [this] { TellOmitted(); });
+  if (must_schedule_report) timer_.After(kSecond, [this] { ReportOmitted(); });
 }
 
-void RequestLog::TellOmitted() {
+void RequestLog::ReportOmitted() {
   std::vector<LineLimit::Omitted> omitted;
   {
     const std::lock_guard lock(mutex_);
-    will_tell_ = false;
+    report_scheduled_ = false;
     omitted = limit_.TakeOmitted(Clock::now());
   }
   WriteOmitted(omitted);

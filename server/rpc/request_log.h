@@ -49,7 +49,7 @@ class LineLimit {
 };
 
 // A name for a log line: in quotes, without control characters, cut after 128 bytes.
-std::string Shown(std::string_view name);
+std::string QuoteForLog(std::string_view name);
 
 struct IngestLine {
   std::string_view world, sensor;
@@ -79,12 +79,12 @@ class RequestLog {
 
  private:
   void Write(std::string_view kind, const std::string& line);
-  void TellOmitted();
+  void ReportOmitted();
 
   Timer& timer_;
   std::mutex mutex_;
   LineLimit limit_;
-  bool will_tell_ = false;  // the timer is going to call TellOmitted
+  bool report_scheduled_ = false;  // the timer is going to call ReportOmitted
 };
 
 }  // namespace cwm::server

@@ -16,7 +16,7 @@ Task TaskOf(const RevisionWait& wait, std::function<void(const absl::Status&)> r
           .client = wait.client,
           .cost_s = wait.cost_s,
           .deadline = wait.deadline,
-          .may_answer_in_part = wait.may_answer_in_part};
+          .allows_partial_answer = wait.allows_partial_answer};
 }
 
 }  // namespace
@@ -28,11 +28,11 @@ void RevisionWaits::Await(RevisionWait wait, WorkQueue& queue, Then then) {
       then(latest);
     }));
   }
-  auto place = QuotaShare::Take(taken_, wait.client);
-  if (!place) return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
+  auto quota_share = QuotaShare::TryTake(quota_, wait.client);
+  if (!quota_share) return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
   const std::lock_guard lock(mutex_);
-  waiting_.push_back(
-      {std::move(wait), queue, std::move(then), std::make_shared<QuotaShare>(*std::move(place))});
+  waiting_.push_back({std::move(wait), queue, std::move(then),
+                      std::make_shared<QuotaShare>(*std::move(quota_share))});
   if (!std::exchange(polling_, true)) PollSoon();
 }
 
@@ -71,15 +71,15 @@ bool RevisionWaits::TryEnd(Waiting& waiting, collision::Revision reached) {
   }
   const bool not_yet = in_time && (snapshot.ok() || absl::IsDeadlineExceeded(snapshot.status()));
   if (not_yet && !draining_) return false;
-  waiting.place.reset();
+  waiting.quota_share.reset();
   waiting.then(not_yet ? Draining() : snapshot.status());
   return true;
 }
 
 void RevisionWaits::Admit(Waiting& waiting, SnapshotPtr snapshot) {
-  auto begin = [place = std::move(waiting.place), then = std::move(waiting.then),
+  auto begin = [quota_share = std::move(waiting.quota_share), then = std::move(waiting.then),
                 snapshot = std::move(snapshot)](const absl::Status& admitted) mutable {
-    place.reset();
+    quota_share.reset();
     if (!admitted.ok()) return then(admitted);
     then(std::move(snapshot));
   };

@@ -25,7 +25,7 @@ struct RevisionWait {
   // The same as in Task (fair_tasks.h).
   ClientId client = {};
   double cost_s = 0;
-  bool may_answer_in_part = false;
+  bool allows_partial_answer = false;
 };
 
 // Thread safe. A wait holds no thread and no place in a queue until its revision exists. Then it
@@ -34,8 +34,8 @@ struct RevisionWait {
 // that arrive meanwhile.
 class RevisionWaits {
  public:
-  // `timer` must be stopped before the destructor runs. Waits above the quota `places` are refused.
-  RevisionWaits(Timer& timer, FairQuotaOptions places) : timer_(timer), taken_(places) {}
+  // `timer` must be stopped before the destructor runs. Waits above the `quota` are refused.
+  RevisionWaits(Timer& timer, FairQuotaOptions quota) : timer_(timer), quota_(quota) {}
 
   // Calls `then` once: on a thread of `queue` with the world's snapshot as soon as it has the
   // revision; otherwise on some thread with the world's end, DeadlineExceeded, Cancelled, Draining
@@ -51,7 +51,7 @@ class RevisionWaits {
     RevisionWait wait;
     WorkQueue& queue;
     Then then;
-    std::shared_ptr<QuotaShare> place;  // until its work begins
+    std::shared_ptr<QuotaShare> quota_share;  // until its work begins
   };
 
   void PollSoon();
@@ -63,7 +63,7 @@ class RevisionWaits {
   void Admit(Waiting& waiting, SnapshotPtr snapshot);
 
   Timer& timer_;
-  FairQuota taken_;  // by waits, and by admitted calls that have not begun
+  FairQuota quota_;  // by waits, and by admitted calls that have not begun
   std::atomic<bool> draining_ = false;
   std::mutex mutex_;
   std::list<Waiting> waiting_;  // in order of arrival

@@ -46,7 +46,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListRobotsRequest& request,
       break;
     }
     v1::Robot* proto = response->add_robots();
-    *proto = ToProto(*robot);
+    *proto = RobotToProto(*robot);
     bytes += proto->ByteSizeLong();
   }
   return absl::OkStatus();

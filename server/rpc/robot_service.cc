@@ -10,7 +10,7 @@
 #include "server/rpc/robot_pages.h"
 #include "server/rpc/unary_methods.h"
 #include "server/wire/objects.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 #include "server/wire/robots.h"
 
 namespace cwm::server {
@@ -44,7 +44,7 @@ absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& re
                       const CallContext& call, v1::GetRobotLinksResponse* response) {
   const FieldPath root;
   if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
-  const auto rule = FromProto(request.at_revision(), root.Field("at_revision"));
+  const auto rule = RevisionRuleFromProto(request.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
@@ -69,8 +69,8 @@ grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* 
                                                    grpc::ByteBuffer* response) {
   return Read<v1::ListRobotsRequest, v1::ListRobotsResponse>(
       context, runtime_, request, response,
-      [this](const v1::ListRobotsRequest& asked, const CallContext& call,
-             v1::ListRobotsResponse* reply) { return ListPage(runtime_, asked, call, reply); });
+      [this](const v1::ListRobotsRequest& parsed, const CallContext& call,
+             v1::ListRobotsResponse* reply) { return ListPage(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* RobotService::GetRobotLinks(grpc::CallbackServerContext* context,
@@ -78,8 +78,8 @@ grpc::ServerUnaryReactor* RobotService::GetRobotLinks(grpc::CallbackServerContex
                                                       grpc::ByteBuffer* response) {
   return Read<v1::GetRobotLinksRequest, v1::GetRobotLinksResponse>(
       context, runtime_, request, response,
-      [this](const v1::GetRobotLinksRequest& asked, const CallContext& call,
-             v1::GetRobotLinksResponse* reply) { return GetLinks(runtime_, asked, call, reply); });
+      [this](const v1::GetRobotLinksRequest& parsed, const CallContext& call,
+             v1::GetRobotLinksResponse* reply) { return GetLinks(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* RobotService::DeleteRobot(grpc::CallbackServerContext* context,
@@ -87,9 +87,9 @@ grpc::ServerUnaryReactor* RobotService::DeleteRobot(grpc::CallbackServerContext*
                                                     grpc::ByteBuffer* response) {
   return Write<v1::DeleteRobotRequest, v1::DeleteRobotResponse>(
       context, runtime_, request, response,
-      [this](const v1::DeleteRobotRequest& asked, const CallContext&,
+      [this](const v1::DeleteRobotRequest& parsed, const CallContext&,
              v1::DeleteRobotResponse* reply) {
-        return Delete(runtime_.application, asked, reply);
+        return Delete(runtime_.application, parsed, reply);
       });
 }
 

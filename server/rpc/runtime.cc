@@ -99,8 +99,8 @@ Runtime::Runtime(Application& application_in)
              .capacity = static_cast<std::size_t>(application.limits.max_watchers +
                                                   application.limits.max_viewer_watchers) +
                          1}) {
-  application.worlds.SetListener([this](const World& world, WorldRegistry::Fate fate) {
-    if (fate == WorldRegistry::Fate::kCreated) {
+  application.worlds.SetListener([this](const World& world, WorldRegistry::WorldEvent event) {
+    if (event == WorldRegistry::WorldEvent::kCreated) {
       log.WorldCreated(world.name(), world.uid());
     } else {
       log.WorldDeleted(world.name(), world.uid());
@@ -119,14 +119,14 @@ int Runtime::ThreadsForScan() const {
   return idle > kPauseOfQueries ? cores : std::max(1, cores - 1);
 }
 
-void Runtime::ReturnMemorySoon() {
+void Runtime::ScheduleMemoryReturn() {
   if (returns_memory_.exchange(true)) return;
   // By then the readers of deleted worlds have released them.
   constexpr auto kDelay = std::chrono::milliseconds(500);
   timer.After(kDelay, [this] {
     const bool is_taken = robots.TryPush([this] {
       returns_memory_ = false;
-      application.geometry.ForgetUnused();
+      application.geometry.DropUnused();
       ReturnFreedMemory();
     });
     if (!is_taken) returns_memory_ = false;

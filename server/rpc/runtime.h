@@ -22,7 +22,7 @@
 #include "server/rpc/connections.h"
 #include "server/rpc/exported_worlds.h"
 #include "server/rpc/open_calls.h"
-#include "server/rpc/reply_pace.h"
+#include "server/rpc/reply_slowdown.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
 #include "server/rpc/stall_timers.h"
@@ -81,7 +81,7 @@ class Runtime {
   FairQuota uploads;
   FairQuota read_ahead;  // messages that streams have read ahead
   ExportedWorlds exports;
-  ReplyPace reply_pace;
+  ReplySlowdown reply_slowdown;
   RevisionWaits waits;  // before the queues, since queued calls refer to it
 
   const int cores;
@@ -106,7 +106,7 @@ class Runtime {
 
   // Returns the memory of deleted worlds to the system, which the allocator would keep. Happens
   // soon, and once for several calls.
-  void ReturnMemorySoon();
+  void ScheduleMemoryReturn();
 
   std::atomic<int> batches_under_way = 0;  // batches being answered
 

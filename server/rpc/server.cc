@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<SocketLock>> LockSockets(const std::vector<std::strin
   }
   std::vector<SocketLock> locks;
   for (const std::string& path : paths) {
-    auto lock = SocketLock::Take(path);
+    auto lock = SocketLock::Acquire(path);
     if (!lock.ok()) return lock.status();
     locks.push_back(*std::move(lock));
   }
@@ -128,7 +128,7 @@ absl::Status Server::State::Start(const ListenOptions& listen) {
 }
 
 absl::Status Server::State::StartGrpc() {
-  KeepGrpc();
+  KeepGrpcInitialized();
   grpc::EnableDefaultHealthCheckService(true);
   // The library serves health without its descriptor; using the descriptor links it, so that
   // reflection lists it.
@@ -212,8 +212,8 @@ absl::Status Server::CheckItself(std::chrono::milliseconds timeout) const {
   AcceptLoop& loop = *state_->accept_loop;
   const absl::Status status =
       CheckHealth(state_->addresses.front(), timeout,
-                  [&loop](std::string own_address) { loop.Expect(std::move(own_address)); });
-  loop.Expect("");  // the address may belong to another client from now on
+                  [&loop](std::string own_address) { loop.ExemptPeer(std::move(own_address)); });
+  loop.ExemptPeer("");  // the address may belong to another client from now on
   return status;
 }
 
@@ -242,7 +242,7 @@ void Server::Stop(std::chrono::milliseconds grace) {
   state_->EndCalls(begun, grace);
   state_->accept_loop = nullptr;
   const Connections& connections = state_->runtime.connections;
-  state_->runtime.connections.Sweep();
+  state_->runtime.connections.DropClosed();
   if (connections.open() > 0) {
     connections.ShutDown(SHUT_WR);
     std::this_thread::sleep_for(std::min(grace, kTimeToReadEnd));

@@ -27,7 +27,7 @@ int Open(const std::string& path) {
 
 // True if the opened file is still the one at the path. Its last holder may have removed it, and
 // another process created the next.
-bool IsAt(int fd, const std::string& path) {
+bool IsFileAt(int fd, const std::string& path) {
   struct stat opened {};
   struct stat there {};
   return fstat(fd, &opened) == 0 && lstat(path.c_str(), &there) == 0 &&
@@ -35,13 +35,13 @@ bool IsAt(int fd, const std::string& path) {
 }
 
 // Writes our process id for people to read; best effort.
-void Sign(int fd) {
+void WriteProcessId(int fd) {
   const std::string pid = absl::StrCat(getpid());
   if (ftruncate(fd, 0) != 0) return;
   [[maybe_unused]] const ssize_t written = pwrite(fd, pid.data(), pid.size(), 0);
 }
 
-std::string SignatureIn(int fd) {
+std::string ProcessIdIn(int fd) {
   std::array<char, 16> text{};  // longer than any pid
   const ssize_t size = pread(fd, text.data(), text.size(), 0);
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
@@ -72,7 +72,7 @@ absl::Status CannotOpen(const std::string& path, int error) {
 
 }  // namespace
 
-absl::StatusOr<SocketLock> SocketLock::Take(const std::string& socket_path) {
+absl::StatusOr<SocketLock> SocketLock::Acquire(const std::string& socket_path) {
   const std::string path = socket_path + ".lock";
   const auto give_up_at = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
@@ -83,15 +83,15 @@ absl::StatusOr<SocketLock> SocketLock::Take(const std::string& socket_path) {
     if (fstat(fd, &info) != 0) return CannotLock(path, std::strerror(errno));
     if (const std::string fault = FaultOf(info); !fault.empty()) return CannotLock(path, fault);
     if (flock(fd, LOCK_EX | LOCK_NB) == 0) {
-      if (!IsAt(fd, path)) continue;
-      Sign(fd);
+      if (!IsFileAt(fd, path)) continue;
+      WriteProcessId(fd);
       lock.path_ = path;
       return lock;
     }
     if (errno != EWOULDBLOCK && errno != EINTR) return CannotLock(path, std::strerror(errno));
     if (std::chrono::steady_clock::now() > give_up_at) {
       return absl::UnavailableError(
-          absl::StrCat("--listen: process ", SignatureIn(fd), " holds ", path,
+          absl::StrCat("--listen: process ", ProcessIdIn(fd), " holds ", path,
                        " and does not let go of it: is it starting there and stuck?"));
     }
     std::this_thread::sleep_for(kPause);

@@ -17,7 +17,7 @@ class SocketLock {
   // that takes seconds; FailedPrecondition if the lock file cannot be created, or if an existing
   // one belongs to another user or is not a lock file: its owner could hold it for ever, and it is
   // not written to.
-  static absl::StatusOr<SocketLock> Take(const std::string& socket_path);
+  static absl::StatusOr<SocketLock> Acquire(const std::string& socket_path);
 
   SocketLock(SocketLock&& other) noexcept;
   SocketLock& operator=(SocketLock&&) = delete;

@@ -5,7 +5,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr auto kLookPeriod = std::chrono::seconds(1);
+constexpr auto kCheckPeriod = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -15,7 +15,7 @@ StallTimers::Guard::Guard(StallTimers& timers, std::chrono::milliseconds limit,
   const std::lock_guard lock(timers.mutex_);
   timers.entries_.push_back({.due = Clock::now() + limit, .limit = limit, .end = std::move(end)});
   entry_ = std::prev(timers.entries_.end());
-  if (!std::exchange(timers.is_looking_, true)) timers.LookSoon();
+  if (!std::exchange(timers.check_scheduled_, true)) timers.ScheduleCheck();
 }
 
 StallTimers::Guard::~Guard() {
@@ -42,11 +42,11 @@ void StallTimers::Guard::Restart() {
   entry_->due = Clock::now() + entry_->limit;
 }
 
-void StallTimers::LookSoon() {
-  timer_.After(kLookPeriod, [this] { Look(); });
+void StallTimers::ScheduleCheck() {
+  timer_.After(kCheckPeriod, [this] { CheckStalls(); });
 }
 
-void StallTimers::Look() {
+void StallTimers::CheckStalls() {
   std::unique_lock lock(mutex_);
   const auto now = Clock::now();
   for (auto entry = entries_.begin(); entry != entries_.end();) {
@@ -65,8 +65,8 @@ void StallTimers::Look() {
     ended_.notify_all();
     entry = entries_.begin();
   }
-  is_looking_ = !entries_.empty();
-  if (is_looking_) LookSoon();
+  check_scheduled_ = !entries_.empty();
+  if (check_scheduled_) ScheduleCheck();
 }
 
 }  // namespace cwm::server

@@ -47,14 +47,14 @@ class StallTimers {
   };
 
  private:
-  void LookSoon();
-  void Look();
+  void ScheduleCheck();
+  void CheckStalls();
 
   Timer& timer_;
   std::mutex mutex_;
   std::condition_variable ended_;
   Entries entries_;
-  bool is_looking_ = false;  // a check is scheduled or running
+  bool check_scheduled_ = false;  // a check is scheduled or running
 };
 
 }  // namespace cwm::server

@@ -18,12 +18,13 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
                                                     WorkBudget* budget) {
   if (overlay.changes().empty()) return std::vector<collision::Change>();
   const auto bytes = static_cast<std::int64_t>(overlay.ByteSizeLong());
-  const std::int64_t most = application.limits.max_stream_overlay_bytes;
-  if (bytes > most) {
-    return InvalidField("overlay", absl::StrCat("has ", bytes, " bytes, must have at most ", most));
+  const std::int64_t max_bytes = application.limits.max_stream_overlay_bytes;
+  if (bytes > max_bytes) {
+    return InvalidField("overlay",
+                        absl::StrCat("has ", bytes, " bytes, must have at most ", max_bytes));
   }
-  return FromProto(overlay.changes(), application.limits, application.geometry,
-                   FieldPath::OfRequest("overlay"), "changes", budget);
+  return ChangesFromProto(overlay.changes(), application.limits, application.geometry,
+                          FieldPath::OfRequest("overlay"), "changes", budget);
 }
 
 // Replaces a change that has expired, so that later changes keep their indices.
@@ -38,21 +39,22 @@ absl::Status StreamOverlay::Set(const Application& application, const v1::Stream
   world_ = WorldNameOf(overlay.world());
   const auto world = application.worlds.Find(world_);
   world_uid_ = world.ok() ? (*world)->uid() : "";
-  legible_ = Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // until read
+  read_status_ =
+      Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // until read
   charge_ = MemoryCharge::Empty(application.memory, MemoryBudget::Client(client));
   absl::Status charged = charge_.Resize(PreparedBytes(overlay.changes(), application.geometry));
-  if (!charged.ok()) return legible_ = std::move(charged);
+  if (!charged.ok()) return read_status_ = std::move(charged);
   auto changes = Read(application, overlay, budget);
-  legible_ = changes.status();
+  read_status_ = changes.status();
   changes_ = changes.ok() ? *std::move(changes) : std::vector<collision::Change>();
   if (changes_.empty()) charge_ = {};
-  return legible_;
+  return read_status_;
 }
 
-absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr base,
-                                                WorkBudget* budget) {
+absl::StatusOr<SnapshotPtr> StreamOverlay::ApplyTo(const World& world, SnapshotPtr base,
+                                                   WorkBudget* budget) {
   if (world.name() != world_) return base;
-  if (!legible_.ok()) return legible_;
+  if (!read_status_.ok()) return read_status_;
   if (changes_.empty()) return base;
   if (world_uid_.empty()) world_uid_ = world.uid();
   if (world_uid_ != world.uid()) return WorldReplaced(world_, world_uid_, world.uid());

@@ -23,13 +23,13 @@ class StreamOverlay {
   // The snapshot for a query: `base` with the changes if they concern its world. Temporary
   // allowances of the changes are valid until they expire, whatever revision is queried.
   // WORLD_REPLACED if another world now has the name. The status of the budget if it ended.
-  absl::StatusOr<SnapshotPtr> Over(const World& world, SnapshotPtr base, WorkBudget* budget);
+  absl::StatusOr<SnapshotPtr> ApplyTo(const World& world, SnapshotPtr base, WorkBudget* budget);
 
  private:
   void Expire();
 
   std::string world_, world_uid_;  // the uid is empty while there is no such world
-  absl::Status legible_;
+  absl::Status read_status_;
   std::vector<collision::Change> changes_;
   MemoryCharge charge_;         // for the geometry of the changes
   SnapshotPtr base_, changed_;  // of the last query, since most query the same revision

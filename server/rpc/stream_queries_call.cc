@@ -44,13 +44,13 @@ double CostOf(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
   return EstimatedCost_s(request, {runtime.application.geometry, snapshot.get()});
 }
 
-MaybeAwait WhatToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
+MaybeAwait FindRevisionToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
   return WithQuery(
       request,
       [&](const auto& query) {
         const v1::QueryOptions& options = query.options();
-        return server::WhatToAwait(runtime, query.world(), options.world_uid(),
-                                   options.at_revision());
+        return server::FindRevisionToAwait(runtime, query.world(), options.world_uid(),
+                                           options.at_revision());
       },
       MaybeAwait(std::nullopt));
 }
@@ -61,8 +61,8 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
                                             Runtime& runtime) {
   const std::shared_ptr<StreamQueriesCall> call(new StreamQueriesCall(context, runtime));
   call->self_ = call;
-  call->place_ = QuotaShare::Take(runtime.streams, call->client_);
-  if (call->place_) {
+  call->quota_share_ = QuotaShare::TryTake(runtime.streams, call->client_);
+  if (call->quota_share_) {
     call->Advance();
     runtime.AddDrainable(call);
   } else {
@@ -84,55 +84,55 @@ void StreamQueriesCall::Advance() {
   {
     const std::lock_guard lock(mutex_);
     if (is_over_) return;
-    has_begun = MoveOn();
+    has_begun = AdvanceLocked();
   }
   if (!has_begun) return;
-  AnswerIfItThrows([this] { Begin(); });
+  AnswerOnException([this] { Begin(); });
 }
 
 // Advances all places. True if a query has come to be answered.
-bool StreamQueriesCall::MoveOn() {
-  if (answer_ == Place::kDone && write_ == Place::kEmpty) {
+bool StreamQueriesCall::AdvanceLocked() {
+  if (answer_ == SlotState::kDone && write_ == SlotState::kEmpty) {
     written_.Swap(&answered_);
-    answer_ = Place::kEmpty;
-    write_ = Place::kUnderWay;
+    answer_ = SlotState::kEmpty;
+    write_ = SlotState::kInProgress;
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
                                   [this] { context_->TryCancel(); });
     StartWrite(&written_);
   }
   const bool goes_on = !client_is_gone_ && !runtime_.draining();
-  const bool begins = goes_on && read_ == Place::kDone && answer_ == Place::kEmpty;
+  const bool begins = goes_on && read_ == SlotState::kDone && answer_ == SlotState::kEmpty;
   if (begins) {
     request_bytes_.Swap(&next_);
-    read_ = Place::kEmpty;
-    answer_ = Place::kUnderWay;
+    read_ = SlotState::kEmpty;
+    answer_ = SlotState::kInProgress;
   }
-  if (read_ == Place::kEmpty || answer_ == Place::kEmpty) ahead_.reset();
+  if (read_ == SlotState::kEmpty || answer_ == SlotState::kEmpty) ahead_.reset();
   if (goes_on) Read();
   FinishIfOver();
   return begins;
 }
 
 void StreamQueriesCall::Read() {
-  if (read_ != Place::kEmpty || client_is_done_) return;
-  if (answer_ != Place::kEmpty) {
-    ahead_ = QuotaShare::Take(runtime_.read_ahead, client_);
+  if (read_ != SlotState::kEmpty || client_is_done_) return;
+  if (answer_ != SlotState::kEmpty) {
+    ahead_ = QuotaShare::TryTake(runtime_.read_ahead, client_);
     if (!ahead_) return;
   }
-  read_ = Place::kUnderWay;
+  read_ = SlotState::kInProgress;
   StartRead(&next_);
 }
 
 void StreamQueriesCall::FinishIfOver() {
-  if (answer_ != Place::kEmpty || write_ != Place::kEmpty) return;
+  if (answer_ != SlotState::kEmpty || write_ != SlotState::kEmpty) return;
   absl::Status status;
   if (runtime_.draining()) {
     status = Draining();
   } else if (client_is_gone_ || stop_.stop_requested()) {
     status = CallCancelled();
-  } else if (!broken_.ok()) {
-    status = broken_;
-  } else if (!client_is_done_ || read_ != Place::kEmpty) {
+  } else if (!stream_error_.ok()) {
+    status = stream_error_;
+  } else if (!client_is_done_ || read_ != SlotState::kEmpty) {
     return;
   }
   End(status);
@@ -150,7 +150,7 @@ void StreamQueriesCall::OnReadDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
     if (!ok) client_is_done_ = true;
-    read_ = ok ? Place::kDone : Place::kEmpty;
+    read_ = ok ? SlotState::kDone : SlotState::kEmpty;
   }
   Advance();
 }
@@ -160,7 +160,7 @@ void StreamQueriesCall::OnWriteDone(bool ok) {
   open_.NoteProgress();
   {
     const std::lock_guard lock(mutex_);
-    write_ = Place::kEmpty;
+    write_ = SlotState::kEmpty;
     client_is_gone_ = !ok;
     written_.Clear();
   }
@@ -170,24 +170,24 @@ void StreamQueriesCall::OnWriteDone(bool ok) {
 WorkQueue& StreamQueriesCall::Queue() {
   const bool is_batch = WithQuery(
       request_, [&](const auto& query) { return IsBatch(query, cost_s_); },
-      cost_s_ > kMaxCostOfFew_s);
+      cost_s_ > kMaxSmallQueryCost_s);
   return is_batch ? runtime_.batches : runtime_.query;
 }
 
 void StreamQueriesCall::Begin() {
-  begun_ = Clock::now();
+  begin_time_ = Clock::now();
   const std::size_t size = request_bytes_.Length();
   // While it is parsed, the request is in memory twice.
   const absl::Status charged = charge_.Resize(2 * static_cast<std::int64_t>(size));
   if (!charged.ok()) {
     request_bytes_.Clear();
-    return Answered(charged);
+    return OnAnswered(charged);
   }
   if (size <= kMaxParsedAtOnceBytes) return ParseAndPlan();
   runtime_.batches.Push({.run =
                              [self = shared_from_this()](const absl::Status& admitted) {
-                               if (!admitted.ok()) return self->Answered(admitted);
-                               self->AnswerIfItThrows([&self] { self->ParseAndPlan(); });
+                               if (!admitted.ok()) return self->OnAnswered(admitted);
+                               self->AnswerOnException([&self] { self->ParseAndPlan(); });
                              },
                          .client = client_,
                          .cost_s = kParsing_s_per_byte * static_cast<double>(size),
@@ -197,29 +197,29 @@ void StreamQueriesCall::Begin() {
 void StreamQueriesCall::ParseAndPlan() {
   WorkBudget budget(deadline_, stop_.get_token());
   const absl::Status parsed = ParseRequest(request_bytes_, &request_, &budget);
-  if (!parsed.ok()) return Break(parsed);
-  charge_.ResizeAnyway(static_cast<std::int64_t>(request_.SpaceUsedLong()));
+  if (!parsed.ok()) return FailStream(parsed);
+  charge_.ForceResize(static_cast<std::int64_t>(request_.SpaceUsedLong()));
   Plan();
 }
 
-void StreamQueriesCall::AnswerIfItThrows(const std::function<void()>& work) {
+void StreamQueriesCall::AnswerOnException(const std::function<void()>& work) {
   const absl::Status done = RunGuarded(
       [&work](const CallContext&) {
         work();
         return absl::OkStatus();
       },
       {});
-  if (!done.ok()) Answered(done);
+  if (!done.ok()) OnAnswered(done);
 }
 
 // Ends the stream: the message cannot be parsed, so later ones cannot be trusted either.
-void StreamQueriesCall::Break(const absl::Status& status) {
+void StreamQueriesCall::FailStream(const absl::Status& status) {
   {
     const std::lock_guard lock(mutex_);
-    broken_ = status;
+    stream_error_ = status;
     client_is_done_ = true;
-    answer_ = Place::kEmpty;
-    if (read_ == Place::kDone) read_ = Place::kEmpty;
+    answer_ = SlotState::kEmpty;
+    if (read_ == SlotState::kDone) read_ = SlotState::kEmpty;
   }
   Advance();
 }
@@ -227,10 +227,10 @@ void StreamQueriesCall::Break(const absl::Status& status) {
 void StreamQueriesCall::Plan() {
   cost_s_ = CostOf(runtime_, request_);
   if (auto status = CheckCost(cost_s_, runtime_.application.limits); !status.ok()) {
-    return Answered(status);
+    return OnAnswered(status);
   }
-  const MaybeAwait await = WhatToAwait(runtime_, request_);
-  if (!await.ok()) return Answered(await.status());
+  const MaybeAwait await = FindRevisionToAwait(runtime_, request_);
+  if (!await.ok()) return OnAnswered(await.status());
   reached_.reset();
   if (!await->has_value()) return Enqueue();
   const std::shared_ptr<World>& world = (*await)->world;
@@ -240,10 +240,10 @@ void StreamQueriesCall::Plan() {
                         .stop = stop_.get_token(),
                         .client = client_,
                         .cost_s = cost_s_,
-                        .may_answer_in_part = true},
+                        .allows_partial_answer = true},
                        Queue(),
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
-                         if (!snapshot.ok()) return self->Answered(snapshot.status());
+                         if (!snapshot.ok()) return self->OnAnswered(snapshot.status());
                          self->reached_ = {world, *std::move(snapshot)};
                          self->Work();
                        });
@@ -252,13 +252,13 @@ void StreamQueriesCall::Plan() {
 void StreamQueriesCall::Enqueue() {
   Queue().Push({.run =
                     [self = shared_from_this()](const absl::Status& admitted) {
-                      if (!admitted.ok()) return self->Answered(admitted);
+                      if (!admitted.ok()) return self->OnAnswered(admitted);
                       self->Work();
                     },
                 .client = client_,
                 .cost_s = cost_s_,
                 .deadline = deadline_,
-                .may_answer_in_part = true});
+                .allows_partial_answer = true});
 }
 
 void StreamQueriesCall::Work() {
@@ -267,9 +267,9 @@ void StreamQueriesCall::Work() {
                          .stop = stop_.get_token(),
                          .reached = std::exchange(reached_, std::nullopt),
                          .client = client_};
-  if (runtime_.draining()) return Answered(Draining());
+  if (runtime_.draining()) return OnAnswered(Draining());
   const auto status = RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call);
-  Answered(WhyItEnded(status, runtime_));
+  OnAnswered(DrainingIfStopped(status, runtime_));
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
@@ -281,22 +281,23 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
   }
   switch (request_.query_case()) {
     case v1::StreamQueriesRequest::kCheckCollisions:
-      return Answer(runtime_, request_.check_collisions(), call, &memory_,
-                    response_.mutable_check_collisions());
+      return AnswerQuery(runtime_, request_.check_collisions(), call, &memory_,
+                         response_.mutable_check_collisions());
     case v1::StreamQueriesRequest::kGetDistances:
-      return Answer(runtime_, request_.get_distances(), call, &memory_,
-                    response_.mutable_get_distances());
+      return AnswerQuery(runtime_, request_.get_distances(), call, &memory_,
+                         response_.mutable_get_distances());
     case v1::StreamQueriesRequest::kGetContacts:
-      return Answer(runtime_, request_.get_contacts(), call, &memory_,
-                    response_.mutable_get_contacts());
+      return AnswerQuery(runtime_, request_.get_contacts(), call, &memory_,
+                         response_.mutable_get_contacts());
     case v1::StreamQueriesRequest::kCastRays:
-      return Answer(runtime_, request_.cast_rays(), call, &memory_, response_.mutable_cast_rays());
+      return AnswerQuery(runtime_, request_.cast_rays(), call, &memory_,
+                         response_.mutable_cast_rays());
     case v1::StreamQueriesRequest::kSamplePoints:
-      return Answer(runtime_, request_.sample_points(), call, &memory_,
-                    response_.mutable_sample_points());
+      return AnswerQuery(runtime_, request_.sample_points(), call, &memory_,
+                         response_.mutable_sample_points());
     case v1::StreamQueriesRequest::kCheckMotions:
-      return Answer(runtime_, request_.check_motions(), call, &memory_,
-                    response_.mutable_check_motions());
+      return AnswerQuery(runtime_, request_.check_motions(), call, &memory_,
+                         response_.mutable_check_motions());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
@@ -305,13 +306,13 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
                       "cast_rays, sample_points, check_motions");
 }
 
-void StreamQueriesCall::Answered(const absl::Status& status) {
+void StreamQueriesCall::OnAnswered(const absl::Status& status) {
   response_.set_id(request_.id());
   if (!status.ok()) {
     *response_.mutable_error() = ToQueryError(status);
     runtime_.log.Refused(kMethod, status.code(), response_.error().reason(), client_);
   }
-  const Clock::duration took = Clock::now() - begun_;
+  const Clock::duration took = Clock::now() - begin_time_;
   if (took > kSlowCall) {
     runtime_.log.Slow(kMethod, status.code(), took, request_.ByteSizeLong(),
                       response_.ByteSizeLong());
@@ -322,14 +323,14 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
       [this](const CallContext&) {
         const auto begin = Clock::now();
         SerializeResponse(response_, &answered_);
-        runtime_.reply_pace.NoteSerialized(static_cast<std::int64_t>(answered_.Length()),
-                                           Clock::now() - begin);
+        runtime_.reply_slowdown.NoteSerialized(static_cast<std::int64_t>(answered_.Length()),
+                                               Clock::now() - begin);
         return absl::OkStatus();
       },
       {});
   const std::int64_t id = response_.id();
   response_ = v1::StreamQueriesResponse();
-  charge_.ResizeAnyway(static_cast<std::int64_t>(answered_.Length()));
+  charge_.ForceResize(static_cast<std::int64_t>(answered_.Length()));
   if (!serialized.ok()) {
     response_.set_id(id);
     *response_.mutable_error() = ToQueryError(serialized);
@@ -337,7 +338,7 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
   }
   {
     const std::lock_guard lock(mutex_);
-    answer_ = Place::kDone;
+    answer_ = SlotState::kDone;
   }
   Advance();
 }

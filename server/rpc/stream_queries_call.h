@@ -41,20 +41,20 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
 
   // Advances every message that can advance.
   void Advance();
-  bool MoveOn();
+  bool AdvanceLocked();
   void Read();
   void FinishIfOver();
-  // Steps of the query that has just come into its place. Each ends in Answered.
+  // Steps of the query that has just come into its place. Each ends in OnAnswered.
   void Begin();
   void ParseAndPlan();
-  void AnswerIfItThrows(const std::function<void()>& work);
+  void AnswerOnException(const std::function<void()>& work);
   void Plan();
-  void Break(const absl::Status& status);
+  void FailStream(const absl::Status& status);
   void Enqueue();
   WorkQueue& Queue();
   void Work();
   absl::Status AnswerRequest(const CallContext& call);
-  void Answered(const absl::Status& status);
+  void OnAnswered(const absl::Status& status);
   void End(const absl::Status& status);
 
   Runtime& runtime_;
@@ -65,17 +65,17 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   grpc::CallbackServerContext* const context_;
   const ClientId client_;
-  std::optional<QuotaShare> place_;  // in the quota of streams
-  MemoryCharge charge_;              // for the request and its answer
-  StallTimers::Guard reading_;       // while the client reads an answer
+  std::optional<QuotaShare> quota_share_;  // in the quota of streams
+  MemoryCharge charge_;                    // for the request and its answer
+  StallTimers::Guard reading_;             // while the client reads an answer
 
-  enum class Place { kEmpty, kUnderWay, kDone };
+  enum class SlotState { kEmpty, kInProgress, kDone };
   // The data of a place in progress belongs to the one who works on it. The mutex is held during
   // StartRead, StartWrite and Finish, in which gRPC never calls a reaction.
   std::mutex mutex_;
-  Place read_ = Place::kEmpty;
-  Place answer_ = Place::kEmpty;
-  Place write_ = Place::kEmpty;             // never kDone
+  SlotState read_ = SlotState::kEmpty;
+  SlotState answer_ = SlotState::kEmpty;
+  SlotState write_ = SlotState::kEmpty;     // never kDone
   std::optional<QuotaShare> ahead_;         // for read_, if it is read ahead
   bool client_is_done_ = false;             // nothing more is read
   bool client_is_gone_ = false;             // nothing more is written
@@ -85,10 +85,10 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   v1::StreamQueriesRequest request_;        // of answer_
   double cost_s_ = 0;                       // estimated cost of request_
   std::optional<WorldAtRevision> reached_;  // the revision that request_ awaited, if any
-  Clock::time_point begun_;                 // when request_ came to be answered
+  Clock::time_point begin_time_;            // when request_ came to be answered
   v1::StreamQueriesResponse response_;      // of answer_
   grpc::ByteBuffer answered_, written_;     // of answer_ and write_
-  absl::Status broken_;                     // the error that ends the stream, if any
+  absl::Status stream_error_;               // the error that ends the stream, if any
 };
 
 }  // namespace cwm::server

@@ -13,12 +13,13 @@ using UnaryWork = std::function<absl::Status(const Request&, const CallContext&,
 
 // The revision that a request asks for, if it has such a field.
 template <class Request>
-MaybeAwait WhatToAwait(const Runtime& runtime, const Request& request) {
+MaybeAwait FindRevisionToAwait(const Runtime& runtime, const Request& request) {
   if constexpr (requires { request.at_revision(); }) {
     if constexpr (requires { request.world_uid(); }) {
-      return WhatToAwait(runtime, request.world(), request.world_uid(), request.at_revision());
+      return FindRevisionToAwait(runtime, request.world(), request.world_uid(),
+                                 request.at_revision());
     } else {
-      return WhatToAwait(runtime, request.world(), "", request.at_revision());
+      return FindRevisionToAwait(runtime, request.world(), "", request.at_revision());
     }
   } else {
     return {std::nullopt};
@@ -29,13 +30,14 @@ template <class Request, class Response>
 grpc::ServerUnaryReactor* Read(grpc::CallbackServerContext* context, Runtime& runtime,
                                const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
                                UnaryWork<Request, Response> work) {
-  return StartUnary<Request, Response>(
-      context, runtime, request, response, runtime.reads,
-      {.plan =
-           [&runtime](const Request& asked) {
-             return UnaryPlan{.queue = &runtime.reads, .await = WhatToAwait(runtime, asked)};
-           },
-       .work = std::move(work)});
+  return StartUnary<Request, Response>(context, runtime, request, response, runtime.reads,
+                                       {.plan =
+                                            [&runtime](const Request& parsed) {
+                                              return UnaryPlan{
+                                                  .queue = &runtime.reads,
+                                                  .await = FindRevisionToAwait(runtime, parsed)};
+                                            },
+                                        .work = std::move(work)});
 }
 
 template <class Request, class Response>

@@ -73,8 +73,8 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
  private:
   void Begin() {
     if (runtime_.draining()) return End(Draining());
-    place_ = QuotaShare::Take(runtime_.uploads, call_.client);
-    if (!place_) return End(Overloaded("too many uploads are under way", "TOO_MANY_UPLOADS"));
+    quota_share_ = QuotaShare::TryTake(runtime_.uploads, call_.client);
+    if (!quota_share_) return End(Overloaded("too many uploads are under way", "TOO_MANY_UPLOADS"));
     sending_ = StallTimers::Guard(
         runtime_.stalls, runtime_.application.limits.max_stall, [weak = this->weak_from_this()] {
           if (const auto call = weak.lock(); call != nullptr && call->is_reading_) {
@@ -101,7 +101,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
     const auto self = this->shared_from_this();
     if (IsOver()) return;  // ended by a drain or a stall, after which its read fails
     sending_.Restart();
-    if (!ok) return WorkAtTheEnd();
+    if (!ok) return FinishUpload();
     if (bytes_.Length() <= MaxBytesTakenAtOnce()) return TakeMessage();
     // A header with many files or long texts is parsed on the queue.
     const auto size = static_cast<std::int64_t>(bytes_.Length());
@@ -115,7 +115,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
     return static_cast<std::size_t>(chunk) + kMaxBytesBesideChunk;
   }
 
-  void WorkAtTheEnd() {
+  void FinishUpload() {
     const CallWork check = [this](const CallContext&) {
       return call_.stop.stop_requested() ? CallCancelled() : CheckEnd();
     };
@@ -184,7 +184,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   }
 
   void End(absl::Status status) {
-    status = WhyItEnded(std::move(status), runtime_);
+    status = DrainingIfStopped(std::move(status), runtime_);
     {
       const std::lock_guard lock(mutex_);
       if (std::exchange(is_over_, true)) return;
@@ -213,7 +213,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   grpc::ByteBuffer bytes_;  // of the message being read
   MemoryCharge header_charge_ = EmptyCharge();
   grpc::ByteBuffer* const reply_;
-  std::optional<QuotaShare> place_;
+  std::optional<QuotaShare> quota_share_;
   StallTimers::Guard sending_;
   std::mutex mutex_;
   bool is_over_ = false;

@@ -52,8 +52,8 @@ WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runti
     call->End(parsed);
     return call.get();
   }
-  call->place_ = QuotaShare::Take(quota, client);
-  if (call->place_) {
+  call->quota_share_ = QuotaShare::TryTake(quota, client);
+  if (call->quota_share_) {
     call->EnqueuePump();
   } else {
     call->End(
@@ -74,7 +74,7 @@ WatchCall::WatchCall(Runtime& runtime, grpc::CallbackServerContext& context)
 void WatchCall::Wake() {
   {
     const std::lock_guard lock(mutex_);
-    look_again_ = true;
+    check_again_ = true;
     if (turn_taken_) return;
     turn_taken_ = true;
   }
@@ -120,7 +120,7 @@ void WatchCall::Pump() {
 
 absl::Status WatchCall::Open() {
   const FieldPath root;
-  auto view = FromProto(request_.view(), View::kShapes, root.Field("view"));
+  auto view = ViewFromProto(request_.view(), View::kShapes, root.Field("view"));
   if (!view.ok()) return view.status();
   view_ = *view;
   auto options = OptionsOf(request_);
@@ -142,7 +142,7 @@ absl::Status WatchCall::Open() {
 absl::StatusOr<bool> WatchCall::NextMessage() {
   {
     const std::lock_guard lock(mutex_);
-    look_again_ = false;
+    check_again_ = false;
     if (std::exchange(period_is_over_, false)) bookmark_is_due_ = true;
     if (cancelled_) return CallCancelled();
   }
@@ -165,14 +165,14 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
 // Sets the next data to send; false if there is none now.
 absl::StatusOr<bool> WatchCall::NextStep() {
   // Observations are sent once per period, however many events there are.
-  if (bookmark_is_due_ && has_told_) return NextBookmark();
+  if (bookmark_is_due_ && has_sent_) return NextBookmark();
   auto step = cursor_->Next();
   if (!step.ok()) return step.status();
   if (!step->has_value()) return bookmark_is_due_ && NextBookmark();
-  has_told_ = true;
+  has_sent_ = true;
   last_ = (*step)->last;
   next_ = 0;
-  if ((*step)->what == WatchStep::What::kInitialState) {
+  if ((*step)->kind == WatchStep::Kind::kInitialState) {
     initial_ = (*step)->snapshot;
   } else {
     step_ = **std::move(step);
@@ -182,7 +182,7 @@ absl::StatusOr<bool> WatchCall::NextStep() {
 
 bool WatchCall::NextBookmark() {
   bookmark_is_due_ = false;
-  step_ = WatchStep{.what = WatchStep::What::kBookmark, .revision = cursor_->position()};
+  step_ = WatchStep{.kind = WatchStep::Kind::kBookmark, .revision = cursor_->position()};
   return true;
 }
 
@@ -192,7 +192,7 @@ v1::WatchWorldResponse WatchCall::NextPiece() {
   if (initial_ != nullptr) {
     message = InitialStatePiece(*initial_, context, &next_);
     if (message.initial_state().initial_state_done()) initial_ = nullptr;
-  } else if (step_->what == WatchStep::What::kEvents) {
+  } else if (step_->kind == WatchStep::Kind::kEvents) {
     message = EventsPiece(*step_, context, &next_);
     if (!message.events().more()) step_.reset();
   } else {
@@ -205,7 +205,7 @@ v1::WatchWorldResponse WatchCall::NextPiece() {
 // False if something happened meanwhile, so that the holder must check again.
 bool WatchCall::ReturnTurn() {
   const std::lock_guard lock(mutex_);
-  if (look_again_ || cancelled_) return false;
+  if (check_again_ || cancelled_) return false;
   turn_taken_ = false;
   return true;
 }

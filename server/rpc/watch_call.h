@@ -48,7 +48,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::shared_ptr<WatchCall> self_;  // until OnDone
   grpc::CallbackServerContext& context_;
   MemoryCharge charge_;  // for message_
-  std::optional<QuotaShare> place_;
+  std::optional<QuotaShare> quota_share_;
   StallTimers::Guard reading_;  // while the client reads a message
 
   // Used only by the holder of the turn.
@@ -61,12 +61,12 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::uint64_t observed_ = 0;     // number of the last observation that was sent
   bool last_ = false;              // message_ is the last message
   grpc::ByteBuffer message_;       // being written
-  bool has_told_ = false;          // the initial state or an event was sent
+  bool has_sent_ = false;          // the initial state or an event was sent
   bool bookmark_is_due_ = false;
 
   std::mutex mutex_;
   bool turn_taken_ = true;  // taken by Start
-  bool look_again_ = false;
+  bool check_again_ = false;
   bool cancelled_ = false;
   bool period_is_over_ = false;  // the period of bookmarks
 };

@@ -21,7 +21,7 @@
 #include "server/wire/objects.h"
 #include "server/wire/pair_rules.h"
 #include "server/wire/prepared_bytes.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 namespace {
@@ -96,11 +96,11 @@ absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& reque
     auto world = worlds.Find(request.world(), request.world_uid());
     if (!world.ok()) return world.status();
   }
-  auto lease = worlds.FindOrMake(request.world(), request.world_uid());
+  auto lease = worlds.AcquireLease(request.world(), request.world_uid());
   if (!lease.ok()) return lease.status();
   auto outcome = (*lease)->Apply(changes, options, &budget);
   if (!outcome.ok()) return outcome.status();
-  lease->Keep();
+  lease->Commit();
   SetReply(**lease, *outcome, response);
   return absl::OkStatus();
 }
@@ -113,7 +113,7 @@ absl::Status Delete(Runtime& runtime, const v1::DeleteWorldRequest& request,
   if (!deleted.ok()) return deleted.status();
   response->set_world_uid(deleted->uid);
   response->set_revision(deleted->revision.value);
-  runtime.ReturnMemorySoon();
+  runtime.ScheduleMemoryReturn();
   return absl::OkStatus();
 }
 
@@ -136,19 +136,19 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   const auto prepared = application.memory->Charge(
       MemoryBudget::Client(call.client), PreparedBytes(request.changes(), application.geometry));
   if (!prepared.ok()) return prepared.status();
-  auto changes = FromProto(request.changes(), application.limits, application.geometry, {},
-                           "changes", &budget);
+  auto changes = ChangesFromProto(request.changes(), application.limits, application.geometry, {},
+                                  "changes", &budget);
   if (!changes.ok()) return changes.status();
   return ApplyTo(application.worlds, request, *changes, *options, budget, response);
 }
 
-absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
-                 v1::GetObjectResponse* response) {
+absl::Status ReadObject(Runtime& runtime, const v1::GetObjectRequest& request,
+                        const CallContext& call, v1::GetObjectResponse* response) {
   const FieldPath root;
-  auto view = FromProto(request.view(), View::kFull, root.Field("view"));
+  auto view = ViewFromProto(request.view(), View::kFull, root.Field("view"));
   if (!view.ok()) return view.status();
   if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
-  auto rule = FromProto(request.at_revision(), root.Field("at_revision"));
+  auto rule = RevisionRuleFromProto(request.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
@@ -156,14 +156,14 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
   if (object == nullptr) return UnknownObject(request.name());
   response->set_world_uid(at->world->uid());
   response->set_revision(at->snapshot->revision().value);
-  *response->mutable_object() = ToProto(*object, *view, at->world->observations().Of(object->name),
-                                        runtime.application.geometry);
+  *response->mutable_object() = ObjectToProto(
+      *object, *view, at->world->observations().Get(object->name), runtime.application.geometry);
   return absl::OkStatus();
 }
 
-absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, const CallContext& call,
-                      v1::GetWorldResponse* response) {
-  auto rule = FromProto(request.at_revision(), FieldPath::OfRequest("at_revision"));
+absl::Status DescribeWorld(Runtime& runtime, const v1::GetWorldRequest& request,
+                           const CallContext& call, v1::GetWorldResponse* response) {
+  auto rule = RevisionRuleFromProto(request.at_revision(), FieldPath::OfRequest("at_revision"));
   if (!rule.ok()) return rule.status();
   auto at = FindWorldAt(runtime, request.world(), "", *rule, call);
   if (!at.ok()) return at.status();
@@ -171,7 +171,7 @@ absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, cons
   response->set_world_uid(response->world().world_uid());
   response->set_revision(response->world().revision());
   for (const collision::PairRule& pair : at->snapshot->pair_rules()) {
-    *response->add_pair_rules() = ToProto(pair);
+    *response->add_pair_rules() = PairRuleToProto(pair);
   }
   return absl::OkStatus();
 }
@@ -196,8 +196,8 @@ grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* co
                                                  grpc::ByteBuffer* response) {
   return Read<v1::GetWorldRequest, v1::GetWorldResponse>(
       context, runtime_, request, response,
-      [this](const v1::GetWorldRequest& asked, const CallContext& call,
-             v1::GetWorldResponse* reply) { return Describe(runtime_, asked, call, reply); });
+      [this](const v1::GetWorldRequest& parsed, const CallContext& call,
+             v1::GetWorldResponse* reply) { return DescribeWorld(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext* context,
@@ -205,8 +205,8 @@ grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext*
                                                     grpc::ByteBuffer* response) {
   return Read<v1::ListObjectsRequest, v1::ListObjectsResponse>(
       context, runtime_, request, response,
-      [this](const v1::ListObjectsRequest& asked, const CallContext& call,
-             v1::ListObjectsResponse* reply) { return ListPage(runtime_, asked, call, reply); });
+      [this](const v1::ListObjectsRequest& parsed, const CallContext& call,
+             v1::ListObjectsResponse* reply) { return ListPage(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* context,
@@ -214,8 +214,8 @@ grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* c
                                                   grpc::ByteBuffer* response) {
   return Read<v1::GetObjectRequest, v1::GetObjectResponse>(
       context, runtime_, request, response,
-      [this](const v1::GetObjectRequest& asked, const CallContext& call,
-             v1::GetObjectResponse* reply) { return Get(runtime_, asked, call, reply); });
+      [this](const v1::GetObjectRequest& parsed, const CallContext& call,
+             v1::GetObjectResponse* reply) { return ReadObject(runtime_, parsed, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext* context,
@@ -223,8 +223,8 @@ grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext*
                                                     grpc::ByteBuffer* response) {
   return Write<v1::DeleteWorldRequest, v1::DeleteWorldResponse>(
       context, runtime_, request, response,
-      [this](const v1::DeleteWorldRequest& asked, const CallContext&,
-             v1::DeleteWorldResponse* reply) { return Delete(runtime_, asked, reply); });
+      [this](const v1::DeleteWorldRequest& parsed, const CallContext&,
+             v1::DeleteWorldResponse* reply) { return Delete(runtime_, parsed, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,
@@ -233,17 +233,17 @@ grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext
   return StartUnary<v1::ApplyChangesRequest, v1::ApplyChangesResponse>(
       context, runtime_, request, response, runtime_.batches,
       {.plan =
-           [this](const v1::ApplyChangesRequest& asked) {
-             const double cost_s = EstimatedCost_s(runtime_, asked);
+           [this](const v1::ApplyChangesRequest& parsed) {
+             const double cost_s = EstimatedCost_s(runtime_, parsed);
              UnaryPlan plan{.queue = &WriteQueueFor(runtime_, cost_s), .cost_s = cost_s};
              const absl::Status affordable = CheckCost(cost_s, runtime_.application.limits);
              if (!affordable.ok()) plan.await = affordable;
              return plan;
            },
        .work =
-           [this](const v1::ApplyChangesRequest& asked, const CallContext& call,
+           [this](const v1::ApplyChangesRequest& parsed, const CallContext& call,
                   v1::ApplyChangesResponse* reply) {
-             return ApplyRequest(runtime_.application, asked, call, reply);
+             return ApplyRequest(runtime_.application, parsed, call, reply);
            }});
 }
 

@@ -22,8 +22,8 @@ namespace cwm::server {
 namespace {
 
 constexpr int kHttpPort = 80;  // the port of a Host without one
-constexpr std::size_t kShortestToken = 16;
-constexpr std::size_t kLongestToken = 128;
+constexpr std::size_t kMinTokenLength = 16;
+constexpr std::size_t kMaxTokenLength = 128;
 constexpr std::string_view kTokenParameter = "token";
 
 std::string_view View(boost::beast::string_view text) { return {text.data(), text.size()}; }
@@ -44,7 +44,7 @@ std::optional<boost::asio::ip::address> AddressIn(std::string_view host) {
 }
 
 // True for an unspecified address: other hosts than this one lead here.
-bool IsEverywhere(const std::string& host) {
+bool IsUnspecified(const std::string& host) {
   const auto address = AddressIn(host);
   return address && address->is_unspecified();
 }
@@ -55,7 +55,7 @@ bool IsLoopback(const std::string& host) {
 }
 
 // True for names of loopback, which no stranger can own: on his machine they lead to that machine.
-bool IsNameOfLoopback(const std::string& host) {
+bool IsLoopbackName(const std::string& host) {
   return Lower(host) == "localhost" || IsLoopback(host);
 }
 
@@ -79,8 +79,8 @@ std::string Shown(const HttpRequest& request, http::field name) {
 
 }  // namespace
 
-Access::Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine)
-    : asked_(std::move(asked)),
+Access::Access(ViewerAddress requested, ViewerAddress bound, std::string token, ThisMachine machine)
+    : requested_(std::move(requested)),
       bound_(std::move(bound)),
       token_(std::move(token)),
       machine_(std::move(machine)) {}
@@ -88,11 +88,11 @@ Access::Access(ViewerAddress asked, ViewerAddress bound, std::string token, This
 std::vector<std::string> Access::Hosts() const {
   std::vector<std::string> hosts = {bound_.host, "localhost", "127.0.0.1", "::1"};
   const bool is_loopback = IsLoopback(bound_.host);
-  if (!is_loopback || IsNameOfLoopback(asked_.host)) hosts.insert(hosts.begin(), asked_.host);
+  if (!is_loopback || IsLoopbackName(requested_.host)) hosts.insert(hosts.begin(), requested_.host);
   if (!is_loopback) hosts.insert(hosts.end(), machine_.names.begin(), machine_.names.end());
   std::vector<std::string> with_port;
   for (const std::string& host : hosts) {
-    if (IsEverywhere(host)) continue;  // an address to listen on, not to connect to
+    if (IsUnspecified(host)) continue;  // an address to listen on, not to connect to
     const std::string name = Lower(ViewerAddress{host, bound_.port}.Text());
     if (std::find(with_port.begin(), with_port.end(), name) == with_port.end()) {
       with_port.push_back(name);
@@ -124,11 +124,11 @@ std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) con
   // An address literal cannot be made to lead elsewhere, as a name can.
   const std::string port = absl::StrCat(":", bound_.port);
   std::string others;
-  if (IsEverywhere(bound_.host)) others = absl::StrCat(", ADDRESS", port);
+  if (IsUnspecified(bound_.host)) others = absl::StrCat(", ADDRESS", port);
   if (IsLoopback(bound_.host)) others = absl::StrCat(", another of 127.0.0.0/8 with ", port);
   if (!others.empty() && absl::EndsWith(given, port)) {
     const auto address = AddressIn(std::string_view(given).substr(0, given.size() - port.size()));
-    if (address && (IsEverywhere(bound_.host) || (address->is_v4() && address->is_loopback()))) {
+    if (address && (IsUnspecified(bound_.host) || (address->is_v4() && address->is_loopback()))) {
       return std::nullopt;
     }
   }
@@ -151,7 +151,7 @@ std::optional<Access::Refusal> Access::CheckToken(const HttpRequest& request) co
   const std::string_view target = View(request.target());
   const auto given = PathOf(target) == "/" ? ParameterOf(target, kTokenParameter) : std::nullopt;
   if (given) {
-    if (SameSecret(*given, token_)) return std::nullopt;
+    if (EqualInConstantTime(*given, token_)) return std::nullopt;
     return Refusal{.why = "token: is wrong; open the address that cwm-server printed"};
   }
   const std::string name = CookieName();
@@ -166,7 +166,7 @@ std::optional<Access::Refusal> Access::CheckToken(const HttpRequest& request) co
       pair.remove_prefix(std::min(pair.find_first_not_of(' '), pair.size()));
       const std::size_t equals = pair.find('=');
       if (equals == std::string_view::npos || pair.substr(0, equals) != name) continue;
-      if (SameSecret(pair.substr(equals + 1), token_)) return std::nullopt;
+      if (EqualInConstantTime(pair.substr(equals + 1), token_)) return std::nullopt;
       has_cookie = true;
     }
   }
@@ -179,15 +179,15 @@ std::optional<std::string> Access::CookieFor(const HttpRequest& request) const {
   if (token_.empty()) return std::nullopt;
   const std::string_view target = View(request.target());
   const auto given = ParameterOf(target, kTokenParameter);
-  if (PathOf(target) != "/" || !given || !SameSecret(*given, token_)) return std::nullopt;
+  if (PathOf(target) != "/" || !given || !EqualInConstantTime(*given, token_)) return std::nullopt;
   return absl::StrCat(CookieName(), "=", token_, "; Path=/; HttpOnly; SameSite=Strict");
 }
 
 std::vector<std::string> Access::Urls() const {
   std::vector<std::string> hosts;
-  if (!IsEverywhere(bound_.host)) {
-    const bool is_let_in = !IsLoopback(bound_.host) || IsNameOfLoopback(asked_.host);
-    hosts = {is_let_in ? asked_.host : bound_.host};
+  if (!IsUnspecified(bound_.host)) {
+    const bool is_let_in = !IsLoopback(bound_.host) || IsLoopbackName(requested_.host);
+    hosts = {is_let_in ? requested_.host : bound_.host};
   } else {
     // A listener on IPv4 is not reachable at the IPv6 addresses.
     const bool is_v4 = bound_.host.find(':') == std::string::npos;
@@ -220,11 +220,11 @@ bool IsToken(std::string_view text) {
   const auto allowed = [](char c) {
     return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
   };
-  return text.size() >= kShortestToken && text.size() <= kLongestToken &&
+  return text.size() >= kMinTokenLength && text.size() <= kMaxTokenLength &&
          std::all_of(text.begin(), text.end(), allowed);
 }
 
-bool SameSecret(std::string_view given, std::string_view secret) {
+bool EqualInConstantTime(std::string_view given, std::string_view secret) {
   if (given.size() != secret.size()) return false;
   volatile unsigned char different = 0;
   for (std::size_t i = 0; i < secret.size(); ++i) {
@@ -238,9 +238,9 @@ std::string_view PathOf(std::string_view target) {
 }
 
 std::optional<std::string_view> ParameterOf(std::string_view target, std::string_view name) {
-  const std::size_t question = target.find('?');
-  if (question == std::string_view::npos) return std::nullopt;
-  std::string_view rest = target.substr(question + 1);
+  const std::size_t question_mark = target.find('?');
+  if (question_mark == std::string_view::npos) return std::nullopt;
+  std::string_view rest = target.substr(question_mark + 1);
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find('&'), rest.size());
     const std::string_view pair = rest.substr(0, end);

@@ -17,9 +17,9 @@ namespace cwm::server {
 
 class Access {
  public:
-  // `asked` is the host that the user gave, `bound` the address that the server listens on. If
+  // `requested` is the host that the user gave, `bound` the address that the server listens on. If
   // `token` is empty, none is needed, and only this process's user and root are admitted.
-  Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine = {});
+  Access(ViewerAddress requested, ViewerAddress bound, std::string token, ThisMachine machine = {});
 
   struct Refusal {
     http::status status = http::status::forbidden;
@@ -54,7 +54,7 @@ class Access {
   std::string CookieName() const;
   std::vector<std::string> Hosts() const;  // always admitted; with the port
 
-  const ViewerAddress asked_;
+  const ViewerAddress requested_;
   const ViewerAddress bound_;
   const std::string token_;
   const ThisMachine machine_;
@@ -65,7 +65,7 @@ std::string RandomToken();
 // The rule for tokens that users choose: 16 to 128 letters, digits, _ and -.
 bool IsToken(std::string_view text);
 // Compares in a time that does not reveal how much of the secret is right.
-bool SameSecret(std::string_view given, std::string_view secret);
+bool EqualInConstantTime(std::string_view given, std::string_view secret);
 
 // The path of a target, and the value of a parameter of its query.
 std::string_view PathOf(std::string_view target);

@@ -26,14 +26,14 @@ http::status StatusOf(grpc::StatusCode code) {
 }
 
 // A blob being sent: each chunk is read after the previous one was written.
-class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
+class BlobTransfer : public std::enable_shared_from_this<BlobTransfer> {
  public:
-  BlobOnItsWay(boost::beast::tcp_stream& stream, House& house, const BlobReply::Question& question,
-               std::function<void(BlobReply::Outcome)> done)
+  BlobTransfer(boost::beast::tcp_stream& stream, ViewerContext& viewer,
+               const BlobReply::Request& request, std::function<void(BlobReply::Outcome)> done)
       : stream_(stream),
-        limits_(house.limits),
-        request_(question.request),
-        etag_("\"" + question.hash + "\""),
+        limits_(viewer.limits),
+        request_(request.http),
+        etag_("\"" + request.hash + "\""),
         done_(std::move(done)) {}
 
   void Begin(Bridge& bridge, const std::string& hash) {
@@ -41,17 +41,17 @@ class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
     request.set_hash(hash);
     const std::string method = "cwm.v1.WorldService/ReadGeometry";
     call_ = BridgeCall::Start(
-        bridge, {.method = method, .request = request.SerializeAsString()},
-        {.message = [self = shared_from_this()](std::string bytes) { self->Take(bytes); },
+        bridge, {.method = method, .body = request.SerializeAsString()},
+        {.message = [self = shared_from_this()](std::string bytes) { self->OnMessage(bytes); },
          .end = [self = shared_from_this()](const grpc::Status& status) { self->End(status); }});
   }
 
  private:
-  void Take(const std::string& bytes) {
+  void OnMessage(const std::string& bytes) {
     if (!chunk_.ParseFromString(bytes)) return Fail();
     if (header_.has_value()) return WriteChunk();
     MakeHeader();
-    stream_.expires_after(limits_.no_byte_taken);
+    stream_.expires_after(limits_.write_timeout);
     serializer_.emplace(*header_);
     http::async_write_header(stream_, *serializer_,
                              [self = shared_from_this()](error_code error, std::size_t) {
@@ -63,7 +63,7 @@ class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
 
   void MakeHeader() {
     header_.emplace(http::status::ok, request_.version());
-    SetSafetyHeaders(*header_);
+    SetSecurityHeaders(*header_);
     header_->set(http::field::content_type, "application/octet-stream");
     header_->set(http::field::cache_control, "public, max-age=31536000, immutable");
     header_->set(http::field::etag, etag_);
@@ -77,7 +77,7 @@ class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
       is_whole_ = chunk_.done();
       return call_->ReadNext();
     }
-    stream_.expires_after(limits_.no_byte_taken);
+    stream_.expires_after(limits_.write_timeout);
     stream_.async_write_some(
         boost::asio::buffer(chunk_.data()) + from,
         [self = shared_from_this(), from](error_code error, std::size_t written) {
@@ -118,10 +118,10 @@ class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
 
 }  // namespace
 
-void BlobReply::Start(boost::beast::tcp_stream& stream, House& house, const Question& question,
-                      std::function<void(Outcome)> done) {
-  std::make_shared<BlobOnItsWay>(stream, house, question, std::move(done))
-      ->Begin(house.bridge, question.hash);
+void BlobReply::Start(boost::beast::tcp_stream& stream, ViewerContext& viewer,
+                      const Request& request, std::function<void(Outcome)> done) {
+  std::make_shared<BlobTransfer>(stream, viewer, request, std::move(done))
+      ->Begin(viewer.bridge, request.hash);
 }
 
 }  // namespace cwm::server

@@ -6,14 +6,14 @@
 #include <optional>
 #include <string>
 
-#include "server/web/house.h"
+#include "server/web/viewer_context.h"
 
 namespace cwm::server {
 
 class BlobReply {
  public:
-  struct Question {
-    const HttpRequest& request;
+  struct Request {
+    const HttpRequest& http;
     std::string hash;
   };
   struct Outcome {
@@ -21,7 +21,7 @@ class BlobReply {
     bool keep_alive = false;
   };
   // `stream` must live until `done`, which is called once, on the viewer's thread.
-  static void Start(boost::beast::tcp_stream& stream, House& house, const Question& question,
+  static void Start(boost::beast::tcp_stream& stream, ViewerContext& viewer, const Request& request,
                     std::function<void(Outcome)> done);
 };
 

@@ -20,14 +20,15 @@ std::string BytesOf(const grpc::ByteBuffer& buffer) {
 
 }  // namespace
 
-std::shared_ptr<BridgeCall> BridgeCall::Start(Bridge& bridge, const Asked& asked,
+std::shared_ptr<BridgeCall> BridgeCall::Start(Bridge& bridge, const Request& request,
                                               Listener listener) {
   const std::shared_ptr<BridgeCall> call(new BridgeCall(bridge, std::move(listener)));
   call->self_ = call;
-  if (asked.time) call->call_.set_deadline(std::chrono::system_clock::now() + *asked.time);
-  const grpc::Slice slice(asked.request);
+  if (request.timeout)
+    call->call_.set_deadline(std::chrono::system_clock::now() + *request.timeout);
+  const grpc::Slice slice(request.body);
   call->request_ = grpc::ByteBuffer(&slice, 1);
-  bridge.services.PrepareBidiStreamingCall(&call->call_, "/" + asked.method, {}, call.get());
+  bridge.services.PrepareBidiStreamingCall(&call->call_, "/" + request.method, {}, call.get());
   call->AddHold();  // since reads are started outside of the reactor's callbacks
   call->StartWriteLast(&call->request_, {});
   call->StartRead(&call->response_);
@@ -41,7 +42,7 @@ BridgeCall::BridgeCall(Bridge& bridge, Listener listener)
       listener_(std::move(listener)) {}
 
 void BridgeCall::ReadNext() {
-  if (!std::exchange(told_, false)) return;
+  if (!std::exchange(delivered_, false)) return;
   StartRead(&response_);
 }
 
@@ -54,12 +55,12 @@ void BridgeCall::Cancel() {
 void BridgeCall::OnReadDone(bool ok) {
   if (!ok) return RemoveHold();
   boost::asio::post(context_, [self = self_, message = BytesOf(response_)]() mutable {
-    self->Tell(std::move(message));
+    self->Deliver(std::move(message));
   });
 }
 
-void BridgeCall::Tell(std::string message) {
-  told_ = true;
+void BridgeCall::Deliver(std::string message) {
+  delivered_ = true;
   if (cancelled_) return ReadNext();
   listener_.message(std::move(message));
 }

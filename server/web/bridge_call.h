@@ -30,12 +30,14 @@ class BridgeCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::
     std::function<void(std::string message)> message;  // the next comes only after ReadNext
     std::function<void(grpc::Status)> end;             // once, at the end
   };
-  struct Asked {
+  struct Request {
     const std::string& method;  // as in readable_methods.h
-    const std::string& request;
-    std::optional<std::chrono::milliseconds> time = {};  // after which the call ends; empty: never
+    const std::string& body;
+    std::optional<std::chrono::milliseconds> timeout =
+        {};  // after which the call ends; empty: never
   };
-  static std::shared_ptr<BridgeCall> Start(Bridge& bridge, const Asked& asked, Listener listener);
+  static std::shared_ptr<BridgeCall> Start(Bridge& bridge, const Request& request,
+                                           Listener listener);
 
   void ReadNext();
   // No message is delivered afterwards, only the end.
@@ -45,7 +47,7 @@ class BridgeCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::
   BridgeCall(Bridge& bridge, Listener listener);
   void OnReadDone(bool ok) override;
   void OnDone(const grpc::Status& status) override;
-  void Tell(std::string message);
+  void Deliver(std::string message);
 
   boost::asio::io_context& context_;
   // Keeps the thread running while there are events to deliver.
@@ -54,7 +56,7 @@ class BridgeCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::
   grpc::ClientContext call_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer response_;
-  bool told_ = false;  // a message was delivered and ReadNext not called since
+  bool delivered_ = false;  // a message was delivered and ReadNext not called since
   bool cancelled_ = false;
   std::shared_ptr<BridgeCall> self_;  // until the call is over
 };

@@ -11,40 +11,41 @@
 #include <optional>
 #include <string>
 
-#include "server/web/house.h"
+#include "server/web/viewer_context.h"
 
 namespace cwm::server {
 
 // Handles one request after the other. Lives as long as one of its operations is in progress.
-class HttpConnection final : public Guest, public std::enable_shared_from_this<HttpConnection> {
+class HttpConnection final : public Connection,
+                             public std::enable_shared_from_this<HttpConnection> {
  public:
   // `uid`: the user at the other end, if the kernel reports it.
   HttpConnection(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
-                 House& house);
+                 ViewerContext& viewer);
 
   void ReadRequest();
-  void Leave() override;
-  bool waits() const override { return waits_; }
+  void Close() override;
+  bool is_idle() const override { return idle_; }
 
  private:
-  void Answer(boost::beast::error_code error);
+  void OnRequest(boost::beast::error_code error);
   void RefuseMalformed(boost::beast::error_code error);
   void Send(HttpReply reply);
   void WritePiece();
   void OpenSocket();
   void ReadBlob(const std::string& hash);
-  void Next(bool keep_alive);
+  void OnReplySent(bool keep_alive);
   void DrainInput();
 
-  House& house_;
+  ViewerContext& viewer_;
   boost::beast::tcp_stream stream_;
   boost::beast::flat_buffer buffer_;
   // Created anew for each request of the connection.
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpReply reply_;
   std::optional<http::response_serializer<ReplyBody>> serializer_;  // of reply_
-  std::array<char, 4096> trash_;
-  bool waits_ = false;
+  std::array<char, 4096> discarded_;
+  bool idle_ = false;
 };
 
 }  // namespace cwm::server

@@ -13,7 +13,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr std::string_view kBlobs = "/geometry/";
+constexpr std::string_view kBlobPathPrefix = "/geometry/";
 constexpr std::size_t kHashDigits = 64;
 constexpr std::size_t kEtagDigits = 32;
 
@@ -25,7 +25,7 @@ bool IsHash(std::string_view text) {
 boost::beast::string_view Beast(std::string_view text) { return {text.data(), text.size()}; }
 
 // True if Accept-Encoding names gzip, and not with q=0.
-bool TakesGzip(const HttpRequest& request) {
+bool AcceptsGzip(const HttpRequest& request) {
   const http::ext_list codings(request[http::field::accept_encoding]);
   for (const auto& [name, parameters] : codings) {
     if (!absl::EqualsIgnoreCase(absl::string_view(name.data(), name.size()), "gzip")) continue;
@@ -41,7 +41,7 @@ bool TakesGzip(const HttpRequest& request) {
 }
 
 // Allows the page only its own scripts, styles and connections. `host` must have been checked.
-std::string PolicyFor(std::string_view host) {
+std::string ContentSecurityPolicy(std::string_view host) {
   return absl::StrCat(
       "default-src 'none'; script-src 'self'; style-src 'self'; worker-src 'self'; "
       "connect-src 'self' ws://",
@@ -72,7 +72,7 @@ Site::Route Site::RouteOf(const HttpRequest& request, std::optional<std::uint32_
   if (const auto refusal = access_.CheckHost(request)) {
     return TextReply(request, refusal->status, refusal->why);
   }
-  if (!IsReading(request)) return MethodRefusal(request);
+  if (!IsReadMethod(request)) return MethodRefusal(request);
   if (const auto refusal = access_.CheckToken(request)) {
     return TextReply(request, refusal->status, refusal->why);
   }
@@ -87,8 +87,8 @@ Site::Route Site::RouteOf(const HttpRequest& request, std::optional<std::uint32_
     }
     return OpenSocket{};
   }
-  if (path.substr(0, kBlobs.size()) == kBlobs) {
-    const std::string_view hash = path.substr(kBlobs.size());
+  if (path.substr(0, kBlobPathPrefix.size()) == kBlobPathPrefix) {
+    const std::string_view hash = path.substr(kBlobPathPrefix.size());
     if (IsHash(hash)) return ReadBlob{std::string(hash)};
     return TextReply(request, http::status::bad_request,
                      "hash: must be the 64 lower-case hex digits of a SHA-256");
@@ -97,11 +97,11 @@ Site::Route Site::RouteOf(const HttpRequest& request, std::optional<std::uint32_
 }
 
 HttpReply Site::ReplyOf(const HttpRequest& request, const File& file) const {
-  const bool is_gzip = !file.file.gzip.empty() && TakesGzip(request);
+  const bool is_gzip = !file.file.gzip.empty() && AcceptsGzip(request);
   const std::string etag = absl::StrCat("\"", file.etag, is_gzip ? "-gzip" : "", "\"");
   const bool is_known = request[http::field::if_none_match] == Beast(etag);
   HttpReply reply(is_known ? http::status::not_modified : http::status::ok, request.version());
-  SetSafetyHeaders(reply);
+  SetSecurityHeaders(reply);
   reply.set(http::field::cache_control, "no-cache");
   reply.set(http::field::etag, etag);
   if (!file.file.gzip.empty()) reply.set(http::field::vary, "Accept-Encoding");
@@ -112,26 +112,26 @@ HttpReply Site::ReplyOf(const HttpRequest& request, const File& file) const {
   if (!is_known) {
     reply.set(http::field::content_type, Beast(file.type));
     const auto host = request[http::field::host];
-    reply.set("Content-Security-Policy", PolicyFor({host.data(), host.size()}));
+    reply.set("Content-Security-Policy", ContentSecurityPolicy({host.data(), host.size()}));
     if (is_gzip) reply.set(http::field::content_encoding, "gzip");
     reply.body().file = is_gzip ? file.file.gzip : file.file.bytes;
   }
-  Seal(request, reply);
+  FinishReply(request, reply);
   return reply;
 }
 
 HttpReply TextReply(const HttpRequest& request, http::status status, std::string_view text) {
   HttpReply reply(status, request.version() == 0 ? 11 : request.version());
-  SetSafetyHeaders(reply);
+  SetSecurityHeaders(reply);
   reply.set("Content-Security-Policy", "default-src 'none'; frame-ancestors 'none'");
   reply.set(http::field::cache_control, "no-store");
   reply.set(http::field::content_type, "text/plain; charset=utf-8");
   reply.body().text = std::string(text) + "\n";
-  Seal(request, reply);
+  FinishReply(request, reply);
   return reply;
 }
 
-bool IsReading(const HttpRequest& request) {
+bool IsReadMethod(const HttpRequest& request) {
   return request.method() == http::verb::get || request.method() == http::verb::head;
 }
 
@@ -149,14 +149,14 @@ HttpReply UpgradeRefusal(const HttpRequest& request) {
   return reply;
 }
 
-void SetSafetyHeaders(http::fields& fields) {
+void SetSecurityHeaders(http::fields& fields) {
   fields.set("X-Content-Type-Options", "nosniff");
   fields.set("Referrer-Policy", "no-referrer");
   fields.set("X-Frame-Options", "DENY");
   fields.set("Cross-Origin-Resource-Policy", "same-origin");
 }
 
-void Seal(const HttpRequest& request, HttpReply& reply) {
+void FinishReply(const HttpRequest& request, HttpReply& reply) {
   reply.keep_alive(request.keep_alive());
   if (reply.result() == http::status::not_modified) return;
   const std::size_t size = reply.body().bytes().size();

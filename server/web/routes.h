@@ -45,12 +45,12 @@ class Site {
 // A line of text for people. Every reply has the headers that isolate the page from others.
 HttpReply TextReply(const HttpRequest& request, http::status status, std::string_view text);
 // True for methods that only read; MethodRefusal is the reply to others.
-bool IsReading(const HttpRequest& request);
+bool IsReadMethod(const HttpRequest& request);
 HttpReply MethodRefusal(const HttpRequest& request);
 // The reply to a request for the socket's path that is not a WebSocket upgrade.
 HttpReply UpgradeRefusal(const HttpRequest& request);
-void SetSafetyHeaders(http::fields& fields);
+void SetSecurityHeaders(http::fields& fields);
 // Sets the length, and drops the body of a reply to HEAD.
-void Seal(const HttpRequest& request, HttpReply& reply);
+void FinishReply(const HttpRequest& request, HttpReply& reply);
 
 }  // namespace cwm::server

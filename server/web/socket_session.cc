@@ -20,8 +20,8 @@ using boost::beast::error_code;
 constexpr std::size_t kFramePieceBytes = 16 << 10;
 // chosen: the kernel's send buffer of a socket. A larger one holds older states, so that a slow
 // page lags more; this is enough for 1 GB/s at 0.25 ms.
-constexpr int kKernelBytes = 256 << 10;
-constexpr std::size_t kLongestReason = 123;  // the limit of a close frame
+constexpr int kSendBufferBytes = 256 << 10;
+constexpr std::size_t kMaxCloseReasonBytes = 123;  // the limit of a close frame
 
 grpc::Status NotReadable(const std::string& method) {
   constexpr std::size_t kShownBytes = 100;
@@ -32,23 +32,23 @@ grpc::Status NotReadable(const std::string& method) {
       {.reason = "METHOD_NOT_READABLE", .metadata = {{"method", method.substr(0, kShownBytes)}}}));
 }
 
-grpc::Status TooMany(const char* what, std::size_t most, const char* reason) {
-  return ToGrpcStatus(Overloaded(absl::StrCat("there are ", most, " ", what,
+grpc::Status TooMany(const char* what, std::size_t limit, const char* reason) {
+  return ToGrpcStatus(Overloaded(absl::StrCat("there are ", limit, " ", what,
                                               " of this socket already, must be at most as many"),
                                  reason));
 }
 
-grpc::Status TooLong(std::chrono::milliseconds most) {
+grpc::Status TooLong(std::chrono::milliseconds limit) {
   return ToGrpcStatus(MakeError(
       absl::StatusCode::kDeadlineExceeded,
-      absl::StrCat("there was no answer within ", absl::FormatDuration(absl::FromChrono(most)),
+      absl::StrCat("there was no answer within ", absl::FormatDuration(absl::FromChrono(limit)),
                    ", the most that a page waits; ask by gRPC with a deadline of your own"),
       {.reason = "CALL_TOO_LONG"}));
 }
 
 // `when` tells whether the bytes would wait, or have waited for some time.
-grpc::Status TooSlow(std::size_t most, const std::string& when) {
-  return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", most,
+grpc::Status TooSlow(std::size_t limit, const std::string& when) {
+  return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", limit,
                                               " bytes ", when, ", must be at most as many"),
                                  "SOCKET_TOO_SLOW"));
 }
@@ -56,65 +56,66 @@ grpc::Status TooSlow(std::size_t most, const std::string& when) {
 }  // namespace
 
 SocketSession::SocketSession(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
-                             House& house)
-    : Guest(house.guests, uid),
-      house_(house),
+                             ViewerContext& viewer)
+    : Connection(viewer.connections, uid),
+      viewer_(viewer),
       stream_(std::move(socket)),
-      stall_timer_(house.bridge.context),
-      ping_timer_(house.bridge.context),
-      catch_up_timer_(house.bridge.context) {
-  ++house_.guests.sockets;
+      stall_timer_(viewer.bridge.context),
+      ping_timer_(viewer.bridge.context),
+      lag_timer_(viewer.bridge.context) {
+  ++viewer_.connections.sockets;
 }
 
-SocketSession::~SocketSession() { --house_.guests.sockets; }
+SocketSession::~SocketSession() { --viewer_.connections.sockets; }
 
 void SocketSession::Accept(HttpRequest request) {
   request_ = std::move(request);
   error_code ignored;
   auto& socket = boost::beast::get_lowest_layer(stream_).socket();
-  socket.set_option(boost::asio::socket_base::send_buffer_size(kKernelBytes), ignored);
+  socket.set_option(boost::asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   socket.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
-  stream_.set_option(websocket::stream_base::timeout{.handshake_timeout = house_.limits.goodbye,
-                                                     .idle_timeout = websocket::stream_base::none(),
-                                                     .keep_alive_pings = false});
-  stream_.read_message_max(house_.limits.message_bytes);
+  stream_.set_option(
+      websocket::stream_base::timeout{.handshake_timeout = viewer_.limits.close_timeout,
+                                      .idle_timeout = websocket::stream_base::none(),
+                                      .keep_alive_pings = false});
+  stream_.read_message_max(viewer_.limits.message_bytes);
   stream_.binary(true);
   stream_.auto_fragment(false);
   stream_.control_callback(
-      [this](websocket::frame_type, boost::beast::string_view) { heard_ = true; });
+      [this](websocket::frame_type, boost::beast::string_view) { received_since_ping_ = true; });
   stream_.async_accept(request_, [self = shared_from_this()](error_code error) {
-    if (error || self->dropped_) return self->Drop();
-    if (self->closing_) return self->SayGoodbye();  // decided during the handshake
+    if (error || self->aborted_) return self->Abort();
+    if (self->closing_) return self->SendCloseFrame();  // decided during the handshake
     self->Read();
     self->Ping();
   });
 }
 
 void SocketSession::Read() {
-  if (closing_ || reading_ || waiting_.size() > house_.limits.waiting_messages) return;
+  if (closing_ || reading_ || waiting_.size() > viewer_.limits.waiting_messages) return;
   reading_ = true;
   stream_.async_read(input_, [self = shared_from_this()](error_code error, std::size_t) {
     self->reading_ = false;
-    self->Take(error);
+    self->OnRead(error);
   });
 }
 
-void SocketSession::Take(error_code error) {
-  if (error) return Drop();  // the stream itself has reported a malformed frame
-  heard_ = true;
+void SocketSession::OnRead(error_code error) {
+  if (error) return Abort();  // the stream itself has reported a malformed frame
+  received_since_ping_ = true;
   if (closing_) return;
   if (!stream_.got_binary()) {
-    return Close(CloseCode::unknown_data, "message: is text, must be a binary ViewerRequest");
+    return CloseWith(CloseCode::unknown_data, "message: is text, must be a binary ViewerRequest");
   }
   v1::ViewerRequest request;
   const bool is_one = request.ParseFromArray(input_.data().data(), static_cast<int>(input_.size()));
   input_.consume(input_.size());
-  if (!is_one) return Close(CloseCode::bad_payload, "message: must be a cwm.v1.ViewerRequest");
+  if (!is_one) return CloseWith(CloseCode::bad_payload, "message: must be a cwm.v1.ViewerRequest");
   switch (request.what_case()) {
     case v1::ViewerRequest::kBegin:
       if (calls_.contains(request.call_id())) {
-        return Close(CloseCode::policy_error, absl::StrCat("call_id: is ", request.call_id(),
-                                                           ", must be of no call under way"));
+        return CloseWith(CloseCode::policy_error, absl::StrCat("call_id: is ", request.call_id(),
+                                                               ", must be of no call under way"));
       }
       Begin(request.call_id(), request.begin());
       break;
@@ -122,13 +123,13 @@ void SocketSession::Take(error_code error) {
       Cancel(request.call_id());
       break;
     case v1::ViewerRequest::WHAT_NOT_SET:
-      return Close(CloseCode::policy_error, "what: is absent, must be one of begin, cancel");
+      return CloseWith(CloseCode::policy_error, "what: is absent, must be one of begin, cancel");
   }
   Read();
 }
 
 std::optional<grpc::Status> SocketSession::Refusal(const std::string& method) const {
-  const ViewerLimits& limits = house_.limits;
+  const ViewerLimits& limits = viewer_.limits;
   if (!IsReadable(method)) return NotReadable(method);
   if (calls_.size() >= limits.calls_of_socket) {
     return TooMany("calls", limits.calls_of_socket, "TOO_MANY_CALLS");
@@ -143,88 +144,89 @@ std::optional<grpc::Status> SocketSession::Refusal(const std::string& method) co
   return std::nullopt;
 }
 
-void SocketSession::Begin(std::uint64_t id, const v1::ViewerCall& asked) {
-  if (const auto refusal = Refusal(asked.method())) return SendEnd(id, *refusal);
+void SocketSession::Begin(std::uint64_t id, const v1::ViewerCall& viewer_call) {
+  if (const auto refusal = Refusal(viewer_call.method())) return SendEnd(id, *refusal);
   const std::weak_ptr<SocketSession> weak = weak_from_this();
-  BridgeCall::Asked question{.method = asked.method(), .request = asked.request()};
-  if (!IsStream(asked.method())) question.time = house_.limits.call_time;
-  Carried& carried = calls_[id];
-  carried.is_watch = IsWatch(asked.method());
-  carried.call = BridgeCall::Start(house_.bridge, question,
-                                   {.message =
-                                        [weak, id](std::string message) {
-                                          if (const auto self = weak.lock())
-                                            self->SendMessage(id, std::move(message));
-                                        },
-                                    .end =
-                                        [weak, id](const grpc::Status& status) {
-                                          if (const auto self = weak.lock()) self->End(id, status);
-                                        }});
+  BridgeCall::Request request{.method = viewer_call.method(), .body = viewer_call.request()};
+  if (!IsStream(viewer_call.method())) request.timeout = viewer_.limits.call_timeout;
+  PageCall& page_call = calls_[id];
+  page_call.is_watch = IsWatch(viewer_call.method());
+  page_call.call = BridgeCall::Start(viewer_.bridge, request,
+                                     {.message =
+                                          [weak, id](std::string message) {
+                                            if (const auto self = weak.lock())
+                                              self->SendMessage(id, std::move(message));
+                                          },
+                                      .end =
+                                          [weak, id](const grpc::Status& status) {
+                                            if (const auto self = weak.lock())
+                                              self->End(id, status);
+                                          }});
 }
 
 // Ignores a call that is already over: its end may be on its way to the page.
 void SocketSession::Cancel(std::uint64_t id) {
-  const auto carried = calls_.find(id);
-  if (carried == calls_.end()) return;
-  carried->second.is_cancelled = true;
-  carried->second.call->Cancel();
+  const auto page_call = calls_.find(id);
+  if (page_call == calls_.end()) return;
+  page_call->second.is_cancelled = true;
+  page_call->second.call->Cancel();
 }
 
 void SocketSession::End(std::uint64_t id, const grpc::Status& status) {
-  const auto carried = calls_.find(id);
-  if (closing_ || carried == calls_.end()) return;
-  grpc::Status said = carried->second.why.value_or(status);
-  if (said.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
-    said = TooLong(house_.limits.call_time);
+  const auto page_call = calls_.find(id);
+  if (closing_ || page_call == calls_.end()) return;
+  grpc::Status reported = page_call->second.why.value_or(status);
+  if (reported.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
+    reported = TooLong(viewer_.limits.call_timeout);
   }
-  calls_.erase(carried);
-  SendEnd(id, said);
+  calls_.erase(page_call);
+  SendEnd(id, reported);
 }
 
 void SocketSession::SendMessage(std::uint64_t id, std::string message) {
-  const auto carried = calls_.find(id);
-  if (carried == calls_.end()) return;
-  const std::size_t most = house_.limits.burst_bytes;
-  if (!waiting_.empty() && waiting_bytes_ + message.size() > most) {
-    carried->second.why = TooSlow(most, "would wait for it");
+  const auto page_call = calls_.find(id);
+  if (page_call == calls_.end()) return;
+  const std::size_t limit = viewer_.limits.burst_bytes;
+  if (!waiting_.empty() && waiting_bytes_ + message.size() > limit) {
+    page_call->second.why = TooSlow(limit, "would wait for it");
     return Cancel(id);
   }
   v1::ViewerResponse response;
   response.set_call_id(id);
   response.set_message(std::move(message));
   Send(response, true);
-  ExpectCatchingUp();
+  ScheduleLagCheck();
 }
 
-void SocketSession::ExpectCatchingUp() {
-  if (closing_ || catching_up_ || waiting_bytes_ <= house_.limits.waiting_bytes) return;
-  catching_up_ = true;
-  catch_up_timer_.expires_at(waiting_.front().since + house_.limits.catch_up);
-  catch_up_timer_.async_wait([weak = weak_from_this()](error_code error) {
+void SocketSession::ScheduleLagCheck() {
+  if (closing_ || lag_check_pending_ || waiting_bytes_ <= viewer_.limits.waiting_bytes) return;
+  lag_check_pending_ = true;
+  lag_timer_.expires_at(waiting_.front().since + viewer_.limits.max_lag);
+  lag_timer_.async_wait([weak = weak_from_this()](error_code error) {
     const auto self = weak.lock();
-    if (!error && self != nullptr) self->CheckCatchingUp();
+    if (!error && self != nullptr) self->CheckLag();
   });
 }
 
 // Messages wait in order of arrival: as long as the oldest is young, the page keeps up, however
 // many bytes there are.
-void SocketSession::CheckCatchingUp() {
-  catching_up_ = false;
-  const ViewerLimits& limits = house_.limits;
-  const auto too_old = std::chrono::steady_clock::now() - limits.catch_up;
-  if (waiting_.empty() || waiting_.front().since > too_old) return ExpectCatchingUp();
+void SocketSession::CheckLag() {
+  lag_check_pending_ = false;
+  const ViewerLimits& limits = viewer_.limits;
+  const auto too_old = std::chrono::steady_clock::now() - limits.max_lag;
+  if (waiting_.empty() || waiting_.front().since > too_old) return ScheduleLagCheck();
   // Ends of calls are kept: they are small, and the page must get them.
   for (std::size_t i = waiting_.size() - 1; i > 0 && waiting_bytes_ > limits.waiting_bytes; --i) {
     if (!waiting_[i].call_goes_on) continue;
     const std::uint64_t id = waiting_[i].call_id;
     waiting_bytes_ -= waiting_[i].bytes.size();
     waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
-    const auto carried = calls_.find(id);
-    if (carried == calls_.end() || carried->second.is_cancelled) continue;  // cancelled by the page
-    carried->second.why =
-        TooSlow(limits.waiting_bytes,
-                absl::StrCat("waited for it for ",
-                             absl::FormatDuration(absl::FromChrono(limits.catch_up))));
+    const auto page_call = calls_.find(id);
+    if (page_call == calls_.end() || page_call->second.is_cancelled)
+      continue;  // cancelled by the page
+    page_call->second.why = TooSlow(
+        limits.waiting_bytes,
+        absl::StrCat("waited for it for ", absl::FormatDuration(absl::FromChrono(limits.max_lag))));
     Cancel(id);
   }
 }
@@ -250,33 +252,33 @@ void SocketSession::Send(const v1::ViewerResponse& response, bool call_goes_on) 
 
 void SocketSession::WriteNext() {
   if (waiting_.empty() || closing_) return;
-  written_ = std::move(waiting_.front());
+  current_ = std::move(waiting_.front());
   waiting_.pop_front();
-  waiting_bytes_ -= written_.bytes.size();
-  written_to_ = 0;
+  waiting_bytes_ -= current_.bytes.size();
+  written_bytes_ = 0;
   writing_ = true;
   WritePiece();
 }
 
 void SocketSession::WritePiece() {
-  const std::size_t count = std::min(kFramePieceBytes, written_.bytes.size() - written_to_);
-  const bool is_last = written_to_ + count == written_.bytes.size();
-  stall_timer_.expires_after(house_.limits.no_byte_taken);
+  const std::size_t count = std::min(kFramePieceBytes, current_.bytes.size() - written_bytes_);
+  const bool is_last = written_bytes_ + count == current_.bytes.size();
+  stall_timer_.expires_after(viewer_.limits.write_timeout);
   stall_timer_.async_wait([weak = weak_from_this()](error_code error) {
     const auto self = weak.lock();
-    if (!error && self != nullptr) self->Drop();
+    if (!error && self != nullptr) self->Abort();
   });
-  const auto piece = boost::asio::buffer(written_.bytes.data() + written_to_, count);
-  written_to_ += count;
+  const auto piece = boost::asio::buffer(current_.bytes.data() + written_bytes_, count);
+  written_bytes_ += count;
   stream_.async_write_some(is_last, piece,
                            [self = shared_from_this(), is_last](error_code error, std::size_t) {
-                             if (error) return self->Drop();
+                             if (error) return self->Abort();
                              if (self->closing_) return;
                              self->stall_timer_.cancel();
                              if (!is_last) return self->WritePiece();
                              self->writing_ = false;
-                             const auto call = self->calls_.find(self->written_.call_id);
-                             if (self->written_.call_goes_on && call != self->calls_.end())
+                             const auto call = self->calls_.find(self->current_.call_id);
+                             if (self->current_.call_goes_on && call != self->calls_.end())
                                call->second.call->ReadNext();
                              self->WriteNext();
                              self->Read();
@@ -286,52 +288,52 @@ void SocketSession::WritePiece() {
 // Drops a page that has not answered until the next ping, unless its messages are not being read.
 void SocketSession::Ping() {
   if (closing_) return;
-  if (reading_ && !heard_) return Drop();
+  if (reading_ && !received_since_ping_) return Abort();
   if (!pinging_) {  // the last ping may still wait for a message to be written
-    heard_ = false;
+    received_since_ping_ = false;
     pinging_ = true;
     stream_.async_ping({}, [self = shared_from_this()](error_code error) {
       self->pinging_ = false;
-      if (error && !self->closing_) self->Drop();
+      if (error && !self->closing_) self->Abort();
     });
   }
-  ping_timer_.expires_after(house_.limits.ping_period);
+  ping_timer_.expires_after(viewer_.limits.ping_period);
   ping_timer_.async_wait([weak = weak_from_this()](error_code error) {
     const auto self = weak.lock();
     if (!error && self != nullptr) self->Ping();
   });
 }
 
-void SocketSession::Leave() { Close(CloseCode::going_away, "the server stops"); }
+void SocketSession::Close() { CloseWith(CloseCode::going_away, "the server stops"); }
 
-void SocketSession::Close(CloseCode code, std::string_view reason) {
+void SocketSession::CloseWith(CloseCode code, std::string_view reason) {
   if (closing_) return;
   closing_ = true;
-  for (const auto& [id, carried] : calls_) carried.call->Cancel();
+  for (const auto& [id, page_call] : calls_) page_call.call->Cancel();
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();
-  catch_up_timer_.cancel();
-  goodbye_ = {code, std::string(reason.substr(0, kLongestReason))};
-  stall_timer_.expires_after(house_.limits.goodbye);
+  lag_timer_.cancel();
+  close_reason_ = {code, std::string(reason.substr(0, kMaxCloseReasonBytes))};
+  stall_timer_.expires_after(viewer_.limits.close_timeout);
   stall_timer_.async_wait([weak = weak_from_this()](error_code error) {
     const auto self = weak.lock();
-    if (!error && self != nullptr) self->Drop();
+    if (!error && self != nullptr) self->Abort();
   });
-  if (stream_.is_open()) SayGoodbye();
+  if (stream_.is_open()) SendCloseFrame();
 }
 
-void SocketSession::SayGoodbye() {
-  stream_.async_close(goodbye_, [self = shared_from_this()](error_code) { self->Drop(); });
+void SocketSession::SendCloseFrame() {
+  stream_.async_close(close_reason_, [self = shared_from_this()](error_code) { self->Abort(); });
 }
 
-void SocketSession::Drop() {
-  closing_ = dropped_ = true;
-  for (const auto& [id, carried] : calls_) carried.call->Cancel();
+void SocketSession::Abort() {
+  closing_ = aborted_ = true;
+  for (const auto& [id, page_call] : calls_) page_call.call->Cancel();
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();
-  catch_up_timer_.cancel();
+  lag_timer_.cancel();
   stall_timer_.cancel();
   boost::beast::get_lowest_layer(stream_).close();
 }

@@ -15,7 +15,7 @@
 #include <unordered_map>
 
 #include "cwm/v1/viewer.pb.h"
-#include "server/web/house.h"
+#include "server/web/viewer_context.h"
 
 namespace cwm::server {
 
@@ -23,15 +23,15 @@ namespace cwm::server {
 // waits to be written, so a page that reads slowly delays only its own calls. If the waiting
 // messages have too many bytes for too long, the newest calls among them are ended. Lives as long
 // as one of its operations is in progress.
-class SocketSession final : public Guest, public std::enable_shared_from_this<SocketSession> {
+class SocketSession final : public Connection, public std::enable_shared_from_this<SocketSession> {
  public:
   SocketSession(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
-                House& house);
+                ViewerContext& viewer);
   ~SocketSession() override;
 
   void Accept(HttpRequest request);
-  void Leave() override;
-  bool waits() const override { return false; }
+  void Close() override;
+  bool is_idle() const override { return false; }
 
  private:
   using CloseCode = boost::beast::websocket::close_code;
@@ -45,7 +45,7 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   };
 
   // A call in progress.
-  struct Carried {
+  struct PageCall {
     std::shared_ptr<BridgeCall> call;
     bool is_watch = false;
     bool is_cancelled = false;
@@ -53,8 +53,8 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   };
 
   void Read();
-  void Take(boost::beast::error_code error);
-  void Begin(std::uint64_t id, const v1::ViewerCall& asked);
+  void OnRead(boost::beast::error_code error);
+  void Begin(std::uint64_t id, const v1::ViewerCall& viewer_call);
   void Cancel(std::uint64_t id);
   // The reason why a call may not begin, if any.
   std::optional<grpc::Status> Refusal(const std::string& method) const;
@@ -63,36 +63,36 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   void SendEnd(std::uint64_t id, const grpc::Status& status);
   void Send(const v1::ViewerResponse& response, bool call_goes_on);
   // If too many bytes wait, checks again when the oldest message has waited too long.
-  void ExpectCatchingUp();
-  void CheckCatchingUp();
+  void ScheduleLagCheck();
+  void CheckLag();
   void WriteNext();
   void WritePiece();
   void Ping();
   // Sends the reason, and ends when the page has acknowledged it.
-  void Close(CloseCode code, std::string_view reason);
-  void SayGoodbye();
-  void Drop();
+  void CloseWith(CloseCode code, std::string_view reason);
+  void SendCloseFrame();
+  void Abort();
 
-  House& house_;
+  ViewerContext& viewer_;
   boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
   boost::asio::steady_timer stall_timer_;
   boost::asio::steady_timer ping_timer_;
-  boost::asio::steady_timer catch_up_timer_;
+  boost::asio::steady_timer lag_timer_;
   boost::beast::flat_buffer input_;
   HttpRequest request_;  // until it is accepted
-  std::unordered_map<std::uint64_t, Carried> calls_;
+  std::unordered_map<std::uint64_t, PageCall> calls_;
   std::deque<Outgoing> waiting_;
   std::size_t waiting_bytes_ = 0;  // of waiting_
-  Outgoing written_;               // being written
-  std::size_t written_to_ = 0;
+  Outgoing current_;               // being written
+  std::size_t written_bytes_ = 0;
   bool writing_ = false;
   bool reading_ = false;
-  bool heard_ = true;  // anything received since the last ping
+  bool received_since_ping_ = true;  // anything received since the last ping
   bool pinging_ = false;
-  bool catching_up_ = false;
+  bool lag_check_pending_ = false;
   bool closing_ = false;
-  bool dropped_ = false;
-  boost::beast::websocket::close_reason goodbye_;
+  bool aborted_ = false;
+  boost::beast::websocket::close_reason close_reason_;
 };
 
 }  // namespace cwm::server

@@ -15,7 +15,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr std::size_t kLongestName = 253;  // the limit of DNS
+constexpr std::size_t kMaxNameBytes = 253;  // the limit of DNS
 
 using boost::asio::ip::address;
 
@@ -23,7 +23,7 @@ bool IsName(const std::string& text) {
   const auto allowed = [](unsigned char c) {
     return absl::ascii_isalnum(c) || c == '.' || c == '-' || c == '_';
   };
-  return !text.empty() && text.size() <= kLongestName &&
+  return !text.empty() && text.size() <= kMaxNameBytes &&
          absl::ascii_isalpha(static_cast<unsigned char>(text.front())) &&
          std::all_of(text.begin(), text.end(), allowed);
 }
@@ -63,7 +63,7 @@ std::vector<std::string> NamesOf(const std::string& hostname) {
 
 ThisMachine LookUpThisMachine() {
   ThisMachine machine;
-  std::array<char, kLongestName + 2> name = {};
+  std::array<char, kMaxNameBytes + 2> name = {};
   if (gethostname(name.data(), name.size() - 1) == 0) machine.names = NamesOf(name.data());
   ifaddrs* first = nullptr;
   if (getifaddrs(&first) != 0) return machine;

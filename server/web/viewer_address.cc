@@ -9,14 +9,14 @@ namespace cwm::server {
 namespace {
 
 constexpr int kMaxPort = 65'535;
-constexpr std::size_t kLongestHost = 253;  // of a DNS name
+constexpr std::size_t kMaxHostBytes = 253;  // of a DNS name
 
 bool IsHost(const std::string& host) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
            c == '-' || c == '_';
   };
-  return !host.empty() && host.size() <= kLongestHost &&
+  return !host.empty() && host.size() <= kMaxHostBytes &&
          std::all_of(host.begin(), host.end(), allowed);
 }
 

@@ -27,21 +27,23 @@ struct ViewerLimits {
   std::uint32_t header_bytes = 16 << 10;  // the same as gRPC's metadata limit
   // If more messages wait to be written to one socket, nothing more is read from it.
   std::size_t waiting_messages = 64;
-  // The bytes that may wait to be written to one socket for longer than `catch_up`: one message of
+  // The bytes that may wait to be written to one socket for longer than `max_lag`: one message of
   // the largest size. Short bursts may be larger, since a page that reads them catches up quickly:
   // even at 4 MB/s it gets below the limit in time after two of the largest messages.
   std::size_t waiting_bytes = 16 << 20;
-  std::chrono::milliseconds catch_up = std::chrono::seconds(5);
+  std::chrono::milliseconds max_lag = std::chrono::seconds(5);
   // The bytes that may wait at any time: four of the largest messages, of the sixteen that its
   // calls could have.
   std::size_t burst_bytes = 64 << 20;
 
-  std::chrono::milliseconds idle_http = std::chrono::seconds(15);  // between and within requests
-  std::chrono::milliseconds no_byte_taken = std::chrono::seconds(30);
+  std::chrono::milliseconds http_idle_timeout =
+      std::chrono::seconds(15);  // between and within requests
+  std::chrono::milliseconds write_timeout = std::chrono::seconds(30);
   std::chrono::milliseconds ping_period = std::chrono::seconds(20);
   // The time limit of a call that is not a stream; longer ones must use gRPC.
-  std::chrono::milliseconds call_time = std::chrono::seconds(30);
-  std::chrono::milliseconds goodbye = std::chrono::seconds(1);  // for the answer to a close frame
+  std::chrono::milliseconds call_timeout = std::chrono::seconds(30);
+  std::chrono::milliseconds close_timeout =
+      std::chrono::seconds(1);  // for the answer to a close frame
 };
 
 }  // namespace cwm::server

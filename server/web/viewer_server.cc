@@ -13,8 +13,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/net/peer_uid.h"
-#include "server/web/house.h"
 #include "server/web/http_connection.h"
+#include "server/web/viewer_context.h"
 
 namespace cwm::server {
 namespace {
@@ -23,7 +23,7 @@ using boost::asio::ip::tcp;
 using boost::system::error_code;
 
 // chosen: if no file descriptor is free for a connection, one may be free after this time.
-constexpr auto kPauseOfAccepting = std::chrono::milliseconds(100);
+constexpr auto kAcceptRetryDelay = std::chrono::milliseconds(100);
 
 absl::Status CannotListen(const ViewerAddress& address, const error_code& error) {
   const std::string what = absl::StrCat("--viewer ", address.Text(), ": ", error.message());
@@ -64,12 +64,12 @@ struct ViewerServer::State {
   State(std::unique_ptr<boost::asio::io_context> context_in, tcp::acceptor acceptor_in,
         const ViewerLimits& limits, Site site, const std::shared_ptr<grpc::Channel>& services)
       : context(std::move(context_in)),
-        house{.limits = limits,
-              .site = std::move(site),
-              .bridge = {*context, grpc::GenericStub(services)}},
+        viewer{.limits = limits,
+               .site = std::move(site),
+               .bridge = {*context, grpc::GenericStub(services)}},
         acceptor(std::move(acceptor_in)),
         pause(*context),
-        urls(house.site.access().Urls()) {
+        urls(viewer.site.access().Urls()) {
     AcceptNext();
     thread = std::thread([this] { Run(); });
   }
@@ -87,42 +87,43 @@ struct ViewerServer::State {
 
   void AcceptNext() {
     acceptor.async_accept([this](error_code error, tcp::socket socket) {
-      if (house.guests.closed) return;
+      if (viewer.connections.closed) return;
       if (!error) {
-        Welcome(std::move(socket));
+        StartConnection(std::move(socket));
         return AcceptNext();
       }
-      pause.expires_after(kPauseOfAccepting);
+      pause.expires_after(kAcceptRetryDelay);
       pause.async_wait([this](error_code) {
-        if (!house.guests.closed) AcceptNext();
+        if (!viewer.connections.closed) AcceptNext();
       });
     });
   }
 
   // A connection above a limit replaces the oldest idle one, of the same user if that user has too
   // many. If none is idle, the new connection is closed.
-  void Welcome(tcp::socket socket) {
+  void StartConnection(tcp::socket socket) {
     const std::optional<std::uint32_t> uid = PeerUid(socket.native_handle());
-    const bool user_has_too_many = house.guests.CountOf(uid) >= house.limits.connections_of_user;
-    if (user_has_too_many || house.guests.size() >= house.limits.connections) {
-      Guest* const waiting =
-          user_has_too_many ? house.guests.LongestWaitingOf(uid) : house.guests.LongestWaiting();
-      if (waiting == nullptr) return;
-      waiting->Leave();
+    const bool user_has_too_many =
+        viewer.connections.CountOf(uid) >= viewer.limits.connections_of_user;
+    if (user_has_too_many || viewer.connections.size() >= viewer.limits.connections) {
+      Connection* const idle = user_has_too_many ? viewer.connections.LongestIdleOf(uid)
+                                                 : viewer.connections.LongestIdle();
+      if (idle == nullptr) return;
+      idle->Close();
     }
-    std::make_shared<HttpConnection>(std::move(socket), uid, house)->ReadRequest();
+    std::make_shared<HttpConnection>(std::move(socket), uid, viewer)->ReadRequest();
   }
 
   void Close() {
-    house.guests.closed = true;
+    viewer.connections.closed = true;
     error_code ignored;
     acceptor.close(ignored);
     pause.cancel();
-    house.guests.AllLeave();
+    viewer.connections.CloseAll();
   }
 
   const std::unique_ptr<boost::asio::io_context> context;
-  House house;
+  ViewerContext viewer;
   tcp::acceptor acceptor;
   boost::asio::steady_timer pause;
   const std::vector<std::string> urls;

@@ -16,7 +16,7 @@ namespace {
 constexpr std::int32_t kNoObject = -1;
 
 // True for the index of an object; false for no object and for the body itself.
-bool IsOfObject(std::int32_t index) { return index >= 0; }
+bool IsObjectIndex(std::int32_t index) { return index >= 0; }
 
 v1::Verdict EnumToProto(collision::Verdict verdict) {
   switch (verdict) {
@@ -34,15 +34,15 @@ v1::Verdict EnumToProto(collision::Verdict verdict) {
   return v1::VERDICT_UNSPECIFIED;
 }
 
-v1::Trust EnumToProto(collision::Trust trust) {
+v1::Trust EnumToProto(collision::Accuracy trust) {
   switch (trust) {
-    case collision::Trust::kExact:
+    case collision::Accuracy::kExact:
       return v1::TRUST_EXACT;
-    case collision::Trust::kBounded:
+    case collision::Accuracy::kBounded:
       return v1::TRUST_BOUNDED;
-    case collision::Trust::kSurfaceOnly:
+    case collision::Accuracy::kSurfaceOnly:
       return v1::TRUST_SURFACE_ONLY;
-    case collision::Trust::kDegraded:
+    case collision::Accuracy::kDegraded:
       return v1::TRUST_DEGRADED;
   }
   return v1::TRUST_UNSPECIFIED;
@@ -87,7 +87,7 @@ std::string EnumBytes(const std::vector<Enum>& values) {
 }
 
 v1::Vector3 VectorAt(const std::vector<double>& values, std::size_t i) {
-  return ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+  return VectorToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
 }
 
 template <class Response>
@@ -107,7 +107,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   const std::size_t objects = snapshot.objects().size();
   std::vector<std::int32_t> reply_index(objects + snapshot.robots().size(), kNoObject);
   for (const std::int32_t index : snapshot_indices) {
-    if (IsOfObject(index)) reply_index[index] = 0;
+    if (IsObjectIndex(index)) reply_index[index] = 0;
   }
   std::vector<std::size_t> mentioned;
   for (std::size_t i = 0; i < reply_index.size(); ++i) {
@@ -139,7 +139,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   std::vector<std::int32_t> translated(snapshot_indices.size());
   for (std::size_t i = 0; i < translated.size(); ++i) {
     const std::int32_t index = snapshot_indices[i];
-    translated[i] = IsOfObject(index) ? reply_index[index] : index;
+    translated[i] = IsObjectIndex(index) ? reply_index[index] : index;
   }
   return translated;
 }
@@ -166,16 +166,17 @@ void SetVariable(const Columns& answers, std::size_t i, const AnswerContext& con
 
 // True if the distance has an error bound: DEGRADED answers have no known bound, EXACT ones need
 // none.
-bool HasBound(collision::Trust trust) {
-  return trust == collision::Trust::kBounded || trust == collision::Trust::kSurfaceOnly;
+bool HasBound(collision::Accuracy trust) {
+  return trust == collision::Accuracy::kBounded || trust == collision::Accuracy::kSurfaceOnly;
 }
 
 std::vector<double> BoundColumn(const collision::PairColumns& answers) {
   std::vector<double> bound_m(answers.bound_m.size(), 0);
   for (std::size_t i = 0; i < bound_m.size(); ++i) {
-    const collision::Trust trust = answers.trust[i];
+    const collision::Accuracy trust = answers.accuracy[i];
     if (HasBound(trust)) bound_m[i] = answers.bound_m[i];
-    if (trust == collision::Trust::kDegraded) bound_m[i] = std::numeric_limits<double>::quiet_NaN();
+    if (trust == collision::Accuracy::kDegraded)
+      bound_m[i] = std::numeric_limits<double>::quiet_NaN();
   }
   return bound_m;
 }
@@ -193,9 +194,10 @@ void SetColumns(const collision::PairColumns& answers, const std::vector<std::in
   columns->set_object_index(NumberBytes(objects));
   columns->set_body_part(NumberBytes(answers.body_part));
   columns->set_object_part(NumberBytes(answers.object_part));
-  columns->set_trust(EnumBytes(answers.trust));
-  const bool all_exact = std::all_of(answers.trust.begin(), answers.trust.end(),
-                                     [](auto trust) { return trust == collision::Trust::kExact; });
+  columns->set_trust(EnumBytes(answers.accuracy));
+  const bool all_exact =
+      std::all_of(answers.accuracy.begin(), answers.accuracy.end(),
+                  [](auto trust) { return trust == collision::Accuracy::kExact; });
   if (all_exact) return;
   columns->set_bound_m(Scalars(Rounded(BoundColumn(answers), Bound::kUpper, precision), precision));
 }
@@ -226,7 +228,7 @@ void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
     return context.body.objects.empty() ? std::string()
                                         : context.body.objects[static_cast<std::size_t>(part)];
   };
-  if (IsOfObject(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
+  if (IsObjectIndex(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
   row->set_body_part(pair.body_part);
   row->set_object_part(pair.object_part);
   if (context.body.links.empty()) return;
@@ -234,7 +236,7 @@ void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
   if (const std::string name = carried_of(pair.body_part); !name.empty()) {
     row->set_body_object(name);
   }
-  if (pair.object != collision::kItself) return;
+  if (pair.object != collision::kSelfObject) return;
   row->set_object_link(link_of(pair.object_part));
   if (const std::string name = carried_of(pair.object_part); !name.empty()) row->set_object(name);
 }
@@ -247,19 +249,19 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   *row.mutable_point_object() = VectorAt(answers.point_object, i);
   *row.mutable_normal() = VectorAt(answers.normal, i);
   SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, &row);
-  row.set_trust(EnumToProto(answers.trust[i]));
-  if (HasBound(answers.trust[i])) row.set_bound_m(answers.bound_m[i]);
+  row.set_trust(EnumToProto(answers.accuracy[i]));
+  if (HasBound(answers.accuracy[i])) row.set_bound_m(answers.bound_m[i]);
   return row;
 }
 
 // A row that was not computed has no accuracy.
 v1::Trust TrustAt(const collision::CollisionColumns& answers, std::size_t i) {
-  const bool is_told = answers.verdict[i] != collision::Verdict::kNotComputed;
-  return is_told ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
+  const bool is_computed = answers.verdict[i] != collision::Verdict::kNotComputed;
+  return is_computed ? EnumToProto(answers.accuracy[i]) : v1::TRUST_UNSPECIFIED;
 }
 
 std::string TrustColumn(const collision::CollisionColumns& answers) {
-  std::string bytes(answers.trust.size(), '\0');
+  std::string bytes(answers.accuracy.size(), '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(TrustAt(answers, i));
   return bytes;
 }
@@ -282,18 +284,18 @@ void SetPairs(const collision::PairColumns& answers, const AnswerContext& contex
 
 }  // namespace
 
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetDistancesResponse* response) {
+void DistanceAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                            v1::GetDistancesResponse* response) {
   SetPairs(answers, context, response);
 }
 
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetContactsResponse* response) {
+void ContactAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                           v1::GetContactsResponse* response) {
   SetPairs(answers, context, response);
 }
 
-void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
-             v1::CheckCollisionsResponse* response) {
+void CollisionAnswersToProto(const collision::CollisionColumns& answers,
+                             const AnswerContext& context, v1::CheckCollisionsResponse* response) {
   // Queries of verdicts only name no pairs: only the pairs that had to be searched for are known.
   const bool named = !context.verdicts_only;
   std::vector<std::int32_t> objects;
@@ -330,7 +332,7 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::MotionRow* row = response->add_rows();
     row->set_verdict(EnumToProto(answers.verdict[i]));
-    row->set_trust(EnumToProto(answers.trust[i]));
+    row->set_trust(EnumToProto(answers.accuracy[i]));
     if (answers.verdict[i] == collision::MotionVerdict::kFree) {
       row->set_clearance_m(answers.clearance_m[i]);
       continue;
@@ -347,8 +349,8 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
 
 }  // namespace
 
-void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
-             v1::CheckMotionsResponse* response) {
+void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerContext& context,
+                          v1::CheckMotionsResponse* response) {
   const auto objects = SetObjects(answers.object, answers.completed, context, response);
   SetLinks(context, response);
   if (context.form == Form::kRows) return SetRows(answers, context, response);
@@ -364,16 +366,16 @@ void ToProto(const collision::MotionColumns& answers, const AnswerContext& conte
   response->set_object_index(NumberBytes(objects));
   response->set_body_part(NumberBytes(answers.body_part));
   response->set_object_part(NumberBytes(answers.object_part));
-  response->set_trust(EnumBytes(answers.trust));
+  response->set_trust(EnumBytes(answers.accuracy));
   SetVariables(answers, context, response);
 }
 
 namespace {
 
 // Rays are cast by the exact kernels, but an open surface has no outward side.
-std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
-                                      const collision::WorldSnapshot& snapshot) {
-  std::vector<collision::Trust> trust(answers.completed, collision::Trust::kExact);
+std::vector<collision::Accuracy> TrustOf(const collision::RayColumns& answers,
+                                         const collision::WorldSnapshot& snapshot) {
+  std::vector<collision::Accuracy> trust(answers.completed, collision::Accuracy::kExact);
   for (std::size_t i = 0; i < answers.completed; ++i) {
     if (answers.hit[i] == 0) continue;
     const collision::Obstacle& met =
@@ -381,7 +383,7 @@ std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
     const Shape& shape =
         met.geometry->parts[static_cast<std::size_t>(answers.object_part[i])].shape;
     const Mesh* const mesh = std::get_if<Mesh>(&shape);
-    if (mesh != nullptr && !mesh->watertight) trust[i] = collision::Trust::kSurfaceOnly;
+    if (mesh != nullptr && !mesh->watertight) trust[i] = collision::Accuracy::kSurfaceOnly;
   }
   return trust;
 }
@@ -398,26 +400,27 @@ void SetRows(const collision::PointColumns& answers, const AnswerContext& contex
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::SampleRow* row = response->add_rows();
     row->set_state(EnumToProto(answers.state[i]));
-    row->set_trust(EnumToProto(answers.trust[i]));
+    row->set_trust(EnumToProto(answers.accuracy[i]));
     if (answers.state[i] == collision::SampleState::kBeyond) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_gradient() = VectorAt(answers.gradient, i);
     SetObstacle(answers.object[i], answers.object_part[i], context, row);
-    if (answers.trust[i] == collision::Trust::kBounded) row->set_bound_m(bound_m[i]);
+    if (answers.accuracy[i] == collision::Accuracy::kBounded) row->set_bound_m(bound_m[i]);
   }
 }
 
 }  // namespace
 
-void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
-             const AnswerContext& context, v1::CastRaysResponse* response) {
+void RayAnswersToProto(const collision::RayColumns& answers,
+                       std::span<const collision::RayRow> rays, const AnswerContext& context,
+                       v1::CastRaysResponse* response) {
   // Rows without a hit name no object, whatever their other columns contain.
   std::vector<std::int32_t> hit_objects = answers.object;
   for (std::size_t i = 0; i < hit_objects.size(); ++i) {
     if (answers.hit[i] == 0) hit_objects[i] = kNoObject;
   }
   const auto objects = SetObjects(hit_objects, answers.completed, context, response);
-  const std::vector<collision::Trust> trust = TrustOf(answers, context.snapshot);
+  const std::vector<collision::Accuracy> trust = TrustOf(answers, context.snapshot);
   if (context.form == Form::kColumns) {
     response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
     response->set_hit(NumberBytes(answers.hit));
@@ -435,14 +438,14 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     if (answers.hit[i] == 0) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_point() =
-        ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
+        VectorToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
     *row->mutable_normal() = VectorAt(answers.normal, i);
     SetObstacle(answers.object[i], answers.object_part[i], context, row);
   }
 }
 
-void ToProto(const collision::PointColumns& answers, const AnswerContext& context,
-             v1::SamplePointsResponse* response) {
+void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerContext& context,
+                          v1::SamplePointsResponse* response) {
   std::vector<std::int32_t> near_objects = answers.object;
   for (std::size_t i = 0; i < near_objects.size(); ++i) {
     if (answers.state[i] == collision::SampleState::kBeyond) near_objects[i] = kNoObject;
@@ -455,7 +458,7 @@ void ToProto(const collision::PointColumns& answers, const AnswerContext& contex
   response->set_gradient(Scalars(answers.gradient, context.precision));
   response->set_object_index(NumberBytes(objects));
   response->set_object_part(NumberBytes(answers.object_part));
-  response->set_trust(EnumBytes(answers.trust));
+  response->set_trust(EnumBytes(answers.accuracy));
   if (answers.bounds.empty()) return;
   response->set_bound_m(
       Scalars(Rounded(BoundColumn(answers), Bound::kUpper, context.precision), context.precision));

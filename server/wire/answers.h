@@ -9,7 +9,7 @@
 #include "collision/motion/check_motions.h"
 #include "collision/query/query.h"
 #include "cwm/v1/query.pb.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 
@@ -23,20 +23,21 @@ struct AnswerContext {
   BodyNames body = {};         // if the subject is a robot
 };
 
-void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
-             v1::CheckCollisionsResponse* response);
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetDistancesResponse* response);
-void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
-             v1::GetContactsResponse* response);
+void CollisionAnswersToProto(const collision::CollisionColumns& answers,
+                             const AnswerContext& context, v1::CheckCollisionsResponse* response);
+void DistanceAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                            v1::GetDistancesResponse* response);
+void ContactAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
+                           v1::GetContactsResponse* response);
 // Single precision rounds `lo` and the clearance down and `hi` up, so that they stay bounds.
-void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
-             v1::CheckMotionsResponse* response);
+void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerContext& context,
+                          v1::CheckMotionsResponse* response);
 // `rays` are the rows of the query, needed for the points of rows.
-void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
-             const AnswerContext& context, v1::CastRaysResponse* response);
+void RayAnswersToProto(const collision::RayColumns& answers,
+                       std::span<const collision::RayRow> rays, const AnswerContext& context,
+                       v1::CastRaysResponse* response);
 
-void ToProto(const collision::PointColumns& answers, const AnswerContext& context,
-             v1::SamplePointsResponse* response);
+void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerContext& context,
+                          v1::SamplePointsResponse* response);
 
 }  // namespace cwm::server

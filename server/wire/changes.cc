@@ -13,7 +13,7 @@ namespace cwm::server {
 namespace {
 
 // Steps of a WorkBudget that a change takes besides its geometry: a few microseconds.
-constexpr std::size_t kStepsOfChange = 64;
+constexpr std::size_t kStepsPerChange = 64;
 
 // The sources from which changes are made.
 struct ChangeSource {
@@ -22,9 +22,9 @@ struct ChangeSource {
   WorkBudget* budget;
 };
 
-absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& object,
-                                                           const ChangeSource& source,
-                                                           const FieldPath& path) {
+absl::StatusOr<std::shared_ptr<const HybridModel>> ModelFromProto(const v1::Object& object,
+                                                                  const ChangeSource& source,
+                                                                  const FieldPath& path) {
   const int parts = object.shapes_size() + object.surfaces_size();
   if (parts == 0) return path.Field("shapes").Error("is empty, must hold a shape or surfaces one");
   if (parts > source.limits.max_parts) {
@@ -35,21 +35,23 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
   model->shapes.reserve(static_cast<std::size_t>(object.shapes_size()));
   model->surfaces.reserve(static_cast<std::size_t>(object.surfaces_size()));
   for (int i = 0; i < object.shapes_size(); ++i) {
-    auto part = FromProto(object.shapes(i), source.store, path.Item("shapes", i), source.budget);
+    auto part =
+        ShapePartFromProto(object.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     model->shapes.push_back(*std::move(part));
   }
   for (int i = 0; i < object.surfaces_size(); ++i) {
-    auto part =
-        FromProto(object.surfaces(i), source.store, path.Item("surfaces", i), source.budget);
+    auto part = SurfacePartFromProto(object.surfaces(i), source.store, path.Item("surfaces", i),
+                                     source.budget);
     if (!part.ok()) return part.status();
     model->surfaces.push_back(*std::move(part));
   }
   return model;
 }
 
-absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const ChangeSource& source,
-                                           const FieldPath& path) {
+absl::StatusOr<collision::PutObject> PutObjectFromProto(const v1::Object& object,
+                                                        const ChangeSource& source,
+                                                        const FieldPath& path) {
   const Limits& limits = source.limits;
   collision::PutObject put;
   const auto bytes = static_cast<std::int64_t>(object.ByteSizeLong());
@@ -60,11 +62,11 @@ absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Chang
   }
   if (auto status = CheckName(object.name(), path.Field("name")); !status.ok()) return status;
   put.name = object.name();
-  auto kind = FromProto(object.kind(), collision::ObjectKind::kUser, path.Field("kind"));
+  auto kind = ObjectKindFromProto(object.kind(), collision::ObjectKind::kUser, path.Field("kind"));
   if (!kind.ok()) return kind.status();
   put.kind = *kind;
   if (object.has_x_world_object()) {
-    auto X_WO = FromProto(object.x_world_object(), path.Field("x_world_object"));
+    auto X_WO = PoseFromProto(object.x_world_object(), path.Field("x_world_object"));
     if (!X_WO.ok()) return X_WO.status();
     put.X_WO = *X_WO;
   }
@@ -77,24 +79,25 @@ absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Chang
     if (auto status = CheckName(object.supported_by(), field); !status.ok()) return status;
     put.supported_by = object.supported_by();
   }
-  auto model = ModelOf(object, source, path);
+  auto model = ModelFromProto(object, source, path);
   if (!model.ok()) return model.status();
   put.geometry = collision::Prepare(*std::move(model), source.budget);
   if (put.geometry == nullptr) return source.budget->status();
   return put;
 }
 
-absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const FieldPath& path) {
+absl::StatusOr<collision::MoveObject> MoveObjectFromProto(const v1::MoveObject& move,
+                                                          const FieldPath& path) {
   if (auto status = CheckName(move.name(), path.Field("name")); !status.ok()) return status;
   const FieldPath pose_path = path.Field("x_world_object");
   if (!move.has_x_world_object()) return pose_path.Error("is absent, must be given");
-  auto X_WO = FromProto(move.x_world_object(), pose_path);
+  auto X_WO = PoseFromProto(move.x_world_object(), pose_path);
   if (!X_WO.ok()) return X_WO.status();
   return collision::MoveObject{.name = move.name(), .X_WO = *X_WO};
 }
 
-absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
-                                                 const FieldPath& path) {
+absl::StatusOr<collision::AttachObject> AttachObjectFromProto(const v1::AttachObject& attach,
+                                                              const FieldPath& path) {
   if (auto status = CheckName(attach.name(), path.Field("name")); !status.ok()) return status;
   if (auto status = CheckName(attach.robot(), path.Field("robot")); !status.ok()) return status;
   collision::AttachObject result;
@@ -102,7 +105,7 @@ absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
   result.robot = attach.robot();
   result.link = attach.link();
   if (attach.has_x_link_object()) {
-    auto X_LO = FromProto(attach.x_link_object(), path.Field("x_link_object"));
+    auto X_LO = PoseFromProto(attach.x_link_object(), path.Field("x_link_object"));
     if (!X_LO.ok()) return X_LO.status();
     result.X_LO = *X_LO;
   }
@@ -110,19 +113,20 @@ absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
   return result;
 }
 
-absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const ChangeSource& source,
-                                           const FieldPath& path) {
+absl::StatusOr<collision::Change> ChangeFromProto(const v1::Change& change,
+                                                  const ChangeSource& source,
+                                                  const FieldPath& path) {
   collision::Change result;
   switch (change.what_case()) {
     case v1::Change::kPut: {
       const FieldPath put_path = path.Field("put");
-      auto put = PutOf(change.put().object(), source, put_path.Field("object"));
+      auto put = PutObjectFromProto(change.put().object(), source, put_path.Field("object"));
       if (!put.ok()) return put.status();
       result.what = *std::move(put);
       break;
     }
     case v1::Change::kMove: {
-      auto move = MoveOf(change.move(), path.Field("move"));
+      auto move = MoveObjectFromProto(change.move(), path.Field("move"));
       if (!move.ok()) return move.status();
       result.what = *std::move(move);
       break;
@@ -135,25 +139,25 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Chang
       break;
     }
     case v1::Change::kRobotState: {
-      auto set = FromProto(change.robot_state(), path.Field("robot_state"));
+      auto set = SetRobotStateFromProto(change.robot_state(), path.Field("robot_state"));
       if (!set.ok()) return set.status();
       result.what = *std::move(set);
       break;
     }
     case v1::Change::kAllow: {
-      auto allow = FromProto(change.allow(), path.Field("allow"));
+      auto allow = AllowCollisionFromProto(change.allow(), path.Field("allow"));
       if (!allow.ok()) return allow.status();
       result.what = *std::move(allow);
       break;
     }
     case v1::Change::kMargin: {
-      auto set = FromProto(change.margin(), path.Field("margin"));
+      auto set = SetPairMarginFromProto(change.margin(), path.Field("margin"));
       if (!set.ok()) return set.status();
       result.what = *std::move(set);
       break;
     }
     case v1::Change::kAttach: {
-      auto attach = AttachOf(change.attach(), path.Field("attach"));
+      auto attach = AttachObjectFromProto(change.attach(), path.Field("attach"));
       if (!attach.ok()) return attach.status();
       result.what = *std::move(attach);
       break;
@@ -178,7 +182,7 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Chang
 
 }  // namespace
 
-absl::StatusOr<std::vector<collision::Change>> FromProto(
+absl::StatusOr<std::vector<collision::Change>> ChangesFromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
     const GeometryStore& store, const FieldPath& path, std::string_view list, WorkBudget* budget) {
   const ChangeSource source{limits, store, budget};
@@ -190,8 +194,8 @@ absl::StatusOr<std::vector<collision::Change>> FromProto(
   std::vector<collision::Change> result;
   result.reserve(changes.size());
   for (int i = 0; i < changes.size(); ++i) {
-    if (MustEnd(budget, kStepsOfChange)) return budget->status();
-    auto change = ChangeOf(changes[i], source, path.Item(list, i));
+    if (MustEnd(budget, kStepsPerChange)) return budget->status();
+    auto change = ChangeFromProto(changes[i], source, path.Item(list, i));
     if (!change.ok()) return change.status();
     result.push_back(*std::move(change));
   }

@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "cloud bytes are read 
 constexpr int kMaxPointBytes = 1'024;
 constexpr int kMaxFields = 256;
 // chosen: no range sensor has a constant sigma above a metre.
-constexpr double kLargestSigma_m = 1;
+constexpr double kMaxSigma_m = 1;
 constexpr std::array<std::string_view, 3> kCoordinates = {"x", "y", "z"};
 constexpr std::array<std::string_view, 3> kNormals = {"normal_x", "normal_y", "normal_z"};
 
@@ -80,7 +80,7 @@ absl::StatusOr<std::optional<VectorField>> FindVector(const v1::CloudLayout& lay
   return VectorField{*found[0], *found[1], *found[2]};
 }
 
-absl::StatusOr<CloudLayout> LayoutOf(const v1::CloudLayout& layout, const FieldPath& path) {
+absl::StatusOr<CloudLayout> LayoutFromProto(const v1::CloudLayout& layout, const FieldPath& path) {
   auto status = CheckRange(layout.point_step(), {1, kMaxPointBytes}, path.Field("point_step"));
   if (!status.ok()) return status;
   if (layout.fields_size() > kMaxFields) {
@@ -122,8 +122,8 @@ absl::Status CheckCounts(const v1::IngestCloudHeader& header, const Limits& limi
   return absl::OkStatus();
 }
 
-absl::StatusOr<perception::SensorNoise> NoiseOf(const v1::SensorModel& model,
-                                                const FieldPath& path) {
+absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorModel& model,
+                                                             const FieldPath& path) {
   perception::SensorNoise noise;
   switch (model.kind()) {
     case v1::SensorModel::KIND_UNSPECIFIED:
@@ -145,9 +145,9 @@ absl::StatusOr<perception::SensorNoise> NoiseOf(const v1::SensorModel& model,
       return path.Field("kind").Error(absl::StrCat("is ", static_cast<int>(model.kind()),
                                                    ", must be a known SensorModel.Kind"));
   }
-  if (!(model.sigma_m() > 0 && model.sigma_m() <= kLargestSigma_m)) {
+  if (!(model.sigma_m() > 0 && model.sigma_m() <= kMaxSigma_m)) {
     return path.Field("sigma_m").Error(
-        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kLargestSigma_m));
+        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kMaxSigma_m));
   }
   noise.model = perception::SensorModel::kConstant;
   noise.constant_sigma_m = model.sigma_m();
@@ -161,8 +161,8 @@ void SetModeler(const v1::IngestOptions& options, perception::ModelerOptions& mo
   if (options.has_search_cones()) modeler.search_cones = options.search_cones();
 }
 
-absl::StatusOr<perception::Clustering> ClusteringOf(v1::Clustering clustering,
-                                                    const FieldPath& path) {
+absl::StatusOr<perception::Clustering> ClusteringFromProto(v1::Clustering clustering,
+                                                           const FieldPath& path) {
   switch (clustering) {
     case v1::CLUSTERING_UNSPECIFIED:
     case v1::CLUSTERING_OBJECTS:
@@ -175,25 +175,25 @@ absl::StatusOr<perception::Clustering> ClusteringOf(v1::Clustering clustering,
   }
 }
 
-absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::IngestCloudHeader& header,
-                                                                const FieldPath& path) {
+absl::StatusOr<perception::InterpretOptions> InterpretOptionsFromProto(
+    const v1::IngestCloudHeader& header, const FieldPath& path) {
   perception::InterpretOptions options;
-  auto noise = NoiseOf(header.sensor_model(), path.Field("sensor_model"));
+  auto noise = SensorNoiseFromProto(header.sensor_model(), path.Field("sensor_model"));
   if (!noise.ok()) return noise.status();
   options.noise = *noise;
   SetModeler(header.options(), options.modeler);
   const FieldPath options_path = path.Field("options");
   const auto clustering =
-      ClusteringOf(header.options().clustering(), options_path.Field("clustering"));
+      ClusteringFromProto(header.options().clustering(), options_path.Field("clustering"));
   if (!clustering.ok()) return clustering.status();
   options.clustering = *clustering;
   if (header.has_x_world_sensor()) {
-    auto X_WC = FromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
+    auto X_WC = PoseFromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
     if (!X_WC.ok()) return X_WC.status();
     options.X_WC = *X_WC;
   }
   if (header.has_up()) {
-    auto up_C = FromProto(header.up(), path.Field("up"));
+    auto up_C = VectorFromProto(header.up(), path.Field("up"));
     if (!up_C.ok()) return up_C.status();
     if (!(up_C->stableNorm() > 0)) {
       return path.Field("up").Error("has length 0, must have a positive length");
@@ -203,7 +203,7 @@ absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::Ingest
   return options;
 }
 
-absl::StatusOr<IngestMode> ModeOf(v1::IngestMode mode, const FieldPath& path) {
+absl::StatusOr<IngestMode> IngestModeFromProto(v1::IngestMode mode, const FieldPath& path) {
   switch (mode) {
     case v1::INGEST_MODE_UNSPECIFIED:
     case v1::INGEST_MODE_UPDATE:
@@ -218,8 +218,8 @@ absl::StatusOr<IngestMode> ModeOf(v1::IngestMode mode, const FieldPath& path) {
   }
 }
 
-absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
-                                        const FieldPath& path) {
+absl::StatusOr<IngestRequest> IngestRequestFromProto(const v1::IngestCloudHeader& header,
+                                                     const FieldPath& path) {
   constexpr std::int64_t kMaxIdBytes = 128;
   IngestRequest request;
   auto status = CheckTextLength(header.sensor(), kMaxIdBytes, path.Field("sensor"));
@@ -231,15 +231,15 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
   if (header.has_expected_revision()) {
     request.write.expected_revision = collision::Revision{header.expected_revision()};
   }
-  auto options = InterpretOptionsOf(header, path);
+  auto options = InterpretOptionsFromProto(header, path);
   if (!options.ok()) return options.status();
   request.options = *options;
-  auto mode = ModeOf(header.mode(), path.Field("mode"));
+  auto mode = IngestModeFromProto(header.mode(), path.Field("mode"));
   if (!mode.ok()) return mode.status();
   request.mode = *mode;
   request.frame_stamp = std::chrono::system_clock::now();
   if (header.has_frame_stamp()) {
-    auto stamp = FromProto(header.frame_stamp(), path.Field("frame_stamp"));
+    auto stamp = TimePointFromProto(header.frame_stamp(), path.Field("frame_stamp"));
     if (!stamp.ok()) return stamp.status();
     request.frame_stamp = *stamp;
   }
@@ -248,12 +248,12 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
 
 }  // namespace
 
-absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
-                                    const FieldPath& path) {
-  auto layout = LayoutOf(header.layout(), path.Field("layout"));
+absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
+                                             const Limits& limits, const FieldPath& path) {
+  auto layout = LayoutFromProto(header.layout(), path.Field("layout"));
   if (!layout.ok()) return layout.status();
   if (auto status = CheckCounts(header, limits, path); !status.ok()) return status;
-  auto request = RequestOf(header, path);
+  auto request = IngestRequestFromProto(header, path);
   if (!request.ok()) return request.status();
   CloudPlan plan{.world = header.world(),
                  .world_uid = header.world_uid(),
@@ -267,7 +267,7 @@ absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const L
   plan.request.cloud.width = organised ? header.width() : static_cast<int>(header.point_count());
   plan.request.cloud.height = organised ? header.height() : 1;
   if (header.has_time_budget()) {
-    auto budget = FromProto(header.time_budget(), path.Field("time_budget"));
+    auto budget = DurationFromProto(header.time_budget(), path.Field("time_budget"));
     if (!budget.ok()) return budget.status();
     plan.time_budget = *budget;
   }
@@ -318,10 +318,10 @@ absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
     if (!field.is_double) continue;
     for (std::int64_t i = 0; i < plan.point_count; ++i) {
       const double value = ReadScalar(bytes.data() + i * plan.layout.point_step, field);
-      if (!std::isfinite(value) || std::abs(value) <= kFarthestPoint_m) continue;
+      if (!std::isfinite(value) || std::abs(value) <= kMaxPointDistance_m) continue;
       const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
       return FieldPath::OfRequest(name).Error(
-          absl::StrCat("is ", value, ", must be within ", kFarthestPoint_m,
+          absl::StrCat("is ", value, ", must be within ", kMaxPointDistance_m,
                        " m of the sensor: coordinates are metres in its frame; are these "
                        "millimetres? Else give the offset in x_world_sensor"));
     }
@@ -336,10 +336,10 @@ absl::Status CheckPoints(const std::vector<Eigen::Vector3f>& points) {
     if (!point.allFinite()) continue;
     any_finite = true;
     Eigen::Index axis = 0;
-    if (point.cwiseAbs().maxCoeff(&axis) <= kLargestCoordinate_m) continue;
+    if (point.cwiseAbs().maxCoeff(&axis) <= kMaxCoordinate_m) continue;
     const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
     return FieldPath::OfRequest(name).Error(
-        absl::StrCat("is ", point[axis], ", must be within ", kLargestCoordinate_m));
+        absl::StrCat("is ", point[axis], ", must be within ", kMaxCoordinate_m));
   }
   if (any_finite) return absl::OkStatus();
   const FieldPath root;

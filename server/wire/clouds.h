@@ -23,7 +23,7 @@ namespace cwm::server {
 // the sensor its spacing is at most 0.25 mm, below the noise of every sensor at a hundredth of the
 // distance. F64 coordinates beyond are refused rather than rounded: a map's offset belongs into
 // x_world_sensor, which stays in double precision.
-inline constexpr double kFarthestPoint_m = 4096;
+inline constexpr double kMaxPointDistance_m = 4096;
 
 // The place of a number within a point.
 struct ScalarField {
@@ -52,12 +52,12 @@ struct CloudPlan {
 
 // Checks the header before any data. Refuses what exceeds the limits or is inconsistent (count,
 // step, total, width and height).
-absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
-                                    const FieldPath& path);
+absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
+                                             const Limits& limits, const FieldPath& path);
 
 // Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return), but
 // at least one point must be finite ("chunk.data"). InvalidArgument with the field "point 17.x" for
-// an F64 coordinate beyond kFarthestPoint_m and for any beyond kLargestCoordinate_m.
+// an F64 coordinate beyond kMaxPointDistance_m and for any beyond kMaxCoordinate_m.
 absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
 
 struct IngestReply {
@@ -66,7 +66,7 @@ struct IngestReply {
   bool want_point_labels = false;
 };
 // Labels larger than limits.max_inline_bytes are put into the store and named by their hash.
-absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
-                     v1::IngestCloudResponse* response);
+absl::Status IngestReplyToProto(const IngestReply& reply, const Limits& limits,
+                                GeometryStore& store, v1::IngestCloudResponse* response);
 
 }  // namespace cwm::server

@@ -40,28 +40,28 @@ void SetChanges(const IngestOutcome& outcome, v1::IngestChanges* changes) {
 
 // A provisional object belongs to no world; a world's object of the same name is another one.
 Observation ObservationOf(const collision::WorldObject& object, const World& world) {
-  return object.create_revision.value == 0 ? Observation{} : world.observations().Of(object.name);
+  return object.create_revision.value == 0 ? Observation{} : world.observations().Get(object.name);
 }
 
-absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {
+absl::Status StoreMesh(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {
   if (mesh == nullptr || mesh->triangles.empty()) return absl::OkStatus();
   return store.Put(BlobFormat::kMeshF64, EncodeMesh(*mesh)).status();
 }
 
 // The meshes of a provisional object would be freed with it. They are stored like labels, so that
 // the client can read the hashes in the reply.
-absl::Status HoldMeshes(const collision::WorldObject& object, GeometryStore& store) {
+absl::Status StoreMeshes(const collision::WorldObject& object, GeometryStore& store) {
   if (object.create_revision.value != 0 || object.geometry == nullptr) return absl::OkStatus();
   for (const ShapePart& part : object.model().shapes) {
     const auto* mesh = std::get_if<Mesh>(&part.shape);  // a vessel's wall
     if (mesh == nullptr) continue;
-    if (absl::Status held = Hold(mesh->mesh, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMesh(mesh->mesh, store); !stored.ok()) return stored;
   }
   for (const SurfacePart& part : object.model().surfaces) {
-    if (absl::Status held = Hold(part.surface.mesh, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMesh(part.surface.mesh, store); !stored.ok()) return stored;
   }
   for (const Handle& handle : object.model().handles) {
-    if (absl::Status held = Hold(handle.surface.mesh, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMesh(handle.surface.mesh, store); !stored.ok()) return stored;
   }
   return absl::OkStatus();
 }
@@ -72,17 +72,17 @@ absl::Status SetObjects(const IngestReply& reply, GeometryStore& store,
   for (std::size_t i = 0; i < outcome.supports.size(); ++i) {
     const collision::WorldObject& support = *outcome.supports[i];
     v1::Object* proto = response->add_supports();
-    *proto = ToProto(support, View::kFull, ObservationOf(support, reply.world), store);
+    *proto = ObjectToProto(support, View::kFull, ObservationOf(support, reply.world), store);
     if (i < outcome.support_reachable.size() && outcome.support_reachable[i].has_value()) {
       proto->set_reachable(*outcome.support_reachable[i]);
     }
-    if (absl::Status held = HoldMeshes(support, store); !held.ok()) return held;
+    if (absl::Status stored = StoreMeshes(support, store); !stored.ok()) return stored;
   }
   for (const collision::WorldObjectPtr& object : outcome.objects) {
     v1::Object* proto = response->add_objects();  // stays empty if a user's object explains it
     if (object == nullptr) continue;
-    *proto = ToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
-    if (absl::Status held = HoldMeshes(*object, store); !held.ok()) return held;
+    *proto = ObjectToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
+    if (absl::Status stored = StoreMeshes(*object, store); !stored.ok()) return stored;
   }
   return absl::OkStatus();
 }
@@ -103,11 +103,11 @@ absl::Status SetLabels(const std::vector<std::uint32_t>& labels, const Limits& l
 
 }  // namespace
 
-absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
-                     v1::IngestCloudResponse* response) {
+absl::Status IngestReplyToProto(const IngestReply& reply, const Limits& limits,
+                                GeometryStore& store, v1::IngestCloudResponse* response) {
   response->set_world_uid(reply.world.uid());
   response->set_revision(reply.outcome.revision.value);
-  *response->mutable_x_world_sensor() = ToProto(reply.outcome.X_WC);
+  *response->mutable_x_world_sensor() = PoseToProto(reply.outcome.X_WC);
   SetReport(reply.outcome.report, response);
   if (absl::Status status = SetObjects(reply, store, response); !status.ok()) return status;
   SetChanges(reply.outcome, response->mutable_changes());

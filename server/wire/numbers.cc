@@ -8,26 +8,26 @@
 namespace cwm::server {
 
 absl::Status CheckCoordinate(double value, const FieldPath& path) {
-  if (std::abs(value) <= kLargestCoordinate_m) return absl::OkStatus();  // false for NaN
-  return path.Error(absl::StrCat("is ", value, ", must be finite and at most ",
-                                 kLargestCoordinate_m, " in magnitude"));
+  if (std::abs(value) <= kMaxCoordinate_m) return absl::OkStatus();  // false for NaN
+  return path.Error(absl::StrCat("is ", value, ", must be finite and at most ", kMaxCoordinate_m,
+                                 " in magnitude"));
 }
 
 absl::Status CheckLength(double value, const FieldPath& path) {
-  if (value >= 0 && value <= kLargestCoordinate_m) return absl::OkStatus();
-  return path.Error(absl::StrCat("is ", value, ", must be finite, not negative and at most ",
-                                 kLargestCoordinate_m));
+  if (value >= 0 && value <= kMaxCoordinate_m) return absl::OkStatus();
+  return path.Error(
+      absl::StrCat("is ", value, ", must be finite, not negative and at most ", kMaxCoordinate_m));
 }
 
 absl::Status CheckRange(std::int64_t value, IntRange range, const FieldPath& path) {
-  if (value >= range.least && value <= range.most) return absl::OkStatus();
-  return path.Error(absl::StrCat("is ", value, ", must be from ", range.least, " to ", range.most));
+  if (value >= range.min && value <= range.max) return absl::OkStatus();
+  return path.Error(absl::StrCat("is ", value, ", must be from ", range.min, " to ", range.max));
 }
 
-absl::Status CheckTextLength(const std::string& text, std::int64_t most_bytes,
+absl::Status CheckTextLength(const std::string& text, std::int64_t max_bytes,
                              const FieldPath& path) {
-  if (static_cast<std::int64_t>(text.size()) <= most_bytes) return absl::OkStatus();
-  return path.Error(absl::StrCat("has ", text.size(), " bytes, must have at most ", most_bytes));
+  if (static_cast<std::int64_t>(text.size()) <= max_bytes) return absl::OkStatus();
+  return path.Error(absl::StrCat("has ", text.size(), " bytes, must have at most ", max_bytes));
 }
 
 }  // namespace cwm::server

@@ -6,17 +6,17 @@
 
 namespace cwm::server {
 
-// OK if the value is finite and at most kLargestCoordinate_m in magnitude.
+// OK if the value is finite and at most kMaxCoordinate_m in magnitude.
 absl::Status CheckCoordinate(double value, const FieldPath& path);
-// OK if the value is finite, not negative and at most kLargestCoordinate_m.
+// OK if the value is finite, not negative and at most kMaxCoordinate_m.
 absl::Status CheckLength(double value, const FieldPath& path);
 
 struct IntRange {
-  std::int64_t least;
-  std::int64_t most;
+  std::int64_t min;
+  std::int64_t max;
 };
 absl::Status CheckRange(std::int64_t value, IntRange range, const FieldPath& path);
-absl::Status CheckTextLength(const std::string& text, std::int64_t most_bytes,
+absl::Status CheckTextLength(const std::string& text, std::int64_t max_bytes,
                              const FieldPath& path);
 
 }  // namespace cwm::server

@@ -26,10 +26,10 @@ v1::Handle HandleToProto(const Handle& handle, GeometryStore& store) {
   v1::Handle proto;
   proto.set_shape_index(handle.shape_index);
   proto.set_point_count(handle.point_count);
-  *proto.mutable_axis() = ToProto(handle.axis_O);
-  *proto.mutable_bounds() = ToProto(handle.bounds);
+  *proto.mutable_axis() = VectorToProto(handle.axis_O);
+  *proto.mutable_bounds() = OrientedBoxToProto(handle.bounds);
   if (handle.surface.mesh != nullptr && !handle.surface.mesh->triangles.empty()) {
-    proto.set_hash(store.Offer(handle.surface.mesh));
+    proto.set_hash(store.RegisterMesh(handle.surface.mesh));
   }
   return proto;
 }
@@ -38,22 +38,23 @@ v1::Attachment AttachmentToProto(const collision::Attachment& attachment) {
   v1::Attachment proto;
   proto.set_robot(attachment.robot);
   proto.set_link(attachment.link);
-  *proto.mutable_x_link_object() = ToProto(attachment.X_LO);
+  *proto.mutable_x_link_object() = PoseToProto(attachment.X_LO);
   for (const std::string& link : attachment.touch_links) proto.add_touch_links(link);
   return proto;
 }
 
 void SetModel(const HybridModel& model, View view, GeometryStore& store, v1::Object* proto) {
   if (view == View::kBasic) return;
-  for (const ShapePart& part : model.shapes) *proto->add_shapes() = ToProto(part, store);
+  for (const ShapePart& part : model.shapes) *proto->add_shapes() = ShapePartToProto(part, store);
   if (view == View::kShapes) return;
-  for (const SurfacePart& part : model.surfaces) *proto->add_surfaces() = ToProto(part, store);
+  for (const SurfacePart& part : model.surfaces)
+    *proto->add_surfaces() = SurfacePartToProto(part, store);
   for (const Handle& handle : model.handles) *proto->add_handles() = HandleToProto(handle, store);
 }
 
 }  // namespace
 
-v1::ObjectKind ToProto(collision::ObjectKind kind) {
+v1::ObjectKind ObjectKindToProto(collision::ObjectKind kind) {
   switch (kind) {
     case collision::ObjectKind::kSupport:
       return v1::OBJECT_KIND_SUPPORT;
@@ -69,11 +70,11 @@ v1::ObjectKind ToProto(collision::ObjectKind kind) {
   return v1::OBJECT_KIND_UNSPECIFIED;
 }
 
-v1::Owner ToProto(collision::Owner owner) {
+v1::Owner OwnerToProto(collision::Owner owner) {
   return owner == collision::Owner::kUser ? v1::OWNER_USER : v1::OWNER_PERCEPTION;
 }
 
-v1::ObjectState ToProto(collision::ObjectState state) {
+v1::ObjectState ObjectStateToProto(collision::ObjectState state) {
   switch (state) {
     case collision::ObjectState::kConfirmed:
       return v1::OBJECT_STATE_CONFIRMED;
@@ -85,9 +86,9 @@ v1::ObjectState ToProto(collision::ObjectState state) {
   return v1::OBJECT_STATE_UNSPECIFIED;
 }
 
-absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
-                                                collision::ObjectKind unspecified,
-                                                const FieldPath& path) {
+absl::StatusOr<collision::ObjectKind> ObjectKindFromProto(v1::ObjectKind kind,
+                                                          collision::ObjectKind unspecified,
+                                                          const FieldPath& path) {
   switch (kind) {
     case v1::OBJECT_KIND_UNSPECIFIED:
       return unspecified;
@@ -107,7 +108,7 @@ absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
   }
 }
 
-absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const FieldPath& path) {
+absl::StatusOr<View> ViewFromProto(v1::ObjectView view, View unspecified, const FieldPath& path) {
   switch (view) {
     case v1::OBJECT_VIEW_UNSPECIFIED:
       return unspecified;
@@ -123,15 +124,15 @@ absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const Fiel
   }
 }
 
-v1::Object ToProto(const collision::WorldObject& object, View view, const Observation& observation,
-                   GeometryStore& store) {
+v1::Object ObjectToProto(const collision::WorldObject& object, View view,
+                         const Observation& observation, GeometryStore& store) {
   v1::Object proto;
   proto.set_name(object.name);
   proto.set_uid(object.Uid());
-  proto.set_kind(ToProto(object.kind));
-  proto.set_owner(ToProto(object.owner));
-  proto.set_state(ToProto(object.state));
-  *proto.mutable_x_world_object() = ToProto(object.X_WO);
+  proto.set_kind(ObjectKindToProto(object.kind));
+  proto.set_owner(OwnerToProto(object.owner));
+  proto.set_state(ObjectStateToProto(object.state));
+  *proto.mutable_x_world_object() = PoseToProto(object.X_WO);
   proto.set_supported_by(object.supported_by);
   if (const collision::Attachment* by = object.attachment.get()) {
     proto.set_attached_to(absl::StrCat(by->robot, "/", by->link));
@@ -141,11 +142,13 @@ v1::Object ToProto(const collision::WorldObject& object, View view, const Observ
   proto.set_create_revision(object.create_revision.value);
   proto.set_geometry_revision(object.geometry_revision.value);
   proto.set_pose_revision(object.pose_revision.value);
-  if (observation.last.has_value()) *proto.mutable_last_observed() = ToProto(*observation.last);
+  if (observation.last.has_value())
+    *proto.mutable_last_observed() = TimePointToProto(*observation.last);
   if (observation.reachable.has_value()) proto.set_reachable(*observation.reachable);
   if (object.geometry != nullptr) {
     proto.set_point_count(object.model().point_count);
-    if (const auto bounds = BoundsOf(*object.geometry)) *proto.mutable_bounds() = ToProto(*bounds);
+    if (const auto bounds = BoundsOf(*object.geometry))
+      *proto.mutable_bounds() = OrientedBoxToProto(*bounds);
     SetModel(object.model(), view, store, &proto);
   }
   return proto;

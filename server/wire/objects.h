@@ -16,25 +16,25 @@
 
 namespace cwm::server {
 
-v1::ObjectKind ToProto(collision::ObjectKind kind);
-v1::Owner ToProto(collision::Owner owner);
-v1::ObjectState ToProto(collision::ObjectState state);
+v1::ObjectKind ObjectKindToProto(collision::ObjectKind kind);
+v1::Owner OwnerToProto(collision::Owner owner);
+v1::ObjectState ObjectStateToProto(collision::ObjectState state);
 // `unspecified` is the meaning of the zero value.
-absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
-                                                collision::ObjectKind unspecified,
-                                                const FieldPath& path);
+absl::StatusOr<collision::ObjectKind> ObjectKindFromProto(v1::ObjectKind kind,
+                                                          collision::ObjectKind unspecified,
+                                                          const FieldPath& path);
 
 enum class View { kBasic, kShapes, kFull };
-absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const FieldPath& path);
+absl::StatusOr<View> ViewFromProto(v1::ObjectView view, View unspecified, const FieldPath& path);
 
 // Observations belong to the world, not to the object. Bounds are in the object's frame.
-v1::Object ToProto(const collision::WorldObject& object, View view, const Observation& observation,
-                   GeometryStore& store);
+v1::Object ObjectToProto(const collision::WorldObject& object, View view,
+                         const Observation& observation, GeometryStore& store);
 
 // Reads all changes and prepares their geometry for every engine (heavy, so no lock may be held).
 // At least one, at most limits.max_changes. `list` is the field below `path` that holds them. The
 // status of the budget if it ended.
-absl::StatusOr<std::vector<collision::Change>> FromProto(
+absl::StatusOr<std::vector<collision::Change>> ChangesFromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
     const GeometryStore& store, const FieldPath& path, std::string_view list = "changes",
     WorkBudget* budget = nullptr);

@@ -9,11 +9,13 @@
 namespace cwm::server {
 namespace {
 
-constexpr std::chrono::hours kLongestAllowance{24 * 366};
+constexpr std::chrono::hours kMaxAllowanceTime{24 * 366};
 
-collision::NamedThing ThingOf(const v1::NamedThing& thing) { return {thing.name(), thing.link()}; }
+collision::NamedThing NamedThingFromProto(const v1::NamedThing& thing) {
+  return {thing.name(), thing.link()};
+}
 
-v1::NamedThing ThingToProto(const collision::NamedThing& thing) {
+v1::NamedThing NamedThingToProto(const collision::NamedThing& thing) {
   v1::NamedThing proto;
   proto.set_name(thing.name);
   proto.set_link(thing.link);
@@ -22,17 +24,18 @@ v1::NamedThing ThingToProto(const collision::NamedThing& thing) {
 
 }  // namespace
 
-absl::StatusOr<collision::NamedPair> FromProto(const v1::NamedPair& pair, const FieldPath& path) {
-  collision::NamedPair result{ThingOf(pair.a()), ThingOf(pair.b())};
+absl::StatusOr<collision::NamedPair> NamedPairFromProto(const v1::NamedPair& pair,
+                                                        const FieldPath& path) {
+  collision::NamedPair result{NamedThingFromProto(pair.a()), NamedThingFromProto(pair.b())};
   const absl::Status status = CheckPair(result);
   if (status.ok()) return result;
   const auto fault = collision::FieldRuleOf(status);
   return fault.has_value() ? path.Field(fault->field).Error(fault->rule) : status;
 }
 
-absl::StatusOr<collision::AllowCollision> FromProto(const v1::AllowCollision& allow,
-                                                    const FieldPath& path) {
-  auto pair = FromProto(allow.pair(), path.Field("pair"));
+absl::StatusOr<collision::AllowCollision> AllowCollisionFromProto(const v1::AllowCollision& allow,
+                                                                  const FieldPath& path) {
+  auto pair = NamedPairFromProto(allow.pair(), path.Field("pair"));
   if (!pair.ok()) return pair.status();
   collision::AllowCollision result{.pair = *std::move(pair), .withdraw = allow.withdraw()};
   if (!allow.has_expires_after()) return result;
@@ -40,15 +43,15 @@ absl::StatusOr<collision::AllowCollision> FromProto(const v1::AllowCollision& al
   if (allow.withdraw()) {
     return field.Error("is given, must be absent: what is withdrawn cannot expire");
   }
-  const auto after = FromProto(allow.expires_after(), field, kLongestAllowance);
+  const auto after = DurationFromProto(allow.expires_after(), field, kMaxAllowanceTime);
   if (!after.ok()) return after.status();
   result.expires = collision::ExpiryAfter(*after);
   return result;
 }
 
-absl::StatusOr<collision::SetPairMargin> FromProto(const v1::SetPairMargin& set,
-                                                   const FieldPath& path) {
-  auto pair = FromProto(set.pair(), path.Field("pair"));
+absl::StatusOr<collision::SetPairMargin> SetPairMarginFromProto(const v1::SetPairMargin& set,
+                                                                const FieldPath& path) {
+  auto pair = NamedPairFromProto(set.pair(), path.Field("pair"));
   if (!pair.ok()) return pair.status();
   collision::SetPairMargin result{.pair = *std::move(pair), .margin_m = {}};
   if (!set.has_margin_m()) return result;
@@ -59,12 +62,13 @@ absl::StatusOr<collision::SetPairMargin> FromProto(const v1::SetPairMargin& set,
   return result;
 }
 
-v1::PairRule ToProto(const collision::PairRule& rule) {
+v1::PairRule PairRuleToProto(const collision::PairRule& rule) {
   v1::PairRule proto;
-  *proto.mutable_pair()->mutable_a() = ThingToProto(rule.pair.a);
-  *proto.mutable_pair()->mutable_b() = ThingToProto(rule.pair.b);
+  *proto.mutable_pair()->mutable_a() = NamedThingToProto(rule.pair.a);
+  *proto.mutable_pair()->mutable_b() = NamedThingToProto(rule.pair.b);
   proto.set_allowed(rule.allowed);
-  if (rule.expires.has_value()) *proto.mutable_expires() = ToProto(rule.expires->wall_time);
+  if (rule.expires.has_value())
+    *proto.mutable_expires() = TimePointToProto(rule.expires->wall_time);
   if (rule.margin_m.has_value()) proto.set_margin_m(*rule.margin_m);
   return proto;
 }

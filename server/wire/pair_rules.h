@@ -9,15 +9,16 @@
 namespace cwm::server {
 
 // The named objects and robots need not exist: a rule may concern future ones.
-absl::StatusOr<collision::NamedPair> FromProto(const v1::NamedPair& pair, const FieldPath& path);
+absl::StatusOr<collision::NamedPair> NamedPairFromProto(const v1::NamedPair& pair,
+                                                        const FieldPath& path);
 
 // The rule expires at the present wall-clock time plus the request's duration, which must be
 // positive and at most a year.
-absl::StatusOr<collision::AllowCollision> FromProto(const v1::AllowCollision& allow,
-                                                    const FieldPath& path);
-absl::StatusOr<collision::SetPairMargin> FromProto(const v1::SetPairMargin& set,
-                                                   const FieldPath& path);
+absl::StatusOr<collision::AllowCollision> AllowCollisionFromProto(const v1::AllowCollision& allow,
+                                                                  const FieldPath& path);
+absl::StatusOr<collision::SetPairMargin> SetPairMarginFromProto(const v1::SetPairMargin& set,
+                                                                const FieldPath& path);
 
-v1::PairRule ToProto(const collision::PairRule& rule);
+v1::PairRule PairRuleToProto(const collision::PairRule& rule);
 
 }  // namespace cwm::server

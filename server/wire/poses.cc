@@ -31,14 +31,14 @@ constexpr std::array<std::string_view, 7> kPoseNames = {"tx_m", "ty_m", "tz_m", 
 constexpr std::array<std::string_view, 6> kRayNames = {"origin x",    "origin y",    "origin z",
                                                        "direction x", "direction y", "direction z"};
 
-bool IsCoordinate(double value) { return std::abs(value) <= kLargestCoordinate_m; }
+bool IsCoordinate(double value) { return std::abs(value) <= kMaxCoordinate_m; }
 
 std::optional<Fault> FindBadNumber(const double* values, const std::string_view* names, int count) {
   for (int i = 0; i < count; ++i) {
     if (IsCoordinate(values[i])) continue;
     return Fault{std::string(names[i]),
-                 absl::StrCat("is ", values[i], ", must be finite and at most ",
-                              kLargestCoordinate_m, " in magnitude")};
+                 absl::StrCat("is ", values[i], ", must be finite and at most ", kMaxCoordinate_m,
+                              " in magnitude")};
   }
   return std::nullopt;
 }
@@ -136,7 +136,7 @@ absl::StatusOr<std::size_t> CountRows(const BulkRows& rows, std::int64_t max_row
   return count;
 }
 
-absl::StatusOr<Vector3> FromProto(const v1::Vector3& vector, const FieldPath& path) {
+absl::StatusOr<Vector3> VectorFromProto(const v1::Vector3& vector, const FieldPath& path) {
   const Vector3 value(vector.x(), vector.y(), vector.z());
   for (int i = 0; i < 3; ++i) {
     if (auto status = CheckCoordinate(value[i], path.Field(kPointNames[i])); !status.ok()) {
@@ -146,7 +146,7 @@ absl::StatusOr<Vector3> FromProto(const v1::Vector3& vector, const FieldPath& pa
   return value;
 }
 
-v1::Vector3 ToProto(const Vector3& vector) {
+v1::Vector3 VectorToProto(const Vector3& vector) {
   v1::Vector3 proto;
   proto.set_x(vector.x());
   proto.set_y(vector.y());
@@ -154,7 +154,7 @@ v1::Vector3 ToProto(const Vector3& vector) {
   return proto;
 }
 
-absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const FieldPath& path) {
+absl::StatusOr<Pose> PoseFromProto(const v1::Pose& pose, const FieldPath& path) {
   const Row<7> row = {pose.tx_m(), pose.ty_m(), pose.tz_m(), pose.qx(),
                       pose.qy(),   pose.qz(),   pose.qw()};
   Pose X_AB;
@@ -164,7 +164,7 @@ absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const FieldPath& path) {
   return X_AB;
 }
 
-v1::Pose ToProto(const Pose& pose) {
+v1::Pose PoseToProto(const Pose& pose) {
   Quaternion rotation(pose.linear());
   rotation.normalize();
   if (rotation.w() < 0) rotation.coeffs() = -rotation.coeffs();
@@ -179,13 +179,14 @@ v1::Pose ToProto(const Pose& pose) {
   return proto;
 }
 
-absl::StatusOr<std::vector<Pose>> FromProto(const v1::PoseRows& rows, std::int64_t max_rows,
-                                            const FieldPath& path) {
+absl::StatusOr<std::vector<Pose>> PosesFromProto(const v1::PoseRows& rows, std::int64_t max_rows,
+                                                 const FieldPath& path) {
   return FromRows<7, Pose>(rows, max_rows, path);
 }
 
-absl::StatusOr<std::vector<Pose>> FromProto(const v1::Subject::Points& points,
-                                            std::int64_t max_rows, const FieldPath& path) {
+absl::StatusOr<std::vector<Pose>> PointPosesFromProto(const v1::Subject::Points& points,
+                                                      std::int64_t max_rows,
+                                                      const FieldPath& path) {
   return FromRows<3, Pose>(points, max_rows, path);
 }
 
@@ -194,9 +195,9 @@ absl::StatusOr<std::vector<Vector3>> PointsFromProto(const v1::Subject::Points& 
   return FromRows<3, Vector3>(points, max_rows, path);
 }
 
-absl::StatusOr<std::vector<collision::RayRow>> FromProto(const v1::RayRows& rays,
-                                                         std::int64_t max_rows,
-                                                         const FieldPath& path) {
+absl::StatusOr<std::vector<collision::RayRow>> RaysFromProto(const v1::RayRows& rays,
+                                                             std::int64_t max_rows,
+                                                             const FieldPath& path) {
   return FromRows<6, collision::RayRow>(rays, max_rows, path);
 }
 

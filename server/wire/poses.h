@@ -27,24 +27,24 @@ struct BulkRows {
 absl::StatusOr<std::size_t> CountRows(const BulkRows& rows, std::int64_t max_rows,
                                       const FieldPath& path);
 
-absl::StatusOr<Vector3> FromProto(const v1::Vector3& vector, const FieldPath& path);
-v1::Vector3 ToProto(const Vector3& vector);
+absl::StatusOr<Vector3> VectorFromProto(const v1::Vector3& vector, const FieldPath& path);
+v1::Vector3 VectorToProto(const Vector3& vector);
 
-absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const FieldPath& path);
-v1::Pose ToProto(const Pose& pose);  // w >= 0
+absl::StatusOr<Pose> PoseFromProto(const v1::Pose& pose, const FieldPath& path);
+v1::Pose PoseToProto(const Pose& pose);  // w >= 0
 
 // An invalid row refuses the batch: "<path>.data row 17: qx..qw has length 0.9, must be 1 within
 // 1e-3". At most `max_rows`.
-absl::StatusOr<std::vector<Pose>> FromProto(const v1::PoseRows& rows, std::int64_t max_rows,
-                                            const FieldPath& path);
+absl::StatusOr<std::vector<Pose>> PosesFromProto(const v1::PoseRows& rows, std::int64_t max_rows,
+                                                 const FieldPath& path);
 // Points as poses with identity rotation.
-absl::StatusOr<std::vector<Pose>> FromProto(const v1::Subject::Points& points,
-                                            std::int64_t max_rows, const FieldPath& path);
+absl::StatusOr<std::vector<Pose>> PointPosesFromProto(const v1::Subject::Points& points,
+                                                      std::int64_t max_rows, const FieldPath& path);
 absl::StatusOr<std::vector<Vector3>> PointsFromProto(const v1::Subject::Points& points,
                                                      std::int64_t max_rows, const FieldPath& path);
 // Directions of any positive length; they are normalised.
-absl::StatusOr<std::vector<collision::RayRow>> FromProto(const v1::RayRows& rays,
-                                                         std::int64_t max_rows,
-                                                         const FieldPath& path);
+absl::StatusOr<std::vector<collision::RayRow>> RaysFromProto(const v1::RayRows& rays,
+                                                             std::int64_t max_rows,
+                                                             const FieldPath& path);
 
 }  // namespace cwm::server

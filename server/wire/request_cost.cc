@@ -17,34 +17,34 @@ namespace {
 // In seconds. derived: from measured rows and pairs (a state of an arm takes 10 to 40 us, a
 // distance three times that) and from 0.95 s for preparing 499,000 triangles; right within a factor
 // of three for those.
-constexpr double kOfRequest = 50e-6;
-constexpr double kOfChange = 3e-6;
-constexpr double kOfPart = 2e-6;              // reading and preparing a primitive or a known mesh
-constexpr double kOfPlateVertex = 1e-6;       // triangulation
-constexpr double kOfPreparedTriangle = 3e-6;  // checking watertightness, building its tree
-constexpr double kOfHullVertex = 3e-6;
-constexpr double kOfRow = 0.5e-6;
-constexpr double kOfPlacing = 0.05e-6;   // per part and row
-constexpr double kOfNearPart = 0.02e-6;  // per pair of nearby parts of weight 1
-constexpr double kOfRay = 0.3e-6;
-constexpr double kOfByte = 5e-9;
+constexpr double kRequestCost_s = 50e-6;
+constexpr double kChangeCost_s = 3e-6;
+constexpr double kPartCost_s = 2e-6;         // reading and preparing a primitive or a known mesh
+constexpr double kPlateVertexCost_s = 1e-6;  // triangulation
+constexpr double kPreparedTriangleCost_s = 3e-6;  // checking watertightness, building its tree
+constexpr double kHullVertexCost_s = 3e-6;
+constexpr double kRowCost_s = 0.5e-6;
+constexpr double kPlacingCost_s = 0.05e-6;   // per part and row
+constexpr double kNearPartCost_s = 0.02e-6;  // per pair of nearby parts of weight 1
+constexpr double kRayCost_s = 0.3e-6;
+constexpr double kByteCost_s = 5e-9;
 
 // The cost of an answer relative to a verdict. A motion costs a few dozen states.
-constexpr double kOfDistance = 4, kOfContacts = 6, kOfMotionRow = 30, kOfPoint = 1;
+constexpr double kDistanceFactor = 4, kContactsFactor = 6, kMotionFactor = 30, kPointFactor = 1;
 
 // chosen: shapes beyond this number are not examined but assumed to cost the same as those before.
-constexpr int kMaxShapesSeen = 2'048;
+constexpr int kMaxExaminedShapes = 2'048;
 
 // Sums up the cost of the shapes in a request.
-class Shapes {
+class ShapeCosts {
  public:
-  explicit Shapes(const GeometryStore& store) : store_(store) {}
+  explicit ShapeCosts(const GeometryStore& store) : store_(store) {}
 
   // `M` is any message with the oneof `shape`.
   template <class M>
   void Add(const M& m) {
-    if (seen_++ >= kMaxShapesSeen) return;
-    cost_s_ += kOfPart;
+    if (shape_count_++ >= kMaxExaminedShapes) return;
+    cost_s_ += kPartCost_s;
     weight_ += 1;
     switch (m.shape_case()) {
       case M::kPlate:
@@ -61,8 +61,8 @@ class Shapes {
     }
   }
   void AddSurface(const std::string& hash) {
-    if (seen_++ >= kMaxShapesSeen) return;
-    cost_s_ += kOfPart;
+    if (shape_count_++ >= kMaxExaminedShapes) return;
+    cost_s_ += kPartCost_s;
     AddStored(hash, false);
   }
 
@@ -70,12 +70,14 @@ class Shapes {
   double weight() const { return weight_ * Scale(); }
 
  private:
-  double Scale() const { return seen_ <= kMaxShapesSeen ? 1 : 1.0 * seen_ / kMaxShapesSeen; }
+  double Scale() const {
+    return shape_count_ <= kMaxExaminedShapes ? 1 : 1.0 * shape_count_ / kMaxExaminedShapes;
+  }
 
   void AddPlate(const v1::Plate& plate) {
     int vertices = plate.outline().vertices_size();
     for (const v1::Polygon& hole : plate.holes()) vertices += hole.vertices_size();
-    cost_s_ += kOfPlateVertex * vertices;
+    cost_s_ += kPlateVertexCost_s * vertices;
     weight_ += vertices / 64.0;
   }
 
@@ -85,23 +87,24 @@ class Shapes {
     if (!stored.ok() || stored->mesh == nullptr) return;
     const double triangles = static_cast<double>(stored->mesh->triangles.size());
     weight_ += 4 + static_cast<double>(std::bit_width(stored->mesh->triangles.size()));
-    const bool is_new = stored->facts->computed() == 0 && met_.insert(stored->mesh.get()).second;
+    const bool is_new =
+        stored->facts->computed() == 0 && counted_meshes_.insert(stored->mesh.get()).second;
     if (!is_new) return;
-    cost_s_ += is_hull ? kOfHullVertex * static_cast<double>(stored->mesh->vertices.size())
-                       : kOfPreparedTriangle * triangles;
+    cost_s_ += is_hull ? kHullVertexCost_s * static_cast<double>(stored->mesh->vertices.size())
+                       : kPreparedTriangleCost_s * triangles;
   }
 
   const GeometryStore& store_;
-  std::unordered_set<const TriangleMesh*> met_;
-  std::int64_t seen_ = 0;
+  std::unordered_set<const TriangleMesh*> counted_meshes_;
+  std::int64_t shape_count_ = 0;
   double cost_s_ = 0;
   double weight_ = 0;
 };
 
 template <class Changes>
-double CostOfChanges_s(const Changes& changes, const GeometryStore& store) {
+double ChangesCost_s(const Changes& changes, const GeometryStore& store) {
   if (changes.empty()) return 0;
-  Shapes shapes(store);
+  ShapeCosts shapes(store);
   for (const v1::Change& change : changes) {
     if (!change.has_put()) continue;
     for (const v1::ShapePart& part : change.put().object().shapes()) shapes.Add(part);
@@ -109,7 +112,7 @@ double CostOfChanges_s(const Changes& changes, const GeometryStore& store) {
       shapes.AddSurface(part.hash());
     }
   }
-  return kOfChange * changes.size() + shapes.cost_s();
+  return kChangeCost_s * changes.size() + shapes.cost_s();
 }
 
 std::size_t RowsOf(v1::Scalar scalar, const std::string& data, std::size_t width) {
@@ -126,7 +129,7 @@ struct Body {
 
 Body BodyOf(const v1::Subject::Shapes& shapes, const CostSource& source) {
   constexpr std::size_t kPoseWidth = 7;
-  Shapes read(source.store);
+  ShapeCosts read(source.store);
   for (const v1::PlacedShape& shape : shapes.shapes()) read.Add(shape);
   const v1::PoseRows& rows = shapes.x_world_body();
   return {.weight = read.weight(),
@@ -195,51 +198,51 @@ double NearWeight(const CostSource& source) {
 
 // The cost of a query about a body whose answer costs `factor` times a verdict.
 template <class Request>
-double CostOfBody_s(const Request& request, const CostSource& source, double factor) {
+double BodyCost_s(const Request& request, const CostSource& source, double factor) {
   const Body body = BodyOf(request.subject(), source);
-  const double of_part = kOfPlacing + kOfNearPart * factor * NearWeight(source);
-  return kOfRequest + kOfByte * static_cast<double>(request.options().ignore_size()) +
-         CostOfChanges_s(request.options().overlay(), source.store) + body.reading_s +
-         body.rows * (kOfRow * factor + body.weight * of_part);
+  const double part_cost_s = kPlacingCost_s + kNearPartCost_s * factor * NearWeight(source);
+  return kRequestCost_s + kByteCost_s * static_cast<double>(request.options().ignore_size()) +
+         ChangesCost_s(request.options().overlay(), source.store) + body.reading_s +
+         body.rows * (kRowCost_s * factor + body.weight * part_cost_s);
 }
 
 }  // namespace
 
 double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSource& source) {
-  return CostOfBody_s(request, source, 1);
+  return BodyCost_s(request, source, 1);
 }
 
 double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source) {
-  return CostOfBody_s(request, source, kOfDistance);
+  return BodyCost_s(request, source, kDistanceFactor);
 }
 
 double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source) {
-  return CostOfBody_s(request, source, kOfContacts);
+  return BodyCost_s(request, source, kContactsFactor);
 }
 
 double EstimatedCost_s(const v1::CheckMotionsRequest& request, const CostSource& source) {
-  return CostOfBody_s(request, source, kOfMotionRow);
+  return BodyCost_s(request, source, kMotionFactor);
 }
 
 double EstimatedCost_s(const v1::CastRaysRequest& request, const CostSource& source) {
   constexpr std::size_t kRayWidth = 6;
   const double rows =
       static_cast<double>(RowsOf(request.rays().scalar(), request.rays().data(), kRayWidth));
-  return kOfRequest + CostOfChanges_s(request.options().overlay(), source.store) +
-         rows * (kOfRow + kOfRay * NearWeight(source));
+  return kRequestCost_s + ChangesCost_s(request.options().overlay(), source.store) +
+         rows * (kRowCost_s + kRayCost_s * NearWeight(source));
 }
 
 double EstimatedCost_s(const v1::SamplePointsRequest& request, const CostSource& source) {
   constexpr std::size_t kPointWidth = 3;
   const double rows =
       static_cast<double>(RowsOf(request.points().scalar(), request.points().data(), kPointWidth));
-  return kOfRequest + CostOfChanges_s(request.options().overlay(), source.store) +
-         rows * (kOfRow + kOfNearPart * kOfPoint * NearWeight(source));
+  return kRequestCost_s + ChangesCost_s(request.options().overlay(), source.store) +
+         rows * (kRowCost_s + kNearPartCost_s * kPointFactor * NearWeight(source));
 }
 
 double EstimatedCost_s(const v1::StreamQueriesRequest& request, const CostSource& source) {
   const double overlay_s =
-      request.has_overlay() ? CostOfChanges_s(request.overlay().changes(), source.store) : 0;
+      request.has_overlay() ? ChangesCost_s(request.overlay().changes(), source.store) : 0;
   switch (request.query_case()) {
     case v1::StreamQueriesRequest::kCheckCollisions:
       return overlay_s + EstimatedCost_s(request.check_collisions(), source);
@@ -256,15 +259,15 @@ double EstimatedCost_s(const v1::StreamQueriesRequest& request, const CostSource
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
-  return kOfRequest + overlay_s;
+  return kRequestCost_s + overlay_s;
 }
 
 double EstimatedCost_s(const v1::ApplyChangesRequest& request, const CostSource& source) {
-  return kOfRequest + CostOfChanges_s(request.changes(), source.store);
+  return kRequestCost_s + ChangesCost_s(request.changes(), source.store);
 }
 
-double CostOfGeometry_s(std::int64_t bytes) {
-  return kOfRequest + kOfByte * static_cast<double>(bytes);
+double GeometryCost_s(std::int64_t bytes) {
+  return kRequestCost_s + kByteCost_s * static_cast<double>(bytes);
 }
 
 absl::Status CheckCost(double cost_s, const Limits& limits) {

@@ -31,7 +31,7 @@ double EstimatedCost_s(const v1::SamplePointsRequest& request, const CostSource&
 double EstimatedCost_s(const v1::StreamQueriesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::ApplyChangesRequest& request, const CostSource& source);
 // The cost of storing `bytes` bytes: hashing, decoding, checking.
-double CostOfGeometry_s(std::int64_t bytes);
+double GeometryCost_s(std::int64_t bytes);
 
 // RESOURCE_EXHAUSTED REQUEST_TOO_COSTLY above limits.max_request_cost_s, with the estimate and the
 // limit: such a request must be split, not repeated.

@@ -35,7 +35,8 @@ absl::Status TakeText(const TextSource& source, Files& files, const FieldPath& p
 
 }  // namespace
 
-absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const FieldPath& path) {
+absl::StatusOr<RobotPlan> RobotPlanFromProto(const v1::LoadRobotHeader& header,
+                                             const FieldPath& path) {
   RobotPlan plan;
   plan.world = header.world();
   plan.world_uid = header.world_uid();
@@ -54,11 +55,11 @@ absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const Fie
     plan.spheres = TextSource{header.spheres(), header.spheres_file()};
   }
   if (header.has_x_world_base()) {
-    auto X_WB = FromProto(header.x_world_base(), path.Field("x_world_base"));
+    auto X_WB = PoseFromProto(header.x_world_base(), path.Field("x_world_base"));
     if (!X_WB.ok()) return X_WB.status();
     plan.X_WB = *X_WB;
   }
-  auto joints = FromProto(header.initial_state(), path.Field("initial_state"));
+  auto joints = JointValuesFromProto(header.initial_state(), path.Field("initial_state"));
   if (!joints.ok()) return joints.status();
   plan.initial_state = *std::move(joints);
   plan.write.request_id = header.request_id();
@@ -68,7 +69,8 @@ absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const Fie
   return plan;
 }
 
-absl::StatusOr<RobotFiles> FilesOf(const RobotPlan& plan, Files files, const FieldPath& path) {
+absl::StatusOr<RobotFiles> MakeRobotFiles(const RobotPlan& plan, Files files,
+                                          const FieldPath& path) {
   RobotFiles result;
   auto status = TakeText(plan.urdf, files, path.Field("urdf_file"), &result.urdf);
   if (status.ok() && plan.srdf.has_value()) {
@@ -82,9 +84,9 @@ absl::StatusOr<RobotFiles> FilesOf(const RobotPlan& plan, Files files, const Fie
   return result;
 }
 
-absl::StatusOr<collision::PutRobot> PutOf(const RobotPlan& plan,
-                                          std::shared_ptr<const collision::RobotGeometry> robot,
-                                          const FieldPath& path) {
+absl::StatusOr<collision::PutRobot> MakePutRobot(
+    const RobotPlan& plan, std::shared_ptr<const collision::RobotGeometry> robot,
+    const FieldPath& path) {
   const collision::RobotModel& model = *robot->model;
   collision::PutRobot put;
   put.name = plan.name.empty() ? model.name : plan.name;

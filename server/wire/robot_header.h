@@ -30,19 +30,20 @@ struct RobotPlan {
   WriteOptions write;
 };
 
-absl::StatusOr<RobotPlan> FromProto(const v1::LoadRobotHeader& header, const FieldPath& path);
+absl::StatusOr<RobotPlan> RobotPlanFromProto(const v1::LoadRobotHeader& header,
+                                             const FieldPath& path);
 
 // The files as input of ReadRobot. INVALID_FIELD below `path` names a text whose file was not sent.
 // Moves the contents out of `files`.
-absl::StatusOr<RobotFiles> FilesOf(const RobotPlan& plan,
-                                   std::map<std::string, std::string, std::less<>> files,
-                                   const FieldPath& path);
+absl::StatusOr<RobotFiles> MakeRobotFiles(const RobotPlan& plan,
+                                          std::map<std::string, std::string, std::less<>> files,
+                                          const FieldPath& path);
 
 // The robot to put into the world: with the plan's name or the URDF's, and with the default state
 // changed by the plan's joints. Errors below `path`: an invalid name, joints and states that the
 // robot does not have.
-absl::StatusOr<collision::PutRobot> PutOf(const RobotPlan& plan,
-                                          std::shared_ptr<const collision::RobotGeometry> robot,
-                                          const FieldPath& path);
+absl::StatusOr<collision::PutRobot> MakePutRobot(
+    const RobotPlan& plan, std::shared_ptr<const collision::RobotGeometry> robot,
+    const FieldPath& path);
 
 }  // namespace cwm::server

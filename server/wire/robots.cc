@@ -40,8 +40,8 @@ v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t ind
   if (link.joint.empty()) return proto;  // the root link has no parent
   proto.set_parent(robot.model->links[link.parent].name);
   proto.set_joint(link.joint);
-  proto.set_joint_kind(ToProto(link.kind));
-  if (link.follows) {
+  proto.set_joint_kind(JointKindToProto(link.kind));
+  if (link.is_mimic) {
     proto.set_follows(robot.model->links[robot.model->variables[link.variable].link].joint);
   }
   return proto;
@@ -69,7 +69,7 @@ v1::RobotVariable VariableMessage(const RobotModel& model, const collision::Vari
   v1::RobotVariable proto;
   proto.set_name(variable.name);
   proto.set_joint(link.joint);
-  proto.set_joint_kind(ToProto(link.kind));
+  proto.set_joint_kind(JointKindToProto(link.kind));
   if (std::isfinite(variable.lower)) proto.set_lower(variable.lower);
   if (std::isfinite(variable.upper)) proto.set_upper(variable.upper);
   return proto;
@@ -93,7 +93,7 @@ v1::RobotGroup GroupMessage(const RobotModel& model, const collision::JointGroup
 
 }  // namespace
 
-v1::JointKind ToProto(collision::JointKind kind) {
+v1::JointKind JointKindToProto(collision::JointKind kind) {
   switch (kind) {
     case collision::JointKind::kFixed:
       return v1::JOINT_KIND_FIXED;
@@ -111,7 +111,7 @@ v1::JointKind ToProto(collision::JointKind kind) {
   return v1::JOINT_KIND_UNSPECIFIED;
 }
 
-v1::Robot ToProto(const collision::WorldRobot& robot) {
+v1::Robot RobotToProto(const collision::WorldRobot& robot) {
   const RobotModel& model = robot.model();
   v1::Robot proto;
   proto.set_name(robot.name);
@@ -127,7 +127,7 @@ v1::Robot ToProto(const collision::WorldRobot& robot) {
     *proto.add_groups() = GroupMessage(model, group);
   }
   proto.set_self_pair_count(static_cast<std::int64_t>(model.self_pairs.size()));
-  *proto.mutable_x_world_base() = ToProto(robot.X_WB);
+  *proto.mutable_x_world_base() = PoseToProto(robot.X_WB);
   proto.mutable_state()->Add(robot.state.begin(), robot.state.end());
   proto.set_create_revision(robot.create_revision.value);
   proto.set_state_revision(robot.state_revision.value);
@@ -141,11 +141,11 @@ void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometrySto
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     v1::PlacedLink* link = response->add_links();
     link->set_link(model.links[i].name);
-    *link->mutable_x_world_link() = ToProto(robot.X_WL[i]);
+    *link->mutable_x_world_link() = PoseToProto(robot.X_WL[i]);
     if (shapes == LinkShapes::kNone) continue;
     for (const collision::CollisionGeometry& geometry : model.links[i].collisions) {
       *link->add_shapes() =
-          ToProto(ShapePart{.X_OS = geometry.X_LG, .shape = geometry.shape}, store);
+          ShapePartToProto(ShapePart{.X_OS = geometry.X_LG, .shape = geometry.shape}, store);
     }
   }
 }
@@ -153,14 +153,14 @@ void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometrySto
 v1::RobotStateEvent ToStateEvent(const collision::WorldRobot& robot) {
   v1::RobotStateEvent proto;
   proto.set_name(robot.name);
-  *proto.mutable_x_world_base() = ToProto(robot.X_WB);
+  *proto.mutable_x_world_base() = PoseToProto(robot.X_WB);
   proto.mutable_state()->Add(robot.state.begin(), robot.state.end());
   proto.set_state_revision(robot.state_revision.value);
   return proto;
 }
 
-absl::StatusOr<collision::JointValues> FromProto(const v1::RobotJointState& joints,
-                                                 const FieldPath& path) {
+absl::StatusOr<collision::JointValues> JointValuesFromProto(const v1::RobotJointState& joints,
+                                                            const FieldPath& path) {
   collision::JointValues result;
   if (joints.group().empty() != joints.named_state().empty()) {
     return path.Field(joints.group().empty() ? "group" : "named_state")
@@ -178,17 +178,17 @@ absl::StatusOr<collision::JointValues> FromProto(const v1::RobotJointState& join
   return result;
 }
 
-absl::StatusOr<collision::SetRobotState> FromProto(const v1::SetRobotState& set,
-                                                   const FieldPath& path) {
+absl::StatusOr<collision::SetRobotState> SetRobotStateFromProto(const v1::SetRobotState& set,
+                                                                const FieldPath& path) {
   collision::SetRobotState result;
   if (auto status = CheckName(set.name(), path.Field("name")); !status.ok()) return status;
   result.name = set.name();
   if (set.has_x_world_base()) {
-    auto X_WB = FromProto(set.x_world_base(), path.Field("x_world_base"));
+    auto X_WB = PoseFromProto(set.x_world_base(), path.Field("x_world_base"));
     if (!X_WB.ok()) return X_WB.status();
     result.X_WB = *X_WB;
   }
-  auto joints = FromProto(set.joints(), path.Field("joints"));
+  auto joints = JointValuesFromProto(set.joints(), path.Field("joints"));
   if (!joints.ok()) return joints.status();
   result.joints = *std::move(joints);
   return result;

@@ -11,10 +11,10 @@
 
 namespace cwm::server {
 
-v1::JointKind ToProto(collision::JointKind kind);
+v1::JointKind JointKindToProto(collision::JointKind kind);
 
 // Unlimited variables have no limits; joints that mimic another are not among the variables.
-v1::Robot ToProto(const collision::WorldRobot& robot);
+v1::Robot RobotToProto(const collision::WorldRobot& robot);
 // The poses of all links in the robot's present state, and with `shapes` their collision geometry;
 // its meshes become readable by their hash.
 enum class LinkShapes { kNone, kAll };
@@ -25,9 +25,9 @@ v1::RobotStateEvent ToStateEvent(const collision::WorldRobot& robot);
 
 // Checks only the form: missing groups and variables are reported when the state is applied
 // (collision::StateWith). A group needs its state and vice versa.
-absl::StatusOr<collision::JointValues> FromProto(const v1::RobotJointState& joints,
-                                                 const FieldPath& path);
-absl::StatusOr<collision::SetRobotState> FromProto(const v1::SetRobotState& set,
-                                                   const FieldPath& path);
+absl::StatusOr<collision::JointValues> JointValuesFromProto(const v1::RobotJointState& joints,
+                                                            const FieldPath& path);
+absl::StatusOr<collision::SetRobotState> SetRobotStateFromProto(const v1::SetRobotState& set,
+                                                                const FieldPath& path);
 
 }  // namespace cwm::server

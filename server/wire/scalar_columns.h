@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 
 namespace cwm::server {
 

@@ -5,12 +5,12 @@
 
 namespace cwm::server {
 
-v1::Scan ToProto(const KeptScan& scan) {
+v1::Scan ScanToProto(const KeptScan& scan) {
   v1::Scan proto;
   proto.set_sensor(scan.sensor);
   proto.set_revision(scan.revision.value);
-  *proto.mutable_frame_stamp() = ToProto(scan.frame_stamp);
-  *proto.mutable_x_world_sensor() = ToProto(scan.X_WC);
+  *proto.mutable_frame_stamp() = TimePointToProto(scan.frame_stamp);
+  *proto.mutable_x_world_sensor() = PoseToProto(scan.X_WC);
   proto.set_point_count(scan.point_count);
   proto.set_kept_count(scan.kept_count);
   proto.set_points_hash(scan.points.hash);

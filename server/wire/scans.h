@@ -6,6 +6,6 @@
 
 namespace cwm::server {
 
-v1::Scan ToProto(const KeptScan& scan);
+v1::Scan ScanToProto(const KeptScan& scan);
 
 }  // namespace cwm::server

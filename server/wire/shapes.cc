@@ -20,7 +20,7 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-Polygon FromProto(const v1::Polygon& polygon) {
+Polygon PolygonFromProto(const v1::Polygon& polygon) {
   Polygon vertices;
   vertices.reserve(polygon.vertices_size());
   for (const v1::Vector2& vertex : polygon.vertices())
@@ -88,9 +88,10 @@ absl::StatusOr<Mesh> MeshOf(const std::string& hash, const GeometryStore& store,
 }
 
 Shape PlateOf(const v1::Plate& plate) {
-  Plate shape{
-      .outline = FromProto(plate.outline()), .holes = {}, .thickness_m = plate.thickness_m()};
-  for (const v1::Polygon& hole : plate.holes()) shape.holes.push_back(FromProto(hole));
+  Plate shape{.outline = PolygonFromProto(plate.outline()),
+              .holes = {},
+              .thickness_m = plate.thickness_m()};
+  for (const v1::Polygon& hole : plate.holes()) shape.holes.push_back(PolygonFromProto(hole));
   return shape;
 }
 
@@ -108,7 +109,7 @@ std::string MessageField(std::string field) {
 }
 
 // Checks the validation rules of shapes; `name` is the alternative of the oneof.
-absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path, WorkBudget* budget) {
+absl::StatusOr<Shape> Validated(Shape shape, const FieldPath& path, WorkBudget* budget) {
   // A plate of thousands of vertices takes a millisecond, everything else less than one step.
   const bool is_plate = std::holds_alternative<Plate>(shape);
   if (MustEnd(budget, is_plate ? kStepsOfPlate : 1)) return budget->status();
@@ -128,21 +129,22 @@ absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const Fiel
                               WorkBudget* budget) {
   switch (m.shape_case()) {
     case M::kSphere:
-      return Checked(Sphere{m.sphere().radius_m()}, path, budget);
+      return Validated(Sphere{m.sphere().radius_m()}, path, budget);
     case M::kBox:
-      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path,
-                     budget);
+      return Validated(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path,
+                       budget);
     case M::kCylinder:
-      return Checked(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path, budget);
+      return Validated(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path, budget);
     case M::kCone:
-      return Checked(Cone{m.cone().radius_bottom_m(), m.cone().radius_top_m(), m.cone().length_m()},
-                     path, budget);
+      return Validated(
+          Cone{m.cone().radius_bottom_m(), m.cone().radius_top_m(), m.cone().length_m()}, path,
+          budget);
     case M::kCapsule:
-      return Checked(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path, budget);
+      return Validated(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path, budget);
     case M::kHalfSpace:
       return Shape(HalfSpace{});
     case M::kPlate:
-      return Checked(PlateOf(m.plate()), path, budget);
+      return Validated(PlateOf(m.plate()), path, budget);
     case M::kConvex:
       return HullOf(m.convex(), store, path.Field("convex"), budget);
     case M::kMesh: {
@@ -187,8 +189,10 @@ void SetShape(const Shape& shape, GeometryStore& store, M* m) {
             for (const Polygon& hole : s.holes) SetPolygon(hole, m->mutable_plate()->add_holes());
             m->mutable_plate()->set_thickness_m(s.thickness_m);
           },
-          [m, &store](const Convex& s) { m->mutable_convex()->set_hash(store.Offer(s.hull)); },
-          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.Offer(s.mesh)); },
+          [m, &store](const Convex& s) {
+            m->mutable_convex()->set_hash(store.RegisterMesh(s.hull));
+          },
+          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.RegisterMesh(s.mesh)); },
       },
       shape);
 }
@@ -223,13 +227,14 @@ v1::Vessel VesselToProto(const VesselShell& shell) {
 // The pose, or identity if it is not given.
 absl::StatusOr<Pose> OptionalPose(bool given, const v1::Pose& pose, const FieldPath& path) {
   if (!given) return Pose::Identity();
-  return FromProto(pose, path);
+  return PoseFromProto(pose, path);
 }
 
 }  // namespace
 
-absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
-                                   const FieldPath& path, WorkBudget* budget) {
+absl::StatusOr<Placed<>> PlacedShapeFromProto(const v1::PlacedShape& placed,
+                                              const GeometryStore& store, const FieldPath& path,
+                                              WorkBudget* budget) {
   auto X_BS =
       OptionalPose(placed.has_x_body_shape(), placed.x_body_shape(), path.Field("x_body_shape"));
   if (!X_BS.ok()) return X_BS.status();
@@ -238,8 +243,8 @@ absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const Geometry
   return Placed<>{*X_BS, *std::move(shape)};
 }
 
-absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometryStore& store,
-                                    const FieldPath& path, WorkBudget* budget) {
+absl::StatusOr<ShapePart> ShapePartFromProto(const v1::ShapePart& part, const GeometryStore& store,
+                                             const FieldPath& path, WorkBudget* budget) {
   auto X_OS =
       OptionalPose(part.has_x_object_shape(), part.x_object_shape(), path.Field("x_object_shape"));
   if (!X_OS.ok()) return X_OS.status();
@@ -256,23 +261,24 @@ absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometrySto
       .fit = std::nullopt};
 }
 
-absl::StatusOr<SurfacePart> FromProto(const v1::SurfacePart& part, const GeometryStore& store,
-                                      const FieldPath& path, WorkBudget* budget) {
+absl::StatusOr<SurfacePart> SurfacePartFromProto(const v1::SurfacePart& part,
+                                                 const GeometryStore& store, const FieldPath& path,
+                                                 WorkBudget* budget) {
   auto mesh = MeshOf(part.hash(), store, path, budget);
   if (!mesh.ok()) return mesh.status();
   return SurfacePart{.surface = *std::move(mesh), .point_count = 0};
 }
 
-v1::PlacedShape ToProto(const Placed<>& placed, GeometryStore& store) {
+v1::PlacedShape PlacedShapeToProto(const Placed<>& placed, GeometryStore& store) {
   v1::PlacedShape proto;
-  *proto.mutable_x_body_shape() = ToProto(placed.X_FS);
+  *proto.mutable_x_body_shape() = PoseToProto(placed.X_FS);
   SetShape(placed.shape, store, &proto);
   return proto;
 }
 
-v1::ShapePart ToProto(const ShapePart& part, GeometryStore& store) {
+v1::ShapePart ShapePartToProto(const ShapePart& part, GeometryStore& store) {
   v1::ShapePart proto;
-  *proto.mutable_x_object_shape() = ToProto(part.X_OS);
+  *proto.mutable_x_object_shape() = PoseToProto(part.X_OS);
   SetShape(part.shape, store, &proto);
   proto.set_role(part.role == PartRole::kCompleted ? v1::PART_ROLE_COMPLETED
                                                    : v1::PART_ROLE_FITTED);
@@ -283,9 +289,9 @@ v1::ShapePart ToProto(const ShapePart& part, GeometryStore& store) {
   return proto;
 }
 
-v1::SurfacePart ToProto(const SurfacePart& part, GeometryStore& store) {
+v1::SurfacePart SurfacePartToProto(const SurfacePart& part, GeometryStore& store) {
   v1::SurfacePart proto;
-  proto.set_hash(store.Offer(part.surface.mesh));
+  proto.set_hash(store.RegisterMesh(part.surface.mesh));
   proto.set_vertex_count(static_cast<std::int64_t>(part.surface.mesh->vertices.size()));
   proto.set_triangle_count(static_cast<std::int64_t>(part.surface.mesh->triangles.size()));
   proto.set_watertight(part.surface.watertight);
@@ -293,9 +299,9 @@ v1::SurfacePart ToProto(const SurfacePart& part, GeometryStore& store) {
   return proto;
 }
 
-v1::OrientedBox ToProto(const Placed<Box>& box) {
+v1::OrientedBox OrientedBoxToProto(const Placed<Box>& box) {
   v1::OrientedBox proto;
-  *proto.mutable_x_object_box() = ToProto(box.X_FS);
+  *proto.mutable_x_object_box() = PoseToProto(box.X_FS);
   proto.mutable_box()->set_size_x_m(box.shape.size_m.x());
   proto.mutable_box()->set_size_y_m(box.shape.size_m.y());
   proto.mutable_box()->set_size_z_m(box.shape.size_m.z());

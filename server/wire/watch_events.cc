@@ -16,7 +16,8 @@ constexpr std::size_t kPieceBytes = 1 << 20;
 constexpr std::size_t kMaxObserved = 6'000;
 
 v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {
-  return ToProto(object, context.view, context.world.observations().Of(object.name), context.store);
+  return ObjectToProto(object, context.view, context.world.observations().Get(object.name),
+                       context.store);
 }
 
 bool OnlyMoved(const collision::WorldObject& before, const collision::WorldObject& after) {
@@ -33,7 +34,7 @@ void SetEvent(const collision::ObjectDelta& delta, const WatchContext& context,
     event->set_remove(delta.before->name);
   } else if (delta.before != nullptr && OnlyMoved(*delta.before, *delta.after)) {
     event->mutable_move()->set_name(delta.after->name);
-    *event->mutable_move()->mutable_x_world_object() = ToProto(delta.after->X_WO);
+    *event->mutable_move()->mutable_x_world_object() = PoseToProto(delta.after->X_WO);
     event->set_pose_revision(delta.after->pose_revision.value);
   } else {
     *event->mutable_put() = ObjectMessage(*delta.after, context);
@@ -46,7 +47,7 @@ void SetEvent(const collision::RobotDelta& delta, v1::RobotEvent* event) {
   } else if (delta.before != nullptr && delta.before->IsSameAs(*delta.after)) {
     *event->mutable_state() = ToStateEvent(*delta.after);
   } else {
-    *event->mutable_put() = ToProto(*delta.after);
+    *event->mutable_put() = RobotToProto(*delta.after);
   }
 }
 
@@ -74,11 +75,11 @@ v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapsho
       bytes += object->ByteSizeLong();
     } else if (*next < robots) {
       v1::Robot* robot = state->add_robots();
-      *robot = ToProto(*snapshot.robots()[*next - objects]);
+      *robot = RobotToProto(*snapshot.robots()[*next - objects]);
       bytes += robot->ByteSizeLong();
     } else {
       v1::PairRule* rule = state->add_pair_rules();
-      *rule = ToProto(snapshot.pair_rules()[*next - robots]);
+      *rule = PairRuleToProto(snapshot.pair_rules()[*next - robots]);
       bytes += rule->ByteSizeLong();
     }
   }
@@ -105,7 +106,7 @@ v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& co
       bytes += event->ByteSizeLong();
     } else {
       v1::PairRule* rule = events->add_pair_rules();
-      *rule = ToProto(step.rule_deltas[*next - robots].after);
+      *rule = PairRuleToProto(step.rule_deltas[*next - robots].after);
       bytes += rule->ByteSizeLong();
     }
   }
@@ -117,8 +118,9 @@ v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World
                                        std::uint64_t* observed) {
   v1::WatchWorldResponse message = Message(revision, world);
   auto& last_observed = *message.mutable_bookmark()->mutable_last_observed();
-  for (const Observations::Numbered& one : world.observations().After(*observed, kMaxObserved)) {
-    last_observed[one.name] = ToProto(one.last);
+  for (const Observations::Numbered& one :
+       world.observations().NewerThan(*observed, kMaxObserved)) {
+    last_observed[one.name] = TimePointToProto(one.last);
     *observed = one.number;
   }
   return message;

@@ -209,7 +209,7 @@ void MeasureBadInput(Report& report) {
     char text[160];
     std::snprintf(
         text, sizeof(text),
-        "InterpretScene of %zu points %s, two threads, CPU time over that of eight things "
+        "InterpretScene of %zu points %s, two threads, CPU time over that of eight objects "
         "on a table:",
         cloud.size(), form);
     report.Detail(text);

@@ -30,7 +30,7 @@ perception::PointCloud ToPointCloud(const formats::CloudFile& file) {
 formats::CloudFile ToFile(const perception::PointCloud& cloud) {
   formats::CloudFile file;
   file.fields = {{.name = "x"}, {.name = "y"}, {.name = "z"}};
-  file.point_step = formats::LayOut(file.fields);
+  file.point_step = formats::AssignOffsets(file.fields);
   file.width = cloud.width;
   file.height = cloud.height;
   file.bytes.resize(cloud.points.size() * sizeof(Eigen::Vector3f));
@@ -45,7 +45,7 @@ std::optional<LabelledScan> ReadLabelled(const std::string& path) {
   const formats::CloudField* label = file->Find("label");
   if (label == nullptr || label->size() != sizeof(std::uint32_t)) return std::nullopt;
   LabelledScan scan;
-  scan.file = formats::Select(*file, {"x", "y", "z"});
+  scan.file = formats::SelectFields(*file, {"x", "y", "z"});
   scan.cloud = ToPointCloud(scan.file);
   scan.labels.assign(scan.cloud.size(), 0);
   for (std::size_t i = 0; i < scan.labels.size(); ++i) {
@@ -75,7 +75,7 @@ BenchmarkScans LoadBenchmarkScans() {
     for (int i = 0; i < kRealScans; i += kStride) {
       const auto file = formats::ReadCloud(*directory + "/learn" + std::to_string(i) + ".pcd");
       if (!file.ok()) continue;
-      scans.files.push_back(formats::Select(*file, {"x", "y", "z"}));
+      scans.files.push_back(formats::SelectFields(*file, {"x", "y", "z"}));
       scans.clouds.push_back(ToPointCloud(scans.files.back()));
     }
     scans.source = "every fifth of the 45 labelled Kinect scans (mosd/learn)";

@@ -1,5 +1,5 @@
-// CGAL's Efficient_RANSAC on the objects of one scene: the rival of the model search, as a program
-// of its own because CGAL's shape detection is GPL and no library of the server links it. One
+// CGAL's Efficient_RANSAC on the objects of one scene: the baseline of the model search, as a
+// program of its own because CGAL's shape detection is GPL and no library of the server links it. One
 // thread.
 //   cwm-bench-cgal OBJECTS EPSILON_M NORMAL_COSINE LEAST_POINTS PROBABILITY CLUSTER_GAP_M
 // OBJECTS is a file: per object a uint32 count, then as many rows of six floats, point and unit

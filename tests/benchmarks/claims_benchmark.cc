@@ -58,50 +58,50 @@ int CurvedShapes(const perception::SceneInterpretation& scene) {
   return count;
 }
 
-Claims Judge(const perception::PointCloud& cloud, const perception::PinholeCamera& camera,
-             const perception::SceneInterpretation& scene,
-             const std::vector<std::uint32_t>& points_on_things) {
+Claims AssessClaims(const perception::PointCloud& cloud, const perception::PinholeCamera& camera,
+                    const perception::SceneInterpretation& scene,
+                    const std::vector<std::uint32_t>& points_on_objects) {
   const ClaimedGeometry claims = ClaimsOf(scene);
   return {.ok = true,
           .coverage = MeasureCoverage(claims, cloud, scene.labels, kPointStride),
           .free_space = MeasureFreeSpace(claims, cloud, camera, kRayStride),
-          .explained = CoverageBySolids(claims, cloud, points_on_things),
+          .explained = CoverageBySolids(claims, cloud, points_on_objects),
           .curved = CurvedShapes(scene)};
 }
 
-Claims JudgeReal(const LabelledScan& scan) {
+Claims AssessReal(const LabelledScan& scan) {
   constexpr std::uint32_t kFirstObjectLabel = 10;
   perception::InterpretOptions options;
   options.max_threads = 1;
   const auto scene = perception::InterpretScene(scan.cloud, options);
   if (!scene.ok()) return {};
-  std::vector<std::uint32_t> on_things;
+  std::vector<std::uint32_t> on_objects;
   for (std::uint32_t i = 0; i < scan.labels.size(); ++i) {
-    if (scan.labels[i] >= kFirstObjectLabel) on_things.push_back(i);
+    if (scan.labels[i] >= kFirstObjectLabel) on_objects.push_back(i);
   }
-  return Judge(scan.cloud, {}, *scene, on_things);
+  return AssessClaims(scan.cloud, {}, *scene, on_objects);
 }
 
-Claims JudgeSimulated(const CaseName& name) {
+Claims AssessSimulated(const CaseName& name) {
   const absl::StatusOr<SimulatedCase> run = RunCase(name);
   if (!run.ok()) return {};
-  std::vector<std::uint32_t> on_things;
+  std::vector<std::uint32_t> on_objects;
   for (const TrueShape& truth : TrueShapes(run->view())) {
-    on_things.insert(on_things.end(), truth.points.begin(), truth.points.end());
+    on_objects.insert(on_objects.end(), truth.points.begin(), truth.points.end());
   }
-  return Judge(run->scan.cloud, run->simulated.camera, run->interpretation, on_things);
+  return AssessClaims(run->scan.cloud, run->simulated.camera, run->interpretation, on_objects);
 }
 
-std::vector<Claims> JudgeAll(std::size_t count, const std::function<Claims(std::size_t)>& judge) {
+std::vector<Claims> AssessAll(std::size_t count, const std::function<Claims(std::size_t)>& assess) {
   std::vector<Claims> all(count);
   perception::ParallelFor(count, 1, {.max_threads = kThreads},
                           [&](std::size_t begin, std::size_t end) {
-                            for (std::size_t k = begin; k < end; ++k) all[k] = judge(k);
+                            for (std::size_t k = begin; k < end; ++k) all[k] = assess(k);
                           });
   return all;
 }
 
-std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>& counts) {
+std::string FormatByClaim(const char* how, const std::array<std::int64_t, kClaimCount>& counts) {
   std::string text;
   for (int c = 0; c < kClaimCount; ++c) {
     const std::int64_t count = counts[static_cast<std::size_t>(c)];
@@ -113,22 +113,23 @@ std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>
 }
 
 // The lost points, by where they lie.
-std::string Lost(const Coverage& coverage) {
-  return ByClaim("points deep in", coverage.deep) +
+std::string FormatBarePoints(const Coverage& coverage) {
+  return FormatByClaim("points deep in", coverage.deep) +
          ", bare points: " + std::to_string(coverage.bare[Coverage::kOfSupport]) +
-         " of supports, " + std::to_string(coverage.bare[Coverage::kOfThing]) + " of things, " +
+         " of supports, " + std::to_string(coverage.bare[Coverage::kOfObject]) + " of objects, " +
          std::to_string(coverage.bare[Coverage::kRejected]) + " rejected";
 }
 
 void Print(const std::string& name, const Claims& claims, Report& report) {
   char text[200];
   std::snprintf(text, sizeof(text),
-                "  %-22s coverage %.5f; %.5f of %lld rays violate free space; on true things %.4f "
+                "  %-22s coverage %.5f; %.5f of %lld rays violate free space; on true objects %.4f "
                 "explained by shapes",
                 name.c_str(), claims.coverage.share(), claims.free_space.share(),
                 static_cast<long long>(claims.free_space.rays), claims.explained.share());
-  report.Detail(text + ByClaim("rays deep in", claims.free_space.deep) +
-                ByClaim("across", claims.free_space.crossed) + Lost(claims.coverage));
+  report.Detail(text + FormatByClaim("rays deep in", claims.free_space.deep) +
+                FormatByClaim("across", claims.free_space.crossed) +
+                FormatBarePoints(claims.coverage));
 }
 
 struct Source {
@@ -162,9 +163,9 @@ Source SumUp(const std::string& source, const std::vector<Claims>& all,
   return result;
 }
 
-Source JudgeLearn(const std::vector<LabelledScan>& scans, Report& report) {
+Source AssessLearn(const std::vector<LabelledScan>& scans, Report& report) {
   const std::vector<Claims> all =
-      JudgeAll(scans.size(), [&](std::size_t k) { return JudgeReal(scans[k]); });
+      AssessAll(scans.size(), [&](std::size_t k) { return AssessReal(scans[k]); });
   const auto name = [](std::size_t k) { return "learn" + std::to_string(k); };
   int curved = 0;
   for (std::size_t k = 0; k < std::min(kBoxScans, all.size()); ++k) curved += all[k].curved;
@@ -177,10 +178,10 @@ Source JudgeLearn(const std::vector<LabelledScan>& scans, Report& report) {
   return SumUp("mosd/learn", all, name, report);
 }
 
-Source JudgeFamily(SceneFamily family, Report& report) {
+Source AssessFamily(SceneFamily family, Report& report) {
   const auto named = [&](std::size_t k) { return CaseName{family, k}; };
   const std::vector<Claims> all =
-      JudgeAll(kSeedsPerFamily, [&](std::size_t k) { return JudgeSimulated(named(k)); });
+      AssessAll(kSeedsPerFamily, [&](std::size_t k) { return AssessSimulated(named(k)); });
   return SumUp(
       "simulated " + std::string(FamilyName(family)), all,
       [&](std::size_t k) { return NameOf(named(k)); }, report);
@@ -212,10 +213,10 @@ void MeasureClaims(Report& report) {
   if (scans.empty()) {
     report.Detail("  mosd/learn skipped: not in CWM_DATA");
   } else {
-    sources.push_back(JudgeLearn(scans, report));
+    sources.push_back(AssessLearn(scans, report));
   }
   for (SceneFamily family : {SceneFamily::kTable, SceneFamily::kClutter, SceneFamily::kKitchen}) {
-    sources.push_back(JudgeFamily(family, report));
+    sources.push_back(AssessFamily(family, report));
   }
   AddFigure(
       "coverage", sources, [](const Claims& c) { return c.coverage.share(); }, std::less<double>(),
@@ -230,7 +231,7 @@ void MeasureClaims(Report& report) {
       report);
   AddFigure(
       "shape_explained", sources, [](const Claims& c) { return c.explained.share(); },
-      std::less<double>(), "share of points on true things that shapes explain, meshes not",
+      std::less<double>(), "share of points on true objects that shapes explain, meshes not",
       report);
 }
 

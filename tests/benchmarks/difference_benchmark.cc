@@ -8,7 +8,7 @@
 #include "collision/robot/kinematics.h"
 #include "tests/benchmarks/benchmarks.h"
 #include "tests/benchmarks/contact_states.h"
-#include "tests/benchmarks/difference_reason.h"
+#include "tests/benchmarks/difference_explainer.h"
 #include "tests/benchmarks/fcl_robot.h"
 
 namespace cwm::benchmarks {
@@ -30,7 +30,7 @@ void Compare(const PandaProblems& all, const PandaProblem& problem, std::size_t 
                        {.base = DefaultVariables(*all.robot->model), .rows = states.rows});
   const CollisionColumns columns = *CheckCollisions(*problem.world, body, rows, {});
   FclRobot fcl(body, *problem.world);
-  const DifferenceReason reason(body, *problem.world, fcl);
+  const DifferenceExplainer explainer(body, *problem.world, fcl);
   std::vector<Pose> X_WL(all.robot->model->links.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     rows.Place(k, X_WL);
@@ -40,7 +40,7 @@ void Compare(const PandaProblems& all, const PandaProblem& problem, std::size_t 
     tally.near += states.is_near[k];
     if (fcl.CollidesPlainly(X_WL) == ours) continue;
     ++tally.different;
-    ++tally.by_reason[static_cast<std::size_t>(reason.Explain(X_WL))];
+    ++tally.by_reason[static_cast<std::size_t>(explainer.Explain(X_WL))];
   }
 }
 
@@ -57,7 +57,9 @@ void MeasureUnexplained(Report& report) {
   for (std::size_t k = 0; k < all->problems.size(); ++k) {
     Compare(*all, all->problems[k], each, k, tally);
   }
-  const auto of = [&](Why why) { return tally.by_reason[static_cast<std::size_t>(why)]; };
+  const auto of = [&](DifferenceCause cause) {
+    return tally.by_reason[static_cast<std::size_t>(cause)];
+  };
   char text[320];
   std::snprintf(
       text, sizeof(text),
@@ -66,11 +68,12 @@ void MeasureUnexplained(Report& report) {
       "point "
       "of a triangle in the other solid, %zu within %g m of touching",
       tally.states, all->problems.size(), tally.colliding, tally.near, 1e3 * kNextToContact_m,
-      tally.different, of(Why::kContained), of(Why::kShared), of(Why::kTouching), kTouching_m);
+      tally.different, of(DifferenceCause::kContained), of(DifferenceCause::kShared),
+      of(DifferenceCause::kTouching), kTouching_m);
   report.Detail(text);
   report.Add(
       {.key = "mbm_unexplained",
-       .value = static_cast<double>(of(Why::kUnknown)),
+       .value = static_cast<double>(of(DifferenceCause::kUnknown)),
        .unit = "states",
        .how =
            "verdicts other than FCL's in a million states, half in collision, a quarter "

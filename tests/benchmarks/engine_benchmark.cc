@@ -20,15 +20,15 @@ struct Rate {
 
 // Repeats the batch for half a second and takes the best of three such rounds, since other users of
 // the machine only ever slow it down.
-template <class Ask>
-Rate BestRate(std::size_t rows, Ask&& ask) {
+template <class Function>
+Rate BestRate(std::size_t rows, Function&& evaluate) {
   Rate best;
   for (int round = 0; round < 3; ++round) {
     const auto start = std::chrono::steady_clock::now();
     std::size_t done = 0;
     double elapsed_s = 0;
     while (elapsed_s < 0.5) {
-      const auto answer = ask();
+      const auto answer = evaluate();
       if (!answer.ok()) return {.rows_per_s = 0, .error = std::string(answer.status().message())};
       done += rows;
       elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -38,10 +38,10 @@ Rate BestRate(std::size_t rows, Ask&& ask) {
   return best;
 }
 
-void PrintRate(Report& report, const char* engine, const char* question, const Rate& rate) {
+void PrintRate(Report& report, const char* engine, const char* query, const Rate& rate) {
   char text[160];
-  std::snprintf(text, sizeof(text), "  %-7s %-10s %12.0f /s   %s", engine, question,
-                rate.rows_per_s, rate.error.c_str());
+  std::snprintf(text, sizeof(text), "  %-7s %-10s %12.0f /s   %s", engine, query, rate.rows_per_s,
+                rate.error.c_str());
   rate.error.empty() ? report.Detail(text) : report.Fail(text);
 }
 
@@ -76,8 +76,8 @@ void MeasureEngines(Report& report) {
   report.Add({.key = "distances_per_s",
               .value = auto_rate,
               .unit = "1/s",
-              .rival = "FCL, same broadphase",
-              .rival_value = fcl_rate,
+              .baseline = "FCL, same broadphase",
+              .baseline_value = fcl_rate,
               .ratio = fcl_rate > 0 ? auto_rate / fcl_rate : std::nan(""),
               .how = "in process, one thread, nearest of 30 objects to a box at random poses, best "
                      "of 3 x 0.5 s"});

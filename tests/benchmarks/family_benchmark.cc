@@ -25,7 +25,7 @@ struct FamilyTotals {
   double ms = 0;
 };
 
-struct Judged {
+struct FamilyScore {
   absl::Status status = absl::UnknownError("not run");
   SegmentationScore score;
   Confusion confusion;
@@ -61,14 +61,14 @@ std::string InventedNames(const SimulatedCase& run, const std::vector<std::uint3
   std::string names;
   for (const auto& [label, members] : found) {
     if (2 * members.counted >= members.points) continue;
-    const auto most =
+    const auto most_frequent =
         std::ranges::max_element(members.of, {}, [](const auto& entry) { return entry.second; });
-    names += "; invented: " + std::to_string(members.points) + " of " + most->first;
+    names += "; invented: " + std::to_string(members.points) + " of " + most_frequent->first;
   }
   return names;
 }
 
-Judged Judge(const CaseName& name, const CaseSensor& sensor) {
+FamilyScore ScoreCase(const CaseName& name, const CaseSensor& sensor) {
   auto run = RunCase(name, sensor);
   if (!run.ok())
     return {.status = run.status(), .score = {}, .confusion = {}, .ms = 0, .remarks = {}};
@@ -88,17 +88,17 @@ Judged Judge(const CaseName& name, const CaseSensor& sensor) {
 FamilyTotals MeasureFamily(perception::SceneFamily family, const Seeds& seeds,
                            const CaseSensor& sensor, std::vector<std::string>& lines,
                            Report& report) {
-  std::vector<Judged> judged(static_cast<std::size_t>(seeds.count));
+  std::vector<FamilyScore> scores(static_cast<std::size_t>(seeds.count));
   const auto name_of = [&](std::size_t k) { return CaseName{family, seeds.first + k}; };
-  perception::ParallelFor(judged.size(), 1, {.max_threads = kFamilyThreads},
+  perception::ParallelFor(scores.size(), 1, {.max_threads = kFamilyThreads},
                           [&](std::size_t begin, std::size_t end) {
                             for (std::size_t k = begin; k < end; ++k) {
-                              judged[k] = Judge(name_of(k), sensor);
+                              scores[k] = ScoreCase(name_of(k), sensor);
                             }
                           });
   FamilyTotals totals;
-  for (std::size_t k = 0; k < judged.size(); ++k) {
-    const Judged& one = judged[k];
+  for (std::size_t k = 0; k < scores.size(); ++k) {
+    const FamilyScore& one = scores[k];
     if (!one.status.ok()) {
       report.Fail(NameOf(name_of(k)) + ": " + std::string(one.status.message()));
       continue;

@@ -115,7 +115,7 @@ bool FclRobot::CollidesByTree(std::span<const Pose> X_WF) {
 }
 
 bool FclRobot::PairCollides(const Pair& pair, const Vector3& offset_W) const {
-  FclObject second = pair.is_of_itself ? state_->parts[pair.other] : *state_->world[pair.other];
+  FclObject second = pair.is_self_pair ? state_->parts[pair.other] : *state_->world[pair.other];
   second.setTranslation(second.getTranslation() + offset_W);
   return Collide(state_->parts[pair.part], second);
 }

@@ -1,4 +1,4 @@
-// The rival for robots: FCL's own meshes and objects, queried as a planner's plain loop would.
+// The baseline for robots: FCL's own meshes and objects, queried as a planner's plain loop would.
 #pragma once
 
 #include <memory>
@@ -27,7 +27,7 @@ class FclRobot {
   struct Pair {
     std::size_t part = 0;
     std::size_t other = 0;
-    bool is_of_itself = false;
+    bool is_self_pair = false;
   };
   bool PairCollides(const Pair& pair, const Vector3& offset_W) const;
 

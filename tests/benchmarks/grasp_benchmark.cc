@@ -42,8 +42,8 @@ bool SetTrueShape(const Shape& shape, v1::ShapePart* part) {
   return true;
 }
 
-bool PutTruth(const client::Connection& connection, const perception::SimulatedScene& scene,
-              const std::string& world) {
+bool PutTrueObjects(const client::Connection& connection, const perception::SimulatedScene& scene,
+                    const std::string& world) {
   v1::ApplyChangesRequest request;
   request.set_world(world);
   for (const perception::SimulatedObject& object : scene.objects) {
@@ -90,7 +90,7 @@ struct Count {
   }
 };
 
-Eigen::Vector3d MiddleOf(const perception::SimulatedObject& object) {
+Eigen::Vector3d CentreOf(const perception::SimulatedObject& object) {
   const Aabb bounds = BoundsInWorld(object);
   return bounds.center();
 }
@@ -101,54 +101,56 @@ const grasp::ObjectPlan* PlanFor(const perception::SimulatedObject& object,
                                  const grasp::Plan& plan) {
   constexpr double kSamePlace_m = 0.05;
   const grasp::ObjectPlan* nearest = nullptr;
-  double least_m = kSamePlace_m;
+  double nearest_m = kSamePlace_m;
   for (const grasp::ObjectPlan& found : plan.objects) {
     const Eigen::Isometry3d X_WB = grasp::ToIsometry(found.object.x_world_object()) *
                                    grasp::ToIsometry(found.object.bounds().x_object_box());
-    const double distance_m = (X_WB.translation() - MiddleOf(object)).norm();
-    if (distance_m >= least_m) continue;
-    least_m = distance_m;
+    const double distance_m = (X_WB.translation() - CentreOf(object)).norm();
+    if (distance_m >= nearest_m) continue;
+    nearest_m = distance_m;
     nearest = &found;
   }
   return nearest;
 }
 
-const char* NameOf(grasp::Fault fault) {
-  switch (fault) {
-    case grasp::Fault::kNone:
+const char* NameOf(grasp::GraspFailure failure) {
+  switch (failure) {
+    case grasp::GraspFailure::kNone:
       return "confirmed";
-    case grasp::Fault::kBlocked:
+    case grasp::GraspFailure::kBlocked:
       return "hits";
-    case grasp::Fault::kMisses:
+    case grasp::GraspFailure::kMissed:
       return "misses";
-    case grasp::Fault::kSlips:
+    case grasp::GraspFailure::kSlipped:
       return "slips";
   }
   return "?";
 }
 
 // Assesses the best grasp of the scan in the true scene. It may come as near as touching.
-absl::StatusOr<grasp::Assessment> Judge(const client::Connection& connection,
-                                        const grasp::PlanRequest& request, const grasp::Plan& truth,
-                                        const std::string& object, const grasp::Grasp& best) {
-  grasp::Question question = grasp::QuestionOf(request, truth);
-  question.clearance_m = 0;
-  const auto judged =
-      grasp::Assess(connection, question, {{.X_WG = best.candidate.X_FG, .target = object}});
-  if (!judged.ok()) return judged.status();
-  return judged->front();
+absl::StatusOr<grasp::Assessment> AssessBestGrasp(const client::Connection& connection,
+                                                  const grasp::PlanRequest& request,
+                                                  const grasp::Plan& truth,
+                                                  const std::string& object,
+                                                  const grasp::Grasp& best) {
+  grasp::GraspQuery query = grasp::MakeGraspQuery(request, truth);
+  query.clearance_m = 0;
+  const auto assessed =
+      grasp::Assess(connection, query, {{.X_WG = best.candidate.X_FG, .target = object}});
+  if (!assessed.ok()) return assessed.status();
+  return assessed->front();
 }
 
 // The same assessment with the formulas of the true shapes alone: points 6 mm apart in the open
 // gripper at every centimetre of its approach, and positions of the pads moved inwards in steps of
 // 0.1 mm.
-class PointJudge {
+class PointChecker {
  public:
-  PointJudge(const perception::SimulatedScene& scene, const grasp::Question& question)
-      : scene_(scene), question_(question) {}
+  PointChecker(const perception::SimulatedScene& scene, const grasp::GraspQuery& query)
+      : scene_(scene), query_(query) {}
 
   bool Confirms(const Eigen::Isometry3d& X_WG, const std::string& object) const {
-    return WayIsFree(X_WG) && Holds(X_WG, object, -1) && Holds(X_WG, object, 1);
+    return ApproachIsFree(X_WG) && Holds(X_WG, object, -1) && Holds(X_WG, object, 1);
   }
 
  private:
@@ -171,10 +173,10 @@ class PointJudge {
     return nearest;
   }
 
-  bool WayIsFree(const Eigen::Isometry3d& X_WG) const {
+  bool ApproachIsFree(const Eigen::Isometry3d& X_WG) const {
     constexpr double kStep_m = 0.01, kGrid_m = 0.006, kRounding_m = 1e-6;
-    for (double back_m = 0; back_m <= question_.approach_m; back_m += kStep_m) {
-      for (const grasp::GripperBox& box : grasp::OpenBoxes(question_.gripper)) {
+    for (double back_m = 0; back_m <= query_.approach_m; back_m += kStep_m) {
+      for (const grasp::GripperBox& box : grasp::OpenBoxes(query_.gripper)) {
         const Eigen::Array3i steps = (box.size_m / kGrid_m).array().ceil().cast<int>();
         for (int i = 0; i <= steps.x(); ++i) {
           for (int j = 0; j <= steps.y(); ++j) {
@@ -194,7 +196,7 @@ class PointJudge {
   // True if the first object that the pad on this side meets is the grasped one, within friction.
   bool Holds(const Eigen::Isometry3d& X_WG, const std::string& object, double side) const {
     constexpr double kStep_m = 0.0001;
-    const grasp::Gripper& gripper = question_.gripper;
+    const grasp::Gripper& gripper = query_.gripper;
     for (double x_m = gripper.opening_m / 2; x_m > -gripper.opening_m / 2; x_m -= kStep_m) {
       for (const double y : {0.0, -0.25, 0.25, -0.5, 0.5}) {
         for (const double z : {0.0, -0.25, 0.25, -0.5, 0.5}) {
@@ -203,7 +205,7 @@ class PointJudge {
           const Nearest met = NearestTo(p_W);
           if (met.distance_m > 0) continue;
           const double along = side * met.normal_W.dot(X_WG.linear().col(0));
-          return met.object->name == object && along >= std::cos(std::atan(question_.friction));
+          return met.object->name == object && along >= std::cos(std::atan(query_.friction));
         }
       }
     }
@@ -211,7 +213,7 @@ class PointJudge {
   }
 
   const perception::SimulatedScene& scene_;
-  grasp::Question question_;
+  grasp::GraspQuery query_;
 };
 
 bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Count& count) {
@@ -219,7 +221,7 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
       perception::RandomScene(perception::SceneFamily::kTable, seed);
   const std::string seen = "seen_" + std::to_string(seed),
                     true_world = "true_" + std::to_string(seed);
-  if (!PutTruth(connection, view.scene, true_world)) return false;
+  if (!PutTrueObjects(connection, view.scene, true_world)) return false;
   if (!IngestScan(connection, view, seed, seen)) return false;
   grasp::PlanRequest of_truth{.world = true_world}, of_scan{.world = seen};
   const auto truth = grasp::PlanGrasps(connection, of_truth);
@@ -237,20 +239,23 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
     if (found == nullptr) {
       count.Fail(seed, object.name, "not found", "");
     } else if (found->grasps.empty()) {
-      count.Fail(seed, object.name, "no grasp", found->why);
+      count.Fail(seed, object.name, "no grasp", found->failure_reason);
     } else {
-      const auto judged = Judge(connection, of_truth, *truth, object.name, found->grasps.front());
-      if (!judged.ok()) return false;
-      if (judged->fault == grasp::Fault::kNone) {
-        const PointJudge points(view.scene, grasp::QuestionOf(of_truth, *truth));
+      const auto assessed =
+          AssessBestGrasp(connection, of_truth, *truth, object.name, found->grasps.front());
+      if (!assessed.ok()) return false;
+      if (assessed->failure == grasp::GraspFailure::kNone) {
+        const PointChecker points(view.scene, grasp::MakeGraspQuery(of_truth, *truth));
         if (points.Confirms(found->grasps.front().candidate.X_FG, object.name)) {
           ++count.confirmed;
         } else {
-          count.Fail(seed, object.name, "denied by points", found->grasps.front().candidate.way);
+          count.Fail(seed, object.name, "denied by points",
+                     found->grasps.front().candidate.strategy);
         }
       } else {
-        count.Fail(seed, object.name, NameOf(judged->fault),
-                   judged->culprit + " by a grasp of " + found->grasps.front().candidate.way);
+        count.Fail(
+            seed, object.name, NameOf(assessed->failure),
+            assessed->obstacle + " by a grasp of " + found->grasps.front().candidate.strategy);
       }
     }
   }

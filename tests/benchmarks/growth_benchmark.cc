@@ -132,7 +132,7 @@ std::vector<Eigen::Vector3f> ScanKitchen(std::int64_t count, std::uint64_t seed)
 formats::CloudFile ToFile(const std::vector<Eigen::Vector3f>& points) {
   formats::CloudFile file;
   file.fields = {{.name = "x"}, {.name = "y"}, {.name = "z"}};
-  file.point_step = formats::LayOut(file.fields);
+  file.point_step = formats::AssignOffsets(file.fields);
   file.width = static_cast<std::int64_t>(points.size());
   file.bytes.resize(points.size() * sizeof(Eigen::Vector3f));
   std::memcpy(file.bytes.data(), points.data()->data(), file.bytes.size());

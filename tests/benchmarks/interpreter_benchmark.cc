@@ -27,11 +27,11 @@ std::string Line(const std::string& name, const std::vector<double>& values_ms) 
 
 void MeasureInterpreter(Report& report) {
   const BenchmarkScans scans = LoadBenchmarkScans();
-  constexpr int kRounds = 3;  // in turn with the rival, so that both run under the same load
+  constexpr int kRounds = 3;  // in turn with the baseline, so that both run under the same load
   std::map<std::string, std::vector<double>> stages;
   std::vector<std::string> stage_order;
   std::vector<double> ours_ms, ratios;
-  std::vector<PclPlainTimes> rivals;
+  std::vector<PclPlainTimes> baselines;
   for (int round = 0; round < kRounds; ++round) {
     for (const perception::PointCloud& cloud : scans.clouds) {
       const auto start = std::chrono::steady_clock::now();
@@ -46,8 +46,8 @@ void MeasureInterpreter(Report& report) {
         stages[stage.stage].push_back(stage.elapsed_ms);
       }
       ours_ms.push_back(elapsed_ms);
-      rivals.push_back(RunPclPlain(cloud));
-      ratios.push_back(rivals.back().total_ms() / elapsed_ms);
+      baselines.push_back(RunPclPlain(cloud));
+      ratios.push_back(baselines.back().total_ms() / elapsed_ms);
     }
   }
   report.Detail(
@@ -56,25 +56,25 @@ void MeasureInterpreter(Report& report) {
   for (const std::string& stage : stage_order) report.Detail(Line(stage, stages[stage]));
   report.Detail(Line("total", ours_ms));
   report.Detail("PCL's plain pipeline, one thread, supports + clusters alone, same scans in turn:");
-  const auto rival = [&](const char* name, auto PclPlainTimes::*member) {
+  const auto baseline = [&](const char* name, auto PclPlainTimes::*member) {
     std::vector<double> values;
-    for (const PclPlainTimes& times : rivals) values.push_back(times.*member);
+    for (const PclPlainTimes& times : baselines) values.push_back(times.*member);
     report.Detail(Line(name, values));
   };
-  rival("voxel grid", &PclPlainTimes::voxel_grid_ms);
-  rival("kNN normals", &PclPlainTimes::normals_ms);
-  rival("SAC plane", &PclPlainTimes::plane_ms);
-  rival("prism", &PclPlainTimes::prism_ms);
-  rival("Euclidean clusters", &PclPlainTimes::clusters_ms);
+  baseline("voxel grid", &PclPlainTimes::voxel_grid_ms);
+  baseline("kNN normals", &PclPlainTimes::normals_ms);
+  baseline("SAC plane", &PclPlainTimes::plane_ms);
+  baseline("prism", &PclPlainTimes::prism_ms);
+  baseline("Euclidean clusters", &PclPlainTimes::clusters_ms);
   std::vector<double> totals;
-  for (const PclPlainTimes& times : rivals) totals.push_back(times.total_ms());
+  for (const PclPlainTimes& times : baselines) totals.push_back(times.total_ms());
   report.Detail(Line("total", totals));
   report.Add(
       AsRatio({.key = "pcl_plain_ratio",
                .value = Median(ours_ms),
                .unit = "ms",
-               .rival = "PCL plain pipeline",
-               .rival_value = Median(totals),
+               .baseline = "PCL plain pipeline",
+               .baseline_value = Median(totals),
                .ratio = Median(ratios),
                .how = "in process, 640 x 480, median of PCL's time over ours, scan by scan; ours "
                       "makes shapes and "

@@ -79,7 +79,7 @@ bool PutRobot(const client::Connection& connection, const TriangleMesh& mesh) {
 
 // The slower of a distance query and a collision query with a box 1 mm beside the ball, in
 // milliseconds.
-double Ask_ms(const client::Connection& connection, const std::string& world) {
+double QueryTime_ms(const client::Connection& connection, const std::string& world) {
   v1::Subject subject;
   v1::Box* const box = subject.mutable_shapes()->add_shapes()->mutable_box();
   box->set_size_x_m(0.1);
@@ -97,9 +97,9 @@ double Ask_ms(const client::Connection& connection, const std::string& world) {
       connection.Call(&v1::QueryService::Stub::GetDistances, connection.queries(), distances);
   const double distance_ms = 1e3 * Since_s(start);
   start = Clock::now();
-  const auto told =
+  const auto answer =
       connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), check);
-  return near.ok() && told.ok() ? std::max(distance_ms, 1e3 * Since_s(start)) : NAN;
+  return near.ok() && answer.ok() ? std::max(distance_ms, 1e3 * Since_s(start)) : NAN;
 }
 
 }  // namespace
@@ -116,7 +116,8 @@ void MeasureLargeMesh(Report& report) {
   start = Clock::now();
   if (!PutRobot(patient, ball)) return report.Fail("no robot of the largest mesh");
   const double robot_s = Since_s(start);
-  const double asked_ms = std::max(Ask_ms(patient, "default"), Ask_ms(patient, "robot"));
+  const double query_ms =
+      std::max(QueryTime_ms(patient, "default"), QueryTime_ms(patient, "robot"));
   char text[200];
   std::snprintf(
       text, sizeof(text),
@@ -133,7 +134,7 @@ void MeasureLargeMesh(Report& report) {
               .unit = "s",
               .how = "the same as STL until it is a link of a robot"});
   report.Add({.key = "largest_mesh_asked_ms",
-              .value = asked_ms,
+              .value = query_ms,
               .unit = "ms",
               .how = "the slowest of a distance and a verdict of a box 1 mm off either"});
 }

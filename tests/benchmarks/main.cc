@@ -1,4 +1,4 @@
-// ./dev bench: figures with their rivals by group, or micro-benchmarks by name (see kUsage).
+// ./dev bench: figures with their baselines by group, or micro-benchmarks by name (see kUsage).
 #include <benchmark/benchmark.h>
 
 #include <cstdio>

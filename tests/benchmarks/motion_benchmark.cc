@@ -83,25 +83,25 @@ struct Tally {
 };
 
 // Compares the verdicts on edges with samples of them.
-class Judge {
+class MotionChecker {
  public:
-  Judge(const WorldSnapshot& world, const QueryBody& body) : world_(world), body_(body) {}
+  MotionChecker(const WorldSnapshot& world, const QueryBody& body) : world_(world), body_(body) {}
 
   void Check(std::unique_ptr<BodyMotion> motion, const Sampling& sampling, Tally& tally) const {
     const std::vector<std::unique_ptr<BodyMotion>> edges = Only(std::move(motion));
     const auto start = std::chrono::steady_clock::now();
-    const MotionColumns told = *CheckMotions(world_, body_, edges, {});
+    const MotionColumns answer = *CheckMotions(world_, body_, edges, {});
     tally.certified_s +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const BodyMotion& edge = *edges.front();
     ++tally.edges;
-    switch (told.verdict.front()) {
+    switch (answer.verdict.front()) {
       case MotionVerdict::kFree:
         tally.false_free += Meets(SampledEdge(edge, 0, 1, sampling.steps), sampling, tally) ? 1 : 0;
         return;
       case MotionVerdict::kContact: {
         ++tally.contacts;
-        const double lo = told.lo.front(), hi = told.hi.front();
+        const double lo = answer.lo.front(), hi = answer.hi.front();
         const bool meets = Collides(SampledEdge(edge, hi, hi, 1));
         tally.false_contact += !meets || IsTooWide(edge, lo, hi) ? 1 : 0;
         const auto before =
@@ -131,7 +131,7 @@ class Judge {
 
   // True if a bracket is wider than promised although the gap closes faster than kSlow_m per edge.
   bool IsTooWide(const BodyMotion& edge, double lo, double hi) const {
-    if (hi - lo <= kBracket * (1 + 1e-9)) return false;
+    if (hi - lo <= kMaxBracketWidth * (1 + 1e-9)) return false;
     const PairColumns at = *GetDistances(world_, body_, SampledEdge(edge, lo, hi, 1), {});
     return at.distance_m.front() - at.distance_m.back() > kSlow_m * (hi - lo);
   }
@@ -191,7 +191,7 @@ Tally OfBody(std::size_t edges, const Sampling& sampling, unsigned seed) {
                       {.X_FS = MakeTranslation(0, 0, 0.15), .shape = Sphere{.radius_m = 0.05}}});
   const std::vector<Pose> from = RandomPoses(static_cast<int>(edges), seed),
                           to = RandomPoses(static_cast<int>(edges), seed + 1);
-  const Judge judge(*world, body);
+  const MotionChecker checker(*world, body);
   return OnThreads(edges, [&](std::size_t k, Tally& tally) {
     // Every other edge is a short one, as a planner's are.
     Pose end = to[k];
@@ -200,7 +200,7 @@ Tally OfBody(std::size_t edges, const Sampling& sampling, unsigned seed) {
           from[k].translation() + 0.1 * (to[k].translation() - from[k].translation());
       end.linear() = Quaternion(from[k].linear()).slerp(0.1, Quaternion(to[k].linear())).matrix();
     }
-    judge.Check(std::make_unique<RigidMotion>(body, from[k], end), sampling, tally);
+    checker.Check(std::make_unique<RigidMotion>(body, from[k], end), sampling, tally);
   });
 }
 
@@ -213,7 +213,7 @@ Tally OfPanda(const PandaProblems& all) {
     const std::vector<double> states = RandomStates(all, problem, 4, k);
     const JointRows rows(model, *all.arm, {.base = DefaultVariables(model), .rows = states});
     const std::vector<double> from = rows.State(1), to = rows.State(k % 2 == 0 ? 3 : 2);
-    Judge(*problem.world, body)
+    MotionChecker(*problem.world, body)
         .Check(std::make_unique<JointMotion>(model, body, Pose::Identity(), from, to),
                {.steps = kSteps}, tally);
   });

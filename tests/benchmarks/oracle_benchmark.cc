@@ -41,13 +41,14 @@ PairDistance Solve(const PosedPair& pair) {
   return ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
 }
 
-// Calls ask(a, b) for the ordered pairs of kinds that have a formula, or for those that have none.
-template <class Ask>
-void ForEachPairOfKinds(bool of_formulas, const Ask& ask) {
+// Calls evaluate(a, b) for the ordered pairs of kinds that have a formula, or for those that have
+// none.
+template <class Function>
+void ForEachPairOfKinds(bool of_formulas, const Function& evaluate) {
   for (const ShapeKind a : kKinds) {
     for (const ShapeKind b : kKinds) {
       if (a == ShapeKind::kHalfSpace && b == a) continue;  // overlap in a layer, or without bound
-      if (collision::HasLongDoubleOracle(a, b) == of_formulas) ask(a, b);
+      if (collision::HasLongDoubleOracle(a, b) == of_formulas) evaluate(a, b);
     }
   }
 }
@@ -132,8 +133,8 @@ PosedPair Draw(Sizes sizes, RandomPairs& random, ShapeKind a, ShapeKind b) {
 double ErrorOf_m(const PosedPair& pair, const PairDistance& answer) {
   const double error_m = collision::ErrorsOf(pair, answer).distance_m;
   if (answer.distance_m >= 0) return error_m;
-  const double least_m = collision::SearchedLeastOverlap(pair, kSearchedDirections, 3);
-  return std::max(error_m, -answer.distance_m - least_m);
+  const double min_overlap_m = collision::SearchMinOverlap(pair, kSearchedDirections, 3);
+  return std::max(error_m, -answer.distance_m - min_overlap_m);
 }
 
 // Error bounds that answers state are not subtracted.
@@ -146,12 +147,13 @@ void Iterate(Sizes sizes, ShapeKind a, ShapeKind b, Worst& worst) {
     pair.X_FB.translation() += (target_m - first.distance_m) * first.normal;
     const PairDistance answer = Solve(pair);
     const double error_m = ErrorOf_m(pair, answer);
-    if (answer.trust == collision::Trust::kExact) worst.exact_m = std::max(worst.exact_m, error_m);
+    if (answer.accuracy == collision::Accuracy::kExact)
+      worst.exact_m = std::max(worst.exact_m, error_m);
     if (error_m <= worst.error_m) continue;
     char text[160];
     std::snprintf(text, sizeof(text), "%s - %s at %.3g m%s", std::string(cwm::NameOf(a)).c_str(),
                   std::string(cwm::NameOf(b)).c_str(), answer.distance_m,
-                  answer.trust == collision::Trust::kExact ? "" : ", labelled BOUNDED");
+                  answer.accuracy == collision::Accuracy::kExact ? "" : ", labelled BOUNDED");
     worst.error_m = error_m;
     worst.of = text;
   }

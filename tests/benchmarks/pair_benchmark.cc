@@ -19,7 +19,7 @@ namespace {
 
 using collision::Engine;
 using collision::EngineKind;
-using collision::Question;
+using collision::QueryKind;
 
 std::vector<Shape> TwentyCentimetreShapes() {
   return {Sphere{.radius_m = 0.1}, Box{.size_m = {0.2, 0.2, 0.2}},
@@ -48,7 +48,7 @@ const bool kRegistered = [] {
     const Engine& engine = collision::GetEngine(kind);
     for (const Shape& a : TwentyCentimetreShapes()) {
       for (const Shape& b : TwentyCentimetreShapes()) {
-        if (a.index() > b.index() || !engine.Supports(KindOf(a), KindOf(b), Question::kDistance))
+        if (a.index() > b.index() || !engine.Supports(KindOf(a), KindOf(b), QueryKind::kDistance))
           continue;
         const std::string name = "Distance/" + std::string(NameOf(kind)) + "/" +
                                  std::string(NameOf(KindOf(a))) + "/" +
@@ -69,7 +69,7 @@ double MeanPair_us(const Engine& engine, int& pair_count) {
   pair_count = 0;
   for (const Shape& a : TwentyCentimetreShapes()) {
     for (const Shape& b : TwentyCentimetreShapes()) {
-      if (a.index() > b.index() || !engine.Supports(KindOf(a), KindOf(b), Question::kDistance)) {
+      if (a.index() > b.index() || !engine.Supports(KindOf(a), KindOf(b), QueryKind::kDistance)) {
         continue;
       }
       const auto geometry_a = engine.Prepare(a), geometry_b = engine.Prepare(b);
@@ -106,8 +106,8 @@ void MeasurePairs(Report& report) {
   report.Add({.key = "pair_us",
               .value = exact_us,
               .unit = "us",
-              .rival = "FCL engine",
-              .rival_value = fcl_us,
+              .baseline = "FCL engine",
+              .baseline_value = fcl_us,
               .ratio = fcl_us / exact_us,
               .how = "mean over 15 pairs of sphere, box, cylinder, cone, capsule at random poses"});
 }

@@ -103,7 +103,7 @@ std::shared_ptr<const collision::RobotGeometry> ReadPanda() {
   if (!semantic.ok() || !spherized.ok()) return nullptr;
   const auto model = collision::MakeRobotModel(*description, &*semantic);
   if (!model.ok()) return nullptr;
-  auto spheres = collision::SpheresAsGiven(*spherized, **model);
+  auto spheres = collision::SphereModelFromUrdf(*spherized, **model);
   if (!spheres.ok()) return nullptr;
   return collision::PrepareRobot(*model, *std::move(spheres));
 }

@@ -35,10 +35,10 @@ constexpr int kNeighbours = 20;
 constexpr int kIterations = 1000;
 constexpr double kProbability = 0.99;
 constexpr double kClusterGap_m = 0.015;
-constexpr int kSmallestCluster = 60;                             // as our min_inliers
+constexpr int kMinClusterPoints = 60;                            // as our min_inliers
 constexpr double kDistanceGate_sigma = 3;                        // as ours
 constexpr double kNormalGate_rad = 15 * std::numbers::pi / 180;  // as ours
-constexpr double kMinRadius_m = 0.004, kLargestRadius_m = 0.5;   // as ours
+constexpr double kMinRadius_m = 0.004, kMaxRadius_m = 0.5;       // as ours
 constexpr double kSmoothing_m = 4 * kVoxel_m, kMeshReach_m = 5 * kVoxel_m;
 
 Cloud::Ptr Voxels(const perception::PointCloud& cloud) {
@@ -87,7 +87,7 @@ pcl::PointIndices::Ptr FindModel(const Cloud::Ptr& cloud, int model, double gate
   search.setDistanceThreshold(gate_m);
   search.setMaxIterations(kIterations);
   search.setProbability(kProbability);
-  search.setRadiusLimits(kMinRadius_m, kLargestRadius_m);
+  search.setRadiusLimits(kMinRadius_m, kMaxRadius_m);
   search.setInputCloud(cloud);
   search.setInputNormals(cloud);
   search.segment(*inliers, coefficients);
@@ -95,13 +95,13 @@ pcl::PointIndices::Ptr FindModel(const Cloud::Ptr& cloud, int model, double gate
 }
 
 Cloud::Ptr Without(const Cloud::Ptr& cloud, const pcl::PointIndices::Ptr& taken) {
-  auto left = std::make_shared<Cloud>();
+  auto rest = std::make_shared<Cloud>();
   pcl::ExtractIndices<Point> extract;
   extract.setInputCloud(cloud);
   extract.setIndices(taken);
   extract.setNegative(true);
-  extract.filter(*left);
-  return left;
+  extract.filter(*rest);
+  return rest;
 }
 
 // The points of objects above the largest plane, and the points that belong neither to them nor to
@@ -144,7 +144,7 @@ std::vector<pcl::PointIndices> Clusters(const Cloud::Ptr& cloud) {
   tree->setInputCloud(cloud);
   pcl::EuclideanClusterExtraction<Point> extraction;
   extraction.setClusterTolerance(kClusterGap_m);
-  extraction.setMinClusterSize(kSmallestCluster);
+  extraction.setMinClusterSize(kMinClusterPoints);
   extraction.setSearchMethod(tree);
   extraction.setInputCloud(cloud);
   extraction.extract(clusters);
@@ -166,7 +166,7 @@ pcl::PointIndices::Ptr FindBestModel(const Cloud::Ptr& cloud, double gate_m) {
 // Takes model after model, as in PCL's cylinder tutorial, until the rest makes none. Returns the
 // points left.
 Cloud::Ptr TakeModels(Cloud::Ptr rest, double gate_m, PclFullTimes& times) {
-  constexpr auto kMin = static_cast<std::size_t>(kSmallestCluster);
+  constexpr auto kMin = static_cast<std::size_t>(kMinClusterPoints);
   for (bool first = true; rest->size() >= kMin; first = false) {
     Stopwatch watch;
     const auto best = FindBestModel(rest, gate_m);
@@ -221,17 +221,17 @@ PclFullTimes RunPclFull(const perception::PointCloud& cloud) {
       kDistanceGate_sigma * perception::SensorNoise{}.AxialSigma_m(MedianDepth_m(*voxels));
   EstimateNormals(voxels);
   const Split split = SplitAtPlane(voxels, gate_m);
-  std::vector<Cloud::Ptr> things;
+  std::vector<Cloud::Ptr> objects;
   for (const Cloud::Ptr& cloud : {split.objects, split.rest}) {
     for (const pcl::PointIndices& cluster : Clusters(cloud)) {
-      things.push_back(std::make_shared<Cloud>(*cloud, cluster.indices));
+      objects.push_back(std::make_shared<Cloud>(*cloud, cluster.indices));
     }
   }
-  times.clusters = static_cast<int>(things.size());
+  times.clusters = static_cast<int>(objects.size());
   times.segmentation_ms = watch.Lap_ms();
-  for (Cloud::Ptr& thing : things) thing = TakeModels(thing, gate_m, times);
+  for (Cloud::Ptr& object : objects) object = TakeModels(object, gate_m, times);
   times.models_ms = watch.Lap_ms();
-  for (const Cloud::Ptr& left : things) MeshOf(left);
+  for (const Cloud::Ptr& rest : objects) MeshOf(rest);
   times.meshes_ms = watch.Lap_ms();
   return times;
 }

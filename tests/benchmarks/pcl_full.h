@@ -1,4 +1,4 @@
-// The rival of the whole interpreter: the chain that PCL's users build for the same outputs.
+// The baseline of the whole interpreter: the chain that PCL's users build for the same outputs.
 #pragma once
 
 #include "perception/cloud/point_cloud.h"

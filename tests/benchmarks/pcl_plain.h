@@ -1,4 +1,4 @@
-// The rival: a plain tabletop pipeline as PCL's tutorials build it.
+// The baseline: a plain tabletop pipeline as PCL's tutorials build it.
 #pragma once
 
 #include <vector>

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "clients/planner/path_answers.h"
+#include "clients/planner/path_queries.h"
 #include "clients/planner/plan_motion.h"
 #include "clients/planner/server_checker.h"
 #include "collision/query/robot_body.h"
@@ -35,8 +35,8 @@ class FclChecker : public planner::StateChecker {
         X_WL_(all.robot->model->links.size()) {}
 
  private:
-  absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
-                                                   std::size_t) override {
+  absl::StatusOr<std::vector<std::uint8_t>> Evaluate(std::span<const double> rows,
+                                                     std::size_t) override {
     const collision::JointRows states(*all_.robot->model, *all_.arm,
                                       {.base = DefaultVariables(*all_.robot->model), .rows = rows});
     std::vector<std::uint8_t> free(states.size());
@@ -74,7 +74,7 @@ bool IsFreeByFcl(const planner::PlanProblem& plan, const std::vector<planner::Ro
   const std::size_t start = batch.Add(path.front());
   for (std::size_t k = 1; k < path.size(); ++k) batch.Add(path[k - 1], path[k], 0.01);
   const std::size_t count = batch.size();
-  if (!batch.Ask().ok()) return false;
+  if (!batch.CheckAll().ok()) return false;
   for (std::size_t k = start; k < count; ++k) {
     if (!batch.IsFree(k)) return false;
   }
@@ -89,8 +89,8 @@ struct Tally {
   void Add(const PlanResult& result, double time_ms) {
     times_ms.push_back(time_ms);
     finding_ms.push_back(1e3 * result.finding_s);
-    batches += static_cast<double>(result.asked.batches);
-    states += static_cast<double>(result.asked.states);
+    batches += static_cast<double>(result.checks.batches);
+    states += static_cast<double>(result.checks.states);
     rounds += result.rounds;
     if (result.outcome != planner::Outcome::kSolved) return;
     ++solved;
@@ -127,13 +127,13 @@ std::optional<PlanResult> Plan(const planner::PlanProblem& problem, planner::Sta
 // Motion certificates of paths that were checked state by state: the server's verdicts on the space
 // in between.
 struct Certificates {
-  int free = 0, contact = 0, doubt = 0;
+  int free = 0, contact = 0, undecided = 0;
   std::vector<double> times_ms;
 
-  absl::Status Add(client::QueryStream& stream, const v1::CheckCollisionsRequest& question,
+  absl::Status Add(client::QueryStream& stream, const v1::CheckCollisionsRequest& query,
                    const std::vector<planner::Row>& path) {
     const auto start = std::chrono::steady_clock::now();
-    const auto certificate = planner::Certify(stream, question, path);
+    const auto certificate = planner::CertifyPath(stream, query, path);
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
     if (!certificate.ok()) return certificate.status();
     times_ms.push_back(took.count());
@@ -142,7 +142,7 @@ struct Certificates {
     } else if (certificate->verdict == v1::MOTION_VERDICT_CONTACT) {
       ++contact;
     } else {
-      ++doubt;
+      ++undecided;
     }
     return absl::OkStatus();
   }
@@ -160,10 +160,10 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
   const std::string world = "planned";
   if (const auto put = PutPandaProblem(connection, problem, world); !put.ok()) return put;
   const planner::PlanProblem plan = ToPlan(all, problem);
-  const v1::CheckCollisionsRequest question = PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT);
+  const v1::CheckCollisionsRequest query = PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT);
   FclChecker fcl(all, problem);
   client::QueryStream stream(connection);
-  planner::ServerChecker checker(stream, question);
+  planner::ServerChecker checker(stream, query);
   const auto result = Plan(plan, checker, measure.options, measured.server);
   if (!result) return absl::InternalError("the server failed");
   if (result->outcome != planner::Outcome::kSolved) {
@@ -174,7 +174,7 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
       report.Detail(problem.name + ": FCL finds the path in collision");
     }
     if (measure.certify) {
-      const auto status = measured.certificates.Add(stream, question, result->path);
+      const auto status = measured.certificates.Add(stream, query, result->path);
       if (!status.ok()) return status;
     }
   }
@@ -194,22 +194,22 @@ void AddFigures(const Measured& measured, Report& report) {
   report.Add({.key = "mbm_solved_of_700",
               .value = static_cast<double>(measured.server.solved),
               .unit = "problems",
-              .rival = "FCL in process, same planner",
-              .rival_value = static_cast<double>(measured.fcl.solved),
+              .baseline = "FCL in process, same planner",
+              .baseline_value = static_cast<double>(measured.fcl.solved),
               .how = how + ", at most 5 s each"});
   report.Add({.key = "mbm_median_ms",
               .value = Median(measured.server.times_ms),
               .unit = "ms",
-              .rival = "FCL in process, same planner",
-              .rival_value = Median(measured.fcl.times_ms),
+              .baseline = "FCL in process, same planner",
+              .baseline_value = Median(measured.fcl.times_ms),
               .ratio = Median(measured.fcl.times_ms) / Median(measured.server.times_ms),
               .how = how});
   report.Add(
       {.key = "mbm_p95_ms",
        .value = Quantile(measured.server.times_ms, 0.95),
        .unit = "ms",
-       .rival = "FCL in process, same planner",
-       .rival_value = Quantile(measured.fcl.times_ms, 0.95),
+       .baseline = "FCL in process, same planner",
+       .baseline_value = Quantile(measured.fcl.times_ms, 0.95),
        .ratio = Quantile(measured.fcl.times_ms, 0.95) / Quantile(measured.server.times_ms, 0.95),
        .how = how});
   report.Add({.key = "mbm_invalid_paths",
@@ -244,7 +244,7 @@ void MeasurePlanner(const PlannerMeasure& measure, Report& report) {
         text, sizeof(text),
         "certified by CheckMotions: %d free, %d in contact between states, %d undecided or "
         "grazing; median %.1f ms a path, p95 %.1f ms",
-        c.free, c.contact, c.doubt, Median(c.times_ms), Quantile(c.times_ms, 0.95));
+        c.free, c.contact, c.undecided, Median(c.times_ms), Quantile(c.times_ms, 0.95));
     report.Detail(text);
   }
   if (measure.step == 1 && measure.first == 0 && measure.beside_fcl) AddFigures(measured, report);

@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
       {"--range", [&](const std::string& word) { options.connect.range = number(word); }},
       {"--samples", [&](const std::string& word) { options.connect.samples = count(word); }},
       {"--rounds", [&](const std::string& word) { options.shortening.rounds = count(word); }},
-      {"--cuts", [&](const std::string& word) { options.shortening.cuts = count(word); }},
+      {"--cuts", [&](const std::string& word) { options.shortening.shortcuts = count(word); }},
       {"--time", [&](const std::string& word) { options.time_limit_s = number(word); }},
       {"--fcl", [&](const std::string& word) { measure.beside_fcl = word != "0"; }},
       {"--certify", [&](const std::string& word) { measure.certify = word != "0"; }}};

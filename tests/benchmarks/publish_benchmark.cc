@@ -106,8 +106,8 @@ void MeasureAt(int count, Report& report) {
   report.Add({.key = "publish_us_" + size,
               .value = median_us,
               .unit = "us",
-              .rival = "a copy of the list of objects",
-              .rival_value = copy_us,
+              .baseline = "a copy of the list of objects",
+              .baseline_value = copy_us,
               .ratio = copy_us / median_us,
               .how = "World::Apply of a move among " + size +
                      " objects to a random place, history kept, median of 4 000"});

@@ -32,7 +32,7 @@ constexpr int kWarmUp = 10;
 constexpr int kRounds = 3;
 
 // A query about a robot of a world, with its states.
-struct Question {
+struct RobotQuery {
   v1::CheckCollisionsRequest request;  // with the states
   std::vector<double> states;
 };
@@ -43,13 +43,13 @@ struct Times {
 };
 
 // Each request is made anew, as a planner's is, over a connection of its own like Python's.
-std::optional<Times> AskInCpp(const std::string& address, const Question& question) {
+std::optional<Times> EvaluateInCpp(const std::string& address, const RobotQuery& query) {
   const client::Connection connection({.address = address, .deadline = std::nullopt});
   Times times;
   std::vector<double> times_s;
   for (int i = 0; i < kWarmUp + kBatches; ++i) {
     const Clock::time_point start = Clock::now();
-    v1::CheckCollisionsRequest request = question.request;
+    v1::CheckCollisionsRequest request = query.request;
     const auto answer =
         connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), request);
     if (!answer.ok()) return std::nullopt;
@@ -65,18 +65,19 @@ std::optional<Times> AskInCpp(const std::string& address, const Question& questi
 }
 
 // Parses Python's answer, which is JSON; any other output goes to `error`.
-std::optional<Times> AskInPython(const client::Connection& connection, const Question& question,
-                                 const testing::ScratchDirectory& scratch, std::string& error) {
+std::optional<Times> EvaluateInPython(const client::Connection& connection, const RobotQuery& query,
+                                      const testing::ScratchDirectory& scratch,
+                                      std::string& error) {
   const std::string states = scratch / "states.f64";
   std::ofstream(states, std::ios::binary)
-      .write(reinterpret_cast<const char*>(question.states.data()),
-             static_cast<std::streamsize>(question.states.size() * sizeof(double)));
+      .write(reinterpret_cast<const char*>(query.states.data()),
+             static_cast<std::streamsize>(query.states.size() * sizeof(double)));
   const auto package =
       std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "python";
-  const v1::RobotSubject& robot = question.request.subject().robot();
-  const testing::Finished run = testing::RunProgram(
+  const v1::RobotSubject& robot = query.request.subject().robot();
+  const testing::ProcessResult run = testing::RunProgram(
       {"/usr/bin/env", "PYTHONPATH=" + package.string(), "/usr/bin/python3",
-       CWM_PYTHON_BATCHES_SCRIPT, connection.address(), question.request.world(), robot.robot(),
+       CWM_PYTHON_BATCHES_SCRIPT, connection.address(), query.request.world(), robot.robot(),
        robot.group(), states, std::to_string(kBatch), std::to_string(kBatches)});
   const auto answer = nlohmann::json::parse(run.out, nullptr, /*allow_exceptions=*/false);
   if (run.exit_code != 0 || !answer.is_object()) {
@@ -88,7 +89,7 @@ std::optional<Times> AskInPython(const client::Connection& connection, const Que
 }
 
 // A small robot in the benchmark world, for machines without the planning problems.
-absl::StatusOr<Question> OwnQuestion(const client::Connection& connection) {
+absl::StatusOr<RobotQuery> OwnQuery(const client::Connection& connection) {
   v1::LoadRobotHeader header;
   header.set_name("balls");
   header.set_urdf(collision::testing::Robot(collision::testing::ThreeBalls()));
@@ -103,31 +104,31 @@ absl::StatusOr<Question> OwnQuestion(const client::Connection& connection) {
       PandaIn("default", states, v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
   request.mutable_subject()->mutable_robot()->set_robot("balls");
   request.mutable_subject()->mutable_robot()->clear_group();
-  return Question{std::move(request), std::move(states)};
+  return RobotQuery{std::move(request), std::move(states)};
 }
 
-std::vector<Question> Questions(const client::Connection& connection, Report& report) {
-  std::vector<Question> questions;
+std::vector<RobotQuery> MakeQueries(const client::Connection& connection, Report& report) {
+  std::vector<RobotQuery> queries;
   const std::optional<PandaProblems> all = ReadPandaProblems();
   if (!all) {
     report.Detail(
         "motion_bench_maker is not in CWM_DATA: a robot of three balls instead of the Panda");
-    auto own = OwnQuestion(connection);
+    auto own = OwnQuery(connection);
     if (!own.ok()) {
       report.Detail(std::string(own.status().message()));
-      return questions;
+      return queries;
     }
-    questions.push_back(*std::move(own));
-    return questions;
+    queries.push_back(*std::move(own));
+    return queries;
   }
   for (std::size_t k = 0; k < all->problems.size(); k += kProblemStep) {
     const std::string world = "problem_" + std::to_string(k);
     if (!PutPandaProblem(connection, all->problems[k], world).ok()) return {};
     std::vector<double> states = RandomStates(*all, all->problems[k], kBatch, k);
-    questions.push_back(
+    queries.push_back(
         {PandaIn(world, states, v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN), std::move(states)});
   }
-  return questions;
+  return queries;
 }
 
 }  // namespace
@@ -137,15 +138,15 @@ void MeasurePython(Report& report) {
   if (!server.up()) return report.Fail("no server");
   const client::Connection& connection = server.connection();
   const testing::ScratchDirectory scratch;
-  const std::vector<Question> questions = Questions(connection, report);
-  if (questions.empty()) return report.Fail("no world with a robot to ask about");
+  const std::vector<RobotQuery> queries = MakeQueries(connection, report);
+  if (queries.empty()) return report.Fail("no world with a robot to ask about");
   std::vector<double> ratios, python_s, cpp_s;
-  for (const Question& question : questions) {
+  for (const RobotQuery& query : queries) {
     std::vector<double> python_rounds_s, cpp_rounds_s;
     for (int round = 0; round < kRounds; ++round) {
       std::string error;
-      const auto cpp = AskInCpp(connection.address(), question);
-      const auto python = AskInPython(connection, question, scratch, error);
+      const auto cpp = EvaluateInCpp(connection.address(), query);
+      const auto python = EvaluateInPython(connection, query, scratch, error);
       if (!cpp || !python) return report.Fail("a batch failed: " + error);
       if (cpp->collisions != python->collisions) {
         return report.Fail("the Python client tells other collisions than the C++ client");

@@ -12,14 +12,14 @@
 namespace cwm::benchmarks {
 
 Figure AsRatio(Figure times) {
-  assert(times.ratio.has_value() && times.rival_value.has_value());
+  assert(times.ratio.has_value() && times.baseline_value.has_value());
   char text[160];
   std::snprintf(text, sizeof(text), "; ours %.4g %s, %s %.4g %s", times.value, times.unit.c_str(),
-                times.rival.c_str(), *times.rival_value, times.unit.c_str());
+                times.baseline.c_str(), *times.baseline_value, times.unit.c_str());
   return {.key = std::move(times.key),
           .value = *times.ratio,
           .unit = "1",
-          .rival = std::move(times.rival),
+          .baseline = std::move(times.baseline),
           .ratio = times.ratio,
           .how = times.how + text};
 }
@@ -42,13 +42,13 @@ void Report::Attach(const std::string& name, std::vector<std::string> lines) {
 
 void Report::Print() const {
   if (figures_.empty()) return;
-  std::printf("\n%-32s %12s %-8s %-26s %12s %8s\n", "key", "value", "unit", "rival", "rival value",
+  std::printf("\n%-32s %12s %-8s %-26s %12s %8s\n", "key", "value", "unit", "baseline", "its value",
               "ratio");
   for (const Figure& figure : figures_) {
     std::printf("%-32s %12.4g %-8s %-26s", figure.key.c_str(), figure.value, figure.unit.c_str(),
-                figure.rival.empty() ? "-" : figure.rival.c_str());
-    if (figure.rival_value) {
-      std::printf(" %12.4g", *figure.rival_value);
+                figure.baseline.empty() ? "-" : figure.baseline.c_str());
+    if (figure.baseline_value) {
+      std::printf(" %12.4g", *figure.baseline_value);
     } else if (figure.ratio) {
       std::printf(" %12s", "-");
     }
@@ -64,8 +64,8 @@ void Report::WriteJson(const std::string& path) const {
     rows.push_back({{"key", figure.key},
                     {"value", figure.value},
                     {"unit", figure.unit},
-                    {"rival", figure.rival.empty() ? json() : json(figure.rival)},
-                    {"rival_value", figure.rival_value ? json(*figure.rival_value) : json()},
+                    {"rival", figure.baseline.empty() ? json() : json(figure.baseline)},
+                    {"rival_value", figure.baseline_value ? json(*figure.baseline_value) : json()},
                     {"ratio", figure.ratio ? json(*figure.ratio) : json()},
                     {"how", figure.how}});
   }

@@ -8,15 +8,15 @@
 
 namespace cwm::benchmarks {
 
-// One figure, beside a rival's figure of the same run if there is one.
+// One figure, beside a baseline's figure of the same run if there is one.
 struct Figure {
   std::string key;
   double value = 0;
   std::string unit;
-  std::string rival = {};                  // empty: none
-  std::optional<double> rival_value = {};  // in the same unit
-  std::optional<double> ratio = {};        // rival_value / value for times, as `how` says
-  std::string how;                         // what was measured, precise enough to repeat it
+  std::string baseline = {};                  // empty: none
+  std::optional<double> baseline_value = {};  // in the same unit
+  std::optional<double> ratio = {};           // baseline_value / value for times, as `how` says
+  std::string how;                            // what was measured, precise enough to repeat it
 };
 
 // A figure that is only a ratio, for a key that names one: its value is the ratio of `times`, whose

@@ -8,7 +8,7 @@
 #include "collision/query/robot_body.h"
 #include "collision/robot/kinematics.h"
 #include "tests/benchmarks/benchmarks.h"
-#include "tests/benchmarks/difference_reason.h"
+#include "tests/benchmarks/difference_explainer.h"
 #include "tests/benchmarks/fcl_robot.h"
 #include "tests/benchmarks/panda_problems.h"
 
@@ -43,11 +43,12 @@ struct Tally {
   double ours_s = 0, plain_s = 0, tree_s = 0;
 };
 
-std::string Describe(const PandaProblem& problem, std::size_t row, bool ours, Why why) {
+std::string Describe(const PandaProblem& problem, std::size_t row, bool ours,
+                     DifferenceCause cause) {
   char text[200];
   std::snprintf(text, sizeof(text), "%s, state %zu: %s, FCL says %s: %s", problem.name.c_str(), row,
                 ours ? "in collision" : "free", ours ? "free" : "in collision",
-                std::string(NameOf(why)).c_str());
+                std::string(NameOf(cause)).c_str());
   return text;
 }
 
@@ -59,7 +60,7 @@ void Compare(const PandaProblems& all, const PandaProblem& problem, std::uint64_
   const JointRows rows(*all.robot->model, *all.arm,
                        {.base = DefaultVariables(*all.robot->model), .rows = states});
   FclRobot fcl(body, *problem.world);
-  const DifferenceReason reason(body, *problem.world, fcl);
+  const DifferenceExplainer explainer(body, *problem.world, fcl);
   std::vector<Pose> X_WL(all.robot->model->links.size());
   CollisionColumns columns;
   {
@@ -86,10 +87,11 @@ void Compare(const PandaProblems& all, const PandaProblem& problem, std::uint64_
     tally.colliding += ours ? 1 : 0;
     if (ours == static_cast<bool>(plain[k]) && plain[k] == by_tree[k]) continue;
     rows.Place(k, X_WL);
-    const bool is_told_again = fcl.CollidesPlainly(X_WL) == static_cast<bool>(by_tree[k]);
-    const Why why = is_told_again ? reason.Explain(X_WL) : Why::kUnknown;
-    tally.differences.push_back(Describe(problem, k, ours, why));
-    tally.mismatches += why == Why::kUnknown ? 1 : 0;
+    const bool is_reproduced = fcl.CollidesPlainly(X_WL) == static_cast<bool>(by_tree[k]);
+    const DifferenceCause cause =
+        is_reproduced ? explainer.Explain(X_WL) : DifferenceCause::kUnknown;
+    tally.differences.push_back(Describe(problem, k, ours, cause));
+    tally.mismatches += cause == DifferenceCause::kUnknown ? 1 : 0;
   }
   tally.states += rows.size();
 }
@@ -122,8 +124,8 @@ void MeasureRobots(Report& report) {
       AsRatio({.key = "panda_exact_ratio_fcl",
                .value = each_us(tally.ours_s),
                .unit = "us",
-               .rival = "FCL, plain loop",
-               .rival_value = each_us(tally.plain_s),
+               .baseline = "FCL, plain loop",
+               .baseline_value = each_us(tally.plain_s),
                .ratio = tally.plain_s / tally.ours_s,
                .how = "verdict of a state against scene and self, meshes, in process, one thread; "
                       "half uniformly random, half within 0.1 rad of the goals"}));

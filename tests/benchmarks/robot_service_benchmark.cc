@@ -56,22 +56,22 @@ class Stream {
     v1::StreamQueriesResponse ignored;
     while (stream_->Read(&ignored)) {
     }
-    // Ask has already reported an error.
+    // Evaluate has already reported an error.
     static_cast<void>(stream_->Finish());
   }
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
   // The answer to a query; empty if the call failed.
-  std::string Ask(const v1::CheckCollisionsRequest& question) {
-    return Send(question) ? Receive() : "";
+  std::string Evaluate(const v1::CheckCollisionsRequest& query) {
+    return Send(query) ? Receive() : "";
   }
 
   // Sends the query `times` times with kInFlight of them in flight; false if one failed.
-  bool AskOften(const v1::CheckCollisionsRequest& question, int times) {
+  bool EvaluateRepeatedly(const v1::CheckCollisionsRequest& query, int times) {
     bool good = true;
     for (int i = 0; i < times + kInFlight && good; ++i) {
-      if (i < times) good = Send(question);
+      if (i < times) good = Send(query);
       if (i >= kInFlight) good = good && !Receive().empty();
     }
     return good;
@@ -79,9 +79,9 @@ class Stream {
 
  private:
   // Each message is built anew, as a planner's is.
-  bool Send(const v1::CheckCollisionsRequest& question) {
+  bool Send(const v1::CheckCollisionsRequest& query) {
     v1::StreamQueriesRequest request;
-    *request.mutable_check_collisions() = question;
+    *request.mutable_check_collisions() = query;
     return stream_->Write(request);
   }
 
@@ -112,7 +112,7 @@ collision::QueryBody BodyOf(const collision::RobotGeometry& robot, v1::RobotGeom
 }
 
 // The client's stream and the server that it queries.
-struct Asked {
+struct StreamTarget {
   const PandaProblems& all;
   v1::RobotGeometry geometry;
   pid_t server;
@@ -121,42 +121,43 @@ struct Asked {
 };
 
 // Measures several batches in flight; false if one failed.
-bool MeasureInFlight(const Asked& asked, const v1::CheckCollisionsRequest& question, Rates& rates) {
+bool MeasureInFlight(const StreamTarget& target, const v1::CheckCollisionsRequest& query,
+                     Rates& rates) {
   const double states = static_cast<double>(kBatch) * kBatches;
-  const double client_s = ProcessorTime_s(getpid()), server_s = ProcessorTime_s(asked.server);
+  const double client_s = ProcessorTime_s(getpid()), server_s = ProcessorTime_s(target.server);
   const Clock::time_point start = Clock::now();
-  if (!asked.stream.AskOften(question, kBatches)) return false;
+  if (!target.stream.EvaluateRepeatedly(query, kBatches)) return false;
   rates.through_us.push_back(1e6 * Since_s(start) / states);
   rates.client_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - client_s) / states);
-  rates.server_cpu_us.push_back(1e6 * (ProcessorTime_s(asked.server) - server_s) / states);
+  rates.server_cpu_us.push_back(1e6 * (ProcessorTime_s(target.server) - server_s) / states);
   return true;
 }
 
 // Measures the same states in process and through the stream, in turn; false if the stream failed.
-bool Compare(const Asked& asked, std::size_t k, Rates& rates) {
-  const PandaProblems& all = asked.all;
+bool Compare(const StreamTarget& target, std::size_t k, Rates& rates) {
+  const PandaProblems& all = target.all;
   const PandaProblem& problem = all.problems[k];
   const std::vector<double> states = RandomStates(all, problem, kBatch, k);
   const collision::JointRows rows(
       *all.robot->model, *all.arm,
       {.base = collision::DefaultVariables(*all.robot->model), .rows = states});
-  const auto question = PandaIn(kWorld, states, asked.geometry);
+  const auto query = PandaIn(kWorld, states, target.geometry);
   Clock::time_point start = Clock::now();
   const double cpu_s = ProcessorTime_s(getpid());
   const auto columns =
-      *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, asked.geometry), rows,
-                                  {.naming = collision::Naming::kWhereAsked});
+      *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, target.geometry), rows,
+                                  {.naming = collision::Naming::kWhereTested});
   rates.within_us.push_back(1e6 * Since_s(start) / kBatch);
   rates.within_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - cpu_s) / kBatch);
   start = Clock::now();
-  const std::string verdicts = asked.stream.Ask(question);
+  const std::string verdicts = target.stream.Evaluate(query);
   rates.one_us.push_back(1e6 * Since_s(start) / kBatch);
   if (verdicts.size() != kBatch) return false;
   for (std::size_t row = 0; row < kBatch; ++row) {
     const bool collides = columns.verdict[row] == collision::Verdict::kCollision;
     rates.mismatches += collides != (verdicts[row] == v1::VERDICT_COLLISION) ? 1 : 0;
   }
-  return MeasureInFlight(asked, question, rates);
+  return MeasureInFlight(target, query, rates);
 }
 
 double Mean(const std::vector<double>& values) {
@@ -167,16 +168,16 @@ double Mean(const std::vector<double>& values) {
 
 // Measures all problems, or some of each family. The world contains the objects of the problem
 // measured before.
-std::optional<Rates> MeasureStreamOf(const Asked& asked, const client::Connection& connection,
-                                     Report& report) {
-  const std::size_t step = asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? kProblemStepOfMeshes : 1;
-  const std::vector<PandaProblem>& problems = asked.all.problems;
+std::optional<Rates> MeasureStreamOf(const StreamTarget& target,
+                                     const client::Connection& connection, Report& report) {
+  const std::size_t step = target.geometry == v1::ROBOT_GEOMETRY_EXACT ? kProblemStepOfMeshes : 1;
+  const std::vector<PandaProblem>& problems = target.all.problems;
   Rates rates;
   for (std::size_t k = 0; k < problems.size(); k += step) {
     const absl::Status put =
-        ReplacePandaProblem(connection, problems[*asked.problem], problems[k], kWorld);
-    *asked.problem = k;
-    if (put.ok() && Compare(asked, k, rates)) continue;
+        ReplacePandaProblem(connection, problems[*target.problem], problems[k], kWorld);
+    *target.problem = k;
+    if (put.ok() && Compare(target, k, rates)) continue;
     report.Fail("a batch of the Panda failed on the stream: " + std::string(put.message()));
     return std::nullopt;
   }
@@ -189,7 +190,7 @@ std::optional<Rates> MeasureStreamOf(const Asked& asked, const client::Connectio
       "the Panda, %s, %zu problems: %.2f us a state with %d batches in flight, %.2f us with one, "
       "in process %.2f "
       "us; of a processor %.2f us in the client, %.2f us in the server, in process %.2f us",
-      asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? "meshes" : "spheres as given",
+      target.geometry == v1::ROBOT_GEOMETRY_EXACT ? "meshes" : "spheres as given",
       rates.through_us.size(), Mean(rates.through_us), kInFlight, Mean(rates.one_us),
       Mean(rates.within_us), Mean(rates.client_cpu_us), Mean(rates.server_cpu_us),
       Mean(rates.within_cpu_us));
@@ -213,12 +214,12 @@ struct Latencies {
     return {.key = key,
             .value = Median(state_ms),
             .unit = "ms",
-            .rival = "health check",
-            .rival_value = Median(health_ms),
+            .baseline = "health check",
+            .baseline_value = Median(health_ms),
             .ratio = Median(health_ms) / Median(state_ms),
             .how = how};
   }
-  std::string Tails(const std::string& name) const {
+  std::string FormatQuantiles(const std::string& name) const {
     char text[160];
     std::snprintf(text, sizeof(text), "%s: p99 of a state %.2f ms, of a health check %.2f ms",
                   name.c_str(), Quantile(state_ms, 0.99), Quantile(health_ms, 0.99));
@@ -231,14 +232,13 @@ class Caller {
  public:
   Caller(const client::Connection& connection, const PandaProblems& all)
       : connection_(connection),
-        question_(
-            PandaIn(kWorld, RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT)),
+        query_(PandaIn(kWorld, RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT)),
         checks_(grpc::health::v1::Health::NewStub(connection.channel())) {}
 
   // Each adds its latency to `taken_ms`; false if the call failed.
-  bool AskState(double pause_s, std::vector<double>& taken_ms) const {
+  bool QueryState(double pause_s, std::vector<double>& taken_ms) const {
     return Measure(pause_s, taken_ms, &v1::QueryService::Stub::CheckCollisions,
-                   connection_.queries(), question_);
+                   connection_.queries(), query_);
   }
   bool CheckHealth(double pause_s, std::vector<double>& taken_ms) const {
     return Measure(pause_s, taken_ms, &grpc::health::v1::Health::Stub::Check, *checks_,
@@ -251,13 +251,13 @@ class Caller {
                const Request& request) const {
     if (pause_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(pause_s));
     const Clock::time_point start = Clock::now();
-    const bool is_answered = connection_.Call(method, stub, request).ok();
+    const bool succeeded = connection_.Call(method, stub, request).ok();
     taken_ms.push_back(1e3 * Since_s(start));
-    return is_answered;
+    return succeeded;
   }
 
   const client::Connection& connection_;
-  const v1::CheckCollisionsRequest question_;
+  const v1::CheckCollisionsRequest query_;
   const std::unique_ptr<grpc::health::v1::Health::Stub> checks_;
 };
 
@@ -265,7 +265,7 @@ class Caller {
 Latencies MeasureLatencies(const Caller& caller, int count, double pause_s) {
   Latencies latencies;
   for (int i = 0; i < count; ++i) {
-    if (!caller.AskState(pause_s, latencies.state_ms) ||
+    if (!caller.QueryState(pause_s, latencies.state_ms) ||
         !caller.CheckHealth(pause_s, latencies.health_ms))
       return {};
   }
@@ -294,8 +294,8 @@ void MeasureRobotStream(Report& report) {
         {.key = key,
          .value = 1e6 / Mean(rates.through_us),
          .unit = "1/s",
-         .rival = "in process, one thread",
-         .rival_value = 1e6 / Mean(rates.within_us),
+         .baseline = "in process, one thread",
+         .baseline_value = 1e6 / Mean(rates.within_us),
          .ratio = Mean(rates.within_us) / Mean(rates.through_us),
          .how = "verdicts of " + what +
                 " against scene and self, batches of 10 000 on one StreamQueries over the "
@@ -307,8 +307,8 @@ void MeasureRobotStream(Report& report) {
   report.Add({.key = "panda_stream_cpu_us",
               .value = Mean(spheres->client_cpu_us) + Mean(spheres->server_cpu_us),
               .unit = "us",
-              .rival = "in process",
-              .rival_value = Mean(spheres->within_cpu_us),
+              .baseline = "in process",
+              .baseline_value = Mean(spheres->within_cpu_us),
               .how = "processor time of client and server for a state of the spheres as given, in "
                      "the same run"});
 }
@@ -322,20 +322,20 @@ void MeasureRobotLatency(Report& report) {
   const Caller caller(server.connection(), *all);
   std::vector<double> idle_ms;
   for (int i = 0; i < 20; ++i) {
-    if (!caller.AskState(3.0, idle_ms)) return report.Fail("a unary call failed");
+    if (!caller.QueryState(3.0, idle_ms)) return report.Fail("a unary call failed");
   }
   const Latencies in_a_row = MeasureLatencies(caller, 2'000, 0);
   const Latencies paced = MeasureLatencies(caller, 200, 0.02);
   const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch, int count,
                           double pause_s) {
-    const auto question = PandaIn(kWorld, RandomStates(*all, all->problems[0], batch, 2), geometry);
+    const auto query = PandaIn(kWorld, RandomStates(*all, all->problems[0], batch, 2), geometry);
     std::atomic<bool> stop = false;
     std::thread load([&] {
       // A planner beside a control loop: each has its own connection.
       const client::Connection planner(
           {.address = server.connection().address(), .deadline = std::nullopt});
       Stream stream(planner);
-      while (!stop && stream.AskOften(question, 10)) {
+      while (!stop && stream.EvaluateRepeatedly(query, 10)) {
       }
     });
     Latencies latencies = MeasureLatencies(caller, count, pause_s);
@@ -352,8 +352,8 @@ void MeasureRobotLatency(Report& report) {
   report.Add({.key = "unary_idle_p99_ms",
               .value = Quantile(idle_ms, 0.99),
               .unit = "ms",
-              .rival = "median",
-              .rival_value = Median(idle_ms),
+              .baseline = "median",
+              .baseline_value = Median(idle_ms),
               .how = "CheckCollisions of one state of the Panda's meshes over the Unix socket, 20 "
                      "calls 3 s apart to an idle server; the longest of them"});
   report.Add(in_a_row.AsFigure("unary_in_a_row_p50_ms",
@@ -370,11 +370,11 @@ void MeasureRobotLatency(Report& report) {
                                       "beside the same batches, 2 000 of each in a row"));
   report.Add(spheres.AsFigure("unary_beside_spheres_p50_ms",
                               "the same beside batches of 10 000 states of the spheres as given"));
-  report.Detail(in_a_row.Tails("in a row"));
-  report.Detail(paced.Tails("20 ms apart"));
-  report.Detail(loaded.Tails("beside batches of meshes"));
-  report.Detail(loaded_in_a_row.Tails("in a row beside batches of meshes"));
-  report.Detail(spheres.Tails("beside batches of spheres"));
+  report.Detail(in_a_row.FormatQuantiles("in a row"));
+  report.Detail(paced.FormatQuantiles("20 ms apart"));
+  report.Detail(loaded.FormatQuantiles("beside batches of meshes"));
+  report.Detail(loaded_in_a_row.FormatQuantiles("in a row beside batches of meshes"));
+  report.Detail(spheres.FormatQuantiles("beside batches of spheres"));
 }
 
 }  // namespace cwm::benchmarks

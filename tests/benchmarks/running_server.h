@@ -23,7 +23,7 @@ class RunningServer {
 
  private:
   testing::ScratchDirectory scratch_;
-  testing::Background process_;
+  testing::BackgroundProcess process_;
   client::Connection connection_;
   bool up_ = false;
 };

@@ -53,12 +53,12 @@ std::vector<Vector3> PointsOfTrajectories() {
 }
 
 // The best rate of the rounds, because other users of the machine only ever slow it down.
-template <class Ask>
-double BestRate(const Ask& ask, int rounds = kRounds) {
+template <class Function>
+double BestRate(const Function& evaluate, int rounds = kRounds) {
   double best = 0;
   for (int round = 0; round < rounds; ++round) {
     const Clock::time_point start = Clock::now();
-    if (!ask()) return 0;
+    if (!evaluate()) return 0;
     best = std::max(best, kPoints / Seconds(Clock::now() - start));
   }
   return best;
@@ -71,7 +71,7 @@ double OwnRate(const collision::WorldSnapshot& world, const std::vector<Vector3>
   return BestRate([&] { return collision::SamplePoints(world, points, options).ok(); });
 }
 
-// The rival: a plain loop over all parts for the distance alone; each thread takes its share.
+// The baseline: a plain loop over all parts for the distance alone; each thread takes its share.
 double PlainRate(const std::vector<Vector3>& points) {
   struct Solid {
     Pose X_SW;
@@ -84,11 +84,11 @@ double PlainRate(const std::vector<Vector3>& points) {
   std::vector<double> distances(points.size());
   const auto work = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      double least_m = 1e300;
+      double nearest_m = 1e300;
       for (const Solid& solid : solids) {
-        least_m = std::min(least_m, SignedDistance_m(solid.shape, solid.X_SW * points[i]));
+        nearest_m = std::min(nearest_m, SignedDistance_m(solid.shape, solid.X_SW * points[i]));
       }
-      distances[i] = least_m;
+      distances[i] = nearest_m;
     }
   };
   return BestRate(
@@ -147,11 +147,11 @@ double MeasureInProcess(const std::vector<Vector3>& points, Report& report) {
   report.Add({.key = "sample_points_per_s",
               .value = own,
               .unit = "1/s",
-              .rival = "loop over all parts",
-              .rival_value = plain,
+              .baseline = "loop over all parts",
+              .baseline_value = plain,
               .ratio = own / plain,
               .how = "in process, two threads, distance, gradient, object and trust of 65 536 "
-                     "scattered points among 30 objects; the rival, on two threads too, has the "
+                     "scattered points among 30 objects; the baseline, on two threads too, has the "
                      "distance alone; best of 3 x 30 batches"});
   return alone;
 }
@@ -169,8 +169,8 @@ void MeasureSamples(Report& report) {
   report.Add({.key = "sample_points_grpc_per_s",
               .value = rate,
               .unit = "1/s",
-              .rival = "in process, one thread",
-              .rival_value = alone,
+              .baseline = "in process, one thread",
+              .baseline_value = alone,
               .ratio = rate / alone,
               .how = "StreamQueries over the Unix socket, batches of 65 536 points, F64 both ways, "
                      "two in flight; client and server share the cores; best of 5 x 20 batches"});

@@ -45,7 +45,7 @@ absl::StatusOr<Ingested> Ingest(const RunningServer& server, const std::string& 
                                          [&](auto, auto) { last_byte = Clock::now(); });
   const Clock::time_point end = Clock::now();
   if (!reply.ok()) return reply.status();
-  auto labels = client::LabelsOf(server.connection(), *reply, file.size());
+  auto labels = client::ReadLabels(server.connection(), *reply, file.size());
   if (!labels.ok()) return labels.status();
   return Ingested{Milliseconds(end - start), Milliseconds(end - last_byte), *std::move(labels)};
 }
@@ -102,15 +102,15 @@ double TrianglesOf(const perception::SceneInterpretation& scene) {
   return static_cast<double>(count);
 }
 
-// Takes each of a few scans in turn with the rival; our time is the median of three.
+// Takes each of a few scans in turn with the baseline; our time is the median of three.
 void MeasureBesidePcl(const RunningServer& server, const std::vector<formats::CloudFile>& files,
                       const std::vector<perception::PointCloud>& clouds, Report& report) {
-  constexpr std::size_t kRivalScans = 5;  // four seconds each
-  const std::size_t stride = std::max<std::size_t>(1, files.size() / kRivalScans);
-  std::vector<double> ours_ms, rival_ms, models_ms, ratios, one_model_ms, one_model_ratios;
+  constexpr std::size_t kBaselineScans = 5;  // four seconds each
+  const std::size_t stride = std::max<std::size_t>(1, files.size() / kBaselineScans);
+  std::vector<double> ours_ms, baseline_ms, models_ms, ratios, one_model_ms, one_model_ratios;
   int models = 0, clusters = 0;
-  for (std::size_t i = 0; i < files.size() && ratios.size() < kRivalScans; i += stride) {
-    const PclFullTimes rival = RunPclFull(clouds[i]);
+  for (std::size_t i = 0; i < files.size() && ratios.size() < kBaselineScans; i += stride) {
+    const PclFullTimes baseline = RunPclFull(clouds[i]);
     std::vector<double> rounds_ms;
     for (int round = 0; round < 3; ++round) {
       const auto ingested =
@@ -119,20 +119,20 @@ void MeasureBesidePcl(const RunningServer& server, const std::vector<formats::Cl
       rounds_ms.push_back(ingested->after_last_byte_ms);
     }
     ours_ms.push_back(Median(rounds_ms));
-    rival_ms.push_back(rival.total_ms());
-    models_ms.push_back(rival.models_ms);
-    ratios.push_back(rival.total_ms() / ours_ms.back());
-    one_model_ms.push_back(rival.with_one_model_ms());
-    one_model_ratios.push_back(rival.with_one_model_ms() / ours_ms.back());
-    models += rival.models;
-    clusters += rival.clusters;
+    baseline_ms.push_back(baseline.total_ms());
+    models_ms.push_back(baseline.models_ms);
+    ratios.push_back(baseline.total_ms() / ours_ms.back());
+    one_model_ms.push_back(baseline.with_one_model_ms());
+    one_model_ratios.push_back(baseline.with_one_model_ms() / ours_ms.back());
+    models += baseline.models;
+    clusters += baseline.clusters;
   }
   char text[200];
   std::snprintf(
       text, sizeof(text),
       "PCL's chain with shapes and meshes: median %.0f ms a scan, %.0f ms of it models (%d in "
       "%d clusters)",
-      Median(rival_ms), Median(models_ms), models, clusters);
+      Median(baseline_ms), Median(models_ms), models, clusters);
   report.Detail(text);
   std::snprintf(text, sizeof(text),
                 "  with one model a cluster, which is less than our outputs: %.0f ms, ratio %.1f",
@@ -142,8 +142,8 @@ void MeasureBesidePcl(const RunningServer& server, const std::vector<formats::Cl
       {.key = "pcl_full_ratio",
        .value = Median(ours_ms),
        .unit = "ms",
-       .rival = "PCL, all models",
-       .rival_value = Median(rival_ms),
+       .baseline = "PCL, all models",
+       .baseline_value = Median(baseline_ms),
        .ratio = Median(ratios),
        .how = "PCL in process (voxels, normals, plane, prism, clusters, models until none is "
               "left, MLS, GP3), one thread, over ours through the server, scan by scan on " +

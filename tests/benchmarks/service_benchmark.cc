@@ -60,13 +60,13 @@ struct StreamRate {
 };
 
 // One batch in flight on one stream, for `seconds`.
-StreamRate MeasureStream(const RunningServer& server, const v1::GetDistancesRequest& question,
+StreamRate MeasureStream(const RunningServer& server, const v1::GetDistancesRequest& query,
                          int batch, double seconds) {
   const auto stub = &server.connection().queries();
   grpc::ClientContext context;
   const auto stream = stub->StreamQueries(&context);
   v1::StreamQueriesRequest request;
-  *request.mutable_get_distances() = question;
+  *request.mutable_get_distances() = query;
   v1::StreamQueriesResponse response;
   std::vector<double> batch_us;
   const Clock::time_point start = Clock::now();
@@ -159,8 +159,8 @@ void MeasureTransport(const RunningServer& server, Report& report) {
   report.Add({.key = "transport_us_per_distance",
               .value = Median(through) - Median(within),
               .unit = "us",
-              .rival = "same batch in process",
-              .rival_value = Median(within),
+              .baseline = "same batch in process",
+              .baseline_value = Median(within),
               .ratio = Median(through) / Median(within),
               .how = "StreamQueries minus in process, batches of 10 000 distances with points, "
                      "normal, object in F64, of a ball to a world of one ball; ratio is through "
@@ -168,12 +168,12 @@ void MeasureTransport(const RunningServer& server, Report& report) {
 }
 
 std::vector<double> QueryLatencies_ms(const RunningServer& server, const std::atomic<bool>& stop,
-                                      double at_least_s) {
+                                      double min_s) {
   const auto stub = &server.connection().queries();
   const v1::GetDistancesRequest request = GripperAt(RandomPoses(100, 11));
   std::vector<double> latencies;
   const Clock::time_point start = Clock::now();
-  while (!stop || Seconds(Clock::now() - start) < at_least_s) {
+  while (!stop || Seconds(Clock::now() - start) < min_s) {
     grpc::ClientContext context;
     v1::GetDistancesResponse response;
     const Clock::time_point sent = Clock::now();
@@ -193,7 +193,7 @@ void MeasureQueriesDuringIngest(const RunningServer& server, const BenchmarkScan
     idle.insert(idle.end(), quiet.begin(), quiet.end());
     stop = false;
     std::vector<double> loud;
-    std::thread asking([&] { loud = QueryLatencies_ms(server, stop, 0); });
+    std::thread querying([&] { loud = QueryLatencies_ms(server, stop, 0); });
     for (const formats::CloudFile& file : scans.files) {
       v1::IngestCloudHeader header;
       header.set_world("during_queries");
@@ -201,7 +201,7 @@ void MeasureQueriesDuringIngest(const RunningServer& server, const BenchmarkScan
         report.Fail("an ingest failed");
     }
     stop = true;
-    asking.join();
+    querying.join();
     busy.insert(busy.end(), loud.begin(), loud.end());
     if (quiet.empty() || loud.empty()) return report.Fail("a query failed, idle or during ingests");
   }
@@ -250,8 +250,8 @@ void MeasureScan(const RunningServer& server, const BenchmarkScans& scans, Repor
   report.Add({.key = "scan_ms",
               .value = Median(whole_ms),
               .unit = "ms",
-              .rival = "",
-              .rival_value = std::nullopt,
+              .baseline = "",
+              .baseline_value = std::nullopt,
               .ratio = std::nullopt,
               .how = "median of whole IngestCloud calls, upload included, until the world holds "
                      "the scan for every engine; " +

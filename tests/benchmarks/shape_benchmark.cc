@@ -32,7 +32,7 @@ std::vector<CaseName> Cases(const Seeds& seeds, std::initializer_list<SceneFamil
   return cases;
 }
 
-struct JudgedCase {
+struct EvaluatedCase {
   CaseName name;
   absl::StatusOr<SimulatedCase> run = absl::UnknownError("not run");
   SceneShapes shapes;
@@ -40,12 +40,12 @@ struct JudgedCase {
 
 // Works in blocks, so that few clouds are in memory at a time; sums are made in the order of the
 // cases.
-template <class Judge>
-void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge,
+template <class Function>
+void ForEachCase(const std::vector<CaseName>& cases, const Function& evaluate,
                  const CaseSensor& sensor = {}) {
   constexpr std::size_t kBlock = 16;
   for (std::size_t begin = 0; begin < cases.size(); begin += kBlock) {
-    std::vector<JudgedCase> block(std::min(kBlock, cases.size() - begin));
+    std::vector<EvaluatedCase> block(std::min(kBlock, cases.size() - begin));
     perception::ParallelFor(block.size(), 1, {.max_threads = kThreads},
                             [&](std::size_t from, std::size_t to) {
                               for (std::size_t k = from; k < to; ++k) {
@@ -55,7 +55,7 @@ void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge,
                                 block[k].shapes = MatchShapes(block[k].run->view());
                               }
                             });
-    for (const JudgedCase& judged : block) judge(judged);
+    for (const EvaluatedCase& evaluated : block) evaluate(evaluated);
   }
 }
 
@@ -106,7 +106,7 @@ void PrintCalibration(const ParameterCalibration& calibration, Report& report) {
   }
 }
 
-std::string HowShapes(const ShapeTally& tally, std::size_t scenes) {
+std::string DescribeRun(const ShapeTally& tally, std::size_t scenes) {
   return std::to_string(tally.true_count()) + " true shapes with 300 points or more in " +
          std::to_string(scenes) +
          " random scenes, half tables and half clutter, Kinect noise; pose given for even seeds, "
@@ -114,7 +114,7 @@ std::string HowShapes(const ShapeTally& tally, std::size_t scenes) {
 }
 
 void AddFigures(const ShapeTally& tally, std::size_t scenes, Report& report) {
-  const std::string how = HowShapes(tally, scenes);
+  const std::string how = DescribeRun(tally, scenes);
   const auto add = [&](const char* key, double value, const char* unit, const std::string& text) {
     report.Add({.key = key, .value = value, .unit = unit, .how = text});
   };
@@ -172,16 +172,17 @@ void MeasureShapesOn(const Seeds& seeds, Report& report) {
   ShapeTally tally;
   std::map<std::string, ShapeTally> parts;  // by family, and by whether the pose was given
   const std::vector<CaseName> cases = Cases(seeds, {SceneFamily::kTable, SceneFamily::kClutter});
-  ForEachCase(cases, [&](const JudgedCase& judged) {
-    if (!judged.run.ok()) {
-      return report.Fail(NameOf(judged.name) + ": " + std::string(judged.run.status().message()));
+  ForEachCase(cases, [&](const EvaluatedCase& evaluated) {
+    if (!evaluated.run.ok()) {
+      return report.Fail(NameOf(evaluated.name) + ": " +
+                         std::string(evaluated.run.status().message()));
     }
-    const std::string name = NameOf(judged.name);
-    tally.Add(name, judged.run->view(), judged.shapes);
+    const std::string name = NameOf(evaluated.name);
+    tally.Add(name, evaluated.run->view(), evaluated.shapes);
     for (const std::string& part :
-         {std::string(FamilyName(judged.name.family)),
-          std::string(judged.name.seed % 2 == 0 ? "pose given" : "up estimated")}) {
-      parts[part].Add(name, judged.run->view(), judged.shapes);
+         {std::string(FamilyName(evaluated.name.family)),
+          std::string(evaluated.name.seed % 2 == 0 ? "pose given" : "up estimated")}) {
+      parts[part].Add(name, evaluated.run->view(), evaluated.shapes);
     }
   });
   PrintTally(tally, report);
@@ -206,7 +207,7 @@ std::string Describe(const Shape& shape, const Pose& X_WS) {
 }
 
 // The support of a found shape's object, as text.
-std::string Below(const perception::DetectedObject& object) {
+std::string SupportText(const perception::DetectedObject& object) {
   if (object.rests_on >= 0) return " on object " + std::to_string(object.rests_on);
   return object.supported_by >= 0 ? " on a support" : " on nothing";
 }
@@ -228,7 +229,7 @@ void PrintScene(const SceneShapes& shapes, const perception::SceneInterpretation
     report.Detail("found " + std::to_string(f) + " " + Describe(found.part.shape, found.X_WS) +
                   "  " + std::to_string(found.points.size()) + " points, object " +
                   std::to_string(found.object) +
-                  Below(interpretation.objects[static_cast<std::size_t>(found.object)]) +
+                  SupportText(interpretation.objects[static_cast<std::size_t>(found.object)]) +
                   (found.part.role == PartRole::kCompleted ? ", completed" : ""));
   }
 }
@@ -238,11 +239,12 @@ void PrintScene(const SceneShapes& shapes, const perception::SceneInterpretation
 void MeasureHandlesOn(const Seeds& seeds, Report& report) {
   const std::vector<CaseName> cases = Cases(seeds, {SceneFamily::kVessels});
   HandleTally tally;
-  ForEachCase(cases, [&](const JudgedCase& judged) {
-    if (!judged.run.ok()) {
-      return report.Fail(NameOf(judged.name) + ": " + std::string(judged.run.status().message()));
+  ForEachCase(cases, [&](const EvaluatedCase& evaluated) {
+    if (!evaluated.run.ok()) {
+      return report.Fail(NameOf(evaluated.name) + ": " +
+                         std::string(evaluated.run.status().message()));
     }
-    AddHandles(NameOf(judged.name), judged.run->view(), tally);
+    AddHandles(NameOf(evaluated.name), evaluated.run->view(), tally);
   });
   const std::string how =
       std::to_string(tally.true_count) + " true handles with 60 points or more, " +
@@ -304,12 +306,12 @@ void MeasureSensor(const OtherSensor& other, const Seeds& seeds, Report& report)
   ShapeTally tally;
   ForEachCase(
       cases,
-      [&](const JudgedCase& judged) {
-        if (!judged.run.ok()) {
-          return report.Fail(NameOf(judged.name) + ": " +
-                             std::string(judged.run.status().message()));
+      [&](const EvaluatedCase& evaluated) {
+        if (!evaluated.run.ok()) {
+          return report.Fail(NameOf(evaluated.name) + ": " +
+                             std::string(evaluated.run.status().message()));
         }
-        tally.Add(NameOf(judged.name), judged.run->view(), judged.shapes);
+        tally.Add(NameOf(evaluated.name), evaluated.run->view(), evaluated.shapes);
       },
       other.sensor);
   report.Detail(std::string("Seen by ") + other.name + ":");

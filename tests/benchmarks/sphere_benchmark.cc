@@ -45,13 +45,13 @@ void Compare(const PandaProblems& all, const QueryBody& body, const PandaProblem
   tally.set_up_s += ThreadSeconds() - start_s;
   for (std::size_t first = 0; first < rows.size(); first += kAtOnce) {
     start_s = ThreadSeconds();
-    const std::span<const Verdict> told = core->Judge(first, kAtOnce);
+    const std::span<const Verdict> verdicts = core->Judge(first, kAtOnce);
     tally.core_s += ThreadSeconds() - start_s;
-    tally.undecided += static_cast<std::size_t>(std::ranges::count(told, Verdict::kUndecided));
+    tally.undecided += static_cast<std::size_t>(std::ranges::count(verdicts, Verdict::kUndecided));
   }
   start_s = ThreadSeconds();
   const CollisionColumns in_lanes =
-      *CheckCollisions(*problem.world, body, rows, {.naming = Naming::kWhereAsked});
+      *CheckCollisions(*problem.world, body, rows, {.naming = Naming::kWhereTested});
   tally.lanes_s += ThreadSeconds() - start_s;
   start_s = ThreadSeconds();
   const CollisionColumns plain = *CheckCollisions(*problem.world, body, PlainRows(rows), {});
@@ -94,8 +94,8 @@ void MeasureSpheres(Report& report) {
   report.Add({.key = "panda_core_us",
               .value = 1e6 * tally.core_s / states,
               .unit = "us",
-              .rival = "plain path, double precision",
-              .rival_value = 1e6 * tally.plain_s / states,
+              .baseline = "plain path, double precision",
+              .baseline_value = 1e6 * tally.plain_s / states,
               .ratio = tally.plain_s / tally.core_s,
               .how = "verdict of a state against scene and self, 59 given spheres, in process, one "
                      "thread, 1000 states at once; half uniformly random, "

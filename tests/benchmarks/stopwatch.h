@@ -1,4 +1,4 @@
-// Lap times of the rivals' stages.
+// Lap times of the baselines' stages.
 #pragma once
 
 #include <chrono>

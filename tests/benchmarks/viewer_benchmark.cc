@@ -25,7 +25,7 @@ void MeasureViewer(Report& report) {
   const std::string figures = scratch / "figures.json";
   const auto programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   const std::string source = CWM_SOURCE_DIR;
-  const testing::Finished run = testing::RunProgram(
+  const testing::ProcessResult run = testing::RunProgram(
       {"/usr/bin/env", "CWM_BIN=" + programs.string(), "CWM_FIGURES=" + figures, "cmake",
        "-DSOURCE_DIR=" + source, "-DBINARY_DIR=" + scratch / "bundle",
        "-DFILE=tests/benchmarks/viewer_figures.ts", "-P", source + "/tests/e2e/viewer/run.cmake"});

@@ -25,8 +25,8 @@ class SpinBarrier {
   std::atomic<int> waiting_;
 };
 
-std::vector<double> AskAll(const WorldSnapshot& world, const QueryBody& body,
-                           const std::vector<Pose>& poses) {
+std::vector<double> EvaluateAll(const WorldSnapshot& world, const QueryBody& body,
+                                const std::vector<Pose>& poses) {
   std::vector<double> bytes;
   for (const EngineChoice engine :
        {EngineChoice::kAuto, EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
@@ -50,7 +50,7 @@ TEST(Concurrency, ReadersOfOneSnapshotAgreeWhileAWriterPublishesOthers) {
   const auto world = RandomWorld(20, random, /*with_meshes=*/true);
   const QueryBody body = Gripper();  // shared by all readers, with its prepared geometry
   const std::vector<Pose> poses = RandomPoses(20, random);
-  const std::vector<double> expected = AskAll(*world, body, poses);
+  const std::vector<double> expected = EvaluateAll(*world, body, poses);
 
   SpinBarrier barrier(kReaders + 1);
   std::atomic<bool> done = false;
@@ -59,7 +59,7 @@ TEST(Concurrency, ReadersOfOneSnapshotAgreeWhileAWriterPublishesOthers) {
   for (int i = 0; i < kReaders; ++i) {
     readers.emplace_back([&, i] {
       barrier.Arrive();
-      for (int round = 0; round < 3; ++round) answers[i] = AskAll(*world, body, poses);
+      for (int round = 0; round < 3; ++round) answers[i] = EvaluateAll(*world, body, poses);
     });
   }
   std::thread writer([&] {

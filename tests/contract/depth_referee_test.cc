@@ -42,12 +42,12 @@ TEST_P(DepthReferee, LibccdBracketsTheLeastTranslation) {
     const PairDistance ours = exact.Distance(ours_a.get(), ours_b.get(), 1e3);
     if (ours.distance_m > -1e-4) continue;  // libccd's GJK is not reliable near touching
     ++overlapping;
-    const std::optional<LibccdDepth> theirs = AskLibccd({a, ours_a.X_WS}, {b, ours_b.X_WS});
+    const std::optional<LibccdDepth> theirs = LibccdPenetration({a, ours_a.X_WS}, {b, ours_b.X_WS});
     if (!theirs.has_value()) continue;
     ++answered;
     // Translating by `parting_m` along libccd's direction separates the pair, so the least
     // translation is not larger. libccd's polytope lies inside the difference of the shapes, so the
-    // least translation is not smaller than its depth.
+    // minimum translation is not smaller than its depth.
     const double parting_m = std::min(-Gap_m(a, ours_a.X_WS, b, X_WB, theirs->normal_W),
                                       -Gap_m(a, ours_a.X_WS, b, X_WB, -theirs->normal_W));
     EXPECT_LE(-ours.distance_m, parting_m + kExact_m) << i;

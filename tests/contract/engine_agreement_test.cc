@@ -38,8 +38,8 @@ std::vector<Case> AllCases() {
       for (const CatalogueShape& b : Catalogue()) {
         const ShapeKind kind_a = KindOf(a.shape);
         const ShapeKind kind_b = KindOf(b.shape);
-        if (GetEngine(referee).Supports(kind_a, kind_b, Question::kCollides) &&
-            GetEngine(EngineKind::kExact).Supports(kind_a, kind_b, Question::kCollides)) {
+        if (GetEngine(referee).Supports(kind_a, kind_b, QueryKind::kCollides) &&
+            GetEngine(EngineKind::kExact).Supports(kind_a, kind_b, QueryKind::kCollides)) {
           cases.push_back({referee, &a, &b});
         }
       }
@@ -104,7 +104,7 @@ TEST_P(EngineAgreement, OnCollision) {
 
 TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
   const auto [kind, a, b] = GetParam();
-  if (!referee_.Supports(KindOf(a->shape), KindOf(b->shape), Question::kDistance)) {
+  if (!referee_.Supports(KindOf(a->shape), KindOf(b->shape), QueryKind::kDistance)) {
     GTEST_SKIP() << "yes and no only";
   }
   // FCL measures no distance to a half-space, so the kernels always answer.
@@ -122,10 +122,10 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
       const PairDistance theirs = referee_.Distance(theirs_.a.get(), theirs_.b.get(), kFar_m);
       EXPECT_LE(ours.distance_m, 0);
       EXPECT_EQ(theirs.distance_m, ours.distance_m);
-      EXPECT_EQ(theirs.trust, ours.trust);
+      EXPECT_EQ(theirs.accuracy, ours.accuracy);
       continue;
     }
-    ASSERT_NE(ours.trust, Trust::kDegraded);
+    ASSERT_NE(ours.accuracy, Accuracy::kDegraded);
     if (ours.distance_m <= 0) continue;
     ++separated;
     const PairDistance theirs = referee_.Distance(theirs_.a.get(), theirs_.b.get(), kFar_m);
@@ -135,7 +135,7 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
     // The witness points of a best-effort answer belong to the pieces, so it is never too near.
     EXPECT_GE(theirs.distance_m,
               ours.distance_m - tolerance_m - PieceBound_m(a->shape) - PieceBound_m(b->shape));
-    if (theirs.trust == Trust::kDegraded) {
+    if (theirs.accuracy == Accuracy::kDegraded) {
       EXPECT_TRUE(IsBestEffort(kind, *a, *b));
     } else {
       EXPECT_LE(theirs.distance_m, ours.distance_m + tolerance_m);

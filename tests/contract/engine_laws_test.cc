@@ -1,4 +1,4 @@
-// Laws that every engine obeys on every pair of its table of trust.
+// Laws that every engine obeys on every pair of its capability table.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 constexpr int kPlacements = 60;
 constexpr double kFar_m = 1e3;
 
-// The tolerance of an answer: 1e-7 for kExact (pair_answer.h), plus its bound.
+// The tolerance of an answer: 1e-7 for kExact (pair_distance.h), plus its bound.
 constexpr double kExact_m = 1e-7;
 double Tolerance_m(const PairDistance& answer) { return kExact_m + answer.bound_m; }
 
@@ -39,7 +39,7 @@ std::vector<Case> AllCases() {
   for (const EngineKind engine : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
     for (const CatalogueShape& a : Catalogue()) {
       for (const CatalogueShape& b : Catalogue()) {
-        if (GetEngine(engine).Supports(KindOf(a.shape), KindOf(b.shape), Question::kDistance)) {
+        if (GetEngine(engine).Supports(KindOf(a.shape), KindOf(b.shape), QueryKind::kDistance)) {
           cases.push_back({engine, &a, &b});
         }
       }
@@ -65,14 +65,14 @@ class EngineLaws : public ::testing::TestWithParam<Case> {
     b_.X_WS = RandomPose(random_, GetParam().a->size_m + GetParam().b->size_m);
     b_.X_WS.translation() += a_.X_WS.translation();
   }
-  PairDistance Ask() const { return engine_.Distance(a_.get(), b_.get(), kFar_m); }
+  PairDistance Measure() const { return engine_.Distance(a_.get(), b_.get(), kFar_m); }
 
   // True if the laws apply to the answer, which is not so for a best effort. Only some answers may
   // be best efforts, so that no engine passes by degrading everything: overlaps for Bullet,
   // overlaps of two half-spaces, and FCL's answers for a mesh and any shape except a sphere or a
   // mesh.
-  bool Judges(const PairDistance& answer) const {
-    if (answer.trust != Trust::kDegraded) return true;
+  bool CanJudge(const PairDistance& answer) const {
+    if (answer.accuracy != Accuracy::kDegraded) return true;
     const ShapeKind kind_a = KindOf(GetParam().a->shape), kind_b = KindOf(GetParam().b->shape);
     const bool has_mesh = kind_a == ShapeKind::kMesh || kind_b == ShapeKind::kMesh;
     const bool both_endless = kind_a == ShapeKind::kHalfSpace && kind_b == kind_a;
@@ -95,13 +95,13 @@ class EngineLaws : public ::testing::TestWithParam<Case> {
 TEST_P(EngineLaws, AnAnswerIsWellFormed) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
+    const PairDistance answer = Measure();
     ASSERT_TRUE(std::isfinite(answer.distance_m));
     EXPECT_NEAR(answer.normal.norm(), 1, 1e-9);
     EXPECT_LT((answer.point_b - answer.point_a - answer.distance_m * answer.normal).norm(), 1e-7)
         << answer.distance_m;
     EXPECT_GE(answer.bound_m, 0);
-    if (answer.trust == Trust::kExact) {
+    if (answer.accuracy == Accuracy::kExact) {
       EXPECT_EQ(answer.bound_m, 0);
     }
   }
@@ -110,9 +110,9 @@ TEST_P(EngineLaws, AnAnswerIsWellFormed) {
 TEST_P(EngineLaws, SwappingThePairReversesTheAnswer) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance ab = Ask();
+    const PairDistance ab = Measure();
     const PairDistance ba = engine_.Distance(b_.get(), a_.get(), kFar_m);
-    if (!Judges(ab) || !Judges(ba)) continue;
+    if (!CanJudge(ab) || !CanJudge(ba)) continue;
     EXPECT_NEAR(ab.distance_m, ba.distance_m, Tolerance_m(ab) + Tolerance_m(ba));
   }
 }
@@ -120,12 +120,12 @@ TEST_P(EngineLaws, SwappingThePairReversesTheAnswer) {
 TEST_P(EngineLaws, ARigidMotionOfBothChangesNothing) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance before = Ask();
+    const PairDistance before = Measure();
     const Pose X = RandomPose(random_, 1.0);
     a_.X_WS = X * a_.X_WS;
     b_.X_WS = X * b_.X_WS;
-    const PairDistance after = Ask();
-    if (!Judges(before) || !Judges(after)) continue;
+    const PairDistance after = Measure();
+    if (!CanJudge(before) || !CanJudge(after)) continue;
     EXPECT_NEAR(before.distance_m, after.distance_m, Tolerance_m(before) + Tolerance_m(after));
   }
 }
@@ -133,8 +133,8 @@ TEST_P(EngineLaws, ARigidMotionOfBothChangesNothing) {
 TEST_P(EngineLaws, CollidesMeansNegativeDistance) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
-    if (answer.distance_m > 0 && !Judges(answer)) continue;
+    const PairDistance answer = Measure();
+    if (answer.distance_m > 0 && !CanJudge(answer)) continue;
     // Pairs near touching are skipped. Deeper overlaps are not, even if the bound on their depth
     // reaches 0, because the sign is still reliable.
     const double bound_m = answer.distance_m > 0 ? answer.bound_m : 0;
@@ -146,7 +146,7 @@ TEST_P(EngineLaws, CollidesMeansNegativeDistance) {
 TEST_P(EngineLaws, ADistanceLimitIsRespected) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
+    const PairDistance answer = Measure();
     if (answer.distance_m <= 0) continue;
     const double below_m = 0.5 * answer.distance_m;
     EXPECT_GT(engine_.Distance(a_.get(), b_.get(), below_m).distance_m, below_m);
@@ -159,7 +159,7 @@ TEST_P(EngineLaws, ADistanceLimitIsRespected) {
 TEST_P(EngineLaws, ContactsContainTheDeepest) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
+    const PairDistance answer = Measure();
     std::vector<PairDistance> contacts;
     const double margin_m = answer.distance_m + 0.01;
     engine_.Contacts(a_.get(), b_.get(), margin_m, 4, contacts);
@@ -175,8 +175,8 @@ TEST_P(EngineLaws, ContactsContainTheDeepest) {
 TEST_P(EngineLaws, SeparatedWitnessesLieOnTheSurfaces) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
-    if (answer.distance_m <= 0 || !Judges(answer)) continue;
+    const PairDistance answer = Measure();
+    if (answer.distance_m <= 0 || !CanJudge(answer)) continue;
     for (const auto& [placed, shape, point] :
          {std::tuple(&a_, &GetParam().a->shape, &answer.point_a),
           std::tuple(&b_, &GetParam().b->shape, &answer.point_b)}) {
@@ -193,8 +193,8 @@ TEST_P(EngineLaws, TheNormalProvesTheDistanceOfConvexShapes) {
   if (!HasExtent(a) || !HasExtent(b)) GTEST_SKIP() << "not convex, or unbounded";
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
-    if (!Judges(answer)) continue;
+    const PairDistance answer = Measure();
+    if (!CanJudge(answer)) continue;
     const double gap_m = Gap_m(a, a_.X_WS, b, b_.X_WS, answer.normal);
     EXPECT_NEAR(gap_m, answer.distance_m, 1e-6 + 2 * answer.bound_m);
   }
@@ -209,8 +209,8 @@ TEST_P(EngineLaws, NoOtherDirectionRefutesTheAnswer) {
   std::normal_distribution<double> normal;
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
-    if (!Judges(answer)) continue;
+    const PairDistance answer = Measure();
+    if (!CanJudge(answer)) continue;
     for (int k = 0; k < 200; ++k) {
       Vector3 direction(normal(random_), normal(random_), normal(random_));
       if (k % 2 == 1) direction = answer.normal + 0.1 * direction;  // near the answer's own
@@ -223,10 +223,10 @@ TEST_P(EngineLaws, NoOtherDirectionRefutesTheAnswer) {
 TEST_P(EngineLaws, MovingByTheDepthAlongTheNormalSeparates) {
   for (int i = 0; i < kPlacements; ++i) {
     Next();
-    const PairDistance answer = Ask();
-    if (answer.distance_m >= 0 || answer.trust != Trust::kExact) continue;
+    const PairDistance answer = Measure();
+    if (answer.distance_m >= 0 || answer.accuracy != Accuracy::kExact) continue;
     b_.X_WS.translation() -= answer.distance_m * answer.normal;
-    const PairDistance after = Ask();
+    const PairDistance after = Measure();
     EXPECT_NEAR(after.distance_m, 0, 1e-6 + after.bound_m);
   }
 }

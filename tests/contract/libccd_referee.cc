@@ -46,7 +46,7 @@ bool IsKnownToLibccd(const Shape& shape) {
   return !std::holds_alternative<HalfSpace>(shape) && !std::holds_alternative<Mesh>(shape);
 }
 
-std::optional<LibccdDepth> AskLibccd(const LibccdBody& a, const LibccdBody& b) {
+std::optional<LibccdDepth> LibccdPenetration(const LibccdBody& a, const LibccdBody& b) {
   ccd_t ccd;
   CCD_INIT(&ccd);
   ccd.support1 = ccd.support2 = Support;

@@ -25,6 +25,6 @@ struct LibccdDepth {
   Vector3 normal_W;  // unit, from A to B
 };
 // Empty if libccd finds no overlap, or returns no direction.
-std::optional<LibccdDepth> AskLibccd(const LibccdBody& a, const LibccdBody& b);
+std::optional<LibccdDepth> LibccdPenetration(const LibccdBody& a, const LibccdBody& b);
 
 }  // namespace cwm::collision

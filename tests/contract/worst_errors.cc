@@ -14,7 +14,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr double kDeepest_m = 0.02, kFarthest_m = 1;
+constexpr double kMaxDepth_m = 0.02, kMaxDistance_m = 1;
 constexpr int kSearchedDirections = 200;
 // chosen: errors below this are the rounding of poses, and are not distinguished in the table.
 constexpr double kRounding_m = 1e-15;
@@ -29,14 +29,14 @@ std::vector<Shape> TwentyCentimetreShapes() {
           Plate{{{0, 0}, {0.2, 0}, {0.2, 0.2}, {0, 0.2}}, {}, 0.02}};
 }
 
-PairDistance AskKernels(const PosedPair& pair) {
+PairDistance KernelDistance(const PosedPair& pair) {
   const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
   return ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
 }
 
 // The pair at a given signed distance, with B moved along the normal.
 PosedPair At(PosedPair pair, double distance_m) {
-  const PairDistance now = AskKernels(pair);
+  const PairDistance now = KernelDistance(pair);
   pair.X_FB.translation() += (distance_m - now.distance_m) * now.normal;
   return pair;
 }
@@ -47,14 +47,14 @@ double TrueDistance_m(const PosedPair& pair) {
   }
   // The minimum over all directions is the least overlap. The search also starts from the kernels'
   // direction; without it, it misses the best direction by up to 1 mm of depth.
-  const PairDistance told = AskKernels(pair);
-  return -std::min(LeastOverlapNear(pair, told.normal, -told.distance_m),
-                   SearchedLeastOverlap(pair, kSearchedDirections, 3));
+  const PairDistance result = KernelDistance(pair);
+  return -std::min(MinOverlapNear(pair, result.normal, -result.distance_m),
+                   SearchMinOverlap(pair, kSearchedDirections, 3));
 }
 
-std::optional<double> AskEngine(EngineKind kind, const PosedPair& pair) {
+std::optional<double> EngineDistance_m(EngineKind kind, const PosedPair& pair) {
   const Engine& engine = GetEngine(kind);
-  if (!engine.Supports(KindOf(pair.a), KindOf(pair.b), Question::kDistance)) return std::nullopt;
+  if (!engine.Supports(KindOf(pair.a), KindOf(pair.b), QueryKind::kDistance)) return std::nullopt;
   const auto a = engine.Prepare(pair.a), b = engine.Prepare(pair.b);
   const PairDistance answer =
       engine.Distance({KindOf(pair.a), *a, pair.X_FA}, {KindOf(pair.b), *b, pair.X_FB},
@@ -63,30 +63,31 @@ std::optional<double> AskEngine(EngineKind kind, const PosedPair& pair) {
   return answer.distance_m;
 }
 
-std::optional<double> Ask(Referee referee, const PosedPair& pair) {
+std::optional<double> RefereeDistance_m(Referee referee, const PosedPair& pair) {
   switch (referee) {
     case Referee::kExact:
-      return AskEngine(EngineKind::kExact, pair);
+      return EngineDistance_m(EngineKind::kExact, pair);
     case Referee::kFcl:
-      return AskEngine(EngineKind::kFcl, pair);
+      return EngineDistance_m(EngineKind::kFcl, pair);
     case Referee::kBullet:
-      return AskEngine(EngineKind::kBullet, pair);
+      return EngineDistance_m(EngineKind::kBullet, pair);
     case Referee::kLibccd:
       break;
   }
   if (!IsKnownToLibccd(pair.a) || !IsKnownToLibccd(pair.b)) return std::nullopt;
-  const std::optional<LibccdDepth> depth = AskLibccd({pair.a, pair.X_FA}, {pair.b, pair.X_FB});
+  const std::optional<LibccdDepth> depth =
+      LibccdPenetration({pair.a, pair.X_FA}, {pair.b, pair.X_FB});
   if (!depth) return std::nullopt;
   return -depth->depth_m;
 }
 
 void Count(const PosedPair& pair, double truth_m, PairErrors& errors) {
   for (int k = 0; k < kRefereeCount; ++k) {
-    const std::optional<double> told_m = Ask(static_cast<Referee>(k), pair);
-    if (!told_m) continue;
+    const std::optional<double> measured_m = RefereeDistance_m(static_cast<Referee>(k), pair);
+    if (!measured_m) continue;
     WorstError& of = errors.of[static_cast<std::size_t>(k)];
     std::optional<double>& worst_m = truth_m > 0 ? of.apart_m : of.overlapping_m;
-    worst_m = std::max(worst_m.value_or(0), std::abs(*told_m - truth_m));
+    worst_m = std::max(worst_m.value_or(0), std::abs(*measured_m - truth_m));
   }
 }
 
@@ -119,8 +120,8 @@ PairErrors OfRandomPoses(const Shape& a, const Shape& b, int poses) {
   const auto count = [&](const PosedPair& pair) { Count(pair, TrueDistance_m(pair), errors); };
   for (int k = 0; k < poses; ++k) {
     const PosedPair pair{a, b, random.AnyPose(2), random.AnyPose(2)};
-    count(At(pair, random.Uniform(-kDeepest_m, 0)));
-    count(At(pair, random.Uniform(0, k % 2 == 0 ? kDeepest_m : kFarthest_m)));
+    count(At(pair, random.Uniform(-kMaxDepth_m, 0)));
+    count(At(pair, random.Uniform(0, k % 2 == 0 ? kMaxDepth_m : kMaxDistance_m)));
   }
   return errors;
 }

@@ -51,8 +51,8 @@ TEST(WorstErrors, AreThoseThatTheReadmeLists) {
                                        << measured;
     for (std::size_t k = 1; k < kCells; ++k) {
       const std::string& there = listed.at(pair)[k];
-      const bool told = std::isdigit(static_cast<unsigned char>(cells[k].front())) != 0;
-      if (!told || there == cells[k]) {
+      const bool result = std::isdigit(static_cast<unsigned char>(cells[k].front())) != 0;
+      if (!result || there == cells[k]) {
         EXPECT_EQ(there, cells[k]) << pair << "; the table is\n" << measured;
         continue;
       }

@@ -30,7 +30,7 @@ class AttachCommand : public ServerTest {
     CwmJson({"put", "post", "--box", "0.1,0.1,0.1", "--at", "0,0.75,0"});
   }
   // The verdict for the arm with its joint at `turn`.
-  json Asked(const std::string& turn, std::vector<std::string> more = {}) {
+  json CheckedRow(const std::string& turn, std::vector<std::string> more = {}) {
     std::vector<std::string> line = {"check", "--robot", "arm", "--joints", turn};
     line.insert(line.end(), more.begin(), more.end());
     return CwmJson(line).at("rows").at(0);
@@ -38,16 +38,16 @@ class AttachCommand : public ServerTest {
 };
 
 TEST_F(AttachCommand, AttachesAsksAndDetaches) {
-  EXPECT_EQ(Asked("1.5708").at("verdict"), "VERDICT_FREE");
+  EXPECT_EQ(CheckedRow("1.5708").at("verdict"), "VERDICT_FREE");
   EXPECT_THAT(Cwm({"attach", "box", "--robot", "arm", "--link", "hand"}).out,
               HasSubstr("attached box to arm/hand, revision 4"));
-  const json met = Asked("1.5708");
+  const json met = CheckedRow("1.5708");
   EXPECT_EQ(met.at("verdict"), "VERDICT_COLLISION");
   EXPECT_EQ(met.at("object"), "post");
   EXPECT_EQ(met.at("body_object"), "box");
   EXPECT_THAT(Cwm({"check", "--robot", "arm", "--joints", "1.5708"}).out,
               HasSubstr("hand with box"));
-  EXPECT_EQ(Asked("1.5708", {"--ignore", "box"}).at("verdict"), "VERDICT_FREE");
+  EXPECT_EQ(CheckedRow("1.5708", {"--ignore", "box"}).at("verdict"), "VERDICT_FREE");
   EXPECT_THAT(Cwm({"objects"}).out, HasSubstr("arm/hand"));
   EXPECT_THAT(Cwm({"get", "box"}).out, HasSubstr("arm/hand"));
   EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("attached to arm/hand"));
@@ -55,16 +55,16 @@ TEST_F(AttachCommand, AttachesAsksAndDetaches) {
   EXPECT_EQ(motion.at("rows").at(0).at("verdict"), "MOTION_VERDICT_CONTACT");
   EXPECT_EQ(motion.at("rows").at(0).at("body_object"), "box");
   EXPECT_THAT(Cwm({"detach", "box"}).out, HasSubstr("detached box"));
-  EXPECT_EQ(Asked("1.5708").at("verdict"), "VERDICT_FREE");
+  EXPECT_EQ(CheckedRow("1.5708").at("verdict"), "VERDICT_FREE");
 }
 
 TEST_F(AttachCommand, TakesAPoseAndLinksThatMayTouch) {
   // Around the base.
   CwmJson({"attach", "box", "--robot", "arm", "--link", "hand", "--pose", "0,0,0"});
-  EXPECT_EQ(Asked("0").at("object_link"), "base");
+  EXPECT_EQ(CheckedRow("0").at("object_link"), "base");
   CwmJson({"attach", "box", "--robot", "arm", "--link", "hand", "--pose", "0,0,0", "--touch-links",
            "base,hand"});
-  EXPECT_EQ(Asked("0").at("verdict"), "VERDICT_FREE");
+  EXPECT_EQ(CheckedRow("0").at("verdict"), "VERDICT_FREE");
   EXPECT_THAT(Cwm({"get", "box"}).out, HasSubstr("base, hand"));
 }
 
@@ -96,7 +96,7 @@ TEST_F(AttachCommand, RobotsAreObstacles) {
 
 TEST_F(AttachCommand, SaysWhatIsWrong) {
   const auto failure = [&](std::vector<std::string> line, int exit_code, const std::string& text) {
-    const Finished finished = Cwm(std::move(line));
+    const ProcessResult finished = Cwm(std::move(line));
     EXPECT_EQ(finished.exit_code, exit_code) << finished.err;
     EXPECT_THAT(finished.err, HasSubstr(text));
   };

@@ -88,12 +88,13 @@ TEST_F(BenchCommand, AsksTheWorldOfARobotAsItIs) {
 }
 
 TEST_F(BenchCommand, SaysItToPeopleAndLineByLine) {
-  const Finished table = Cwm({"bench", "--seconds", kSeconds, "--batch", "100"});
+  const ProcessResult table = Cwm({"bench", "--seconds", kSeconds, "--batch", "100"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out,
               AllOf(HasSubstr("QUESTION"), HasSubstr("sample points"), HasSubstr("p50 ms"),
                     HasSubstr("removed again: 30 shapes"), HasSubstr("on its answers")));
-  const Finished lines = Cwm({"bench", "--seconds", kSeconds, "--batch", "100", "-o", "ndjson"});
+  const ProcessResult lines =
+      Cwm({"bench", "--seconds", kSeconds, "--batch", "100", "-o", "ndjson"});
   std::istringstream in(lines.out);
   int count = 0;
   for (std::string line; std::getline(in, line); ++count) {
@@ -103,8 +104,8 @@ TEST_F(BenchCommand, SaysItToPeopleAndLineByLine) {
 }
 
 TEST_F(BenchCommand, RemovesItsWorldWhenItIsInterrupted) {
-  Background bench({Program("cwm"), "--addr", address(), "bench", "--seconds", "60"},
-                   scratch() / "bench.log");
+  BackgroundProcess bench({Program("cwm"), "--addr", address(), "bench", "--seconds", "60"},
+                          scratch() / "bench.log");
   // The bench's world exists before anything is measured.
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (Worlds().empty() && std::chrono::steady_clock::now() < deadline) {
@@ -117,12 +118,12 @@ TEST_F(BenchCommand, RemovesItsWorldWhenItIsInterrupted) {
 }
 
 TEST_F(BenchCommand, NamesWhatIsNotThere) {
-  const Finished batch = Cwm({"bench", "--batch", "65537"});
+  const ProcessResult batch = Cwm({"bench", "--batch", "65537"});
   EXPECT_EQ(batch.exit_code, 1);
   EXPECT_THAT(batch.err, HasSubstr("--batch is 65537, must be at most 65536"));
   EXPECT_EQ(Cwm({"bench", "--world", "nowhere"}).exit_code, 3);
   CwmJson({"put", "crate", "--box", "0.2,0.2,0.2", "--at", "0,0,0"});
-  const Finished robot = Cwm({"bench", "--robot", "ghost"});
+  const ProcessResult robot = Cwm({"bench", "--robot", "ghost"});
   EXPECT_EQ(robot.exit_code, 3);
   EXPECT_THAT(robot.err, HasSubstr("there is no robot \"ghost\""));
 }

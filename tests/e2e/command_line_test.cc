@@ -87,11 +87,11 @@ TEST_F(CommandLine, AMoveTouchesThePoseAlone) {
 }
 
 TEST_F(CommandLine, TablesAreForPeopleAndJsonIsForPrograms) {
-  const Finished table = Cwm({"objects"});
+  const ProcessResult table = Cwm({"objects"});
   EXPECT_EQ(table.exit_code, 0);
   EXPECT_NE(table.out.find("crate"), std::string::npos);
   EXPECT_EQ(table.out.find('\033'), std::string::npos) << "no colour where it is not a terminal";
-  const Finished lines = Cwm({"-o", "ndjson", "objects"});
+  const ProcessResult lines = Cwm({"-o", "ndjson", "objects"});
   EXPECT_EQ(std::count(lines.out.begin(), lines.out.end(), '\n'), 1);
   EXPECT_EQ(json::parse(lines.out).at("name"), "crate");
 }
@@ -106,7 +106,7 @@ TEST_F(CommandLine, StatusAndInfoNameVersionsAndEngines) {
 TEST_F(CommandLine, CallReachesAnyMethodThroughReflection) {
   const json worlds = CwmJson({"call", "cwm.v1.WorldService/ListWorlds", "{}"});
   EXPECT_EQ(worlds.at("worlds").at(0).at("name"), "default");
-  const Finished unknown = Cwm({"call", "cwm.v1.WorldService/Fly", "{}"});
+  const ProcessResult unknown = Cwm({"call", "cwm.v1.WorldService/Fly", "{}"});
   EXPECT_NE(unknown.exit_code, 0);
   EXPECT_NE(unknown.err.find("Fly"), std::string::npos) << unknown.err;
 }
@@ -169,7 +169,7 @@ TEST_F(CommandLine, AnObjectOfShapesAloneComesAsAMeshOfThem) {
   const std::string before = scratch() / "before.glb";
   ASSERT_EQ(Cwm({"get", "crate", "--mesh", before, "--at-revision", "1"}).exit_code, 0);
   EXPECT_NE(first_bytes(before).find(R"("max":[0.5,0.5,0.5])"), std::string::npos);
-  const Finished other = Cwm({"get", "crate", "--mesh", scratch() / "crate.stl"});
+  const ProcessResult other = Cwm({"get", "crate", "--mesh", scratch() / "crate.stl"});
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_NE(other.err.find("must end in .ply or .glb"), std::string::npos) << other.err;
   EXPECT_FALSE(std::ifstream(scratch() / "crate.stl").good());
@@ -182,7 +182,7 @@ TEST_F(CommandLine, WhatHasNoEndComesAsNoMesh) {
           .exit_code,
       0);
   const std::string ply = scratch() / "ground.ply";
-  const Finished refused = Cwm({"get", "ground", "--mesh", ply});
+  const ProcessResult refused = Cwm({"get", "ground", "--mesh", ply});
   EXPECT_EQ(refused.exit_code, 4);
   EXPECT_NE(refused.err.find("half-space"), std::string::npos) << refused.err;
   EXPECT_FALSE(std::ifstream(ply).good());
@@ -200,7 +200,7 @@ TEST_F(CommandLine, ExpectedRevisionAndRequestIdsGuardWriters) {
   EXPECT_EQ(Cwm({"call", "cwm.v1.WorldService/ApplyChanges", other}).exit_code, 4)
       << "other content under the same id";
   other.replace(other.find("r1"), 2, "r2");
-  const Finished stale = Cwm({"call", "cwm.v1.WorldService/ApplyChanges", other});
+  const ProcessResult stale = Cwm({"call", "cwm.v1.WorldService/ApplyChanges", other});
   EXPECT_EQ(stale.exit_code, 4);
   EXPECT_NE(stale.err.find("REVISION_MISMATCH"), std::string::npos) << stale.err;
 }

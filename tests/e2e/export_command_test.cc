@@ -20,7 +20,7 @@ class ExportCommand : public ServerTest {
   std::string File(const std::string& name) const { return scratch() / name; }
 
   // Objects of every look except those of perception, and a robot.
-  void PutThings() const {
+  void PutObjects() const {
     CwmJson({"put", "can", "--cylinder", "0.03,0.1", "--at", "0,0,1"});
     CwmJson({"put", "hat", "--cone", "0.1,0,0.2", "--at", "1,0,1"});
     CwmJson({"put", "dark", "--box", "1,1,1", "--at", "3,0,1", "--unseen"});
@@ -32,7 +32,7 @@ class ExportCommand : public ServerTest {
   }
 
   json Validated(const std::string& file) const {
-    const Finished run = RunProgram({"node", "tests/e2e/validate_glb.mjs", file});
+    const ProcessResult run = RunProgram({"node", "tests/e2e/validate_glb.mjs", file});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out);
   }
@@ -41,8 +41,8 @@ class ExportCommand : public ServerTest {
 TEST_F(ExportCommand, WritesGlbWithoutAnythingToSayOfIt) {
   ASSERT_TRUE(std::filesystem::exists(kValidator))
       << "gltf-validator is missing: ./dev setup test installs it";
-  PutThings();
-  const Finished exported = Cwm({"export", File("things.glb")});
+  PutObjects();
+  const ProcessResult exported = Cwm({"export", File("things.glb")});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.err, HasSubstr("ground: a half-space is left out"));
   const json report = Validated(File("things.glb"));
@@ -59,18 +59,18 @@ TEST_F(ExportCommand, WritesAnEmptyWorldToo) {
 }
 
 TEST_F(ExportCommand, PutsMeshesBesideAModel) {
-  PutThings();
-  const Finished exported = Cwm({"export", File("things.urdf")});
+  PutObjects();
+  const ProcessResult exported = Cwm({"export", File("things.urdf")});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(exported.out, HasSubstr("and 1 mesh beside it"));
   EXPECT_TRUE(std::filesystem::exists(File("default_meshes/0_hat.stl")));
   // Our own URDF reader finds the mesh beside the file, as another tool would.
-  const Finished loaded = Cwm({"-w", "copy", "robot", "load", File("things.urdf")});
+  const ProcessResult loaded = Cwm({"-w", "copy", "robot", "load", File("things.urdf")});
   EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
 }
 
 TEST_F(ExportCommand, RefusesAnEndingThatItDoesNotKnow) {
-  const Finished refused = Cwm({"export", File("things.obj")});
+  const ProcessResult refused = Cwm({"export", File("things.obj")});
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_THAT(refused.err, HasSubstr("must end in .glb, .ply, .scene, .sdf, .urdf or .yaml"));
 }

@@ -22,40 +22,40 @@ class GraspCommand : public ServerTest {
     CwmJson({"put", "table", "--box", "2,2,0.04", "--at", "0,0,-0.02"});
   }
 
-  Finished Grasp(std::vector<std::string> arguments) const {
+  ProcessResult Grasp(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {Program("cwm-grasp"), "--addr", address()});
     return RunProgram(arguments);
   }
 
   json Of(const std::string& name, std::vector<std::string> options = {}) const {
     options.insert(options.end(), {name, "-o", "json"});
-    const Finished finished = Grasp(options);
+    const ProcessResult finished = Grasp(options);
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
     return finished.exit_code == 0 ? json::parse(finished.out).at("objects").at(0) : json();
   }
 };
 
 TEST_F(GraspCommand, TakesEveryKindOfShapeByItsWidth) {
-  struct Thing {
+  struct GraspCase {
     std::string name, option, size, at;
-    double least_m, most_m;  // the range of its grasps' widths
+    double min_m, max_m;  // the range of its grasps' widths
   };
-  const std::vector<Thing> things = {
+  const std::vector<GraspCase> cases = {
       {"box", "--box", "0.05,0.2,0.1", "0,0,0.05", 0.05, 0.05},
       {"can", "--cylinder", "0.03,0.12", "0.5,0,0.06", 0.06, 0.06},
       {"ball", "--sphere", "0.03", "0,0.5,0.03", 0.05, 0.06},
       {"cup", "--cone", "0.02,0.03,0.1", "0.5,0.5,0.05", 0.04, 0.06}};
-  for (const Thing& thing : things) {
-    CwmJson({"put", thing.name, thing.option, thing.size, "--at", thing.at});
+  for (const GraspCase& object : cases) {
+    CwmJson({"put", object.name, object.option, object.size, "--at", object.at});
   }
-  for (const Thing& thing : things) {
-    const json found = Of(thing.name);
-    ASSERT_FALSE(found.at("grasps").empty()) << thing.name << ": " << found.at("why");
+  for (const GraspCase& object : cases) {
+    const json found = Of(object.name);
+    ASSERT_FALSE(found.at("grasps").empty()) << object.name << ": " << found.at("why");
     double last = 1;
     for (const json& grasp : found["grasps"]) {
       const double width_m = grasp.at("width_m");
-      EXPECT_GE(width_m, thing.least_m - 1e-6) << thing.name;
-      EXPECT_LE(width_m, thing.most_m + 1e-6) << thing.name;
+      EXPECT_GE(width_m, object.min_m - 1e-6) << object.name;
+      EXPECT_LE(width_m, object.max_m + 1e-6) << object.name;
       EXPECT_GE(grasp.at("clearance_m").get<double>(), 0.002);
       EXPECT_LE(grasp.at("score").get<double>(), last) << "the best come first";
       last = grasp.at("score");
@@ -118,7 +118,7 @@ TEST_F(GraspCommand, SaysHowToSeeTheGrasps) {
   const json written = json::parse(std::ifstream(path));
   EXPECT_EQ(written.at("objects").size(), 2U);
   EXPECT_EQ(json::parse(Grasp({"-o", "json"}).out), written) << "a program reads all of it";
-  const Finished nowhere = Grasp({"--json", scratch() / "none/grasps.json"});
+  const ProcessResult nowhere = Grasp({"--json", scratch() / "none/grasps.json"});
   EXPECT_NE(nowhere.exit_code, 0);
   EXPECT_THAT(nowhere.out, Not(HasSubstr("drop")));
 }
@@ -136,7 +136,7 @@ TEST_F(GraspCommand, TakesMoreThanOneQuestionHolds) {
                            {"shapes", json::array({{{"box", box}}})}}}}}});
   }
   CwmJson({"call", "ApplyChanges", json{{"changes", changes}}.dump()});
-  const Finished finished = Grasp({"--top", "10000", "-o", "json"});
+  const ProcessResult finished = Grasp({"--top", "10000", "-o", "json"});
   ASSERT_EQ(finished.exit_code, 0) << finished.err;
   const json plan = json::parse(finished.out);
   std::size_t grasps = 0;
@@ -147,11 +147,11 @@ TEST_F(GraspCommand, TakesMoreThanOneQuestionHolds) {
 
 TEST_F(GraspCommand, BadInputIsNamed) {
   CwmJson({"put", "ball", "--sphere", "0.03", "--at", "0,0,0.03"});
-  const Finished mistyped = Grasp({"bal"});
+  const ProcessResult mistyped = Grasp({"bal"});
   EXPECT_EQ(mistyped.exit_code, 3);
   EXPECT_THAT(mistyped.err, HasSubstr("did you mean \"ball\"?"));
   EXPECT_THAT(mistyped.err, StartsWith("cwm-grasp: not found")) << "whose error it is";
-  const Finished narrow = Grasp({"--opening", "0"});
+  const ProcessResult narrow = Grasp({"--opening", "0"});
   EXPECT_EQ(narrow.exit_code, 1);
   EXPECT_THAT(narrow.err, HasSubstr("--opening: 0 m must be"));
   EXPECT_EQ(Grasp({"--palm", "1,2"}).exit_code, 1);

@@ -66,7 +66,7 @@ class HostileInput : public ServerTest {
 
   void ExpectRefused(const std::vector<std::string>& arguments, int exit_code,
                      const std::vector<std::string>& said, const std::string& input = "") {
-    const Finished run = Cwm(arguments, input);
+    const ProcessResult run = Cwm(arguments, input);
     EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
     for (const std::string& words : said) {
       EXPECT_NE(run.err.find(words), std::string::npos) << "'" << words << "' not in: " << run.err;

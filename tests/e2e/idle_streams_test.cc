@@ -23,21 +23,21 @@ class IdleStreams : public ServerTest {
 
   // Each stream sends one query and stays open.
   std::vector<std::unique_ptr<Open>> OpenAll(const client::Connection& connection,
-                                             const v1::StreamQueriesRequest& question) {
+                                             const v1::StreamQueriesRequest& query) {
     std::vector<std::unique_ptr<Open>> streams;
     for (int i = 0; i < kStreams; ++i) {
       streams.push_back(std::make_unique<Open>());
       streams.back()->wire = connection.queries().StreamQueries(&streams.back()->context);
       v1::StreamQueriesResponse response;
-      EXPECT_TRUE(streams.back()->wire->Write(question));
+      EXPECT_TRUE(streams.back()->wire->Write(query));
       EXPECT_TRUE(streams.back()->wire->Read(&response)) << "stream " << i;
     }
     return streams;
   }
   void ExpectLittleKept(const client::Connection& connection,
-                        const v1::StreamQueriesRequest& question) {
+                        const v1::StreamQueriesRequest& query) {
     const double before_MiB = server().ResidentMebibytes();
-    const auto streams = OpenAll(connection, question);
+    const auto streams = OpenAll(connection, query);
     const double after_MiB = server().ResidentMebibytes();
     RecordProperty("resident_MiB_before", std::to_string(before_MiB));
     RecordProperty("resident_MiB_after", std::to_string(after_MiB));
@@ -54,20 +54,20 @@ class IdleStreams : public ServerTest {
 
 TEST_F(IdleStreams, KeepNoRequestOfEightMebibytes) {
   const client::Connection connection({.address = address(), .deadline = {}});
-  v1::StreamQueriesRequest question;  // refused at once because of its rows
-  question.mutable_get_distances()->mutable_subject()->mutable_points()->mutable_data()->resize(
-      8 << 20);
-  ExpectLittleKept(connection, question);
+  v1::StreamQueriesRequest query;  // refused at once because of its rows
+  query.mutable_get_distances()->mutable_subject()->mutable_points()->mutable_data()->resize(8
+                                                                                             << 20);
+  ExpectLittleKept(connection, query);
 }
 
 TEST_F(IdleStreams, KeepNoAnswerOfTheLargestBatch) {
   ASSERT_EQ(Cwm({"put", "crate", "--box", "1,1,1", "--at", "0,0,0"}).exit_code, 0);
   const client::Connection connection({.address = address(), .deadline = {}});
   constexpr std::size_t kRows = 65'536;  // 1.5 MiB of points
-  v1::StreamQueriesRequest question;
-  question.mutable_get_distances()->mutable_subject()->mutable_points()->set_data(
+  v1::StreamQueriesRequest query;
+  query.mutable_get_distances()->mutable_subject()->mutable_points()->set_data(
       client::RowBytes(std::vector<client::PointRow>(kRows, {2, 0, 0})));
-  ExpectLittleKept(connection, question);
+  ExpectLittleKept(connection, query);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ class ImportCommand : public ServerTest {
 
   void ExpectRefused(const std::vector<std::string>& arguments, int exit_code,
                      const std::string& said) const {
-    const Finished run = Cwm(arguments);
+    const ProcessResult run = Cwm(arguments);
     EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
     EXPECT_THAT(run.err, HasSubstr(said));
   }
@@ -124,7 +124,7 @@ TEST_F(ImportCommand, TellsOnATerminalHowFarTheMeshesOfASceneAre) {
 }
 
 TEST_F(ImportCommand, TakesWhatWasExportedAndAnswersTheSame) {
-  const Finished imported = Cwm({"import", Write("wedge.obj", kWedge)});
+  const ProcessResult imported = Cwm({"import", Write("wedge.obj", kWedge)});
   ASSERT_EQ(imported.exit_code, 0) << imported.err;
   EXPECT_THAT(imported.out, HasSubstr("imported wedge, a mesh of 4 triangles, revision 1"));
   ASSERT_EQ(Cwm({"export", File("all.glb")}).exit_code, 0);
@@ -140,7 +140,7 @@ TEST_F(ImportCommand, TakesWhatWasExportedAndAnswersTheSame) {
   for (const std::string& file :
        {File("all.glb"), File("all.ply"), File("one.glb"), File("one.ply"), stl}) {
     const std::string world = "of_" + std::filesystem::path(file).filename().string();
-    const Finished back = Cwm({"-w", world, "import", file});
+    const ProcessResult back = Cwm({"-w", world, "import", file});
     ASSERT_EQ(back.exit_code, 0) << file << back.err;
     ExpectSameDistances(world, "default");
   }
@@ -155,10 +155,10 @@ TEST_F(ImportCommand, ScalesTurnsPlacesAndNames) {
     millimetres += line;
   }
   Write("odd name (1).obj", millimetres + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  const Finished warned = Cwm({"-w", "huge", "import", File("odd name (1).obj")});
+  const ProcessResult warned = Cwm({"-w", "huge", "import", File("odd name (1).obj")});
   EXPECT_EQ(warned.exit_code, 0);
   EXPECT_THAT(warned.err, HasSubstr("are these millimetres? --scale 0.001"));
-  const Finished turned = Cwm(
+  const ProcessResult turned = Cwm(
       {"-w", "turned", "import", File("odd name (1).obj"), "--scale", "0.001", "--up-axis", "y"});
   ASSERT_EQ(turned.exit_code, 0) << turned.err;
   EXPECT_THAT(turned.out, HasSubstr("imported odd_name__1_,"));
@@ -185,7 +185,7 @@ TEST_F(ImportCommand, TakesCloudsAsIngestDoes) {
   }
   Write("table.xyz", xyz);
   Write("table.csv", csv);
-  const Finished saved = RunProgram(
+  const ProcessResult saved = RunProgram(
       {"/usr/bin/python3", "-c",
        "import numpy, sys; numpy.save(sys.argv[2], numpy.loadtxt(sys.argv[1]).astype('>f4'))",
        File("table.xyz"), File("table.npy")});
@@ -201,7 +201,7 @@ TEST_F(ImportCommand, TakesCloudsAsIngestDoes) {
     }
   }
   // The vertices of a mesh may be used as a scan, but with a warning.
-  const Finished mesh = Cwm({"-w", "m", "put", "b", "--box", "1,1,1"});
+  const ProcessResult mesh = Cwm({"-w", "m", "put", "b", "--box", "1,1,1"});
   ASSERT_EQ(mesh.exit_code, 0) << mesh.err;
   ASSERT_EQ(Cwm({"-w", "m", "get", "b", "--mesh", File("b.ply")}).exit_code, 0);
   EXPECT_THAT(Cwm({"-w", "m2", "ingest", File("b.ply")}).err,

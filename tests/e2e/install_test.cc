@@ -19,7 +19,7 @@ class Install : public ServerTest {
     return std::filesystem::path(Program("cwm")).parent_path().parent_path().string();
   }
   static void Succeeds(const std::vector<std::string>& arguments) {
-    const Finished run = RunProgram(arguments);
+    const ProcessResult run = RunProgram(arguments);
     ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   }
   std::string prefix() const { return scratch() / "prefix"; }
@@ -36,9 +36,9 @@ TEST_F(Install, LetsAProgramOutsideOfTheTreeAskAServer) {
                 "-DCMAKE_BUILD_TYPE=Debug"}));
   ASSERT_NO_FATAL_FAILURE(Succeeds({"cmake", "--build", build}));
   ASSERT_EQ(Cwm({"put", "post", "--box", "0.2,0.2,0.2", "--at", "1,0,0"}).exit_code, 0);
-  const Finished asked = RunProgram({build + "/consumer", address()});
-  EXPECT_EQ(asked.exit_code, 0) << asked.err;
-  EXPECT_EQ(asked.out, "post 0.800\n") << "a ball of 0.1 m, a face at 0.9 m";
+  const ProcessResult finished = RunProgram({build + "/consumer", address()});
+  EXPECT_EQ(finished.exit_code, 0) << finished.err;
+  EXPECT_EQ(finished.out, "post 0.800\n") << "a ball of 0.1 m, a face at 0.9 m";
 }
 
 TEST_F(Install, PutsProgramsWhereTheyRun) {
@@ -47,7 +47,7 @@ TEST_F(Install, PutsProgramsWhereTheyRun) {
         {"cmake", "--install", BuildFolder(), "--prefix", prefix(), "--component", component}));
   }
   for (const char* program : {"cwm", "cwm-plan", "cwm-simulator", "cwm-server"}) {
-    const Finished help = RunProgram({prefix() + "/bin/" + program, "--help"});
+    const ProcessResult help = RunProgram({prefix() + "/bin/" + program, "--help"});
     EXPECT_EQ(help.exit_code, 0) << program << help.err;
     EXPECT_THAT(help.out + help.err, HasSubstr("--")) << program;
   }

@@ -42,7 +42,7 @@ TEST_F(LittleMemory, ACrowdThatSendsMoreThanThereIsIsRefusedAndOthersAreAnswered
     }
   }
   for (int i = 0; i < 20; ++i) {
-    const Finished put = Cwm({"put", "other", "--box", "1,1,1", "--at", "3,0,0"});
+    const ProcessResult put = Cwm({"put", "other", "--box", "1,1,1", "--at", "3,0,0"});
     EXPECT_EQ(put.exit_code, 0) << put.err;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }

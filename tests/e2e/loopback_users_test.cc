@@ -26,7 +26,7 @@ class LoopbackUsers : public UserPrograms {
     std::vector<std::string> command = {"cwm-server",  "--viewer", "off",    "--listen",
                                         "127.0.0.1:0", "--listen", "[::1]:0"};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    server_ = std::make_unique<Background>(As(user_, command), scratch_ / "log");
+    server_ = std::make_unique<BackgroundProcess>(As(user_, command), scratch_ / "log");
     constexpr char kListens[] = " listens on ";
     for (int i = 0; i < 400 && server_->Running(); ++i) {
       const std::string log = Log();
@@ -44,12 +44,12 @@ class LoopbackUsers : public UserPrograms {
     }
     ASSERT_EQ(addresses_.size(), 2U) << Log();
   }
-  Finished Put(uid_t uid, const std::string& address) const {
+  ProcessResult Put(uid_t uid, const std::string& address) const {
     return Run(uid, {"cwm", "--addr", address, "--deadline", "5", "put", "box", "--box", "1,1,1",
                      "--at", "0,0,0"});
   }
 
-  std::unique_ptr<Background> server_;
+  std::unique_ptr<BackgroundProcess> server_;
   std::vector<std::string> addresses_;
 };
 
@@ -59,14 +59,14 @@ TEST_F(LoopbackUsers, AnotherUserIsRefusedAndTheServersUserAndRootAreNot) {
     for (const uid_t other : {stranger_, kNobody}) {
       EXPECT_EQ(Put(other, address).exit_code, kUnavailable) << address;
     }
-    const Finished objects = Run(user_, {"cwm", "--addr", address, "-o", "ndjson", "call",
-                                         "cwm.v1.WorldService/ListWorlds", "{}"});
+    const ProcessResult objects = Run(user_, {"cwm", "--addr", address, "-o", "ndjson", "call",
+                                              "cwm.v1.WorldService/ListWorlds", "{}"});
     EXPECT_EQ(objects.exit_code, 0) << objects.err;
     EXPECT_EQ(objects.out.find("default"), std::string::npos) << "nobody changed anything";
   }
   for (const std::string& address : addresses_) {
     for (const uid_t uid : {user_, uid_t{0}}) {
-      const Finished put = Put(uid, address);
+      const ProcessResult put = Put(uid, address);
       EXPECT_EQ(put.exit_code, 0) << address << " " << uid << put.err;
     }
   }
@@ -77,7 +77,7 @@ TEST_F(LoopbackUsers, EveryUserIsAnsweredWhereTheServerWasToldSo) {
   ASSERT_NO_FATAL_FAILURE(StartServer({"--allow-any-local-user"}));
   for (const std::string& address : addresses_) {
     for (const uid_t uid : {stranger_, kNobody, user_, uid_t{0}}) {
-      const Finished put = Put(uid, address);
+      const ProcessResult put = Put(uid, address);
       EXPECT_EQ(put.exit_code, 0) << address << " " << uid << put.err;
     }
   }

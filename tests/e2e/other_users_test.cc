@@ -26,7 +26,7 @@ class DefaultAddressTest : public UserPrograms {
                    const std::vector<std::string>& status) {
     std::vector<std::string> command = {"cwm-server", "--viewer", "off"};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    server_ = std::make_unique<Background>(As(who, command), scratch_ / "log");
+    server_ = std::make_unique<BackgroundProcess>(As(who, command), scratch_ / "log");
     for (int i = 0; i < 400 && server_->Running(); ++i) {
       if (Run(who, status).exit_code == 0) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(25));
@@ -37,7 +37,7 @@ class DefaultAddressTest : public UserPrograms {
 
   const std::string folder_ = "/tmp/cwm-" + std::to_string(user_);
   const std::string socket_ = "unix:" + folder_ + "/cwm.sock";
-  std::unique_ptr<Background> server_;
+  std::unique_ptr<BackgroundProcess> server_;
 };
 
 TEST_F(DefaultAddressTest, ServerAndClientsOfAUserMeetInAFolderOfTheirOwn) {
@@ -64,12 +64,12 @@ TEST_F(DefaultAddressTest, AFolderThatAStrangerMadeIsNotBelieved) {
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"cwm", "status"},
         std::vector<std::string>{"cwm", "put", "a", "--box", "1,1,1", "--at", "0,0,0"}}) {
-    const Finished run = Run(user_, command);
+    const ProcessResult run = Run(user_, command);
     EXPECT_EQ(run.exit_code, kPermission) << run.out;
     EXPECT_THAT(run.err, HasSubstr(why));
     EXPECT_THAT(run.err, HasSubstr(way_out));
   }
-  const Finished server = Run(user_, {"cwm-server", "--viewer", "off"});
+  const ProcessResult server = Run(user_, {"cwm-server", "--viewer", "off"});
   EXPECT_EQ(server.exit_code, kUnavailable);
   EXPECT_THAT(server.err, HasSubstr(why));
   EXPECT_THAT(server.err, HasSubstr(way_out));
@@ -92,7 +92,7 @@ TEST_F(DefaultAddressTest, ARuntimeDirectoryThatOthersWriteToIsRefused) {
     std::vector<std::string> command = As(user_, {program, "status"});
     if (std::strcmp(program, "cwm-server") == 0) command.back() = "--viewer=off";
     command.insert(command.end() - 2, {"env", "XDG_RUNTIME_DIR=/tmp"});
-    const Finished run = RunProgram(command);
+    const ProcessResult run = RunProgram(command);
     EXPECT_NE(run.exit_code, 0);
     EXPECT_THAT(run.err, HasSubstr("XDG_RUNTIME_DIR: /tmp: has mode 1777, must not be writable"));
   }
@@ -108,7 +108,7 @@ TEST_F(DefaultAddressTest, ALockThatAStrangerHoldsIsNamed) {
     std::ofstream(lock).close();
     ASSERT_EQ(chmod(lock.c_str(), mode), 0);
     ASSERT_EQ(chown(lock.c_str(), stranger_, stranger_), 0);
-    const Finished run =
+    const ProcessResult run =
         Run(user_, {"cwm-server", "--viewer=off", "--listen", "unix:" + shared + "/cwm.sock"});
     EXPECT_EQ(run.exit_code, kUnavailable);
     EXPECT_THAT(run.err, HasSubstr(lock + ": it belongs to user " + std::to_string(stranger_)));
@@ -121,14 +121,14 @@ class ViewerUsersTest : public ServerTest {
 };
 
 TEST_F(ViewerUsersTest, AnotherUserSeesNothingOfTheWorld) {
-  if (!MayBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
+  if (!CanBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
   const int port = ViewerPort();
   ASSERT_GT(port, 0) << ServerLog();
-  EXPECT_EQ(Ask(port, "/").status, 200);
+  EXPECT_EQ(SendRequest(port, "/").status, 200);
   EXPECT_EQ(WebSocketClient(port).status(), 101);
   for (const char* target : {"/", "/viewer.js", "/socket"}) {
     OtherUser stranger(kNobody, [&] {
-      const HttpAnswer answer = Ask(port, target);
+      const HttpResponse answer = SendRequest(port, target);
       return std::to_string(answer.status) + " " + answer.body;
     });
     const std::string answer = stranger.Result();
@@ -137,7 +137,7 @@ TEST_F(ViewerUsersTest, AnotherUserSeesNothingOfTheWorld) {
   }
   OtherUser opens_a_socket(kNobody, [&] { return std::to_string(WebSocketClient(port).status()); });
   EXPECT_EQ(opens_a_socket.Result(), "403");
-  EXPECT_EQ(Ask(port, "/").status, 200);
+  EXPECT_EQ(SendRequest(port, "/").status, 200);
 }
 
 }  // namespace

@@ -44,14 +44,14 @@ class OutputForms : public ServerTest {
   }
 
   std::string Table(const std::vector<std::string>& arguments) const {
-    const Finished run = Cwm(arguments);
+    const ProcessResult run = Cwm(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "") << "progress and logs are for terminals";
     return run.out;
   }
   std::vector<json> Lines(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {"-o", "ndjson"});
-    const Finished run = Cwm(arguments);
+    const ProcessResult run = Cwm(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     std::vector<json> lines;
     std::istringstream text(run.out);
@@ -64,7 +64,7 @@ class OutputForms : public ServerTest {
   }
   void ExpectExit(const std::vector<std::string>& arguments, int exit_code,
                   const std::string& said) const {
-    const Finished run = Cwm(arguments);
+    const ProcessResult run = Cwm(arguments);
     EXPECT_EQ(run.exit_code, exit_code) << run.err;
     EXPECT_EQ(run.out, "") << "errors belong to stderr";
     EXPECT_NE(run.err.find(said), std::string::npos) << "'" << said << "' not in: " << run.err;
@@ -202,7 +202,7 @@ TEST_F(OutputForms, WatchTellsTheWorldInEveryForm) {
               {"1  is      crate  user  box 1.000 x 1.000 x 1.000 m  at 0.000 0.000 0.000 m",
                "that is the world, uid " + UidOf("default")});
   for (const char* form : {"json", "ndjson"}) {
-    const Finished run = Cwm({"-o", form, "watch", "--once"});
+    const ProcessResult run = Cwm({"-o", form, "watch", "--once"});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     std::istringstream lines(run.out);
     std::string first;
@@ -215,7 +215,7 @@ TEST_F(OutputForms, WatchTellsTheWorldInEveryForm) {
   ExpectExit({"watch", "--from", "1", "--world-uid", "another"}, kConflict, uid);
   ExpectExit({"watch", "--from", "1"}, kUsage, "--world-uid");
   EXPECT_EQ(Cwm({"watch", "--from", "0", "--count", "1"}).exit_code, 0);
-  const Finished idle = Cwm({"watch", "--from", "1", "--world-uid", uid, "--deadline", "0.5"});
+  const ProcessResult idle = Cwm({"watch", "--from", "1", "--world-uid", uid, "--deadline", "0.5"});
   EXPECT_EQ(idle.exit_code, kDeadline) << idle.err;
 }
 
@@ -225,12 +225,12 @@ TEST_F(OutputForms, AReaderThatHasHadEnoughEndsItQuietlyAndAFullDiskDoesNot) {
     return RunProgram({"timeout", "20", "bash", "-c", line + Program("cwm") + command});
   };
   // The world does not change, so no further write could fail.
-  const Finished watch = shell(" -o ndjson watch | head -1");
+  const ProcessResult watch = shell(" -o ndjson watch | head -1");
   EXPECT_EQ(watch.exit_code, 0) << watch.err;
   EXPECT_EQ(json::parse(watch.out).at("initial_state").at("objects").at(0).at("name"), "crate");
-  const Finished objects = shell(" objects | true");
+  const ProcessResult objects = shell(" objects | true");
   EXPECT_EQ(objects.exit_code, 0) << objects.err;
-  const Finished full = shell(" objects >/dev/full");
+  const ProcessResult full = shell(" objects >/dev/full");
   EXPECT_EQ(full.exit_code, 70);
   EXPECT_NE(full.err.find("stdout cannot be written"), std::string::npos) << full.err;
 }

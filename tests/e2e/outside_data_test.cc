@@ -86,7 +86,7 @@ TEST_F(PlanningScenes, ImportPutsEveryPrimitiveIntoTheWorld) {
   for (const auto& family : std::filesystem::directory_iterator(*directory)) {
     const std::string scene = family.path() / "scene0001.yaml";
     const std::string world = family.path().filename();
-    const Finished run = Cwm({"import", scene, "--world", world});
+    const ProcessResult run = Cwm({"import", scene, "--world", world});
     ASSERT_EQ(run.exit_code, 0) << scene << ": " << run.err;
     const json objects = CwmJson({"objects", "--world", world}).at("objects");
     std::size_t shapes = 0;

@@ -59,13 +59,13 @@ class PlanCommand : public ServerTest {
     std::ofstream(scratch() / name) << text;
     return scratch() / name;
   }
-  Finished Plan(std::vector<std::string> arguments) const {
+  ProcessResult Plan(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {Program("cwm-plan"), "--addr", address()});
     return RunProgram(arguments);
   }
   json PlanJson(std::vector<std::string> arguments) const {
     arguments.insert(arguments.end(), {"-o", "json"});
-    const Finished run = Plan(arguments);
+    const ProcessResult run = Plan(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return json::parse(run.out, nullptr, /*allow_exceptions=*/false);
   }
@@ -99,10 +99,10 @@ TEST_F(PlanCommand, GoesAroundWhatIsInTheWay) {
 }
 
 TEST_F(PlanCommand, PlansTheSameForTheSameSeed) {
-  const std::vector<std::string> asked = {"--group", "both",  "--start", "left",
-                                          "--goal",  "right", "--seed"};
+  const std::vector<std::string> base = {"--group", "both",  "--start", "left",
+                                         "--goal",  "right", "--seed"};
   const auto path = [&](const std::string& seed) {
-    std::vector<std::string> arguments = asked;
+    std::vector<std::string> arguments = base;
     arguments.push_back(seed);
     return PlanJson(arguments).at("path");
   };
@@ -111,7 +111,8 @@ TEST_F(PlanCommand, PlansTheSameForTheSameSeed) {
 }
 
 TEST_F(PlanCommand, ShowsThePathToPeople) {
-  const Finished run = Plan({"--group", "both", "--start", "left", "--goal=1.5,0.25", "--certify"});
+  const ProcessResult run =
+      Plan({"--group", "both", "--start", "left", "--goal=1.5,0.25", "--certify"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* text : {"shoulder", "1.5000", "length 0.559", "certified: FREE", "batches of"}) {
     EXPECT_THAT(run.out, HasSubstr(text));
@@ -157,7 +158,7 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
     if (std::count(arguments.begin(), arguments.end(), "--group") == 0) {
       arguments.insert(arguments.begin(), {"--group", "both"});
     }
-    const Finished run = Plan(arguments);
+    const ProcessResult run = Plan(arguments);
     EXPECT_EQ(run.exit_code, c.exit_code) << c.says << ": " << run.err;
     EXPECT_THAT(run.err, HasSubstr(c.says));
   }
@@ -166,7 +167,7 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
 // A gate at the elbow that the arm along x cannot pass.
 TEST_F(PlanCommand, GivesUpInTimeWhereThereIsNoPath) {
   CwmJson({"put", "gate", "--box", "0.2,0.2,0.2", "--at", "0.5,0,0"});
-  const Finished run =
+  const ProcessResult run =
       Plan({"--group", "both", "--start", "left", "--goal", "right", "--time", "0.5"});
   EXPECT_EQ(run.exit_code, 14);
   EXPECT_THAT(run.err, HasSubstr("no path: none was found in 0.5 s"));
@@ -183,14 +184,14 @@ TEST_F(PlanCommand, TakesRequestsAndRefusesThoseThatAreNone) {
     text.replace(text.find(from), from.size(), to);
     return Plan({Write("bad.yaml", text)});
   };
-  const Finished text = refused("position: -1", "position: there");
+  const ProcessResult text = refused("position: -1", "position: there");
   EXPECT_EQ(text.exit_code, 8);
   EXPECT_THAT(text.err,
               AllOf(HasSubstr("bad.yaml: goal_constraints[0].joint_constraints[0].position"),
                     HasSubstr("there")));
   EXPECT_THAT(refused("elbow, position: 0", "wing, position: 0").err,
               HasSubstr("elbow is missing"));
-  const Finished leg = refused("group_name: both", "group_name: leg");
+  const ProcessResult leg = refused("group_name: both", "group_name: leg");
   EXPECT_EQ(leg.exit_code, 8);
   EXPECT_THAT(leg.err, HasSubstr("must be one of arm: both, wrist"));
 }
@@ -228,7 +229,7 @@ TEST_F(PlanCommand, PlansInASceneAloneAndLeavesTheWorldAsItIs) {
         primitives: [{type: box, dimensions: [0.1, 3, 0.1]}]
         primitive_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]
 )";
-  const Finished holds = Plan({request, "--problem", Write("held.yaml", held)});
+  const ProcessResult holds = Plan({request, "--problem", Write("held.yaml", held)});
   EXPECT_EQ(holds.exit_code, 10) << holds.out << holds.err;
   EXPECT_THAT(holds.err, HasSubstr("start in collision: rod meets wall"));
   EXPECT_EQ(RevisionOf("default"), revision);
@@ -247,11 +248,11 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
   // The grain is in the middle of one of the 200 steps from -0.5 to 0.5.
   CwmJson({"put", "grain", "--sphere", "0.0002", "--at", "0.999996875,0.002499997,0", "--world",
            "sewing"});
-  const std::vector<std::string> asked = {"--world", "sewing", "--start=-0.5", "--goal", "0.5"};
-  EXPECT_EQ(PlanJson(asked).at("outcome"), "SOLVED") << "its states are free";
-  std::vector<std::string> certified = asked;
+  const std::vector<std::string> base = {"--world", "sewing", "--start=-0.5", "--goal", "0.5"};
+  EXPECT_EQ(PlanJson(base).at("outcome"), "SOLVED") << "its states are free";
+  std::vector<std::string> certified = base;
   certified.insert(certified.end(), {"--certify", "-o", "json"});
-  const Finished run = Plan(certified);
+  const ProcessResult run = Plan(certified);
   EXPECT_EQ(run.exit_code, 15) << run.out << run.err;
   const json certificate = json::parse(run.out).at("certificate");
   EXPECT_EQ(certificate.at("verdict"), "CONTACT");
@@ -263,25 +264,25 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
 
 TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   const client::Connection connection({.address = address(), .deadline = {}});
-  v1::CheckCollisionsRequest question;
-  question.mutable_subject()->mutable_robot()->set_robot("arm");
+  v1::CheckCollisionsRequest query;
+  query.mutable_subject()->mutable_robot()->set_robot("arm");
   client::QueryStream stream(connection);
-  planner::ServerChecker checker(stream, question);
+  planner::ServerChecker checker(stream, query);
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
-  const auto free = checker.AreFree(rows, 2);
+  const auto free = checker.CheckStates(rows, 2);
   ASSERT_TRUE(free.ok()) << free.status();
   EXPECT_THAT(*free, ::testing::ElementsAre(1, 0, 1, 0));
-  const auto width = checker.AreFree(rows, 1);
+  const auto width = checker.CheckStates(rows, 1);
   EXPECT_THAT(std::string(width.status().message()), HasSubstr("rows.width: is 1, must be 2"));
-  EXPECT_TRUE(checker.AreFree(rows, 2).ok()) << "the stream goes on";
-  const Finished nobody = RunProgram(
+  EXPECT_TRUE(checker.CheckStates(rows, 2).ok()) << "the stream goes on";
+  const ProcessResult nobody = RunProgram(
       {Program("cwm-plan"), "--addr", "unix:" + scratch() / "nobody.sock", "--goal", "left"});
   EXPECT_EQ(nobody.exit_code, 2);
   EXPECT_THAT(nobody.err, HasSubstr("nobody.sock; start `cwm-server`"));
   v1::CheckCollisionsRequest of_ghost;
   of_ghost.mutable_subject()->mutable_robot()->set_robot("ghost");
   planner::ServerChecker ghost(stream, of_ghost);
-  EXPECT_TRUE(absl::IsNotFound(ghost.AreFree(rows, 2).status()));
+  EXPECT_TRUE(absl::IsNotFound(ghost.CheckStates(rows, 2).status()));
 }
 
 TEST_F(PlanCommand, SolvesProblemsOfMotionBenchMaker) {

@@ -73,7 +73,7 @@ class PlanningSceneCommand : public ServerTest {
 
 TEST_F(PlanningSceneCommand, ImportTakesObjectsStateAndPairsInOneRevision) {
   LoadArm();
-  const Finished run = Cwm({"import", scratch() / "scene.yaml"});
+  const ProcessResult run = Cwm({"import", scratch() / "scene.yaml"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("the state of arm (1 joint value and its base)"),
                              HasSubstr("3 objects (1 mesh)"), HasSubstr("3 allowed pairs"),
@@ -114,7 +114,7 @@ TEST_F(PlanningSceneCommand, ImportWarnsWhereSceneAndRobotDifferAboutLinks) {
         << "\nworld:\n  collision_objects: [{id: post, primitives: [{type: sphere, dimensions: "
            "[0.1]}], "
            "primitive_poses: [{position: [3, 0, 0], orientation: [0, 0, 0, 1]}]}]\n";
-    const Finished run = Cwm({"import", scratch() / "rules.yaml"});
+    const ProcessResult run = Cwm({"import", scratch() / "rules.yaml"});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return run.err;
   };
@@ -138,7 +138,7 @@ TEST_F(PlanningSceneCommand, ImportTakesBackWhatWasAllowedBefore) {
           "[false, false, false, false], [true, false, false, false]]");  // post
   replace("default_entry_names: [floor]", "default_entry_names: [ceiling]");
   std::ofstream(scratch() / "second.yaml") << scene;
-  const Finished run = Cwm({"import", scratch() / "second.yaml"});
+  const ProcessResult run = Cwm({"import", scratch() / "second.yaml"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("2 pairs no more allowed"));
   EXPECT_THAT(run.err,
@@ -166,7 +166,7 @@ TEST_F(PlanningSceneCommand, ImportReplacesWhatWasPutBefore) {
   ASSERT_EQ(Cwm({"import", scratch() / "second.yaml"}).exit_code, 0);
   EXPECT_THAT(names(), ElementsAre("big_mesh", "cup", "dark", "field", "floor", "post"));
   const std::int64_t revision = Revision();
-  const Finished run = Cwm({"import", scratch() / "second.yaml", "--replace"});
+  const ProcessResult run = Cwm({"import", scratch() / "second.yaml", "--replace"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("2 objects of before removed"),
                              HasSubstr("2 pairs no more allowed")));
@@ -189,10 +189,10 @@ world:
     - {id: nothing, operation: remove}
     - {id: cup, primitives: [{type: sphere, dimensions: [0.1]}], primitive_poses: [{position: [9, 0, 0], orientation: [0, 0, 0, 1]}]}
 )";
-  const Finished replaced = Cwm({"import", scratch() / "difference.yaml", "--replace"});
+  const ProcessResult replaced = Cwm({"import", scratch() / "difference.yaml", "--replace"});
   EXPECT_NE(replaced.exit_code, 0);
   EXPECT_THAT(replaced.err, HasSubstr("is_diff is true"));
-  const Finished run = Cwm({"import", scratch() / "difference.yaml"});
+  const ProcessResult run = Cwm({"import", scratch() / "difference.yaml"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("1 object of before removed"), HasSubstr("1 object")));
   EXPECT_THAT(run.err, HasSubstr("nothing: not removed"));
@@ -201,18 +201,18 @@ world:
 }
 
 TEST_F(PlanningSceneCommand, ImportLeavesOutWhatIsNotWantedOrNotThere) {
-  const Finished without_robot = Cwm({"import", scratch() / "scene.yaml"});
+  const ProcessResult without_robot = Cwm({"import", scratch() / "scene.yaml"});
   ASSERT_EQ(without_robot.exit_code, 0) << without_robot.err;
   EXPECT_THAT(without_robot.err, HasSubstr("`cwm robot load` it first"));
   EXPECT_THAT(without_robot.out, AllOf(HasSubstr("3 objects"), Not(HasSubstr("state"))));
   LoadArm("second");
-  const Finished less = Cwm({"import", scratch() / "scene.yaml", "--world", "second", "--without",
-                             "state", "--without", "allowed"});
+  const ProcessResult less = Cwm({"import", scratch() / "scene.yaml", "--world", "second",
+                                  "--without", "state", "--without", "allowed"});
   ASSERT_EQ(less.exit_code, 0) << less.err;
   EXPECT_THAT(less.out, AllOf(Not(HasSubstr("state")), Not(HasSubstr("pair"))));
   EXPECT_EQ(CwmJson({"robot", "get", "arm", "--world", "second"}).at("robots")[0].at("state")[0],
             0);
-  const Finished unknown =
+  const ProcessResult unknown =
       Cwm({"import", scratch() / "scene.yaml", "--world", "second", "--robot", "ghost"});
   EXPECT_EQ(unknown.exit_code, 3) << unknown.err;
 }
@@ -224,20 +224,20 @@ TEST_F(PlanningSceneCommand, ExportIsWhatImportReads) {
   EXPECT_EQ(said.at("revision"), "2");
   EXPECT_THAT(said.at("warnings").dump(), HasSubstr("floor: a half-space is written as a plane"));
   LoadArm("again");
-  const Finished run = Cwm({"import", scratch() / "out.yaml", "--world", "again"});
+  const ProcessResult run = Cwm({"import", scratch() / "out.yaml", "--world", "again"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("3 objects"), HasSubstr("its base"), HasSubstr("3 allowed")));
   ASSERT_EQ(Cwm({"export", scratch() / "again.yaml", "--world", "again"}).exit_code, 0);
   EXPECT_EQ(AfterTheName(ContentOf(scratch() / "again.yaml")),
             AfterTheName(ContentOf(scratch() / "out.yaml")));
-  const Finished text = Cwm({"export", "-", "--format", "scene"});
+  const ProcessResult text = Cwm({"export", "-", "--format", "scene"});
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_THAT(text.out, AllOf(HasSubstr("* post\n1.5 2 0\n"), HasSubstr("plane\n0 0 1 0\n")));
   EXPECT_THAT(text.err, HasSubstr("robots and rules of pairs: left out"));
   std::ofstream(scratch() / "text.scene") << text.out;
   ASSERT_EQ(Cwm({"import", scratch() / "text.scene", "--world", "third"}).exit_code, 0);
-  const Finished third = Cwm({"export", "-", "--format", "scene", "--world", "third"});
+  const ProcessResult third = Cwm({"export", "-", "--format", "scene", "--world", "third"});
   EXPECT_EQ(AfterTheName(third.out), AfterTheName(text.out));
 }
 
@@ -255,7 +255,7 @@ robot_state:
       object: {id: lid, primitives: [{type: sphere, dimensions: [0.1]}],
                primitive_poses: [{position: [0.5, 0, 0.2], orientation: [0, 0, 0, 1]}]}
 )";
-  const Finished run = Cwm({"import", scratch() / "held.yaml"});
+  const ProcessResult run = Cwm({"import", scratch() / "held.yaml"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("2 attached objects"), HasSubstr("revision 2")));
   const auto held = [&](const std::string& name, const std::string& world) {
@@ -269,9 +269,9 @@ robot_state:
   LoadArm("again");
   ASSERT_EQ(Cwm({"import", scratch() / "again.yaml", "--world", "again"}).exit_code, 0);
   for (const char* name : {"can", "lid"}) EXPECT_EQ(held(name, "again"), held(name, "default"));
-  const Finished text = Cwm({"export", "-", "--format", "scene"});
+  const ProcessResult text = Cwm({"export", "-", "--format", "scene"});
   EXPECT_THAT(text.err, HasSubstr("can: left out, it is attached to arm"));
-  const Finished free =
+  const ProcessResult free =
       Cwm({"import", scratch() / "held.yaml", "--world", "again", "--without", "attached"});
   EXPECT_THAT(free.out, Not(HasSubstr("object"))) << free.err;
 }
@@ -294,7 +294,7 @@ robot_state:
                primitive_poses: [{position: [0.5, 0, 0.2], orientation: [0, 0, 0, 1]}]}
 allowed_collision_matrix: {default_entry_names: [base], default_entry_values: [true]}
 )";
-  const Finished run = Cwm({"import", scratch() / "other.yaml"});
+  const ProcessResult run = Cwm({"import", scratch() / "other.yaml"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("2 objects"), HasSubstr("1 attached object")));
   for (const char* warning :
@@ -319,10 +319,10 @@ TEST_F(PlanningSceneCommand, ExportSaysWhatIsWrong) {
   EXPECT_EQ(Cwm({"export", scratch() / "x.yaml", "--robot", "ghost"}).exit_code, 3);
   EXPECT_EQ(Cwm({"export", scratch() / "x.yaml", "--at-revision", "9"}).exit_code, 4);
   EXPECT_EQ(Cwm({"export", "/nowhere/x.yaml"}).exit_code, 8);
-  const Finished old = Cwm({"export", "-", "--format", "scene", "--at-revision", "1"});
+  const ProcessResult old = Cwm({"export", "-", "--format", "scene", "--at-revision", "1"});
   EXPECT_THAT(old.out, HasSubstr("box\n1 1 1\n"));
   std::ofstream(scratch() / "bad.scene") << "x\n* a\n1\nbox\n1 nan 1\n0 0 0\n0 0 0 1\n0 0 0 0\n.\n";
-  const Finished bad = Cwm({"import", scratch() / "bad.scene"});
+  const ProcessResult bad = Cwm({"import", scratch() / "bad.scene"});
   EXPECT_EQ(bad.exit_code, 8);
   EXPECT_THAT(bad.err, HasSubstr("bad.scene: line 5: box is nan, must be a finite number"));
 }
@@ -359,7 +359,7 @@ TEST_F(PlanningSceneCommand, KeepsEveryFamilyOfProblemsAsThePandaSeesIt) {
     SCOPED_TRACE(name);
     ++families;
     load(name);
-    const Finished run = Cwm({"import", family.path() / "scene0001.yaml", "--world", name});
+    const ProcessResult run = Cwm({"import", family.path() / "scene0001.yaml", "--world", name});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_THAT(run.out, AllOf(HasSubstr("the state of panda (7 joint values and its base)"),
                                HasSubstr("allowed pairs")));

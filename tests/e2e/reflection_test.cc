@@ -13,13 +13,13 @@ constexpr char kBuf[] = "proto/node_modules/.bin/buf";  // installed by ./dev te
 
 TEST(Protos, AreCleanUnderBufLint) {
   ASSERT_TRUE(std::filesystem::exists(kBuf)) << "buf is missing: ./dev setup test installs it";
-  const Finished lint = RunProgram({kBuf, "lint", "proto"});
+  const ProcessResult lint = RunProgram({kBuf, "lint", "proto"});
   EXPECT_EQ(lint.exit_code, 0) << lint.out << lint.err;
 }
 
 class Reflection : public ServerTest {
  protected:
-  Finished BufCurl(const std::string& method, const std::string& request) const {
+  ProcessResult BufCurl(const std::string& method, const std::string& request) const {
     return RunProgram({kBuf, "curl", "--protocol", "grpc", "--http2-prior-knowledge",
                        "--unix-socket", address().substr(5), "--reflect-protocol", "grpc-v1alpha",
                        "-d", request, "http://localhost/" + method});
@@ -27,9 +27,10 @@ class Reflection : public ServerTest {
 };
 
 TEST_F(Reflection, ListsEveryService) {
-  const Finished run = RunProgram({kBuf, "curl", "--protocol", "grpc", "--http2-prior-knowledge",
-                                   "--unix-socket", address().substr(5), "--reflect-protocol",
-                                   "grpc-v1alpha", "--list-services", "http://localhost"});
+  const ProcessResult run =
+      RunProgram({kBuf, "curl", "--protocol", "grpc", "--http2-prior-knowledge", "--unix-socket",
+                  address().substr(5), "--reflect-protocol", "grpc-v1alpha", "--list-services",
+                  "http://localhost"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   for (const char* service :
        {"cwm.v1.PerceptionService", "cwm.v1.WorldService", "cwm.v1.QueryService",
@@ -39,13 +40,13 @@ TEST_F(Reflection, ListsEveryService) {
 }
 
 TEST_F(Reflection, CallsTheServices) {
-  const Finished put =
+  const ProcessResult put =
       BufCurl("cwm.v1.WorldService/ApplyChanges", R"({"changes": [{"put": {"object": {
       "name": "ball", "shapes": [{"sphere": {"radiusM": 0.1}}]}}}]})");
   ASSERT_EQ(put.exit_code, 0) << put.err;
   EXPECT_EQ(nlohmann::json::parse(put.out).at("revision"), "1");
 
-  const Finished distance = BufCurl("cwm.v1.QueryService/GetDistances", R"({
+  const ProcessResult distance = BufCurl("cwm.v1.QueryService/GetDistances", R"({
       "subject": {"shapes": {"shapes": [{"sphere": {"radiusM": 0.1}}], "xWorldBody": {"data":
         "AAAAAAAA8D8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA8D8="}}},
       "options": {"resultForm": "RESULT_FORM_ROWS"}})");  // one pose: 1 m along x
@@ -54,11 +55,11 @@ TEST_F(Reflection, CallsTheServices) {
   EXPECT_NEAR(answer.at("distanceM").get<double>(), 0.8, 1e-12);
   EXPECT_EQ(answer.at("object"), "ball");
 
-  const Finished info = BufCurl("cwm.v1.AdminService/GetServerInfo", "{}");
+  const ProcessResult info = BufCurl("cwm.v1.AdminService/GetServerInfo", "{}");
   ASSERT_EQ(info.exit_code, 0) << info.err;
   EXPECT_EQ(nlohmann::json::parse(info.out)["engines"].size(), 3U);
 
-  const Finished health = BufCurl("grpc.health.v1.Health/Check", "{}");
+  const ProcessResult health = BufCurl("grpc.health.v1.Health/Check", "{}");
   ASSERT_EQ(health.exit_code, 0) << health.err;
   EXPECT_EQ(nlohmann::json::parse(health.out).at("status"), "SERVING");
 }
@@ -94,8 +95,8 @@ TEST_F(Reflection, CallsThePerceptionServiceWithAStreamOfRequests) {
   const nlohmann::json chunk = {
       {"chunk", {{"data", absl::Base64Escape(bytes)}, {"crc32c", Crc32c(bytes)}}}};
   const nlohmann::json finish = {{"finish", {{"sha256", Sha256Hex(bytes)}}}};
-  const Finished ingest = BufCurl("cwm.v1.PerceptionService/IngestCloud",
-                                  header.dump() + "\n" + chunk.dump() + "\n" + finish.dump());
+  const ProcessResult ingest = BufCurl("cwm.v1.PerceptionService/IngestCloud",
+                                       header.dump() + "\n" + chunk.dump() + "\n" + finish.dump());
   ASSERT_EQ(ingest.exit_code, 0) << ingest.err;
   const nlohmann::json answer = nlohmann::json::parse(ingest.out);
   EXPECT_EQ(answer.at("revision"), "1");
@@ -104,7 +105,7 @@ TEST_F(Reflection, CallsThePerceptionServiceWithAStreamOfRequests) {
   ASSERT_EQ(answer.at("supports").size(), 1U);
   EXPECT_EQ(answer["supports"][0].at("kind"), "OBJECT_KIND_SUPPORT");
 
-  const Finished cut =
+  const ProcessResult cut =
       BufCurl("cwm.v1.PerceptionService/IngestCloud", header.dump() + "\n" + finish.dump());
   EXPECT_NE(cut.exit_code, 0);
   EXPECT_NE(cut.err.find("invalid_argument"), std::string::npos) << cut.err;

@@ -51,7 +51,7 @@ Eigen::Isometry3d PoseOf(const json& object, const char* field) {
 }
 
 // The state of a page in the browser once it is drawn.
-struct Drawn {
+struct DrawnPage {
   json summary;
   std::string document;
 
@@ -72,7 +72,7 @@ struct Drawn {
   }
 };
 
-Drawn DrawnBy(const std::string& document) {
+DrawnPage ReadDrawnPage(const std::string& document) {
   const std::string open = "<script type=\"application/json\" id=\"drawn\">";
   const std::size_t begin = document.find(open);
   if (begin == std::string::npos) {
@@ -95,7 +95,7 @@ class ReportPage : public ServerTest {
     scan_ = scratch() / "a <b>kitchen & co.pcd";
     std::filesystem::rename(Simulate("kitchen", {"--scene", "kitchen", "--seed", "3"}), scan_);
     page_ = scratch() / "kitchen.html";
-    const Finished run = Cwm({"report", scan_, page_});
+    const ProcessResult run = Cwm({"report", scan_, page_});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "") << "progress is for terminals";
     ASSERT_LE(RevisionOf("default"), 0) << "a report must leave the world as it is";
@@ -176,7 +176,7 @@ void ExpectLook(const json& drawn, const json& part) {
 
 TEST_F(ReportPage, DrawsEveryObjectAsTheWorldHoldsIt) {
   ASSERT_NO_FATAL_FAILURE(Report());
-  const Drawn drawn = DrawnBy(DocumentOf(page_, {}, scratch()));
+  const DrawnPage drawn = ReadDrawnPage(DocumentOf(page_, {}, scratch()));
   ASSERT_FALSE(drawn.summary.is_null());
   ASSERT_EQ(world_.size(), ingest_.at("supports").size() + ingest_.at("objects").size());
   std::size_t shapes = 0;
@@ -200,7 +200,7 @@ TEST_F(ReportPage, DrawsEveryObjectAsTheWorldHoldsIt) {
 
 TEST_F(ReportPage, DrawsEveryMeshAndEveryPoint) {
   ASSERT_NO_FATAL_FAILURE(Report());
-  const Drawn drawn = DrawnBy(DocumentOf(page_, {}, scratch()));
+  const DrawnPage drawn = ReadDrawnPage(DocumentOf(page_, {}, scratch()));
   ASSERT_FALSE(drawn.summary.is_null());
   for (const auto& [name, object] : world_) {
     for (const char* picture : {"surfaces", "hybrid"}) {
@@ -255,7 +255,7 @@ TEST_F(ReportPage, IsOneFileOfLessThanEightMegabytes) {
   EXPECT_EQ(page.find("<link"), std::string::npos) << "nothing is loaded from elsewhere";
 }
 
-struct Look {
+struct PaneColors {
   double covered = 0;      // share of pixels that differ from the background
   std::size_t shades = 0;  // different colours, in 32 steps per channel
   std::size_t hues = 0;    // of twelve, among saturated pixels
@@ -263,20 +263,20 @@ struct Look {
 
 // The twelfth of the colour circle of a saturated pixel; -1 for greys.
 int HueOf(const Pixel& p) {
-  const int most = std::max({p.r, p.g, p.b}), least = std::min({p.r, p.g, p.b});
-  if (most - least < 60) return -1;
-  const double chroma = most - least;
+  const int max = std::max({p.r, p.g, p.b}), min = std::min({p.r, p.g, p.b});
+  if (max - min < 60) return -1;
+  const double chroma = max - min;
   double sixth = 0;
-  if (most == p.r) {
+  if (max == p.r) {
     sixth = std::fmod((p.g - p.b) / chroma + 6, 6);
   } else {
-    sixth = most == p.g ? (p.b - p.r) / chroma + 2 : (p.r - p.g) / chroma + 4;
+    sixth = max == p.g ? (p.b - p.r) / chroma + 2 : (p.r - p.g) / chroma + 4;
   }
   return static_cast<int>(2 * sixth);
 }
 
 // The middle of a pane, without its caption and the axes in its corner.
-Look LookOf(const Picture& screen, const json& pane) {
+PaneColors PaneColorsOf(const Picture& screen, const json& pane) {
   const int left = pane.at("left").get<int>() + 70, top = pane.at("top").get<int>() + 40;
   const int right = pane.at("left").get<int>() + pane.at("width").get<int>() - 50;
   const int bottom = pane.at("top").get<int>() + pane.at("height").get<int>() - 10;
@@ -301,7 +301,7 @@ Look LookOf(const Picture& screen, const json& pane) {
 TEST_F(ReportPage, PaintsEveryPictureInLightAndInDark) {
   ASSERT_NO_FATAL_FAILURE(Report());
   Window window{.width_px = 1000, .height_px = 1000};
-  const json summary = DrawnBy(DocumentOf(page_, window, scratch())).summary;
+  const json summary = ReadDrawnPage(DocumentOf(page_, window, scratch())).summary;
   ASSERT_FALSE(summary.is_null());
   std::map<ColorScheme, int> brightness;
   for (const ColorScheme scheme : {ColorScheme::kLight, ColorScheme::kDark}) {
@@ -312,13 +312,13 @@ TEST_F(ReportPage, PaintsEveryPictureInLightAndInDark) {
     ASSERT_EQ(summary.at("pictures").size(), 4U);
     for (const json& pane : summary.at("pictures")) {
       const std::string name = pane.at("name");
-      const Look look = LookOf(screen, pane);
-      EXPECT_GT(look.covered, 0.05) << name;
-      EXPECT_GT(look.shades, 20U) << name;
+      const PaneColors colors = PaneColorsOf(screen, pane);
+      EXPECT_GT(colors.covered, 0.05) << name;
+      EXPECT_GT(colors.shades, 20U) << name;
       // Nine objects have nine colours; there are few surfaces, and the points around them are
       // grey.
       if (name != "surfaces") {
-        EXPECT_GE(look.hues, 5U) << name;
+        EXPECT_GE(colors.hues, 5U) << name;
       }
     }
   }
@@ -329,28 +329,28 @@ TEST_F(ReportPage, PaintsEveryPictureInLightAndInDark) {
 class ReportCommand : public ServerTest {};
 
 TEST_F(ReportCommand, BeginsItsHelpWithExamples) {
-  const Finished help = Cwm({"report", "--help"});
+  const ProcessResult help = Cwm({"report", "--help"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_LT(help.out.find("cwm report scan.pcd scan.html"), help.out.find("--sensor-model"));
 }
 
 TEST_F(ReportCommand, SaysWhichFileItCannotReadOrWrite) {
   const std::string page = scratch() / "page.html";
-  const Finished missing = Cwm({"report", scratch() / "no.pcd", page});
+  const ProcessResult missing = Cwm({"report", scratch() / "no.pcd", page});
   EXPECT_EQ(missing.exit_code, kBadInput);
   EXPECT_NE(missing.err.find("no.pcd"), std::string::npos) << missing.err;
 
   const std::string cloud = Simulate("table", {"--scene", "table", "--seed", "1"});
   const std::string nowhere = scratch() / "no/such/folder/page.html";
-  const Finished unwritable = Cwm({"report", cloud, nowhere});
+  const ProcessResult unwritable = Cwm({"report", cloud, nowhere});
   EXPECT_EQ(unwritable.exit_code, kBadInput);
   EXPECT_NE(unwritable.err.find(nowhere), std::string::npos) << unwritable.err;
 
-  const Finished swapped = Cwm({"report", page, cloud});
+  const ProcessResult swapped = Cwm({"report", page, cloud});
   EXPECT_EQ(swapped.exit_code, kUsage);
   EXPECT_NE(swapped.err.find("must end in .html"), std::string::npos) << swapped.err;
 
-  const Finished alone =
+  const ProcessResult alone =
       RunProgram({Program("cwm"), "--addr", "unix:" + scratch() / "nobody", "report", cloud, page});
   EXPECT_EQ(alone.exit_code, kUnavailable);
   EXPECT_FALSE(std::filesystem::exists(page));

@@ -55,7 +55,7 @@ TEST_F(RobotCommand, LoadsListsShowsAndRemovesARobot) {
 }
 
 TEST_F(RobotCommand, ShowsTablesToPeople) {
-  const Finished loaded = Cwm({"robot", "load", urdf()});
+  const ProcessResult loaded = Cwm({"robot", "load", urdf()});
   EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
   EXPECT_THAT(loaded.out, HasSubstr("crane"));
   EXPECT_THAT(loaded.out, HasSubstr("swing"));
@@ -81,11 +81,11 @@ TEST_F(RobotCommand, SetsWhereARobotStands) {
   EXPECT_EQ(crane().at("state").at(0), -0.5);
 
   EXPECT_EQ(Cwm({"robot", "set", "crane"}).exit_code, 1);
-  const Finished wide = Cwm({"robot", "set", "crane", "--joints", "1,2"});
+  const ProcessResult wide = Cwm({"robot", "set", "crane", "--joints", "1,2"});
   EXPECT_EQ(wide.exit_code, 1);
   EXPECT_THAT(wide.err, HasSubstr("--joints has 2 numbers, must be 1: swing"));
   EXPECT_THAT(Cwm({"robot", "set", "crane", "--joints", "inn"}).err, HasSubstr("out"));
-  const Finished leg = Cwm({"robot", "set", "crane", "--group", "leg", "--joints", "0"});
+  const ProcessResult leg = Cwm({"robot", "set", "crane", "--group", "leg", "--joints", "0"});
   EXPECT_EQ(leg.exit_code, 3);
   EXPECT_THAT(leg.err, HasSubstr("no group \"leg\" of \"crane\": arm"));
   EXPECT_EQ(Cwm({"robot", "set", "ghost", "--joints", "0"}).exit_code, 3);
@@ -98,12 +98,13 @@ TEST_F(RobotCommand, TellsOfNamedStatesThatSayNothing) {
   const std::string srdf = scratch() / "crane.srdf";
   std::ofstream(srdf) << R"(<robot name="crane"><group name="hook"><link name="base"/></group>
     <group_state name="open" group="hook"><joint name="swing" value="1"/></group_state></robot>)";
-  const Finished loaded = Cwm({"robot", "load", urdf(), "--srdf", srdf});
+  const ProcessResult loaded = Cwm({"robot", "load", urdf(), "--srdf", srdf});
   EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
   EXPECT_THAT(loaded.err, HasSubstr("group_state \"open\": joint \"swing\" is not one of group"));
-  const Finished asked = Cwm({"check", "--robot", "crane", "--group", "hook", "--joints", "open"});
-  EXPECT_EQ(asked.exit_code, 1);
-  EXPECT_THAT(asked.err, HasSubstr("\"open\" says nothing that joints of hook can take"));
+  const ProcessResult finished =
+      Cwm({"check", "--robot", "crane", "--group", "hook", "--joints", "open"});
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_THAT(finished.err, HasSubstr("\"open\" says nothing that joints of hook can take"));
 }
 
 TEST_F(RobotCommand, SaysByItsExitCodeWhatWentWrong) {
@@ -112,14 +113,14 @@ TEST_F(RobotCommand, SaysByItsExitCodeWhatWentWrong) {
   EXPECT_EQ(Cwm({"robot", "list"}).exit_code, 3) << "there is no world yet";
   EXPECT_EQ(Cwm({"robot", "load", "/nowhere.urdf"}).exit_code, 8);
   ASSERT_EQ(Cwm({"robot", "load", urdf()}).exit_code, 0);
-  const Finished unknown = Cwm({"robot", "get", "ghost"});
+  const ProcessResult unknown = Cwm({"robot", "get", "ghost"});
   EXPECT_EQ(unknown.exit_code, 3);
   EXPECT_THAT(unknown.err, HasSubstr("ROBOT_UNKNOWN"));
   EXPECT_THAT(unknown.err, HasSubstr("hint: `cwm robot list`"));
   EXPECT_EQ(Cwm({"robot", "remove", "ghost"}).exit_code, 3);
   EXPECT_EQ(Cwm({"robot", "remove", "crane", "--expected-revision", "9"}).exit_code, 4);
   std::ofstream(scratch() / "bad.urdf") << "<robot name=\"r\"><link/></robot>";
-  const Finished bad = Cwm({"robot", "load", scratch() / "bad.urdf"});
+  const ProcessResult bad = Cwm({"robot", "load", scratch() / "bad.urdf"});
   EXPECT_EQ(bad.exit_code, 8);
   EXPECT_THAT(bad.err, HasSubstr("link"));
 }
@@ -128,12 +129,12 @@ TEST_F(RobotCommand, LooksForMeshesInPackages) {
   const std::string alone = scratch() / "alone.urdf";
   std::filesystem::copy_file(urdf(), alone);
   std::filesystem::copy_file(scratch() / "packages/crane/urdf/boom.obj", scratch() / "boom.obj");
-  const Finished lost = Cwm({"robot", "load", alone});
+  const ProcessResult lost = Cwm({"robot", "load", alone});
   EXPECT_EQ(lost.exit_code, 8);
   EXPECT_THAT(lost.err, HasSubstr("package://crane/base.obj"));
   EXPECT_THAT(lost.err, HasSubstr("--package-dir"));
-  const Finished found = Cwm({"robot", "load", alone, "--package-dir", scratch() / "nothing",
-                              "--package-dir", scratch() / "packages"});
+  const ProcessResult found = Cwm({"robot", "load", alone, "--package-dir", scratch() / "nothing",
+                                   "--package-dir", scratch() / "packages"});
   EXPECT_EQ(found.exit_code, 0) << found.err;
 }
 

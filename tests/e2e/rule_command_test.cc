@@ -23,7 +23,7 @@ class RuleCommand : public ServerTest {
   bool Collides(std::vector<std::string> more = {}, const std::string& at = "0.25,0,0") {
     std::vector<std::string> line = {"check", "--sphere", "0.1", "--at", at, "--exit-code"};
     line.insert(line.end(), more.begin(), more.end());
-    const Finished checked = Cwm(line);
+    const ProcessResult checked = Cwm(line);
     EXPECT_TRUE(checked.exit_code == 0 || checked.exit_code == 10) << checked.err;
     return checked.exit_code == 10;
   }
@@ -54,9 +54,9 @@ TEST_F(RuleCommand, WarnsOfNamesThatNothingHas) {
   const std::vector<std::string> ball = {"check", "--sphere", "0.1", "--at", "0,0,0"};
   const auto warned = [&](std::vector<std::string> line, const std::vector<std::string>& more) {
     line.insert(line.end(), more.begin(), more.end());
-    const Finished asked = Cwm(line);
-    EXPECT_EQ(asked.exit_code, 0) << asked.err;
-    return asked.err;
+    const ProcessResult finished = Cwm(line);
+    EXPECT_EQ(finished.exit_code, 0) << finished.err;
+    return finished.err;
   };
   EXPECT_THAT(warned(ball, {"--ignore", "crat"}),
               HasSubstr("--ignore: nothing is named \"crat\"; did you mean crate?"));
@@ -64,17 +64,17 @@ TEST_F(RuleCommand, WarnsOfNamesThatNothingHas) {
   EXPECT_EQ(warned(ball, {"--ignore", "crate"}), "");
   EXPECT_THAT(warned(ball, {"--ignore-pair", "crat,*"}), HasSubstr("did you mean crate?"));
   EXPECT_EQ(warned(ball, {"--ignore-pair", "crate,*"}), "");
-  for (const std::vector<std::string>& question :
+  for (const std::vector<std::string>& query :
        {std::vector<std::string>{"ray", "--from", "0,0,1", "--direction", "0,0,-1"},
         {"sample", "0,0,1"},
         {"distance", "--sphere", "0.1", "--at", "0,0,1"},
         {"motion", "--sphere", "0.1", "--at", "0,0,1", "--at", "0,0,2"}}) {
-    EXPECT_THAT(warned(question, {"--ignore", "crat"}), HasSubstr("did you mean crate?"));
+    EXPECT_THAT(warned(query, {"--ignore", "crat"}), HasSubstr("did you mean crate?"));
   }
   EXPECT_THAT(warned({"allow", "crat", "*"}, {}), HasSubstr("did you mean crate?"));
   EXPECT_THAT(warned({"margin", "crate", "crat", "0.1"}, {}), HasSubstr("did you mean crate?"));
   EXPECT_EQ(warned({"allow", "spoon", "crate"}, {}), "") << "it may come later";
-  const Finished world = Cwm({"objects", "--world", "defalt"});
+  const ProcessResult world = Cwm({"objects", "--world", "defalt"});
   EXPECT_EQ(world.exit_code, 3);
   EXPECT_THAT(world.err, HasSubstr("did you mean default?"));
 }
@@ -83,8 +83,8 @@ TEST_F(RuleCommand, AllowsForAWhile) {
   EXPECT_EQ(CwmJson({"allow", "crate", "*", "--for", "0.3"}).at("revision"), "2");
   EXPECT_THAT(Cwm({"rules"}).out, ::testing::AnyOf(HasSubstr("allowed until"), HasSubstr("no ")));
   // The watch ends with the message of the expiry, the second one after revision 1.
-  const Finished watched = Cwm({"--deadline", "20", "watch", "--from", "1", "--world-uid",
-                                UidOf("default"), "--count", "2"});
+  const ProcessResult watched = Cwm({"--deadline", "20", "watch", "--from", "1", "--world-uid",
+                                     UidOf("default"), "--count", "2"});
   EXPECT_THAT(watched.out, HasSubstr("2  rule    * and crate  allowed until"));
   EXPECT_THAT(watched.out, HasSubstr("3  rule    * and crate  no rule"));
   EXPECT_TRUE(Collides({}, "0,0,0"));
@@ -94,9 +94,9 @@ TEST_F(RuleCommand, QuestionsHaveRulesOfTheirOwn) {
   EXPECT_TRUE(Collides({}, "0,0,0"));
   EXPECT_FALSE(Collides({"--ignore-pair", "*,crate"}, "0,0,0"));
   EXPECT_FALSE(Collides({"--margin-sigma", "3"}));  // a user's object has no fit uncertainty
-  const json asked = CwmJson({"distance", "--sphere", "0.1", "--at", "1,0,0", "--ignore-pair",
-                              "crate,*", "--margin-sigma", "2"});
-  EXPECT_EQ(asked.at("objects").size(), 0u);
+  const json distances = CwmJson({"distance", "--sphere", "0.1", "--at", "1,0,0", "--ignore-pair",
+                                  "crate,*", "--margin-sigma", "2"});
+  EXPECT_EQ(distances.at("objects").size(), 0u);
   const json touched =
       CwmJson({"contacts", "--sphere", "0.1", "--at", "0,0,0", "--ignore-pair", "crate,*"});
   EXPECT_EQ(touched.at("objects").size(), 0u);
@@ -116,7 +116,7 @@ TEST_F(RuleCommand, QuestionsSayWhatUnseenSpaceCountsAs) {
 
 TEST_F(RuleCommand, SaysWhatIsWrong) {
   const auto failure = [&](std::vector<std::string> line, int exit_code, const std::string& text) {
-    const Finished finished = Cwm(std::move(line));
+    const ProcessResult finished = Cwm(std::move(line));
     EXPECT_EQ(finished.exit_code, exit_code) << finished.err;
     EXPECT_THAT(finished.err, HasSubstr(text));
   };

@@ -43,7 +43,7 @@ class SceneUpdate : public ServerTest {
   }
 
   // The objects on the counter of the scene `kitchen`: three boxes, two cans, a ball, a cup, a mug.
-  static constexpr std::size_t kThings = 8;
+  static constexpr std::size_t kObjectCount = 8;
 
   static std::size_t OfKind(const std::map<std::string, json>& objects, const std::string& kind) {
     return static_cast<std::size_t>(
@@ -69,7 +69,7 @@ TEST_F(SceneUpdate, TheSameScanTwiceChangesNothing) {
   Ingest(cloud, "kitchen");
   const std::int64_t revision = RevisionOf("default");
   const auto before = Objects();
-  EXPECT_GE(OfKind(before, "OBJECT_KIND_OBJECT"), kThings);
+  EXPECT_GE(OfKind(before, "OBJECT_KIND_OBJECT"), kObjectCount);
   const json again = Ingest(cloud, "kitchen");
   EXPECT_EQ(RevisionOf("default"), revision);
   EXPECT_EQ(Unchanged(before, Objects()), before.size());
@@ -82,7 +82,7 @@ TEST_F(SceneUpdate, FreshNoiseKeepsEveryObject) {
   Ingest(first, "first");
   const std::int64_t revision = RevisionOf("default");
   const auto before = Objects();
-  EXPECT_GE(OfKind(before, "OBJECT_KIND_OBJECT"), kThings);
+  EXPECT_GE(OfKind(before, "OBJECT_KIND_OBJECT"), kObjectCount);
   const json changes = Ingest(second, "second").at("changes");
   const auto after = Objects();
   EXPECT_EQ(changes.at("kept").size(), before.size()) << changes;

@@ -35,7 +35,7 @@ class SegmentLabels : public ServerTest {
     return cloud.ok() ? *std::move(cloud) : CloudFile();
   }
   static std::vector<std::uint32_t> LabelsOf(const CloudFile& cloud) {
-    const CloudFile only = formats::Select(cloud, {"label"});
+    const CloudFile only = formats::SelectFields(cloud, {"label"});
     std::vector<std::uint32_t> labels(static_cast<std::size_t>(cloud.size()));
     EXPECT_EQ(only.bytes.size(), labels.size() * sizeof(labels[0]));
     std::memcpy(labels.data(), only.bytes.data(), only.bytes.size());
@@ -62,12 +62,12 @@ TEST_F(SegmentLabels, AreAddedToTheSamePointsInTheSameOrder) {
   ASSERT_EQ(out.fields.size(), in.fields.size() + 1);
   EXPECT_EQ(out.fields.back().name, "label");
   EXPECT_EQ(out.fields.back().type, formats::Scalar::kU32);
-  EXPECT_EQ(formats::Select(out, {"x", "y", "z"}).bytes,
-            formats::Select(in, {"x", "y", "z"}).bytes);
+  EXPECT_EQ(formats::SelectFields(out, {"x", "y", "z"}).bytes,
+            formats::SelectFields(in, {"x", "y", "z"}).bytes);
 }
 
 TEST_F(SegmentLabels, CountThePointsOfWhatTheAnswerNames) {
-  const CloudFile in = formats::Select(Read(cloud_), {"x", "y", "z"});
+  const CloudFile in = formats::SelectFields(Read(cloud_), {"x", "y", "z"});
   const std::vector<std::uint32_t> labels = LabelsOf(Read(labelled_));
   const json& supports = answer_.at("supports");
   const json& objects = answer_.at("objects");
@@ -118,14 +118,14 @@ TEST_F(SegmentLabels, AreTheSameBytesWhoeverAsksAndHoweverOften) {
 }
 
 TEST_F(SegmentLabels, ComeWithAReportInEveryForm) {
-  const Finished table = Cwm({"segment", cloud_, labelled_});
+  const ProcessResult table = Cwm({"segment", cloud_, labelled_});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_EQ(table.err, "") << "progress is for terminals";
   for (const char* words : {"307200 points, ", " explained (", "LABEL", "support_1", "object_1",
                             "coefficients ", "stages (ms): "}) {
     EXPECT_NE(table.out.find(words), std::string::npos) << words << " not in:\n" << table.out;
   }
-  const Finished line = Cwm({"-o", "ndjson", "ingest", cloud_});
+  const ProcessResult line = Cwm({"-o", "ndjson", "ingest", cloud_});
   EXPECT_EQ(line.exit_code, 0) << line.err;
   const json ingested = json::parse(line.out);
   EXPECT_EQ(ingested.at("report"), answer_.at("report"));

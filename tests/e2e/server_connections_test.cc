@@ -52,11 +52,11 @@ class Server {
     }
     return false;
   }
-  Background& process() { return *process_; }
+  BackgroundProcess& process() { return *process_; }
 
  private:
   ScratchDirectory scratch_;
-  std::optional<Background> process_;
+  std::optional<BackgroundProcess> process_;
 };
 
 std::vector<std::string> WithDescriptors(int count) {
@@ -70,7 +70,7 @@ TEST(ServerConnections, AFullTableOfDescriptorsIsSurvived) {
     std::vector<RawPeer> crowd;
     for (int i = 0; i < 129; ++i) crowd.emplace_back(server.address());
     if (round > 0) {
-      for (const RawPeer& peer : crowd) peer.Send(Http2Beginning());
+      for (const RawPeer& peer : crowd) peer.Send(Http2ClientPreface());
     }
     std::this_thread::sleep_for(milliseconds(200));
     crowd.clear();
@@ -145,7 +145,7 @@ TEST(ServerConnections, AnIdleCrowdOfPythonClientsDoesNotHoldUpAStop) {
   ASSERT_TRUE(server.AnswersSoon()) << server.Log();
   const ScratchDirectory scratch;
   const std::string said = scratch / "said";
-  Background clients(
+  BackgroundProcess clients(
       {"/usr/bin/python3", "tests/e2e/idle_clients.py", server.address(), std::to_string(kClients)},
       said);
   const auto are_idle = [&] {

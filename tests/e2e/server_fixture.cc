@@ -17,7 +17,7 @@ void ServerTest::SetUp() {
   std::vector<std::string> command = Launcher();
   command.insert(command.end(),
                  {Program("cwm-server"), "--listen", address(), "--viewer", viewer()});
-  server_ = std::make_unique<Background>(command, scratch_ / "server.log");
+  server_ = std::make_unique<BackgroundProcess>(command, scratch_ / "server.log");
   for (int i = 0; i < 200; ++i) {
     if (Cwm({"status"}).exit_code == 0) return;
     ASSERT_TRUE(server_->Running()) << ServerLog();
@@ -47,7 +47,7 @@ int ServerTest::ViewerPort() const {
   return std::stoi(log.substr(log.rfind(':', slash) + 1));
 }
 
-Finished ServerTest::Cwm(std::vector<std::string> arguments, const std::string& input) const {
+ProcessResult ServerTest::Cwm(std::vector<std::string> arguments, const std::string& input) const {
   arguments.insert(arguments.begin(), {Program("cwm"), "--addr", address()});
   return RunProgram(arguments, input);
 }
@@ -55,7 +55,7 @@ Finished ServerTest::Cwm(std::vector<std::string> arguments, const std::string& 
 nlohmann::json ServerTest::CwmJson(std::vector<std::string> arguments,
                                    const std::string& input) const {
   arguments.insert(arguments.begin(), {"-o", "json"});
-  const Finished run = Cwm(arguments, input);
+  const ProcessResult run = Cwm(arguments, input);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return nlohmann::json::parse(run.out, nullptr, /*allow_exceptions=*/false);
 }
@@ -66,7 +66,7 @@ std::string ServerTest::Simulate(const std::string& name,
   std::vector<std::string> all = {Program("cwm-simulator"), "--out", cloud, "--truth",
                                   scratch_ / (name + ".json")};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  const Finished run = RunProgram(all);
+  const ProcessResult run = RunProgram(all);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return cloud;
 }
@@ -77,7 +77,7 @@ nlohmann::json ServerTest::Truth(const std::string& name) const {
 }
 
 std::int64_t ServerTest::RevisionOf(const std::string& world) const {
-  const Finished run =
+  const ProcessResult run =
       Cwm({"-o", "json", "call", "cwm.v1.WorldService/GetWorld", "{\"world\": \"" + world + "\"}"});
   if (run.exit_code != 0) return -1;
   return std::stoll(nlohmann::json::parse(run.out).at("revision").get<std::string>());

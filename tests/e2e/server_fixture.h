@@ -21,7 +21,7 @@ class ServerTest : public ::testing::Test {
   void TearDown() override;
 
   // Runs `cwm --addr SOCKET ARGUMENTS...`.
-  Finished Cwm(std::vector<std::string> arguments, const std::string& input = "") const;
+  ProcessResult Cwm(std::vector<std::string> arguments, const std::string& input = "") const;
   // The same with `-o json`; fails the test if the exit code is not 0.
   nlohmann::json CwmJson(std::vector<std::string> arguments, const std::string& input = "") const;
 
@@ -46,12 +46,12 @@ class ServerTest : public ::testing::Test {
 
   std::string address() const { return "unix:" + scratch_ / "cwm.sock"; }
   const ScratchDirectory& scratch() const { return scratch_; }
-  Background& server() { return *server_; }
+  BackgroundProcess& server() { return *server_; }
   std::string ServerLog() const;
 
  private:
   ScratchDirectory scratch_;
-  std::unique_ptr<Background> server_;
+  std::unique_ptr<BackgroundProcess> server_;
 };
 
 // x, y, z, qx, qy, qz, qw in the form of the command line.

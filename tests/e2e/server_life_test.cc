@@ -22,7 +22,7 @@ class ServerLife : public ServerTest {};
 
 TEST_F(ServerLife, HelpBeginsWithExamples) {
   for (const char* program : {"cwm-server", "cwm-simulator", "cwm"}) {
-    const Finished help = RunProgram({Program(program), "--help"});
+    const ProcessResult help = RunProgram({Program(program), "--help"});
     EXPECT_EQ(help.exit_code, 0);
     const std::size_t examples = help.out.find(std::string("\n\nExamples:\n  ") + program);
     EXPECT_NE(examples, std::string::npos) << help.out;
@@ -37,7 +37,7 @@ TEST_F(ServerLife, SocketIsThereForItsOwnerAlone) {
 }
 
 TEST_F(ServerLife, ASecondServerOnTheSameSocketIsRefused) {
-  const Finished second = RunProgram({Program("cwm-server"), "--listen", address()});
+  const ProcessResult second = RunProgram({Program("cwm-server"), "--listen", address()});
   EXPECT_NE(second.exit_code, 0);
   EXPECT_NE(second.err.find("cwm.sock"), std::string::npos) << second.err;
   EXPECT_EQ(Cwm({"status"}).exit_code, 0) << "the first one must not have been disturbed";
@@ -47,14 +47,14 @@ TEST_F(ServerLife, ASocketLeftBehindByACrashIsTakenOver) {
   const ScratchDirectory other;
   const std::string socket = "unix:" + other / "left.sock";
   {
-    Background crashing({Program("cwm-server"), "--listen", socket}, other / "log");
+    BackgroundProcess crashing({Program("cwm-server"), "--listen", socket}, other / "log");
     for (int i = 0;
          i < 200 && RunProgram({Program("cwm"), "--addr", socket, "status"}).exit_code != 0; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(25));
     }
     crashing.Signal(SIGKILL);
   }
-  Background next({Program("cwm-server"), "--listen", socket}, other / "log");
+  BackgroundProcess next({Program("cwm-server"), "--listen", socket}, other / "log");
   int exit_code = 1;
   for (int i = 0; i < 200 && exit_code != 0; ++i) {
     exit_code = RunProgram({Program("cwm"), "--addr", socket, "status"}).exit_code;
@@ -90,14 +90,14 @@ TEST_F(ServerLife, OfTwoThatStartTogetherOnAStaleSocketExactlyOneWinsAndTheOther
     LeaveStaleSocket(path);
     const std::vector<std::string> command = {Program("cwm-server"), "--listen", "unix:" + path};
     const std::string logs[] = {place / "log0", place / "log1"};
-    Background one(command, logs[0]);
-    Background two(command, logs[1]);
+    BackgroundProcess one(command, logs[0]);
+    BackgroundProcess two(command, logs[1]);
     // One of them ends by itself.
     for (int i = 0; i < 2000 && one.Running() && two.Running(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     ASSERT_NE(one.Running(), two.Running());
-    Background& winner = one.Running() ? one : two;
+    BackgroundProcess& winner = one.Running() ? one : two;
     const std::string said = TextOf(one.Running() ? logs[1] : logs[0]);
     EXPECT_NE(said.find("a server is running there already, process " +
                         std::to_string(winner.pid()) + "\n"),
@@ -112,7 +112,7 @@ TEST_F(ServerLife, OfTwoThatStartTogetherOnAStaleSocketExactlyOneWinsAndTheOther
 }
 
 TEST_F(ServerLife, WithoutAServerTheExitCodeSaysUnavailable) {
-  const Finished run =
+  const ProcessResult run =
       RunProgram({Program("cwm"), "--addr", "unix:" + scratch() / "nobody.sock", "status"});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_NE(run.err.find("nobody.sock"), std::string::npos) << run.err;
@@ -120,8 +120,8 @@ TEST_F(ServerLife, WithoutAServerTheExitCodeSaysUnavailable) {
 
 TEST_F(ServerLife, AWatchSeesEveryChangeInOrderAndResumes) {
   ASSERT_EQ(Cwm({"put", "a", "--sphere", "0.1", "--at", "0,0,1"}).exit_code, 0);
-  Background watch({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch"},
-                   scratch() / "watch.log");
+  BackgroundProcess watch({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch"},
+                          scratch() / "watch.log");
   const auto lines = [&](const std::string& path) {
     std::ifstream file(path);
     std::vector<json> steps;
@@ -154,9 +154,9 @@ TEST_F(ServerLife, AWatchSeesEveryChangeInOrderAndResumes) {
   EXPECT_EQ(told, (std::vector<std::int64_t>{1, 2, 3, 4}));
   watch.Stop();
 
-  Background resumed({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch", "--from", "2",
-                      "--world-uid", UidOf("default")},
-                     scratch() / "resumed.log");
+  BackgroundProcess resumed({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch", "--from",
+                             "2", "--world-uid", UidOf("default")},
+                            scratch() / "resumed.log");
   ASSERT_TRUE(wait_for(scratch() / "resumed.log", 4));
   const json first = lines(scratch() / "resumed.log").front();
   EXPECT_EQ(first.at("revision"), "3");

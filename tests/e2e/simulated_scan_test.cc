@@ -130,7 +130,7 @@ TEST_F(SimulatedScan, EveryFinitePointIsAccountedFor) {
 
 TEST_F(SimulatedScan, SegmentingLeavesTheWorldAsItIs) {
   const std::string cloud = Simulate("kitchen", {"--scene", "kitchen", "--seed", "4"});
-  const Finished segment = Cwm({"segment", cloud, scratch() / "labelled.pcd"});
+  const ProcessResult segment = Cwm({"segment", cloud, scratch() / "labelled.pcd"});
   ASSERT_EQ(segment.exit_code, 0) << segment.err;
   EXPECT_LE(RevisionOf("default"), 0) << "segmenting must not put anything into the world";
 }

@@ -17,7 +17,7 @@ namespace cwm::testing {
 class UserPrograms : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!MayBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
+    if (!CanBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
     ASSERT_EQ(chmod(scratch_.path().c_str(), 0755), 0);
     for (const char* name : {"cwm", "cwm-server"}) {
       std::filesystem::copy_file(Program(name), scratch_ / name);
@@ -30,7 +30,7 @@ class UserPrograms : public ::testing::Test {
     command.front() = scratch_ / command.front();
     return AsUser(uid, command);
   }
-  Finished Run(uid_t uid, const std::vector<std::string>& command) const {
+  ProcessResult Run(uid_t uid, const std::vector<std::string>& command) const {
     return RunProgram(As(uid, command));
   }
 

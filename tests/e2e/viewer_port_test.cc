@@ -80,14 +80,14 @@ class ViewerPortTest : public ServerTest {
 TEST_F(ViewerPortTest, ThePageOfTheBuildIsServed) {
   const int port = ViewerPort();
   ASSERT_GT(port, 0) << ServerLog();
-  const HttpAnswer page = Ask(port, "/");
+  const HttpResponse page = SendRequest(port, "/");
   EXPECT_EQ(page.status, 200);
   for (const char* file : {"/viewer.js", "/style.css"}) {
     EXPECT_NE(page.body.find(file), std::string::npos) << page.body;
-    const HttpAnswer answer = Ask(port, file);
+    const HttpResponse answer = SendRequest(port, file);
     EXPECT_EQ(answer.status, 200);
     EXPECT_FALSE(answer.body.empty());
-    const HttpAnswer zipped = Ask(port, file, {{"Accept-Encoding", "gzip"}});
+    const HttpResponse zipped = SendRequest(port, file, {{"Accept-Encoding", "gzip"}});
     EXPECT_EQ(zipped.fields.at("content-encoding"), "gzip");
     EXPECT_EQ(zipped.body.substr(0, 2), "\x1f\x8b");
     EXPECT_LT(2 * zipped.body.size(), answer.body.size());
@@ -106,7 +106,7 @@ TEST_F(ViewerPortTest, AThousandConnectionsThatAskNothingShutNobodyOut) {
   constexpr int kCrowd = 1'000;
   std::vector<std::unique_ptr<RawConnection>> crowd;
   for (int i = 0; i < kCrowd; ++i) crowd.push_back(std::make_unique<RawConnection>(port));
-  EXPECT_EQ(Ask(port, "/").status, 200);
+  EXPECT_EQ(SendRequest(port, "/").status, 200);
   EXPECT_EQ(Cwm({"put", "post", "--box", "1,1,1", "--at", "0,0,0"}).exit_code, 0);
   WebSocketClient late(port);
   EXPECT_EQ(late.status(), 101);
@@ -165,7 +165,7 @@ class ViewerOptions : public ::testing::Test {
     command.insert(command.end(), arguments.begin(), arguments.end());
     const std::string log = scratch_ / "log";
     std::ofstream(log).close();
-    server_ = std::make_unique<Background>(command, log);
+    server_ = std::make_unique<BackgroundProcess>(command, log);
     for (int i = 0; i < 400 && server_->Running(); ++i) {
       if (RunProgram({Program("cwm"), "--addr", "unix:" + scratch_ / "cwm.sock", "status"})
               .exit_code == 0) {
@@ -188,18 +188,18 @@ class ViewerOptions : public ::testing::Test {
   static bool Said(const std::string& log, const std::string& words) {
     return Text(log).find(words) != std::string::npos;
   }
-  Finished Refused(const std::string& viewer) {
+  ProcessResult Refused(const std::string& viewer) {
     return RunProgram(
         {Program("cwm-server"), "--listen", "unix:" + scratch_ / "cwm.sock", "--viewer", viewer});
   }
 
   ScratchDirectory scratch_;
-  std::unique_ptr<Background> server_;
+  std::unique_ptr<BackgroundProcess> server_;
 };
 
 TEST_F(ViewerOptions, WhatCannotBeAnAddressIsRefusedByTheRule) {
   for (const char* value : {"nonsense", "127.0.0.1", "127.0.0.1:99999", "", ":8640"}) {
-    const Finished run = Refused(value);
+    const ProcessResult run = Refused(value);
     EXPECT_EQ(run.exit_code, kUsage) << value;
     EXPECT_NE(run.err.find("--viewer: is \"" + std::string(value) + "\", must be off, HOST:PORT"),
               std::string::npos)
@@ -209,10 +209,10 @@ TEST_F(ViewerOptions, WhatCannotBeAnAddressIsRefusedByTheRule) {
 
 TEST_F(ViewerOptions, AnAddressThatWasAskedForAndIsTakenEndsTheStart) {
   const TakenPort taken;
-  const Finished run = Refused(taken.address());
+  const ProcessResult run = Refused(taken.address());
   EXPECT_EQ(run.exit_code, kUnavailable);
   EXPECT_NE(run.err.find("--viewer " + taken.address()), std::string::npos) << run.err;
-  const Finished nowhere = Refused("no-such-host.invalid:8640");
+  const ProcessResult nowhere = Refused("no-such-host.invalid:8640");
   EXPECT_EQ(nowhere.exit_code, kUnavailable);
   EXPECT_NE(nowhere.err.find("no-such-host.invalid"), std::string::npos) << nowhere.err;
 }
@@ -247,21 +247,23 @@ TEST_F(ViewerOptions, BeyondLoopbackTheTokenIsPrintedAndNeeded) {
   ASSERT_NE(token, std::string::npos) << said;
   EXPECT_EQ(said.find("http://0.0.0.0"), std::string::npos) << said;
   const int port = PortIn(said);
-  EXPECT_EQ(Ask(port, "/").status, 403);
+  EXPECT_EQ(SendRequest(port, "/").status, 403);
   // Each printed address is admitted, and a stranger's name is not.
   int printed = 0;
   for (std::size_t at = 0; (at = said.find("http://", at)) != std::string::npos; ++printed) {
     at += 7;
     const std::size_t path = said.find('/', at);
     const std::string host = said.substr(at, path - at);
-    EXPECT_EQ(Ask(port, said.substr(path, said.find('\n', path) - path), {{"Host", host}}).status,
-              200)
+    EXPECT_EQ(
+        SendRequest(port, said.substr(path, said.find('\n', path) - path), {{"Host", host}}).status,
+        200)
         << host;
   }
   EXPECT_GT(printed, 0);
   const std::string evil = "evil.example:" + std::to_string(port);
-  EXPECT_NE(Ask(port, "/", {{"Host", evil}}).body.find("Host: is \"" + evil), std::string::npos);
-  EXPECT_EQ(Ask(port, said.substr(token, said.find('\n', token) - token)).status, 200);
+  EXPECT_NE(SendRequest(port, "/", {{"Host", evil}}).body.find("Host: is \"" + evil),
+            std::string::npos);
+  EXPECT_EQ(SendRequest(port, said.substr(token, said.find('\n', token) - token)).status, 200);
   EXPECT_EQ(WebSocketClient(port).status(), 403);
   EXPECT_EQ(server_->Stop(), 0);
 }
@@ -269,8 +271,8 @@ TEST_F(ViewerOptions, BeyondLoopbackTheTokenIsPrintedAndNeeded) {
 TEST_F(ViewerOptions, AUserMayChooseTheToken) {
   const std::string said = Say({"--viewer", "127.0.0.1:0"}, "chosen-by-the-user");
   EXPECT_NE(said.find("/?token=chosen-by-the-user\n"), std::string::npos) << said;
-  EXPECT_EQ(Ask(PortIn(said), "/").status, 403) << "on loopback too";
-  EXPECT_EQ(Ask(PortIn(said), "/?token=chosen-by-the-user").status, 200);
+  EXPECT_EQ(SendRequest(PortIn(said), "/").status, 403) << "on loopback too";
+  EXPECT_EQ(SendRequest(PortIn(said), "/?token=chosen-by-the-user").status, 200);
   EXPECT_EQ(server_->Stop(), 0);
   const std::string weak = Say({"--viewer", "127.0.0.1:0"}, "short");
   EXPECT_NE(weak.find("CWM_VIEWER_TOKEN: has 5 characters, must be 16 to 128"), std::string::npos)

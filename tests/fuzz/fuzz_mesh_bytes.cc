@@ -10,5 +10,5 @@ void cwm::fuzz::TestBytes(std::string_view bytes) {
   Check(EncodeMesh(*mesh) == bytes, "a mesh must travel back as it came");
   if (FindViolation(*mesh).has_value()) return;
   IsWatertight(*mesh);
-  Components(*mesh);
+  ConnectedComponents(*mesh);
 }

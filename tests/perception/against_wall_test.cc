@@ -30,29 +30,29 @@ std::vector<Goods> GoodsOfAKitchen() {
 
 SimulatedScene Kitchen(double gap_m) {
   SimulatedScene scene{
-      {Table(), Thing("wall", Box{{0.02, 3, 2}}, MakeTranslation(kWall_m + 0.01, 0, 0.5))}};
-  for (const Goods& thing : GoodsOfAKitchen()) {
-    scene.objects.push_back(Thing(
-        thing.name, thing.shape,
-        MakeTranslation(kWall_m - gap_m - 0.5 * thing.depth_m, thing.y_m, 0.5 * thing.height_m)));
+      {Table(), MakeObject("wall", Box{{0.02, 3, 2}}, MakeTranslation(kWall_m + 0.01, 0, 0.5))}};
+  for (const Goods& goods : GoodsOfAKitchen()) {
+    scene.objects.push_back(MakeObject(
+        goods.name, goods.shape,
+        MakeTranslation(kWall_m - gap_m - 0.5 * goods.depth_m, goods.y_m, 0.5 * goods.height_m)));
   }
   return scene;
 }
 
 class AgainstWall : public ::testing::TestWithParam<double> {};
 
-TEST_P(AgainstWall, ThingsAreObjectsOfTheirOwn) {
+TEST_P(AgainstWall, ObjectsAreDetectedSeparately) {
   const SceneInterpretation scene = Interpreted(Kitchen(GetParam()));
-  for (const Goods& thing : GoodsOfAKitchen()) {
-    const Vector3 middle = {kWall_m - GetParam() - 0.5 * thing.depth_m, thing.y_m,
-                            0.5 * thing.height_m};
+  for (const Goods& goods : GoodsOfAKitchen()) {
+    const Vector3 middle = {kWall_m - GetParam() - 0.5 * goods.depth_m, goods.y_m,
+                            0.5 * goods.height_m};
     const auto is_there = [&](const DetectedObject& object) {
       if (object.model->shapes.empty()) return false;
       const ShapePart& part = object.model->shapes.front();
       const Vector3 found = (object.X_WO * part.X_OS).translation();
-      return part.shape.index() == thing.shape.index() && (found - middle).norm() < 0.02;
+      return part.shape.index() == goods.shape.index() && (found - middle).norm() < 0.02;
     };
-    EXPECT_EQ(std::ranges::count_if(scene.objects, is_there), 1) << thing.name;
+    EXPECT_EQ(std::ranges::count_if(scene.objects, is_there), 1) << goods.name;
   }
 }
 

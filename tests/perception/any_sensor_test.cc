@@ -106,7 +106,7 @@ TEST(MergedViews, ShowCansFromBothSides) {
       const Cylinder can{.radius_m = radius_m, .length_m = length_m};
       SCOPED_TRACE(testing::Message() << radius_m << " by " << length_m << " m");
       const SimulatedScene scene{
-          {Table(), Thing("can", can, MakeTranslation(0, 0.1, 0.5 * length_m))}};
+          {Table(), MakeObject("can", can, MakeTranslation(0, 0.1, 0.5 * length_m))}};
       InterpretOptions options;
       options.X_WC = TableCamera().X_WC;
       const auto found = InterpretScene(FromBothSides(scene), options);
@@ -125,9 +125,9 @@ TEST(MergedViews, ShowCansFromBothSides) {
 TEST_P(AnySensor, FindsWhatStandsOnATable) {
   const Seen& seen = GetParam();
   const SimulatedScene scene{
-      {Table(), Thing("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.25, 0.08)),
-       Thing("can", Cylinder{0.06, 0.18}, MakeTranslation(0, 0, 0.09)),
-       Thing("ball", Sphere{0.07}, MakeTranslation(-0.05, 0.25, 0.07))}};
+      {Table(), MakeObject("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.25, 0.08)),
+       MakeObject("can", Cylinder{0.06, 0.18}, MakeTranslation(0, 0, 0.09)),
+       MakeObject("ball", Sphere{0.07}, MakeTranslation(-0.05, 0.25, 0.07))}};
   const PinholeCamera camera = TableCamera();
   SimulatedCloud scan = Scan(scene, camera, {.noise = seen.noise});
   InterpretOptions options;

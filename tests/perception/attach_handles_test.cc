@@ -24,24 +24,24 @@ class CutOff : public ::testing::Test {
     table.shape.thickness_m = 0.02;
     scene_.supports.push_back({table, {}});
     AddMug(Vector2::Zero(), scene_.points);
-    AddThing(0);
+    AddHypothesis(0);
     mug_points_ = scene_.points.size();
   }
 
-  void AddThing(std::int32_t supported_by) {
-    SegmentedThing& thing = scene_.things.emplace_back();
-    thing.supported_by = supported_by;
-    for (; known_ < scene_.points.size(); ++known_) thing.points.push_back(known_);
-    thing.node_count = thing.points.size();
+  void AddHypothesis(std::int32_t supported_by) {
+    SegmentedHypothesis& hypothesis = scene_.hypotheses.emplace_back();
+    hypothesis.supported_by = supported_by;
+    for (; known_ < scene_.points.size(); ++known_) hypothesis.points.push_back(known_);
+    hypothesis.node_count = hypothesis.points.size();
   }
 
   // Attaches the handles found; false if not all pairs could be examined.
   bool AttachAll() {
     state_.emplace(scene_);
-    const FoundHandles found = FindCutOffHandles(*state_, kUnbounded);
-    state_ = Attach(*state_, found.gifts);
-    EXPECT_THAT(BrokenInvariants(*state_), ::testing::IsEmpty());
-    return found.all_looked_at;
+    const FoundHandles found = FindCutOffHandles(*state_, kSerialWork);
+    state_ = Attach(*state_, found.transfers);
+    EXPECT_THAT(ViolatedInvariants(*state_), ::testing::IsEmpty());
+    return found.all_searched;
   }
   std::size_t Count() const { return state_->hypotheses().size(); }
   const ObjectHypothesis& At(std::size_t k) const { return *state_->hypotheses()[k]; }
@@ -54,7 +54,7 @@ class CutOff : public ::testing::Test {
 
 TEST_F(CutOff, AnEarReturnsToItsMug) {
   AddTube(Ear(), 0.01, scene_.points);
-  AddThing(-1);
+  AddHypothesis(-1);
   EXPECT_TRUE(AttachAll());
   ASSERT_EQ(Count(), 1u);
   EXPECT_EQ(At(0).points.size(), scene_.points.size());
@@ -62,9 +62,9 @@ TEST_F(CutOff, AnEarReturnsToItsMug) {
   EXPECT_EQ(At(0).resting.support, 0);
 }
 
-TEST_F(CutOff, APenThatStandsBesideItStaysAThing) {
+TEST_F(CutOff, APenThatStandsBesideItStaysAnObject) {
   AddTube({{0, kMugRadius_m + 0.02, 0}, {0, kMugRadius_m + 0.03, 0.12}}, 0.01, scene_.points);
-  AddThing(0);
+  AddHypothesis(0);
   EXPECT_TRUE(AttachAll());
   EXPECT_EQ(Count(), 2u);
 }
@@ -76,7 +76,7 @@ TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
   for (double y = kMugRadius_m + 0.036; y < kMugRadius_m + 0.1; y += 0.002) {
     AddTube({{0, y, 0}, {0, y, 0.1}}, 0.002, scene_.points);
   }
-  AddThing(0);
+  AddHypothesis(0);
   EXPECT_TRUE(AttachAll());
   ASSERT_EQ(Count(), 2u);
   const std::size_t all = scene_.points.size();
@@ -93,9 +93,9 @@ TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
 
 TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
   AddTube(Ear(), 0.01, scene_.points);
-  AddThing(0);
-  PointSet& mug = scene_.things[0].points;
-  PointSet& piece = scene_.things[1].points;
+  AddHypothesis(0);
+  PointSet& mug = scene_.hypotheses[0].points;
+  PointSet& piece = scene_.hypotheses[1].points;
   // The part of the wall on the ear's side belongs to the segment as well.
   const auto is_near_ear = [&](std::uint32_t i) { return scene_.points.points[i].y() > 0.03f; };
   std::copy_if(mug.begin(), mug.end(), std::back_inserter(piece), is_near_ear);
@@ -107,12 +107,12 @@ TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
 
 TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {
   AddTube(Ear(), 0.01, scene_.points);
-  AddThing(0);
+  AddHypothesis(0);
   // A post, far from the mug; its attachment is not examined.
   AddTube({{0.5, 0, 0.02}, {0.5, 0, 0.06}}, 0.04, scene_.points);
-  AddThing(0);
-  scene_.things[2].rests_on = 1;
-  scene_.things[1].rests_on = 0;
+  AddHypothesis(0);
+  scene_.hypotheses[2].rests_on = 1;
+  scene_.hypotheses[1].rests_on = 0;
   EXPECT_TRUE(AttachAll());
   ASSERT_EQ(Count(), 2u);
   EXPECT_FALSE(At(0).resting.on);
@@ -123,7 +123,7 @@ TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {
 TEST_F(CutOff, ACrowdIsNotLookedAtInAllPairsAndLosesNothing) {
   for (int k = 1; k < 16; ++k) {
     AddMug(Vector2::Zero(), scene_.points);
-    AddThing(0);
+    AddHypothesis(0);
   }
   EXPECT_FALSE(AttachAll());
   std::size_t points = 0;

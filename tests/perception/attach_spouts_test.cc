@@ -45,12 +45,12 @@ TEST_P(Spout, IsAPartOfItsJugAndNoHandle) {
 INSTANTIATE_TEST_SUITE_P(Yaws_deg, Spout, ::testing::Values(0, 40, 80, -40, -80));
 
 // The bottle stands in the jug's shadow: its foot and everything below its visible top are hidden.
-TEST(WhatStandsBehindAJug, StaysAThing) {
+TEST(WhatStandsBehindAJug, StaysAnObject) {
   SimulatedObject jug = Jug(1, 90);
   jug.parts.pop_back();  // the spout
   jug.part_roles.pop_back();
   const SimulatedObject bottle =
-      Thing("bottle", Cylinder{0.02, 0.26}, MakeTranslation(0.1, 0, 0.13));
+      MakeObject("bottle", Cylinder{0.02, 0.26}, MakeTranslation(0.1, 0, 0.13));
   EXPECT_EQ(CountObjects(Interpreted({{Table(), jug, bottle}})), 2);
 }
 

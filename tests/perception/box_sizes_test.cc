@@ -15,7 +15,7 @@ namespace {
 const Vector3 kSize_m(0.12, 0.08, 0.10);
 
 // A table at z = 0 with one box on it.
-SimulatedScene ThingOnTable(const Vector3& size_m) {
+SimulatedScene ObjectOnTable(const Vector3& size_m) {
   SimulatedScene scene;
   scene.objects.push_back({.name = "table",
                            .parts = {{.shape = Box{{1.2, 1.2, 0.04}}}},
@@ -29,7 +29,7 @@ SimulatedScene ThingOnTable(const Vector3& size_m) {
 
 // A post hides the right half of the box if `hidden` is true.
 SimulatedScene BoxOnTable(bool hidden) {
-  SimulatedScene scene = ThingOnTable(kSize_m);
+  SimulatedScene scene = ObjectOnTable(kSize_m);
   if (hidden) {
     scene.objects.push_back({.name = "post",
                              .parts = {{.shape = Box{{0.06, 0.10, 0.25}}}},
@@ -112,7 +112,7 @@ TEST(BoxSizes, AStripBehindAFaceTellsItsDepth) {
   const Vector3 size_m(0.15, kDepth_m, 0.22);
   for (const double distance_m : {0.9, 1.1, 1.3}) {
     for (std::uint64_t seed = 1; seed <= 2; ++seed) {
-      const FoundBox box = Find(ThingOnTable(size_m), seed, InFront(distance_m));
+      const FoundBox box = Find(ObjectOnTable(size_m), seed, InFront(distance_m));
       ASSERT_GT(box.size_m.x(), 0) << distance_m << " m, seed " << seed;
       EXPECT_NEAR(box.size_m.minCoeff(), kDepth_m, 0.009) << distance_m << " m, seed " << seed;
       EXPECT_NEAR(box.size_m.maxCoeff(), size_m.z(), 0.006) << distance_m << " m, seed " << seed;

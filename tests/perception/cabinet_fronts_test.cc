@@ -30,8 +30,10 @@ class CabinetFront : public ::testing::TestWithParam<double> {};
 TEST_P(CabinetFront, AndDoorBesideItAreFaces) {
   const double out_m = GetParam();
   const SceneInterpretation scene = Interpreted(
-      {{Table(), Thing("cabinet", Box{{0.1, 3, 2}}, MakeTranslation(kCabinet_m + 0.05, 0, 0.5)),
-        Thing("door", Box{{0.1, 1.5, 2}}, MakeTranslation(kCabinet_m + 0.05 - out_m, 0.75, 0.5))}});
+      {{Table(),
+        MakeObject("cabinet", Box{{0.1, 3, 2}}, MakeTranslation(kCabinet_m + 0.05, 0, 0.5)),
+        MakeObject("door", Box{{0.1, 1.5, 2}},
+                   MakeTranslation(kCabinet_m + 0.05 - out_m, 0.75, 0.5))}});
   EXPECT_LT(Unexplained(scene), 0.03);
 }
 

@@ -97,7 +97,8 @@ TEST(CanSizes, AreKnownNoBetterThanViewsOfItAreRegistered) {
     return RadiusSigma_m(FoundIn(Scan(scene, FarAway(), {.seed = seed}).cloud));
   });
   const double of_three_m = MedianOfFive([&](std::uint64_t seed) {
-    return RadiusSigma_m(FoundIn(ScanFromSeveral(scene, FarAway(), 3, {.seed = seed}).cloud.cloud));
+    return RadiusSigma_m(
+        FoundIn(ScanFromSeveralViews(scene, FarAway(), 3, {.seed = seed}).cloud.cloud));
   });
   EXPECT_GT(of_one_m, 0.0003);
   EXPECT_LT(of_one_m, 0.003);

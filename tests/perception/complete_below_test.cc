@@ -20,9 +20,10 @@ SceneInterpretation LargeOnSmall(double turned_deg) {
     return X_WO;
   };
   return Interpreted(
-      {{Table(), Thing("small", Box{{0.08, 0.08, kSmallHeight_m}}, place(0.5 * kSmallHeight_m, 10)),
-        Thing("large", Box{{0.15, 0.16, kLargeHeight_m}},
-              place(kSmallHeight_m + 0.5 * kLargeHeight_m, 10 + turned_deg))}});
+      {{Table(),
+        MakeObject("small", Box{{0.08, 0.08, kSmallHeight_m}}, place(0.5 * kSmallHeight_m, 10)),
+        MakeObject("large", Box{{0.15, 0.16, kLargeHeight_m}},
+                   place(kSmallHeight_m + 0.5 * kLargeHeight_m, 10 + turned_deg))}});
 }
 
 TEST(ABoxThatOverhangsASmallOne, RestsOnIt) {

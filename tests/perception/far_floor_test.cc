@@ -9,18 +9,18 @@ namespace cwm::perception {
 namespace {
 
 TEST(FarFloor, IsASupportToItsEnd) {
-  SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
+  SimulatedObject floor = MakeObject("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
   floor.is_support = true;
   const SceneInterpretation scene =
       Interpreted({{Table(), std::move(floor),
-                    Thing("box", Box{{0.1, 0.1, 0.1}}, MakeTranslation(0, 0, 0.05))}});
+                    MakeObject("box", Box{{0.1, 0.1, 0.1}}, MakeTranslation(0, 0, 0.05))}});
   EXPECT_GE(scene.report.points_explained, 0.998 * double(scene.report.points_finite));
-  EXPECT_EQ(scene.objects.size(), 1u) << "of the floor's last pixels none is a thing";
+  EXPECT_EQ(scene.objects.size(), 1u) << "of the floor's last pixels none is an object";
 }
 
 // Beyond five metres noise splits the floor into islands, each of which seems to tilt differently.
 TEST(FarFloor, IsOneSupportAcrossIslandsOfNoise) {
-  SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
+  SimulatedObject floor = MakeObject("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
   floor.is_support = true;
   const SimulatedScene kitchen{{Table(), std::move(floor)}};
   PinholeCamera camera = TableCamera();

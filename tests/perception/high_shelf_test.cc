@@ -33,10 +33,10 @@ SimulatedScene WithShelf() {
       {{.name = "shelf",
         .parts = {{MakeTranslation(0, 0, -0.01), Box{{kDepth_m, 0.8, 0.02}}}},
         .is_support = true},
-       Thing("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.5 * kDepth_m + 0.01, 0, -0.3))}};
-  for (const Goods& thing : GoodsOnTheShelf()) {
-    scene.objects.push_back(
-        Thing(thing.name, thing.shape, MakeTranslation(0.02, thing.y_m, 0.5 * thing.height_m)));
+       MakeObject("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.5 * kDepth_m + 0.01, 0, -0.3))}};
+  for (const Goods& goods : GoodsOnTheShelf()) {
+    scene.objects.push_back(MakeObject(goods.name, goods.shape,
+                                       MakeTranslation(0.02, goods.y_m, 0.5 * goods.height_m)));
   }
   return scene;
 }
@@ -62,18 +62,18 @@ TEST_P(HighShelf, IsASupportOfWhatStandsOnIt) {
     options.X_WC = camera.X_WC;
     const auto scene = InterpretScene(scan.cloud, options);
     ASSERT_TRUE(scene.ok()) << scene.status();
-    for (const Goods& thing : GoodsOnTheShelf()) {
-      const Vector3 middle(0.02, thing.y_m, 0.5 * thing.height_m);
+    for (const Goods& goods : GoodsOnTheShelf()) {
+      const Vector3 middle(0.02, goods.y_m, 0.5 * goods.height_m);
       const auto stands_there = [&](const DetectedObject& object) {
         if (object.model->shapes.empty() || object.supported_by < 0) return false;
         const auto& support = scene->supports[static_cast<std::size_t>(object.supported_by)];
         const ShapePart& part = object.model->shapes.front();
         const Vector3 found = (object.X_WO * part.X_OS).translation();
-        return part.shape.index() == thing.shape.index() && (found - middle).norm() < 0.03 &&
+        return part.shape.index() == goods.shape.index() && (found - middle).norm() < 0.03 &&
                std::abs(support.X_WO.translation().z()) < 0.005;
       };
       EXPECT_EQ(std::ranges::count_if(scene->objects, stands_there), 1)
-          << thing.name << ", seed " << seed;
+          << goods.name << ", seed " << seed;
     }
   }
 }

@@ -140,7 +140,7 @@ TEST(InterpretScene, TakesZerosForNoReturnsAndSaysSo) {
 
 // A can of a mug's size hangs 0.3 m above the table, as on a shelf that is no support of its own,
 // in front of a wall.
-TEST(InterpretScene, LengthensNothingThroughSpaceThatRaysCrossed) {
+TEST(InterpretScene, ExtendsNothingThroughSpaceThatRaysCrossed) {
   SimulatedScene hung = TableWithCan();
   hung.objects[1].parts = {{.shape = Cylinder{0.045, 0.1}}};
   hung.objects[1].X_WO = MakeTranslation(0.1, 0, 0.35);

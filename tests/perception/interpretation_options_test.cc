@@ -26,7 +26,7 @@ Interpreted InterpretUntil(const PointCloud& cloud, int max_threads, int stop_at
   std::atomic<int> pieces{0}, after_stop{0};
   InterpretOptions options;
   options.max_threads = max_threads;
-  options.on_piece = [&] {
+  options.on_chunk = [&] {
     if (source.stop_requested()) ++after_stop;
     if (++pieces == stop_at) source.request_stop();
   };
@@ -102,9 +102,9 @@ SimulatedScene Balls(int count) {
   return scene;
 }
 
-TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCutOrUnhurried) {
-  const auto cut = ::testing::HasSubstr("alone were looked at for things that touch");
-  const auto in_haste = ::testing::HasSubstr("were modelled in haste");
+TEST(InterpretScene, SaysWhereObjectsWereTooManyToBeCutOrUnhurried) {
+  const auto cut = ::testing::HasSubstr("alone were looked at for objects that touch");
+  const auto reduced_effort = ::testing::HasSubstr("were modelled with reduced effort");
   for (const int count : {20, 35, 112}) {
     const auto scene = InterpretScene(Scan(Balls(count), KitchenCamera(), {}).cloud, {});
     ASSERT_TRUE(scene.ok()) << scene.status();
@@ -113,12 +113,12 @@ TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCutOrUnhurried) {
       return ::testing::Matches(::testing::Contains(what))(scene->report.warnings);
     };
     EXPECT_EQ(is_told(cut), count > 25);
-    EXPECT_EQ(is_told(in_haste), count > 100);
+    EXPECT_EQ(is_told(reduced_effort), count > 100);
   }
 }
 
 // Objects that are modelled with reduced effort still get their shape.
-TEST(InterpretScene, FindsBallsInHaste) {
+TEST(InterpretScene, FindsBallsAtReducedEffort) {
   const auto scene = InterpretScene(Scan(Balls(112), KitchenCamera(), {}).cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();
   const auto balls = std::ranges::count_if(scene->objects, [](const DetectedObject& object) {
@@ -150,7 +150,7 @@ PointCloud Clods(int rows, int columns) {
 
 // If the largest objects have no shape, the others are meshed without a search for shapes, and a
 // warning says so. No point is lost.
-TEST(InterpretScene, LooksForNoShapesWhereTheLargestThingsAreNone) {
+TEST(InterpretScene, LooksForNoShapesWhereTheLargestObjectsAreNone) {
   const PointCloud cloud = Clods(7, 8);
   const auto scene = InterpretScene(cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();

@@ -20,11 +20,11 @@ constexpr double kRadius_m = 0.012, kLength_m = 0.24;
 SimulatedObject Rod(double length_m, double y_m) {
   Pose X_WO = MakeTranslation(0, y_m, kRadius_m);
   X_WO.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
-  return Thing("rod", Cylinder{kRadius_m, length_m}, X_WO);
+  return MakeObject("rod", Cylinder{kRadius_m, length_m}, X_WO);
 }
 
 SimulatedObject Post() {
-  return Thing("post", Box{{0.03, 0.05, 0.16}}, MakeTranslation(-0.08, 0, 0.08));
+  return MakeObject("post", Box{{0.03, 0.05, 0.16}}, MakeTranslation(-0.08, 0, 0.08));
 }
 
 // The lengths of the cylinders found, ascending.
@@ -40,7 +40,7 @@ std::vector<double> RodsOf(const SceneInterpretation& scene) {
   return lengths_m;
 }
 
-TEST(JoinModelled, ARodBehindAPostIsOneRod) {
+TEST(MergeOccludedParts, ARodBehindAPostIsOneRod) {
   const SceneInterpretation scene = Interpreted({{Table(), Post(), Rod(kLength_m, 0)}});
   const std::vector<double> lengths_m = RodsOf(scene);
   ASSERT_EQ(lengths_m.size(), 1u);
@@ -48,14 +48,14 @@ TEST(JoinModelled, ARodBehindAPostIsOneRod) {
   EXPECT_EQ(scene.objects.size(), 2u);
 }
 
-TEST(JoinModelled, RodsInLineThatAreSeenApartBesideThePostAreTwo) {
+TEST(MergeOccludedParts, RodsInLineThatAreSeenApartBesideThePostAreTwo) {
   // The post hides 5 cm of the line; the gap is twice as wide.
   const SceneInterpretation scene =
       Interpreted({{Table(), Post(), Rod(0.10, 0.12), Rod(0.10, -0.08)}});
   EXPECT_EQ(scene.objects.size(), 3u);
 }
 
-TEST(JoinModelled, RodsOfTwoSizesBehindThePostAreTwo) {
+TEST(MergeOccludedParts, RodsOfTwoSizesBehindThePostAreTwo) {
   SimulatedObject thick = Rod(0.10, 0.07);
   thick.parts[0].shape = Cylinder{1.6 * kRadius_m, 0.10};
   thick.X_WO.translation().z() = 1.6 * kRadius_m;
@@ -63,10 +63,12 @@ TEST(JoinModelled, RodsOfTwoSizesBehindThePostAreTwo) {
   EXPECT_EQ(scene.objects.size(), 3u);
 }
 
-TEST(JoinModelled, ThingsAreLargestFirstAndRestOnWhatTheyRestedOn) {
+TEST(MergeOccludedParts, ObjectsAreLargestFirstAndRestOnWhatTheyRestedOn) {
   SimulatedScene scene{{Table(), Post(), Rod(kLength_m, 0)}};
-  scene.objects.push_back(Thing("below", Box{{0.1, 0.12, 0.08}}, MakeTranslation(0, 0.28, 0.04)));
-  scene.objects.push_back(Thing("above", Box{{0.05, 0.05, 0.1}}, MakeTranslation(0, 0.28, 0.13)));
+  scene.objects.push_back(
+      MakeObject("below", Box{{0.1, 0.12, 0.08}}, MakeTranslation(0, 0.28, 0.04)));
+  scene.objects.push_back(
+      MakeObject("above", Box{{0.05, 0.05, 0.1}}, MakeTranslation(0, 0.28, 0.13)));
   const SceneInterpretation found = Interpreted(scene);
   ASSERT_EQ(found.objects.size(), 4u);
   for (std::size_t k = 1; k < found.objects.size(); ++k) {
@@ -90,14 +92,14 @@ double LargestShare(const SimulatedCloud& scan, const SceneInterpretation& found
     ++all;
     ++count[found.labels[i] / 10];
   }
-  double most = 0;
-  for (const auto& [label, points] : count) most = std::max(most, points);
-  return most / all;
+  double max_points = 0;
+  for (const auto& [label, points] : count) max_points = std::max(max_points, points);
+  return max_points / all;
 }
 
 // A sphere stands before a short cylinder. The strip of the cylinder that shows on one side of the
 // sphere lies next to another cylinder and looks like its handle.
-TEST(JoinModelled, WhatSeemsAHandleOfItsNeighbourIsGivenBack) {
+TEST(MergeOccludedParts, WhatSeemsAHandleOfItsNeighbourIsGivenBack) {
   const SimulatedView view = RandomScene(SceneFamily::kClutter, 55);
   const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = 55});
   const auto found = InterpretScene(scan.cloud, {});
@@ -107,15 +109,15 @@ TEST(JoinModelled, WhatSeemsAHandleOfItsNeighbourIsGivenBack) {
 
 // The handle of a pan is level with the top of a box beside it. The top, if extended, would include
 // the handle.
-TEST(JoinModelled, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
-  SimulatedObject pan = Thing("pan", Cylinder{0.06, 0.08}, MakeTranslation(0, -0.1, 0.04));
+TEST(MergeOccludedParts, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
+  SimulatedObject pan = MakeObject("pan", Cylinder{0.06, 0.08}, MakeTranslation(0, -0.1, 0.04));
   Pose X_WHandle = MakeTranslation(0, 0.03, 0.06);
   X_WHandle.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
   pan.X_WO = Pose::Identity();
   pan.parts = {{MakeTranslation(0, -0.1, 0.04), Cylinder{0.06, 0.08}},
                {X_WHandle, Capsule{0.007, 0.13}}};
   const SimulatedScene scene{
-      {Table(), pan, Thing("box", Box{{0.1, 0.1, 0.067}}, MakeTranslation(0, 0.22, 0.0335))}};
+      {Table(), pan, MakeObject("box", Box{{0.1, 0.1, 0.067}}, MakeTranslation(0, 0.22, 0.0335))}};
   InterpretOptions options;
   options.X_WC = TableCamera().X_WC;
   const SimulatedCloud scan = Scan(scene, TableCamera(), {.seed = 3});
@@ -127,13 +129,13 @@ TEST(JoinModelled, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
 }
 
 SimulatedObject Screen(double y_m, double width_m, double height_m) {
-  return Thing("screen", Box{{0.02, width_m, height_m}},
-               MakeTranslation(-0.12, y_m, 0.5 * height_m));
+  return MakeObject("screen", Box{{0.02, width_m, height_m}},
+                    MakeTranslation(-0.12, y_m, 0.5 * height_m));
 }
 
 // A box hides an upright cup except for its lid and a strip of its wall. `object` is the cup's
 // index in the scene.
-TEST(JoinModelled, TheLidOfACupAndAStripOfItsWallAreOneThing) {
+TEST(MergeOccludedParts, TheLidOfACupAndAStripOfItsWallAreOneObject) {
   struct Cup {
     SceneFamily family;
     std::uint64_t seed;
@@ -152,11 +154,11 @@ TEST(JoinModelled, TheLidOfACupAndAStripOfItsWallAreOneThing) {
 }
 
 // A slab on a narrower box is an object of its own, however little of the box is seen.
-TEST(JoinModelled, ASlabOnABoxIsNoLidOfIt) {
+TEST(MergeOccludedParts, ASlabOnABoxIsNoLidOfIt) {
   const SimulatedScene scene{
       {Table(), Screen(-0.06, 0.14, 0.12),
-       Thing("box", Box{{0.07, 0.07, 0.1}}, MakeTranslation(0, 0, 0.05)),
-       Thing("slab", Box{{0.11, 0.11, 0.008}}, MakeTranslation(0, 0, 0.104))}};
+       MakeObject("box", Box{{0.07, 0.07, 0.1}}, MakeTranslation(0, 0, 0.05)),
+       MakeObject("slab", Box{{0.11, 0.11, 0.008}}, MakeTranslation(0, 0, 0.104))}};
   const SceneInterpretation found = Interpreted(scene);
   EXPECT_EQ(found.objects.size(), 3u);
   const auto on_another = [](const DetectedObject& object) { return object.rests_on >= 0; };

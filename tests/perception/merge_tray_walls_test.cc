@@ -131,10 +131,10 @@ TEST_P(OpenBoxes, CartonsAreOneObjectWithAFreeInside) {
 TEST_P(OpenBoxes, CarryWhatLiesInThem) {
   const Pose X_WO = Turned(0, 0, 0, yaw_rad());
   SimulatedScene scene{{Table(), OpenBoxOf({0.4, 0.28, 0.04}, yaw_rad())}};
-  scene.objects.push_back(
-      Thing("can", Cylinder{0.033, 0.11}, X_WO * MakeTranslation(-0.1, 0.03, kWall_m + 0.055)));
-  scene.objects.push_back(Thing("carton", Box{{0.06, 0.08, 0.07}},
-                                X_WO * MakeTranslation(0.1, -0.02, kWall_m + 0.035)));
+  scene.objects.push_back(MakeObject("can", Cylinder{0.033, 0.11},
+                                     X_WO * MakeTranslation(-0.1, 0.03, kWall_m + 0.055)));
+  scene.objects.push_back(MakeObject("carton", Box{{0.06, 0.08, 0.07}},
+                                     X_WO * MakeTranslation(0.1, -0.02, kWall_m + 0.035)));
   const Seen seen = SeenBySensor(scene, seed());
   ASSERT_EQ(seen.objects(), 3);
   EXPECT_GE(seen.Share(1, -1, 0), 0.9);
@@ -167,8 +167,8 @@ TEST_P(OpenBoxes, AreNotMadeOfSolidsAroundAPlace) {
   SimulatedScene scene{{Table()}};
   for (int k = 0; k < 4; ++k) {
     const Pose X_WO = Turned(0, 0, 0, yaw_rad() + k * 90 * kDegree);
-    scene.objects.push_back(Thing("side" + std::to_string(k), Box{{0.05, 0.19, 0.06}},
-                                  X_WO * MakeTranslation(0.125, 0, 0.03)));
+    scene.objects.push_back(MakeObject("side" + std::to_string(k), Box{{0.05, 0.19, 0.06}},
+                                       X_WO * MakeTranslation(0.125, 0, 0.03)));
   }
   const Seen seen = SeenBySensor(scene, seed());
   std::size_t inside = 0, of_support = 0;

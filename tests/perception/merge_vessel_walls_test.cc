@@ -23,7 +23,7 @@ struct Lying {
 
 void PrintTo(const Lying& lying, std::ostream* out) { *out << lying.name; }
 
-class JoinLyingVessels : public ::testing::TestWithParam<Lying> {};
+class MergeLyingVessels : public ::testing::TestWithParam<Lying> {};
 
 const DetectedObject* Largest(const SceneInterpretation& scene) {
   const auto by_points = [](const DetectedObject& a, const DetectedObject& b) {
@@ -33,7 +33,7 @@ const DetectedObject* Largest(const SceneInterpretation& scene) {
   return largest == scene.objects.end() ? nullptr : &*largest;
 }
 
-TEST_P(JoinLyingVessels, MakesThemOneShell) {
+TEST_P(MergeLyingVessels, MakesThemOneShell) {
   const Lying& lying = GetParam();
   const SimulatedObject truth = TiltedVessel(lying.wall, lying.tilt_deg, lying.yaw_deg);
   const SceneInterpretation scene = Interpreted({{Table(), truth}});
@@ -49,7 +49,7 @@ TEST_P(JoinLyingVessels, MakesThemOneShell) {
       AngleBetween_deg((object->X_WO * part.X_OS).linear().col(2), truth.X_WO.linear().col(2)), 3);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, JoinLyingVessels,
+INSTANTIATE_TEST_SUITE_P(All, MergeLyingVessels,
                          ::testing::Values(Lying{"LeaningMug", MugWall(), 40, 150},
                                            Lying{"MugOnItsSide", MugWall(), 90, 180},
                                            Lying{"LeaningPan", PanWall(), 70, 180},
@@ -80,9 +80,9 @@ TEST(LyingVessels, KeepTheirHandles) {
 // Boxes and a can that touch stay three objects.
 TEST(LyingVessels, LeavesWhatIsNoVesselApart) {
   const SceneInterpretation scene = Interpreted(
-      {{Table(), Thing("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.12, 0.08)),
-        Thing("can", Cylinder{0.05, 0.12}, MakeTranslation(0, 0, 0.06)),
-        Thing("low box", Box{{0.12, 0.1, 0.06}}, MakeTranslation(-0.02, 0.1, 0.03))}});
+      {{Table(), MakeObject("box", Box{{0.1, 0.14, 0.16}}, MakeTranslation(0.05, -0.12, 0.08)),
+        MakeObject("can", Cylinder{0.05, 0.12}, MakeTranslation(0, 0, 0.06)),
+        MakeObject("low box", Box{{0.12, 0.1, 0.06}}, MakeTranslation(-0.02, 0.1, 0.03))}});
   EXPECT_EQ(std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind), 3);
   for (const DetectedObject& object : scene.objects) {
     for (const ShapePart& part : object.model->shapes) EXPECT_FALSE(part.vessel);

@@ -75,8 +75,8 @@ void ExpectUpperSquare(const Mesh& surface) {
   ASSERT_NE(surface.mesh, nullptr);
   EXPECT_THAT(surface.mesh->triangles, ::testing::Not(IsEmpty()));
   for (const Vector3& v : surface.mesh->vertices) {
-    EXPECT_NEAR(v.z(), 0.1, kThinnedTo_m);
-    EXPECT_LT(v.head<2>().cwiseAbs().maxCoeff(), 0.04 + kThinnedTo_m);
+    EXPECT_NEAR(v.z(), 0.1, kThinningSpacing_m);
+    EXPECT_LT(v.head<2>().cwiseAbs().maxCoeff(), 0.04 + kThinningSpacing_m);
   }
 }
 
@@ -96,7 +96,7 @@ TEST(MeshHypothesis, MeshesWhatNoShapeReachesWhateverItsLabelsSay) {
     EXPECT_EQ(object.model->surfaces[0].point_count, static_cast<int>(kOfSquare));
     ExpectUpperSquare(object.model->surfaces[0].surface);
     // Twice the spacing makes a quarter of the triangles.
-    model.is_in_haste = true;
+    model.is_reduced_effort = true;
     const MeshedObject coarse = MeshedOf(model);
     ASSERT_THAT(coarse.model->surfaces, SizeIs(1));
     EXPECT_LT(2 * coarse.model->surfaces[0].surface.mesh->triangles.size(),

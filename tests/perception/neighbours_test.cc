@@ -73,8 +73,9 @@ TEST_P(PacketsInARow, AreOneBoxEach) {
   for (std::size_t k = 0; k < GetParam().size(); ++k) {
     const double height_m = GetParam()[k];
     middles.emplace_back(0, (static_cast<double>(k) - 1) * (kWidth_m + 0.002), 0.5 * height_m);
-    shelf.objects.push_back(Thing("packet" + std::to_string(k), Box{{kDepth_m, kWidth_m, height_m}},
-                                  MakeTranslation(middles[k].x(), middles[k].y(), middles[k].z())));
+    shelf.objects.push_back(
+        MakeObject("packet" + std::to_string(k), Box{{kDepth_m, kWidth_m, height_m}},
+                   MakeTranslation(middles[k].x(), middles[k].y(), middles[k].z())));
   }
   const SceneInterpretation scene = Interpreted(shelf);
   EXPECT_EQ(scene.objects.size(), middles.size());
@@ -98,12 +99,12 @@ INSTANTIATE_TEST_SUITE_P(Heights_m, PacketsInARow,
                                            std::vector{0.16, 0.1, 0.18, 0.12}));
 
 // The box is linked to the face of the table's edge, which is no object on the table.
-TEST(EdgeOfTheTable, IsNoObjectWhereAThingJutsOverIt) {
+TEST(EdgeOfTheTable, IsNoObjectWhereAnObjectJutsOverIt) {
   Pose X_WO = MakeTranslation(-0.58, 0, 0.03);
   X_WO.rotate(Eigen::AngleAxisd(0.26, Vector3::UnitZ()));
   const SimulatedScene kitchen{
-      {Table(), Thing("box", Box{{0.15, 0.1, 0.06}}, X_WO),
-       Thing("can", Cylinder{0.035, 0.1}, MakeTranslation(-0.56, 0.2, 0.05))}};
+      {Table(), MakeObject("box", Box{{0.15, 0.1, 0.06}}, X_WO),
+       MakeObject("can", Cylinder{0.035, 0.1}, MakeTranslation(-0.56, 0.2, 0.05))}};
   PinholeCamera camera = TableCamera();
   camera.X_WC.translation() += Vector3(-0.35, 0, 0);
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
@@ -122,17 +123,17 @@ TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
   SimulatedObject low = Table();
   low.name = "low table";
   low.X_WO = MakeTranslation(1.25, 0, kLower_m);
-  SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
+  SimulatedObject floor = MakeObject("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
   floor.is_support = true;
   const std::vector<Vector2> places{{0.9, 0.15}, {0.88, -0.15}, {-0.1, 0.2}};
   const SceneInterpretation scene =
       Interpreted({{Table(), std::move(low), std::move(floor),
-                    Thing("box", Box{{0.15, 0.12, 0.2}},
-                          MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
-                    Thing("can", Cylinder{0.05, 0.2},
-                          MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
-                    Thing("near can", Cylinder{0.04, 0.12},
-                          MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
+                    MakeObject("box", Box{{0.15, 0.12, 0.2}},
+                               MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
+                    MakeObject("can", Cylinder{0.05, 0.2},
+                               MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
+                    MakeObject("near can", Cylinder{0.04, 0.12},
+                               MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
   ExpectOneEach(scene, places);
   EXPECT_EQ(scene.supports.size(), 3u);
   for (const DetectedObject& object : scene.objects) {

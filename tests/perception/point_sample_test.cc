@@ -40,12 +40,12 @@ TEST(PointSample, IsAllOfAnImagesPointsHoweverMany) {
   EXPECT_EQ(sample.Points().points, row.points.points);
 }
 
-TEST(PointSample, IsAllOfASmallThingHoweverDense) {
+TEST(PointSample, IsAllOfASmallObjectHoweverDense) {
   const Row row = MakeRow(120'000, 10);
   EXPECT_EQ(row.Sample().stride(), 1u);
 }
 
-TEST(PointSample, OfADenseThingGrowsWithItsNodesAndNotWithItsPoints) {
+TEST(PointSample, OfADenseObjectGrowsWithItsNodesAndNotWithItsPoints) {
   for (const std::size_t count : {400'000u, 800'000u}) {
     const Row row = MakeRow(count, 20'000);
     const std::size_t sampled = row.Sample().Points().size();
@@ -60,7 +60,7 @@ TEST(PointSample, GivesEachPointThePartOfTheSampledOneNearestToIt) {
   const OrientedPoints sampled = sample.Points();
   std::vector<std::int32_t> part;
   for (const Vector3f& p : sampled.points) part.push_back(p.x() < 0.3f ? 0 : -1);
-  const std::vector<std::int32_t> all = sample.OfAll(part, kUnbounded);
+  const std::vector<std::int32_t> all = sample.PartsOfAllPoints(part, kSerialWork);
   ASSERT_EQ(all.size(), row.points.size());
   const float step = 0.5f * static_cast<float>(sample.stride()) / 400'003;
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -33,7 +33,7 @@ struct Pixel {
 std::optional<SceneInterpretation> Interpret(const std::string& directory, int scan) {
   const auto file = formats::ReadCloud(directory + "/learn" + std::to_string(scan) + ".pcd");
   if (!file.ok()) return std::nullopt;
-  const formats::CloudFile xyz = formats::Select(*file, {"x", "y", "z"});
+  const formats::CloudFile xyz = formats::SelectFields(*file, {"x", "y", "z"});
   PointCloud cloud;
   cloud.width = static_cast<int>(xyz.width);
   cloud.height = static_cast<int>(xyz.height);
@@ -106,7 +106,7 @@ TEST_F(RealMeasurements, APacketOfTeaHasItsEdges) {
   }
 }
 
-TEST_F(RealMeasurements, ATinHasItsRadiusLyingOnEdgeAndUnderOtherThings) {
+TEST_F(RealMeasurements, ATinHasItsRadiusLyingOnEdgeAndUnderOtherObjects) {
   const double radius_m = 0.095;
   for (const Pixel& at :
        {Pixel{33, 229, 380}, Pixel{35, 300, 387}, Pixel{36, 151, 350}, Pixel{37, 131, 335},

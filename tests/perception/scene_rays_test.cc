@@ -14,25 +14,25 @@ using Eigen::Vector3f;
 constexpr int kAcross = 200;  // points of a plane two metres away, 5 mm apart
 constexpr int kMiddle = kAcross / 2;
 constexpr float kPitch_m = 0.005f;
-constexpr int kThing = 20;  // points of an object in its middle, on either side of it
+constexpr int kHalfObject = 20;  // points of an object in its middle, on either side of it
 
 Vector3f At(int column, int row) {
   return {kPitch_m * static_cast<float>(column - kMiddle),
           kPitch_m * static_cast<float>(row - kMiddle), 2};
 }
 
-bool IsOfThing(int column, int row) {
-  return std::abs(column - kMiddle) <= kThing && std::abs(row - kMiddle) <= kThing;
+bool IsOfObject(int column, int row) {
+  return std::abs(column - kMiddle) <= kHalfObject && std::abs(row - kMiddle) <= kHalfObject;
 }
 
 // An object in the middle of a wall, both seen from the origin.
-SegmentedScene ThingOnWall() {
+SegmentedScene ObjectOnWall() {
   SegmentedScene scene;
-  SegmentedThing& thing = scene.things.emplace_back();
+  SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
   for (int row = 0; row < kAcross; ++row) {
     for (int column = 0; column < kAcross; ++column) {
-      if (IsOfThing(column, row)) {
-        thing.points.push_back(static_cast<std::uint32_t>(scene.points.points.size()));
+      if (IsOfObject(column, row)) {
+        hypothesis.points.push_back(static_cast<std::uint32_t>(scene.points.points.size()));
       }
       scene.points.points.push_back(At(column, row));
       scene.points.sigma_m.push_back(0.002f);
@@ -43,20 +43,21 @@ SegmentedScene ThingOnWall() {
 }
 
 TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
-  SegmentedScene scene = ThingOnWall();
+  SegmentedScene scene = ObjectOnWall();
   scene.sight.reset();
-  EXPECT_TRUE(SceneRays(scene, kUnbounded)
-                  .Past(scene.things[0].points, std::nullopt, kUnbounded)
+  EXPECT_TRUE(SceneRays(scene, kSerialWork)
+                  .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork)
                   .ends.empty());
 }
 
-TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
-  const SegmentedScene scene = ThingOnWall();
+TEST(SceneRays, PassAnObjectWhereTheyEndBesideItAndNotOnIt) {
+  const SegmentedScene scene = ObjectOnWall();
   const PassingRays rays =
-      SceneRays(scene, kUnbounded).Past(scene.things[0].points, std::nullopt, kUnbounded);
+      SceneRays(scene, kSerialWork)
+          .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   ASSERT_FALSE(rays.ends.empty());
   EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
-  const float half_m = kPitch_m * kThing;
+  const float half_m = kPitch_m * kHalfObject;
   for (const Vector3f& end : rays.ends) {
     const float away_m = end.head<2>().cwiseAbs().maxCoeff();
     EXPECT_GT(away_m, half_m);
@@ -64,21 +65,22 @@ TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
   }
 }
 
-TEST(SceneRays, RunBelowAThingThatHangsAboveWhatItStandsOn) {
-  const SegmentedScene scene = ThingOnWall();
+TEST(SceneRays, RunBelowAnObjectThatHangsAboveWhatItStandsOn) {
+  const SegmentedScene scene = ObjectOnWall();
   Pose X_LSupport = MakeTranslation(0, 0.3, 2);  // y points down
   X_LSupport.linear() = BasisFromZ(-Vector3::UnitY());
-  const PassingRays rays =
-      SceneRays(scene, kUnbounded).Past(scene.things[0].points, X_LSupport, kUnbounded);
+  const PassingRays rays = SceneRays(scene, kSerialWork)
+                               .PassingRaysOf(scene.hypotheses[0].points, X_LSupport, kSerialWork);
   const PassingRays unknown =
-      SceneRays(scene, kUnbounded).Past(scene.things[0].points, std::nullopt, kUnbounded);
-  ASSERT_EQ(rays.about, unknown.ends.size());
-  EXPECT_EQ(unknown.about, unknown.ends.size());
+      SceneRays(scene, kSerialWork)
+          .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
+  ASSERT_EQ(rays.around_count, unknown.ends.size());
+  EXPECT_EQ(unknown.around_count, unknown.ends.size());
   EXPECT_TRUE(std::equal(unknown.ends.begin(), unknown.ends.end(), rays.ends.begin()));
-  ASSERT_GT(rays.ends.size(), rays.about);
-  const float beside_m = 2 * kPitch_m * kThing;
+  ASSERT_GT(rays.ends.size(), rays.around_count);
+  const float beside_m = 2 * kPitch_m * kHalfObject;
   float lowest_m = 0;
-  for (std::size_t k = rays.about; k < rays.ends.size(); ++k) {
+  for (std::size_t k = rays.around_count; k < rays.ends.size(); ++k) {
     EXPECT_LT(std::abs(rays.ends[k].x()), beside_m);
     lowest_m = std::max(lowest_m, rays.ends[k].y());
   }
@@ -86,7 +88,7 @@ TEST(SceneRays, RunBelowAThingThatHangsAboveWhatItStandsOn) {
 }
 
 TEST(SceneRays, StandForAllThatWereMeasured) {
-  const SegmentedScene scene = ThingOnWall();
+  const SegmentedScene scene = ObjectOnWall();
   SegmentedScene dense = scene;  // every point four times
   for (int k = 0; k < 3; ++k) {
     dense.points.points.insert(dense.points.points.end(), scene.points.points.begin(),
@@ -94,22 +96,24 @@ TEST(SceneRays, StandForAllThatWereMeasured) {
     dense.points.sigma_m.insert(dense.points.sigma_m.end(), scene.points.sigma_m.begin(),
                                 scene.points.sigma_m.end());
   }
-  const PassingRays one =
-      SceneRays(scene, kUnbounded).Past(scene.things[0].points, std::nullopt, kUnbounded);
+  const PassingRays one = SceneRays(scene, kSerialWork)
+                              .PassingRaysOf(scene.hypotheses[0].points, std::nullopt, kSerialWork);
   const PassingRays four =
-      SceneRays(dense, kUnbounded).Past(dense.things[0].points, std::nullopt, kUnbounded);
+      SceneRays(dense, kSerialWork)
+          .PassingRaysOf(dense.hypotheses[0].points, std::nullopt, kSerialWork);
   EXPECT_EQ(one.weight, 1);
   EXPECT_EQ(four.weight, 4);
 }
 
 TEST(SceneRays, EndWhenStopped) {
-  const SegmentedScene scene = ThingOnWall();
+  const SegmentedScene scene = ObjectOnWall();
   std::stop_source stop;
   stop.request_stop();
   SegmentedScene large = scene;
   for (int k = 0; k < 20; ++k) {
-    large.things[0].points.insert(large.things[0].points.end(), scene.things[0].points.begin(),
-                                  scene.things[0].points.end());
+    large.hypotheses[0].points.insert(large.hypotheses[0].points.end(),
+                                      scene.hypotheses[0].points.begin(),
+                                      scene.hypotheses[0].points.end());
   }
   EXPECT_THROW(SceneRays(large, {.stop = stop.get_token()}), Stopped);
 }

@@ -25,7 +25,7 @@ SimulatedScene Stack(const std::vector<Layer>& layers) {
     Pose X_WO = MakeTranslation(0, 0, foot_m + 0.5 * layer.size_m.z());
     X_WO.rotate(Eigen::AngleAxisd(layer.turned_deg * kDegree_rad, Vector3::UnitZ()));
     scene.objects.push_back(
-        Thing("layer" + std::to_string(scene.objects.size()), Box{layer.size_m}, X_WO));
+        MakeObject("layer" + std::to_string(scene.objects.size()), Box{layer.size_m}, X_WO));
     foot_m += layer.size_m.z();
   }
   return scene;
@@ -82,9 +82,9 @@ INSTANTIATE_TEST_SUITE_P(Yaws_deg, TurnedBooks, ::testing::Values(0, 25, 50));
 
 // The lower parts of both could also be one long box that carries the rest of the higher one.
 TEST(BoxesSideBySide, AreNoStack) {
-  const SceneInterpretation scene =
-      Interpreted({{Table(), Thing("low", Box{{0.12, 0.1, 0.06}}, MakeTranslation(0, -0.051, 0.03)),
-                    Thing("high", Box{{0.12, 0.1, 0.14}}, MakeTranslation(0, 0.051, 0.07))}});
+  const SceneInterpretation scene = Interpreted(
+      {{Table(), MakeObject("low", Box{{0.12, 0.1, 0.06}}, MakeTranslation(0, -0.051, 0.03)),
+        MakeObject("high", Box{{0.12, 0.1, 0.14}}, MakeTranslation(0, 0.051, 0.07))}});
   ASSERT_EQ(std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind), 2);
   for (const DetectedObject& object : scene.objects) EXPECT_EQ(object.rests_on, -1);
 }

@@ -16,13 +16,13 @@ namespace {
 constexpr double kWithin_m = 0.01;  // mixed pixels take this much from both sides of a border
 
 SimulatedObject Can(double radius_m, double height_m, double y_m) {
-  return Thing("can", Cylinder{radius_m, height_m}, MakeTranslation(0, y_m, 0.5 * height_m));
+  return MakeObject("can", Cylinder{radius_m, height_m}, MakeTranslation(0, y_m, 0.5 * height_m));
 }
 
 SimulatedObject Carton(const Vector3& size_m, double y_m, double turned_rad) {
   Pose X_WO = MakeTranslation(0, y_m, 0.5 * size_m.z());
   X_WO.rotate(Eigen::AngleAxisd(turned_rad, Vector3::UnitZ()));
-  return Thing("carton", Box{size_m}, X_WO);
+  return MakeObject("carton", Box{size_m}, X_WO);
 }
 
 Pose Lying(double x_m, double y_m, double turned_rad, double radius_m) {
@@ -45,7 +45,7 @@ std::vector<Placed<Shape>> ShapesOf(const SceneInterpretation& scene) {
   return shapes;
 }
 
-TEST(PartStanding, CansThatTouchAreTwoObjects) {
+TEST(SplitStandingSolids, CansThatTouchAreTwoObjects) {
   const auto shapes =
       ShapesOf(Interpreted({{Table(), Can(0.033, 0.12, 0), Can(0.04, 0.1, 0.0735)}}));
   ASSERT_EQ(shapes.size(), 2u);
@@ -56,17 +56,17 @@ TEST(PartStanding, CansThatTouchAreTwoObjects) {
   }
 }
 
-TEST(PartStanding, CartonsOfOneHeightAreTwoObjectsWhereTheyAreTurned) {
+TEST(SplitStandingSolids, CartonsOfOneHeightAreTwoObjectsWhereTheyAreTurned) {
   const auto shapes = ShapesOf(Interpreted(
       {{Table(), Carton({0.07, 0.07, 0.15}, -0.045, 0.4), Carton({0.07, 0.07, 0.15}, 0.035, 0)}}));
   EXPECT_EQ(shapes.size(), 2u);
 }
 
 // The ball juts out so far that nothing is seen between it and its can.
-TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
+TEST(SplitStandingSolids, WhatRestsOnAPartRestsOnItsObject) {
   const SceneInterpretation scene =
       Interpreted({{Table(), Can(0.033, 0.12, 0), Can(0.04, 0.1, 0.0735),
-                    Thing("ball", Sphere{0.07}, MakeTranslation(0, 0.0935, 0.17))}});
+                    MakeObject("ball", Sphere{0.07}, MakeTranslation(0, 0.0935, 0.17))}});
   ASSERT_EQ(scene.objects.size(), 3u);
   const auto ball =
       std::ranges::find_if(scene.objects, [](const auto& object) { return object.rests_on >= 0; });
@@ -76,7 +76,7 @@ TEST(PartStanding, WhatRestsOnAPartRestsOnItsObject) {
 }
 
 // The fronts of the cartons lie in one plane.
-TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
+TEST(SplitStandingSolids, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
   const auto shapes = ShapesOf(
       Interpreted({{Table(), Carton({0.08, 0.06, 0.15}, -0.061, 0),
                     Carton({0.08, 0.06, 0.12}, 0, 0), Carton({0.08, 0.06, 0.09}, 0.061, 0)}}));
@@ -91,7 +91,7 @@ TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
 
 // Turned so that a corner of the upper carton reaches the edge of the lower one, where their fronts
 // are one surface.
-TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
+TEST(SplitStandingSolids, TurnedCartonsOnCartonsAreTwoObjects) {
   constexpr double kDegree_rad = std::numbers::pi / 180;
   for (const double turned_deg : {-10, 0, 15, 20}) {
     SimulatedObject upper = Carton({0.14, 0.12, 0.05}, 0, (turned_deg + 20) * kDegree_rad);
@@ -105,17 +105,18 @@ TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
 }
 
 // The lid stands on the pot only.
-TEST(PartStanding, WhatStandsOnAnotherPartStaysWithIt) {
+TEST(SplitStandingSolids, WhatStandsOnAnotherPartStaysWithIt) {
   SimulatedObject pot = Can(0.035, 0.12, 0);
   pot.parts.push_back({MakeTranslation(0, 0, 0.075), Cylinder{0.015, 0.03}});
   EXPECT_EQ(Interpreted({{Table(), pot}}).objects.size(), 1u);
 }
 
-TEST(CarriesOn, RodsOnOneAxisDo) {
+TEST(ContinuesSurface, RodsOnOneAxisDo) {
   const ShapePart rod{Lying(0, 0, 0, 0.04), Cylinder{0.04, 0.08}};
   const auto carries_on = [&](const ShapePart& other) {
-    EXPECT_EQ(CarriesOn(rod, other, Pose::Identity()), CarriesOn(other, rod, Pose::Identity()));
-    return CarriesOn(rod, other, Pose::Identity());
+    EXPECT_EQ(ContinuesSurface(rod, other, Pose::Identity()),
+              ContinuesSurface(other, rod, Pose::Identity()));
+    return ContinuesSurface(rod, other, Pose::Identity());
   };
   EXPECT_TRUE(carries_on({Lying(0.003, 0.15, 0.05, 0.042), Cylinder{0.042, 0.06}}));
   EXPECT_FALSE(carries_on({Lying(0.003, 0.15, 0.05, 0.05), Cylinder{0.05, 0.06}}));
@@ -124,16 +125,16 @@ TEST(CarriesOn, RodsOnOneAxisDo) {
   EXPECT_FALSE(carries_on({MakeTranslation(0, 0.08, 0.04), Sphere{0.04}}));
 }
 
-TEST(CarriesOn, BoxesThatAreLevelAndAlignedDo) {
+TEST(ContinuesSurface, BoxesThatAreLevelAndAlignedDo) {
   const auto box = [](const Vector3& size_m, double turned_rad) {
     const SimulatedObject carton = Carton(size_m, 0.08, turned_rad);
     return ShapePart{carton.X_WO, carton.parts.front().shape};
   };
   const ShapePart carton{MakeTranslation(0, 0, 0.1), Box{{0.09, 0.06, 0.2}}};
   const auto carries_on = [&](const ShapePart& other) {
-    EXPECT_EQ(CarriesOn(carton, other, Pose::Identity()),
-              CarriesOn(other, carton, Pose::Identity()));
-    return CarriesOn(carton, other, Pose::Identity());
+    EXPECT_EQ(ContinuesSurface(carton, other, Pose::Identity()),
+              ContinuesSurface(other, carton, Pose::Identity()));
+    return ContinuesSurface(carton, other, Pose::Identity());
   };
   EXPECT_TRUE(carries_on(box({0.05, 0.04, 0.202}, 0.15)));
   EXPECT_TRUE(carries_on(box({0.05, 0.04, 0.202}, 0.5 * std::numbers::pi)));

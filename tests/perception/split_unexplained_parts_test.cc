@@ -25,8 +25,10 @@ struct Seen {
     for (std::size_t i = 0; i < scan.object.size(); ++i) {
       if (scan.object[i] == static_cast<std::int32_t>(object)) ++count[found.labels[i] / 10];
     }
-    const auto most = std::ranges::max_element(count, {}, [](const auto& c) { return c.second; });
-    return found.objects.at(most->first - 2);  // labels of objects[k] begin at 10 * (k + 2)
+    const auto most_frequent =
+        std::ranges::max_element(count, {}, [](const auto& c) { return c.second; });
+    return found.objects.at(most_frequent->first -
+                            2);  // labels of objects[k] begin at 10 * (k + 2)
   }
 };
 
@@ -75,7 +77,7 @@ TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
 
 // A box of the same size and tilt fits the cylinder's few points equally well, apart from their
 // noise.
-TEST(ModelThing, ALeaningCylinderIsNoTiltedBox) {
+TEST(ModelObject, ALeaningCylinderIsNoTiltedBox) {
   constexpr std::size_t kLeaning = 7;
   for (const std::uint64_t seed : {7120U, 7222U}) {
     const Seen seen = See(SceneFamily::kTable, seed);
@@ -90,7 +92,7 @@ TEST(ModelThing, ALeaningCylinderIsNoTiltedBox) {
 }
 
 // A lying cylinder hides the foot of one that leans beside it and seems to rest on it.
-TEST(ModelThing, StandsOnTheSupportWhereThatExplainsItBetter) {
+TEST(ModelObject, StandsOnTheSupportWhereThatExplainsItBetter) {
   constexpr std::size_t kLeaning = 8;
   const Seen seen = See(SceneFamily::kClutter, 35);
   const DetectedObject& leaning = seen.Of(kLeaning);

@@ -46,9 +46,9 @@ SimulatedScene CanAtTheEndOfABoard(const Vector3& can) {
   return {{{.name = "board",
             .parts = {{MakeTranslation(0, 0, -0.01), Box{{0.24, 2 * kHalfBoard_m, 0.02}}}},
             .is_support = true},
-           Thing("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.13, 0, -0.3)),
-           Thing("can", Cylinder{kCanRadius_m, kCanHeight_m},
-                 MakeTranslation(can.x(), can.y(), can.z()))}};
+           MakeObject("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.13, 0, -0.3)),
+           MakeObject("can", Cylinder{kCanRadius_m, kCanHeight_m},
+                      MakeTranslation(can.x(), can.y(), can.z()))}};
 }
 
 class EndOfABoard : public ::testing::TestWithParam<std::uint64_t> {};
@@ -80,9 +80,9 @@ TEST(EdgeOfACounter, CarriesWhatStandsAtItsFront) {
       {{.name = "counter",
         .parts = {{MakeTranslation(0, 0, -0.02), Box{{0.6, 1.2, 0.04}}}},
         .is_support = true},
-       Thing("cabinet", Box{{0.56, 1.2, 0.5}}, MakeTranslation(0.02, 0, -0.29)),
-       Thing("packet", Box{{0.08, 0.14, 0.08}},
-             MakeTranslation(packet.x(), packet.y(), packet.z()))}};
+       MakeObject("cabinet", Box{{0.56, 1.2, 0.5}}, MakeTranslation(0.02, 0, -0.29)),
+       MakeObject("packet", Box{{0.08, 0.14, 0.08}},
+                  MakeTranslation(packet.x(), packet.y(), packet.z()))}};
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     EXPECT_EQ(ObjectsAt(packet, scene, CameraFrom(38 * kDegree), seed), 1) << "seed " << seed;
   }

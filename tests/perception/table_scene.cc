@@ -23,7 +23,7 @@ SimulatedObject Table() {
           .is_support = true};
 }
 
-SimulatedObject Thing(const std::string& name, const Shape& shape, const Pose& X_WO) {
+SimulatedObject MakeObject(const std::string& name, const Shape& shape, const Pose& X_WO) {
   return {.name = name, .parts = {{.shape = shape}}, .X_WO = X_WO};
 }
 

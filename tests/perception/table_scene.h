@@ -13,7 +13,7 @@ namespace cwm::perception {
 PinholeCamera TableCamera();
 
 SimulatedObject Table();
-SimulatedObject Thing(const std::string& name, const Shape& shape, const Pose& X_WO);
+SimulatedObject MakeObject(const std::string& name, const Shape& shape, const Pose& X_WO);
 
 // Scans and interprets the scene with the camera's pose given; fails the test if there is no
 // interpretation.

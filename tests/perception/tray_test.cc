@@ -33,10 +33,10 @@ TEST(FindTrays, FindsTheRectangleOfFourWalls) {
 TEST(FindTrays, PutsWallsBehindTheFacesThatAreSeen) {
   const auto boxes = FindTrays(FourWalls(), kSensor_P);
   ASSERT_FALSE(boxes.empty());
-  std::array<Made, 4> sides;
-  sides.fill(Made::kSeen);
+  std::array<PartOrigin, 4> sides;
+  sides.fill(PartOrigin::kMeasured);
   Aabb bounds;
-  for (const ShapePart& part : PartsOf(boxes.front(), sides, 0.004, Made::kSeen)) {
+  for (const ShapePart& part : PartsOf(boxes.front(), sides, 0.004, PartOrigin::kMeasured)) {
     bounds.extend(TightBounds(part.shape, part.X_OS));
   }
   // Near sides show their outside, far ones their inside.

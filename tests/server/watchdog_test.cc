@@ -29,26 +29,28 @@ constexpr auto kSoon = std::chrono::seconds(10);
 class WatchdogTest : public RunningServer {};
 
 TEST_F(WatchdogTest, TellsAgainAndAgainThatTheServerAnswers) {
-  std::atomic<int> told = 0;
+  std::atomic<int> notifications = 0;
   const Watchdog watchdog(
-      kPeriod, [this](milliseconds) { return server_->CheckItself(kSoon); }, [&] { ++told; });
+      kPeriod, [this](milliseconds) { return server_->CheckItself(kSoon); },
+      [&] { ++notifications; });
   const auto until = Clock::now() + kSoon;
-  while (told < 5 && Clock::now() < until) std::this_thread::sleep_for(kPeriod);
-  EXPECT_GE(told, 5);
+  while (notifications < 5 && Clock::now() < until) std::this_thread::sleep_for(kPeriod);
+  EXPECT_GE(notifications, 5);
 }
 
 TEST_F(WatchdogTest, SaysNothingMoreOnceTheServerHasStopped) {
-  std::atomic<int> told = 0;
+  std::atomic<int> notifications = 0;
   const Watchdog watchdog(
-      kPeriod, [this](milliseconds) { return CheckHealth(address_, kSoon); }, [&] { ++told; });
+      kPeriod, [this](milliseconds) { return CheckHealth(address_, kSoon); },
+      [&] { ++notifications; });
   const auto until = Clock::now() + kSoon;
-  while (told < 1 && Clock::now() < until) std::this_thread::sleep_for(kPeriod);
-  ASSERT_GE(told, 1);
+  while (notifications < 1 && Clock::now() < until) std::this_thread::sleep_for(kPeriod);
+  ASSERT_GE(notifications, 1);
   server_->Stop(kSoon);
   std::this_thread::sleep_for(kPeriod);  // waits for a notification in progress
-  const int before = told;
+  const int before = notifications;
   std::this_thread::sleep_for(5 * kPeriod);
-  EXPECT_EQ(told, before);
+  EXPECT_EQ(notifications, before);
 }
 
 // A listener that has stopped accepting: connections are made, but nobody answers.
@@ -57,7 +59,7 @@ TEST(StuckListenerTest, SaysNothingWhereNobodyAccepts) {
   for (const std::string& address : {"unix:" + (scratch / "s"), std::string("127.0.0.1:0")}) {
     const auto listener = Listen(address, kSoon);
     ASSERT_TRUE(listener.ok()) << listener.status();
-    std::atomic<int> told = 0;
+    std::atomic<int> notifications = 0;
     std::atomic<int> checked = 0;
     const auto begun = Clock::now();
     {
@@ -67,10 +69,10 @@ TEST(StuckListenerTest, SaysNothingWhereNobodyAccepts) {
             ++checked;
             return CheckHealth(listener->address, timeout);
           },
-          [&] { ++told; });
+          [&] { ++notifications; });
       std::this_thread::sleep_for(10 * kPeriod);
     }
-    EXPECT_EQ(told, 0) << address;
+    EXPECT_EQ(notifications, 0) << address;
     EXPECT_GE(checked, 2) << address;
     EXPECT_LT(Clock::now() - begun, kSoon) << "no check takes longer than its time";
   }

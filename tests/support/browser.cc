@@ -9,8 +9,8 @@ namespace {
 // chosen: drawing 300 000 points in software takes seconds, on a busy machine minutes.
 constexpr char kPatience_s[] = "400";
 
-Finished Browse(const std::string& action, const std::string& page, const Window& window,
-                const ScratchDirectory& scratch) {
+ProcessResult Browse(const std::string& action, const std::string& page, const Window& window,
+                     const ScratchDirectory& scratch) {
   return RunProgram(
       {"timeout", kPatience_s, "chromium", "--headless=new", "--no-sandbox", "--disable-gpu",
        "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
@@ -46,7 +46,7 @@ bool HaveBrowser() { return RunProgram({"sh", "-c", "command -v chromium"}).exit
 
 std::string DocumentOf(const std::string& page, const Window& window,
                        const ScratchDirectory& scratch) {
-  const Finished run = Browse("--dump-dom", page, window, scratch);
+  const ProcessResult run = Browse("--dump-dom", page, window, scratch);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return run.out;
 }
@@ -54,7 +54,7 @@ std::string DocumentOf(const std::string& page, const Window& window,
 Picture ScreenshotOf(const std::string& page, const Window& window,
                      const ScratchDirectory& scratch) {
   const std::string file = scratch / "screenshot.png";
-  const Finished run = Browse("--screenshot=" + file, page, window, scratch);
+  const ProcessResult run = Browse("--screenshot=" + file, page, window, scratch);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return ReadPng(file);
 }

@@ -23,7 +23,7 @@ bool Become(uid_t uid) {
 
 }  // namespace
 
-bool MayBecomeOtherUser() { return geteuid() == 0; }
+bool CanBecomeOtherUser() { return geteuid() == 0; }
 
 OtherUser::OtherUser(uid_t uid, std::function<std::string()> work) {
   std::array<int, 2> ends{};

@@ -11,7 +11,7 @@ namespace cwm::testing {
 
 constexpr uid_t kNobody = 65534;
 
-bool MayBecomeOtherUser();
+bool CanBecomeOtherUser();
 
 // A child process with the user and group `uid`, which calls `work` and ends. The child is a fork:
 // `work` may use sockets and files, but none of the test's own threads.

@@ -46,7 +46,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::string& in,
 
 }  // namespace
 
-Finished RunProgram(const std::vector<std::string>& arguments, const std::string& input) {
+ProcessResult RunProgram(const std::vector<std::string>& arguments, const std::string& input) {
   const ScratchDirectory scratch;
   std::ofstream(scratch / "in", std::ios::binary) << input;
   const pid_t pid = Spawn(arguments, scratch / "in", scratch / "out", scratch / "err");
@@ -66,12 +66,13 @@ ScratchDirectory::~ScratchDirectory() {
   std::filesystem::remove_all(path_, ignored);
 }
 
-Background::Background(const std::vector<std::string>& arguments, const std::string& log_path)
+BackgroundProcess::BackgroundProcess(const std::vector<std::string>& arguments,
+                                     const std::string& log_path)
     : pid_(Spawn(arguments, "/dev/null", log_path, log_path)) {}
 
-Background::~Background() { Stop(); }
+BackgroundProcess::~BackgroundProcess() { Stop(); }
 
-bool Background::Running() const {
+bool BackgroundProcess::Running() const {
   siginfo_t ended{};
   // WNOWAIT leaves the exit code for Stop.
   return pid_ > 0 &&
@@ -79,11 +80,11 @@ bool Background::Running() const {
          ended.si_pid == 0;
 }
 
-void Background::Signal(int signal) const {
+void BackgroundProcess::Signal(int signal) const {
   if (pid_ > 0) kill(pid_, signal);
 }
 
-int Background::Stop(int seconds) {
+int BackgroundProcess::Stop(int seconds) {
   if (pid_ <= 0) return -1;
   kill(pid_, SIGTERM);
   int status = 0;
@@ -100,7 +101,7 @@ int Background::Stop(int seconds) {
   return -1;
 }
 
-double Background::ResidentMebibytes() const {
+double BackgroundProcess::ResidentMebibytes() const {
   std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
   std::string line;
   while (std::getline(status, line)) {

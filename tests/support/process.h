@@ -8,14 +8,14 @@
 
 namespace cwm::testing {
 
-struct Finished {
+struct ProcessResult {
   int exit_code = -1;  // -1: killed by a signal
   std::string out;
   std::string err;
 };
 
 // Runs a program to its end with `input` on its stdin.
-Finished RunProgram(const std::vector<std::string>& arguments, const std::string& input = "");
+ProcessResult RunProgram(const std::vector<std::string>& arguments, const std::string& input = "");
 
 // A temporary directory, removed with its owner.
 class ScratchDirectory {
@@ -32,12 +32,12 @@ class ScratchDirectory {
 };
 
 // A program running in the background; the destructor sends SIGTERM and waits.
-class Background {
+class BackgroundProcess {
  public:
-  Background(const std::vector<std::string>& arguments, const std::string& log_path);
-  ~Background();
-  Background(const Background&) = delete;
-  Background& operator=(const Background&) = delete;
+  BackgroundProcess(const std::vector<std::string>& arguments, const std::string& log_path);
+  ~BackgroundProcess();
+  BackgroundProcess(const BackgroundProcess&) = delete;
+  BackgroundProcess& operator=(const BackgroundProcess&) = delete;
 
   bool Running() const;
   // The exit code after SIGTERM; -1 if it had to be killed.

@@ -58,7 +58,7 @@ std::string Http2Frame(int type, int flags, int stream, std::string_view payload
   return frame;
 }
 
-std::string Http2Beginning() {
+std::string Http2ClientPreface() {
   constexpr int kSettings = 4;
   return "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + Http2Frame(kSettings, 0, 0, "");
 }

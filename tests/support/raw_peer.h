@@ -8,7 +8,7 @@
 namespace cwm::testing {
 
 // The preface of HTTP/2 and an empty SETTINGS frame, with which a client begins.
-std::string Http2Beginning();
+std::string Http2ClientPreface();
 
 // One frame of HTTP/2.
 std::string Http2Frame(int type, int flags, int stream, std::string_view payload);

@@ -51,7 +51,7 @@ bool RawConnection::Send(const std::string& bytes, std::chrono::milliseconds pat
   return false;
 }
 
-HttpAnswer RawConnection::Receive(bool to_head, std::chrono::milliseconds patience) {
+HttpResponse RawConnection::Receive(bool to_head, std::chrono::milliseconds patience) {
   http::response_parser<http::string_body> parser;
   parser.body_limit(std::uint64_t{1} << 30);
   parser.skip(to_head);
@@ -67,7 +67,7 @@ HttpAnswer RawConnection::Receive(bool to_head, std::chrono::milliseconds patien
     return {};
   }
   if (failed) return {};
-  HttpAnswer answer;
+  HttpResponse answer;
   const auto message = parser.release();
   answer.status = static_cast<int>(message.result_int());
   for (const auto& field : message) {
@@ -77,8 +77,8 @@ HttpAnswer RawConnection::Receive(bool to_head, std::chrono::milliseconds patien
   return answer;
 }
 
-std::size_t RawConnection::Take(std::size_t most, std::chrono::milliseconds patience) {
-  std::string taken(most, '\0');
+std::size_t RawConnection::Take(std::size_t max_bytes, std::chrono::milliseconds patience) {
+  std::string taken(max_bytes, '\0');
   bool done = false;
   std::size_t count = 0;
   socket_.async_read_some(boost::asio::buffer(taken), [&](error_code, std::size_t read) {
@@ -122,8 +122,8 @@ std::string RequestText(int port, const std::string& method, const std::string& 
   return text + "\r\n";
 }
 
-HttpAnswer Ask(int port, const std::string& target, const HttpFields& fields,
-               const std::string& method) {
+HttpResponse SendRequest(int port, const std::string& target, const HttpFields& fields,
+                         const std::string& method) {
   RawConnection connection(port);
   if (!connection.Send(RequestText(port, method, target, fields))) return {};
   return connection.Receive(method == "HEAD");

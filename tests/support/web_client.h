@@ -17,7 +17,7 @@ namespace cwm::testing {
 
 using HttpFields = std::vector<std::pair<std::string, std::string>>;
 
-struct HttpAnswer {
+struct HttpResponse {
   int status = 0;                             // 0: no answer
   std::map<std::string, std::string> fields;  // by name in lower case
   std::string body;
@@ -32,10 +32,11 @@ class RawConnection {
   bool Send(const std::string& bytes,
             std::chrono::milliseconds patience = std::chrono::seconds(10));
   // The next answer on the connection; with `to_head` an answer without a body.
-  HttpAnswer Receive(bool to_head = false,
-                     std::chrono::milliseconds patience = std::chrono::seconds(20));
-  // Reads up to `most` bytes, and returns their number.
-  std::size_t Take(std::size_t most, std::chrono::milliseconds patience = std::chrono::seconds(10));
+  HttpResponse Receive(bool to_head = false,
+                       std::chrono::milliseconds patience = std::chrono::seconds(20));
+  // Reads up to `max_bytes` bytes, and returns their number.
+  std::size_t Take(std::size_t max_bytes,
+                   std::chrono::milliseconds patience = std::chrono::seconds(10));
   // True if the other side ends the connection within that time; its bytes are dropped.
   bool Ends(std::chrono::milliseconds patience);
 
@@ -49,8 +50,8 @@ class RawConnection {
 std::string RequestText(int port, const std::string& method, const std::string& target,
                         HttpFields fields = {});
 // Sends a request on a connection of its own.
-HttpAnswer Ask(int port, const std::string& target, const HttpFields& fields = {},
-               const std::string& method = "GET");
+HttpResponse SendRequest(int port, const std::string& target, const HttpFields& fields = {},
+                         const std::string& method = "GET");
 
 struct WebSocketOptions {
   HttpFields fields = {};

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 // Formats 1234567 as "1 234 567".
 std::string Grouped(double value) {
-  std::string digits = Fixed(value, value < 10 && value != std::floor(value) ? 1 : 0);
+  std::string digits = FormatFixed(value, value < 10 && value != std::floor(value) ? 1 : 0);
   const std::size_t end = std::min(digits.find('.'), digits.size());
   for (std::size_t k = 3; k < end; k += 3) digits.insert(end - k, " ");
   return digits;
@@ -24,24 +24,25 @@ std::string Grouped(double value) {
 
 // Milliseconds with a useful number of decimals.
 std::string Milliseconds(double time_ms) {
-  return Fixed(time_ms, time_ms < 1 ? 3 : time_ms < 100 ? 2 : 0);
+  return FormatFixed(time_ms, time_ms < 1 ? 3 : time_ms < 100 ? 2 : 0);
 }
 
 std::string Spread(const Measurement& measured) {
   return absl::StrCat(
-      Fixed(100 * (measured.most_rows_per_s - measured.least_rows_per_s) / measured.rows_per_s, 0),
+      FormatFixed(100 * (measured.max_rows_per_s - measured.min_rows_per_s) / measured.rows_per_s,
+                  0),
       " %");
 }
 
 void PrintHead(const BenchReport& report, std::ostream& out) {
   const bool is_local = IsLocal(report.address);
   out << "server  " << report.address << " (" << TransportOf(report.address) << "), version "
-      << report.server.version() << ", up " << Fixed(report.server.uptime_s(), 0) << " s\n";
+      << report.server.version() << ", up " << FormatFixed(report.server.uptime_s(), 0) << " s\n";
   out << "client  version " << report.client_version << ", " << report.cores
       << (report.cores == 1 ? " core" : " cores")
       << (is_local ? ", shared with the server unless something forwards the address"
                    : "; those of the server are not known");
-  if (report.load) out << ", load " << Fixed(*report.load, 1) << " before it began";
+  if (report.load) out << ", load " << FormatFixed(*report.load, 1) << " before it began";
   out << "\n";
   out << "world   ";
   if (report.is_own_world) {
@@ -66,12 +67,12 @@ bool IsLocal(const std::string& address) {
          absl::StartsWith(address, "127.") || absl::StartsWith(address, "[::1]:");
 }
 
-std::string Limits(const BenchReport& report) {
+std::string BottleneckText(const BenchReport& report) {
   std::vector<std::string> work;
   double client_cpu = 0;
   for (const BenchLine& line : report.lines) {
     if (!line.work_share || line.rows_per_call == 1) continue;
-    work.push_back(absl::StrCat(line.of, " ", Fixed(100 * *line.work_share, 0), " %"));
+    work.push_back(absl::StrCat(line.name, " ", FormatFixed(100 * *line.work_share, 0), " %"));
     client_cpu = std::max(client_cpu, line.measured.client_cpu);
   }
   if (work.empty()) return "";
@@ -79,7 +80,7 @@ std::string Limits(const BenchReport& report) {
                       absl::StrJoin(work, ", "),
                       ".\nThe rest is its messages: packed, carried and read on both sides. This "
                       "client used up to ",
-                      Fixed(100 * client_cpu, 0), " % of one core meanwhile.");
+                      FormatFixed(100 * client_cpu, 0), " % of one core meanwhile.");
 }
 
 void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out) {
@@ -88,11 +89,11 @@ void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out) 
   for (const BenchLine& line : report.lines) {
     const Measurement& measured = line.measured;
     rows.push_back(
-        {{line.of, line.through, Grouped(static_cast<double>(line.rows_per_call)),
-          Grouped(static_cast<double>(measured.calls)), Fixed(measured.elapsed_s, 1),
+        {{line.name, line.method, Grouped(static_cast<double>(line.rows_per_call)),
+          Grouped(static_cast<double>(measured.calls)), FormatFixed(measured.elapsed_s, 1),
           Milliseconds(measured.p50_ms), measured.p99_ms ? Milliseconds(*measured.p99_ms) : "",
           absl::StrCat(Grouped(measured.rows_per_s), " ", line.unit), Spread(measured),
-          line.work_share ? Fixed(100 * *line.work_share, 0) + " %" : ""}});
+          line.work_share ? FormatFixed(100 * *line.work_share, 0) + " %" : ""}});
   }
   PrintTable({{"QUESTION"},
               {"THROUGH"},
@@ -105,13 +106,14 @@ void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out) 
               {"SPREAD", Align::kRight},
               {"ANSWERING", Align::kRight}},
              rows, style, out);
-  if (const std::string limits = Limits(report); !limits.empty()) out << "\n" << limits << "\n";
+  if (const std::string bottleneck = BottleneckText(report); !bottleneck.empty())
+    out << "\n" << bottleneck << "\n";
 }
 
-Json ToJson(const BenchLine& line) {
+Json BenchLineToJson(const BenchLine& line) {
   const Measurement& measured = line.measured;
-  Json json = {{"of", line.of},
-               {"through", line.through},
+  Json json = {{"of", line.name},
+               {"through", line.method},
                {"unit", line.unit},
                {"rows_per_call", line.rows_per_call},
                {"calls", measured.calls},
@@ -120,14 +122,14 @@ Json ToJson(const BenchLine& line) {
                {"p50_ms", measured.p50_ms}};
   if (measured.p99_ms) json["p99_ms"] = *measured.p99_ms;
   json["rows_per_s"] = measured.rows_per_s;
-  json["least_rows_per_s"] = measured.least_rows_per_s;
-  json["most_rows_per_s"] = measured.most_rows_per_s;
+  json["least_rows_per_s"] = measured.min_rows_per_s;
+  json["most_rows_per_s"] = measured.max_rows_per_s;
   json["client_cpu"] = measured.client_cpu;
   if (line.work_share) json["work_share"] = *line.work_share;
   return json;
 }
 
-Json ToJson(const BenchReport& report) {
+Json BenchReportToJson(const BenchReport& report) {
   Json json = {{"address", report.address},
                {"transport", TransportOf(report.address)},
                {"is_local_address", IsLocal(report.address)},
@@ -141,7 +143,7 @@ Json ToJson(const BenchReport& report) {
   json["object_count"] = report.object_count;
   json["robot_count"] = report.robot_count;
   json["measurements"] = Json::array();
-  for (const BenchLine& line : report.lines) json["measurements"].push_back(ToJson(line));
+  for (const BenchLine& line : report.lines) json["measurements"].push_back(BenchLineToJson(line));
   return json;
 }
 

@@ -16,9 +16,9 @@ namespace cwm::cli {
 
 // A line of the table.
 struct BenchLine {
-  std::string of;       // "distances"
-  std::string through;  // "unary", "stream", "upload"
-  std::string unit;     // the unit of a row: "rows", "changes", "points"
+  std::string name;    // "distances"
+  std::string method;  // "unary", "stream", "upload"
+  std::string unit;    // the unit of a row: "rows", "changes", "points"
   std::int64_t rows_per_call = 1;
   Measurement measured = {};
   // The share of a call's time that answering takes, measured against queries in empty space; empty
@@ -45,10 +45,10 @@ bool IsLocal(const std::string& address);
 std::string TransportOf(const std::string& address);
 
 void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out);
-nlohmann::ordered_json ToJson(const BenchReport& report);
-nlohmann::ordered_json ToJson(const BenchLine& line);
+nlohmann::ordered_json BenchReportToJson(const BenchReport& report);
+nlohmann::ordered_json BenchLineToJson(const BenchLine& line);
 
 // One sentence about what limits the row rate of the stream; empty without such lines.
-std::string Limits(const BenchReport& report);
+std::string BottleneckText(const BenchReport& report);
 
 }  // namespace cwm::cli

@@ -56,8 +56,8 @@ Measurement Summarize(const std::vector<Repetition>& repetitions, std::int64_t r
   measured.p50_ms = 1e3 * Quantile(calls_s, 0.5);
   if (calls_s.size() >= kCallsForP99) measured.p99_ms = 1e3 * Quantile(calls_s, 0.99);
   measured.rows_per_s = Quantile(rates, 0.5);
-  measured.least_rows_per_s = *std::min_element(rates.begin(), rates.end());
-  measured.most_rows_per_s = *std::max_element(rates.begin(), rates.end());
+  measured.min_rows_per_s = *std::min_element(rates.begin(), rates.end());
+  measured.max_rows_per_s = *std::max_element(rates.begin(), rates.end());
   return measured;
 }
 

@@ -35,8 +35,8 @@ struct Measurement {
   double p50_ms = 0;             // of all calls
   std::optional<double> p99_ms;  // empty for fewer than kCallsForP99 calls
   double rows_per_s = 0;         // median of the repetitions
-  double least_rows_per_s = 0;
-  double most_rows_per_s = 0;
+  double min_rows_per_s = 0;
+  double max_rows_per_s = 0;
   double client_cpu = 0;  // processor seconds of this process per second; above 1: several threads
 };
 

@@ -12,7 +12,7 @@ Metres, radians, seconds; world Z up; poses are (4, 4) arrays X_a_b, the frame b
     begin      connect, Server, World, WorldView (one revision), default_address, pose,
                ServerInfo, WorldInfo
     shapes     Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh, Placed
-    questions  RobotSubject, QueryOptions (the keyword arguments of all of them), QueryStream
+    queries    RobotSubject, QueryOptions (the keyword arguments of all of them), QueryStream
     answers    CheckResult, PairResult, MotionResult, RayResult, SampleResult, Verdict, Trust
     scans      IngestResult, IngestReport, IngestChanges
     world      Object, Part, FitQuality, Handle, Surface, Vessel, OrientedBox, Attachment,

@@ -16,7 +16,7 @@ FloatArray = npt.NDArray[np.floating]
 
 
 _YEAR_S = 366 * 86_400
-INT32_MOST = 2**31 - 1  # the range of a message's field
+INT32_MAX = 2**31 - 1  # the range of a message's field
 
 
 def numbers(value: npt.ArrayLike, name: str) -> FloatArray:
@@ -93,14 +93,14 @@ def number(value: float, name: str, *, low: float | None = None) -> float:
     return result
 
 
-def count(value: int, name: str, *, low: int = 0, most: int = 2**63 - 1) -> int:
+def count(value: int, name: str, *, low: int = 0, high: int = 2**63 - 1) -> int:
     """A whole number, at least `low`."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} is {value!r}, must be a whole number")
     if value < low:
         raise ValueError(f"{name} is {value}, must be at least {low}")
-    if value > most:
-        raise ValueError(f"{name} is {value}, must be at most {most}")
+    if value > high:
+        raise ValueError(f"{name} is {value}, must be at most {high}")
     return int(value)
 
 

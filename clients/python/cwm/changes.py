@@ -1,4 +1,4 @@
-"""Changes of a world, for `World.apply` and for the `overlay` of a question.
+"""Changes of a world, for `World.apply` and for the `overlay` of a query.
 
 `expected_revision` is the object's revision as the writer knows it (`Object.revision`; of a robot
 `state_revision`): another one raises RevisionConflict, and nothing is changed.
@@ -42,7 +42,7 @@ def _kind(value: enums.ObjectKind | str) -> enums.ObjectKind:
 @dataclass(frozen=True, eq=False)  # poses are arrays
 class Put:
     """Adds the object, or replaces the one of that name. `shape`: one or several, each maybe
-    `Placed`. kind: "user", or "unseen" for space that no sensor has seen, which questions may
+    `Placed`. kind: "user", or "unseen" for space that no sensor has seen, which queries may
     ignore, report or block (`QueryOptions`).
     """
 

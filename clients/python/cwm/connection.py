@@ -125,7 +125,7 @@ class Connection:
     def call(
         self, method: Callable[..., Answer], request: object, timeout_s: float | None
     ) -> Answer:
-        """A call that may be repeated: a question, or a write with a request_id. UNAVAILABLE is
+        """A call that may be repeated: a query, or a write with a request_id. UNAVAILABLE is
         tried once more.
         """
         return self.repeat(lambda timeout_s: method(request, timeout=timeout_s), timeout_s)
@@ -215,22 +215,22 @@ class Connection:
         self._held.add(mesh.hash)
 
     def with_meshes(
-        self, meshes: Sequence[shapes.Mesh], timeout_s: float | None, ask: Callable[[], Answer]
+        self, meshes: Sequence[shapes.Mesh], timeout_s: float | None, query: Callable[[], Answer]
     ) -> Answer:
-        """`ask`, once the server holds the meshes. It may have lost those that were sent before:
-        then once more.
+        """Runs `query` once the server holds the meshes, and once more if it has lost those that
+        were sent before.
         """
         for mesh in meshes:
             if mesh.hash not in self._held:
                 self.write_mesh(mesh, timeout_s)
         try:
-            return ask()
+            return query()
         except errors.Error as error:
             if error.reason != "GEOMETRY_UNKNOWN" or not meshes:
                 raise
         for mesh in meshes:
             self.write_mesh(mesh, timeout_s)
-        return ask()
+        return query()
 
 
 def upload_chunks(

@@ -1,4 +1,4 @@
-"""Questions in batches: what is above the server's limits is cut, asked of one revision, and put
+"""Queries in batches: what is above the server's limits is cut, asked of one revision, and put
 together again.
 """
 
@@ -25,7 +25,7 @@ _HEAD_BYTES = 1 << 16
 
 
 class QueryOptions(TypedDict, total=False):
-    """Keyword arguments of every question. Lengths in metres.
+    """Keyword arguments of every query. Lengths in metres.
 
     * margin_m: of verdicts, motions and contacts: nearer than that, strictly, is a collision;
       distances are geometric
@@ -38,7 +38,7 @@ class QueryOptions(TypedDict, total=False):
     * unseen: what space that no sensor has seen counts as: "ignore", "report" or "block"
     * ignore: names of objects and robots left out
     * ignore_pairs: pairs that may collide, see `Allow`
-    * overlay: changes that hold for this question alone; for several, see `what_if`
+    * overlay: changes that hold for this query alone; for several, see `what_if`
     * time_budget_s: the rows completed by then are the answer
     * margin_sigma: inflates fitted parts by so many standard deviations
     * support_tolerance_m: how deep what stands may sink into what supports it
@@ -82,10 +82,10 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
         if options.get(name) is not None:
             setattr(message, name, enums.word(kind, options[name], name))
     if options.get("k") is not None:
-        message.max_results = arrays.count(options["k"], "k", low=1, most=arrays.INT32_MOST)
+        message.max_results = arrays.count(options["k"], "k", low=1, high=arrays.INT32_MAX)
     if options.get("max_contacts") is not None:
         message.max_contacts = arrays.count(
-            options["max_contacts"], "max_contacts", low=1, most=arrays.INT32_MOST
+            options["max_contacts"], "max_contacts", low=1, high=arrays.INT32_MAX
         )
     message.ignore.extend(arrays.texts(options.get("ignore") or (), "ignore"))
     for i, pair in enumerate(options.get("ignore_pairs") or ()):
@@ -99,7 +99,7 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
 
 @dataclass(frozen=True, eq=False)
 class Batches:
-    """How a question is cut. A unit, a row or a motion of several, stays whole; unit i has rows
+    """How a query is cut. A unit, a row or a motion of several, stays whole; unit i has rows
     begin[i] to begin[i + 1].
     """
 
@@ -112,16 +112,16 @@ class Batches:
         return len(self.unit_begin) - 1
 
 
-def _ranges(batches: Batches, most_rows: int) -> Iterator[tuple[int, int]]:
+def _ranges(batches: Batches, max_rows: int) -> Iterator[tuple[int, int]]:
     begin, first = batches.unit_begin, 0
     while first < batches.unit_count:
-        end = int(np.searchsorted(begin, begin[first] + most_rows, side="right")) - 1
+        end = int(np.searchsorted(begin, begin[first] + max_rows, side="right")) - 1
         end = max(end, first + 1)  # the server refuses a unit above the limit
         yield first, end
         first = end
 
 
-def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
+def _max_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
     limits = view.connection.limits(view.timeout_s)
     free_bytes = limits.max_message_bytes - _HEAD_BYTES - head_bytes
     return max(
@@ -135,10 +135,10 @@ def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
 
 
 # A world with joint states at 100 Hz keeps a revision for two or three seconds.
-_MOST_BEGINNINGS = 3
+_MAX_ATTEMPTS = 3
 
 
-def ask(
+def evaluate(
     view: WorldView,
     method: Callable,
     kind: type,
@@ -148,19 +148,19 @@ def ask(
     meshes: Sequence[shapes.Mesh] = (),
 ) -> list:
     """The replies, in order, all of one revision. `fill(request, begin, end)` puts what is not
-    rows of those units into a request of the kind. A question of several requests begins anew
+    rows of those units into a request of the kind. A query of several requests begins anew
     where the server has forgotten its revision meanwhile, unless the view is pinned to it.
     """
-    for _ in range(_MOST_BEGINNINGS - 1):
+    for _ in range(_MAX_ATTEMPTS - 1):
         try:
-            return _ask_once(view, method, kind, fill, batches, options, meshes)
+            return _evaluate_once(view, method, kind, fill, batches, options, meshes)
         except errors.RevisionCompacted:
             if view.pinned is not None:
                 raise
-    return _ask_once(view, method, kind, fill, batches, options, meshes)
+    return _evaluate_once(view, method, kind, fill, batches, options, meshes)
 
 
-def _ask_once(
+def _evaluate_once(
     view: WorldView,
     method: Callable,
     kind: type,
@@ -178,10 +178,10 @@ def _ask_once(
         else time.monotonic() + arrays.seconds(budget_s, "time_budget_s")
     )
     meshes = [*meshes, *changes_module.meshes_of(overlay)]
-    most_rows = _most_rows(view, batches, message.ByteSize())
+    max_rows = _max_rows(view, batches, message.ByteSize())
     replies: list = []
     view.fill_revision(message)
-    for first, end in _ranges(batches, most_rows):
+    for first, end in _ranges(batches, max_rows):
         if end_s is not None:
             left_s = end_s - time.monotonic()
             if left_s <= 0 and replies:

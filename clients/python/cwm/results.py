@@ -1,7 +1,7 @@
 """Answers as numpy columns, read from the reply without a copy (they are read-only).
 
 Answers name what they are about by an index into `names`; `objects` resolves them. Rows are those
-of the question; when a time budget was spent first, the columns have the rows that were completed,
+of the query; when a time budget was spent first, the columns have the rows that were completed,
 from the first on.
 """
 

@@ -48,7 +48,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Group:
-    """Joints of the SRDF: a row of a question has one number for each of their variables, in
+    """Joints of the SRDF: a row of a query has one number for each of their variables, in
     this order.
     """
 

@@ -1,4 +1,4 @@
-"""Shapes: what objects are made of and what questions are asked with. Each lies in its own
+"""Shapes: what objects are made of and what queries are asked with. Each lies in its own
 frame, metres.
 """
 

@@ -1,4 +1,4 @@
-"""The call behind `QueryStream`: each question costs less than a call of its own, and what is
+"""The call behind `QueryStream`: each query costs less than a call of its own, and what is
 supposed is sent once.
 """
 
@@ -20,7 +20,7 @@ _REQUEST = query_pb2.StreamQueriesRequest
 
 
 class Stream:
-    """The call: questions go out under ids of their own, answers come back in order. Thread-safe."""
+    """The call: queries go out under ids of their own, answers come back in order. Thread-safe."""
 
     def __init__(self, connection: Connection):
         self._address = connection.address
@@ -33,15 +33,15 @@ class Stream:
         self._reader = threading.Thread(target=self._read, name="cwm-stream", daemon=True)
         self._reader.start()
 
-    def ask(
-        self, question: Callable[[int], bytes], timeout_s: float | None
+    def evaluate(
+        self, make_message: Callable[[int], bytes], timeout_s: float | None
     ) -> query_pb2.StreamQueriesResponse:
-        """The answer to the message that `question` makes for an id; raises what it holds instead."""
+        """The reply to the message that `make_message` makes for an id; raises its error."""
         answer: Future = Future()
         with self._lock:
             if self._end is not None:
                 raise self._end
-            message = question(self._next_id)
+            message = make_message(self._next_id)
             self._awaited[self._next_id] = answer
             self._next_id += 1
             self._outgoing.put(message)
@@ -76,7 +76,7 @@ class Stream:
                 if answer is not None:
                     answer.set_result(reply)
         except grpc.RpcError as error:
-            end = _why_it_ended(error, self._address)
+            end = _end_error(error, self._address)
         with self._lock:
             self._end = self._end or end
             left, self._awaited = list(self._awaited.values()), {}
@@ -85,8 +85,8 @@ class Stream:
             answer.set_exception(end)
 
 
-def _why_it_ended(error: grpc.RpcError, address: str) -> errors.Error:
-    """What every question from then on is told, also once the server is there again."""
+def _end_error(error: grpc.RpcError, address: str) -> errors.Error:
+    """What every query from then on is told, also once the server is there again."""
     cause = errors.from_rpc(error, address)
     if cause.reason:  # the server's own words
         return cause
@@ -114,17 +114,17 @@ class _StreamedQueries:
 
     @staticmethod
     def _method(stream: Stream, name: str, number: int) -> Callable:
-        def ask(data: bytes, timeout: float | None = None):
+        def evaluate(data: bytes, timeout: float | None = None):
             def message(id: int) -> bytes:
                 return _REQUEST(id=id).SerializeToString() + bulk.embedded(number, data)
 
-            return getattr(stream.ask(message, timeout), name)
+            return getattr(stream.evaluate(message, timeout), name)
 
-        return ask
+        return evaluate
 
 
 class StreamedConnection:
-    """A connection whose questions go over a stream. They are not sent once more."""
+    """A connection whose queries go over a stream. They are not sent once more."""
 
     def __init__(self, connection: Connection, stream: Stream):
         self._connection = connection
@@ -140,14 +140,14 @@ class StreamedConnection:
         return self._connection.call(method, request, timeout_s)
 
     def suppose(self, world: str, supposed: tuple[Change, ...], timeout_s: float | None) -> None:
-        """Every later question of the stream is answered as if the world had been changed so."""
+        """Every later query of the stream is answered as if the world had been changed so."""
         overlay = query_pb2.StreamOverlay(
             world=world, changes=changes_to_proto(supposed, "changes")
         )
         self._connection.with_meshes(
             meshes_of(supposed),
             timeout_s,
-            lambda: self._stream.ask(
+            lambda: self._stream.evaluate(
                 lambda id: _REQUEST(id=id, overlay=overlay).SerializeToString(), timeout_s
             ),
         )

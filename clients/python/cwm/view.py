@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class WorldView:
-    """Questions about one world. Made by `connect`, `Server.world`, `at`, `within` and
+    """Queries about one world. Made by `connect`, `Server.world`, `at`, `within` and
     `what_if`; cheap, thread-safe.
 
     Every method raises `cwm.Error` and its subclasses for calls that fail, ValueError and TypeError
-    for arguments that cannot be right. Questions take the keyword arguments of `cwm.QueryOptions`;
+    for arguments that cannot be right. Queries take the keyword arguments of `cwm.QueryOptions`;
     batches above the server's limits are cut, and all of them asked of one revision.
     """
 
@@ -111,8 +111,8 @@ class WorldView:
         return other
 
     def what_if(self, *changes: Change) -> WorldView:
-        """The same, each of whose questions is answered as if the world had been changed so: nobody
-        else sees it and no revision is made. What is listed is the world as it is. A question's own
+        """The same, each of whose queries is answered as if the world had been changed so: nobody
+        else sees it and no revision is made. What is listed is the world as it is. A query's own
         `overlay` comes after these changes.
         """
         changes_to_proto(changes, "changes")
@@ -121,7 +121,7 @@ class WorldView:
         return other
 
     def stream(self) -> QueryStream:
-        """The same over one stream, for many small questions: each takes less time, those of
+        """The same over one stream, for many small queries: each takes less time, those of
         several threads overlap, and what is supposed is sent once.
 
             with world.at().stream() as stream:
@@ -248,10 +248,10 @@ class WorldView:
         calls = self.connection.stream(self.connection.worlds.ExportWorld, request, self.timeout_s)
         return exports.exported_from_replies(list(calls))
 
-    def _ask(
+    def _evaluate(
         self, method, kind, subject: Subject, options: QueryOptions, answers_a_row: int = 1
     ) -> Merged:
-        replies = queries.ask(
+        replies = queries.evaluate(
             self,
             method,
             kind,
@@ -274,7 +274,7 @@ class WorldView:
         with poses (N, 4, 4) or (N, 7); the name of an object with poses; or points (N, 3) alone.
         Without rows a robot and an object are asked where they are, and a body at the origin.
         """
-        merged = self._ask(
+        merged = self._evaluate(
             self.connection.queries.CheckCollisions,
             query_pb2.CheckCollisionsRequest,
             subject_of(subject, rows),
@@ -300,7 +300,7 @@ class WorldView:
         options: QueryOptions,
         of_contacts: bool,
     ) -> results.PairResult:
-        merged = self._ask(
+        merged = self._evaluate(
             method,
             kind,
             subject_of(subject, rows),
@@ -405,7 +405,7 @@ class WorldView:
             if counted:
                 request.path_row_counts.extend(np.diff(begin[first : end + 1]).tolist())
 
-        replies = queries.ask(
+        replies = queries.evaluate(
             self,
             self.connection.queries.CheckMotions,
             query_pb2.CheckMotionsRequest,
@@ -445,7 +445,7 @@ class WorldView:
             raise ValueError(f"directions[{zero[0]}] is 0 0 0, must have a positive length")
         rows = np.concatenate([np.broadcast_to(begin, along.shape), along], axis=1)
         scalar = arrays.scalar_of(rows)
-        replies = queries.ask(
+        replies = queries.evaluate(
             self,
             self.connection.queries.CastRays,
             query_pb2.CastRaysRequest,
@@ -470,7 +470,7 @@ class WorldView:
         """The signed distance of the world at points (N, 3), and its gradient."""
         rows = arrays.rows(points, "points", 3)
         scalar = arrays.scalar_of(rows)
-        replies = queries.ask(
+        replies = queries.evaluate(
             self,
             self.connection.queries.SamplePoints,
             query_pb2.SamplePointsRequest,
@@ -492,12 +492,12 @@ class WorldView:
 
 
 class QueryStream(WorldView):
-    """Questions about one world over one stream, made by `WorldView.stream`; leaving its `with`
+    """Queries about one world over one stream, made by `WorldView.stream`; leaving its `with`
     ends it.
 
     It asks what a view asks, with the same answers. Several threads may ask at once: the next
-    question is on its way while one is answered. What the view supposes (`what_if`) is sent once.
-    A question that fails leaves the stream as it is; a connection that is lost ends it, and
+    query is on its way while one is answered. What the view supposes (`what_if`) is sent once.
+    A query that fails leaves the stream as it is; a connection that is lost ends it, and
     Unavailable is raised from then on.
     """
 

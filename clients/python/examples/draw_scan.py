@@ -17,14 +17,14 @@ from table_scan import camera_pose, table_scan
 points = table_scan()
 with cwm.connect(world="draw_scan") as world:
     scan = world.ingest(points, x_world_sensor=camera_pose())
-    meshes = {thing.name: thing.mesh() for thing in scan.objects}
+    meshes = {obj.name: obj.mesh() for obj in scan.objects}
 
-# %% A colour for each thing; what nothing explains is grey.
-things = [*scan.supports, *scan.objects]
-colors = {thing.name: plt.get_cmap("tab10")(i % 10) for i, thing in enumerate(things)}
+# %% A colour for each object; what nothing explains is grey.
+objects = [*scan.supports, *scan.objects]
+colors = {obj.name: plt.get_cmap("tab10")(i % 10) for i, obj in enumerate(objects)}
 pixel_colors = np.full((scan.labels.size, 4), (0.6, 0.6, 0.6, 1.0))
-for thing in things:
-    pixel_colors[scan.mask(thing)] = colors[thing.name]
+for obj in objects:
+    pixel_colors[scan.mask(obj)] = colors[obj.name]
 pixel_colors[~np.isfinite(points).all(axis=-1).ravel()] = (1, 1, 1, 1)
 
 # %% On the left what the camera saw, on the right the shapes where the world has them.
@@ -34,11 +34,11 @@ picture.imshow(pixel_colors.reshape(*points.shape[:2], 4))
 picture.axis("off")
 
 room = figure.add_subplot(1, 2, 2, projection="3d", title=f"world, revision {scan.revision}")
-for thing in scan.objects:
-    vertices, triangles = meshes[thing.name]
-    placed = vertices @ thing.pose[:3, :3].T + thing.position
-    room.plot_trisurf(*placed.T, triangles=triangles, color=colors[thing.name], linewidth=0)
-    room.text(*(thing.position + [0, 0, 0.12]), thing.name, ha="center")
+for obj in scan.objects:
+    vertices, triangles = meshes[obj.name]
+    placed = vertices @ obj.pose[:3, :3].T + obj.position
+    room.plot_trisurf(*placed.T, triangles=triangles, color=colors[obj.name], linewidth=0)
+    room.text(*(obj.position + [0, 0, 0.12]), obj.name, ha="center")
 for support in scan.supports:
     for part in support.parts:
         if isinstance(part.shape, cwm.Plate):

@@ -17,7 +17,7 @@ with cwm.connect(world="watch_world") as world:
         for happening in happenings:
             if isinstance(happening, cwm.Snapshot):
                 print(
-                    f"revision {happening.revision}: {[thing.name for thing in happening.objects]}",
+                    f"revision {happening.revision}: {[obj.name for obj in happening.objects]}",
                     happening.anew,
                 )
                 threading.Thread(target=change, args=(world,)).start()

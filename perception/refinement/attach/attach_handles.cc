@@ -18,7 +18,7 @@ namespace {
 // measured: the number of points that may be searched for other objects' handles, in multiples of
 // the scene's points. Kitchens with their walls need 5; a thousand touching balls need 50, which is
 // more than this budget.
-constexpr std::size_t kMaxLooks = 10;
+constexpr std::size_t kMaxSearchesPerPoint = 10;
 
 Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& members) {
   Eigen::AlignedBox3f bounds;
@@ -42,22 +42,22 @@ bool Stands(const SegmentedScene& measured, const PointSet& members, std::int32_
 }
 
 // Points of one hypothesis that another one receives.
-struct GivenPart {
+struct PartTransfer {
   std::size_t from = 0, to = 0;
   PointSet points;
 };
 
-class Adoption {
+class HandleAttacher {
  public:
-  Adoption(const SceneState& state, const Work& work)
+  HandleAttacher(const SceneState& state, const Work& work)
       : state_(state),
         work_(work),
         vessels_(state.hypotheses().size()),
         known_(state.hypotheses().size()),
-        asked_(state.hypotheses().size(), 0),
-        given_to_(state.hypotheses().size()),
-        looks_left_(kMaxLooks * state.points().size()) {
-    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+        is_searched_(state.hypotheses().size(), 0),
+        transferred_to_(state.hypotheses().size()),
+        point_budget_(kMaxSearchesPerPoint * state.points().size()) {
+    std::iota(transferred_to_.begin(), transferred_to_.end(), std::size_t{0});
     for (const HypothesisPtr& hypothesis : state.hypotheses()) {
       bounds_.push_back(BoundsOf(state.points(), hypothesis->points));
     }
@@ -65,29 +65,29 @@ class Adoption {
 
   // Searches all objects that others touch in parallel, because each takes long and its result is
   // needed.
-  void AskAhead() {
+  void SearchTouchedVessels() {
     std::vector<std::size_t> touched;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       work_.Poll();
       if (IsTouched(k)) touched.push_back(k);
     }
     ParallelFor(touched.size(), 1, work_, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) Ask(touched[n]);
+      for (std::size_t n = begin; n < end; ++n) SearchVessel(touched[n]);
     });
   }
 
   // One round over all objects; true if any part was given. More parts may be attached to it in the
   // next round.
-  bool Give() {
+  bool AttachRound() {
     bool any = false;
-    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+    for (std::size_t part = 0; part < transferred_to_.size(); ++part) {
       work_.Poll();
-      if (given_to_[part] != part || !IsLarge(part)) continue;
+      if (transferred_to_[part] != part || !IsLarge(part)) continue;
       const std::size_t vessel = VesselOf(part);
       if (vessel == part) continue;
-      Know(SampleOf(At(part)).Points().points, vessel);
+      AddKnownPoints(SampleOf(At(part)).Points().points, vessel);
       bounds_[vessel].extend(bounds_[part]);
-      given_to_[part] = vessel;
+      transferred_to_[part] = vessel;
       any = true;
     }
     return any;
@@ -95,34 +95,35 @@ class Adoption {
 
   // For objects that remain: gives their points that are handles of the wall of another object that
   // they touch.
-  void GiveParts() {
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
-      if (given_to_[k] != k) continue;
-      for (std::size_t from = 0; from < given_to_.size(); ++from) {
+  void AttachParts() {
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
+      if (transferred_to_[k] != k) continue;
+      for (std::size_t from = 0; from < transferred_to_.size(); ++from) {
         work_.Poll();
-        if (from == k || given_to_[from] != from || !IsLarge(from) ||
-            bounds_[from].exteriorDistance(bounds_[k]) > kTouching_m) {
+        if (from == k || transferred_to_[from] != from || !IsLarge(from) ||
+            bounds_[from].exteriorDistance(bounds_[k]) > kMaxTouchingGap_m) {
           continue;
         }
-        if (!asked_[k]) Ask(k);
+        if (!is_searched_[k]) SearchVessel(k);
         if (!vessels_[k]) break;
-        if (At(from).points.size() > looks_left_) {
-          all_looked_at_ = false;
+        if (At(from).points.size() > point_budget_) {
+          all_searched_ = false;
           return;
         }
-        looks_left_ -= At(from).points.size();
-        GivePartsOf(from, k);
+        point_budget_ -= At(from).points.size();
+        AttachPartsOf(from, k);
       }
     }
   }
 
-  FoundHandles Found() const {
-    FoundHandles found{.gifts = {}, .all_looked_at = all_looked_at_};
-    for (const GivenPart& part : given_parts_) {
-      found.gifts.push_back({At(part.from).id, At(part.to).id, part.points});
+  FoundHandles Result() const {
+    FoundHandles found{.transfers = {}, .all_searched = all_searched_};
+    for (const PartTransfer& part : part_transfers_) {
+      found.transfers.push_back({At(part.from).id, At(part.to).id, part.points});
     }
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
-      if (given_to_[k] != k) found.gifts.push_back({At(k).id, At(given_to_[k]).id, {}});
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
+      if (transferred_to_[k] != k)
+        found.transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
     }
     return found;
   }
@@ -136,9 +137,9 @@ class Adoption {
   bool IsLarge(std::size_t k) const { return At(k).points.size() >= kMinHandlePoints; }
 
   bool IsTouched(std::size_t k) const {
-    for (std::size_t other = 0; other < given_to_.size(); ++other) {
+    for (std::size_t other = 0; other < transferred_to_.size(); ++other) {
       if (other != k && IsLarge(other) &&
-          bounds_[other].exteriorDistance(bounds_[k]) <= kTouching_m) {
+          bounds_[other].exteriorDistance(bounds_[k]) <= kMaxTouchingGap_m) {
         return true;
       }
     }
@@ -146,40 +147,40 @@ class Adoption {
   }
 
   std::size_t VesselOf(std::size_t part) {
-    const ObjectHypothesis& thing = At(part);
-    const double most = static_cast<double>(thing.points.size()) / kLargerPart;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+    const ObjectHypothesis& hypothesis = At(part);
+    const double min_points = static_cast<double>(hypothesis.points.size()) / kMajority;
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       const ObjectHypothesis& vessel = At(k);
-      if (k == part || given_to_[k] != k) continue;
-      if (static_cast<double>(vessel.points.size()) < most) continue;
-      if (bounds_[part].exteriorDistance(bounds_[k]) > kTouching_m) continue;
-      if (IsHandleOf(thing, k)) return k;
+      if (k == part || transferred_to_[k] != k) continue;
+      if (static_cast<double>(vessel.points.size()) < min_points) continue;
+      if (bounds_[part].exteriorDistance(bounds_[k]) > kMaxTouchingGap_m) continue;
+      if (IsHandleOf(hypothesis, k)) return k;
     }
     return part;
   }
 
-  void Know(const std::vector<Eigen::Vector3f>& points, std::size_t vessel) {
+  void AddKnownPoints(const std::vector<Eigen::Vector3f>& points, std::size_t vessel) {
     known_[vessel].insert(known_[vessel].end(), points.begin(), points.end());
   }
 
-  void Ask(std::size_t k) {
-    asked_[k] = 1;
+  void SearchVessel(std::size_t k) {
+    is_searched_[k] = 1;
     const OrientedPoints points = SampleOf(At(k)).Points();
     vessels_[k] = Vessel::Find(points, work_);
     if (!vessels_[k]) return;
     const std::vector<char> all(points.size(), 1);
-    for (const Vessel::Cluster& handle : vessels_[k]->FindFixed(points, all, work_).handles) {
+    for (const Vessel::Cluster& handle : vessels_[k]->FindFixedParts(points, all, work_).handles) {
       for (std::uint32_t i : handle) known_[k].push_back(points.points[i]);
     }
   }
 
   bool IsHandleOf(const ObjectHypothesis& part, std::size_t k) {
-    if (!asked_[k]) Ask(k);
+    if (!is_searched_[k]) SearchVessel(k);
     return vessels_[k] && !Stands(state_.measured(), part.points, At(k).resting.support) &&
            vessels_[k]->HasHandle(SampleOf(part).Points(), known_[k]);
   }
 
-  void GivePartsOf(std::size_t from, std::size_t k) {
+  void AttachPartsOf(std::size_t from, std::size_t k) {
     const PointSample sample = SampleOf(At(from));
     const OrientedPoints points = sample.Points();
     std::vector<Vessel::Cluster> handles = vessels_[k]->FindHandlesIn(points, work_);
@@ -190,41 +191,41 @@ class Adoption {
     // The rest of its points is on the wall too.
     const bool is_of_vessel = vessels_[k]->ShareOnWalls(points, rest) >= kMainShare;
     std::erase_if(handles, [&](const Vessel::Cluster& handle) {
-      return !is_of_vessel && IsItsOwn(points, handle, from, *vessels_[k]);
+      return !is_of_vessel && IsPartOfOwnWall(points, handle, from, *vessels_[k]);
     });
     std::vector<std::int32_t> part(points.size(), -1);
     for (const Vessel::Cluster& handle : handles) {
       for (std::uint32_t i : handle) part[i] = 0;
     }
-    PointSet given;
-    const std::vector<std::int32_t> of_all = sample.OfAll(part, work_);
+    PointSet part_points;
+    const std::vector<std::int32_t> of_all = sample.PartsOfAllPoints(part, work_);
     for (std::size_t i = 0; i < of_all.size(); ++i) {
-      if (of_all[i] == 0) given.push_back(At(from).points[i]);
+      if (of_all[i] == 0) part_points.push_back(At(from).points[i]);
     }
-    const double most = kLargerPart * static_cast<double>(At(k).points.size());
-    if (given.empty() || static_cast<double>(given.size()) > most || HasGivenPart(from) ||
-        Stands(state_.measured(), given, At(k).resting.support)) {
+    const double max_points = kMajority * static_cast<double>(At(k).points.size());
+    if (part_points.empty() || static_cast<double>(part_points.size()) > max_points ||
+        HasPartTransfer(from) || Stands(state_.measured(), part_points, At(k).resting.support)) {
       return;
     }
-    if (is_of_vessel || given.size() == At(from).points.size()) {
-      given_to_[from] = k;
+    if (is_of_vessel || part_points.size() == At(from).points.size()) {
+      transferred_to_[from] = k;
       bounds_[k].extend(bounds_[from]);
     } else {
-      given_parts_.push_back({from, k, std::move(given)});
+      part_transfers_.push_back({from, k, std::move(part_points)});
     }
   }
 
   // A hypothesis gives a part only once: the part refers to its points as they were.
-  bool HasGivenPart(std::size_t from) const {
-    return std::any_of(given_parts_.begin(), given_parts_.end(),
-                       [&](const GivenPart& part) { return part.from == from; });
+  bool HasPartTransfer(std::size_t from) const {
+    return std::any_of(part_transfers_.begin(), part_transfers_.end(),
+                       [&](const PartTransfer& part) { return part.from == from; });
   }
 
   // True if a cluster of an object's points is nearer to that object's own wall than to the wall of
   // `vessel`.
-  bool IsItsOwn(const OrientedPoints& points, const Vessel::Cluster& cluster, std::size_t k,
-                const Vessel& vessel) {
-    if (!asked_[k]) Ask(k);
+  bool IsPartOfOwnWall(const OrientedPoints& points, const Vessel::Cluster& cluster, std::size_t k,
+                       const Vessel& vessel) {
+    if (!is_searched_[k]) SearchVessel(k);
     return vessels_[k] && vessels_[k]->Gap_m(points, cluster) < vessel.Gap_m(points, cluster);
   }
 
@@ -233,21 +234,21 @@ class Adoption {
   std::vector<Eigen::AlignedBox3f> bounds_;
   std::vector<std::optional<Vessel>> vessels_;       // of the objects searched so far
   std::vector<std::vector<Eigen::Vector3f>> known_;  // points of their handles
-  std::vector<char> asked_;
-  std::vector<std::size_t> given_to_;
-  std::vector<GivenPart> given_parts_;
-  std::size_t looks_left_;
-  bool all_looked_at_ = true;
+  std::vector<char> is_searched_;
+  std::vector<std::size_t> transferred_to_;
+  std::vector<PartTransfer> part_transfers_;
+  std::size_t point_budget_;
+  bool all_searched_ = true;
 };
 
 }  // namespace
 
 FoundHandles FindCutOffHandles(const SceneState& state, const Work& work) {
-  Adoption adoption(state, work);
-  adoption.AskAhead();
-  for (int round = 0; round < kMaxGiftRounds && adoption.Give();) ++round;
-  adoption.GiveParts();
-  return adoption.Found();
+  HandleAttacher attacher(state, work);
+  attacher.SearchTouchedVessels();
+  for (int round = 0; round < kMaxTransferRounds && attacher.AttachRound();) ++round;
+  attacher.AttachParts();
+  return attacher.Result();
 }
 
 }  // namespace cwm::perception

@@ -12,9 +12,8 @@ namespace cwm::perception {
 inline constexpr std::string_view kAttachHandles = "attach.handles";
 
 struct FoundHandles {
-  std::vector<Gift> gifts;
-  bool all_looked_at =
-      true;  // false: too many hypotheses touch to search each for parts of handles
+  std::vector<PointTransfer> transfers;
+  bool all_searched = true;  // false: too many hypotheses touch to search each for parts of handles
 };
 
 // Finds hypotheses that are handles of another one's wall of revolution (handles/vessel_handles.h)

@@ -28,16 +28,16 @@ constexpr double kLowestShare = 0.1;
 constexpr double kMaxSpoutGap_m = 0.06;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-class Adoption {
+class SpoutAttacher {
  public:
-  Adoption(const SceneState& state, const Work& work)
+  SpoutAttacher(const SceneState& state, const Work& work)
       : state_(state),
         work_(work),
         places_(state.hypotheses().size()),
         vessels_(state.hypotheses().size()),
-        asked_(state.hypotheses().size(), 0),
-        given_to_(state.hypotheses().size()) {
-    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+        is_searched_(state.hypotheses().size(), 0),
+        transferred_to_(state.hypotheses().size()) {
+    std::iota(transferred_to_.begin(), transferred_to_.end(), std::size_t{0});
     for (const HypothesisPtr& hypothesis : state.hypotheses()) {
       Eigen::AlignedBox3f& bounds = bounds_.emplace_back();
       for (std::uint32_t i : hypothesis->points) bounds.extend(state.points().points[i]);
@@ -46,14 +46,14 @@ class Adoption {
 
   // One round over all objects; true if any part was given. More parts may be attached to it in the
   // next round.
-  bool Give() {
+  bool AttachRound() {
     bool any = false;
-    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+    for (std::size_t part = 0; part < transferred_to_.size(); ++part) {
       work_.Poll();
-      if (given_to_[part] != part) continue;
+      if (transferred_to_[part] != part) continue;
       const std::size_t vessel = VesselOf(part);
       if (vessel == part) continue;
-      given_to_[part] = vessel;
+      transferred_to_[part] = vessel;
       bounds_[vessel].extend(bounds_[part]);
       const std::vector<Vector3f>& places = PlacesOf(part);
       places_[vessel].insert(places_[vessel].end(), places.begin(), places.end());
@@ -62,12 +62,12 @@ class Adoption {
     return any;
   }
 
-  std::vector<Gift> Gifts() const {
-    std::vector<Gift> gifts;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
-      if (given_to_[k] != k) gifts.push_back({At(k).id, At(given_to_[k]).id, {}});
+  std::vector<PointTransfer> Transfers() const {
+    std::vector<PointTransfer> transfers;
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
+      if (transferred_to_[k] != k) transfers.push_back({At(k).id, At(transferred_to_[k]).id, {}});
     }
-    return gifts;
+    return transfers;
   }
 
  private:
@@ -78,17 +78,17 @@ class Adoption {
 
   // The nearest vessel that the part is a spout of; the part itself if there is none.
   std::size_t VesselOf(std::size_t part) {
-    const ObjectHypothesis& thing = At(part);
-    if (!thing.plates.empty() || thing.points.size() < kMinHandlePoints) return part;
+    const ObjectHypothesis& hypothesis = At(part);
+    if (!hypothesis.plates.empty() || hypothesis.points.size() < kMinHandlePoints) return part;
     std::size_t vessel = part;
     double nearest_m = kMaxSpoutGap_m;
-    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+    for (std::size_t k = 0; k < transferred_to_.size(); ++k) {
       const std::int32_t support = At(k).resting.support;
-      if (k == part || given_to_[k] != k || support < 0) continue;
-      const auto most = kLargerPart * static_cast<double>(At(k).points.size());
-      if (static_cast<double>(thing.points.size()) > most || RestsOnAnother(part, k) ||
+      if (k == part || transferred_to_[k] != k || support < 0) continue;
+      const auto max_points = kMajority * static_cast<double>(At(k).points.size());
+      if (static_cast<double>(hypothesis.points.size()) > max_points || RestsOnAnother(part, k) ||
           bounds_[part].exteriorDistance(bounds_[k]) > kMaxSpoutGap_m ||
-          !Hangs(thing, static_cast<std::size_t>(support))) {
+          !Hangs(hypothesis, static_cast<std::size_t>(support))) {
         continue;
       }
       if (const double gap_m = GapToWall_m(part, k); gap_m <= nearest_m) {
@@ -101,48 +101,48 @@ class Adoption {
 
   bool RestsOnAnother(std::size_t part, std::size_t vessel) const {
     const std::optional<HypothesisId>& below = At(part).resting.on;
-    return below && given_to_[state_.IndexOf(*below)] != vessel;
+    return below && transferred_to_[state_.IndexOf(*below)] != vessel;
   }
 
   // True if the space below the object, at three heights, is seen to be empty. measured: below
   // simulated spouts 0.67 and more of the places are empty, below objects behind a vessel or in its
   // shadow 0.01 and less.
-  bool Hangs(const ObjectHypothesis& thing, std::size_t support) const {
+  bool Hangs(const ObjectHypothesis& hypothesis, std::size_t support) const {
     const Pose& X_LS = state_.measured().supports[support].plate.X_FS;
     const Pose X_SL = X_LS.inverse(Eigen::Isometry);
     std::vector<std::pair<double, std::uint32_t>> heights_m;
-    for (std::uint32_t i : thing.points) {
+    for (std::uint32_t i : hypothesis.points) {
       heights_m.emplace_back((X_SL * state_.points().points[i].cast<double>()).z(), i);
     }
     std::ranges::sort(heights_m);
     const std::size_t lowest =
         static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
-    std::size_t asked = 0, empty = 0;
-    for (std::size_t k = 0; k < lowest; k += lowest / kMaxAskedPoints + 1, ++asked) {
+    std::size_t tested = 0, empty = 0;
+    for (std::size_t k = 0; k < lowest; k += lowest / kMaxTestedPoints + 1, ++tested) {
       const double height_m = heights_m[k].first;
       const std::uint32_t i = heights_m[k].second;
       empty +=
           std::ranges::any_of(std::initializer_list<double>{0.25, 0.5, 0.75}, [&](double share) {
             Vector3 below = X_SL * state_.points().points[i].cast<double>();
             below.z() = share * height_m;
-            return state_.sight()->Look((X_LS * below).cast<float>(),
-                                        LargestJump_m(state_.points().sigma_m[i])) ==
+            return state_.sight()->VisibilityAt((X_LS * below).cast<float>(),
+                                                MaxJump_m(state_.points().sigma_m[i])) ==
                    Visibility::kSeenThrough;
           });
     }
-    return 2 * empty >= asked;
+    return 2 * empty >= tested;
   }
 
   // The distance to the outside of the wall, or to a part attached to it; infinite if the part is
   // not a spout of it.
   double GapToWall_m(std::size_t part, std::size_t k) {
-    if (!std::exchange(asked_[k], 1)) {
+    if (!std::exchange(is_searched_[k], 1)) {
       vessels_[k] = Vessel::Find(SampleOf(k).Points(), work_);
     }
     if (!vessels_[k]) return kInfinity;
     const OrientedPoints points = SampleOf(part).Points();
     const std::vector<char> all(points.size(), 1);
-    const Vessel::Cluster outside = vessels_[k]->StandOut(points, all);
+    const Vessel::Cluster outside = vessels_[k]->ProtrudingPoints(points, all);
     // Contents of a vessel are not part of it, and neither are objects on its rim, such as lids and
     // ladles.
     if (static_cast<double>(outside.size()) < kMainShare * static_cast<double>(points.size())) {
@@ -174,8 +174,8 @@ class Adoption {
     }
     const std::vector<Vector3f>& places = PlacesOf(part);
     float nearest_m2 = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxLookedAt) {
-      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxLookedAt) {
+    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxComparedPoints) {
+      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxComparedPoints) {
         nearest_m2 = std::min(nearest_m2, (places[i] - near[j]).squaredNorm());
       }
     }
@@ -187,17 +187,17 @@ class Adoption {
   std::vector<Eigen::AlignedBox3f> bounds_;
   std::vector<std::vector<Vector3f>> places_;   // of the objects searched so far
   std::vector<std::optional<Vessel>> vessels_;  // likewise
-  std::vector<char> asked_;
-  std::vector<std::size_t> given_to_;
+  std::vector<char> is_searched_;
+  std::vector<std::size_t> transferred_to_;
 };
 
 }  // namespace
 
-std::vector<Gift> FindSpouts(const SceneState& state, const Work& work) {
+std::vector<PointTransfer> FindSpouts(const SceneState& state, const Work& work) {
   if (!state.sight()) return {};
-  Adoption adoption(state, work);
-  for (int round = 0; round < kMaxGiftRounds && adoption.Give();) ++round;
-  return adoption.Gifts();
+  SpoutAttacher attacher(state, work);
+  for (int round = 0; round < kMaxTransferRounds && attacher.AttachRound();) ++round;
+  return attacher.Transfers();
 }
 
 }  // namespace cwm::perception

@@ -14,6 +14,6 @@ inline constexpr std::string_view kAttachSpouts = "attach.spouts";
 // one's wall of revolution (handles/vessel_handles.h), below its rim: a spout, in as many pieces as
 // are visible. A hypothesis with a hidden foot may stand behind the vessel instead, and is not
 // attached. Returns nothing if not all points were seen from one place.
-std::vector<Gift> FindSpouts(const SceneState& state, const Work& work);
+std::vector<PointTransfer> FindSpouts(const SceneState& state, const Work& work);
 
 }  // namespace cwm::perception

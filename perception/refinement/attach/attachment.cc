@@ -10,9 +10,9 @@ namespace {
 // The receivers of hypotheses that are given as a whole.
 class Receivers {
  public:
-  explicit Receivers(std::span<const Gift> gifts) {
-    for (const Gift& gift : gifts) {
-      if (gift.points.empty()) to_[gift.from] = gift.to;
+  explicit Receivers(std::span<const PointTransfer> transfers) {
+    for (const PointTransfer& transfer : transfers) {
+      if (transfer.points.empty()) to_[transfer.from] = transfer.to;
     }
   }
   // The hypothesis that finally receives this one; itself if it stays.
@@ -37,17 +37,17 @@ void Move(const PointSet& points, ObjectHypothesis& from, ObjectHypothesis& to) 
 
 }  // namespace
 
-SceneState Attach(const SceneState& state, std::span<const Gift> gifts) {
-  const Receivers receivers(gifts);
+SceneState Attach(const SceneState& state, std::span<const PointTransfer> transfers) {
+  const Receivers receivers(transfers);
   std::map<HypothesisId, ObjectHypothesis> changed;
   const auto open = [&](HypothesisId id) -> ObjectHypothesis& {
     return changed.try_emplace(id, state.Get(id)).first->second;
   };
-  for (const Gift& gift : gifts) {
-    if (!gift.points.empty()) Move(gift.points, open(gift.from), open(gift.to));
+  for (const PointTransfer& transfer : transfers) {
+    if (!transfer.points.empty()) Move(transfer.points, open(transfer.from), open(transfer.to));
   }
-  for (const Gift& gift : gifts) {
-    if (gift.points.empty()) open(gift.from), open(receivers.Last(gift.to));
+  for (const PointTransfer& transfer : transfers) {
+    if (transfer.points.empty()) open(transfer.from), open(receivers.Last(transfer.to));
   }
   for (auto& [id, hypothesis] : changed) {
     if (receivers.Stays(id)) continue;
@@ -81,7 +81,7 @@ SceneState Attach(const SceneState& state, std::span<const Gift> gifts) {
     if (!other->resting.on || changed.contains(other->id)) continue;
     Resting resting = other->resting;
     resting.on = below(*resting.on);
-    if (resting.on != other->resting.on) change.reseated.emplace_back(other->id, resting);
+    if (resting.on != other->resting.on) change.resting_updates.emplace_back(other->id, resting);
   }
   return state.With(std::move(change));
 }

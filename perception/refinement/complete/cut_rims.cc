@@ -85,7 +85,7 @@ class Rim {
     if (points_.empty()) return {};
     const double none = Loss(0);
     Cut best;
-    for (double length_m = kBelowNoise_m; length_m <= max_cut_m_; length_m += kBelowNoise_m) {
+    for (double length_m = kSubNoise_m; length_m <= max_cut_m_; length_m += kSubNoise_m) {
       const double gain = none - Loss(length_m);
       if (gain > best.gain) best = {length_m, gain};
     }
@@ -155,7 +155,7 @@ class Cutter {
         per_point_(static_cast<double>(hypothesis.node_count) /
                    static_cast<double>(points_.size()) / kPointsPerIndependentSample),
         model_(*hypothesis.model),
-        part_of_point_(sample_.OfSampled(model_.part_of_point())),
+        part_of_point_(sample_.PartsOfSampledPoints(model_.part_of_point())),
         work_(work) {}
 
   ModelPtr Run() {
@@ -165,7 +165,7 @@ class Cutter {
     }
     if (!any_cut_) return nullptr;
     Measure();
-    model_.object.part_of_point = sample_.OfAll(part_of_point_, work_);
+    model_.object.part_of_point = sample_.PartsOfAllPoints(part_of_point_, work_);
     return std::make_shared<const HypothesisModel>(std::move(model_));
   }
 
@@ -226,7 +226,7 @@ class Cutter {
   // Measures the fits with the cells of kSearchPoints points. The modeler uses the same cells, or
   // smaller ones if the sample has more than four times as many points.
   void Measure() {
-    const double spacing_m = ThinForSearch(points_, kSearchPoints, work_).spacing_m;
+    const double spacing_m = SubsampleForSearch(points_, kSearchPoints, work_).spacing_m;
     MeasureQuality(points_, part_of_point_, spacing_m, shapes(), work_);
   }
 

@@ -15,7 +15,7 @@ namespace {
 // True if one shape explains at least kMainShare of the points. That is less than for other solids
 // (kNearlyAll), to allow for edges; true parts of occluded objects reached it.
 bool IsNearlyOneSolid(const ObjectHypothesis& hypothesis) {
-  return IsOneSolid(hypothesis.model->object, kMainShare);
+  return IsSingleSolid(hypothesis.model->object, kMainShare);
 }
 
 // True if `lid` is a single face that rests on the other one. An occluder may leave a lid and a
@@ -32,26 +32,26 @@ bool ExtendsTo(const SceneState& state, const ObjectHypothesis& one,
   if (!IsNearlyOneSolid(one)) return false;
   const ShapePart& solid = one.model->shapes().front();
   if (solid.vessel) return false;
-  const PointSet sample = Thinned(other.points, kMaxAskedPoints);
+  const PointSet sample = Subsampled(other.points, kMaxTestedPoints);
   const auto on = std::ranges::count_if(
       sample, [&](std::uint32_t i) { return IsOnExtended(solid, state.points(), i); });
-  return static_cast<double>(on) >= kLargerPart * static_cast<double>(sample.size());
+  return static_cast<double>(on) >= kMajority * static_cast<double>(sample.size());
 }
 
 bool MayBeOne(const SceneState& state, const ObjectHypothesis& a, const ObjectHypothesis& b) {
   if (a.model->is_given || b.model->is_given) return false;
   if (a.resting.support != b.resting.support) return false;
-  if (a.model->bounds_L.exteriorDistance(b.model->bounds_L) > kWidestHidden_m) return false;
+  if (a.model->bounds_L.exteriorDistance(b.model->bounds_L) > kMaxHiddenGap_m) return false;
   const bool suggests =
       ExtendsTo(state, a, b) || ExtendsTo(state, b, a) || IsLidOn(a, b) || IsLidOn(b, a);
-  return suggests && LookBetween(state, a.points, b.points).IsHidden();
+  return suggests && VisibilityBetween(state, a.points, b.points).IsHidden();
 }
 
 class MergeOccludedParts : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.occluded_parts"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one solid.
@@ -67,7 +67,7 @@ std::span<const std::string_view> MergeOccludedParts::After() const {
   return kAfter;
 }
 
-Allowance MergeOccludedParts::MaxWork() const {
+TrialBudget MergeOccludedParts::MaxWork() const {
   return {.note = "parts of it may stand apart: the cap of joins was reached"};
 }
 
@@ -89,11 +89,12 @@ std::vector<Proposal> MergeOccludedParts::Propose(const SceneState& state,
 
 bool MergeOccludedParts::Admits(const SceneState&, const Proposal&, std::size_t,
                                 const ObjectModel& found) const {
-  return IsOneSolid(found);
+  return IsSingleSolid(found);
 }
 
 double MergeOccludedParts::Gain(const ModelledProposal& modelled) const {
-  return AllAccountedFor(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1) : 0;
+  return ExplainsAllParts(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1)
+                                    : 0;
 }
 
 std::unique_ptr<const RefinementPass> MakeMergeOccludedParts() {

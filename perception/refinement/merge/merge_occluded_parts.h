@@ -1,6 +1,6 @@
 // Merges parts of an object that something before it divides. If the shape of a part suggests it,
-// and the places between the parts are hidden (LookBetween), one solid is fitted to both: they are
-// one object if it accounts for both.
+// and the places between the parts are hidden (VisibilityBetween), one solid is fitted to both:
+// they are one object if it accounts for both.
 #pragma once
 
 #include <memory>

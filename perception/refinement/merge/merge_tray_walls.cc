@@ -91,7 +91,8 @@ class TrayFinder {
       const Vector3 place = begin_L + (k + 0.5) / kTrayPlaces * line_L;
       const double range_m = (place - state_.points().viewpoint).norm();
       const auto sigma_m = static_cast<float>(context_.options.noise.AxialSigma_m(range_m));
-      const Visibility seen = state_.sight()->Look(place.cast<float>(), kGate_sigma * sigma_m);
+      const Visibility seen =
+          state_.sight()->VisibilityAt(place.cast<float>(), kGate_sigma * sigma_m);
       ++sight.all;
       sight.through += seen == Visibility::kSeenThrough;
       sight.on += seen == Visibility::kOnSurface;
@@ -100,7 +101,8 @@ class TrayFinder {
   }
 
   // The visibility of a rectangle, along each of several lines parallel to its y.
-  std::vector<Sight> LookAt(const Vector3& corner_L, const Vector3& x_L, const Vector3& y_L) const {
+  std::vector<Sight> SightsAlong(const Vector3& corner_L, const Vector3& x_L,
+                                 const Vector3& y_L) const {
     std::vector<Sight> sights;
     for (int k = 0; k < kTrayLines; ++k) {
       sights.push_back(LookAlong(corner_L + (k + 0.5) / kTrayLines * x_L, y_L));
@@ -118,7 +120,7 @@ class TrayFinder {
     const Matrix3 axes = found.X_LB.linear();
     Sight sight;
     for (const Sight& line :
-         LookAt(found.X_LB * corner, size_m.x() * axes.col(0), size_m.y() * axes.col(1))) {
+         SightsAlong(found.X_LB * corner, size_m.x() * axes.col(0), size_m.y() * axes.col(1))) {
       sight.Add(line);
     }
     return sight.through >= kNearlyAll * (sight.through + sight.on) &&
@@ -135,7 +137,7 @@ class TrayFinder {
     corner(axis) = (side % 2 == 0 ? 0.5 : -0.5) * box.size_m(axis);
     corner(1 - axis) = -0.5 * length_m;
     const Matrix3 axes = found.X_LB.linear();
-    return LookAt(found.X_LB * corner, length_m * axes.col(1 - axis), box.rim_m * axes.col(2));
+    return SightsAlong(found.X_LB * corner, length_m * axes.col(1 - axis), box.rim_m * axes.col(2));
   }
 
   // True if the pieces of a side are not one wall: rays pass along its whole height, from near its
@@ -163,7 +165,7 @@ class TrayFinder {
   double ShareOnTray(const Found& found, const ObjectHypothesis& hypothesis) const {
     const Pose X_BL = found.X_LB.inverse(Eigen::Isometry);
     const double floor_m =
-        OrientedPoints::OffPlane_m(state_.points().spread.usual, Sigma_m(hypothesis));
+        OrientedPoints::PlaneTolerance_m(state_.points().spread.usual, Sigma_m(hypothesis));
     const std::vector<Eigen::Vector3f>& points = hypothesis.model->thinned_L;
     const auto on = std::ranges::count_if(points, [&](const Eigen::Vector3f& p) {
       const Vector3 p_B = X_BL * p.cast<double>();
@@ -214,7 +216,7 @@ class TrayFinder {
     whole.given_shapes = ShapesOf(found, floor_m, sees_floor);
     for (const HypothesisPtr& other : state_.objects()) {
       if (std::ranges::count(found.parts, other.get()) == 0 && StandsIn(found, *other, floor_m)) {
-        proposal.reseats.push_back({other->id, 0, std::max(0.0, floor_m)});
+        proposal.resting_updates.push_back({other->id, 0, std::max(0.0, floor_m)});
       }
     }
     proposal.products.push_back(std::move(whole));
@@ -223,15 +225,15 @@ class TrayFinder {
   }
 
   std::vector<ShapePart> ShapesOf(const Found& found, double floor_m, bool sees_floor) const {
-    std::array<Made, 4> sides{};
+    std::array<PartOrigin, 4> sides{};
     for (std::size_t k = 0; k < sides.size(); ++k) {
-      sides[k] = found.box.sides[k].is_seen ? Made::kSeen
-                 : IsSideOpen(found, k)     ? Made::kNot
-                                            : Made::kCompleted;
+      sides[k] = found.box.sides[k].is_seen ? PartOrigin::kMeasured
+                 : IsSideOpen(found, k)     ? PartOrigin::kNone
+                                            : PartOrigin::kCompleted;
     }
     const Pose X_LP = found.X_LB * found.box.X_PB.inverse(Eigen::Isometry);
-    std::vector<ShapePart> parts =
-        PartsOf(found.box, sides, floor_m, sees_floor ? Made::kSeen : Made::kCompleted);
+    std::vector<ShapePart> parts = PartsOf(
+        found.box, sides, floor_m, sees_floor ? PartOrigin::kMeasured : PartOrigin::kCompleted);
     for (ShapePart& part : parts) part.X_OS = X_LP * part.X_OS;
     return parts;
   }
@@ -244,7 +246,7 @@ class TrayFinder {
     for (std::uint32_t i : points) {
       const Vector3 p_B = X_BL * state_.points().points[i].cast<double>();
       if (!found.box.IsOver(p_B) || found.box.ToSides_m(p_B) <= kVesselWall_m) continue;
-      if (p_B.z() <= double{state_.points().UsuallyOffPlane_m(i)}) heights_m.push_back(p_B.z());
+      if (p_B.z() <= double{state_.points().UsualPlaneTolerance_m(i)}) heights_m.push_back(p_B.z());
     }
     return heights_m;
   }
@@ -262,7 +264,7 @@ class TrayFinder {
     }
     return static_cast<double>(within) >=
                kNearlyAll * static_cast<double>(other.model->thinned_L.size()) &&
-           foot_m <= floor_m + double{LargestJump_m(Sigma_m(other))};
+           foot_m <= floor_m + double{MaxJump_m(Sigma_m(other))};
   }
 
   const SceneState& state_;
@@ -273,7 +275,7 @@ class MergeTrayWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.tray_walls"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The number of hypotheses that become one tray. Every proposal gains, because the walls prove
@@ -288,7 +290,7 @@ std::span<const std::string_view> MergeTrayWalls::After() const {
   return kAfter;
 }
 
-Allowance MergeTrayWalls::MaxWork() const {
+TrialBudget MergeTrayWalls::MaxWork() const {
   // Walls are merged without a search for shapes, so the work is one test per point.
   return {.max_trials = kMaxTrials, .points_divisor = 1, .note = "it may be a part of a tray"};
 }

@@ -17,7 +17,8 @@ namespace {
 
 bool IsSmall(const ObjectHypothesis& hypothesis) {
   const Eigen::AlignedBox3f& bounds = hypothesis.model->bounds_L;
-  return hypothesis.plates.empty() && !bounds.isEmpty() && bounds.diagonal().norm() <= kMaxThing_m;
+  return hypothesis.plates.empty() && !bounds.isEmpty() &&
+         bounds.diagonal().norm() <= kMaxObjectSize_m;
 }
 
 bool IsFlat(const HypothesisModel& model) {
@@ -42,16 +43,16 @@ bool MayBeOfLyingVessel(const ObjectHypothesis& hypothesis) {
     return part.vessel && part.X_OS.linear()(2, 2) >= kAligned_cos;
   };
   if (std::ranges::any_of(model.shapes(), stands)) return false;
-  return !IsOneSolid(model.object) || model.shapes().front().vessel;
+  return !IsSingleSolid(model.object) || model.shapes().front().vessel;
 }
 
 bool Touch(const HypothesisModel& a, const HypothesisModel& b) {
-  if (a.bounds_L.exteriorDistance(b.bounds_L) > kTouching_m) return false;
+  if (a.bounds_L.exteriorDistance(b.bounds_L) > kMaxTouchingGap_m) return false;
   const auto near = [&](const Eigen::Vector3f& p, const Eigen::Vector3f& q) {
-    return (p - q).squaredNorm() <= kTouching_m * kTouching_m;
+    return (p - q).squaredNorm() <= kMaxTouchingGap_m * kMaxTouchingGap_m;
   };
   return std::ranges::any_of(a.thinned_L, [&](const Eigen::Vector3f& p) {
-    return b.bounds_L.exteriorDistance(p) <= kTouching_m &&
+    return b.bounds_L.exteriorDistance(p) <= kMaxTouchingGap_m &&
            std::ranges::any_of(b.thinned_L, [&](const Eigen::Vector3f& q) { return near(p, q); });
   });
 }
@@ -66,7 +67,7 @@ std::vector<HypothesisId> GroupAround(const SceneState& state, const ObjectHypot
   }
   std::ranges::stable_sort(touching, std::greater(),
                            [](const ObjectHypothesis* other) { return other->points.size(); });
-  if (touching.size() > kMaxInGroup) touching.resize(kMaxInGroup);
+  if (touching.size() > kMaxGroupSize) touching.resize(kMaxGroupSize);
   touching.push_back(&middle);
   std::ranges::sort(touching, {},
                     [&](const ObjectHypothesis* one) { return state.IndexOf(one->id); });
@@ -95,7 +96,7 @@ std::vector<Vector3> AxesOf(const SceneState& state, const Proposal& proposal) {
 }
 
 double ShareOn(const ShapePart& shell, const PointSet& points, const OrientedPoints& all) {
-  const PointSet some = Thinned(points, kMaxLookedAt);
+  const PointSet some = Subsampled(points, kMaxComparedPoints);
   const Pose X_SL = shell.X_OS.inverse(Eigen::Isometry);
   const auto on = std::ranges::count_if(some, [&](std::uint32_t i) {
     const Vector3 p = X_SL * all.points[i].cast<double>();
@@ -107,7 +108,7 @@ double ShareOn(const ShapePart& shell, const PointSet& points, const OrientedPoi
 class MergeVesselWalls : public RefinementPass {
  public:
   std::string_view Name() const override { return "merge.vessel_walls"; }
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   // Proposes to merge each object that may be a part of a lying vessel with the small hypotheses
   // that touch it.
   std::vector<Proposal> Propose(const SceneState& state,
@@ -123,7 +124,7 @@ class MergeVesselWalls : public RefinementPass {
 
 }  // namespace
 
-Allowance MergeVesselWalls::MaxWork() const {
+TrialBudget MergeVesselWalls::MaxWork() const {
   return {.note = "parts of a vessel that lies may stand apart: the cap of joins was reached"};
 }
 
@@ -169,7 +170,8 @@ bool MergeVesselWalls::Admits(const SceneState&, const Proposal&, std::size_t,
 }
 
 double MergeVesselWalls::Gain(const ModelledProposal& modelled) const {
-  return AllAccountedFor(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1) : 0;
+  return ExplainsAllParts(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1)
+                                    : 0;
 }
 
 std::unique_ptr<const RefinementPass> MakeMergeVesselWalls() {

@@ -6,7 +6,7 @@
 #include "perception/search/model_points.h"
 #include "perception/segmentation/sight_map.h"
 #include "perception/solids/explain.h"
-#include "perception/solids/prolonged.h"
+#include "perception/solids/extended_distance.h"
 
 namespace cwm::perception {
 namespace {
@@ -17,7 +17,7 @@ Vector3 InSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t
 
 }  // namespace
 
-SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
+VisibilityShares VisibilityBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
   const auto [through, hidden, seen] = CountBetween(*state.sight(), state.points(), a, b);
   return {static_cast<double>(through) / seen, static_cast<double>(hidden) / seen};
 }
@@ -28,8 +28,8 @@ bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t 
 }
 
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
-  return ProlongedDistance_m(solid.shape, InSolid(solid, all, point)) <=
-         BelongsWithin_m(all.sigma_m[point]);
+  return ExtendedDistance_m(solid.shape, InSolid(solid, all, point)) <=
+         AssignmentTolerance_m(all.sigma_m[point]);
 }
 
 }  // namespace cwm::perception

@@ -10,17 +10,17 @@ namespace cwm::perception {
 
 // Shares of the places on straight lines between two point sets that are seen through, and that are
 // hidden. Precondition: state.sight().
-struct SightBetween {
+struct VisibilityShares {
   double through = 0, hidden = 0;
 
   bool IsContradicted() const { return through > kMaxPassing; }
-  bool IsHidden() const { return !IsContradicted() && hidden >= kNotByChance; }
+  bool IsHidden() const { return !IsContradicted() && hidden >= kMinSignificantShare; }
 };
-SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b);
+VisibilityShares VisibilityBetween(const SceneState& state, const PointSet& a, const PointSet& b);
 
 // True if a point lies on the surface of the solid.
 bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
-// True if a point lies on the solid's surface extended beyond its ends (ProlongedDistance_m). The
+// True if a point lies on the solid's surface extended beyond its ends (ExtendedDistance_m). The
 // end caps of cylinders and cones do not count.
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point);
 

@@ -45,7 +45,7 @@ bool CarryOn(const LoneWall& a, const LoneWall& b) {
   return a.normal.dot(b.normal) >= std::cos(kSameDirection_rad) &&
          std::abs(a.rim_m - b.rim_m) <= kVesselRim_m &&
          std::abs(SpanAlong(a, a.normal).middle() - SpanAlong(b, a.normal).middle()) <=
-             kMaxOneFace_m;
+             kMaxSameFaceGap_m;
 }
 
 // All walls, and the complete wall of each set of collinear pieces.
@@ -63,7 +63,7 @@ std::vector<Candidate> WithWholeWalls(const std::vector<LoneWall>& walls) {
     }
     const bool is_known =
         std::ranges::any_of(wholes, [&](const Candidate& other) { return other.of == whole.of; });
-    if (whole.of.size() < 2 || is_known || span.length() > kMaxThing_m) continue;
+    if (whole.of.size() < 2 || is_known || span.length() > kMaxObjectSize_m) continue;
     const Vector2 foot = SpanAlong(walls[a], walls[a].normal).middle() * walls[a].normal;
     whole.wall.ends = {foot + span.low * along, foot + span.high * along};
     wholes.push_back(std::move(whole));
@@ -78,7 +78,7 @@ bool AreOpposite(const LoneWall& a, const LoneWall& b) {
   const Vector2 along(-a.normal.y(), a.normal.x());
   const double from_m = SpanAlong(a, a.normal).middle(), to_m = SpanAlong(b, a.normal).middle();
   const double apart_m = std::abs(to_m - from_m);
-  if (apart_m < kMinWall_m || apart_m > kMaxThing_m) return false;
+  if (apart_m < kMinWall_m || apart_m > kMaxObjectSize_m) return false;
   if (a.normal.dot(b.normal) < 0 && to_m < from_m) return false;
   const Span of_a = SpanAlong(a, along), of_b = SpanAlong(b, along);
   const double common_m = std::min(of_a.high, of_b.high) - std::max(of_a.low, of_b.low);
@@ -159,18 +159,18 @@ bool IsDivided(const Tray& box, const std::vector<Candidate>& walls) {
       const double common_m =
           std::min(at[1 - k].high, half(1 - k)) - std::max(at[1 - k].low, -half(1 - k));
       return std::abs(at[k].middle()) < half(k) - kEdgeLoss_m &&
-             common_m >= kLargerPart * box.size_m(1 - k);
+             common_m >= kMajority * box.size_m(1 - k);
     }
     return false;
   });
 }
 
-ShapePart BoxBetween(const Pose& X_PB, const Vector3& low, const Vector3& high, Made made) {
+ShapePart BoxBetween(const Pose& X_PB, const Vector3& low, const Vector3& high, PartOrigin made) {
   ShapePart part;
   part.X_OS = X_PB;
   part.X_OS.translate(0.5 * (low + high));
   part.shape = Box{.size_m = high - low};
-  part.role = made == Made::kSeen ? PartRole::kFitted : PartRole::kCompleted;
+  part.role = made == PartOrigin::kMeasured ? PartRole::kFitted : PartRole::kCompleted;
   part.fit = FitQuality();
   return part;
 }
@@ -241,14 +241,14 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
     span.Extend(along.dot(corner.head<2>()));
     height.Extend(corner.z());
   }
-  if (span.length() < kMinWall_m || span.length() > kMaxThing_m) return std::nullopt;
+  if (span.length() < kMinWall_m || span.length() > kMaxObjectSize_m) return std::nullopt;
   wall.ends = {at_m * wall.normal + span.low * along, at_m * wall.normal + span.high * along};
   wall.rim_m = height.high;
   return wall;
 }
 
-std::vector<ShapePart> PartsOf(const Tray& box, const std::array<Made, 4>& sides, double floor_m,
-                               Made floor) {
+std::vector<ShapePart> PartsOf(const Tray& box, const std::array<PartOrigin, 4>& sides,
+                               double floor_m, PartOrigin floor) {
   // The outer surfaces of all sides.
   Vector3 low, high;
   low << -0.5 * box.size_m, 0;
@@ -260,7 +260,7 @@ std::vector<ShapePart> PartsOf(const Tray& box, const std::array<Made, 4>& sides
   }
   std::vector<ShapePart> parts;
   for (std::size_t k = 0; k < sides.size(); ++k) {
-    if (sides[k] == Made::kNot) continue;
+    if (sides[k] == PartOrigin::kNone) continue;
     const auto axis = static_cast<Eigen::Index>(k / 2);
     Vector3 from = low, to = high;
     to.z() = box.sides[k].rim_m;
@@ -268,8 +268,8 @@ std::vector<ShapePart> PartsOf(const Tray& box, const std::array<Made, 4>& sides
         k % 2 == 0 ? high(axis) - kLoneThickness_m : low(axis) + kLoneThickness_m;
     parts.push_back(BoxBetween(box.X_PB, from, to, sides[k]));
   }
-  if (floor == Made::kNot) return parts;
-  high.z() = std::max(floor_m, kThinnest_m);
+  if (floor == PartOrigin::kNone) return parts;
+  high.z() = std::max(floor_m, kMinThickness_m);
   parts.push_back(BoxBetween(box.X_PB, low, high, floor));
   return parts;
 }

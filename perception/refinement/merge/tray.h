@@ -57,12 +57,12 @@ std::vector<Tray> FindTrays(const std::vector<LoneWall>& walls, const Vector3& s
 std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
                                    const Vector3& sensor_P);
 
-enum class Made { kNot, kSeen, kCompleted };
+enum class PartOrigin { kNone, kMeasured, kCompleted };
 
-// The sides and the floor as boxes, in frame P, except those of Made::kNot. Seen faces are where
-// they were measured. Sides reach up to their rims and over the whole length, the floor from the
-// ground to `floor_m`.
-std::vector<ShapePart> PartsOf(const Tray& box, const std::array<Made, 4>& sides, double floor_m,
-                               Made floor);
+// The sides and the floor as boxes, in frame P, except those of PartOrigin::kNone. Seen faces are
+// where they were measured. Sides reach up to their rims and over the whole length, the floor from
+// the ground to `floor_m`.
+std::vector<ShapePart> PartsOf(const Tray& box, const std::array<PartOrigin, 4>& sides,
+                               double floor_m, PartOrigin floor);
 
 }  // namespace cwm::perception

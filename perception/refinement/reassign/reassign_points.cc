@@ -84,7 +84,7 @@ class ReassignPoints : public RefinementPass {
  public:
   std::string_view Name() const override { return "reassign.points"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The decrease of unexplained points minus half of the given points; 0 if a handle is lost that
@@ -99,7 +99,7 @@ std::span<const std::string_view> ReassignPoints::After() const {
   return kAfter;
 }
 
-Allowance ReassignPoints::MaxWork() const {
+TrialBudget ReassignPoints::MaxWork() const {
   return {.note = "parts of it may belong to what touches it: the cap of trades was reached"};
 }
 
@@ -110,7 +110,8 @@ std::vector<Proposal> ReassignPoints::Propose(const SceneState& state,
     for (const HypothesisPtr& taker : state.objects()) {
       if (giver->id == taker->id || taker->model->shapes().empty()) continue;
       if (giver->model->is_given || taker->model->is_given) continue;
-      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kTouching_m) continue;
+      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kMaxTouchingGap_m)
+        continue;
       context.work.Poll();
       const PointSet given = PointsFor(state.points(), *giver, *taker);
       if (given.size() < kMinHandlePoints || given.size() == giver->points.size()) continue;

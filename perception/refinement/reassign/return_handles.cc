@@ -17,14 +17,14 @@ bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
   if (owner.model->is_given || taker.model->is_given) return false;
   return owner.IsObject() &&
          (!taker.IsObject() || taker.resting.support == owner.resting.support) &&
-         owner.model->bounds_L.exteriorDistance(taker.model->bounds_L) <= kWidestHidden_m;
+         owner.model->bounds_L.exteriorDistance(taker.model->bounds_L) <= kMaxHiddenGap_m;
 }
 
 // The points of the taker's handles that lie on the owner's only solid or its extension. Ascending.
 PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
                    const ObjectHypothesis& owner) {
   PointSet found;
-  if (!IsOneSolid(owner.model->object, kMainShare)) return found;
+  if (!IsSingleSolid(owner.model->object, kMainShare)) return found;
   const ShapePart& solid = owner.model->shapes().front();
   if (solid.vessel) return found;
   for (std::size_t h = 0; h < taker.model->handles().size(); ++h) {
@@ -44,7 +44,7 @@ PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
 class ReturnHandles : public RefinementPass {
  public:
   std::string_view Name() const override { return "reassign.handles"; }
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The owner must stay one solid.
@@ -55,7 +55,7 @@ class ReturnHandles : public RefinementPass {
 
 }  // namespace
 
-Allowance ReturnHandles::MaxWork() const {
+TrialBudget ReturnHandles::MaxWork() const {
   return {.note = "a handle of it may belong to another object: the cap of returns was reached"};
 }
 
@@ -70,7 +70,7 @@ std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
       context.work.Poll();
       const PointSet handles = HandlesOn(state.points(), *taker, *owner);
       if (handles.empty() || handles.size() == taker->points.size()) continue;
-      if (LookBetween(state, handles, owner->points).IsContradicted()) continue;
+      if (VisibilityBetween(state, handles, owner->points).IsContradicted()) continue;
       const std::size_t nodes = NodesOf(*taker, handles.size());
       proposals.push_back({.consumes = {{owner->id, kOwner}, {taker->id, kTaker}},
                            .products = {With(*owner, handles, nodes), Without(*taker, handles)}});
@@ -81,7 +81,7 @@ std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
 
 bool ReturnHandles::Admits(const SceneState&, const Proposal&, std::size_t product,
                            const ObjectModel& found) const {
-  return product == kTaker || IsOneSolid(found);
+  return product == kTaker || IsSingleSolid(found);
 }
 
 // The number of points that the owner received and its solid explains, if that is most of them;

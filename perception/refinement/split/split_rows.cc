@@ -112,8 +112,9 @@ Proposal CutAt(const SceneState& state, const ObjectHypothesis& object, const Po
   }
   Proposal proposal{.consumes = {{object.id}}};
   for (PointSet& part : parts) {
-    Product product{
-        .points = std::move(part), .resting = object.resting, .expects = Expectation::kOneObject};
+    Product product{.points = std::move(part),
+                    .resting = object.resting,
+                    .expects = Expectation::kSingleObject};
     product.node_count = NodesOf(object, product.points.size());
     proposal.products.push_back(std::move(product));
   }
@@ -122,7 +123,7 @@ Proposal CutAt(const SceneState& state, const ObjectHypothesis& object, const Po
     Vector3 middle = Vector3::Zero();
     for (const std::uint32_t i : other->points) middle += state.points().points[i].cast<double>();
     middle /= std::max(1.0, static_cast<double>(other->points.size()));
-    proposal.reseats.push_back({other->id, part_at(X_GroundL * middle), {}});
+    proposal.resting_updates.push_back({other->id, part_at(X_GroundL * middle), {}});
   }
   return proposal;
 }
@@ -171,7 +172,7 @@ class SplitRows : public RefinementPass {
     static constexpr std::array<std::string_view, 1> kAfter = {"merge.occluded_parts"};
     return kAfter;
   }
-  Allowance MaxWork() const override {
+  TrialBudget MaxWork() const override {
     return {.max_trials = kMaxTrials,
             .note = "it may be a row of objects: the cap of rows was reached"};
   }
@@ -190,7 +191,7 @@ class SplitRows : public RefinementPass {
 
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override {
-    if (!IsOneSolid(found)) return false;
+    if (!IsSingleSolid(found)) return false;
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[product].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();

@@ -20,7 +20,7 @@ namespace {
 
 // True if one solid explains all points but the mixed pixels at its edges. With a touching object
 // it would explain fewer, so nearly all is not enough.
-bool IsPureSolid(const ObjectModel& model) { return IsOneSolid(model, 1 - kMaxPassing); }
+bool IsPureSolid(const ObjectModel& model) { return IsSingleSolid(model, 1 - kMaxPassing); }
 
 bool IsBoxOrFace(const ShapePart& part) {
   return !part.vessel &&
@@ -70,7 +70,7 @@ class Stacker {
     for (std::size_t at = 0; at < group.size(); ++at) {
       const Eigen::AlignedBox3f bounds = group[at]->model->bounds_L;
       for (const HypothesisPtr& other : state_.objects()) {
-        if (group.size() == kMaxInGroup) break;
+        if (group.size() == kMaxGroupSize) break;
         if (std::ranges::count(group, other.get()) > 0 || !IsOfBoxes(*other) ||
             other->resting.support != seed.resting.support ||
             bounds.exteriorDistance(other->model->bounds_L) > kMaxContactGap_m) {
@@ -107,7 +107,8 @@ class Stacker {
       if (!model.handles().empty()) return false;
       const std::ptrdiff_t below = CountBelow(*object, group);
       if (object->resting.on) return below < 2;
-      return below == 0 && FootOfShape_m(*object) < kMaxOneFace_m && !RunsThrough(*object, group);
+      return below == 0 && FootOfShape_m(*object) < kMaxSameFaceGap_m &&
+             !RunsThrough(*object, group);
     });
   }
 
@@ -120,7 +121,7 @@ class Stacker {
   // a crease hides or adds; 0 if the foot is on the support.
   std::ptrdiff_t CountBelow(const ObjectHypothesis& object, const Group& group) const {
     const double foot_m = HeightQuantile_m(object, kMixedPixels);
-    if (foot_m < kMaxOneFace_m) return 0;
+    if (foot_m < kMaxSameFaceGap_m) return 0;
     return std::ranges::count_if(group, [&](const ObjectHypothesis* other) {
       return other != &object &&
              std::abs(HeightQuantile_m(*other, 1 - kMixedPixels) - foot_m) <= kMaxContactGap_m;
@@ -153,17 +154,17 @@ class Stacker {
     const double gate_m = kDistanceGate_sigma * sigma_m;
     std::vector<double> levels;
     while (true) {
-      std::size_t most = 0, at = 0;
+      std::size_t max_count = 0, at = 0;
       for (std::size_t first = 0, end = 0; first < heights_m.size(); ++first) {
         while (end < heights_m.size() && heights_m[end] <= heights_m[first] + gate_m) ++end;
-        if (end - first > most) most = end - first, at = first;
+        if (end - first > max_count) max_count = end - first, at = first;
       }
-      if (most < kTwoSamples) break;
-      const double level_m = heights_m[at + most / 2];
+      if (max_count < kTwoSamples) break;
+      const double level_m = heights_m[at + max_count / 2];
       std::erase_if(heights_m, [&](double height_m) {
-        return std::abs(height_m - level_m) < std::max(kMaxOneFace_m, gate_m);
+        return std::abs(height_m - level_m) < std::max(kMaxSameFaceGap_m, gate_m);
       });
-      if (level_m > kMaxOneFace_m) levels.push_back(level_m);
+      if (level_m > kMaxSameFaceGap_m) levels.push_back(level_m);
     }
     std::ranges::sort(levels);
     return levels;
@@ -204,7 +205,7 @@ class Stacker {
     for (std::size_t k = 0; k < layers.size(); ++k) {
       Product layer{.points = std::move(layers[k]),
                     .resting = {.support = group.front()->resting.support},
-                    .expects = Expectation::kOneObject};
+                    .expects = Expectation::kSingleObject};
       layer.node_count = all.node_count * layer.points.size() / all.points.size();
       if (k > 0) {
         layer.on_product = k - 1;
@@ -240,7 +241,7 @@ class SplitStackedBoxes : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.stacked_boxes"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one box of nearly all points: a layer with points of a touching object is
@@ -257,7 +258,7 @@ std::span<const std::string_view> SplitStackedBoxes::After() const {
   return kAfter;
 }
 
-Allowance SplitStackedBoxes::MaxWork() const {
+TrialBudget SplitStackedBoxes::MaxWork() const {
   return {.note = "it may be a stack of boxes: the cap of stacks was reached"};
 }
 

@@ -30,7 +30,7 @@ std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_Ground
       ++points[static_cast<std::size_t>(part)];
     }
   }
-  std::size_t round = 0, most = 0;
+  std::size_t round = 0, max_points = 0;
   std::optional<Vector2> axis;
   std::vector<Vector2> axes;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -42,7 +42,7 @@ std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_Ground
     if (!is_round || std::abs(X_GroundS.linear()(2, 2)) < kAligned_cos) continue;
     axes.emplace_back(X_GroundS.translation().head<2>());
     round += points[k];
-    if (points[k] > most) most = points[k], axis = axes.back();
+    if (points[k] > max_points) max_points = points[k], axis = axes.back();
   }
   if (2 * round < model.part_of_point().size()) return std::nullopt;
   const auto is_on_it = [&](const Vector2& other) {
@@ -120,7 +120,7 @@ std::optional<Proposal> SplitOf(const SceneState& state, const ObjectHypothesis&
   for (std::size_t k = 0; k < storeys.size(); ++k) {
     Product storey{.points = std::move(storeys[k]),
                    .resting = object.resting,
-                   .expects = Expectation::kOneObject};
+                   .expects = Expectation::kSingleObject};
     storey.node_count = NodesOf(object, storey.points.size());
     if (k > 0) {
       storey.on_product = k - 1;
@@ -135,7 +135,7 @@ class SplitStackedRounds : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.stacked_rounds"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one shape of nearly all points that is no box.
@@ -151,7 +151,7 @@ std::span<const std::string_view> SplitStackedRounds::After() const {
   return kAfter;
 }
 
-Allowance SplitStackedRounds::MaxWork() const {
+TrialBudget SplitStackedRounds::MaxWork() const {
   return {.note = "it may be a stack of round objects: the cap of stacks was reached"};
 }
 
@@ -168,7 +168,7 @@ std::vector<Proposal> SplitStackedRounds::Propose(const SceneState& state,
 
 bool SplitStackedRounds::Admits(const SceneState&, const Proposal&, std::size_t,
                                 const ObjectModel& found) const {
-  return IsOneSolid(found) && !std::holds_alternative<Box>(found.shapes.front().shape);
+  return IsSingleSolid(found) && !std::holds_alternative<Box>(found.shapes.front().shape);
 }
 
 double SplitStackedRounds::Gain(const ModelledProposal& modelled) const {

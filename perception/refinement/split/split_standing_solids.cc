@@ -25,8 +25,8 @@ constexpr double kMaxStep_m = 0.005;
 bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
 
 // True if the model is one solid, or one vessel with its handles.
-bool IsOneThing(const ObjectModel& found) {
-  if (IsOneSolid(found)) return true;
+bool IsSingleObject(const ObjectModel& found) {
+  if (IsSingleSolid(found)) return true;
   const auto explained = std::ranges::count_if(
       found.part_of_point, [](std::int32_t part) { return part != kUnexplained; });
   return found.shapes.size() == 1 && IsVessel(found.shapes.front()) &&
@@ -61,7 +61,7 @@ bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const 
 }
 
 // The objects made of the solids, if they stand on the object's ground or on each other.
-struct Things {
+struct StandingObjects {
   std::vector<std::size_t> of_solid;  // per solid, the index of its object
   std::vector<std::size_t> below;     // per object, the one it rests on; itself: the ground
   std::vector<double> foot_m;         // the height of that
@@ -104,7 +104,8 @@ std::vector<std::size_t> SolidsOf(const std::vector<ShapePart>& shapes) {
   return all;
 }
 
-std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, const Pose& X_GroundL) {
+std::optional<StandingObjects> FindStandingObjects(const std::vector<ShapePart>& shapes,
+                                                   const Pose& X_GroundL) {
   if (shapes.size() < 2) return std::nullopt;
   std::vector<Aabb> bounds;
   for (const ShapePart& part : shapes) {
@@ -121,40 +122,40 @@ std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, cons
   DisjointSets sets(shapes.size());
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = a + 1; b < shapes.size(); ++b) {
-      if (!CarriesOn(shapes[a], shapes[b], X_GroundL)) continue;
+      if (!ContinuesSurface(shapes[a], shapes[b], X_GroundL)) continue;
       // Closed solids side by side are then one object, and nothing is split. In a stack, or of
       // vessels, only these two are one object.
       if (!is_stack && !IsVessel(shapes[a])) return std::nullopt;
       sets.Join(a, b);
     }
   }
-  Things things{std::vector<std::size_t>(shapes.size()), {}, {}};
+  StandingObjects standing{std::vector<std::size_t>(shapes.size()), {}, {}};
   std::vector<std::size_t> first;  // first solid of each object
   for (std::size_t k = 0; k < shapes.size(); ++k) {
-    if (sets.Root(k) == k) things.of_solid[k] = first.size(), first.push_back(k);
-    things.of_solid[k] = things.of_solid[sets.Root(k)];
+    if (sets.Root(k) == k) standing.of_solid[k] = first.size(), first.push_back(k);
+    standing.of_solid[k] = standing.of_solid[sets.Root(k)];
   }
   if (first.size() < 2) return std::nullopt;
   for (std::size_t solid : first) {
-    things.below.push_back(things.of_solid[below[solid]]);
-    things.foot_m.push_back(below[solid] == solid ? 0 : bounds[below[solid]].max().z());
+    standing.below.push_back(standing.of_solid[below[solid]]);
+    standing.foot_m.push_back(below[solid] == solid ? 0 : bounds[below[solid]].max().z());
   }
-  return things;
+  return standing;
 }
 
 // The points of each object, with points without a solid that are nearest to it. Ascending.
-std::vector<PointSet> PointsOfThings(const ObjectHypothesis& object,
-                                     const std::vector<std::size_t>& solids,
-                                     const std::vector<ShapePart>& shapes, const Things& things,
-                                     const OrientedPoints& all) {
-  std::vector<PointSet> groups(things.below.size());
+std::vector<PointSet> PointsPerObject(const ObjectHypothesis& object,
+                                      const std::vector<std::size_t>& solids,
+                                      const std::vector<ShapePart>& shapes,
+                                      const StandingObjects& standing, const OrientedPoints& all) {
+  std::vector<PointSet> groups(standing.below.size());
   for (std::size_t i = 0; i < object.points.size(); ++i) {
     const auto part = static_cast<std::size_t>(object.model->part_of_point()[i]);
     const auto own = std::ranges::find(solids, part);
     const std::size_t solid =
         own != solids.end() ? static_cast<std::size_t>(own - solids.begin())
                             : NearestShape(shapes, all.points[object.points[i]].cast<double>());
-    groups[things.of_solid[solid]].push_back(object.points[i]);
+    groups[standing.of_solid[solid]].push_back(object.points[i]);
   }
   return groups;
 }
@@ -172,24 +173,24 @@ Vector3 FootOf(const SceneState& state, const ObjectHypothesis& hypothesis) {
 
 // One product per object. What rested on the split object rests on the product nearest to its foot.
 Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object,
-                 const std::vector<ShapePart>& shapes, const Things& things,
+                 const std::vector<ShapePart>& shapes, const StandingObjects& standing,
                  std::vector<PointSet> groups) {
   Proposal proposal{.consumes = {{object.id}}};
   for (std::size_t k = 0; k < groups.size(); ++k) {
     Product product{.points = std::move(groups[k]),
                     .resting = object.resting,
-                    .expects = Expectation::kOneObject};
+                    .expects = Expectation::kSingleObject};
     product.node_count = NodesOf(object, product.points.size());
-    if (things.below[k] != k) {
-      product.on_product = things.below[k];
-      product.resting.foot_height_m = object.resting.foot_height_m + things.foot_m[k];
+    if (standing.below[k] != k) {
+      product.on_product = standing.below[k];
+      product.resting.foot_height_m = object.resting.foot_height_m + standing.foot_m[k];
     }
     proposal.products.push_back(std::move(product));
   }
   for (const HypothesisPtr& other : state.objects()) {
     if (other->resting.on != object.id) continue;
     const std::size_t solid = NearestShape(shapes, FootOf(state, *other));
-    proposal.reseats.push_back({other->id, things.of_solid[solid], {}});
+    proposal.resting_updates.push_back({other->id, standing.of_solid[solid], {}});
   }
   return proposal;
 }
@@ -198,7 +199,7 @@ class SplitStandingSolids : public RefinementPass {
  public:
   std::string_view Name() const override { return "split.standing_solids"; }
   std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
+  TrialBudget MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
   // The product must be one solid, or one vessel with handles.
@@ -209,7 +210,7 @@ class SplitStandingSolids : public RefinementPass {
 
 }  // namespace
 
-bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL) {
+bool ContinuesSurface(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL) {
   const Pose X_SupportA = X_GroundL * part.X_OS, X_SupportB = X_GroundL * other.X_OS;
   if (IsVessel(part) && IsVessel(other)) {
     return IsPartOfOneVessel(TightBounds(part.shape, X_SupportA),
@@ -231,7 +232,7 @@ std::span<const std::string_view> SplitStandingSolids::After() const {
   return kAfter;
 }
 
-Allowance SplitStandingSolids::MaxWork() const {
+TrialBudget SplitStandingSolids::MaxWork() const {
   return {.max_trials = kMaxTrials,
           .note = "its shapes may be objects of their own: the cap of points of parts was reached"};
 }
@@ -246,18 +247,19 @@ std::vector<Proposal> SplitStandingSolids::Propose(const SceneState& state,
     const std::vector<std::size_t> solids = SolidsOf(object->model->shapes());
     std::vector<ShapePart> shapes;
     for (const std::size_t k : solids) shapes.push_back(object->model->shapes()[k]);
-    const auto things = ThingsThatStand(shapes, X_GroundL);
-    if (!things) continue;
-    std::vector<PointSet> groups = PointsOfThings(*object, solids, shapes, *things, state.points());
+    const auto standing = FindStandingObjects(shapes, X_GroundL);
+    if (!standing) continue;
+    std::vector<PointSet> groups =
+        PointsPerObject(*object, solids, shapes, *standing, state.points());
     if (std::ranges::any_of(groups, [](const PointSet& group) { return group.empty(); })) continue;
-    proposals.push_back(SplitOf(state, *object, shapes, *things, std::move(groups)));
+    proposals.push_back(SplitOf(state, *object, shapes, *standing, std::move(groups)));
   }
   return proposals;
 }
 
 bool SplitStandingSolids::Admits(const SceneState&, const Proposal&, std::size_t,
                                  const ObjectModel& found) const {
-  return IsOneThing(found);
+  return IsSingleObject(found);
 }
 
 double SplitStandingSolids::Gain(const ModelledProposal& modelled) const {

@@ -11,7 +11,7 @@ namespace cwm::perception {
 // True if two solids on one support may be one object: cylinders with one axis and radius, boxes
 // with parallel faces and tops at one height (within the bending of soft packages), or vessels
 // about one axis. It does not check if they are in contact. Symmetric.
-bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL);
+bool ContinuesSurface(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL);
 
 // Splits an object of several closed solids, or of several vessels, that all touch its ground or
 // the top of one another, into one object for each of them, if each is one solid when modelled by

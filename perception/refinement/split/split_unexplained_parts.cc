@@ -41,11 +41,11 @@ class OverGround {
   }
   // True if the points rise above what noise and warp lift off the support.
   bool Rises(const PointSet& members) const {
-    double most_m = 0;
+    double max_m = 0;
     for (const std::uint32_t i : members) {
-      most_m = std::max(most_m, double{points_.MostOffPlane_m(i)});
+      max_m = std::max(max_m, double{points_.WidePlaneTolerance_m(i)});
     }
-    return Height_m(members, 1 - kMixedPixels) > most_m;
+    return Height_m(members, 1 - kMixedPixels) > max_m;
   }
   // True if, seen from above, the middle of the points lies within the bounds of the others.
   bool IsOver(const PointSet& members, const PointSet& others) const {
@@ -95,7 +95,7 @@ Proposal SplitOff(const SceneState& state, const ObjectHypothesis& object, Point
   Product rest = Without(object, members);
   Product part{.node_count = NodesOf(object, members.size()),
                .resting = object.resting,
-               .expects = Expectation::kOneObject};
+               .expects = Expectation::kSingleObject};
   part.points = std::move(members);
   const bool is_in_plan = over.IsOver(part.points, rest.points);
   const double part_top_m = over.Height_m(part.points, 1 - kMixedPixels);
@@ -120,7 +120,7 @@ class SplitUnexplainedParts : public RefinementPass {
                                                                "split.standing_solids"};
     return kAfter;
   }
-  Allowance MaxWork() const override {
+  TrialBudget MaxWork() const override {
     // Most parts are examined without a gain, so half of all points are allowed.
     return {.max_trials = kMaxTrials,
             .points_divisor = 2,
@@ -150,7 +150,7 @@ class SplitUnexplainedParts : public RefinementPass {
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override {
     if (product == kRest) return !found.shapes.empty();
-    if (!IsOneSolid(found) || !IsClosed(found.shapes.front())) return false;
+    if (!IsSingleSolid(found) || !IsClosed(found.shapes.front())) return false;
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[kPart].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();

@@ -33,7 +33,7 @@ Place PlaceAmongSolids(const std::vector<ClaimedSolid>& solids, const Vector3& p
 Coverage::Label LabelKind(std::uint32_t label) {
   constexpr std::uint32_t kLastSupport = 9;  // as SceneInterpretation::labels says
   if (label == 0) return Coverage::kRejected;
-  return label <= kLastSupport ? Coverage::kOfSupport : Coverage::kOfThing;
+  return label <= kLastSupport ? Coverage::kOfSupport : Coverage::kOfObject;
 }
 
 class Triangles {

@@ -17,7 +17,7 @@ struct Coverage {
   // Points that are not covered: those too deep in a solid, by its claim, and those far from all
   // claims, by their label. All rejected points are among the latter, whatever the allowance.
   std::array<std::int64_t, kClaimCount> deep = {};
-  enum Label { kRejected, kOfSupport, kOfThing, kLabelCount };
+  enum Label { kRejected, kOfSupport, kOfObject, kLabelCount };
   std::array<std::int64_t, kLabelCount> bare = {};
 
   double share() const { return points == 0 ? 1 : static_cast<double>(covered) / points; }

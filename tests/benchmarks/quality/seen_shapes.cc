@@ -43,7 +43,7 @@ bool IsFixture(const perception::SimulatedObject& object) {
   if (object.is_support) return true;
   return std::any_of(object.parts.begin(), object.parts.end(), [](const Placed<>& part) {
     const Aabb bounds = TightBounds(part.shape, Pose::Identity());
-    return bounds.sizes().maxCoeff() >= kLargestThing_m;
+    return bounds.sizes().maxCoeff() >= kMaxObjectLength_m;
   });
 }
 

@@ -38,7 +38,7 @@ struct InterpretedView {
 };
 
 // Parts of this extent or more are the room and its furniture, not objects to handle.
-inline constexpr double kLargestThing_m = 0.5;
+inline constexpr double kMaxObjectLength_m = 0.5;
 
 // True for supports, walls, fronts and cabinets, which are not counted.
 bool IsFixture(const perception::SimulatedObject& object);

@@ -146,7 +146,7 @@ class Matcher {
       if (!IsThin(found.part.shape)) result_.spurious.push_back({f, Invention::kBackground});
       return;
     }
-    result_.spurious.push_back({f, OnThings(f)});
+    result_.spurious.push_back({f, OnObjects(f)});
   }
 
   // Lone faces of the modeler are this thin (and at least that wide).
@@ -157,7 +157,7 @@ class Matcher {
     return box != nullptr && box->size_m.minCoeff() <= kThin_m;
   }
 
-  Invention OnThings(std::int32_t f) const {
+  Invention OnObjects(std::int32_t f) const {
     for (std::int32_t t = 0; t < Count(result_.truth); ++t) {
       const ShapeOutcome& outcome = result_.outcomes[static_cast<std::size_t>(t)];
       if (outcome.best == f && outcome.outcome == Outcome::kWrongType) return Invention::kWrongType;

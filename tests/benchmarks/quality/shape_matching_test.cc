@@ -18,10 +18,10 @@ using perception::SceneInterpretation;
 constexpr double kDepth_m = 0.8;
 
 // One object in front of a camera at the origin of the world, z forward, without noise.
-class OneThing : public ::testing::Test {
+class OneObject : public ::testing::Test {
  protected:
   void Stand(const Shape& shape, const Pose& X_WO) {
-    scene_.objects = {{.name = "thing", .parts = {{.shape = shape}}, .X_WO = X_WO}};
+    scene_.objects = {{.name = "object", .parts = {{.shape = shape}}, .X_WO = X_WO}};
     scan_ = perception::Scan(scene_, camera_, {.noiseless = true});
     interpretation_.labels.assign(scan_.cloud.size(), 0);
   }
@@ -58,7 +58,7 @@ Pose Upright(double x_m = 0) {
                   Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX())));
 }
 
-TEST_F(OneThing, FoundAsItIsHasNoErrors) {
+TEST_F(OneObject, FoundAsItIsHasNoErrors) {
   Stand(Cylinder{.radius_m = 0.04, .length_m = 0.12}, Upright());
   Find(Cylinder{.radius_m = 0.04, .length_m = 0.12}, Upright());
   const SceneShapes shapes = MatchShapes(view());
@@ -75,7 +75,7 @@ TEST_F(OneThing, FoundAsItIsHasNoErrors) {
   EXPECT_FALSE(errors.half_angle_rad.has_value());
 }
 
-TEST_F(OneThing, ErrorsAreDifferencesWhicheverWayTheAxisPoints) {
+TEST_F(OneObject, ErrorsAreDifferencesWhicheverWayTheAxisPoints) {
   Stand(Cylinder{.radius_m = 0.04, .length_m = 0.12}, Upright());
   const double tilt_rad = 0.02;
   Pose found = Upright(0.003);
@@ -88,7 +88,7 @@ TEST_F(OneThing, ErrorsAreDifferencesWhicheverWayTheAxisPoints) {
   EXPECT_NEAR(*errors.centre_m, 0.003, 1e-12);
 }
 
-TEST_F(OneThing, HalfAngleOfAConeHasASign) {
+TEST_F(OneObject, HalfAngleOfAConeHasASign) {
   Stand(Cone{.radius_bottom_m = 0.03, .radius_top_m = 0.04, .length_m = 0.1}, Upright());
   Find(Cone{.radius_bottom_m = 0.04, .radius_top_m = 0.03, .length_m = 0.1}, Upright());
   const double half_angle_rad = std::atan2(0.01, 0.1);
@@ -101,7 +101,7 @@ TEST_F(OneThing, HalfAngleOfAConeHasASign) {
   EXPECT_NEAR(*MatchShapes(view()).outcomes[0].errors.half_angle_rad, 0, 1e-9);
 }
 
-TEST_F(OneThing, EdgesOfABoxArePairedByDirectionAndCountWhereBothEndsAreSeen) {
+TEST_F(OneObject, EdgesOfABoxArePairedByDirectionAndCountWhereBothEndsAreSeen) {
   Stand(Box{.size_m = {0.1, 0.2, 0.06}}, At(0, 0, kDepth_m));  // only its face is seen
   Pose turned = At(0, 0, kDepth_m);
   turned.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitZ()));
@@ -113,7 +113,7 @@ TEST_F(OneThing, EdgesOfABoxArePairedByDirectionAndCountWhereBothEndsAreSeen) {
   EXPECT_NEAR(*errors.box_axis_rad, 0, 1e-7);
 }
 
-TEST_F(OneThing, OfAnotherTypeIsAsRightWhereItsSurfaceIsTheSame) {
+TEST_F(OneObject, OfAnotherTypeIsAsRightWhereItsSurfaceIsTheSame) {
   const double length_m = 0.1, slope_m = 0.0004;  // well within half a sigma, 0.75 mm at 0.8 m
   Stand(Cylinder{.radius_m = 0.04, .length_m = length_m}, Upright());
   Find(
@@ -125,7 +125,7 @@ TEST_F(OneThing, OfAnotherTypeIsAsRightWhereItsSurfaceIsTheSame) {
   EXPECT_LT(*shapes.outcomes[0].errors.radius_m, slope_m);
 }
 
-TEST_F(OneThing, OfAnotherTypeElsewhereIsWrongAndInvented) {
+TEST_F(OneObject, OfAnotherTypeElsewhereIsWrongAndInvented) {
   Stand(Cylinder{.radius_m = 0.04, .length_m = 0.1}, Upright());
   Find(Box{.size_m = {0.08, 0.08, 0.1}}, Upright());
   const SceneShapes shapes = MatchShapes(view());
@@ -135,7 +135,7 @@ TEST_F(OneThing, OfAnotherTypeElsewhereIsWrongAndInvented) {
   EXPECT_EQ(*shapes.outcomes[0].errors.radius_m, std::numeric_limits<double>::infinity());
 }
 
-TEST_F(OneThing, HalfOfItsPointsAreNotEnough) {
+TEST_F(OneObject, HalfOfItsPointsAreNotEnough) {
   const Sphere ball{.radius_m = 0.05};
   Stand(ball, At(0, 0, kDepth_m));
   Find(ball, At(0, 0, kDepth_m), 2);
@@ -146,7 +146,7 @@ TEST_F(OneThing, HalfOfItsPointsAreNotEnough) {
   EXPECT_EQ(*shapes.outcomes[0].errors.centre_m, std::numeric_limits<double>::infinity());
 }
 
-TEST_F(OneThing, SeenOrNotTheWorldMayBeAnyFrame) {
+TEST_F(OneObject, SeenOrNotTheWorldMayBeAnyFrame) {
   const Sphere ball{.radius_m = 0.05};
   Stand(ball, At(0.1, 0, kDepth_m));
   interpretation_.X_WC = MakePose({3, -2, 1}, Quaternion(Eigen::AngleAxisd(1.0, Vector3::UnitX())));
@@ -156,7 +156,7 @@ TEST_F(OneThing, SeenOrNotTheWorldMayBeAnyFrame) {
   EXPECT_NEAR(*shapes.outcomes[0].errors.centre_m, 0, 1e-12);
 }
 
-TEST_F(OneThing, TallyCountsWhatHasPointsEnough) {
+TEST_F(OneObject, TallyCountsWhatHasPointsEnough) {
   Stand(Sphere{.radius_m = 0.004}, At(0, 0, kDepth_m));  // about 20 pixels
   ShapeTally tally;
   tally.Add("few points", view(), MatchShapes(view()));

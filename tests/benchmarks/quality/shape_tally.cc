@@ -32,8 +32,8 @@ std::string Describe(const TrueShape& truth, const SceneShapes& shapes,
 std::string DescribeLarge(const TrueShape& truth, const FoundShape& found,
                           const ShapeErrors& errors) {
   std::string large;
-  const auto add = [&large](const char* name, double value, double most, const char* unit) {
-    if (!(value > most)) return;
+  const auto add = [&large](const char* name, double value, double limit, const char* unit) {
+    if (!(value > limit)) return;
     char text[60];
     std::snprintf(text, sizeof(text), ", %s off by %.1f %s", name, value, unit);
     large += text;

@@ -54,7 +54,7 @@ SimulatedCase ScanCase(const CaseName& name, const CaseSensor& sensor) {
   const perception::ScanOptions scanning{
       .noise = sensor.noise, .matches_windows = sensor.matches_windows, .seed = name.seed};
   result.scan = sensor.form == CloudForm::kThreeViews
-                    ? ScanFromSeveral(view.scene, view.camera, 3, scanning).cloud
+                    ? ScanFromSeveralViews(view.scene, view.camera, 3, scanning).cloud
                     : Scan(view.scene, view.camera, scanning);
   if (sensor.form == CloudForm::kShuffled) result.scan = Shuffled(result.scan, name.seed);
   return result;

@@ -185,8 +185,8 @@ Measured Measure(const HostileRequest& request) {
 }
 
 bool IsOver(const HostileRequest& request, const Measured& measured) {
-  return request.open_why.empty() && (measured.died || measured.ratio() > kMaxRatio ||
-                                      (request.has_cpu && measured.cpu_ms > kMaxCpu_ms));
+  return request.known_issue.empty() && (measured.died || measured.ratio() > kMaxRatio ||
+                                         (request.has_cpu && measured.cpu_ms > kMaxCpu_ms));
 }
 
 std::string LineOf(const HostileRequest& request, const Measured& measured) {
@@ -206,7 +206,7 @@ std::string LineOf(const HostileRequest& request, const Measured& measured) {
                 measured.outcome.c_str(), measured.works_on ? ", still at work" : "",
                 measured.died ? "  SERVER DIED" : "", IsOver(request, measured) ? "  OVER" : "");
   std::string line = text;
-  if (!request.open_why.empty()) line += "  (not judged: " + request.open_why + ")";
+  if (!request.known_issue.empty()) line += "  (not judged: " + request.known_issue + ")";
   return line;
 }
 
@@ -235,7 +235,7 @@ void MeasureAmplificationOf(const std::string& pattern, Report& report) {
     deaths += measured.died ? 1 : 0;
     over += IsOver(request, measured) ? 1 : 0;
     if (!measured.prepared) report.Fail(request.name + " could not be prepared");
-    if (!request.open_why.empty()) continue;
+    if (!request.known_issue.empty()) continue;
     if (measured.ratio() > worst_ratio) {
       worst_ratio = measured.ratio();
       worst_held = request.name;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kRounds = 12;
 constexpr double kPart_s = 0.35;
 
-v1::GetDistancesRequest Question(int rows) {
+v1::GetDistancesRequest DistancesRequest(int rows) {
   v1::GetDistancesRequest request;
   request.set_world("w");
   request.mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.02);
@@ -49,21 +49,21 @@ struct Side {
 
 bool MeasureRound(Side& side, int round) {
   const client::Connection& connection = side.server->connection();
-  const v1::GetDistancesRequest one = Question(1), many = Question(10'000);
+  const v1::GetDistancesRequest one = DistancesRequest(1), many = DistancesRequest(10'000);
   v1::ApplyChangesRequest change;
   change.set_world("w");
   v1::MoveObject* move = change.add_changes()->mutable_move();
   move->set_name("box_0");
   int count = 0;
   bool ok = true;
-  const auto ask = [&](const v1::GetDistancesRequest& request) {
+  const auto send_query = [&](const v1::GetDistancesRequest& request) {
     return connection.Call(&v1::QueryService::Stub::GetDistances, connection.queries(), request)
         .ok();
   };
   side.small.push_back(CostOf(
-      *side.server, [&] { return ask(one); }, &ok));
+      *side.server, [&] { return send_query(one); }, &ok));
   side.batch.push_back(CostOf(
-      *side.server, [&] { return ask(many); }, &ok));
+      *side.server, [&] { return send_query(many); }, &ok));
   side.change.push_back(CostOf(
       *side.server,
       [&] {
@@ -95,8 +95,8 @@ void AddCost(const std::string& key, const std::string& what, const std::vector<
   report.Add({.key = key,
               .value = Median(our_us),
               .unit = "us",
-              .rival = "the other server",
-              .rival_value = Median(other_us),
+              .baseline = "the other server",
+              .baseline_value = Median(other_us),
               .ratio = Median(cpu_ratios),
               .how = what + text});
 }

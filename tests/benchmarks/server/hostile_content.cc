@@ -145,7 +145,7 @@ std::string PointBytes(int points) {
   return client::RowBytes(rows);
 }
 
-CallPlan RobotPlanOf(const v1::LoadRobotHeader& header, const std::vector<NamedFile>& files) {
+CallPlan RobotUploadPlan(const v1::LoadRobotHeader& header, const std::vector<NamedFile>& files) {
   CallPlan plan{.method = "cwm.v1.RobotService/LoadRobot"};
   v1::LoadRobotRequest message;
   *message.mutable_header() = header;
@@ -178,7 +178,7 @@ std::string MeshUrdf(const std::vector<std::string>& files, const std::vector<do
   return urdf + "</link></robot>";
 }
 
-CallPlan CloudPlanOf(const std::string& world, const std::vector<float>& xyz) {
+CallPlan CloudUploadPlan(const std::string& world, const std::vector<float>& xyz) {
   constexpr int kPointBytes = 12;
   const std::string bytes(reinterpret_cast<const char*>(xyz.data()), xyz.size() * sizeof(float));
   CallPlan plan{.method = "cwm.v1.PerceptionService/IngestCloud"};

@@ -47,12 +47,12 @@ struct NamedFile {
   std::string name;
   std::string bytes;
 };
-CallPlan RobotPlanOf(const v1::LoadRobotHeader& header, const std::vector<NamedFile>& files);
+CallPlan RobotUploadPlan(const v1::LoadRobotHeader& header, const std::vector<NamedFile>& files);
 // The URDF of one link whose collision geometries are the meshes, each at all of the scales.
 std::string MeshUrdf(const std::vector<std::string>& files, const std::vector<double>& scales);
 
 // Header, chunks and the end of a cloud's upload, with x y z as floats.
-CallPlan CloudPlanOf(const std::string& world, const std::vector<float>& xyz);
+CallPlan CloudUploadPlan(const std::string& world, const std::vector<float>& xyz);
 // `count` points drawn evenly in a box.
 std::vector<float> NoisePoints(int count);
 

@@ -14,7 +14,8 @@ void Target::Hold(CallPlan plan, Sent& sent) const {
   HoldOver(server.NewChannel(), std::move(plan), sent);
 }
 
-void Target::CallInTurn(const std::vector<CallPlan>& plans, double limit_s, Sent& sent) const {
+void Target::CallSequentially(const std::vector<CallPlan>& plans, double limit_s,
+                              Sent& sent) const {
   constexpr auto kCallLimit = std::chrono::milliseconds(1'000);
   const auto start = SteadyClock::now();
   const auto channel = server.NewChannel();

@@ -35,7 +35,7 @@ struct Target {
   void HoldOver(const std::shared_ptr<grpc::Channel>& channel, CallPlan plan, Sent& sent) const;
   // Makes the calls one after another over one connection, each to its end, for at most `limit_s`;
   // records the outcome of the last.
-  void CallInTurn(const std::vector<CallPlan>& plans, double limit_s, Sent& sent) const;
+  void CallSequentially(const std::vector<CallPlan>& plans, double limit_s, Sent& sent) const;
 };
 
 inline constexpr int kCpuTries = 3;
@@ -50,8 +50,8 @@ struct HostileRequest {
   // the tries.
   std::function<bool(Target& target, int copies)> prepare = {};
   SendCopy send;
-  bool has_cpu = true;        // false: a series of calls, each cheap
-  std::string open_why = {};  // not empty: printed and not judged, with this reason
+  bool has_cpu = true;           // false: a series of calls, each cheap
+  std::string known_issue = {};  // not empty: printed and not judged, with this reason
 };
 
 std::vector<HostileRequest> WorldRequests();
@@ -66,7 +66,7 @@ std::vector<HostileRequest> HostileRequests();
 
 // The plan of a call whose only message is `request`.
 template <class Request>
-CallPlan PlanOf(std::string method, const Request& request) {
+CallPlan UnaryPlan(std::string method, const Request& request) {
   return {.method = std::move(method), .messages = {request.SerializeAsString()}};
 }
 

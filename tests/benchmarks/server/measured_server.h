@@ -73,7 +73,7 @@ class MeasuredServer {
   testing::ScratchDirectory scratch_;
   std::string socket_path_;
   int tcp_port_ = 0;
-  testing::Background process_;
+  testing::BackgroundProcess process_;
   std::unique_ptr<client::Connection> connection_;
   bool up_ = false;
 };

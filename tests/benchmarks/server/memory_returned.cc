@@ -74,19 +74,19 @@ std::optional<double> Returned(const Kind& kind, Report& report) {
   server.WaitUntilIdle(3);
   const auto full = static_cast<double>(server.ResidentBytes());
   if (!DeleteAll(server)) return std::nullopt;
-  double least = full;
+  double min_bytes = full;
   for (int i = 0; i < 50; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    least = std::min(least, static_cast<double>(server.ResidentBytes()));
+    min_bytes = std::min(min_bytes, static_cast<double>(server.ResidentBytes()));
   }
   if (!server.running() || full <= before) return std::nullopt;
-  const double share = (full - least) / (full - before);
+  const double share = (full - min_bytes) / (full - before);
   char text[200];
   std::snprintf(
       text, sizeof(text),
       "Memory of %-8s %7.1f MiB before, %7.1f MiB full, %7.1f MiB within 5 s of DeleteWorld: "
       "%.2f came back",
-      kind.name.c_str(), before / kMebi, full / kMebi, least / kMebi, share);
+      kind.name.c_str(), before / kMebi, full / kMebi, min_bytes / kMebi, share);
   report.Detail(text);
   return share;
 }

@@ -60,8 +60,8 @@ void Clients::End() {
   threads_.clear();
 }
 
-void CallPolitely(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
-                  const std::atomic<bool>& over, Tally& tally) {
+void CallWithRetry(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
+                   const std::atomic<bool>& over, Tally& tally) {
   constexpr auto kSlice = std::chrono::milliseconds(50);
   const auto start = SteadyClock::now();
   double first_advice_s = 0, first_refusal_s = 0;
@@ -75,7 +75,7 @@ void CallPolitely(const std::shared_ptr<grpc::Channel>& channel, const CallPlan&
     if (over) return;
     const grpc::Status status = call.status();
     const bool done = call.Outcome() != "open";
-    const client::ErrorDetails details = client::DetailsOf(client::FromGrpc(status));
+    const client::ErrorDetails details = client::DetailsOf(client::StatusFromGrpc(status));
     std::unique_lock lock(tally.mutex);
     if (done && status.ok()) {
       tally.latencies_s.push_back(SecondsSince(sent));
@@ -114,7 +114,7 @@ CallPlan BatchPlan() {
   request.mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(
       PoseBytes(kBatchRows, 0));
   request.mutable_options()->set_max_results(4);
-  return PlanOf("cwm.v1.QueryService/GetDistances", request);
+  return UnaryPlan("cwm.v1.QueryService/GetDistances", request);
 }
 
 void AddBatchClients(const MeasuredServer& server, Tally& tally, Clients& clients) {
@@ -122,7 +122,7 @@ void AddBatchClients(const MeasuredServer& server, Tally& tally, Clients& client
     const auto channel = server.NewChannel();
     for (int call = 0; call < kBatchesInFlight; ++call) {
       clients.Add([channel, plan = BatchPlan(), &tally, &clients] {
-        CallPolitely(channel, plan, clients.over(), tally);
+        CallWithRetry(channel, plan, clients.over(), tally);
       });
     }
   }
@@ -132,8 +132,9 @@ void AddScanClients(const MeasuredServer& server, Tally& tally, Clients& clients
   static const std::vector<std::vector<float>> clouds = ScanPoints();
   for (int i = 0; i < kScanConnections; ++i) {
     const auto& cloud = clouds[static_cast<std::size_t>(i) % clouds.size()];
-    clients.Add([channel = server.NewChannel(), plan = CloudPlanOf(absl::StrCat("scan_", i), cloud),
-                 &tally, &clients] { CallPolitely(channel, plan, clients.over(), tally); });
+    clients.Add([channel = server.NewChannel(),
+                 plan = CloudUploadPlan(absl::StrCat("scan_", i), cloud), &tally,
+                 &clients] { CallWithRetry(channel, plan, clients.over(), tally); });
   }
 }
 
@@ -171,7 +172,7 @@ void AddSmallClient(const MeasuredServer& server, Tally& tally, Clients& clients
   request.mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.05);
   request.mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(PoseBytes(1, 0.1));
   clients.Add([channel = server.NewChannel(),
-               plan = PlanOf("cwm.v1.QueryService/CheckCollisions", request), &tally] {
+               plan = UnaryPlan("cwm.v1.QueryService/CheckCollisions", request), &tally] {
     const auto sent = SteadyClock::now();
     HeldCall call(channel, plan);
     call.WaitUntilDone(std::chrono::seconds(10));

@@ -48,8 +48,8 @@ struct Tally {
 
 // Makes the call, and repeats it after each refusal with the advised delay, until it is answered,
 // has failed or has taken 30 s; adds it to the tally, unless `over` was set meanwhile.
-void CallPolitely(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
-                  const std::atomic<bool>& over, Tally& tally);
+void CallWithRetry(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
+                   const std::atomic<bool>& over, Tally& tally);
 
 // Clients with batches of queries, and clients with scans. PrepareOverload puts what they query
 // into place.

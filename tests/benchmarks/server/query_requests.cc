@@ -58,14 +58,14 @@ SendCopy AskMentions(std::string method, int count, bool convex, int rows, v1::E
     *request.mutable_subject() = Mentions(HashOf(target, copy), count, convex, rows);
     request.mutable_options()->set_engine(engine);
     sent.bytes = target.mesh_bytes;
-    target.Hold(PlanOf(kService + method, request), sent);
+    target.Hold(UnaryPlan(kService + method, request), sent);
   };
 }
 
 template <class Request>
-SendCopy Ask(std::string method, Request request, bool reads = true) {
+SendCopy SendQuery(std::string method, Request request, bool reads = true) {
   request.set_world("w");
-  CallPlan plan = PlanOf(kService + method, request);
+  CallPlan plan = UnaryPlan(kService + method, request);
   plan.reads = reads;
   return [plan](const Target& target, int, Sent& sent) { target.Hold(plan, sent); };
 }
@@ -145,7 +145,7 @@ void MeshOverlay(const Target& target, int copy, Sent& sent) {
     object->add_shapes()->mutable_mesh()->set_hash(HashOf(target, copy));
   }
   sent.bytes = target.mesh_bytes;
-  target.Hold(PlanOf("cwm.v1.QueryService/GetDistances", request), sent);
+  target.Hold(UnaryPlan("cwm.v1.QueryService/GetDistances", request), sent);
 }
 
 // A query with an overlay object that mentions one hull as often as an object may.
@@ -159,7 +159,7 @@ void HullOverlay(const Target& target, int copy, Sent& sent) {
     object->add_shapes()->mutable_convex()->set_hash(HashOf(target, copy));
   }
   sent.bytes = target.mesh_bytes;
-  target.Hold(PlanOf("cwm.v1.QueryService/GetDistances", request), sent);
+  target.Hold(UnaryPlan("cwm.v1.QueryService/GetDistances", request), sent);
 }
 
 // A mesh that moves through the mesh of the world, along a path of 2 000 rows.
@@ -170,7 +170,7 @@ void LongMotion(const Target& target, int copy, Sent& sent) {
   *request.mutable_subject() = Mentions(HashOf(target, copy), 1, false, kRows);
   request.add_path_row_counts(kRows);
   sent.bytes = target.mesh_bytes;
-  target.Hold(PlanOf("cwm.v1.QueryService/CheckMotions", request), sent);
+  target.Hold(UnaryPlan("cwm.v1.QueryService/CheckMotions", request), sent);
 }
 
 // A query with a body of 15 MiB that waits for a revision that never comes.
@@ -207,7 +207,7 @@ std::vector<HostileRequest> QueryRequests() {
       {.name = "CheckCollisions/many_shapes",
        .copies = 2,
        .prepare = MakeBoxes,
-       .send = Ask("CheckCollisions", ManyShapes())},
+       .send = SendQuery("CheckCollisions", ManyShapes())},
       {.name = "GetDistances/mesh_mentions",
        .copies = 1,
        .prepare = MakeTori,
@@ -240,43 +240,43 @@ std::vector<HostileRequest> QueryRequests() {
       {.name = "GetContacts/most_unread",
        .copies = 2,
        .prepare = MakeBoxes,
-       .send = Ask("GetContacts", MostContacts(v1::RESULT_FORM_COLUMNS), false)},
+       .send = SendQuery("GetContacts", MostContacts(v1::RESULT_FORM_COLUMNS), false)},
       {.name = "GetContacts/most_rows_unread",
        .copies = 2,
        .prepare = MakeBoxes,
-       .send = Ask("GetContacts", MostContacts(v1::RESULT_FORM_ROWS), false)},
+       .send = SendQuery("GetContacts", MostContacts(v1::RESULT_FORM_ROWS), false)},
       {.name = "GetDistances/most_unread",
        .copies = 2,
        .prepare = MakeBoxes,
-       .send = Ask("GetDistances", MostDistances(v1::RESULT_FORM_COLUMNS), false)},
+       .send = SendQuery("GetDistances", MostDistances(v1::RESULT_FORM_COLUMNS), false)},
       {.name = "GetDistances/most_rows_unread",
        .copies = 2,
        .prepare = MakeBoxes,
-       .send = Ask("GetDistances", MostDistances(v1::RESULT_FORM_ROWS), false)},
+       .send = SendQuery("GetDistances", MostDistances(v1::RESULT_FORM_ROWS), false)},
       {.name = "GetDistances/points",
        .copies = 2,
        .prepare = MakeBoxes,
-       .send = Ask("GetDistances", PointsAmongAll())},
+       .send = SendQuery("GetDistances", PointsAmongAll())},
       {.name = "CastRays/most_at_mesh",
        .copies = 2,
        .prepare = MakeTori,
-       .send = Ask("CastRays", MostRays())},
+       .send = SendQuery("CastRays", MostRays())},
       {.name = "SamplePoints/most_in_mesh",
        .copies = 2,
        .prepare = MakeTori,
-       .send = Ask("SamplePoints", MostPoints())},
+       .send = SendQuery("SamplePoints", MostPoints())},
       {.name = "CheckCollisions/ignore_65536",
        .copies = 4,
        .prepare = MakeBoxes,
-       .send = Ask("CheckCollisions", LongIgnoreList())},
+       .send = SendQuery("CheckCollisions", LongIgnoreList())},
       {.name = "CheckCollisions/ignored_pairs",
        .copies = 4,
        .prepare = MakeBoxes,
-       .send = Ask("CheckCollisions", ManyIgnoredPairs())},
+       .send = SendQuery("CheckCollisions", ManyIgnoredPairs())},
       {.name = "GetDistances/overlay_spheres",
        .copies = 4,
        .prepare = MakeBoxes,
-       .send = Ask("GetDistances", SphereOverlay())},
+       .send = SendQuery("GetDistances", SphereOverlay())},
       {.name = "GetDistances/overlay_meshes",
        .copies = 1,
        .prepare = MakeTori,
@@ -288,7 +288,7 @@ std::vector<HostileRequest> QueryRequests() {
       {.name = "GetDistances/at_least",
        .copies = 8,
        .prepare = MakeBoxes,
-       .send = Ask("GetDistances", LargeWait())},
+       .send = SendQuery("GetDistances", LargeWait())},
   };
 }
 

@@ -22,7 +22,7 @@ bool MakeOneTorus(Target& target, int) {
 // A call of that request whose answer is not read.
 template <class Request>
 SendCopy Unread(std::string method, Request request) {
-  CallPlan plan = PlanOf(std::move(method), request);
+  CallPlan plan = UnaryPlan(std::move(method), request);
   plan.reads = false;
   return [plan](const Target& target, int, Sent& sent) { target.Hold(plan, sent); };
 }
@@ -63,7 +63,7 @@ void UnreadObjects(const Target& target, int, Sent& sent) {
   v1::GetObjectRequest request;
   request.set_world("w");
   request.set_name("large");
-  CallPlan plan = PlanOf("cwm.v1.WorldService/GetObject", request);
+  CallPlan plan = UnaryPlan("cwm.v1.WorldService/GetObject", request);
   plan.reads = false;
   const auto channel = target.server.NewChannel();
   for (int i = 0; i < 16; ++i) target.HoldOver(channel, plan, sent);
@@ -73,7 +73,7 @@ void ReadSurface(const Target& target, int, Sent& sent) {
   v1::ReadGeometryRequest request;
   request.mutable_object()->set_world("w");
   request.mutable_object()->set_name("torus");
-  CallPlan plan = PlanOf("cwm.v1.WorldService/ReadGeometry", request);
+  CallPlan plan = UnaryPlan("cwm.v1.WorldService/ReadGeometry", request);
   plan.reads = false;
   target.Hold(plan, sent);
 }
@@ -81,7 +81,7 @@ void ReadSurface(const Target& target, int, Sent& sent) {
 void ReadBlob(const Target& target, int, Sent& sent) {
   v1::ReadGeometryRequest request;
   request.set_hash(target.hashes[0]);
-  CallPlan plan = PlanOf("cwm.v1.WorldService/ReadGeometry", request);
+  CallPlan plan = UnaryPlan("cwm.v1.WorldService/ReadGeometry", request);
   plan.reads = false;
   target.Hold(plan, sent);
 }
@@ -98,7 +98,7 @@ SendCopy UnreadWatch() {
 void WatchChanges(const Target& target, int copy, Sent& sent) {
   v1::WatchWorldRequest request;
   request.set_world("w");
-  CallPlan plan = PlanOf("cwm.v1.WorldService/WatchWorld", request);
+  CallPlan plan = UnaryPlan("cwm.v1.WorldService/WatchWorld", request);
   plan.reads = false;
   target.Hold(plan, sent);
   if (copy != 0) return;
@@ -112,9 +112,9 @@ void WatchChanges(const Target& target, int copy, Sent& sent) {
       move->mutable_x_world_object()->set_tx_m(round + 0.5);
       move->mutable_x_world_object()->set_qw(1);
     }
-    changes.push_back(PlanOf("cwm.v1.WorldService/ApplyChanges", moves));
+    changes.push_back(UnaryPlan("cwm.v1.WorldService/ApplyChanges", moves));
   }
-  target.CallInTurn(changes, 3.0, sent);
+  target.CallSequentially(changes, 3.0, sent);
 }
 
 // Small waits for a revision that never comes, as many as one connection may have.
@@ -122,7 +122,7 @@ void WaitInCrowds(const Target& target, int, Sent& sent) {
   v1::GetWorldRequest request;
   request.set_world("w");
   request.mutable_at_revision()->set_at_least(1'000'000'000);
-  const CallPlan plan = PlanOf("cwm.v1.WorldService/GetWorld", request);
+  const CallPlan plan = UnaryPlan("cwm.v1.WorldService/GetWorld", request);
   const auto channel = target.server.NewChannel();
   for (int i = 0; i < 200; ++i) target.HoldOver(channel, plan, sent);
 }
@@ -148,22 +148,22 @@ void AskUnknown(const Target& target, int copy, Sent& sent) {
     const std::string name = absl::StrCat("unknown_", copy, "_", i);
     v1::GetWorldRequest get;
     get.set_world(name);
-    plans.push_back(PlanOf("cwm.v1.WorldService/GetWorld", get));
+    plans.push_back(UnaryPlan("cwm.v1.WorldService/GetWorld", get));
     v1::WatchWorldRequest watch;
     watch.set_world(name);
-    plans.push_back(PlanOf("cwm.v1.WorldService/WatchWorld", watch));
+    plans.push_back(UnaryPlan("cwm.v1.WorldService/WatchWorld", watch));
     v1::ReadGeometryRequest read;
     read.set_hash(name);
-    plans.push_back(PlanOf("cwm.v1.WorldService/ReadGeometry", read));
+    plans.push_back(UnaryPlan("cwm.v1.WorldService/ReadGeometry", read));
     v1::ListScansRequest scans;
     scans.set_world(name);
-    plans.push_back(PlanOf("cwm.v1.PerceptionService/ListScans", scans));
+    plans.push_back(UnaryPlan("cwm.v1.PerceptionService/ListScans", scans));
     v1::DeleteRobotRequest robot;
     robot.set_world(name);
     robot.set_request_id(name);
-    plans.push_back(PlanOf("cwm.v1.RobotService/DeleteRobot", robot));
+    plans.push_back(UnaryPlan("cwm.v1.RobotService/DeleteRobot", robot));
   }
-  target.CallInTurn(plans, 2.0, sent);
+  target.CallSequentially(plans, 2.0, sent);
 }
 
 void AskServerInfo(const Target& target, int, Sent& sent) {
@@ -177,7 +177,7 @@ void ListPrefix(const Target& target, int, Sent& sent) {
   v1::ListObjectsRequest request;
   request.set_world("w");
   request.set_name_prefix(std::string(15 << 20, 'n'));
-  CallPlan plan = PlanOf("cwm.v1.WorldService/ListObjects", request);
+  CallPlan plan = UnaryPlan("cwm.v1.WorldService/ListObjects", request);
   target.Hold(plan, sent);
 }
 

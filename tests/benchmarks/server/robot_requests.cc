@@ -38,8 +38,8 @@ std::string Unfolding(int levels, int copy) {
 
 SendCopy LoadUnfolding(int levels, std::vector<double> scales) {
   return [levels, scales](const Target& target, int copy, Sent& sent) {
-    target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.dae"}, scales)),
-                            {{"a.dae", Unfolding(levels, copy)}}),
+    target.Hold(RobotUploadPlan(HeaderOf(copy, MeshUrdf({"a.dae"}, scales)),
+                                {{"a.dae", Unfolding(levels, copy)}}),
                 sent);
   };
 }
@@ -49,7 +49,7 @@ void LoadScales(const Target& target, int copy, Sent& sent) {
   std::vector<double> scales;
   for (int i = 0; i < 40; ++i) scales.push_back(1 + 0.001 * (40 * copy + i));
   const std::string stl = mesh_bytes::BinaryStl(Torus(100, 100, copy));
-  target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.stl"}, scales)), {{"a.stl", stl}}), sent);
+  target.Hold(RobotUploadPlan(HeaderOf(copy, MeshUrdf({"a.stl"}, scales)), {{"a.stl", stl}}), sent);
 }
 
 // A GLB file with very many nodes of one mesh.
@@ -63,7 +63,7 @@ void LoadGlbNodes(const Target& target, int copy, Sent& sent) {
   const TriangleMesh mesh = Torus(20, 20, copy);
   const std::string glb = mesh_bytes::Glb(mesh_bytes::GlbJson(mesh, nodes + "]", roots + "]"),
                                           mesh_bytes::GlbBinary(mesh));
-  target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.glb"}, {1, 2})), {{"a.glb", glb}}), sent);
+  target.Hold(RobotUploadPlan(HeaderOf(copy, MeshUrdf({"a.glb"}, {1, 2})), {{"a.glb", glb}}), sent);
 }
 
 // An OBJ file with eight bytes per triangle, nearly all of them different.
@@ -77,7 +77,7 @@ void LoadObjFaces(const Target& target, int copy, Sent& sent) {
       for (int k = j + 1; k <= 90; k += 2) absl::StrAppend(&obj, "f ", i, " ", j, " ", k, "\n");
     }
   }
-  target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.obj"}, {1, 2})), {{"a.obj", obj}}), sent);
+  target.Hold(RobotUploadPlan(HeaderOf(copy, MeshUrdf({"a.obj"}, {1, 2})), {{"a.obj", obj}}), sent);
 }
 
 // An STL file as text that repeats the same triangle.
@@ -88,13 +88,13 @@ void LoadStlText(const Target& target, int copy, Sent& sent) {
                     i % 7, "\nendloop\nendfacet\n");
   }
   CallPlan plan =
-      RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.stl"}, {1})), {{"a.stl", stl + "endsolid"}});
+      RobotUploadPlan(HeaderOf(copy, MeshUrdf({"a.stl"}, {1})), {{"a.stl", stl + "endsolid"}});
   target.Hold(plan, sent);
 }
 
 // As many links as a robot may have: some eight million pairs of them.
 void LoadManyLinks(const Target& target, int copy, Sent& sent) {
-  CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(4'000)), {});
+  CallPlan plan = RobotUploadPlan(HeaderOf(copy, ArmUrdf(4'000)), {});
   target.Hold(plan, sent);
 }
 
@@ -106,7 +106,7 @@ SendCopy LoadElements(bool in_srdf) {
     v1::LoadRobotHeader header = HeaderOf(
         copy, in_srdf ? ArmUrdf(1) : R"(<robot name="r"><link name="l"/>)" + elements + "</robot>");
     if (in_srdf) header.set_srdf(R"(<robot name="arm">)" + elements + "</robot>");
-    CallPlan plan = RobotPlanOf(header, {});
+    CallPlan plan = RobotUploadPlan(header, {});
     target.Hold(plan, sent);
   };
 }
@@ -121,7 +121,7 @@ void LoadDisabledPairs(const Target& target, int copy, Sent& sent) {
                     R"(" reason=""/>)");
   }
   header.set_srdf(srdf + "</robot>");
-  target.Hold(RobotPlanOf(header, {}), sent);
+  target.Hold(RobotUploadPlan(header, {}), sent);
 }
 
 // Each group contains all groups before it.
@@ -135,7 +135,7 @@ void LoadNestedGroups(const Target& target, int copy, Sent& sent) {
     absl::StrAppend(&srdf, "</group>");
   }
   header.set_srdf(srdf + "</robot>");
-  target.Hold(RobotPlanOf(header, {}), sent);
+  target.Hold(RobotUploadPlan(header, {}), sent);
 }
 
 void LoadSpheres(const Target& target, int copy, Sent& sent) {
@@ -146,14 +146,14 @@ void LoadSpheres(const Target& target, int copy, Sent& sent) {
                     R"(e-6"/><geometry><sphere radius=".01"/></geometry></collision>)");
   }
   header.set_spheres(spheres + "</link></robot>");
-  CallPlan plan = RobotPlanOf(header, {});
+  CallPlan plan = RobotUploadPlan(header, {});
   target.Hold(plan, sent);
 }
 
 // An upload of only the header, with large texts.
 void HalfOpen(const Target& target, int copy, Sent& sent) {
   v1::LoadRobotHeader header = HeaderOf(copy, std::string(15 << 20, ' '));
-  CallPlan plan = RobotPlanOf(header, {});
+  CallPlan plan = RobotUploadPlan(header, {});
   plan.messages.resize(1);
   plan.half_closes = false;
   target.Hold(plan, sent);
@@ -161,7 +161,7 @@ void HalfOpen(const Target& target, int copy, Sent& sent) {
 
 // Many small uploads with the header and the announcement of a file.
 void HalfOpenCrowd(const Target& target, int copy, Sent& sent) {
-  CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(1)), {{"a.stl", "nothing"}});
+  CallPlan plan = RobotUploadPlan(HeaderOf(copy, ArmUrdf(1)), {{"a.stl", "nothing"}});
   plan.messages.resize(2);
   plan.half_closes = false;
   const auto channel = target.server.NewChannel();
@@ -173,7 +173,7 @@ void HalfSentFiles(const Target& target, int copy, Sent& sent) {
   const std::string zeros(1 << 20, '\0');
   std::vector<NamedFile> files;
   for (int i = 0; i < 32; ++i) files.push_back({absl::StrCat("f", i), zeros});
-  CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(1)), files);
+  CallPlan plan = RobotUploadPlan(HeaderOf(copy, ArmUrdf(1)), files);
   plan.messages.pop_back();
   plan.half_closes = false;
   target.Hold(plan, sent);
@@ -183,7 +183,7 @@ void HalfSentFiles(const Target& target, int copy, Sent& sent) {
 void FileNames(const Target& target, int copy, Sent& sent) {
   std::vector<NamedFile> files;
   for (int i = 0; i < 4'000; ++i) files.push_back({absl::StrCat(std::string(4'000, 'n'), i), ""});
-  CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(1)), files);
+  CallPlan plan = RobotUploadPlan(HeaderOf(copy, ArmUrdf(1)), files);
   plan.messages.pop_back();
   plan.half_closes = false;
   target.Hold(plan, sent);
@@ -194,7 +194,7 @@ bool MakeArm(Target& target, int) { return LoadArm(target.server, "w", 1'000); }
 template <class Request>
 SendCopy UnreadCrowd(const std::string& method, Request request) {
   request.set_world("w");
-  CallPlan plan = PlanOf("cwm.v1.RobotService/" + method, request);
+  CallPlan plan = UnaryPlan("cwm.v1.RobotService/" + method, request);
   plan.reads = false;
   return [plan](const Target& target, int, Sent& sent) {
     const auto channel = target.server.NewChannel();
@@ -216,7 +216,7 @@ void ManyStates(const Target& target, int, Sent& sent) {
   request.mutable_subject()->mutable_robot()->set_robot("arm");
   request.mutable_subject()->mutable_robot()->mutable_rows()->set_data(
       std::string(1'000 * 200 * sizeof(double), '\0'));
-  CallPlan plan = PlanOf("cwm.v1.QueryService/CheckCollisions", request);
+  CallPlan plan = UnaryPlan("cwm.v1.QueryService/CheckCollisions", request);
   target.Hold(plan, sent);
 }
 

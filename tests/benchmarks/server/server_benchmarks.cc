@@ -5,8 +5,8 @@
 namespace cwm::benchmarks {
 
 Figure WithLimit(Figure figure, double limit, const std::string& kind) {
-  figure.rival = kind;
-  figure.rival_value = limit;
+  figure.baseline = kind;
+  figure.baseline_value = limit;
   return figure;
 }
 

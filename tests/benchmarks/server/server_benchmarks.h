@@ -36,7 +36,7 @@ void MeasureServer(Report& report);
 // publish_call_us; the ratio is that of the processor time.
 void MeasureCostsBeside(const std::string& other_program, Report& report);
 
-// The figure with its limit in the place of a rival's value.
+// The figure with its limit in the place of an alternative's value.
 Figure WithLimit(Figure figure, double limit, const std::string& kind = "limit, at most");
 
 }  // namespace cwm::benchmarks

@@ -56,7 +56,7 @@ class PythonClients {
 
  private:
   testing::ScratchDirectory scratch_;
-  testing::Background program_;
+  testing::BackgroundProcess program_;
 };
 
 // The time to stop, in seconds; empty if it could not be measured.
@@ -154,7 +154,7 @@ class LoadOnStop {
 
   void Note(const std::string& kind, bool begun_before, const HeldCall& call) {
     const grpc::Status status = call.status();
-    const client::ErrorDetails details = client::DetailsOf(client::FromGrpc(status));
+    const client::ErrorDetails details = client::DetailsOf(client::StatusFromGrpc(status));
     std::string end = call.Outcome();
     const bool draining = details.reason == "SERVER_DRAINING" && details.retry_after_s.has_value();
     if (draining) end = "SERVER_DRAINING";
@@ -184,7 +184,7 @@ CallPlan Distances(int rows) {
   box->set_size_z_m(0.1);
   request.mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(PoseBytes(rows, 0));
   request.mutable_options()->set_max_results(8);
-  return PlanOf("cwm.v1.QueryService/GetDistances", request);
+  return UnaryPlan("cwm.v1.QueryService/GetDistances", request);
 }
 
 void AddLoad(LoadOnStop& load) {
@@ -197,22 +197,22 @@ void AddLoad(LoadOnStop& load) {
   for (int i = 0; i < 4; ++i) {
     move->mutable_x_world_object()->set_tx_m(i);
     move->mutable_x_world_object()->set_qw(1);
-    load.Add("change", PlanOf("cwm.v1.WorldService/ApplyChanges", change));
+    load.Add("change", UnaryPlan("cwm.v1.WorldService/ApplyChanges", change));
   }
   v1::WatchWorldRequest watch;
   watch.set_world("w");
-  for (int i = 0; i < 4; ++i) load.Add("watch", PlanOf("cwm.v1.WorldService/WatchWorld", watch));
+  for (int i = 0; i < 4; ++i) load.Add("watch", UnaryPlan("cwm.v1.WorldService/WatchWorld", watch));
   v1::GetWorldRequest wait;
   wait.set_world("w");
   wait.mutable_at_revision()->set_at_least(1'000'000'000);
-  for (int i = 0; i < 4; ++i) load.Add("wait", PlanOf("cwm.v1.WorldService/GetWorld", wait));
+  for (int i = 0; i < 4; ++i) load.Add("wait", UnaryPlan("cwm.v1.WorldService/GetWorld", wait));
   CallPlan stream{.method = "cwm.v1.QueryService/StreamQueries", .half_closes = false};
-  v1::StreamQueriesRequest question;
-  question.mutable_get_distances()->ParseFromString(Distances(1'000).messages[0]);
-  stream.messages.assign(3, question.SerializeAsString());
+  v1::StreamQueriesRequest query;
+  query.mutable_get_distances()->ParseFromString(Distances(1'000).messages[0]);
+  stream.messages.assign(3, query.SerializeAsString());
   for (int i = 0; i < 4; ++i) load.Add("stream", stream);
-  load.Add("scan", CloudPlanOf("scan", NoisePoints(20'000)));
-  CallPlan half = CloudPlanOf("half", NoisePoints(1'000));
+  load.Add("scan", CloudUploadPlan("scan", NoisePoints(20'000)));
+  CallPlan half = CloudUploadPlan("half", NoisePoints(1'000));
   half.messages.pop_back();
   half.half_closes = false;
   for (int i = 0; i < 2; ++i) load.Add("half upload", half);

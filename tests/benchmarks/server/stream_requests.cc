@@ -17,10 +17,10 @@ bool MakeToriForStreams(Target& target, int copies) {
 }
 
 void AskOneRow(v1::StreamQueriesRequest& request) {
-  v1::GetDistancesRequest* question = request.mutable_get_distances();
-  question->set_world("w");
-  question->mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
-  question->mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(PoseBytes(1, 0));
+  v1::GetDistancesRequest* query = request.mutable_get_distances();
+  query->set_world("w");
+  query->mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
+  query->mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(PoseBytes(1, 0));
 }
 
 CallPlan OpenStream(const std::vector<v1::StreamQueriesRequest>& requests) {
@@ -66,10 +66,10 @@ SendCopy HoldMeshOverlay(int mentions) {
 SendCopy ReadAhead(bool waits) {
   return [waits](const Target& target, int, Sent& sent) {
     v1::StreamQueriesRequest request;
-    v1::GetDistancesRequest* question = request.mutable_get_distances();
-    question->set_world("w");
-    if (waits) question->mutable_options()->mutable_at_revision()->set_at_least(1'000'000'000);
-    question->mutable_subject()->mutable_points()->set_data(std::string(15 << 20, '\0'));
+    v1::GetDistancesRequest* query = request.mutable_get_distances();
+    query->set_world("w");
+    if (waits) query->mutable_options()->mutable_at_revision()->set_at_least(1'000'000'000);
+    query->mutable_subject()->mutable_points()->set_data(std::string(15 << 20, '\0'));
     CallPlan plan = OpenStream({request, request, request});
     target.Hold(plan, sent);
   };
@@ -83,12 +83,11 @@ void OpenIdle(const Target& target, int, Sent& sent) {
 // The largest answers, which nobody reads, with queries behind them.
 void LeaveUnread(const Target& target, int, Sent& sent) {
   v1::StreamQueriesRequest request;
-  v1::GetDistancesRequest* question = request.mutable_get_distances();
-  question->set_world("w");
-  question->mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
-  question->mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(
-      PoseBytes(4'096, 0));
-  question->mutable_options()->set_max_results(64);
+  v1::GetDistancesRequest* query = request.mutable_get_distances();
+  query->set_world("w");
+  query->mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
+  query->mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(PoseBytes(4'096, 0));
+  query->mutable_options()->set_max_results(64);
   CallPlan plan = OpenStream({request, request, request, request});
   plan.reads = false;
   target.Hold(plan, sent);

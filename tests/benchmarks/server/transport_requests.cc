@@ -150,7 +150,7 @@ void IdleChannels(const Target& target, int, Sent& sent) {
 SendCopy Compressed() {
   v1::ApplyChangesRequest request;
   request.set_world(std::string(15 << 20, 'n'));
-  CallPlan plan = PlanOf("cwm.v1.WorldService/ApplyChanges", request);
+  CallPlan plan = UnaryPlan("cwm.v1.WorldService/ApplyChanges", request);
   plan.compresses = true;
   return [plan](const Target& target, int, Sent& sent) { target.Hold(plan, sent); };
 }
@@ -180,12 +180,12 @@ std::vector<HostileRequest> TransportRequests() {
        .copies = 1,
        .send = Resets,
        .has_cpu = false,
-       .open_why = kTransport},
+       .known_issue = kTransport},
       {.name = "transport/headers_only",
        .copies = 1,
        .send = HeadersOnly,
        .has_cpu = false,
-       .open_why = kTransport},
+       .known_issue = kTransport},
       {.name = "transport/pings_unread", .copies = 4, .send = Pings, .has_cpu = false},
       {.name = "transport/silent_connections",
        .copies = 1,

@@ -35,7 +35,7 @@ CallPlan HalfWritten(int chunks) {
 
 CallPlan HalfIngested(int chunks) {
   constexpr std::int64_t kPoints = 20'000'000;
-  CallPlan plan = CloudPlanOf("half", {1, 2, 3});
+  CallPlan plan = CloudUploadPlan("half", {1, 2, 3});
   plan.half_closes = false;
   v1::IngestCloudRequest message;
   message.ParseFromString(plan.messages[0]);
@@ -84,7 +84,7 @@ std::vector<float> Lattice(int side) {
 // the model is added to that.
 SendCopy Ingest(std::vector<float> xyz) {
   return [xyz = std::move(xyz)](const Target& target, int copy, Sent& sent) {
-    CallPlan plan = CloudPlanOf(absl::StrCat("scan_", copy), xyz);
+    CallPlan plan = CloudUploadPlan(absl::StrCat("scan_", copy), xyz);
     constexpr std::int64_t kBytesOfPoint = 16;
     const auto finite = std::count_if(xyz.begin(), xyz.end(), [](float x) { return x == x; });
     sent.content_bytes = finite / 3 * kBytesOfPoint;
@@ -104,7 +104,7 @@ void TinyBlobs(const Target& target, int copy, Sent& sent) {
     plans.push_back(
         {.method = kWrite, .messages = {header.SerializeAsString(), chunk.SerializeAsString()}});
   }
-  target.CallInTurn(plans, 2.0, sent);
+  target.CallSequentially(plans, 2.0, sent);
 }
 
 // A mesh of kTriangles triangles that share three vertices: every triangle has the same corners.

@@ -18,7 +18,7 @@ std::string WorldOf(int copy) { return absl::StrCat("w", copy); }
 void PutSpheres(const Target& target, int copy, Sent& sent) {
   const v1::ApplyChangesRequest request = TinySpheres(WorldOf(copy), kMaxChanges);
   sent.content_bytes = static_cast<std::int64_t>(request.ByteSizeLong());
-  target.Hold(PlanOf(kApply, request), sent);
+  target.Hold(UnaryPlan(kApply, request), sent);
 }
 
 void MoveOne(const Target& target, int copy, Sent& sent) {
@@ -30,7 +30,7 @@ void MoveOne(const Target& target, int copy, Sent& sent) {
     move->mutable_x_world_object()->set_tx_m(i % 2);
     move->mutable_x_world_object()->set_qw(1);
   }
-  target.Hold(PlanOf(kApply, request), sent);
+  target.Hold(UnaryPlan(kApply, request), sent);
 }
 
 bool MakeWorlds(Target& target, int copies) {
@@ -68,7 +68,7 @@ void PutPlates(const Target& target, int copy, Sent& sent) {
     }
   }
   sent.content_bytes = static_cast<std::int64_t>(request.ByteSizeLong());
-  target.Hold(PlanOf(kApply, request), sent);
+  target.Hold(UnaryPlan(kApply, request), sent);
 }
 
 enum class Mention { kMesh, kConvex, kSurface };
@@ -87,7 +87,7 @@ SendCopy PutMentions(Mention mention, int count) {
       if (mention == Mention::kSurface) object->add_surfaces()->set_hash(hash);
     }
     sent.bytes = target.mesh_bytes;
-    target.Hold(PlanOf(kApply, request), sent);
+    target.Hold(UnaryPlan(kApply, request), sent);
   };
 }
 
@@ -101,7 +101,7 @@ void ReplaceByMesh(const Target& target, int copy, Sent& sent) {
     object->add_shapes()->mutable_mesh()->set_hash(target.hashes[static_cast<std::size_t>(copy)]);
   }
   sent.bytes = target.mesh_bytes;
-  target.Hold(PlanOf(kApply, request), sent);
+  target.Hold(UnaryPlan(kApply, request), sent);
 }
 
 // Pair rules: as many as a world accepts, repeated.
@@ -123,7 +123,7 @@ SendCopy SetRules(bool allows) {
         change->mutable_margin()->set_margin_m(1e-6 * i);
       }
     }
-    target.Hold(PlanOf(kApply, request), sent);
+    target.Hold(UnaryPlan(kApply, request), sent);
   };
 }
 
@@ -144,7 +144,7 @@ void AttachInTurn(const Target& target, int copy, Sent& sent) {
     attach->set_robot("arm");
     attach->set_link(absl::StrCat("a", 1 + i % 50));
   }
-  target.Hold(PlanOf(kApply, request), sent);
+  target.Hold(UnaryPlan(kApply, request), sent);
 }
 
 void SetStates(const Target& target, int copy, Sent& sent) {
@@ -157,7 +157,7 @@ void SetStates(const Target& target, int copy, Sent& sent) {
     value->set_variable("j1");
     value->set_value(1e-5 * i);
   }
-  target.Hold(PlanOf(kApply, request), sent);
+  target.Hold(UnaryPlan(kApply, request), sent);
 }
 
 // Many small changes in a row, each with a request id that must be remembered.
@@ -171,22 +171,22 @@ void RememberIds(const Target& target, int copy, Sent& sent) {
     move->set_name("box_0");
     move->mutable_x_world_object()->set_tx_m(0.001 * i);
     move->mutable_x_world_object()->set_qw(1);
-    plans.push_back(PlanOf(kApply, request));
+    plans.push_back(UnaryPlan(kApply, request));
   }
-  target.CallInTurn(plans, 2.0, sent);
+  target.CallSequentially(plans, 2.0, sent);
 }
 
 void MakeAndDelete(const Target& target, int copy, Sent& sent) {
   std::vector<CallPlan> plans;
   for (int i = 0; i < 1'500; ++i) {
     const std::string name = absl::StrCat("made_", copy, "_", i);
-    plans.push_back(PlanOf(kApply, TinySpheres(name, 1)));
+    plans.push_back(UnaryPlan(kApply, TinySpheres(name, 1)));
     v1::DeleteWorldRequest remove;
     remove.set_world(name);
     remove.set_request_id(absl::StrCat("gone_", copy, "_", i));
-    plans.push_back(PlanOf("cwm.v1.WorldService/DeleteWorld", remove));
+    plans.push_back(UnaryPlan("cwm.v1.WorldService/DeleteWorld", remove));
   }
-  target.CallInTurn(plans, 2.0, sent);
+  target.CallSequentially(plans, 2.0, sent);
 }
 
 // Writes to worlds that do not exist: a refused write must leave nothing behind.
@@ -197,9 +197,9 @@ void RefusedWrites(const Target& target, int copy, Sent& sent) {
     request.set_world(absl::StrCat("never_", copy, "_", i));
     request.set_request_id(absl::StrCat("never_", copy, "_", i));
     request.add_changes()->mutable_remove()->set_name("nothing");
-    plans.push_back(PlanOf(kApply, request));
+    plans.push_back(UnaryPlan(kApply, request));
   }
-  target.CallInTurn(plans, 2.0, sent);
+  target.CallSequentially(plans, 2.0, sent);
 }
 
 // A name of 15 MiB of an object that does not exist, which an error may repeat.
@@ -207,7 +207,7 @@ void HugeName(const Target& target, int, Sent& sent) {
   v1::ApplyChangesRequest request;
   request.set_world("w0");
   request.add_changes()->mutable_remove()->set_name(std::string(15 << 20, 'n'));
-  CallPlan plan = PlanOf(kApply, request);
+  CallPlan plan = UnaryPlan(kApply, request);
   target.Hold(plan, sent);
 }
 
@@ -220,7 +220,7 @@ void CompressedPuts(const Target& target, int copy, Sent& sent) {
     object->set_name("same");
     for (int part = 0; part < 4; ++part) object->add_shapes()->mutable_sphere()->set_radius_m(1);
   }
-  CallPlan plan = PlanOf(kApply, request);
+  CallPlan plan = UnaryPlan(kApply, request);
   target.Hold(plan, sent);
 }
 

@@ -9,12 +9,12 @@
 #include <thread>
 
 #include "clients/cli/bench/bench_poses.h"
+#include "clients/cli/bench/bench_queries.h"
 #include "clients/cli/bench/bench_report.h"
-#include "clients/cli/bench/interruption.h"
+#include "clients/cli/bench/interrupt_handler.h"
 #include "clients/cli/bench/measure.h"
-#include "clients/cli/bench/own_world.h"
-#include "clients/cli/bench/questions.h"
 #include "clients/cli/bench/scan.h"
+#include "clients/cli/bench/temporary_world.h"
 
 namespace cwm::cli {
 namespace {
@@ -47,8 +47,8 @@ TEST(Summarize, TakesTheMedianStretchAndTheTimesOfAllCalls) {
   EXPECT_EQ(measured.calls, 5);
   EXPECT_DOUBLE_EQ(measured.elapsed_s, 0.8);
   EXPECT_DOUBLE_EQ(measured.rows_per_s, 100);
-  EXPECT_DOUBLE_EQ(measured.least_rows_per_s, 20);
-  EXPECT_DOUBLE_EQ(measured.most_rows_per_s, 200);
+  EXPECT_DOUBLE_EQ(measured.min_rows_per_s, 20);
+  EXPECT_DOUBLE_EQ(measured.max_rows_per_s, 200);
   EXPECT_DOUBLE_EQ(measured.p50_ms, 100);
   EXPECT_FALSE(measured.p99_ms) << "5 calls have no slowest in a hundred";
 }
@@ -91,19 +91,19 @@ TEST(Measure, EndsWithTheFirstErrorAndWhenItIsStopped) {
   EXPECT_EQ(calls, 10);
 }
 
-TEST(Interruption, NotesTheFirstSignalAndGivesBackWhatWasThere) {
+TEST(InterruptHandler, RecordsTheFirstSignalAndRestoresThePreviousHandler) {
   static volatile std::sig_atomic_t seen = 0;
   const auto before = std::signal(SIGINT, [](int) { seen = seen + 1; });
   {
-    const Interruption interruption;
-    EXPECT_FALSE(interruption.came());
+    const InterruptHandler interrupts;
+    EXPECT_FALSE(interrupts.signalled());
     std::raise(SIGINT);
-    EXPECT_TRUE(interruption.came());
+    EXPECT_TRUE(interrupts.signalled());
     EXPECT_EQ(seen, 0);
   }
   std::raise(SIGINT);
   EXPECT_EQ(seen, 1);
-  EXPECT_FALSE(Interruption().came()) << "each begins anew";
+  EXPECT_FALSE(InterruptHandler().signalled()) << "each begins anew";
   std::signal(SIGINT, before);
 }
 
@@ -111,35 +111,35 @@ TEST(Random, DrawsTheSameEverywhereWithinTheRegion) {
   Random random(42), again(42);
   // The first number of mt19937_64 with seed 42, which the standard defines, is
   // 13930160852258120406.
-  EXPECT_EQ(random.Between(0, 1), static_cast<double>(13930160852258120406ULL >> 11) * 0x1p-53);
-  again.Between(0, 1);
+  EXPECT_EQ(random.Uniform(0, 1), static_cast<double>(13930160852258120406ULL >> 11) * 0x1p-53);
+  again.Uniform(0, 1);
   for (int i = 0; i < 1000; ++i) {
-    const client::PoseRow pose = random.PoseIn(kBenchRegion);
-    EXPECT_EQ(pose, again.PoseIn(kBenchRegion));
+    const client::PoseRow pose = random.RandomPose(kBenchRegion);
+    EXPECT_EQ(pose, again.RandomPose(kBenchRegion));
     for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_GE(pose[k], kBenchRegion.least[k]);
-      EXPECT_LE(pose[k], kBenchRegion.most[k]);
+      EXPECT_GE(pose[k], kBenchRegion.min[k]);
+      EXPECT_LE(pose[k], kBenchRegion.max[k]);
     }
     EXPECT_NEAR(std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6])), 1, 1e-14);
   }
 }
 
-TEST(OwnWorldName, IsNewEachTime) {
-  EXPECT_THAT(OwnWorldName(), ::testing::MatchesRegex("cwm-bench-[0-9]+-[0-9a-f]{8}"));
-  EXPECT_NE(OwnWorldName(), OwnWorldName());
+TEST(TemporaryWorldName, IsNewEachTime) {
+  EXPECT_THAT(TemporaryWorldName(), ::testing::MatchesRegex("cwm-bench-[0-9]+-[0-9a-f]{8}"));
+  EXPECT_NE(TemporaryWorldName(), TemporaryWorldName());
 }
 
-TEST(Questions, HaveTheRowsThatTheySay) {
-  const AskedWorld world{.name = "kitchen"};
-  const Question checks = BodyChecks(world, 5);
+TEST(BenchQueries, HaveTheRowsThatTheySay) {
+  const QueriedWorld world{.name = "kitchen"};
+  const BenchQuery checks = BodyChecks(world, 5);
   EXPECT_EQ(checks.request.check_collisions().world(), "kitchen");
   EXPECT_EQ(checks.request.check_collisions().subject().shapes().x_world_body().data().size(),
             sizeof(double) * 5 * 7);
-  const Question points = SampledPoints(world, 5);
+  const BenchQuery points = SampledPoints(world, 5);
   EXPECT_EQ(points.request.sample_points().points().data().size(), sizeof(double) * 5 * 3);
 }
 
-TEST(Questions, DrawStatesWithinTheLimitsOfARobot) {
+TEST(BenchQueries, DrawStatesWithinTheLimitsOfARobot) {
   pb::Robot robot;
   robot.set_name("arm");
   pb::RobotVariable& narrow = *robot.add_variables();
@@ -150,7 +150,7 @@ TEST(Questions, DrawStatesWithinTheLimitsOfARobot) {
   robot.add_variables()->set_joint_kind(pb::JOINT_KIND_FLOATING);
   for (const double value : {0.25, 0.0, 0.6}) robot.add_state(value);
   constexpr std::size_t kRows = 100;
-  const Question states = RobotStates({.name = "w"}, robot, static_cast<int>(kRows));
+  const BenchQuery states = RobotStates({.name = "w"}, robot, static_cast<int>(kRows));
   const std::string& data = states.request.check_collisions().subject().robot().rows().data();
   std::array<double, kRows* 3> numbers = {};
   ASSERT_EQ(data.size(), sizeof(numbers));
@@ -185,10 +185,10 @@ BenchReport SomeReport() {
   report.cores = 2;
   report.world = "cwm-bench-1";
   report.object_count = 30;
-  BenchLine line{.of = "distances", .through = "unary", .unit = "rows", .rows_per_call = 1000};
+  BenchLine line{.name = "distances", .method = "unary", .unit = "rows", .rows_per_call = 1000};
   line.measured = Summarize({{.call_s = {0.004}, .elapsed_s = 0.004}}, 1000);
   report.lines.push_back(line);
-  line.through = "stream";
+  line.method = "stream";
   line.work_share = 0.75;
   line.measured.client_cpu = 0.2;
   report.lines.push_back(line);
@@ -216,7 +216,7 @@ TEST(BenchReport, KnowsNothingOfTheCoresOfAnotherMachine) {
 }
 
 TEST(BenchReport, HasTheSameInJson) {
-  const auto json = ToJson(SomeReport());
+  const auto json = BenchReportToJson(SomeReport());
   EXPECT_EQ(json.at("transport"), "Unix socket");
   EXPECT_EQ(json.at("measurements").size(), 2u);
   EXPECT_EQ(json.at("measurements")[0].at("rows_per_s"), 250'000);

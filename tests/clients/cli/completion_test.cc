@@ -67,9 +67,9 @@ TEST(Completion, OffersNamesWhereNamesAreMeant) {
   get->add_option("NAME", names);
   std::string robot;
   get->add_option("--robot", robot)->type_name("NAME");
-  const NameSource known = [](Named what) {
-    return what == Named::kRobot ? std::vector<std::string>{"panda"}
-                                 : std::vector<std::string>{"mug", "plate"};
+  const NameSource known = [](NameKind kind) {
+    return kind == NameKind::kRobot ? std::vector<std::string>{"panda"}
+                                    : std::vector<std::string>{"mug", "plate"};
   };
   const auto first = CandidatesFor(app, {"get", "m"}, known);
   ASSERT_EQ(first.size(), 1u);
@@ -85,9 +85,9 @@ TEST(Completion, KnowsTheOptionsThatAreGiven) {
   CLI::App app;
   std::string world;
   app.add_option("-w,--world", world);
-  EXPECT_EQ(ValueGiven(app, {"-w", "kitchen", "get", ""}, "--world"), "kitchen");
-  EXPECT_EQ(ValueGiven(app, {"get", "--world", "kitchen", ""}, "--world"), "kitchen");
-  EXPECT_EQ(ValueGiven(app, {"get", "--world", "kit"}, "--world"), "") << "being typed";
+  EXPECT_EQ(OptionValue(app, {"-w", "kitchen", "get", ""}, "--world"), "kitchen");
+  EXPECT_EQ(OptionValue(app, {"get", "--world", "kitchen", ""}, "--world"), "kitchen");
+  EXPECT_EQ(OptionValue(app, {"get", "--world", "kit"}, "--world"), "") << "being typed";
 }
 
 TEST(Completion, HasAScriptForThreeShells) {

@@ -57,7 +57,7 @@ TEST(ReportError, SaysWhatWhyAndWhatToDoNext) {
   packed.mutable_details(0)->set_value(info.SerializeAsString());
   packed.add_details()->set_type_url("type.googleapis.com/google.rpc.BadRequest");
   packed.mutable_details(1)->set_value(request.SerializeAsString());
-  const std::string report = Report(client::FromGrpc(
+  const std::string report = Report(client::StatusFromGrpc(
       grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "refused", packed.SerializeAsString())));
   EXPECT_EQ(report,
             "cwm: bad input: refused\n"

@@ -27,22 +27,22 @@ TEST(Table, AlignsColumnsAndLeavesEmptyOnesOut) {
 }
 
 TEST(Quantity, CarriesItsUnit) {
-  EXPECT_EQ(Length(0.0352), "35.2 mm");
-  EXPECT_EQ(Length(-0.00000001), "0.0 mm");
-  EXPECT_EQ(Length(1.25), "1.250 m");
-  EXPECT_EQ(Percent(0.975), "97.5 %");
+  EXPECT_EQ(FormatLength(0.0352), "35.2 mm");
+  EXPECT_EQ(FormatLength(-0.00000001), "0.0 mm");
+  EXPECT_EQ(FormatLength(1.25), "1.250 m");
+  EXPECT_EQ(FormatPercent(0.975), "97.5 %");
   cwm::v1::Box box;
   box.set_size_x_m(0.066);
   box.set_size_y_m(0.066);
   box.set_size_z_m(0.101);
-  EXPECT_EQ(Size(box), "66 x 66 x 101 mm");
+  EXPECT_EQ(FormatSize(box), "66 x 66 x 101 mm");
   cwm::v1::Pose pose;
   pose.set_tx_m(1);
   pose.set_qw(1);
-  EXPECT_EQ(PoseText(pose), "1.000 0.000 0.000 m");
+  EXPECT_EQ(FormatPose(pose), "1.000 0.000 0.000 m");
   pose.set_qz(-std::sqrt(0.5));
   pose.set_qw(-std::sqrt(0.5));
-  EXPECT_EQ(PoseText(pose), "1.000 0.000 0.000 m, 90.0 deg about 0.000 0.000 1.000");
+  EXPECT_EQ(FormatPose(pose), "1.000 0.000 0.000 m, 90.0 deg about 0.000 0.000 1.000");
 }
 
 TEST(EnumNames, DropTheirPrefix) {
@@ -78,7 +78,7 @@ TEST(ObjectTable, ShowsShapeQualitySizeSupportAndCoefficients) {
 TEST(MessageJson, PrintsDefaultsInSnakeCase) {
   cwm::v1::ListObjectsResponse response;
   response.set_revision(7);
-  EXPECT_EQ(ToJson(response, JsonSpacing::kOneLine),
+  EXPECT_EQ(ToJson(response, JsonStyle::kOneLine),
             "{\"world_uid\":\"\",\"revision\":\"7\",\"objects\":[],\"next_page_token\":\"\"}");
 }
 
@@ -100,7 +100,7 @@ TEST(MeshFrames, TurnAndShiftVertices) {
   pose.set_qz(std::sqrt(0.5));
   pose.set_qw(std::sqrt(0.5));
   const formats::MeshFile mesh =
-      Transformed(pose, formats::MeshFile{.vertices = {{1, 2, 3}}, .triangles = {}});
+      TransformMesh(pose, formats::MeshFile{.vertices = {{1, 2, 3}}, .triangles = {}});
   constexpr double kRounding_m = 1e-14;
   EXPECT_NEAR(mesh.vertices[0][0], 8, kRounding_m);
   EXPECT_NEAR(mesh.vertices[0][1], 1, kRounding_m);

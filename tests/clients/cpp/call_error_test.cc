@@ -29,7 +29,7 @@ TEST(CallError, KeepsCodeMessageReasonFieldsAndRetry) {
   Pack(request, "BadRequest", packed);
   Pack(retry, "RetryInfo", packed);
 
-  const absl::Status status = FromGrpc(
+  const absl::Status status = StatusFromGrpc(
       grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "busy", packed.SerializeAsString()));
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(status.message(), "busy");
@@ -43,9 +43,10 @@ TEST(CallError, KeepsCodeMessageReasonFieldsAndRetry) {
 }
 
 TEST(CallError, LivesWithoutAndWithBrokenDetails) {
-  EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
-  EXPECT_EQ(DetailsOf(FromGrpc(grpc::Status(grpc::StatusCode::NOT_FOUND, "x"))).reason, "");
-  const auto broken = FromGrpc(grpc::Status(grpc::StatusCode::NOT_FOUND, "x", "\xff\xff\xff"));
+  EXPECT_TRUE(StatusFromGrpc(grpc::Status::OK).ok());
+  EXPECT_EQ(DetailsOf(StatusFromGrpc(grpc::Status(grpc::StatusCode::NOT_FOUND, "x"))).reason, "");
+  const auto broken =
+      StatusFromGrpc(grpc::Status(grpc::StatusCode::NOT_FOUND, "x", "\xff\xff\xff"));
   EXPECT_EQ(DetailsOf(broken).reason, "");
   EXPECT_EQ(broken.code(), absl::StatusCode::kNotFound);
 }

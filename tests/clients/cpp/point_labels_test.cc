@@ -17,13 +17,13 @@ TEST(PointLabels, AreThoseOfTheScheme) {
 TEST(PointLabels, LetTheTenthSupportShareTheNinthsLabel) { EXPECT_EQ(SupportLabel(9), 9U); }
 
 TEST(PointLabels, LeadBackToTheirOwners) {
-  EXPECT_EQ(OwnerOf(0), PointOwner());
+  EXPECT_EQ(PointOwnerOf(0), PointOwner());
   for (int i = 0; i < 9; ++i) {
-    EXPECT_EQ(OwnerOf(SupportLabel(i)), (PointOwner{.kind = Kind::kSupport, .index = i}));
+    EXPECT_EQ(PointOwnerOf(SupportLabel(i)), (PointOwner{.kind = Kind::kSupport, .index = i}));
   }
   for (int i = 0; i < 100; ++i) {
     for (int part = 0; part < 10; ++part) {
-      EXPECT_EQ(OwnerOf(ObjectLabel(i) + static_cast<std::uint32_t>(part)),
+      EXPECT_EQ(PointOwnerOf(ObjectLabel(i) + static_cast<std::uint32_t>(part)),
                 (PointOwner{.kind = Kind::kObject, .index = i, .part = part}));
     }
   }
@@ -31,7 +31,7 @@ TEST(PointLabels, LeadBackToTheirOwners) {
 
 TEST(PointLabels, ThatNoScanGivesAreNobodys) {
   for (std::uint32_t label = 10; label < 20; ++label) {
-    EXPECT_EQ(OwnerOf(label).kind, Kind::kNobody) << label;
+    EXPECT_EQ(PointOwnerOf(label).kind, Kind::kNone) << label;
   }
 }
 

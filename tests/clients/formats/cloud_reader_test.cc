@@ -28,11 +28,11 @@ TEST(ReadCloud, TellsFormatsApartByTheirContent) {
 }
 
 TEST(ParseCloud, TellsPointsInTextFromOtherText) {
-  EXPECT_EQ(CloudFormatOf("# made by hand\n0.1, 0.2, 0.3\n"), CloudFormat::kXyz);
-  EXPECT_EQ(CloudFormatOf("# .PCD v0.7\n"), CloudFormat::kPcd);
-  EXPECT_EQ(CloudFormatOf("\x93NUMPY\x01"), CloudFormat::kNpy);
-  EXPECT_EQ(CloudFormatOf("ply\n"), CloudFormat::kPly);
-  EXPECT_EQ(CloudFormatOf("name: shelf\n"), std::nullopt);
+  EXPECT_EQ(DetectCloudFormat("# made by hand\n0.1, 0.2, 0.3\n"), CloudFormat::kXyz);
+  EXPECT_EQ(DetectCloudFormat("# .PCD v0.7\n"), CloudFormat::kPcd);
+  EXPECT_EQ(DetectCloudFormat("\x93NUMPY\x01"), CloudFormat::kNpy);
+  EXPECT_EQ(DetectCloudFormat("ply\n"), CloudFormat::kPly);
+  EXPECT_EQ(DetectCloudFormat("name: shelf\n"), std::nullopt);
   EXPECT_EQ(ParseCloud("1 2 3\n", "a.pcd")->size(), 1);
 }
 

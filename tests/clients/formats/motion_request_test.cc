@@ -48,10 +48,10 @@ TEST(MotionRequest, NeedsNothingButAGoal) {
 }
 
 TEST(MotionRequest, RefusesLiesByFieldValueAndRule) {
-  struct Lie {
+  struct InvalidFile {
     std::string from, to, field, rule;
   };
-  const std::vector<Lie> lies = {
+  const std::vector<InvalidFile> invalid_files = {
       {"position: 1.5", "position: up", "goal_constraints[0].joint_constraints[0].position is up",
        "number"},
       {"position: 1.5", "position: .nan", "goal_constraints[0].joint_constraints[0].position",
@@ -75,13 +75,13 @@ TEST(MotionRequest, RefusesLiesByFieldValueAndRule) {
        "path_constraints.orientation_constraints", "joints alone"},
       {"group_name: arm", "group_name: [", "YAML", ""},
   };
-  for (const Lie& lie : lies) {
+  for (const InvalidFile& invalid : invalid_files) {
     std::string text = kRequest;
-    text.replace(text.find(lie.from), lie.from.size(), lie.to);
+    text.replace(text.find(invalid.from), invalid.from.size(), invalid.to);
     const auto request = ParseMotionRequest(text, "r.yaml");
-    ASSERT_FALSE(request.ok()) << lie.to;
+    ASSERT_FALSE(request.ok()) << invalid.to;
     EXPECT_THAT(std::string(request.status().message()),
-                AllOf(HasSubstr("r.yaml: " + lie.field), HasSubstr(lie.rule)));
+                AllOf(HasSubstr("r.yaml: " + invalid.field), HasSubstr(invalid.rule)));
   }
 }
 

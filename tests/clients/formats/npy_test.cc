@@ -7,7 +7,7 @@
 #include <string>
 
 #include "clients/formats/file_bytes.h"
-#include "tests/clients/formats/lie.h"
+#include "tests/clients/formats/invalid_file.h"
 #include "tests/support/process.h"
 
 namespace cwm::formats {
@@ -59,7 +59,7 @@ class NumpyFile : public ::testing::Test {
   // Saves the array that the Python expression evaluates to.
   absl::StatusOr<CloudFile> Saved(const std::string& expression) const {
     const std::string file = scratch_ / "points.npy";
-    const testing::Finished run = testing::RunProgram(
+    const testing::ProcessResult run = testing::RunProgram(
         {"/usr/bin/python3", "-c",
          "import numpy as np, sys\na = np.arange(12.0).reshape(4, 3) / 8\n"
          "s = np.zeros(2, np.dtype([('label', 'u1'), ('x', '>f4'), ('y', '<f8'), ('z', '<i2'),"
@@ -128,7 +128,7 @@ TEST_F(NumpyFile, OfAnythingElseIsRefused) {
   EXPECT_THAT(refusal("s.reshape(2, 1, 1)"), HasSubstr("shape is (2, 1, 1), must be (N,)"));
 }
 
-class HostileNpy : public ::testing::TestWithParam<Lie> {};
+class HostileNpy : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostileNpy, IsRefusedNamingFileFieldAndRule) {
   ExpectRefusal(ParseNpy(GetParam().text, "hostile.npy").status(), "hostile.npy", GetParam());
@@ -141,55 +141,64 @@ std::string Structure(const std::string& members) {
 const char kXyzMembers[] = "('x', '<f4'), ('y', '<f4'), ('z', '<f4')";
 
 INSTANTIATE_TEST_SUITE_P(
-    Lies, HostileNpy,
+    InvalidFiles, HostileNpy,
     ::testing::Values(
-        Lie{"Magic", "\x93NUMPX", "first bytes is ?NUMPX", "must be \\x93NUMPY"},
-        Lie{"Version", Npy(Dictionary("'<f4'", "(2, 3)"), kTwo, 4), "version is 4", "1, 2 or 3"},
-        Lie{"HeaderLongerThanTheFile", std::string("\x93NUMPY\x02\x00\xff\xff\xff\xff{}", 14),
-            "length of the header is 4294967295", "no more than the file of 14 bytes"},
-        Lie{"MorePointsThanData", Plain("(1000000000, 3)"), "shape is (1000000000, 3)",
-            "are not the 24 bytes that there are"},
-        Lie{"FewerPointsThanData", Plain("(1, 3)"), "shape is (1, 3)",
-            "1 points of 12 bytes are not the 24 bytes"},
-        Lie{"HalfAPoint", Npy(Dictionary("'<f4'", "(2, 3)"), kTwo + "x"), "shape is (2, 3)",
-            "not the 25 bytes"},
-        Lie{"ProductThatOverflows", Plain("(4294967296, 4294967296, 3)"),
-            "shape is (4294967296, 4294967296, 3)", "must be at most 2147483647 points a side"},
-        Lie{"ShapeBeyondNumbers", Plain("(99999999999999999999, 3)"), "header at byte",
-            "a number from 0 to"},
-        Lie{"NegativeShape", Plain("(-2, 3)"), "is -2, 3)", "a number from 0 to"},
-        Lie{"NoShape", Npy("{'descr': '<f4', 'fortran_order': False}", kTwo), "header at byte",
-            "the keys descr, fortran_order and shape"},
-        Lie{"KeyTwice", Npy("{'shape': (2, 3), 'shape': (2, 3)}", kTwo), "header at byte",
-            "have each key once"},
-        Lie{"OtherKey", Npy("{'strides': (-12, 4)}", kTwo), "header at byte",
-            "the keys descr, fortran_order and shape alone"},
-        Lie{"CodeInTheHeader", Npy("__import__('os')", kTwo), "is __import__(", "must have { here"},
-        Lie{"CodeForAShape", Plain("(2, int('3'))"), "is int('3'))", "a number from 0 to"},
-        Lie{"MoreAfterIt", Npy(Dictionary("'<f4'", "(2, 3)") + ", 1", kTwo), "header at byte",
-            "end with the dictionary"},
-        Lie{"StringWithoutEnd", Npy("{'descr", kTwo), "header at byte", "must end its string"},
-        Lie{"NeitherTruth", Npy(Dictionary("'<f4'", "(2, 3)", "Maybe"), kTwo), "is Maybe",
-            "True or False"},
-        Lie{"EmptyType", Npy(Dictionary("''", "(2, 3)"), kTwo), "header at byte", "name a type"},
-        Lie{"NoMembers", Structure(""), "descr", "must be <f4, <f8"},
-        Lie{"NativeOrder", Npy(Dictionary("'=f4'", "(2, 3)"), kTwo), "descr is =f4", "must be <f4"},
-        Lie{"ObjectMember", Structure(std::string(kXyzMembers) + ", ('o', '|O')"),
-            "type of member \"o\" is |O", "objects are pickled"},
-        Lie{"TextMember", Structure(std::string(kXyzMembers) + ", ('s', '<U8')"),
-            "type of member \"s\" is <U8", "must be an integer or float"},
-        Lie{"MemberTwice", Structure(std::string(kXyzMembers) + ", ('x', '<f4')"), "member is x",
-            "must not appear twice"},
-        Lie{"StructureInAStructure", Structure("('p', [('x', '<f4')])"), "header at byte",
-            "not a structure in a structure"},
-        Lie{"HugeSubarray", Structure(std::string(kXyzMembers) + ", ('d', '<f4', (65536, 65536))"),
-            "shape of member d is (65536, 65536)", "1 to 65536 numbers"},
-        Lie{"WidePoint", Structure(std::string(kXyzMembers) + ", ('d', '<f8', (65536,))"),
-            "type of member \"d\"", "must end within 65536"},
-        Lie{"EmptySubarray", Structure(std::string(kXyzMembers) + ", ('d', '<f4', (0,))"),
-            "shape of member d is (0)", "1 to 65536 numbers"},
-        Lie{"OddName", Structure("('a b', '<f4')"), "name of a member is \"a b\"", "letters"}),
-    [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
+        InvalidFile{"Magic", "\x93NUMPX", "first bytes is ?NUMPX", "must be \\x93NUMPY"},
+        InvalidFile{"Version", Npy(Dictionary("'<f4'", "(2, 3)"), kTwo, 4), "version is 4",
+                    "1, 2 or 3"},
+        InvalidFile{"HeaderLongerThanTheFile",
+                    std::string("\x93NUMPY\x02\x00\xff\xff\xff\xff{}", 14),
+                    "length of the header is 4294967295", "no more than the file of 14 bytes"},
+        InvalidFile{"MorePointsThanData", Plain("(1000000000, 3)"), "shape is (1000000000, 3)",
+                    "are not the 24 bytes that there are"},
+        InvalidFile{"FewerPointsThanData", Plain("(1, 3)"), "shape is (1, 3)",
+                    "1 points of 12 bytes are not the 24 bytes"},
+        InvalidFile{"HalfAPoint", Npy(Dictionary("'<f4'", "(2, 3)"), kTwo + "x"), "shape is (2, 3)",
+                    "not the 25 bytes"},
+        InvalidFile{"ProductThatOverflows", Plain("(4294967296, 4294967296, 3)"),
+                    "shape is (4294967296, 4294967296, 3)",
+                    "must be at most 2147483647 points a side"},
+        InvalidFile{"ShapeBeyondNumbers", Plain("(99999999999999999999, 3)"), "header at byte",
+                    "a number from 0 to"},
+        InvalidFile{"NegativeShape", Plain("(-2, 3)"), "is -2, 3)", "a number from 0 to"},
+        InvalidFile{"NoShape", Npy("{'descr': '<f4', 'fortran_order': False}", kTwo),
+                    "header at byte", "the keys descr, fortran_order and shape"},
+        InvalidFile{"KeyTwice", Npy("{'shape': (2, 3), 'shape': (2, 3)}", kTwo), "header at byte",
+                    "have each key once"},
+        InvalidFile{"OtherKey", Npy("{'strides': (-12, 4)}", kTwo), "header at byte",
+                    "the keys descr, fortran_order and shape alone"},
+        InvalidFile{"CodeInTheHeader", Npy("__import__('os')", kTwo), "is __import__(",
+                    "must have { here"},
+        InvalidFile{"CodeForAShape", Plain("(2, int('3'))"), "is int('3'))", "a number from 0 to"},
+        InvalidFile{"MoreAfterIt", Npy(Dictionary("'<f4'", "(2, 3)") + ", 1", kTwo),
+                    "header at byte", "end with the dictionary"},
+        InvalidFile{"StringWithoutEnd", Npy("{'descr", kTwo), "header at byte",
+                    "must end its string"},
+        InvalidFile{"NeitherTruth", Npy(Dictionary("'<f4'", "(2, 3)", "Maybe"), kTwo), "is Maybe",
+                    "True or False"},
+        InvalidFile{"EmptyType", Npy(Dictionary("''", "(2, 3)"), kTwo), "header at byte",
+                    "name a type"},
+        InvalidFile{"NoMembers", Structure(""), "descr", "must be <f4, <f8"},
+        InvalidFile{"NativeOrder", Npy(Dictionary("'=f4'", "(2, 3)"), kTwo), "descr is =f4",
+                    "must be <f4"},
+        InvalidFile{"ObjectMember", Structure(std::string(kXyzMembers) + ", ('o', '|O')"),
+                    "type of member \"o\" is |O", "objects are pickled"},
+        InvalidFile{"TextMember", Structure(std::string(kXyzMembers) + ", ('s', '<U8')"),
+                    "type of member \"s\" is <U8", "must be an integer or float"},
+        InvalidFile{"MemberTwice", Structure(std::string(kXyzMembers) + ", ('x', '<f4')"),
+                    "member is x", "must not appear twice"},
+        InvalidFile{"StructureInAStructure", Structure("('p', [('x', '<f4')])"), "header at byte",
+                    "not a structure in a structure"},
+        InvalidFile{"HugeSubarray",
+                    Structure(std::string(kXyzMembers) + ", ('d', '<f4', (65536, 65536))"),
+                    "shape of member d is (65536, 65536)", "1 to 65536 numbers"},
+        InvalidFile{"WidePoint", Structure(std::string(kXyzMembers) + ", ('d', '<f8', (65536,))"),
+                    "type of member \"d\"", "must end within 65536"},
+        InvalidFile{"EmptySubarray", Structure(std::string(kXyzMembers) + ", ('d', '<f4', (0,))"),
+                    "shape of member d is (0)", "1 to 65536 numbers"},
+        InvalidFile{"OddName", Structure("('a b', '<f4')"), "name of a member is \"a b\"",
+                    "letters"}),
+    [](const ::testing::TestParamInfo<InvalidFile>& info) { return std::string(info.param.name); });
 
 TEST(Npy, FailsCleanlyWhenCutAtAnyByte) {
   for (const std::string& whole : {Plain("(2, 3)"), Structure(kXyzMembers)}) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/clients/formats/lie.h"
+#include "tests/clients/formats/invalid_file.h"
 
 namespace cwm::formats {
 namespace {
@@ -54,7 +54,7 @@ CloudFile EveryType() {
     cloud.fields.push_back({.name = std::string(NameOf(type)), .type = type});
   }
   cloud.fields.push_back({.name = "histogram", .type = Scalar::kF32, .count = 33});
-  cloud.point_step = LayOut(cloud.fields);
+  cloud.point_step = AssignOffsets(cloud.fields);
   cloud.width = 7;
   cloud.height = 3;
   cloud.viewpoint = {0.1, -2, 1.0 / 3, 0.5, 0.5, 0.5, 0.5};
@@ -155,7 +155,7 @@ TEST(Pcd, NeverCrashesOnAFlippedByte) {
   }
 }
 
-class HostilePcd : public ::testing::TestWithParam<Lie> {};
+class HostilePcd : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostilePcd, IsRefusedNamingFileFieldAndRule) {
   ExpectRefusal(ParsePcd(GetParam().text, "hostile.pcd").status(), "hostile.pcd", GetParam());
@@ -166,81 +166,91 @@ std::string Three(const std::string& extent, const std::string& data = "ascii\n1
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Lies, HostilePcd,
+    InvalidFiles, HostilePcd,
     ::testing::Values(
-        Lie{"Magic", "PNG\r\n\x1a", "first line is PNG", "must start with"},
-        Lie{"Empty", "", "first line", "must start with"},
-        Lie{"Version", "VERSION 0.5\nDATA ascii\n", "VERSION is 0.5", "must be 0.7"},
-        Lie{"UnknownEntry", "VERSION 0.7\nCOLUMNS x\nDATA ascii\n", "COLUMNS", "is not one of"},
-        Lie{"TwoWidths", Three("WIDTH 1\nWIDTH 1\nHEIGHT 1"), "WIDTH", "appears twice"},
-        Lie{"NoFields", "VERSION 0.7\nWIDTH 1\nHEIGHT 1\nDATA ascii\n", "FIELDS", "is missing"},
-        Lie{"NoData", "VERSION 0.7\nFIELDS x\n", "DATA", "is missing"},
-        Lie{"NegativeWidth", Three("WIDTH -3\nHEIGHT 1"), "WIDTH is -3", "must be an integer"},
-        Lie{"NegativeHeight", Three("WIDTH 1\nHEIGHT -1"), "HEIGHT is -1", "must be an integer"},
-        Lie{"FractionalWidth", Three("WIDTH 1.5\nHEIGHT 1"), "WIDTH is 1.5", "must be an integer"},
-        Lie{"WidthOutOfRange", Three("WIDTH 99999999999999999999\nHEIGHT 1"), "WIDTH is 9999",
-            "must be an integer from 0"},
-        Lie{"ExtentOverflow", Three("WIDTH 2147483647\nHEIGHT 2147483647", "binary\n"),
-            "POINTS is 4611686014132420609", "must be what the data holds"},
-        Lie{"CountLargerThanData", Three("WIDTH 2\nHEIGHT 1\nPOINTS 2"), "POINTS is 2",
-            "must be what the data holds"},
-        Lie{"CountSmallerThanData", Three("WIDTH 1\nHEIGHT 1", "ascii\n1 2 3\n4 5 6"),
-            "POINTS is 1", "more data after the last point"},
-        Lie{"PointsNotTheProduct", Three("WIDTH 1\nHEIGHT 1\nPOINTS 5"), "POINTS is 5",
-            "must be WIDTH x HEIGHT, 1"},
-        Lie{"NegativePoints", Three("WIDTH 1\nHEIGHT 1\nPOINTS -1"), "POINTS is -1",
-            "must be an integer"},
-        Lie{"UnknownType",
-            Header("FIELDS x\nSIZE 4\nTYPE Q\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
-            "field x is Q 4", "must be I or U"},
-        Lie{"UnknownSize",
-            Header("FIELDS x\nSIZE 3\nTYPE F\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
-            "field x is F 3", "F with 4 or 8"},
-        Lie{"NegativeSize",
-            Header("FIELDS x\nSIZE -4\nTYPE F\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
-            "field x is F -4", "F with 4 or 8"},
-        Lie{"NegativeCount",
-            Header("FIELDS x\nSIZE 4\nTYPE F\nCOUNT -1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
-            "COUNT of field x is -1", "must be an integer from 1"},
-        Lie{"AbsurdCount",
-            Header("FIELDS x y\nSIZE 8 8\nTYPE F F\nCOUNT 65536 65536", "WIDTH 1\nHEIGHT 1",
-                   "binary\n"),
-            "size of a point is 1048576 bytes", "must be at most"},
-        Lie{"FewerTypesThanFields",
+        InvalidFile{"Magic", "PNG\r\n\x1a", "first line is PNG", "must start with"},
+        InvalidFile{"Empty", "", "first line", "must start with"},
+        InvalidFile{"Version", "VERSION 0.5\nDATA ascii\n", "VERSION is 0.5", "must be 0.7"},
+        InvalidFile{"UnknownEntry", "VERSION 0.7\nCOLUMNS x\nDATA ascii\n", "COLUMNS",
+                    "is not one of"},
+        InvalidFile{"TwoWidths", Three("WIDTH 1\nWIDTH 1\nHEIGHT 1"), "WIDTH", "appears twice"},
+        InvalidFile{"NoFields", "VERSION 0.7\nWIDTH 1\nHEIGHT 1\nDATA ascii\n", "FIELDS",
+                    "is missing"},
+        InvalidFile{"NoData", "VERSION 0.7\nFIELDS x\n", "DATA", "is missing"},
+        InvalidFile{"NegativeWidth", Three("WIDTH -3\nHEIGHT 1"), "WIDTH is -3",
+                    "must be an integer"},
+        InvalidFile{"NegativeHeight", Three("WIDTH 1\nHEIGHT -1"), "HEIGHT is -1",
+                    "must be an integer"},
+        InvalidFile{"FractionalWidth", Three("WIDTH 1.5\nHEIGHT 1"), "WIDTH is 1.5",
+                    "must be an integer"},
+        InvalidFile{"WidthOutOfRange", Three("WIDTH 99999999999999999999\nHEIGHT 1"),
+                    "WIDTH is 9999", "must be an integer from 0"},
+        InvalidFile{"ExtentOverflow", Three("WIDTH 2147483647\nHEIGHT 2147483647", "binary\n"),
+                    "POINTS is 4611686014132420609", "must be what the data holds"},
+        InvalidFile{"CountLargerThanData", Three("WIDTH 2\nHEIGHT 1\nPOINTS 2"), "POINTS is 2",
+                    "must be what the data holds"},
+        InvalidFile{"CountSmallerThanData", Three("WIDTH 1\nHEIGHT 1", "ascii\n1 2 3\n4 5 6"),
+                    "POINTS is 1", "more data after the last point"},
+        InvalidFile{"PointsNotTheProduct", Three("WIDTH 1\nHEIGHT 1\nPOINTS 5"), "POINTS is 5",
+                    "must be WIDTH x HEIGHT, 1"},
+        InvalidFile{"NegativePoints", Three("WIDTH 1\nHEIGHT 1\nPOINTS -1"), "POINTS is -1",
+                    "must be an integer"},
+        InvalidFile{"UnknownType",
+                    Header("FIELDS x\nSIZE 4\nTYPE Q\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
+                    "field x is Q 4", "must be I or U"},
+        InvalidFile{"UnknownSize",
+                    Header("FIELDS x\nSIZE 3\nTYPE F\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
+                    "field x is F 3", "F with 4 or 8"},
+        InvalidFile{"NegativeSize",
+                    Header("FIELDS x\nSIZE -4\nTYPE F\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
+                    "field x is F -4", "F with 4 or 8"},
+        InvalidFile{"NegativeCount",
+                    Header("FIELDS x\nSIZE 4\nTYPE F\nCOUNT -1", "WIDTH 1\nHEIGHT 1", "ascii\n1"),
+                    "COUNT of field x is -1", "must be an integer from 1"},
+        InvalidFile{"AbsurdCount",
+                    Header("FIELDS x y\nSIZE 8 8\nTYPE F F\nCOUNT 65536 65536", "WIDTH 1\nHEIGHT 1",
+                           "binary\n"),
+                    "size of a point is 1048576 bytes", "must be at most"},
+        InvalidFile{
+            "FewerTypesThanFields",
             Header("FIELDS x y\nSIZE 4 4\nTYPE F\nCOUNT 1 1", "WIDTH 1\nHEIGHT 1", "ascii\n1 2"),
             "number of TYPE entries is 1", "must be that of FIELDS, 2"},
-        Lie{"FieldTwice",
+        InvalidFile{
+            "FieldTwice",
             Header("FIELDS x x\nSIZE 4 4\nTYPE F F\nCOUNT 1 1", "WIDTH 1\nHEIGHT 1", "ascii\n1 2"),
             "FIELDS is x", "must not appear twice"},
-        Lie{"UnknownData", Three("WIDTH 1\nHEIGHT 1", "zip\n"), "DATA is zip", "must be ascii"},
-        Lie{"Viewpoint",
+        InvalidFile{"UnknownData", Three("WIDTH 1\nHEIGHT 1", "zip\n"), "DATA is zip",
+                    "must be ascii"},
+        InvalidFile{
+            "Viewpoint",
             "VERSION 0.7\nFIELDS x\nSIZE 4\nTYPE F\nWIDTH 0\nHEIGHT 1\nVIEWPOINT 0 0\nDATA ascii\n",
             "number of VIEWPOINT entries is 2", "must be 7"},
-        Lie{"TooFewValues", Three("WIDTH 1\nHEIGHT 1", "ascii\n1 2\n     \n"),
-            "number of values of point 0 is 2", "must be 3"},
-        Lie{"NotANumber", Three("WIDTH 1\nHEIGHT 1", "ascii\n1 2 3x"), "point 0 field z is 3x",
-            "must be of type float32"},
-        Lie{"IntegerOutOfRange",
-            Header("FIELDS x\nSIZE 1\nTYPE U\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n256"),
-            "point 0 field x is 256", "must be of type uint8"},
-        Lie{"NoCompressedSizes", Three("WIDTH 1\nHEIGHT 1", "binary_compressed\nabc"), "data",
-            "two sizes of four bytes"},
-        Lie{"CompressedSizeLies",
-            Three("WIDTH 1\nHEIGHT 1", "binary_compressed") +
-                Bytes<std::uint32_t>({4000000000u, 12}),
-            "compressed size is 4000000000", "0 bytes are left"},
-        Lie{"UncompressedSizeLies",
+        InvalidFile{"TooFewValues", Three("WIDTH 1\nHEIGHT 1", "ascii\n1 2\n     \n"),
+                    "number of values of point 0 is 2", "must be 3"},
+        InvalidFile{"NotANumber", Three("WIDTH 1\nHEIGHT 1", "ascii\n1 2 3x"),
+                    "point 0 field z is 3x", "must be of type float32"},
+        InvalidFile{"IntegerOutOfRange",
+                    Header("FIELDS x\nSIZE 1\nTYPE U\nCOUNT 1", "WIDTH 1\nHEIGHT 1", "ascii\n256"),
+                    "point 0 field x is 256", "must be of type uint8"},
+        InvalidFile{"NoCompressedSizes", Three("WIDTH 1\nHEIGHT 1", "binary_compressed\nabc"),
+                    "data", "two sizes of four bytes"},
+        InvalidFile{"CompressedSizeLies",
+                    Three("WIDTH 1\nHEIGHT 1", "binary_compressed") +
+                        Bytes<std::uint32_t>({4000000000u, 12}),
+                    "compressed size is 4000000000", "0 bytes are left"},
+        InvalidFile{
+            "UncompressedSizeLies",
             Three("WIDTH 1\nHEIGHT 1", "binary_compressed") + Bytes<std::uint32_t>({2, 13}) + "ab",
             "uncompressed size is 13", "1 x 12 bytes"},
-        Lie{"ExpandsTooMuch",
-            Three("WIDTH 300000000\nHEIGHT 1", "binary_compressed") +
-                Bytes<std::uint32_t>({2, 3600000000u}) + "ab",
-            "compressed data is 2 bytes", "must unpack to exactly 3600000000"},
-        Lie{"CopiesFromBeforeTheBegin",
-            Three("WIDTH 1\nHEIGHT 1", "binary_compressed") + Bytes<std::uint32_t>({3, 12}) +
-                "\xe0\x03\x05",
-            "compressed data", "must unpack to exactly 12"}),
-    [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
+        InvalidFile{"ExpandsTooMuch",
+                    Three("WIDTH 300000000\nHEIGHT 1", "binary_compressed") +
+                        Bytes<std::uint32_t>({2, 3600000000u}) + "ab",
+                    "compressed data is 2 bytes", "must unpack to exactly 3600000000"},
+        InvalidFile{"CopiesFromBeforeTheBegin",
+                    Three("WIDTH 1\nHEIGHT 1", "binary_compressed") +
+                        Bytes<std::uint32_t>({3, 12}) + "\xe0\x03\x05",
+                    "compressed data", "must unpack to exactly 12"}),
+    [](const ::testing::TestParamInfo<InvalidFile>& info) { return std::string(info.param.name); });
 
 TEST(CloudFile, ReplacesALabelInItsPlaceWhateverItsType) {
   const auto cloud =
@@ -254,7 +264,7 @@ TEST(CloudFile, ReplacesALabelInItsPlaceWhateverItsType) {
   EXPECT_EQ(At(labelled, 0, "label"), 70000);
   EXPECT_EQ(At(labelled, 1, "label"), 3);
   EXPECT_EQ(At(labelled, 1, "z"), 6);
-  EXPECT_EQ(Select(labelled, {"x", "y", "z"}).bytes, Bytes<float>({1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(SelectFields(labelled, {"x", "y", "z"}).bytes, Bytes<float>({1, 2, 3, 4, 5, 6}));
 }
 
 TEST(CloudFile, AppendsALabelWhereThereWasNone) {

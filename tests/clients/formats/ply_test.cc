@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string>
 
-#include "tests/clients/formats/lie.h"
+#include "tests/clients/formats/invalid_file.h"
 
 namespace cwm::formats {
 namespace {
@@ -112,7 +112,7 @@ TEST(Ply, FailsCleanlyWhenCutAtAnyByte) {
   }
 }
 
-class HostilePly : public ::testing::TestWithParam<Lie> {};
+class HostilePly : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostilePly, IsRefusedNamingFileFieldAndRule) {
   ExpectRefusal(ParsePlyMesh(GetParam().text, "hostile.ply").status(), "hostile.ply", GetParam());
@@ -123,51 +123,57 @@ std::string Vertices(const std::string& count) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Lies, HostilePly,
+    InvalidFiles, HostilePly,
     ::testing::Values(
-        Lie{"Magic", "plx\n", "first line is plx", "must be \"ply\""},
-        Lie{"NoFormat", "ply\nelement vertex 0\nproperty float x\nend_header\n", "format",
-            "is missing"},
-        Lie{"UnknownFormat", Ply("middle_endian", Vertices("0"), ""), "format is middle_endian",
-            "must be, once, ascii"},
-        Lie{"NegativeCount", Ply("ascii", Vertices("-1"), ""), "count of element vertex is -1",
-            "at least 0"},
-        Lie{"CountOutOfRange", Ply("ascii", Vertices("99999999999999999999"), ""),
-            "count of element vertex is 9999", "must be an integer"},
-        Lie{"CountLargerThanData",
-            Ply("binary_little_endian", Vertices("1000000000000"), "123456789012"),
-            "count of element vertex is 1000000000000", "12 bytes are left"},
-        Lie{"TooMuchData", Square("3 0 1 2\n5 5"), "data is", "must end with the last element"},
-        Lie{"UnknownType", Ply("ascii", "element vertex 1\nproperty real x\n", "1"),
-            "property x is real", "must be one of PLY"},
-        Lie{"FloatCountsAList",
-            Ply("ascii", "element face 1\nproperty list float int vertex_indices\n", "1"),
-            "vertex_indices is float", "an integer where it counts"},
-        Lie{"PropertyTwice",
-            Ply("ascii", "element vertex 1\nproperty float x\nproperty float x\n", "1 2"),
-            "property is x", "must not appear twice"},
-        Lie{"PropertyWithoutElement", Ply("ascii", "property float x\n", ""), "property",
-            "must follow an element"},
-        Lie{"ElementWithoutProperty", Ply("ascii", "element vertex 1\n", "1"), "element vertex",
-            "at least one property"},
-        Lie{"NoZ", Ply("ascii", "element vertex 1\nproperty float x\nproperty float y\n", "1 2"),
-            "property z", "is missing"},
-        Lie{"NoVertices", Ply("ascii", "element other 1\nproperty float x\n", "1"),
-            "element vertex", "is missing"},
-        Lie{"ListInVertex", Ply("ascii", "element vertex 1\nproperty list uchar float x\n", "1 2"),
-            "property is x", "must not be a list"},
-        Lie{"NoFaces", Ply("ascii", Vertices("1"), "1 2 3"), "element face", "at least one face"},
-        Lie{"TwoCorners", Square("2 0 1"), "length of vertex_indices is 2", "at least 3"},
-        Lie{"LongFace", Square("200 0 1 2"), "length of vertex_indices is 200",
-            "no more than the data holds"},
-        Lie{"IndexTooLarge", Square("3 0 1 4"), "face corner 2 is 4", "one of 4 vertices"},
-        Lie{"NegativeIndex", Square("3 0 -1 2"), "face corner 1 is -1", "one of 4 vertices"},
-        Lie{"NotANumber", Square("3 0 one 2"), "face 0 property vertex_indices", "of type int32"},
-        Lie{"VertexNotFinite",
-            Ply("ascii", Vertices("3") + "element face 1\n" + kFace,
-                "0 0 0\n1 inf 0\n1 1 0\n3 0 1 2"),
-            "vertex 1 y", "must be a finite number"}),
-    [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
+        InvalidFile{"Magic", "plx\n", "first line is plx", "must be \"ply\""},
+        InvalidFile{"NoFormat", "ply\nelement vertex 0\nproperty float x\nend_header\n", "format",
+                    "is missing"},
+        InvalidFile{"UnknownFormat", Ply("middle_endian", Vertices("0"), ""),
+                    "format is middle_endian", "must be, once, ascii"},
+        InvalidFile{"NegativeCount", Ply("ascii", Vertices("-1"), ""),
+                    "count of element vertex is -1", "at least 0"},
+        InvalidFile{"CountOutOfRange", Ply("ascii", Vertices("99999999999999999999"), ""),
+                    "count of element vertex is 9999", "must be an integer"},
+        InvalidFile{"CountLargerThanData",
+                    Ply("binary_little_endian", Vertices("1000000000000"), "123456789012"),
+                    "count of element vertex is 1000000000000", "12 bytes are left"},
+        InvalidFile{"TooMuchData", Square("3 0 1 2\n5 5"), "data is",
+                    "must end with the last element"},
+        InvalidFile{"UnknownType", Ply("ascii", "element vertex 1\nproperty real x\n", "1"),
+                    "property x is real", "must be one of PLY"},
+        InvalidFile{"FloatCountsAList",
+                    Ply("ascii", "element face 1\nproperty list float int vertex_indices\n", "1"),
+                    "vertex_indices is float", "an integer where it counts"},
+        InvalidFile{"PropertyTwice",
+                    Ply("ascii", "element vertex 1\nproperty float x\nproperty float x\n", "1 2"),
+                    "property is x", "must not appear twice"},
+        InvalidFile{"PropertyWithoutElement", Ply("ascii", "property float x\n", ""), "property",
+                    "must follow an element"},
+        InvalidFile{"ElementWithoutProperty", Ply("ascii", "element vertex 1\n", "1"),
+                    "element vertex", "at least one property"},
+        InvalidFile{"NoZ",
+                    Ply("ascii", "element vertex 1\nproperty float x\nproperty float y\n", "1 2"),
+                    "property z", "is missing"},
+        InvalidFile{"NoVertices", Ply("ascii", "element other 1\nproperty float x\n", "1"),
+                    "element vertex", "is missing"},
+        InvalidFile{"ListInVertex",
+                    Ply("ascii", "element vertex 1\nproperty list uchar float x\n", "1 2"),
+                    "property is x", "must not be a list"},
+        InvalidFile{"NoFaces", Ply("ascii", Vertices("1"), "1 2 3"), "element face",
+                    "at least one face"},
+        InvalidFile{"TwoCorners", Square("2 0 1"), "length of vertex_indices is 2", "at least 3"},
+        InvalidFile{"LongFace", Square("200 0 1 2"), "length of vertex_indices is 200",
+                    "no more than the data holds"},
+        InvalidFile{"IndexTooLarge", Square("3 0 1 4"), "face corner 2 is 4", "one of 4 vertices"},
+        InvalidFile{"NegativeIndex", Square("3 0 -1 2"), "face corner 1 is -1",
+                    "one of 4 vertices"},
+        InvalidFile{"NotANumber", Square("3 0 one 2"), "face 0 property vertex_indices",
+                    "of type int32"},
+        InvalidFile{"VertexNotFinite",
+                    Ply("ascii", Vertices("3") + "element face 1\n" + kFace,
+                        "0 0 0\n1 inf 0\n1 1 0\n3 0 1 2"),
+                    "vertex 1 y", "must be a finite number"}),
+    [](const ::testing::TestParamInfo<InvalidFile>& info) { return std::string(info.param.name); });
 
 // Names are searched among all others, so a million of them would take minutes.
 TEST(Ply, HasNoMorePropertiesAndElementsThanAScannerWrites) {

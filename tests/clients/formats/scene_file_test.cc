@@ -8,7 +8,7 @@
 #include <string>
 
 #include "clients/formats/file_bytes.h"
-#include "tests/clients/formats/lie.h"
+#include "tests/clients/formats/invalid_file.h"
 #include "tests/support/outside_data.h"
 
 namespace cwm::formats {
@@ -194,102 +194,114 @@ world:
                     HasSubstr("must be the world's frame")));
 }
 
-class HostileScene : public ::testing::TestWithParam<Lie> {};
+class HostileScene : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostileScene, IsRefusedNamingFileFieldAndRule) {
   ExpectRefusal(ParseScene(GetParam().text, "hostile.yaml").status(), "hostile.yaml", GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Lies, HostileScene,
+    InvalidFiles, HostileScene,
     ::testing::Values(
-        Lie{"NotYaml", "world: [", "YAML", "yaml-cpp: error"},
-        Lie{"DeeplyNested", std::string(100000, '['), "YAML", ""},
-        Lie{"Scalar", "just a word", "world.collision_objects", "is missing"},
-        Lie{"Empty", "", "world.collision_objects", "is missing"},
-        Lie{"NotAList", "world: {collision_objects: 3}", "collision_objects is 3",
-            "must be a list"},
-        Lie{"NoId", Scene("    - {primitives: []}\n"), "collision_objects[0].id", "must be a name"},
-        Lie{"IdTwice", Scene(Object(kSphere, kIdentity) + Object(kSphere, kIdentity)),
-            "collision_objects[1].id is thing", "must not appear twice"},
-        Lie{"UnknownType", Scene(Object("{type: torus, dimensions: [1]}", kIdentity)),
-            "primitives[0].type is torus", "must be box, sphere, cylinder or cone"},
-        Lie{"TooFewDimensions", Scene(Object("{type: box, dimensions: [1, 2]}", kIdentity)),
-            "primitives[0].dimensions", "must be a list of 3 numbers"},
-        Lie{"NegativeDimension", Scene(Object("{type: box, dimensions: [1, -2, 3]}", kIdentity)),
-            "primitives[0].dimensions[1] is -2", "must be positive"},
-        Lie{"NanDimension", Scene(Object("{type: sphere, dimensions: [nan]}", kIdentity)),
-            "dimensions[0] is nan", "must be a finite number"},
-        Lie{"HugeNumber", Scene(Object("{type: sphere, dimensions: [1e7]}", kIdentity)),
-            "dimensions[0] is 1e7", "must be at most 1e+06"},
-        Lie{"MeshOfAnotherFile",
-            Scene("    - {id: m, meshes: [{resource: a.stl}], mesh_poses: [" +
-                  std::string(kIdentity) + "]}"),
-            "meshes[0].resource is a.stl", "only meshes with vertices"},
-        Lie{"CornerOutOfRange",
+        InvalidFile{"NotYaml", "world: [", "YAML", "yaml-cpp: error"},
+        InvalidFile{"DeeplyNested", std::string(100000, '['), "YAML", ""},
+        InvalidFile{"Scalar", "just a word", "world.collision_objects", "is missing"},
+        InvalidFile{"Empty", "", "world.collision_objects", "is missing"},
+        InvalidFile{"NotAList", "world: {collision_objects: 3}", "collision_objects is 3",
+                    "must be a list"},
+        InvalidFile{"NoId", Scene("    - {primitives: []}\n"), "collision_objects[0].id",
+                    "must be a name"},
+        InvalidFile{"IdTwice", Scene(Object(kSphere, kIdentity) + Object(kSphere, kIdentity)),
+                    "collision_objects[1].id is thing", "must not appear twice"},
+        InvalidFile{"UnknownType", Scene(Object("{type: torus, dimensions: [1]}", kIdentity)),
+                    "primitives[0].type is torus", "must be box, sphere, cylinder or cone"},
+        InvalidFile{"TooFewDimensions", Scene(Object("{type: box, dimensions: [1, 2]}", kIdentity)),
+                    "primitives[0].dimensions", "must be a list of 3 numbers"},
+        InvalidFile{"NegativeDimension",
+                    Scene(Object("{type: box, dimensions: [1, -2, 3]}", kIdentity)),
+                    "primitives[0].dimensions[1] is -2", "must be positive"},
+        InvalidFile{"NanDimension", Scene(Object("{type: sphere, dimensions: [nan]}", kIdentity)),
+                    "dimensions[0] is nan", "must be a finite number"},
+        InvalidFile{"HugeNumber", Scene(Object("{type: sphere, dimensions: [1e7]}", kIdentity)),
+                    "dimensions[0] is 1e7", "must be at most 1e+06"},
+        InvalidFile{"MeshOfAnotherFile",
+                    Scene("    - {id: m, meshes: [{resource: a.stl}], mesh_poses: [" +
+                          std::string(kIdentity) + "]}"),
+                    "meshes[0].resource is a.stl", "only meshes with vertices"},
+        InvalidFile{
+            "CornerOutOfRange",
             Scene("    - {id: m, meshes: [{vertices: [[0, 0, 0]], triangles: [[0, 0, 1]]}], "
                   "mesh_poses: [" +
                   std::string(kIdentity) + "]}"),
             "triangles[0][2] is 1", "an index of 1 vertices"},
-        Lie{"PlaneWithoutNormal",
-            Scene("    - {id: p, planes: [{coef: [0, 0, 0, 1]}], plane_poses: [" +
-                  std::string(kIdentity) + "]}"),
-            "planes[0].coef", "normal that is not 0"},
-        Lie{"RepeatedByAliases",
-            Scene("    - {id: m, meshes: [&m {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "
-                  "triangles: [[0, 1, 2]]}" +
-                  Repeated(", *m", 500) + "], mesh_poses: [&p " + std::string(kIdentity) +
-                  Repeated(", *p", 500) + "]}"),
-            "mesh", "must not be repeated by aliases"},
-        Lie{"TouchLinksRepeatedByAliases",
+        InvalidFile{"PlaneWithoutNormal",
+                    Scene("    - {id: p, planes: [{coef: [0, 0, 0, 1]}], plane_poses: [" +
+                          std::string(kIdentity) + "]}"),
+                    "planes[0].coef", "normal that is not 0"},
+        InvalidFile{"RepeatedByAliases",
+                    Scene("    - {id: m, meshes: [&m {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "
+                          "triangles: [[0, 1, 2]]}" +
+                          Repeated(", *m", 500) + "], mesh_poses: [&p " + std::string(kIdentity) +
+                          Repeated(", *p", 500) + "]}"),
+                    "mesh", "must not be repeated by aliases"},
+        InvalidFile{
+            "TouchLinksRepeatedByAliases",
             "robot_state: {attached_collision_objects: [&o {link_name: hand, touch_links: &l [" +
                 Repeated("finger, ", 500) + "thumb], object: {id: o}}" + Repeated(", *o", 500) +
                 "]}",
             "touch_links[", "must not be repeated by aliases"},
-        Lie{"TrianglesRepeatedByAliases",
-            Scene("    - {id: m, meshes: [{vertices: &v [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "
-                  "triangles: &t [[0, 1, 2]" +
-                  Repeated(", [0, 1, 2]", 500) + "]}" +
-                  Repeated(", {vertices: *v, triangles: *t}", 500) + "], mesh_poses: [&p " +
-                  kIdentity + Repeated(", *p", 500) + "]}"),
-            "triangles[", "must not be repeated by aliases"},
-        Lie{"RowsRepeatedByAliases",
-            "allowed_collision_matrix: {entry_names: [a" + Repeated(", a", 999) +
-                "], entry_values: [&r [1" + Repeated(", 1", 999) + "]" + Repeated(", *r", 999) +
-                "]}",
-            "entry_values[", "must not be repeated by aliases"},
-        Lie{"AttachedButNowhere",
+        InvalidFile{"TrianglesRepeatedByAliases",
+                    Scene("    - {id: m, meshes: [{vertices: &v [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "
+                          "triangles: &t [[0, 1, 2]" +
+                          Repeated(", [0, 1, 2]", 500) + "]}" +
+                          Repeated(", {vertices: *v, triangles: *t}", 500) + "], mesh_poses: [&p " +
+                          kIdentity + Repeated(", *p", 500) + "]}"),
+                    "triangles[", "must not be repeated by aliases"},
+        InvalidFile{"RowsRepeatedByAliases",
+                    "allowed_collision_matrix: {entry_names: [a" + Repeated(", a", 999) +
+                        "], entry_values: [&r [1" + Repeated(", 1", 999) + "]" +
+                        Repeated(", *r", 999) + "]}",
+                    "entry_values[", "must not be repeated by aliases"},
+        InvalidFile{
+            "AttachedButNowhere",
             Scene("    - {id: bare}\nrobot_state: {attached_collision_objects: [{link_name: hand, "
                   "object: {id: bare}}]}\n"),
             "attached_collision_objects[0].object.id is bare", "must have shapes"},
-        Lie{"AttachedTwice",
+        InvalidFile{
+            "AttachedTwice",
             Scene(Object(kSphere, kIdentity) +
                   "robot_state: {attached_collision_objects: [&a {link_name: hand, object: {id: "
                   "thing}}, *a]}\n"),
             "attached_collision_objects[1].object.id is thing", "must not be attached twice"},
-        Lie{"Removal", Scene("    - {id: p, operation: 1}"), "operation is 1", "must be add"},
-        Lie{"Difference", "is_diff: perhaps\n" + Scene("    - {id: p}"), "is_diff is perhaps",
-            "must be true or false"},
-        Lie{"Append", "is_diff: true\n" + Scene("    - {id: p, operation: 2}"), "operation is 2",
-            "must be add or remove"},
-        Lie{"RemovalTwice",
+        InvalidFile{"Removal", Scene("    - {id: p, operation: 1}"), "operation is 1",
+                    "must be add"},
+        InvalidFile{"Difference", "is_diff: perhaps\n" + Scene("    - {id: p}"),
+                    "is_diff is perhaps", "must be true or false"},
+        InvalidFile{"Append", "is_diff: true\n" + Scene("    - {id: p, operation: 2}"),
+                    "operation is 2", "must be add or remove"},
+        InvalidFile{
+            "RemovalTwice",
             "is_diff: true\n" + Scene("    - {id: p, operation: 1}\n    - {id: p, operation: 1}"),
             "id is p", "must not appear twice"},
-        Lie{"FewerPositionsThanNames", "robot_state: {joint_state: {name: [a, b], position: [1]}}",
-            "joint_state.position", "one for each of 2 names"},
-        Lie{"MatrixNotSquare",
+        InvalidFile{"FewerPositionsThanNames",
+                    "robot_state: {joint_state: {name: [a, b], position: [1]}}",
+                    "joint_state.position", "one for each of 2 names"},
+        InvalidFile{
+            "MatrixNotSquare",
             "allowed_collision_matrix: {entry_names: [a, b], entry_values: [[true, true], [true]]}",
             "entry_values[1]", "one for each of 2 entry_names"},
-        Lie{"NoTruthValue", "allowed_collision_matrix: {entry_names: [a], entry_values: [[maybe]]}",
-            "entry_values[0][0] is maybe", "must be true or false"},
-        Lie{"MissingPose", Scene(Object(kSphere, "")), "primitive_poses", "a pose for each of 1"},
-        Lie{"ZeroQuaternion",
-            Scene(Object(kSphere, "{position: [0, 0, 0], orientation: [0, 0, 0, 0]}")),
-            "primitive_poses[0].orientation", "within 1 % of 1"},
-        Lie{"PositionNotANumber",
-            Scene(Object(kSphere, "{position: [0, a, 0], orientation: [0, 0, 0, 1]}")),
-            "primitive_poses[0].position[1] is a", "must be a finite number"}),
-    [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
+        InvalidFile{"NoTruthValue",
+                    "allowed_collision_matrix: {entry_names: [a], entry_values: [[maybe]]}",
+                    "entry_values[0][0] is maybe", "must be true or false"},
+        InvalidFile{"MissingPose", Scene(Object(kSphere, "")), "primitive_poses",
+                    "a pose for each of 1"},
+        InvalidFile{"ZeroQuaternion",
+                    Scene(Object(kSphere, "{position: [0, 0, 0], orientation: [0, 0, 0, 0]}")),
+                    "primitive_poses[0].orientation", "within 1 % of 1"},
+        InvalidFile{"PositionNotANumber",
+                    Scene(Object(kSphere, "{position: [0, a, 0], orientation: [0, 0, 0, 1]}")),
+                    "primitive_poses[0].position[1] is a", "must be a finite number"}),
+    [](const ::testing::TestParamInfo<InvalidFile>& info) { return std::string(info.param.name); });
 
 TEST(SceneFile, ReadsEveryMotionBenchMakerScene) {
   const auto folder = testing::OutsideData("motion_bench_maker");

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "tests/clients/formats/lie.h"
+#include "tests/clients/formats/invalid_file.h"
 
 namespace cwm::formats {
 namespace {
@@ -62,30 +62,31 @@ TEST(Xyz, DoesNotTakeOtherTextForPoints) {
   }
 }
 
-class HostileXyz : public ::testing::TestWithParam<Lie> {};
+class HostileXyz : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostileXyz, IsRefusedNamingFileLineValueAndRule) {
   ExpectRefusal(ParseXyz(GetParam().text, "hostile.xyz").status(), "hostile.xyz", GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Lies, HostileXyz,
+    InvalidFiles, HostileXyz,
     ::testing::Values(
-        Lie{"Empty", "", "the file", "at least one line with a point"},
-        Lie{"CommentsAlone", "# x y z\n\n", "the file", "at least one line with a point"},
-        Lie{"TooFewNumbers", "1 2 3\n4 5\n", "line 2 number of columns is 2", "at least 3"},
-        Lie{"FewerThanTheHeaderNames", "x y z i\n1 2 3\n", "line 2 number of columns is 3",
-            "must be 4, as the header names them"},
-        Lie{"MoreThanTheHeaderNames", "x,y,z\n1,2,3,4\n", "line 2 number of columns is 4",
-            "must be 3"},
-        Lie{"AWord", "1 2 3\n1 two 3\n", "line 2 y is \"two\"", "must be a number"},
-        Lie{"ADecimalComma", "1,5 2,5 3,5\n", "line 1 y is \"5 2\"", "a decimal point"},
-        Lie{"AMissingValue", "1,2,3\n1,,3\n", "line 2 y is \"\"", "must be a number"},
-        Lie{"AHeaderLater", "1 2 3\nx y z\n", "line 2 x is \"x\"", "must be a number"},
-        Lie{"ZeroByte", "1 2 3\n\x01 2 3\n", "line 2 x is \"?\"", "must be a number"},
-        Lie{"TooLarge", "1e999 2 3\n", "line 1 x is \"1e999\"", "must be a number"},
-        Lie{"AColumnTwice", "x y z x\n1 2 3 4\n", "line 2 column is x", "must not be named twice"}),
-    [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
+        InvalidFile{"Empty", "", "the file", "at least one line with a point"},
+        InvalidFile{"CommentsAlone", "# x y z\n\n", "the file", "at least one line with a point"},
+        InvalidFile{"TooFewNumbers", "1 2 3\n4 5\n", "line 2 number of columns is 2", "at least 3"},
+        InvalidFile{"FewerThanTheHeaderNames", "x y z i\n1 2 3\n", "line 2 number of columns is 3",
+                    "must be 4, as the header names them"},
+        InvalidFile{"MoreThanTheHeaderNames", "x,y,z\n1,2,3,4\n", "line 2 number of columns is 4",
+                    "must be 3"},
+        InvalidFile{"AWord", "1 2 3\n1 two 3\n", "line 2 y is \"two\"", "must be a number"},
+        InvalidFile{"ADecimalComma", "1,5 2,5 3,5\n", "line 1 y is \"5 2\"", "a decimal point"},
+        InvalidFile{"AMissingValue", "1,2,3\n1,,3\n", "line 2 y is \"\"", "must be a number"},
+        InvalidFile{"AHeaderLater", "1 2 3\nx y z\n", "line 2 x is \"x\"", "must be a number"},
+        InvalidFile{"ZeroByte", "1 2 3\n\x01 2 3\n", "line 2 x is \"?\"", "must be a number"},
+        InvalidFile{"TooLarge", "1e999 2 3\n", "line 1 x is \"1e999\"", "must be a number"},
+        InvalidFile{"AColumnTwice", "x y z x\n1 2 3 4\n", "line 2 column is x",
+                    "must not be named twice"}),
+    [](const ::testing::TestParamInfo<InvalidFile>& info) { return std::string(info.param.name); });
 
 TEST(Xyz, RefusesMoreColumnsThanAPointCanHave) {
   std::string header = "x y z", row = "1 2 3";

@@ -20,7 +20,7 @@ TEST(SampleObject, CandidatesAreInTheWorld) {
   const Candidates found = SampleObject(BallAt(0.5, 0.1), {});
   ASSERT_FALSE(found.list.empty());
   for (const Candidate& candidate : found.list) {
-    const Eigen::Vector3d middle = candidate.X_FG * Eigen::Vector3d(0, 0, candidate.drawn_back_m);
+    const Eigen::Vector3d middle = candidate.X_FG * Eigen::Vector3d(0, 0, candidate.retraction_m);
     EXPECT_NEAR((middle - Eigen::Vector3d(0.5, 0, 0.1)).norm(), 0, 1e-12);
   }
 }
@@ -46,7 +46,7 @@ TEST(SampleObject, EdgesOfWhichNoEndWasSeenAreGuesses) {
 TEST(SampleObject, NothingKnownMakesNoCandidates) {
   const Candidates none = SampleObject(cwm::v1::Object(), {});
   EXPECT_TRUE(none.list.empty());
-  EXPECT_LT(none.narrowest_m, 0);
+  EXPECT_LT(none.min_width_m, 0);
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ void ExpectPadsOnSurface(const Candidates& candidates,
     EXPECT_NEAR(R.determinant(), 1, 1e-12);
     for (const double side : {-0.5, 0.5}) {
       const Vector3d pad =
-          candidate.X_FG * Vector3d(side * candidate.width_m, 0, candidate.drawn_back_m);
-      EXPECT_NEAR(distance_m(pad), 0, 1e-9) << candidate.way;
+          candidate.X_FG * Vector3d(side * candidate.width_m, 0, candidate.retraction_m);
+      EXPECT_NEAR(distance_m(pad), 0, 1e-9) << candidate.strategy;
     }
   }
 }
@@ -68,11 +68,11 @@ TEST(SampleBox, PadsTouchOppositeFacesFromAllSides) {
 }
 
 TEST(SampleBox, OpeningLessTwoGapsIsTheLimit) {
-  const SamplerOptions options{.gripper = {.opening_m = 0.08}, .least_gap_m = 0.002};
+  const SamplerOptions options{.gripper = {.opening_m = 0.08}, .min_gap_m = 0.002};
   EXPECT_FALSE(SampleBox(MakeBox(0.99 * 0.076, 1, 1), options).list.empty());
   const Candidates none = SampleBox(MakeBox(1.01 * 0.076, 1, 1), options);
   EXPECT_TRUE(none.list.empty());
-  EXPECT_DOUBLE_EQ(none.narrowest_m, 1.01 * 0.076);
+  EXPECT_DOUBLE_EQ(none.min_width_m, 1.01 * 0.076);
 }
 
 TEST(SampleCylinder, PadsTouchAcrossTheWallAndTheEnds) {
@@ -85,7 +85,7 @@ TEST(SampleCylinder, PadsTouchAcrossTheWallAndTheEnds) {
   });
   EXPECT_TRUE(HasApproach(found, -Vector3d::UnitZ()));
   EXPECT_TRUE(std::any_of(found.list.begin(), found.list.end(),
-                          [](const Candidate& c) { return c.way == "cylinder ends"; }));
+                          [](const Candidate& c) { return c.strategy == "cylinder ends"; }));
 }
 
 TEST(SampleCone, WidthIsTheLocalOneAndTiltIsThatOfTheWall) {
@@ -100,8 +100,8 @@ TEST(SampleCone, FrictionLimitsTheTilt) {
   const auto wall = [](double slope) { return MakeCone(0.005 + slope * 0.06, 0.005, 0.06); };
   EXPECT_FALSE(SampleCone(wall(0.99 * 0.4), {.friction = 0.4}).list.empty());
   const Candidates slippery = SampleCone(wall(1.01 * 0.4), {.friction = 0.4});
-  for (const Candidate& candidate : slippery.list) EXPECT_EQ(candidate.way, "cone ends");
-  EXPECT_NEAR(slippery.least_tilt_rad, std::atan(1.01 * 0.4), kExact_m);
+  for (const Candidate& candidate : slippery.list) EXPECT_EQ(candidate.strategy, "cone ends");
+  EXPECT_NEAR(slippery.min_tilt_rad, std::atan(1.01 * 0.4), kExact_m);
 }
 
 TEST(SampleSphere, EveryLineRunsThroughTheMiddle) {
@@ -130,7 +130,7 @@ TEST(SampleVessel, OneFingerInsideAndOneOutsideOfTheRim) {
   const Candidates found = SampleVessel(vessel, {});
   ASSERT_FALSE(found.list.empty());  // 120 mm wide as a whole, so only the rim fits
   for (const Candidate& candidate : found.list) {
-    EXPECT_EQ(candidate.way, "rim");
+    EXPECT_EQ(candidate.strategy, "rim");
     EXPECT_NEAR(candidate.width_m, 0.004, kExact_m);
     EXPECT_NEAR(candidate.X_FG.translation().head<2>().norm(), 0.058, kExact_m);
     EXPECT_NEAR(candidate.X_FG.linear()(2, 2), -1, kExact_m);

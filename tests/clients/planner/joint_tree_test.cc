@@ -24,13 +24,13 @@ TEST(JointTree, FindsTheNearestThatTheDistanceFinds) {
   JointTree tree(space, row());
   for (int k = 0; k < 500; ++k) tree.Add(0, row());
   for (int k = 0; k < 500; ++k) {
-    const Row asked = row();
-    double least = 1e9;
+    const Row target = row();
+    double min_distance = 1e9;
     for (int i = 0; i < tree.size(); ++i) {
-      least = std::min(least, space.Distance(tree.row(i), asked));
+      min_distance = std::min(min_distance, space.Distance(tree.row(i), target));
     }
     // The tree stores floats, which limits the accuracy.
-    EXPECT_NEAR(space.Distance(tree.row(tree.Nearest(asked)), asked), least, 1e-5);
+    EXPECT_NEAR(space.Distance(tree.row(tree.Nearest(target)), target), min_distance, 1e-5);
   }
 }
 
@@ -42,7 +42,7 @@ TEST(JointTree, CutsOffANodeWithAllThatGrewFromIt) {
   const int c = tree.Add(0, Row{-0.5, 0});
   EXPECT_THAT(tree.PathTo(b), ::testing::ElementsAre(0, a, b));
   EXPECT_EQ(tree.Nearest(Row{1, 0}), b);
-  tree.Cut(a);
+  tree.RemoveSubtree(a);
   EXPECT_FALSE(tree.IsAlive(b));
   EXPECT_TRUE(tree.IsAlive(c));
   EXPECT_EQ(tree.Nearest(Row{1, 0}), 0);

@@ -25,7 +25,7 @@ TEST(Shorten, KeepsTheEndsAndGoesAroundWhatIsThere) {
     ASSERT_TRUE(path.ok());
     EXPECT_EQ(path->front(), given.front());
     EXPECT_EQ(path->back(), given.back());
-    EXPECT_GE(LeastClearance(world, *path), -DeepestBetween(kFineStep, kRadius) - 1e-9);
+    EXPECT_GE(MinClearance(world, *path), -MaxDepthBetween(kFineStep, kRadius) - 1e-9);
     // The shortest path has two tangents and an arc: 2 * 0.954 + 0.3 * 2 * asin(0.3) = 2.09.
     EXPECT_GE(LengthOf(space, *path), 2.09);
     EXPECT_LT(LengthOf(space, *path), 0.75 * LengthOf(space, given)) << "seed " << seed;
@@ -38,7 +38,7 @@ TEST(Shorten, LeavesAPathOfOneMotionAlone) {
   const auto path = Shorten(space, world, {{-1, 0}, {1, 0}}, {});
   ASSERT_TRUE(path.ok());
   EXPECT_EQ(path->size(), 2u);
-  EXPECT_EQ(world.asked().batches, 0);
+  EXPECT_EQ(world.counts().batches, 0);
 }
 
 }  // namespace

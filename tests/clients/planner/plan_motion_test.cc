@@ -33,11 +33,11 @@ TEST(PlanMotion, FindsTheGapInAWallWithEverySeed) {
     ASSERT_EQ(plan->outcome, Outcome::kSolved) << "seed " << seed;
     EXPECT_EQ(plan->path.front(), Across().start);
     EXPECT_EQ(plan->path.back(), Across().goal);
-    EXPECT_GE(LeastClearance(world, plan->path), -DeepestBetween(kFineStep, kRadius) - 1e-9);
+    EXPECT_GE(MinClearance(world, plan->path), -MaxDepthBetween(kFineStep, kRadius) - 1e-9);
     // Through the gap the length is at least 2 * hypot(0.8, 1), apart from the gap's width.
     EXPECT_GT(plan->length, 2.4);
     EXPECT_LE(plan->length, plan->found_length + 1e-9);
-    EXPECT_EQ(plan->asked.batches, world.asked().batches);
+    EXPECT_EQ(plan->checks.batches, world.counts().batches);
   }
 }
 
@@ -46,7 +46,7 @@ TEST(PlanMotion, GoesStraightWhereNothingIsInTheWay) {
   const auto plan = PlanMotion(Across(), world, {});
   ASSERT_TRUE(plan.ok());
   EXPECT_EQ(plan->path, (std::vector<Row>{Across().start, Across().goal}));
-  EXPECT_LE(plan->asked.batches, 3) << "the ends, and the motion at two steps";
+  EXPECT_LE(plan->checks.batches, 3) << "the ends, and the motion at two steps";
 }
 
 TEST(PlanMotion, PlansTheSameForTheSameSeed) {
@@ -95,7 +95,7 @@ TEST(PlanMotion, FindsTheGapInAWallThinnerThanTheCoarseStep) {
   const auto plan = PlanMotion(Across(), world, {.time_limit_s = 60});
   ASSERT_TRUE(plan.ok());
   ASSERT_EQ(plan->outcome, Outcome::kSolved);
-  EXPECT_GE(LeastClearance(world, plan->path), -DeepestBetween(kFineStep, kThin) - 1e-9);
+  EXPECT_GE(MinClearance(world, plan->path), -MaxDepthBetween(kFineStep, kThin) - 1e-9);
 }
 
 TEST(PlanMotion, RefusesWhatIsNoProblem) {
@@ -114,7 +114,7 @@ TEST(PlanMotion, RefusesWhatIsNoProblem) {
   problem.joints[0].lower = 2;
   EXPECT_THAT(refusal(problem), HasSubstr("x: limits are 2 to 1, must not cross"));
   EXPECT_THAT(refusal({}), HasSubstr("joints: there is none"));
-  EXPECT_EQ(world.asked().batches, 0);
+  EXPECT_EQ(world.counts().batches, 0);
 }
 
 // A server that disappears after some answers.
@@ -123,10 +123,10 @@ class FailingWorld : public StateChecker {
   explicit FailingWorld(int answers) : world_(WallWithAGap()), left_(answers) {}
 
  private:
-  absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
-                                                   std::size_t width) override {
+  absl::StatusOr<std::vector<std::uint8_t>> Evaluate(std::span<const double> rows,
+                                                     std::size_t width) override {
     if (left_-- == 0) return absl::UnavailableError("gone");
-    return world_.AreFree(rows, width);
+    return world_.CheckStates(rows, width);
   }
 
   FlatWorld world_;
@@ -136,7 +136,7 @@ class FailingWorld : public StateChecker {
 TEST(PlanMotion, TellsAtWhateverQuestionTheCheckerFails) {
   FlatWorld counted(WallWithAGap());
   ASSERT_TRUE(PlanMotion(Across(), counted, {.time_limit_s = 60}).ok());
-  for (int answers = 0; answers < counted.asked().batches; ++answers) {
+  for (int answers = 0; answers < counted.counts().batches; ++answers) {
     FailingWorld world(answers);
     const auto plan = PlanMotion(Across(), world, {.time_limit_s = 60});
     EXPECT_TRUE(absl::IsUnavailable(plan.status())) << answers;

@@ -50,46 +50,47 @@ v1::Robot Crane() {
 }
 
 TEST(PlannedGroup, HasItsJointsWithLimitsAsTheRobotStands) {
-  const auto arm = GroupOf(Crane(), "arm");
+  const auto arm = ReadPlannedGroup(Crane(), "arm");
   ASSERT_TRUE(arm.ok()) << arm.status();
   ASSERT_EQ(arm->joints.size(), 2u);
   EXPECT_EQ(arm->joints[1].name, "bend");
   EXPECT_EQ(arm->joints[1].lower, -2);
-  EXPECT_THAT(arm->standing, ElementsAre(0.5, -0.5));
-  const auto base = GroupOf(Crane(), "base");
+  EXPECT_THAT(arm->current, ElementsAre(0.5, -0.5));
+  const auto base = ReadPlannedGroup(Crane(), "base");
   ASSERT_TRUE(base.ok());
   EXPECT_EQ(base->joints[0].kind, Joint::Kind::kContinuous);
 }
 
 TEST(PlannedGroup, RefusesGroupsThatAreNotThereAndJointsWithoutLimits) {
-  EXPECT_THAT(std::string(GroupOf(Crane(), "leg").status().message()),
+  EXPECT_THAT(std::string(ReadPlannedGroup(Crane(), "leg").status().message()),
               HasSubstr("group is \"leg\", must be one of crane: arm, base"));
-  EXPECT_THAT(std::string(GroupOf(Crane(), "").status().message()),
+  EXPECT_THAT(std::string(ReadPlannedGroup(Crane(), "").status().message()),
               HasSubstr("joint slide is without limits"));
 }
 
 TEST(PlannedGroup, KnowsTheStatesOfTheSrdfByName) {
   const v1::Robot crane = Crane();
-  const PlannedGroup arm = *GroupOf(crane, "arm");
+  const PlannedGroup arm = *ReadPlannedGroup(crane, "arm");
   EXPECT_THAT(*NamedState(crane, arm, "up"), ElementsAre(1.5, -0.5));
   EXPECT_THAT(std::string(NamedState(crane, arm, "down").status().message()),
               HasSubstr("a named state: up"));
-  EXPECT_THAT(std::string(NamedState(crane, *GroupOf(crane, "base"), "up").status().message()),
-              HasSubstr("\"up\" says nothing that joints of base can take"));
+  EXPECT_THAT(
+      std::string(NamedState(crane, *ReadPlannedGroup(crane, "base"), "up").status().message()),
+      HasSubstr("\"up\" says nothing that joints of base can take"));
   v1::Robot short_crane = crane;
   short_crane.mutable_variables()->RemoveLast();
-  const PlannedGroup all = *GroupOf(short_crane, "");
+  const PlannedGroup all = *ReadPlannedGroup(short_crane, "");
   EXPECT_THAT(std::string(NamedState(short_crane, all, "up").status().message()),
               HasSubstr("is a state of arm and base: say which with --group"));
 }
 
 TEST(PlannedGroup, TakesAGoalOfEveryJointAndNoOther) {
-  const PlannedGroup arm = *GroupOf(Crane(), "arm");
-  EXPECT_THAT(*WholeRow(arm, {{"bend", 1}, {"lift", 2}}), ElementsAre(2, 1));
-  EXPECT_THAT(std::string(WholeRow(arm, {{"bend", 1}}).status().message()),
+  const PlannedGroup arm = *ReadPlannedGroup(Crane(), "arm");
+  EXPECT_THAT(*RowOfAllJoints(arm, {{"bend", 1}, {"lift", 2}}), ElementsAre(2, 1));
+  EXPECT_THAT(std::string(RowOfAllJoints(arm, {{"bend", 1}}).status().message()),
               HasSubstr("lift is missing"));
   EXPECT_THAT(
-      std::string(WholeRow(arm, {{"bend", 1}, {"lift", 2}, {"wheel", 3}}).status().message()),
+      std::string(RowOfAllJoints(arm, {{"bend", 1}, {"lift", 2}, {"wheel", 3}}).status().message()),
       HasSubstr("wheel must be a joint of the group"));
 }
 

@@ -44,8 +44,8 @@ class Examples(unittest.TestCase):
         ):
             self.assertIn(expected, out)
 
-    def test_put_and_ask(self):
-        out = self.run_example("put_and_ask.py")
+    def test_put_and_query(self):
+        out = self.run_example("put_and_query.py")
         self.assertIn("x = 0.50 m:    -3.0 mm to can", out)
         self.assertIn("CONTACT at", out)
 

@@ -14,13 +14,13 @@ from server_case import ServerCase
 
 # A class of 30 methods with the meaning of their arguments; with all inherited methods it was 10
 # 000 lines.
-MOST_LINES = 400
+MAX_LINES = 400
 # Words that a numpy user need not know.
 MESSAGES = re.compile(r"_pb2|[Pp]rotobuf|FromString|SerializeTo")
 
 
-def shown(thing: object) -> str:
-    return pydoc.plain(pydoc.render_doc(thing))
+def shown(obj: object) -> str:
+    return pydoc.plain(pydoc.render_doc(obj))
 
 
 def names_of_package() -> list[str]:
@@ -48,15 +48,15 @@ class Help(ServerCase):
     def test_of_the_package_is_short_and_begins_with_an_example(self):
         text = shown(cwm)
         lines = text.splitlines()
-        self.assertLess(len(lines), MOST_LINES)
+        self.assertLess(len(lines), MAX_LINES)
         self.assertIn("import cwm", "\n".join(lines[:8]))
         for word in ["class World", "connect(", "ingest(self", "check(self", "distance(self"]:
             self.assertIn(word, text)
 
     def test_shows_no_messages(self):
-        for thing in [cwm, *(getattr(cwm, name) for name in names_of_package())]:
-            with self.subTest(thing):
-                self.assertEqual(MESSAGES.findall(shown(thing)), [])
+        for obj in [cwm, *(getattr(cwm, name) for name in names_of_package())]:
+            with self.subTest(obj):
+                self.assertEqual(MESSAGES.findall(shown(obj)), [])
 
     def test_lists_every_class_that_is_no_word_or_error(self):
         listed = set(re.findall(r"\w+", cwm.__doc__))

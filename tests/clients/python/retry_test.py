@@ -88,9 +88,9 @@ class LostReplies(ServerCase):
     def test_of_a_scan_tell_what_the_first_made_of_it(self):
         result = self.lose_reply_to(lambda: self.writer.ingest(table_scan()), self.move_away)
         self.assertEqual(result.revision, 2)
-        self.assertEqual([thing.name for thing in result.supports], ["support_1"])
+        self.assertEqual([obj.name for obj in result.supports], ["support_1"])
         supports = self.world.objects(kind="support")
-        self.assertEqual([thing.name for thing in supports], ["support_1"])
+        self.assertEqual([obj.name for obj in supports], ["support_1"])
 
     def test_of_robots_load_one_and_delete_none_that_came_later(self):
         robot = self.lose_reply_to(lambda: self.writer.load_robot(ARM), self.move_away)
@@ -105,9 +105,9 @@ class LostReplies(ServerCase):
 class RequestIds(ServerCase):
     def put(self, name: str, x_m: float, **fields) -> world_pb2.ApplyChangesRequest:
         request = world_pb2.ApplyChangesRequest(world=self.world.name, **fields)
-        thing = request.changes.add().put.object
-        thing.name, thing.x_world_object.tx_m, thing.x_world_object.qw = name, x_m, 1
-        thing.shapes.add(x_object_shape={"qw": 1}, sphere={"radius_m": 0.1})
+        obj = request.changes.add().put.object
+        obj.name, obj.x_world_object.tx_m, obj.x_world_object.qw = name, x_m, 1
+        obj.shapes.add(x_object_shape={"qw": 1}, sphere={"radius_m": 0.1})
         return request
 
     def apply(self, request: world_pb2.ApplyChangesRequest) -> world_pb2.ApplyChangesResponse:

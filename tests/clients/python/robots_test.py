@@ -217,16 +217,16 @@ class Robots(ServerCase):
             (lambda: self.world.load_robot(3), TypeError, "urdf is 3, must be a path or the text"),
             (lambda: self.world.load_robot("/no/such.urdf"), FileNotFoundError, "/no/such.urdf"),
         ]
-        for ask, kind, message in cases:
+        for query, kind, message in cases:
             with self.subTest(message), self.assertRaisesRegex(kind, message):
-                ask()
-        for ask in (
+                query()
+        for query in (
             lambda: self.world.check(both, [[0, 0, 0]]),
             lambda: self.world.load_robot("<robot>"),
             lambda: self.world.check(cwm.RobotSubject("arm", "leg"), [[0]]),
         ):
             with self.assertRaises((cwm.InvalidArgument, cwm.NotFound)) as caught:
-                ask()
+                query()
             self.assertTrue(caught.exception.reason)
 
 

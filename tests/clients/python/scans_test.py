@@ -41,7 +41,7 @@ class Scans(ServerCase):
         self.assertEqual(set(scan.changes.added), {"support_1", "object_1", "object_2"})
         self.assertGreater(sum(scan.stages.values()), 0)
         np.testing.assert_allclose(scan.pose, self.pose, atol=1e-9)
-        ball = next(thing for thing in scan.objects if isinstance(thing.parts[0].shape, cwm.Sphere))
+        ball = next(obj for obj in scan.objects if isinstance(obj.parts[0].shape, cwm.Sphere))
         center = (ball.pose @ ball.parts[0].pose)[:3, 3]
         # The noise of a millimetre averages out to less than a tenth of it over a thousand points;
         # the rest is due to the grid.
@@ -65,7 +65,7 @@ class Scans(ServerCase):
         self.assertEqual((scan.labels.shape, scan.labels.dtype), ((len(flat),), np.uint32))
         self.assertFalse(scan.labels[~np.isfinite(flat).all(axis=1)].any())
         in_world = flat @ self.pose[:3, :3].T + self.pose[:3, 3]
-        ball = next(thing for thing in scan.objects if isinstance(thing.parts[0].shape, cwm.Sphere))
+        ball = next(obj for obj in scan.objects if isinstance(obj.parts[0].shape, cwm.Sphere))
         on_ball = (
             np.linalg.norm(in_world - table_scan.BALL_CENTER, axis=1)
             < table_scan.BALL_RADIUS_M + 0.01
@@ -106,7 +106,7 @@ class Scans(ServerCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         other = self.world.server.world("by_hand").objects()
         self.assertEqual(
-            [thing.name for thing in other], [thing.name for thing in self.world.objects()]
+            [obj.name for obj in other], [obj.name for obj in self.world.objects()]
         )
         for mine, theirs in zip(self.world.objects(), other):
             self.assertEqual(
@@ -116,8 +116,8 @@ class Scans(ServerCase):
 
     def test_take_what_numpy_has(self):
         expected = [
-            [part.shape for part in thing.parts]
-            for thing in self.world.ingest(self.points, self.pose).objects
+            [part.shape for part in obj.parts]
+            for obj in self.world.ingest(self.points, self.pose).objects
         ]
         flat = self.points.reshape(-1, 3)
         seen = np.isfinite(flat).all(axis=1)
@@ -125,11 +125,11 @@ class Scans(ServerCase):
             world = self.world.server.world("as_given")
             found = world.ingest(given, self.pose, labels=False)
             self.assertIsNone(found.labels)
-            kinds = {type(thing.parts[0].shape) for thing in found.objects if thing.parts}
+            kinds = {type(obj.parts[0].shape) for obj in found.objects if obj.parts}
             self.assertLessEqual({cwm.Sphere, cwm.Box}, kinds)
             if np.ndim(given) == 3:  # the same picture: the same answer
                 self.assertEqual(
-                    [[part.shape for part in thing.parts] for thing in found.objects], expected
+                    [[part.shape for part in obj.parts] for obj in found.objects], expected
                 )
             self.world.server.delete_world("as_given")
 

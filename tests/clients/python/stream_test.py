@@ -27,7 +27,7 @@ class Streams(ServerCase):
         random = np.random.default_rng(4)
         poses = poses_at(*random.uniform(-1, 2, (300, 3)))
         directions = random.normal(size=(300, 3))
-        asked = {
+        queried = {
             "check": lambda w: w.check(cwm.Sphere(0.1), poses),
             "distance": lambda w: w.distance(cwm.Sphere(0.1), poses, k=2, max_distance_m=0.6),
             "contacts": lambda w: w.contacts(cwm.Sphere(0.2), poses),
@@ -37,12 +37,12 @@ class Streams(ServerCase):
             "sample": lambda w: w.sample(poses[:, :3, 3]),
         }
         with self.world.stream() as stream:
-            for name, ask in asked.items():
-                for most_rows in (1_000, 37):
-                    with self.subTest(name, most_rows=most_rows):
-                        with mock.patch.object(queries, "_most_rows", return_value=most_rows):
-                            streamed = ask(stream)
-                        for key, value in vars(ask(self.world)).items():
+            for name, query in queried.items():
+                for max_rows in (1_000, 37):
+                    with self.subTest(name, max_rows=max_rows):
+                        with mock.patch.object(queries, "_max_rows", return_value=max_rows):
+                            streamed = query(stream)
+                        for key, value in vars(query(self.world)).items():
                             np.testing.assert_array_equal(getattr(streamed, key), value, key)
             self.assertEqual([o.name for o in stream.objects()], ["ball", "cube"])
 
@@ -81,14 +81,14 @@ class Streams(ServerCase):
         x_m = np.linspace(0.2, 0.8, 40)
         told = np.zeros((8, len(x_m)))
 
-        def ask(thread: int) -> None:
+        def query(thread: int) -> None:
             for i, x in enumerate(x_m):
                 told[thread, i] = stream.distance(cwm.Sphere(0.05), cwm.pose([x, 0, 0])).distance_m[
                     0
                 ]
 
         with self.world.stream() as stream:
-            threads = [threading.Thread(target=ask, args=(k,)) for k in range(len(told))]
+            threads = [threading.Thread(target=query, args=(k,)) for k in range(len(told))]
             for thread in threads:
                 thread.start()
             for thread in threads:

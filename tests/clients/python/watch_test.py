@@ -26,7 +26,7 @@ class Watches(ServerCase):
         with self.world.watch() as events:
             first = next(events)
             self.assertEqual((type(first), first.revision, first.anew), (cwm.Snapshot, 1, ""))
-            self.assertEqual([thing.name for thing in first.objects], ["ball"])
+            self.assertEqual([obj.name for obj in first.objects], ["ball"])
             self.world.move("ball", cwm.pose([1, 0, 0]))
             self.world.apply([cwm.Put("cube", cwm.Box(1, 1, 1)), cwm.Allow("cube", "ball")])
             self.world.load_robot(robot)
@@ -93,7 +93,7 @@ class Watches(ServerCase):
             self.world.put("cube", cwm.Box(1, 1, 1))
             reader.join(20)
             self.assertFalse(reader.is_alive())
-            self.assertEqual([thing.name for thing in told[0].objects], ["cube"])
+            self.assertEqual([obj.name for obj in told[0].objects], ["cube"])
             self.assertNotEqual(told[0].world_uid, before.world_uid)
             self.assertIn("replaced", told[0].anew)
             self.world.remove("cube")

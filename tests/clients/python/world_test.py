@@ -35,11 +35,11 @@ class Objects(ServerCase):
         for shape in ALL_SHAPES:
             with self.subTest(type(shape).__name__):
                 revision = self.world.put("thing", shape, pose)
-                thing = self.world.get("thing")
-                self.assertEqual((thing.parts[0].shape, thing.world_revision), (shape, revision))
-                self.assertIs(type(thing.parts[0].shape), type(shape))
-                np.testing.assert_allclose(thing.pose, pose, atol=1e-12)
-                self.assertEqual((thing.kind, thing.owner), (cwm.ObjectKind.USER, cwm.Owner.USER))
+                obj = self.world.get("thing")
+                self.assertEqual((obj.parts[0].shape, obj.world_revision), (shape, revision))
+                self.assertIs(type(obj.parts[0].shape), type(shape))
+                np.testing.assert_allclose(obj.pose, pose, atol=1e-12)
+                self.assertEqual((obj.kind, obj.owner), (cwm.ObjectKind.USER, cwm.Owner.USER))
 
     def test_of_several_parts_have_poses_and_named_coefficients(self):
         knob = cwm.Placed(cwm.Sphere(0.02), cwm.pose([0, 0, 0.1]))
@@ -75,17 +75,17 @@ class Objects(ServerCase):
         self.world.remove("bowl")
         everything = self.world.objects()
         listed = self.cli("objects")["objects"]
-        self.assertEqual([thing.name for thing in everything], [thing["name"] for thing in listed])
-        self.assertEqual([thing.uid for thing in everything], [thing["uid"] for thing in listed])
+        self.assertEqual([obj.name for obj in everything], [obj["name"] for obj in listed])
+        self.assertEqual([obj.uid for obj in everything], [obj["uid"] for obj in listed])
         self.assertEqual(len(everything), 2500)  # of three pages
         self.assertEqual(len(self.world.objects("user", "cup_10")), 100)
         self.assertEqual(self.world.objects(["support", cwm.ObjectKind.OBJECT]), [])
         near = self.world.objects(within=([2.5, -1, -1], [4.5, 1, 1]), view="basic")
         self.assertEqual(
-            [(thing.name, thing.parts) for thing in near], [("cup_0003", ()), ("cup_0004", ())]
+            [(obj.name, obj.parts) for obj in near], [("cup_0003", ()), ("cup_0004", ())]
         )
         self.assertEqual(
-            [thing.name for thing in self.world.objects(prefix="b", at=then)], ["bowl"]
+            [obj.name for obj in self.world.objects(prefix="b", at=then)], ["bowl"]
         )
 
     def test_of_a_pinned_view_stay_as_they_were(self):

@@ -18,7 +18,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 CloudFile CloudOf(const std::vector<Point>& points) {
   CloudFile cloud{.fields = {{.name = "x"}, {.name = "y"}, {.name = "z"}},
                   .width = static_cast<std::int64_t>(points.size())};
-  cloud.point_step = formats::LayOut(cloud.fields);
+  cloud.point_step = formats::AssignOffsets(cloud.fields);
   cloud.bytes.assign(reinterpret_cast<const char*>(points.data()), points.size() * sizeof(Point));
   return cloud;
 }
@@ -82,7 +82,7 @@ TEST(PackedPoints, AreThinnedLabelByLabelSoThatNoneVanishes) {
   const std::vector<Point> points(10, Point{0, 0, 1});
   std::vector<std::uint32_t> labels(10, 1);
   labels[4] = 20;
-  const PackedPoints packed = PackPoints({CloudOf(points), labels}, /*most_points=*/4);
+  const PackedPoints packed = PackPoints({CloudOf(points), labels}, /*max_points=*/4);
   EXPECT_EQ(packed.measured, 10);
   EXPECT_EQ(packed.every, 3);
   EXPECT_EQ(packed.runs, (std::vector<PointRun>{{1, 3}, {20, 1}}));

@@ -14,14 +14,14 @@
 namespace cwm::simulator {
 namespace {
 
-using testing::Finished;
 using ::testing::HasSubstr;
+using testing::ProcessResult;
 using testing::ScratchDirectory;
 
 constexpr int kUsage = 1;
 constexpr int kBadInput = 8;
 
-Finished Simulate(std::vector<std::string> arguments) {
+ProcessResult Simulate(std::vector<std::string> arguments) {
   const char* folder = std::getenv("CWM_BIN");
   arguments.insert(arguments.begin(),
                    std::string(folder == nullptr ? "." : folder) + "/cwm-simulator");
@@ -38,12 +38,12 @@ formats::CloudFile ReadCloudFile(const std::string& path) {
 
 TEST(Simulator, SeesTheSameInASceneThatItWrote) {
   const ScratchDirectory scratch;
-  const Finished made =
+  const ProcessResult made =
       Simulate({"--random", "vessels", "--seed", "5", "--noiseless", "--write-scene",
                 scratch / "s.yaml", "--out", scratch / "a.pcd", "--truth", scratch / "a.json"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  const Finished read = Simulate({"--scene", scratch / "s.yaml", "--noiseless", "--out",
-                                  scratch / "b.pcd", "--truth", scratch / "b.json"});
+  const ProcessResult read = Simulate({"--scene", scratch / "s.yaml", "--noiseless", "--out",
+                                       scratch / "b.pcd", "--truth", scratch / "b.json"});
   ASSERT_EQ(read.exit_code, 0) << read.err;
   const auto a = ReadJson(scratch / "a.json");
   const auto b = ReadJson(scratch / "b.json");
@@ -75,7 +75,7 @@ TEST(Simulator, TakesEverySensor) {
   const ScratchDirectory scratch;
   for (const char* sensor :
        {"kinect", "realsense", "time_of_flight", "tilting_laser", "sick_lms400", "0.003"}) {
-    const Finished run = Simulate({"--sensor", sensor, "--out", scratch / "a.pcd"});
+    const ProcessResult run = Simulate({"--sensor", sensor, "--out", scratch / "a.pcd"});
     EXPECT_EQ(run.exit_code, 0) << sensor << run.err;
     EXPECT_EQ(ReadCloudFile(scratch / "a.pcd").size(), 640 * 480);
   }
@@ -83,8 +83,9 @@ TEST(Simulator, TakesEverySensor) {
 
 TEST(Simulator, PutsViewsTogetherAndShuffles) {
   const ScratchDirectory scratch;
-  const Finished run = Simulate({"--views", "3", "--shuffle", "--up-error-deg", "2", "--labels",
-                                 "--out", scratch / "a.pcd", "--truth", scratch / "a.json"});
+  const ProcessResult run =
+      Simulate({"--views", "3", "--shuffle", "--up-error-deg", "2", "--labels", "--out",
+                scratch / "a.pcd", "--truth", scratch / "a.json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const formats::CloudFile cloud = ReadCloudFile(scratch / "a.pcd");
   EXPECT_EQ(cloud.height, 1);
@@ -116,7 +117,7 @@ TEST(Simulator, SaysWhatIsWrong) {
            Case{{"--views", "0", "--out", scratch / "a.pcd"}, kUsage, "--views"},
            Case{{"--up-error-deg", "nan", "--out", scratch / "a.pcd"}, kBadInput, "finite"},
        }) {
-    const Finished run = Simulate(wrong.arguments);
+    const ProcessResult run = Simulate(wrong.arguments);
     EXPECT_EQ(run.exit_code, wrong.exit_code) << wrong.says << run.err;
     EXPECT_THAT(run.err, HasSubstr(wrong.says));
   }

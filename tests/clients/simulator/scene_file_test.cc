@@ -143,7 +143,7 @@ TEST(SceneFile, TurnsByRollThenPitchThenYaw) {
   EXPECT_NEAR((R * Vector3::UnitZ() - Vector3::UnitX()).norm(), 0, 1e-12);
 }
 
-struct Lie {
+struct InvalidFile {
   std::string name;
   std::string from;  // a part of the valid scene ...
   std::string to;    // ... and its replacement
@@ -167,11 +167,11 @@ constexpr const char* kGood =
     "      - cylinder: {radius_m: 0.04, length_m: 0.1}\n"                        // 14
     "        role: body\n";                                                      // 15
 
-class Lies : public ::testing::TestWithParam<Lie> {};
+class InvalidFiles : public ::testing::TestWithParam<InvalidFile> {};
 
-TEST_P(Lies, AreRefusedWithFileLineFieldValueAndRule) {
+TEST_P(InvalidFiles, AreRefusedWithFileLineFieldValueAndRule) {
   const ScratchDirectory scratch;
-  const std::string path = scratch / "lie.yaml";
+  const std::string path = scratch / "invalid.yaml";
   std::string yaml = kGood;
   const std::size_t place = yaml.find(GetParam().from);
   ASSERT_NE(place, std::string::npos);
@@ -184,57 +184,68 @@ TEST_P(Lies, AreRefusedWithFileLineFieldValueAndRule) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Table, Lies,
+    Table, InvalidFiles,
     ::testing::Values(
-        Lie{"UnknownKey", "support", "supports", ":8: objects[0].supports is no known key; known"},
-        Lie{"UnknownTopKey", "camera:", "lens: 1\ncamera:", ":1: lens is no known key"},
-        Lie{"KeyTwice", "  height: 48\n", "  height: 48\n  width: 3\n",
-            ":4: camera.width stands here twice"},
-        Lie{"TextForNumber", "radius_m: 0.04", "radius_m: thin",
-            ":14: objects[1].parts[0].cylinder.radius_m is thin, must be a finite number"},
-        Lie{"NotANumber", "radius_m: 0.04", "radius_m: .nan", "must be a finite number"},
-        Lie{"Nan", "radius_m: 0.04", "radius_m: nan", "radius_m is nan, must be a finite number"},
-        Lie{"Infinite", "length_m: 0.1", "length_m: inf", "length_m is inf, must be a finite"},
-        Lie{"NegativeSize", "radius_m: 0.04", "radius_m: -0.04",
-            ":14: objects[1].parts[0].cylinder.radius_m is -0.04, must be positive"},
-        Lie{"ZeroSize", "length_m: 0.1", "length_m: 0", "length_m is 0, must be positive"},
-        Lie{"MissingSize", ", length_m: 0.1", "", "cylinder.length_m is missing"},
-        Lie{"NoThickness", "thickness_m: 0.02", "thickness_m: 0", "thickness_m is 0, must be"},
-        Lie{"CrossingOutline", "[[0, 0], [1, 0], [1, 1]]", "[[0, 0], [1, 1], [1, 0], [0, 1]]",
-            "must be a simple polygon"},
-        Lie{"ShortVertex", "[1, 0], [1, 1]", "[1], [1, 1]", "must be a list of 2 numbers"},
-        Lie{"ShortPosition", "[0, 0, 0.1]", "[0, 0]",
-            ":12: objects[1].pose.position_m must be a list of 3 numbers"},
-        Lie{"LongQuaternion", "[0, 0, 0, 1]", "[0, 0, 1, 1]", "must be within 1 % of 1"},
-        Lie{"TwoRotations", "quaternion_xyzw", "rpy_deg: [0, 0, 0], quaternion_xyzw",
-            "must not stand beside quaternion_xyzw"},
-        Lie{"NoWidth", "  width: 64\n", "", "camera.width is missing"},
-        Lie{"HugeWidth", "width: 64", "width: 1000000",
-            ":2: camera.width is 1000000, must be a whole number from 1 to 4096"},
-        Lie{"FractionOfAPixel", "width: 64", "width: 64.5", "must be a whole number"},
-        Lie{"NoFocalLength", "focal_px: 52.5", "focal_px: 0", "focal_px is 0, must be positive"},
-        Lie{"LooksAtItself", "at_m: [0, 0, 0]", "at_m: [-1, 0, 1]", "must differ from from_m"},
-        Lie{"TwoCameraPoses", "  look_at", "  pose: {}\n  look_at", "either pose or look_at"},
-        Lie{"NameTwice", "name: can", "name: table",
-            ":11: objects[1].name is table, must not appear twice"},
-        Lie{"NoName", "name: can", "name: \"\"", "objects[1].name"},
-        Lie{"FlagAsNumber", "support: true", "support: 1",
-            ":8: objects[0].support is 1, must be true or false"},
-        Lie{"UnknownRole", "role: body", "role: lid",
-            ":15: objects[1].parts[0].role is lid, must be body, handle or spout"},
-        Lie{"TwoShapes", "        role: body", "        sphere: {radius_m: 1}",
-            ":14: objects[1].parts[0] must hold one shape, and only one"},
-        Lie{"UnknownShape", "cylinder:", "tube:", "objects[1].parts[0].tube is no known key"},
-        Lie{"MissingMesh", "cylinder: {radius_m: 0.04, length_m: 0.1}", "mesh: {file: no.ply}",
-            ":14: objects[1].parts[0].mesh.file is no.ply, cannot be used"},
-        Lie{"MeshOfAnotherFormat", "cylinder: {radius_m: 0.04, length_m: 0.1}",
-            "mesh: {file: lie.yaml}", "must be .stl, .obj, .dae, .glb or .ply"},
-        Lie{"MeshScaledAway", "cylinder: {radius_m: 0.04, length_m: 0.1}",
-            "mesh: {file: no.ply, scale: 0}", "scale is 0, must be positive"},
-        Lie{"ObjectsAsMap", "objects:\n", "objects: {}\nothers:\n", "others is no known key"},
-        Lie{"NotYaml", "camera:", "camera: [", "YAML"},
-        Lie{"OtherDocument", kGood, "just text", "the document is just text, must be a map"},
-        Lie{"Nothing", kGood, "", "the document must be a map"}),
+        InvalidFile{"UnknownKey", "support", "supports",
+                    ":8: objects[0].supports is no known key; known"},
+        InvalidFile{"UnknownTopKey", "camera:", "lens: 1\ncamera:", ":1: lens is no known key"},
+        InvalidFile{"KeyTwice", "  height: 48\n", "  height: 48\n  width: 3\n",
+                    ":4: camera.width stands here twice"},
+        InvalidFile{"TextForNumber", "radius_m: 0.04", "radius_m: thin",
+                    ":14: objects[1].parts[0].cylinder.radius_m is thin, must be a finite number"},
+        InvalidFile{"NotANumber", "radius_m: 0.04", "radius_m: .nan", "must be a finite number"},
+        InvalidFile{"Nan", "radius_m: 0.04", "radius_m: nan",
+                    "radius_m is nan, must be a finite number"},
+        InvalidFile{"Infinite", "length_m: 0.1", "length_m: inf",
+                    "length_m is inf, must be a finite"},
+        InvalidFile{"NegativeSize", "radius_m: 0.04", "radius_m: -0.04",
+                    ":14: objects[1].parts[0].cylinder.radius_m is -0.04, must be positive"},
+        InvalidFile{"ZeroSize", "length_m: 0.1", "length_m: 0", "length_m is 0, must be positive"},
+        InvalidFile{"MissingSize", ", length_m: 0.1", "", "cylinder.length_m is missing"},
+        InvalidFile{"NoThickness", "thickness_m: 0.02", "thickness_m: 0",
+                    "thickness_m is 0, must be"},
+        InvalidFile{"CrossingOutline", "[[0, 0], [1, 0], [1, 1]]",
+                    "[[0, 0], [1, 1], [1, 0], [0, 1]]", "must be a simple polygon"},
+        InvalidFile{"ShortVertex", "[1, 0], [1, 1]", "[1], [1, 1]", "must be a list of 2 numbers"},
+        InvalidFile{"ShortPosition", "[0, 0, 0.1]", "[0, 0]",
+                    ":12: objects[1].pose.position_m must be a list of 3 numbers"},
+        InvalidFile{"LongQuaternion", "[0, 0, 0, 1]", "[0, 0, 1, 1]", "must be within 1 % of 1"},
+        InvalidFile{"TwoRotations", "quaternion_xyzw", "rpy_deg: [0, 0, 0], quaternion_xyzw",
+                    "must not stand beside quaternion_xyzw"},
+        InvalidFile{"NoWidth", "  width: 64\n", "", "camera.width is missing"},
+        InvalidFile{"HugeWidth", "width: 64", "width: 1000000",
+                    ":2: camera.width is 1000000, must be a whole number from 1 to 4096"},
+        InvalidFile{"FractionOfAPixel", "width: 64", "width: 64.5", "must be a whole number"},
+        InvalidFile{"NoFocalLength", "focal_px: 52.5", "focal_px: 0",
+                    "focal_px is 0, must be positive"},
+        InvalidFile{"LooksAtItself", "at_m: [0, 0, 0]", "at_m: [-1, 0, 1]",
+                    "must differ from from_m"},
+        InvalidFile{"TwoCameraPoses", "  look_at", "  pose: {}\n  look_at",
+                    "either pose or look_at"},
+        InvalidFile{"NameTwice", "name: can", "name: table",
+                    ":11: objects[1].name is table, must not appear twice"},
+        InvalidFile{"NoName", "name: can", "name: \"\"", "objects[1].name"},
+        InvalidFile{"FlagAsNumber", "support: true", "support: 1",
+                    ":8: objects[0].support is 1, must be true or false"},
+        InvalidFile{"UnknownRole", "role: body", "role: lid",
+                    ":15: objects[1].parts[0].role is lid, must be body, handle or spout"},
+        InvalidFile{"TwoShapes", "        role: body", "        sphere: {radius_m: 1}",
+                    ":14: objects[1].parts[0] must hold one shape, and only one"},
+        InvalidFile{"UnknownShape",
+                    "cylinder:", "tube:", "objects[1].parts[0].tube is no known key"},
+        InvalidFile{"MissingMesh", "cylinder: {radius_m: 0.04, length_m: 0.1}",
+                    "mesh: {file: no.ply}",
+                    ":14: objects[1].parts[0].mesh.file is no.ply, cannot be used"},
+        InvalidFile{"MeshOfAnotherFormat", "cylinder: {radius_m: 0.04, length_m: 0.1}",
+                    "mesh: {file: invalid.yaml}", "must be .stl, .obj, .dae, .glb or .ply"},
+        InvalidFile{"MeshScaledAway", "cylinder: {radius_m: 0.04, length_m: 0.1}",
+                    "mesh: {file: no.ply, scale: 0}", "scale is 0, must be positive"},
+        InvalidFile{"ObjectsAsMap", "objects:\n", "objects: {}\nothers:\n",
+                    "others is no known key"},
+        InvalidFile{"NotYaml", "camera:", "camera: [", "YAML"},
+        InvalidFile{"OtherDocument", kGood, "just text",
+                    "the document is just text, must be a map"},
+        InvalidFile{"Nothing", kGood, "", "the document must be a map"}),
     [](const auto& info) { return info.param.name; });
 
 TEST(SceneFile, IsRefusedWhereThereIsNone) {

@@ -2,13 +2,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Matrix4, Raycaster, SphereGeometry, Vector3, type BufferGeometry } from "three";
-import { ColorBook } from "../../../clients/web/src/viewer/color_book";
+import { ColorAssignment } from "../../../clients/web/src/viewer/color_assignment";
 import { MeshLibrary, meshOf } from "../../../clients/web/src/viewer/draw/blobs";
 import { ownerOfLabel } from "../../../clients/web/src/viewer/draw/cloud";
 import { partsOf, type Part } from "../../../clients/web/src/viewer/draw/parts";
 import { MeshBatch } from "../../../clients/web/src/viewer/draw/mesh_batch";
 import { ShapeBatch } from "../../../clients/web/src/viewer/draw/shape_batch";
-import { WorldView, type SceneThing } from "../../../clients/web/src/viewer/draw/world_view";
+import { WorldView, type DrawnObject } from "../../../clients/web/src/viewer/draw/world_view";
 import { backOff_ms } from "../../../clients/web/src/viewer/messages";
 import { objectColors } from "../../../clients/web/src/scene/palette";
 import type { ShapeOneOf, WorldObject } from "../../../clients/web/src/world/types";
@@ -45,12 +45,12 @@ test("the top of a support was measured, its body completed", () => {
   const fit = { rms_m: 0, max_residual_m: 0, inlier_count: "1", inlier_ratio: 1, observed_fraction: 1, parameter_sigma: [] };
   const object = objectOf([]);
   object.shapes = [{ plate, role: "PART_ROLE_COMPLETED", coefficients: [], fit }];
-  assert.deepEqual(partsOf(object).map(({ look }) => look), ["solid", "completed"]);
+  assert.deepEqual(partsOf(object).map(({ appearance }) => appearance), ["solid", "completed"]);
 });
 
 test("unseen space looks like nothing else", () => {
   const [part] = partsOf(objectOf([{ box: { size_x_m: 1, size_y_m: 1, size_z_m: 1 } }], { kind: "OBJECT_KIND_UNSEEN" }));
-  assert.equal(part?.look, "unseen");
+  assert.equal(part?.appearance, "unseen");
 });
 
 test("instances stay with their owners when others go and when there are many", () => {
@@ -72,17 +72,17 @@ test("instances stay with their owners when others go and when there are many", 
 });
 
 test("an object keeps its colour while others come and go, and neighbours differ", () => {
-  const book = new ColorBook();
+  const colors = new ColorAssignment();
   const named = (name: string, x: number): WorldObject =>
     objectOf([], { name, x_world_object: { tx_m: x, ty_m: 0, tz_m: 0, qx: 0, qy: 0, qz: 0, qw: 1 } });
   const row = Array.from({ length: 3 * objectColors.length }, (_, i) => named(`thing_${i}`, i));
-  book.update(row);
-  const before = row.map(({ name }) => book.of(name));
+  colors.update(row);
+  const before = row.map(({ name }) => colors.of(name));
   before.slice(1).forEach((color, i) => assert.notEqual(color, before[i]));
   const fewer = row.filter((_, i) => i % 2 === 0);
-  book.update([...fewer, named("new", 0.5)]);
-  fewer.forEach(({ name }, i) => assert.equal(book.of(name), before[2 * i]));
-  assert.notEqual(book.of("new"), book.of("thing_0"));
+  colors.update([...fewer, named("new", 0.5)]);
+  fewer.forEach(({ name }, i) => assert.equal(colors.of(name), before[2 * i]));
+  assert.notEqual(colors.of("new"), colors.of("thing_0"));
 });
 
 test("labels name their owners", () => {
@@ -114,7 +114,7 @@ test("attempts to connect begin soon and never wait long", () => {
 // A ball with 33 x (rings + 1) vertices.
 const ball = (rings: number): BufferGeometry => new SphereGeometry(1, 32, rings);
 
-test("meshes are replaced as often as they change, the last one of a look too", () => {
+test("meshes are replaced as often as they change, the last one of an appearance too", () => {
   const batch = new MeshBatch<string>("solid");
   for (let k = 0; k < 12; ++k) {
     const slot = batch.add("alone", `mesh ${k}`, ball(30 + 7 * (k % 5)), new Matrix4(), new Color("red"));
@@ -128,8 +128,8 @@ test("meshes are replaced as often as they change, the last one of a look too", 
   assert.equal(batch.count, 1);
 });
 
-// A cube of 0.2 m at x, with the look of its role or kind.
-function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_COMPLETED", kind = "OBJECT_KIND_OBJECT"): SceneThing {
+// A cube of 0.2 m at x, with the appearance of its role or kind.
+function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_COMPLETED", kind = "OBJECT_KIND_OBJECT"): DrawnObject {
   const object = objectOf([{ box: { size_x_m: 0.2, size_y_m: 0.2, size_z_m: 0.2 } }], { kind });
   object.shapes = object.shapes.map((shape) => ({ ...shape, role }));
   return { name, color: "#888888", shape: name, frames: [new Matrix4().makeTranslation(x, 0, 0)],
@@ -139,7 +139,7 @@ function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_C
 test("what was completed is pointed at as what was measured is; unseen space lets through", () => {
   const view = new WorldView(new MeshLibrary(assert.fail), () => undefined);
   const ray = new Raycaster(new Vector3(-5, 0, 0), new Vector3(1, 0, 0));
-  const show = (...things: SceneThing[]): void => view.sync(new Map(things.map((thing) => [thing.name, thing])));
+  const show = (...objects: DrawnObject[]): void => view.sync(new Map(objects.map((object) => [object.name, object])));
   const back = cubeAt("back", 3, "PART_ROLE_FITTED");
   show(back, cubeAt("hatched", 1, "PART_ROLE_COMPLETED"));
   assert.equal(view.pick(ray)?.owner, "hatched");

@@ -242,7 +242,7 @@ TEST(BoundsTree, AChangeSharesAllButAPathAndLeavesTheOldTreeAsItWas) {
     const Item moved{7, Cube({1.5, -1.5, 0.5}, 0.05)};
     const BoundsTree<Item> after = forest.tree.Without(forest.items[7]).With(moved);
     // Two paths of a tree of count / 4 leaves, at most twice as deep as a balanced one.
-    EXPECT_LE(after.CountOwnNodes(forest.tree), 4 * std::log2(count / 4.0)) << count;
+    EXPECT_LE(after.CountUnsharedNodes(forest.tree), 4 * std::log2(count / 4.0)) << count;
     EXPECT_EQ(Order(forest.tree), before);
   }
 }
@@ -255,8 +255,9 @@ TEST(BoundsTree, AnUnboundedBoxComesAndGoes) {
   EXPECT_THAT(Within(without.With(forest.items[1]), Cube({50, 50, 1}, 0.1), 1.0), ElementsAre(1));
 }
 
-TEST(PlaceKey, TellsTheFirstBitInWhichTwoPlacesDiffer) {
-  const PlaceKey a = KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 3), b = KeyOf(Cube({0.5, 0.5, 0.5}, 0.2), 3);
+TEST(MortonCode, TellsTheFirstBitInWhichTwoPlacesDiffer) {
+  const MortonCode a = KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 3),
+                   b = KeyOf(Cube({0.5, 0.5, 0.5}, 0.2), 3);
   EXPECT_EQ(FirstDifference(a, b), -1);  // the same centre, whatever the size
   EXPECT_EQ(FirstDifference(a, KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 2)), 0);
   const int far = FirstDifference(a, KeyOf(Cube({-0.5, 0.5, 0.5}, 0.1), 3));

@@ -31,10 +31,10 @@ TEST(BulletProbe, NoShapeHasAMargin) {
 }
 
 TEST(BulletProbe, ConcaveAgainstConcaveAnswersNothingAndIsNotInTheTable) {
-  for (const Question question : {Question::kCollides, Question::kDistance, Question::kContacts}) {
-    EXPECT_FALSE(Bullet().Supports(ShapeKind::kMesh, ShapeKind::kMesh, question));
-    EXPECT_FALSE(Bullet().Supports(ShapeKind::kMesh, ShapeKind::kHalfSpace, question));
-    EXPECT_FALSE(Bullet().Supports(ShapeKind::kHalfSpace, ShapeKind::kHalfSpace, question));
+  for (const QueryKind query : {QueryKind::kCollides, QueryKind::kDistance, QueryKind::kContacts}) {
+    EXPECT_FALSE(Bullet().Supports(ShapeKind::kMesh, ShapeKind::kMesh, query));
+    EXPECT_FALSE(Bullet().Supports(ShapeKind::kMesh, ShapeKind::kHalfSpace, query));
+    EXPECT_FALSE(Bullet().Supports(ShapeKind::kHalfSpace, ShapeKind::kHalfSpace, query));
   }
 }
 
@@ -67,7 +67,7 @@ TEST(BulletProbe, DepthIsLabelledAsItsBestEffort) {
   const PairDistance answer =
       Distance(Cylinder{0.05, 0.2}, kOrigin, Cylinder{0.05, 0.2}, MakeTranslation(0.08, 0, 0));
   EXPECT_LT(answer.distance_m, 0);
-  EXPECT_EQ(answer.trust, Trust::kDegraded);
+  EXPECT_EQ(answer.accuracy, Accuracy::kDegraded);
 }
 
 TEST(BulletProbe, DistanceToAHalfSpaceIsThatOfTheLowestPoint) {

@@ -19,7 +19,8 @@ TEST(Engine, SupportsIsSymmetric) {
     EXPECT_EQ(engine.kind(), kind);
     for (int a = 0; a < kShapeKindCount; ++a) {
       for (int b = 0; b < kShapeKindCount; ++b) {
-        for (const Question q : {Question::kCollides, Question::kDistance, Question::kContacts}) {
+        for (const QueryKind q :
+             {QueryKind::kCollides, QueryKind::kDistance, QueryKind::kContacts}) {
           EXPECT_EQ(engine.Supports(ShapeKind(a), ShapeKind(b), q),
                     engine.Supports(ShapeKind(b), ShapeKind(a), q));
         }
@@ -31,7 +32,7 @@ TEST(Engine, SupportsIsSymmetric) {
 TEST(Engine, AutoAnswersEveryPair) {
   for (int a = 0; a < kShapeKindCount; ++a) {
     for (int b = 0; b < kShapeKindCount; ++b) {
-      for (const Question q : {Question::kCollides, Question::kDistance, Question::kContacts}) {
+      for (const QueryKind q : {QueryKind::kCollides, QueryKind::kDistance, QueryKind::kContacts}) {
         EXPECT_NE(BestEngine(ShapeKind(a), ShapeKind(b), q), nullptr);
       }
     }
@@ -40,7 +41,7 @@ TEST(Engine, AutoAnswersEveryPair) {
 
 TEST(Engine, PreparesEveryShapeForAll) {
   for (const CatalogueShape& entry : Catalogue()) {
-    const PreparedShape prepared = PrepareForAll(entry.shape);
+    const PreparedShape prepared = PrepareShape(entry.shape);
     for (int i = 0; i < kEngineCount; ++i) EXPECT_NE(prepared[i], nullptr) << entry.name;
   }
 }
@@ -51,7 +52,7 @@ TEST(PreparedShape, IsSharedByAllThatReferToOneMeshAndDiesWithThem) {
   std::vector<std::thread> threads;
   for (PreparedShape& mine : prepared) {
     threads.emplace_back([&mine, &mesh] {
-      mine = PrepareForAll(mesh);
+      mine = PrepareShape(mesh);
       for (int i = 0; i < kEngineCount; ++i) ASSERT_NE(mine[i], nullptr);
     });
   }
@@ -61,7 +62,7 @@ TEST(PreparedShape, IsSharedByAllThatReferToOneMeshAndDiesWithThem) {
   }
   Mesh open = mesh;
   open.watertight = false;  // a different solid
-  EXPECT_NE(PrepareForAll(open)[0], prepared[0][0]);
+  EXPECT_NE(PrepareShape(open)[0], prepared[0][0]);
   EXPECT_GT(mesh.mesh.use_count(), 2);
   prepared.clear();
   open.mesh.reset();
@@ -71,8 +72,8 @@ TEST(PreparedShape, IsSharedByAllThatReferToOneMeshAndDiesWithThem) {
 TEST(ConvexPieces, OfFlatConesAndThinPlatesAreNeverEmpty) {
   for (const Shape& shape :
        {Shape(Cone{1000, 999, 1e-9}), Shape(Plate{{{0, 0}, {1e3, 0}, {0, 1e3}}, {}, 1e-9})}) {
-    const PreparedShape flat = PrepareForAll(shape);
-    const PreparedShape ball = PrepareForAll(Sphere{0.1});
+    const PreparedShape flat = PrepareShape(shape);
+    const PreparedShape ball = PrepareShape(Sphere{0.1});
     const Pose X_WF = Pose::Identity(), X_WB = MakeTranslation(10, 10, 1);
     for (int i = 0; i < kEngineCount; ++i) {
       const PairDistance answer =
@@ -122,9 +123,9 @@ TEST(Solid, ABoxMeshHoldsTheComponentOfAnotherThatLiesInside) {
   const Solid large(PrepareExact(MakeMesh(BoxMesh({1, 1, 1}))));
   const Pose I = Pose::Identity();
   EXPECT_EQ(pair.points().size(), 2u);
-  EXPECT_TRUE(OneHoldsPartOfOther(pair, I, large, I));
-  EXPECT_TRUE(OneHoldsPartOfOther(large, I, pair, MakeTranslation(-9, 0, 0)));
-  EXPECT_FALSE(OneHoldsPartOfOther(large, I, pair, MakeTranslation(-4, 0, 0)));
+  EXPECT_TRUE(EitherContainsOther(pair, I, large, I));
+  EXPECT_TRUE(EitherContainsOther(large, I, pair, MakeTranslation(-9, 0, 0)));
+  EXPECT_FALSE(EitherContainsOther(large, I, pair, MakeTranslation(-4, 0, 0)));
 }
 
 TEST(Solid, ContainsAgreesWithTheSignedDistance) {

@@ -38,10 +38,10 @@ TEST(FclProbe, DistanceToAHalfSpaceIsThatOfTheKernels) {
           return is_first ? engine.Distance(shape.get(), floor.get(), 1e3)
                           : engine.Distance(floor.get(), shape.get(), 1e3);
         };
-        const PairDistance told = ask(Fcl()), truth = ask(GetEngine(EngineKind::kExact));
-        EXPECT_NEAR(told.distance_m, truth.distance_m, 1e-12) << entry.name;
-        EXPECT_EQ(told.trust, truth.trust) << entry.name;
-        EXPECT_EQ(told.solver, Solver::kKernels) << entry.name;
+        const PairDistance result = ask(Fcl()), truth = ask(GetEngine(EngineKind::kExact));
+        EXPECT_NEAR(result.distance_m, truth.distance_m, 1e-12) << entry.name;
+        EXPECT_EQ(result.accuracy, truth.accuracy) << entry.name;
+        EXPECT_EQ(result.solver, Solver::kKernels) << entry.name;
       }
     }
   }
@@ -57,7 +57,7 @@ int WrongYesAndNo(const Shape& a, const Shape& b, std::initializer_list<double> 
   for (int i = 0; i < 100; ++i) {
     Pose X_WB = RandomPose(random, 0.5);
     const PairDistance apart = exact.Distance(placed_a.get(), Place(exact, b, X_WB).get(), 1e3);
-    if (apart.distance_m < 0 || apart.trust != Trust::kExact) continue;
+    if (apart.distance_m < 0 || apart.accuracy != Accuracy::kExact) continue;
     const Vector3 from = X_WB.translation();
     for (const double distance_m : distances_m) {
       X_WB.translation() = from - (apart.distance_m - distance_m) * apart.normal;
@@ -71,7 +71,7 @@ TEST(FclProbe, YesAndNoAreExactWhereFclHasAFormula) {
   int pairs = 0;
   for (const CatalogueShape& a : Catalogue()) {
     for (const CatalogueShape& b : Catalogue()) {
-      if (Fcl().TrustOfCollides(KindOf(a.shape), KindOf(b.shape)) != Trust::kExact) continue;
+      if (Fcl().CollisionAccuracy(KindOf(a.shape), KindOf(b.shape)) != Accuracy::kExact) continue;
       ++pairs;
       EXPECT_EQ(WrongYesAndNo(a.shape, b.shape, {-1e-3, -1e-7, 1e-7, 1e-3}), 0)
           << a.name << " " << b.name;
@@ -84,10 +84,10 @@ TEST(FclProbe, YesAndNoAreExactWhereFclHasAFormula) {
 TEST(FclProbe, YesAndNoOfASearchAreABestEffort) {
   const Shape box = Box{{0.2, 0.12, 0.08}}, cylinder = Cylinder{0.05, 0.2},
               cone = Cone{0.08, 0, 0.2};
-  EXPECT_EQ(Fcl().TrustOfCollides(ShapeKind::kBox, ShapeKind::kCylinder), Trust::kDegraded);
-  EXPECT_EQ(Fcl().TrustOfCollides(ShapeKind::kCylinder, ShapeKind::kBox), Trust::kDegraded);
+  EXPECT_EQ(Fcl().CollisionAccuracy(ShapeKind::kBox, ShapeKind::kCylinder), Accuracy::kDegraded);
+  EXPECT_EQ(Fcl().CollisionAccuracy(ShapeKind::kCylinder, ShapeKind::kBox), Accuracy::kDegraded);
   EXPECT_GT(WrongYesAndNo(box, cylinder, {-1e-7}), 0);
-  EXPECT_EQ(Fcl().TrustOfCollides(ShapeKind::kCone, ShapeKind::kCone), Trust::kDegraded);
+  EXPECT_EQ(Fcl().CollisionAccuracy(ShapeKind::kCone, ShapeKind::kCone), Accuracy::kDegraded);
   EXPECT_GT(WrongYesAndNo(cone, cone, {-1e-3}), 0);
 }
 
@@ -121,7 +121,7 @@ TEST(FclProbe, TwoOverlappingCubeMeshesPenetrateAndSayThatTheDepthIsABound) {
   const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
   const PairDistance answer = Distance(cube, kOrigin, cube, MakeTranslation(0.5, 0.1, 0.05));
   EXPECT_LT(answer.distance_m, 0);  // FCL: 0
-  EXPECT_EQ(answer.trust, Trust::kBounded);
+  EXPECT_EQ(answer.accuracy, Accuracy::kBounded);
   EXPECT_LE(std::abs(answer.distance_m + 0.5), answer.bound_m + 1e-9);
   EXPECT_TRUE(Collides(cube, kOrigin, cube, MakeTranslation(0.5, 0.1, 0.05)));
 }
@@ -151,7 +151,7 @@ TEST(FclProbe, AnOpenMeshHasNoInside) {
   EXPECT_FALSE(Collides(Sphere{0.1}, kOrigin, open, kOrigin));
   const PairDistance answer = Distance(Sphere{0.1}, kOrigin, open, kOrigin);
   EXPECT_NEAR(answer.distance_m, 0.4, 1e-4);
-  EXPECT_EQ(answer.trust, Trust::kSurfaceOnly);
+  EXPECT_EQ(answer.accuracy, Accuracy::kSurfaceOnly);
 }
 
 // FCL's collide() measures depth along the ray between centres: 2 mm wrong for cylinders that
@@ -174,7 +174,7 @@ TEST(FclProbe, DeepAndTouchingOverlapsAreAnsweredWithoutAnAssertion) {
   std::mt19937 random(4);
   for (const CatalogueShape& a : Catalogue()) {
     for (const CatalogueShape& b : Catalogue()) {
-      if (!Fcl().Supports(KindOf(a.shape), KindOf(b.shape), Question::kDistance)) continue;
+      if (!Fcl().Supports(KindOf(a.shape), KindOf(b.shape), QueryKind::kDistance)) continue;
       for (int i = 0; i < 20; ++i) {
         const Pose X_WA = RandomPose(random, 0.01);
         EXPECT_LE(Distance(a.shape, X_WA, b.shape, RandomPose(random, 0.01)).distance_m, 0.2);
@@ -203,7 +203,7 @@ TEST(FclProbe, ABoxThatFacesAMeshIsLabelledAsBestEffort) {
   const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
   const PairDistance answer =
       Distance(Box{{0.5, 0.5, 0.5}}, kOrigin, cube, MakeTranslation(3, 0, 0));
-  EXPECT_EQ(answer.trust, Trust::kDegraded);
+  EXPECT_EQ(answer.accuracy, Accuracy::kDegraded);
   EXPECT_GE(answer.distance_m, 2.25 - 1e-9);  // witnesses are real points: never too near
 }
 
@@ -227,7 +227,7 @@ TEST(FclProbe, AnEarlyStopBetweenConvexShapesIsWithinTheBoundStated) {
 TEST(FclProbe, ATruncatedConeIsBoundedByItsPieces) {
   const PairDistance answer =
       Distance(Cone{0.04, 0.07, 0.12}, kOrigin, Sphere{0.05}, MakeTranslation(0.2, 0, 0.06));
-  EXPECT_EQ(answer.trust, Trust::kBounded);
+  EXPECT_EQ(answer.accuracy, Accuracy::kBounded);
   EXPECT_GT(answer.bound_m, 1e-5);
   EXPECT_LT(answer.bound_m, 2e-4);
   EXPECT_LE(std::abs(answer.distance_m - (0.2 - 0.05 - 0.07)), answer.bound_m);

@@ -24,7 +24,7 @@ void ExpectSoundHull(const std::vector<Vector3>& points, double size_m) {
   const double rounding_m = 1e-11 * size_m;  // ten times the promise of ConvexHull3
   for (const TriangleMesh::Triangle& t : hull.triangles) {
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
-    if (!SureNormal(a, b, c)) continue;
+    if (!ReliableNormal(a, b, c)) continue;
     // In extended precision, because the planes of slivers are as inaccurate as their heights are
     // small.
     using Long = Eigen::Matrix<long double, 3, 1>;

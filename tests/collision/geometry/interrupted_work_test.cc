@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "collision/geometry/built_once.h"
+#include "collision/geometry/interruptible_sort.h"
+#include "collision/geometry/lazy.h"
 #include "collision/geometry/mesh_parts.h"
-#include "collision/geometry/sort_in_pieces.h"
 #include "collision/geometry/validation.h"
 
 namespace cwm {
@@ -26,18 +26,18 @@ class EndsAtLook : public WorkCounter {
  public:
   explicit EndsAtLook(int look) : left_(look) {}
   bool MustEndAfter(std::size_t steps) override {
-    most_at_once_ = std::max(most_at_once_, steps);
+    max_at_once_ = std::max(max_at_once_, steps);
     if (steps > 0) ++looks_;
     return looks_ >= left_;
   }
   bool MustEndNow() override { return MustEndAfter(1); }
   int looks() const { return looks_; }
-  std::size_t most_at_once() const { return most_at_once_; }
+  std::size_t max_at_once() const { return max_at_once_; }
 
  private:
   int left_;
   int looks_ = 0;
-  std::size_t most_at_once_ = 0;
+  std::size_t max_at_once_ = 0;
 };
 
 constexpr int kNever = 1 << 30;
@@ -64,14 +64,14 @@ TriangleMesh Pillow(std::uint32_t squares) {
   return mesh;
 }
 
-TEST(SortInPieces, OrdersAsStdSortDoes) {
+TEST(InterruptibleSort, OrdersAsStdSortDoes) {
   std::mt19937_64 random(7);
   for (const std::size_t size : {0u, 1u, 1000u, 32'768u, 32'769u, 200'000u}) {
     std::vector<std::uint64_t> values(size);
     for (std::uint64_t& value : values) value = random() % 5'000;
     std::vector<std::uint64_t> sorted = values;
     std::sort(sorted.begin(), sorted.end());
-    SortInPieces(values, std::less<>());
+    InterruptibleSort(values, std::less<>());
     EXPECT_EQ(values, sorted) << size;
   }
 }
@@ -98,12 +98,12 @@ TriangleMesh SpindleOfLooseTriangles(std::uint32_t sides) {
 TEST(Interrupted, AMeshThatIsClosedByPlacesAloneIsWatertightWhateverItsSize) {
   for (const std::uint32_t sides : {3u, 100u, 30'000u}) {
     TriangleMesh mesh = SpindleOfLooseTriangles(sides);
-    EXPECT_FALSE(SharesEdges(mesh));
+    EXPECT_FALSE(IsWatertightByIndex(mesh));
     EXPECT_TRUE(IsWatertight(mesh)) << sides;
-    EXPECT_TRUE(TrianglesWoundInward(mesh, Components(mesh)).empty());
+    EXPECT_TRUE(TrianglesWoundInward(mesh, ConnectedComponents(mesh)).empty());
     EXPECT_EQ(ComponentPoints(mesh).size(), 1u);
     for (TriangleMesh::Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
-    EXPECT_EQ(TrianglesWoundInward(mesh, Components(mesh)),
+    EXPECT_EQ(TrianglesWoundInward(mesh, ConnectedComponents(mesh)),
               std::vector<bool>(mesh.triangles.size(), true));
     mesh.triangles.pop_back();
     EXPECT_FALSE(IsWatertight(mesh)) << sides;
@@ -114,7 +114,7 @@ TEST(Interrupted, EndsAtTheLookThatSaysSo) {
   const TriangleMesh mesh = Pillow(150);
   const std::vector<std::function<void(WorkCounter*)>> works = {
       [&](WorkCounter* work) { IsWatertight(mesh, work); },
-      [&](WorkCounter* work) { Components(mesh, work); },
+      [&](WorkCounter* work) { ConnectedComponents(mesh, work); },
       [&](WorkCounter* work) { ConvexHull3(mesh.vertices, work); },
       [&](WorkCounter* work) { FindViolation(mesh, work); },
       [&](WorkCounter* work) { SignedVolume_m3(mesh, work); }};
@@ -122,7 +122,7 @@ TEST(Interrupted, EndsAtTheLookThatSaysSo) {
     EndsAtLook all(kNever);
     works[k](&all);
     EXPECT_GT(all.looks(), 10) << k;
-    EXPECT_LE(all.most_at_once(), std::size_t{1} << 17) << k;  // a few milliseconds
+    EXPECT_LE(all.max_at_once(), std::size_t{1} << 17) << k;  // a few milliseconds
     for (const int look : {1, all.looks() / 2, all.looks()}) {
       EndsAtLook counter(look);
       works[k](&counter);
@@ -131,8 +131,8 @@ TEST(Interrupted, EndsAtTheLookThatSaysSo) {
   }
 }
 
-TEST(BuiltOnce, IsBuiltOnceForAllWhoAskAtATime) {
-  const BuiltOnce<int> value;
+TEST(Lazy, IsBuiltOnceForAllWhoAskAtATime) {
+  const Lazy<int> value;
   std::atomic<int> built = 0;
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
@@ -148,8 +148,8 @@ TEST(BuiltOnce, IsBuiltOnceForAllWhoAskAtATime) {
   EXPECT_EQ(built, 1);
 }
 
-TEST(BuiltOnce, WhatWasEndedIsBuiltByTheNext) {
-  const BuiltOnce<int> value;
+TEST(Lazy, WhatWasEndedIsBuiltByTheNext) {
+  const Lazy<int> value;
   EndsAtLook at_once(1);
   EXPECT_EQ(value.Get(
                 [&] {
@@ -158,13 +158,13 @@ TEST(BuiltOnce, WhatWasEndedIsBuiltByTheNext) {
                 },
                 &at_once),
             nullptr);
-  EXPECT_EQ(value.IfBuilt(), nullptr);
+  EXPECT_EQ(value.GetIfBuilt(), nullptr);
   EXPECT_EQ(*value.Get([] { return 2; }), 2);
 }
 
 // A thread that waits for another one's build leaves when its own time is over.
-TEST(BuiltOnce, AWaitEndsWithItsOwnCounter) {
-  const BuiltOnce<int> value;
+TEST(Lazy, AWaitEndsWithItsOwnCounter) {
+  const Lazy<int> value;
   std::atomic<bool> under_way = false, may_end = false;
   std::thread builder([&] {
     value.Get([&] {
@@ -179,7 +179,7 @@ TEST(BuiltOnce, AWaitEndsWithItsOwnCounter) {
   EXPECT_EQ(soon.looks(), 2);
   may_end = true;
   builder.join();
-  EXPECT_EQ(*value.IfBuilt(), 1);
+  EXPECT_EQ(*value.GetIfBuilt(), 1);
 }
 
 }  // namespace

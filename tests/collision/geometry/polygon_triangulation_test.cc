@@ -12,8 +12,8 @@ namespace cwm {
 namespace {
 
 Polygon Star(std::mt19937& random, int count, const Vector2& centre, double radius,
-             double least_share) {
-  std::uniform_real_distribution<double> share(least_share, 1);
+             double min_share) {
+  std::uniform_real_distribution<double> share(min_share, 1);
   Polygon polygon;
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * std::numbers::pi * i / count;

@@ -81,7 +81,7 @@ TEST(ContactPatch, OfABoxFlatOnAHalfSpaceIsItsFourCorners) {
     for (const PairDistance& contact : contacts) {
       EXPECT_NEAR(contact.distance_m, -kDepth_m, kRounding_m);
       EXPECT_EQ(contact.normal, Vector3::UnitZ());
-      EXPECT_EQ(contact.trust, Trust::kExact);
+      EXPECT_EQ(contact.accuracy, Accuracy::kExact);
       EXPECT_NEAR((contact.point_b - contact.point_a - Vector3(0, 0, -kDepth_m)).norm(), 0,
                   kRounding_m);
     }
@@ -154,7 +154,7 @@ TEST(ContactPatch, OfABoxOnACornerIsThatCorner) {
 }
 
 TEST(ContactPatch, HasADepthForEachPointOfWhatLeans) {
-  const double lean = 0.5 * kMaxLean, half_m = 0.1;
+  const double lean = 0.5 * kMaxTilt, half_m = 0.1;
   const Pose X_WB = TurnedAbout(Vector3::UnitY(), lean, {0, 0, 0.1});
   const auto contacts = ContactsOf({HalfSpace{}}, {Box{{0.2, 0.2, 0.2}}, X_WB}, 0.01);
   ASSERT_THAT(contacts, SizeIs(4));
@@ -288,7 +288,7 @@ struct Scene {
 };
 
 std::vector<Scene> Scenes() {
-  const double tilt = 0.5 * kMaxLean;
+  const double tilt = 0.5 * kMaxTilt;
   return {
       {{HalfSpace{}}, {kBox, kSunk}},
       {{SquarePlate(1, 0.1)}, {kBox, kSunk}},
@@ -317,11 +317,11 @@ bool HoldsAllBut(std::size_t first, const std::vector<PairDistance>& contacts,
 }
 
 // Either of two equally deep points may be the first; all others must agree.
-void ExpectSamePatch(const std::vector<PairDistance>& told,
+void ExpectSamePatch(const std::vector<PairDistance>& result,
                      const std::vector<PairDistance>& expected) {
-  EXPECT_GE(told.size(), 2u);
-  EXPECT_TRUE(HoldsAllBut(1, told, expected));
-  EXPECT_TRUE(HoldsAllBut(1, expected, told));
+  EXPECT_GE(result.size(), 2u);
+  EXPECT_TRUE(HoldsAllBut(1, result, expected));
+  EXPECT_TRUE(HoldsAllBut(1, expected, result));
 }
 
 TEST(ContactPatch, IsMirroredWhenTheTwoChangePlaces) {
@@ -443,7 +443,7 @@ TEST(ContactPatch, OfAMeshOfManyTrianglesSpansThemAll) {
       EXPECT_TRUE(Holds(contacts, {x, y, 0}, 1e-6)) << x << " " << y;
     }
   }
-  for (const PairDistance& contact : contacts) EXPECT_EQ(contact.trust, Trust::kSurfaceOnly);
+  for (const PairDistance& contact : contacts) EXPECT_EQ(contact.accuracy, Accuracy::kSurfaceOnly);
 }
 
 // Random shapes in random poses, many of them aligned.

@@ -25,7 +25,7 @@ const Plate kFrame{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}},
 TEST(ExactPlate, LetsABoxThroughItsHole) {
   const PairDistance answer = Solve(kFrame, kHere, Box{{0.8, 0.8, 1}}, MakeTranslation(0, 0, 0));
   EXPECT_NEAR(answer.distance_m, 0.1, 1e-12);
-  EXPECT_EQ(answer.trust, Trust::kExact);
+  EXPECT_EQ(answer.accuracy, Accuracy::kExact);
 }
 
 TEST(ExactPlate, StopsABoxThatIsWiderThanItsHole) {
@@ -33,14 +33,14 @@ TEST(ExactPlate, StopsABoxThatIsWiderThanItsHole) {
       Solve(kFrame, kHere, Box{{1.2, 0.2, 0.5}}, MakeTranslation(0, 0, 0.24));
   EXPECT_NEAR(answer.distance_m, -0.01, 1e-9);
   EXPECT_NEAR(answer.normal.z(), 1, 1e-9);
-  EXPECT_EQ(answer.trust, Trust::kExact);  // the same translation separates pieces and hull
+  EXPECT_EQ(answer.accuracy, Accuracy::kExact);  // the same translation separates pieces and hull
 }
 
 TEST(ExactPlate, StatesABoundWhereOnlyPiecesAreKnown) {
   const PairDistance answer =
       Solve(Box{{0.2, 0.2, 0.5}}, MakeTranslation(0.45, 0, 0), kFrame, kHere);
   EXPECT_NEAR(answer.distance_m, -0.05, 1e-9);
-  EXPECT_EQ(answer.trust, Trust::kBounded);
+  EXPECT_EQ(answer.accuracy, Accuracy::kBounded);
   EXPECT_GT(answer.bound_m, 0.1);
 }
 
@@ -65,7 +65,7 @@ TEST(ExactMesh, AgreesWithTheSolidThatItTessellates) {
     // The true depth is between the answer and its bound; an exact answer has its tolerance as
     // bound.
     ASSERT_LE(-answer.distance_m, -solid.distance_m + tolerance_m) << k;
-    const double bound_m = answer.trust == Trust::kExact ? kExactTolerance_m : answer.bound_m;
+    const double bound_m = answer.accuracy == Accuracy::kExact ? kExactTolerance_m : answer.bound_m;
     ASSERT_GE(-answer.distance_m + bound_m, -solid.distance_m - tolerance_m) << k;
   }
 }
@@ -87,7 +87,7 @@ TEST(ExactMesh, HasNoInsideWhenOpen) {
   open.triangles.pop_back();
   const PairDistance answer = Solve(MakeMesh(open), kHere, Sphere{0.1}, kHere);
   EXPECT_NEAR(answer.distance_m, 0.9, 1e-12);
-  EXPECT_EQ(answer.trust, Trust::kSurfaceOnly);
+  EXPECT_EQ(answer.accuracy, Accuracy::kSurfaceOnly);
 }
 
 TEST(ExactMesh, MeetsMeshesAndHalfSpaces) {

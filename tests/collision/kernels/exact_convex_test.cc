@@ -49,7 +49,7 @@ constexpr Limits kPolyhedra = {2e-9, 2e-9, 5e-8};
 // search runs out of work for shapes of millimetres, its bound still keeps kPromise_m below and the
 // answer is called exact, though not as a share of the size.
 constexpr Limits kRound = {2e-8, 5e-7, 4.5e-5};
-// The accuracy of kExact for any size, see pair_answer.h.
+// The accuracy of kExact for any size, see pair_distance.h.
 constexpr double kPromise_m = 1e-7;
 
 Limits LimitsFor(ShapeKind a, ShapeKind b) {
@@ -89,7 +89,7 @@ TEST_P(ExactConvexPair, IsProvenInAnyPoseAndWhenKissing) {
     const double size = has_half_space ? 10 : SizeOf(pair);
     ASSERT_NEAR(answer.normal.norm(), 1, 1e-12) << k;
     ASSERT_TRUE(answer.point_a.allFinite() && answer.point_b.allFinite()) << k;
-    ASSERT_TRUE(answer.trust == Trust::kExact || answer.trust == Trust::kBounded) << k;
+    ASSERT_TRUE(answer.accuracy == Accuracy::kExact || answer.accuracy == Accuracy::kBounded) << k;
     const Vector3 gap = answer.point_b - answer.point_a - answer.distance_m * answer.normal;
     ASSERT_LE(gap.norm(), 1e-11 * size) << k;
     if (has_half_space) continue;  // the overlap along any other normal is infinite
@@ -98,7 +98,7 @@ TEST_P(ExactConvexPair, IsProvenInAnyPoseAndWhenKissing) {
     worst_distance = std::max(worst_distance, errors.distance_m / size);
     worst_witness = std::max(worst_witness, errors.witness_m / size);
     if (answer.distance_m >= 0 || k % (kPairs / kSearchedPairs) > 1) continue;
-    const double least = SearchedLeastOverlap(pair, 200, 3);
+    const double least = SearchMinOverlap(pair, 200, 3);
     const double excess_m = -answer.distance_m - least - answer.bound_m;
     ASSERT_LE(excess_m, kPromise_m) << k;
     worst_depth = std::max(worst_depth, excess_m / size);
@@ -121,7 +121,7 @@ TEST_P(ExactConvexPair, OfHandSizedShapesIsRightToATenthOfAMicrometre) {
     EXPECT_LE(answer.bound_m, kPromise_m) << k;
     EXPECT_LE(ErrorsOf(pair, answer).distance_m, kPromise_m) << k;
     if (answer.distance_m >= 0 || k % 4 != 0) continue;
-    EXPECT_LE(-answer.distance_m - SearchedLeastOverlap(pair, 200, 3), kPromise_m) << k;
+    EXPECT_LE(-answer.distance_m - SearchMinOverlap(pair, 200, 3), kPromise_m) << k;
   }
 }
 

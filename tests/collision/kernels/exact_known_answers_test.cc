@@ -74,7 +74,7 @@ TEST(ExactKnownAnswers, HalfSpacesThatFaceEachOtherAreAGapOrALayer) {
     const Pose X_FB = X_FA * MakePose({5, -4, gap_m}, Quaternion(0, 1, 0, 0));
     const PairDistance answer = ExactDistance({*half, X_FA}, {*half, X_FB});
     EXPECT_NEAR(answer.distance_m, gap_m, kTolerance_m);
-    EXPECT_EQ(answer.trust, Trust::kExact);
+    EXPECT_EQ(answer.accuracy, Accuracy::kExact);
     const Vector3 up = X_FA.linear().col(2);
     EXPECT_NEAR((answer.normal - up).norm(), 0, kTolerance_m);
     EXPECT_NEAR(up.dot(answer.point_a - X_FA.translation()), 0, kTolerance_m);
@@ -94,8 +94,8 @@ TEST(ExactKnownAnswers, OtherHalfSpacesOverlapWithoutEnd) {
         MakePose({0, 0, 1}, Quaternion(Eigen::AngleAxisd(1.5, Vector3::UnitX()))),
         MakePose({0, 0, 1}, Quaternion(Eigen::AngleAxisd(1e-9, Vector3::UnitX())) * facing)}) {
     const PairDistance answer = ExactDistance({*half, Pose::Identity()}, {*half, X_FB});
-    EXPECT_EQ(answer.distance_m, -kLargestCoordinate_m);
-    EXPECT_EQ(answer.trust, Trust::kDegraded);
+    EXPECT_EQ(answer.distance_m, -kMaxCoordinate_m);
+    EXPECT_EQ(answer.accuracy, Accuracy::kDegraded);
     EXPECT_TRUE(ExactOverlap({*half, Pose::Identity()}, {*half, X_FB}));
   }
 }

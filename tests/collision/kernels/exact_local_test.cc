@@ -11,7 +11,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr double kExact_m = 1e-7;  // the accuracy of Trust::kExact
+constexpr double kExact_m = 1e-7;  // the accuracy of Accuracy::kExact
 
 TEST(ExactDistance, OfAHallFloorIsAsRightAsThatOfATile) {
   std::mt19937 random(6);
@@ -32,7 +32,7 @@ TEST(ExactDistance, OfAHallFloorIsAsRightAsThatOfATile) {
     const double truth_m = ExactDistance({*cup, X_WC}, {*ground, I}).distance_m;
     for (const PairDistance& answer : {ExactDistance({*floor, X_WF}, {*cup, X_WC}),
                                        ExactDistance({*cup, X_WC}, {*floor, X_WF})}) {
-      ASSERT_EQ(answer.trust, Trust::kExact) << k << " " << answer.bound_m;
+      ASSERT_EQ(answer.accuracy, Accuracy::kExact) << k << " " << answer.bound_m;
       ASSERT_NEAR(answer.distance_m, truth_m, kExact_m) << k;
       worst_m = std::max(worst_m, std::abs(answer.distance_m - truth_m));
     }
@@ -64,7 +64,8 @@ TEST(ExactDistance, OfLargeRoundShapesStatesWhatItLeavesOpen) {
     const Pose X_WC = MakePose({50 * place(engine), 50 * place(engine), 0.3}, q.normalized());
     const PairDistance answer = ExactDistance({*silo, MakeTranslation(0, 0, -100)}, {*cup, X_WC});
     const double truth_m = ExactDistance({*ground, I}, {*cup, X_WC}).distance_m;
-    const double allowed_m = answer.trust == Trust::kExact ? kExact_m : answer.bound_m + kExact_m;
+    const double allowed_m =
+        answer.accuracy == Accuracy::kExact ? kExact_m : answer.bound_m + kExact_m;
     EXPECT_NEAR(answer.distance_m, truth_m, allowed_m) << k;
   }
 }

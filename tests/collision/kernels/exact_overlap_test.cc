@@ -20,13 +20,13 @@ constexpr std::array kConvex = {ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::
 constexpr double kIterative = 2e-9;
 
 // The numbers of pairs for which the sign was checked.
-struct Told {
+struct Tally {
   int overlapping = 0;
   int apart = 0;
 };
 
 void ExpectTheSign(const Shape& a, const Pose& X_FA, const Shape& b, const Pose& X_FB,
-                   double size_m, Told& told) {
+                   double size_m, Tally& result) {
   const auto exact_a = PrepareExact(a), exact_b = PrepareExact(b);
   const PlacedExact placed_a{*exact_a, X_FA}, placed_b{*exact_b, X_FB};
   for (const auto& [first, second] :
@@ -38,7 +38,7 @@ void ExpectTheSign(const Shape& a, const Pose& X_FA, const Shape& b, const Pose&
         << size_m << ", kinds " << a.index() << " and " << b.index();
     const double distance_m = ExactDistance(*first, *second).distance_m;
     if (std::abs(distance_m) <= kIterative * size_m) continue;
-    ++(distance_m < 0 ? told.overlapping : told.apart);
+    ++(distance_m < 0 ? result.overlapping : result.apart);
     EXPECT_EQ(overlap, distance_m < 0)
         << distance_m << " of " << size_m << ", kinds " << a.index() << " and " << b.index();
   }
@@ -50,21 +50,21 @@ TEST(ExactOverlap, IsTheSignOfTheDistanceOfConvexShapes) {
   RandomPairs random(31);
   for (const ShapeKind kind_a : kConvex) {
     for (const ShapeKind kind_b : kConvex) {
-      Told told;
+      Tally result;
       for (int k = 0; k < kPairs; ++k) {
         PosedPair pair = random.Pair(kind_a, kind_b);
         const double size_m = SizeOf(pair);
-        ExpectTheSign(pair.a, pair.X_FA, pair.b, pair.X_FB, size_m, told);
+        ExpectTheSign(pair.a, pair.X_FA, pair.b, pair.X_FB, size_m, result);
         // The pair is also tested just before and just after touching.
         const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
         const PairDistance answer = ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
         const double offset_m = size_m * kOffsets[static_cast<std::size_t>(k) % kOffsets.size()];
         pair.X_FB.translation() -=
             (answer.distance_m + (k % 2 == 0 ? offset_m : -offset_m)) * answer.normal;
-        ExpectTheSign(pair.a, pair.X_FA, pair.b, pair.X_FB, size_m, told);
+        ExpectTheSign(pair.a, pair.X_FA, pair.b, pair.X_FB, size_m, result);
       }
-      EXPECT_GT(told.overlapping, kPairs / 4) << static_cast<int>(kind_a);
-      EXPECT_GT(told.apart, kPairs / 4) << static_cast<int>(kind_a);
+      EXPECT_GT(result.overlapping, kPairs / 4) << static_cast<int>(kind_a);
+      EXPECT_GT(result.apart, kPairs / 4) << static_cast<int>(kind_a);
     }
   }
 }
@@ -81,12 +81,13 @@ TEST(ExactOverlap, IsTheSignOfTheDistanceOfPlatesAndMeshes) {
   RandomPairs random(32);
   for (std::size_t i = 0; i < compound.size(); ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
-      Told told;
+      Tally result;
       for (int k = 0; k < 150; ++k) {
-        ExpectTheSign(compound[i], random.AnyPose(1.2), compound[j], random.AnyPose(1.2), 1, told);
+        ExpectTheSign(compound[i], random.AnyPose(1.2), compound[j], random.AnyPose(1.2), 1,
+                      result);
       }
-      EXPECT_GT(told.overlapping, 20) << i << ' ' << j;
-      EXPECT_GT(told.apart, 3) << i << ' ' << j;
+      EXPECT_GT(result.overlapping, 20) << i << ' ' << j;
+      EXPECT_GT(result.apart, 3) << i << ' ' << j;
     }
   }
 }

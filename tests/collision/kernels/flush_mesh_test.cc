@@ -64,7 +64,7 @@ void ExpectTold(const Block& a, const Block& b, const Pose& X_FA, const Pose& X_
   const PairDistance distance = ExactDistance(at_a, at_b);
   EXPECT_EQ(distance.distance_m < 0, overlap) << distance.distance_m;
   if (!overlap) return;
-  EXPECT_NE(distance.trust, Trust::kSurfaceOnly);
+  EXPECT_NE(distance.accuracy, Accuracy::kSurfaceOnly);
   // The smallest overlap is a cell.
   EXPECT_GE(-distance.distance_m + distance.bound_m, kStep_m * (1 - 1e-9));
 }
@@ -124,7 +124,7 @@ TriangleMesh CubeAt(double x, double size_m, bool is_inward) {
   return cube;
 }
 
-TriangleMesh Together(TriangleMesh all, const std::vector<TriangleMesh>& others) {
+TriangleMesh CombinedRule(TriangleMesh all, const std::vector<TriangleMesh>& others) {
   for (const TriangleMesh& other : others) {
     const auto first = static_cast<std::uint32_t>(all.vertices.size());
     all.vertices.insert(all.vertices.end(), other.vertices.begin(), other.vertices.end());
@@ -142,7 +142,8 @@ TEST(ClosedMeshes, WoundInwardTellOfTheirSurfaceAsThoseWoundOutward) {
   // Next to each other, whichever is larger.
   for (const double other_m : {0.5, 3.0}) {
     for (const bool is_inward : {false, true}) {
-      const TriangleMesh both = Together(CubeAt(0, 1, is_inward), {CubeAt(9, other_m, !is_inward)});
+      const TriangleMesh both =
+          CombinedRule(CubeAt(0, 1, is_inward), {CubeAt(9, other_m, !is_inward)});
       EXPECT_THAT(HeightAndNormal(both, 0.1), up);
       EXPECT_NEAR(HeightAndNormal(both, 9.1).second, 1, 1e-12);
     }
@@ -151,9 +152,9 @@ TEST(ClosedMeshes, WoundInwardTellOfTheirSurfaceAsThoseWoundOutward) {
 
 TEST(ClosedMeshes, KeepTheirCavitiesWhicheverWayTheyAreWound) {
   for (const bool is_inward : {false, true}) {
-    const TriangleMesh hollow = Together(CubeAt(0, 1, is_inward), {CubeAt(0, 0.5, !is_inward)});
-    for (const TriangleMesh& mesh : {hollow, Together(hollow, {CubeAt(9, 3, !is_inward)}),
-                                     Together(CubeAt(9, 3, is_inward), {hollow})}) {
+    const TriangleMesh hollow = CombinedRule(CubeAt(0, 1, is_inward), {CubeAt(0, 0.5, !is_inward)});
+    for (const TriangleMesh& mesh : {hollow, CombinedRule(hollow, {CubeAt(9, 3, !is_inward)}),
+                                     CombinedRule(CubeAt(9, 3, is_inward), {hollow})}) {
       const auto solid = PrepareExact(
           Mesh{.mesh = std::make_shared<const TriangleMesh>(mesh), .watertight = true});
       const auto from_within =

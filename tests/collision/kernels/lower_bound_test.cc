@@ -40,7 +40,7 @@ TEST(LowerBound, IsNoMoreThanTheDistance) {
                                      Capsule{0.03, 0.2}, Cone{0.1, 0, 0.2}};
   std::vector<std::shared_ptr<const ExactGeometry>> prepared;
   for (const Shape& shape : shapes) prepared.push_back(PrepareExact(shape));
-  int told = 0, close = 0;
+  int result = 0, close = 0;
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = 0; b < shapes.size(); ++b) {
       for (int k = 0; k < 60; ++k) {
@@ -52,13 +52,13 @@ TEST(LowerBound, IsNoMoreThanTheDistance) {
         const double distance_m = ExactDistance(placed_a, placed_b).distance_m;
         EXPECT_GT(*bound_m, 0);
         EXPECT_LE(*bound_m, distance_m + 1e-12) << a << " " << b;
-        ++told;
+        ++result;
         close += *bound_m > 0.9 * distance_m ? 1 : 0;
       }
     }
   }
-  EXPECT_GT(told, 1000);
-  EXPECT_GT(close, told / 4);
+  EXPECT_GT(result, 1000);
+  EXPECT_GT(close, result / 4);
 }
 
 TEST(LowerBound, IsNoneWhereTheDistanceIsToldAsSoonOrNothingIsAround) {

@@ -72,61 +72,62 @@ TEST(MeshHulls, LieAroundAndWithinTheMesh) {
   int within = 0;
   for (const Mesh& mesh : SomeMeshes(random)) {
     const TriangleTree tree(*mesh.mesh);
-    const auto hulls = MeshHulls::Of(mesh, tree);
+    const auto hulls = MeshHulls::Make(mesh, tree);
     ASSERT_NE(hulls, nullptr);
     for (const Vector3& vertex : mesh.mesh->vertices) {
       const ConvexCore point = CoreOf(std::span(&vertex, 1));
-      const PairDistance off = IterativeConvexDistance(hulls->around(), point, Pose::Identity(), 1);
+      const PairDistance off =
+          IterativeConvexDistance(hulls->outer_hull(), point, Pose::Identity(), 1);
       EXPECT_LE(off.distance_m, 1e-9 * kSize_m);
     }
-    if (hulls->within() == nullptr) continue;
+    if (hulls->inner_hull() == nullptr) continue;
     ++within;
     EXPECT_TRUE(mesh.watertight);
-    EXPECT_TRUE(tree.Encloses(hulls->within()->centre));
+    EXPECT_TRUE(tree.Contains(hulls->inner_hull()->centre));
     for (const TriangleCorners& triangle : tree.triangles()) {
       const ConvexCore core = CoreOf(std::span<const Vector3>(triangle.corners));
-      EXPECT_FALSE(ConvexOverlap(*hulls->within(), core, Pose::Identity()));
+      EXPECT_FALSE(ConvexOverlap(*hulls->inner_hull(), core, Pose::Identity()));
     }
   }
   EXPECT_EQ(within, 6);  // neither the hollow ball nor the open one
 }
 
-struct Told {
+struct Tally {
   int by_hulls = 0, by_corner = 0, not_by_corner = 0, by_faces = 0, overlapping = 0, apart = 0;
 };
 
 bool FacePartsOnlyWhatIsApart(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB,
                               bool overlap) {
-  const bool parts = FaceParts(a, b, X_AB);
+  const bool parts = BoxFaceSeparates(a, b, X_AB);
   EXPECT_FALSE(parts && overlap);
   return parts;
 }
 
 // The expected answer is the sign of the distance without a limit, which comes from the triangles.
 void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                          Told& told) {
+                          Tally& result) {
   const Pose I = Pose::Identity();
   const bool plain = ExactDistance({a, I}, {b, X_AB}).distance_m < 0;
   EXPECT_EQ(ExactOverlap({a, I}, {b, X_AB}), plain);
   EXPECT_EQ(ExactOverlap({b, X_AB}, {a, I}), plain);
-  ++(plain ? told.overlapping : told.apart);
+  ++(plain ? result.overlapping : result.apart);
   const auto by_hulls = b.hulls() != nullptr ? HullsOverlap(*a.hulls(), *b.hulls(), X_AB)
                                              : HullsOverlap(*a.hulls(), b.pieces().front(), X_AB);
   if (b.hulls() != nullptr) {
-    told.by_faces += FacePartsOnlyWhatIsApart({*a.hulls(), a.tree()->bounds()},
-                                              {*b.hulls(), b.tree()->bounds()}, X_AB, plain)
-                         ? 1
-                         : 0;
+    result.by_faces += FacePartsOnlyWhatIsApart({*a.hulls(), a.tree()->bounds()},
+                                                {*b.hulls(), b.tree()->bounds()}, X_AB, plain)
+                           ? 1
+                           : 0;
   } else {
     const Pose X_BA = X_AB.inverse();
-    const MeshMiddle middle{*a.hulls(), X_BA * a.tree()->bounds().center()};
-    const auto by_corner = CornerOrBallTells(middle, b.pieces().front(), X_AB, X_BA);
+    const CentredMesh middle{*a.hulls(), X_BA * a.tree()->bounds().center()};
+    const auto by_corner = QuickOverlap(middle, b.pieces().front(), X_AB, X_BA);
     EXPECT_EQ(by_corner.value_or(plain), plain);
-    ++(by_corner ? told.by_corner : told.not_by_corner);
+    ++(by_corner ? result.by_corner : result.not_by_corner);
   }
   if (!by_hulls) return;
   EXPECT_EQ(*by_hulls, plain);
-  ++told.by_hulls;
+  ++result.by_hulls;
 }
 
 TEST(MeshHulls, TellWhatTheTrianglesTell) {
@@ -141,25 +142,25 @@ TEST(MeshHulls, TellWhatTheTrianglesTell) {
   others.push_back(Cone{0.3 * kSize_m, 0.1 * kSize_m, kSize_m});
   for (const Mesh& mesh : meshes) {
     const ExactGeometry a(mesh);
-    Told told;
+    Tally result;
     for (const Shape& other : others) {
       const ExactGeometry b(other);
       for (int k = 0; k < kPairs; ++k) {
         Pose X_AB = random.AnyPose(1.6 * kSize_m);
-        ExpectThePlainAnswer(a, b, X_AB, told);
+        ExpectThePlainAnswer(a, b, X_AB, result);
         // Again, with less than five millimetres between them or a small overlap.
         const PairDistance answer = ExactDistance({a, Pose::Identity()}, {b, X_AB});
         const double offset_m = kOffsets_m[static_cast<std::size_t>(k) % kOffsets_m.size()];
         X_AB.translation() -=
             (answer.distance_m + (k % 2 == 0 ? offset_m : -offset_m)) * answer.normal;
-        ExpectThePlainAnswer(a, b, X_AB, told);
+        ExpectThePlainAnswer(a, b, X_AB, result);
       }
     }
-    EXPECT_GT(told.by_hulls, (told.overlapping + told.apart) / 4);
-    EXPECT_GT(told.by_corner, told.not_by_corner / 4);
-    EXPECT_GT(told.by_faces, told.apart / 10);
-    EXPECT_GT(told.overlapping, told.apart / 3);
-    EXPECT_GT(told.apart, told.overlapping / 3);
+    EXPECT_GT(result.by_hulls, (result.overlapping + result.apart) / 4);
+    EXPECT_GT(result.by_corner, result.not_by_corner / 4);
+    EXPECT_GT(result.by_faces, result.apart / 10);
+    EXPECT_GT(result.overlapping, result.apart / 3);
+    EXPECT_GT(result.apart, result.overlapping / 3);
   }
 }
 
@@ -168,7 +169,7 @@ TEST(MeshHulls, HaveNoCornerThatNoTriangleHas) {
   const ExactGeometry plain(Closed(mesh));
   mesh.vertices.emplace_back(5 * kSize_m, 0, 0);
   const ExactGeometry more(Closed(mesh)), box(Box{Vector3::Constant(kSize_m)});
-  EXPECT_EQ(more.hulls()->around().extent_m, plain.hulls()->around().extent_m);
+  EXPECT_EQ(more.hulls()->outer_hull().extent_m, plain.hulls()->outer_hull().extent_m);
   const Pose I = Pose::Identity();
   EXPECT_FALSE(ExactOverlap({more, I}, {box, MakeTranslation(5 * kSize_m, 0, 0)}));
 }
@@ -181,8 +182,8 @@ TEST(MeshHulls, LeaveTheNearestTrianglesToTheSearch) {
   int apart = 0;
   for (int k = 0; k < 60; ++k) {
     const Pose X_AB = random.AnyPose(1.5 * kSize_m);
-    const PairDistance told = ExactDistance({a, I}, {b, X_AB});
-    if (told.distance_m < 0) continue;
+    const PairDistance result = ExactDistance({a, I}, {b, X_AB});
+    if (result.distance_m < 0) continue;
     ++apart;
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const TriangleCorners& mine : a.tree()->triangles()) {
@@ -195,11 +196,11 @@ TEST(MeshHulls, LeaveTheNearestTrianglesToTheSearch) {
         nearest_m = std::min(nearest_m, distance_m);
       }
     }
-    EXPECT_NEAR(told.distance_m, nearest_m, 1e-9 * kSize_m);
-    EXPECT_NEAR((told.point_b - told.point_a).norm(), nearest_m, 1e-9 * kSize_m);
+    EXPECT_NEAR(result.distance_m, nearest_m, 1e-9 * kSize_m);
+    EXPECT_NEAR((result.point_b - result.point_a).norm(), nearest_m, 1e-9 * kSize_m);
     const double below_m = 0.999 * nearest_m, above_m = 1.001 * nearest_m;
     EXPECT_GT(ExactDistance({a, I}, {b, X_AB}, below_m).distance_m, below_m);
-    EXPECT_EQ(ExactDistance({a, I}, {b, X_AB}, above_m).distance_m, told.distance_m);
+    EXPECT_EQ(ExactDistance({a, I}, {b, X_AB}, above_m).distance_m, result.distance_m);
   }
   EXPECT_GT(apart, 20);
 }

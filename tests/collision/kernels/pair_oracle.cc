@@ -91,13 +91,13 @@ double SizeOf(const PosedPair& pair) {
          (pair.X_FA.translation() - pair.X_FB.translation()).norm();
 }
 
-double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m) {
+double MinOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m) {
   // The ridges of long shapes are narrow, and a search with large steps misses them.
-  double least_m = OverlapAlong(pair, n);
-  for (double step = 1e-3; step >= 1e-8 && least_m > enough_m; step *= 0.1) {
-    least_m = std::min(least_m, Descend(pair, n, step));
+  double min_m = OverlapAlong(pair, n);
+  for (double step = 1e-3; step >= 1e-8 && min_m > enough_m; step *= 0.1) {
+    min_m = std::min(min_m, Descend(pair, n, step));
   }
-  return least_m;
+  return min_m;
 }
 
 AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer) {
@@ -105,7 +105,7 @@ AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer) {
   const double on_b = SignedDistance_m(pair.b, pair.X_FB.inverse() * answer.point_b);
   // The direction of a tiny gap consists of rounding; the best direction is near it.
   const double proven_m = -answer.distance_m + 1e-12 * SizeOf(pair);
-  const double least = answer.distance_m > 0 ? LeastOverlapNear(pair, answer.normal, proven_m)
+  const double least = answer.distance_m > 0 ? MinOverlapNear(pair, answer.normal, proven_m)
                                              : OverlapAlong(pair, answer.normal);
   const Vector3 gap = answer.point_b - answer.point_a - answer.distance_m * answer.normal;
   return {std::abs(answer.distance_m + least),
@@ -113,7 +113,7 @@ AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer) {
           std::abs(answer.normal.norm() - 1)};
 }
 
-double SearchedLeastOverlap(const PosedPair& pair, int samples, unsigned seed) {
+double SearchMinOverlap(const PosedPair& pair, int samples, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::vector<std::pair<double, Vector3>> starts;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "collision/geometry/shape.h"
-#include "collision/kernels/pair_answer.h"
+#include "collision/kernels/pair_distance.h"
 
 namespace cwm::collision {
 
@@ -32,10 +32,10 @@ AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer);
 
 // The smallest overlap that local descents find from a direction that is nearly optimal; they stop
 // once it is at most `enough_m`.
-double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m);
+double MinOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m);
 
 // The smallest overlap over sampled directions and local descents from the best of them: a close
-// upper bound on the least translation.
-double SearchedLeastOverlap(const PosedPair& pair, int samples, unsigned seed);
+// upper bound on the minimum translation.
+double SearchMinOverlap(const PosedPair& pair, int samples, unsigned seed);
 
 }  // namespace cwm::collision

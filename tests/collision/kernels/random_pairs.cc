@@ -9,7 +9,7 @@ namespace cwm::collision {
 double RandomPairs::Dimension() {
   // One dimension in four is independent of the scale: needles and sheets.
   if (all_alike_) return Uniform(0.05, 0.2);
-  if (Index(4) == 0) return std::pow(10, Uniform(least_, most_));
+  if (Index(4) == 0) return std::pow(10, Uniform(min_exponent_, max_exponent_));
   return scale_m_ * Uniform(0.2, 1);
 }
 
@@ -80,7 +80,7 @@ Shape RandomPairs::ConvexShape(ShapeKind kind) {
 }
 
 PosedPair RandomPairs::Pair(ShapeKind a, ShapeKind b) {
-  scale_m_ = std::pow(10, Uniform(least_, most_));
+  scale_m_ = std::pow(10, Uniform(min_exponent_, max_exponent_));
   PosedPair pair{ConvexShape(a), ConvexShape(b)};
   pair.X_FA = AnyPose(10);
   pair.X_FB = Pose::Identity();

@@ -11,9 +11,9 @@ namespace cwm::collision {
 
 class RandomPairs {
  public:
-  // Dimensions are from 10^`least` to 10^`most` metres.
-  explicit RandomPairs(unsigned seed, double least = -3, double most = 1)
-      : random_(seed), least_(least), most_(most) {}
+  // Dimensions are from 10^`min_exponent` to 10^`max_exponent` metres.
+  explicit RandomPairs(unsigned seed, double min_exponent = -3, double max_exponent = 1)
+      : random_(seed), min_exponent_(min_exponent), max_exponent_(max_exponent) {}
 
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
@@ -39,7 +39,7 @@ class RandomPairs {
 
  private:
   std::mt19937_64 random_;
-  double least_, most_;
+  double min_exponent_, max_exponent_;
   double scale_m_ = 1;
   bool all_alike_ = false;  // all dimensions are of the same scale
 };

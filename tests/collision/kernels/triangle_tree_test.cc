@@ -59,8 +59,8 @@ TEST(TriangleTree, EnclosesWhatItsSolidHolds) {
   for (int i = 0; i < 5000; ++i) {
     const Vector3 p(place(random), place(random), place(random));
     const bool expected = SignedDistance_m(Shape(elbow), p) < 0;
-    ASSERT_EQ(tree.Encloses(p), expected) << p.transpose();
-    ASSERT_EQ(inward.Encloses(p), expected) << p.transpose();
+    ASSERT_EQ(tree.Contains(p), expected) << p.transpose();
+    ASSERT_EQ(inward.Contains(p), expected) << p.transpose();
     held += expected ? 1 : 0;
   }
   EXPECT_GT(held, 500);
@@ -72,20 +72,20 @@ TEST(TriangleTree, EnclosesPointsWhoseRayRunsIntoCornersAndEdges) {
   const Vector3 along = Vector3(0.5257, 0.2874, 0.8006).normalized();  // as in the source
   for (const Vector3& target : {Vector3(1, 1, 1), Vector3(0.3, 1, 1), Vector3(0, 0, 1)}) {
     const Vector3 inside = target - 0.5 * along, outside = target - 9 * along;
-    EXPECT_TRUE(tree.Encloses(inside)) << target.transpose();
-    EXPECT_TRUE(inward.Encloses(inside)) << target.transpose();
-    EXPECT_FALSE(tree.Encloses(outside));
-    EXPECT_FALSE(inward.Encloses(outside));
+    EXPECT_TRUE(tree.Contains(inside)) << target.transpose();
+    EXPECT_TRUE(inward.Contains(inside)) << target.transpose();
+    EXPECT_FALSE(tree.Contains(outside));
+    EXPECT_FALSE(inward.Contains(outside));
   }
 }
 
 TEST(TriangleTree, TakesPartsThatOverlapAsAUnionAndOnesTurnedInwardAsCavities) {
   const TriangleTree overlapping(Union(BoxAt(2, {0, 0, 0}), BoxAt(2, {1, 0, 0})));
-  EXPECT_TRUE(overlapping.Encloses({0.5, 0.1, 0.2}));
-  EXPECT_TRUE(overlapping.Encloses({1.7, 0.1, 0.2}));
+  EXPECT_TRUE(overlapping.Contains({0.5, 0.1, 0.2}));
+  EXPECT_TRUE(overlapping.Contains({1.7, 0.1, 0.2}));
   const TriangleTree hollow(Union(BoxAt(2, {0, 0, 0}), Inward(BoxAt(1, {0, 0, 0}))));
-  EXPECT_FALSE(hollow.Encloses({0.1, 0.1, 0.2}));
-  EXPECT_TRUE(hollow.Encloses({0.1, 0.1, 0.7}));
+  EXPECT_FALSE(hollow.Contains({0.1, 0.1, 0.2}));
+  EXPECT_TRUE(hollow.Contains({0.1, 0.1, 0.7}));
 }
 
 TEST(ComponentPoints, AreOneForEachPartAlsoWithoutSharedVertices) {
@@ -105,7 +105,7 @@ TEST(MeshInMesh, IsFoundWhicheverPartLiesInside) {
   }
   const PairDistance free = Solve(room, Union(far, BoxAt(0.1, {0.65, 0, 0})));
   EXPECT_NEAR(free.distance_m, 0.1, 1e-9);
-  EXPECT_EQ(free.trust, Trust::kExact);
+  EXPECT_EQ(free.accuracy, Accuracy::kExact);
 }
 
 TEST(MeshInMesh, IsFreeInACavity) {

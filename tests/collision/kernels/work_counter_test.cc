@@ -28,20 +28,20 @@ class EndsAfter : public WorkCounter {
 
   bool MustEndAfter(std::size_t steps) override {
     counted_ += steps;
-    most_at_once_ = std::max(most_at_once_, steps);
-    if (counted_ >= left_) ++asked_in_vain_;
+    max_at_once_ = std::max(max_at_once_, steps);
+    if (counted_ >= left_) ++calls_after_end_;
     return counted_ >= left_;
   }
   bool MustEndNow() override { return MustEndAfter(0); }
   std::size_t counted() const { return counted_; }
-  std::size_t most_at_once() const { return most_at_once_; }
-  int asked_in_vain() const { return asked_in_vain_; }
+  std::size_t max_at_once() const { return max_at_once_; }
+  int calls_after_end() const { return calls_after_end_; }
 
  private:
   std::size_t left_;
   std::size_t counted_ = 0;
-  std::size_t most_at_once_ = 0;
-  int asked_in_vain_ = 0;
+  std::size_t max_at_once_ = 0;
+  int calls_after_end_ = 0;
 };
 
 constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
@@ -122,8 +122,8 @@ std::vector<LongPair> LongPairs() {
           {"plates", Comb(200), Comb(200), turned}};
 }
 
-using Ask = std::function<void(const PlacedExact&, const PlacedExact&, WorkCounter*)>;
-std::vector<Ask> Questions() {
+using Kernel = std::function<void(const PlacedExact&, const PlacedExact&, WorkCounter*)>;
+std::vector<Kernel> Kernels() {
   return {[](const PlacedExact& a, const PlacedExact& b, WorkCounter* work) {
             ExactDistance(a, b, kInfinity, work);
           },
@@ -137,7 +137,7 @@ std::vector<Ask> Questions() {
 }
 
 // chosen: checks allowed after the end, to leave a loop within another and the next one.
-constexpr int kAskedInVain = 8;
+constexpr int kMaxCallsAfterEnd = 8;
 // derived: the clock is checked every 64 us, so no single step may count for many times that.
 constexpr std::size_t kMaxAtOnce = 4096;
 
@@ -145,15 +145,15 @@ TEST(WorkCounter, EndsEverySearchAtOnceWhereverItIs) {
   for (const LongPair& pair : LongPairs()) {
     const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
     const Pose X_FA = Pose::Identity();
-    for (const Ask& ask : Questions()) {
+    for (const Kernel& kernel : Kernels()) {
       EndsAfter never(kNever);
-      ask({*a, X_FA}, {*b, pair.X_FB}, &never);
-      EXPECT_LE(never.most_at_once(), kMaxAtOnce) << pair.name;
+      kernel({*a, X_FA}, {*b, pair.X_FB}, &never);
+      EXPECT_LE(never.max_at_once(), kMaxAtOnce) << pair.name;
       for (const double share : {0.0, 0.01, 0.5, 0.9}) {
         EndsAfter counter(1 +
                           static_cast<std::size_t>(share * static_cast<double>(never.counted())));
-        ask({*a, X_FA}, {*b, pair.X_FB}, &counter);
-        EXPECT_LE(counter.asked_in_vain(), kAskedInVain) << pair.name << " " << share;
+        kernel({*a, X_FA}, {*b, pair.X_FB}, &counter);
+        EXPECT_LE(counter.calls_after_end(), kMaxCallsAfterEnd) << pair.name << " " << share;
       }
     }
   }

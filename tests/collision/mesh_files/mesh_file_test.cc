@@ -145,11 +145,11 @@ TEST(UpAxis, IsWhatAColladaFileSaysAndYOfGlb) {
 TEST(UpAxis, IsTurnedToZWithoutMirroring) {
   const TriangleMesh axes{.vertices = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .triangles = {{0, 1, 2}}};
   using Vertices = std::vector<Vector3>;
-  EXPECT_EQ(WithZUp(UpAxis::kZ, axes).vertices, axes.vertices);
-  EXPECT_EQ(WithZUp(UpAxis::kY, axes).vertices, (Vertices{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}));
-  EXPECT_EQ(WithZUp(UpAxis::kX, axes).vertices, (Vertices{{0, 0, 1}, {-1, 0, 0}, {0, -1, 0}}));
+  EXPECT_EQ(RotateToZUp(UpAxis::kZ, axes).vertices, axes.vertices);
+  EXPECT_EQ(RotateToZUp(UpAxis::kY, axes).vertices, (Vertices{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}));
+  EXPECT_EQ(RotateToZUp(UpAxis::kX, axes).vertices, (Vertices{{0, 0, 1}, {-1, 0, 0}, {0, -1, 0}}));
   for (const UpAxis up : {UpAxis::kX, UpAxis::kY, UpAxis::kZ}) {
-    EXPECT_NEAR(SignedVolume_m3(WithZUp(up, BoxMesh(kSize_m))), kVolume_m3, 1e-15);
+    EXPECT_NEAR(SignedVolume_m3(RotateToZUp(up, BoxMesh(kSize_m))), kVolume_m3, 1e-15);
   }
 }
 

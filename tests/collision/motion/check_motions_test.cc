@@ -42,7 +42,7 @@ TEST(CheckMotions, BracketsTheFirstContact) {
   const double truth = 0.5 * (1 - std::sqrt(0.04 - 0.01));  // where the distance is two radii
   EXPECT_LE(columns.lo[0], truth);
   EXPECT_GE(columns.hi[0], truth);
-  EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
+  EXPECT_LE(columns.hi[0] - columns.lo[0], kMaxBracketWidth);
   EXPECT_EQ(columns.object[0], 0);
 }
 
@@ -61,7 +61,7 @@ TEST(CheckMotions, IsFreeOfAllThatItMeetsNearlyAtOnce) {
   ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
   EXPECT_LE(columns.lo[0], first);
   EXPECT_GE(columns.hi[0], first);
-  EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
+  EXPECT_LE(columns.hi[0] - columns.lo[0], kMaxBracketWidth);
 }
 
 // A box that slides over a ball and turns comes nearer by eight millimetres over the edge. If a
@@ -85,9 +85,9 @@ TEST(CheckMotions, BracketsAContactThatAHalfFallsJustBefore) {
                                       MakeTranslation(p_WBall.x(), p_WBall.y(), p_WBall.z()))});
     const MotionColumns columns = *CheckMotions(*world, body, edges, {});
     ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact) << gap_m;
-    EXPECT_LT(columns.lo[0], kHalf + kBracket) << gap_m;
+    EXPECT_LT(columns.lo[0], kHalf + kMaxBracketWidth) << gap_m;
     EXPECT_GT(columns.hi[0], kHalf) << gap_m;
-    EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket) << gap_m;
+    EXPECT_LE(columns.hi[0] - columns.lo[0], kMaxBracketWidth) << gap_m;
   }
 }
 
@@ -145,12 +145,12 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
   const std::vector<Pose> here = {Pose::Identity()};
   const PairColumns gap = *GetDistances(*world, body, here, {});
   const double distance_m = gap.distance_m[0], bound_m = gap.bound_m[0];
-  ASSERT_GT(bound_m, kGrazing_m);
+  ASSERT_GT(bound_m, kGrazingTolerance_m);
   const Vector3 nhat(gap.normal[0], gap.normal[1], gap.normal[2]);
   Pose away = here[0];
   away.translation() -= 0.001 * nhat;
   for (const Pose& to : {here[0], away}) {
-    const auto told = [&](double margin_m) {
+    const auto result = [&](double margin_m) {
       Edges edges;
       edges.push_back(std::make_unique<RigidMotion>(body, here[0], to));
       return *CheckMotions(*world, body, edges, {.margin_m = margin_m});
@@ -158,10 +158,10 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
     const double open_m = distance_m - 0.5 * bound_m;
     EXPECT_EQ(CheckCollisions(*world, body, here, {.margin_m = open_m})->verdict[0],
               Verdict::kUndecided);
-    EXPECT_EQ(told(open_m).verdict[0], MotionVerdict::kUndecided);
-    EXPECT_EQ(told(open_m).trust[0], Trust::kBounded);
-    EXPECT_EQ(told(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
-    const MotionColumns free = told(distance_m - 2 * bound_m);
+    EXPECT_EQ(result(open_m).verdict[0], MotionVerdict::kUndecided);
+    EXPECT_EQ(result(open_m).accuracy[0], Accuracy::kBounded);
+    EXPECT_EQ(result(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
+    const MotionColumns free = result(distance_m - 2 * bound_m);
     EXPECT_EQ(free.verdict[0], MotionVerdict::kFree);
     EXPECT_LE(free.clearance_m[0], (1 + 1e-6) * bound_m);
   }
@@ -293,13 +293,13 @@ TEST(CheckMotions, IsNeverWrongAboutBodies) {
     edges.push_back(std::make_unique<RigidMotion>(body, from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
-  Told told;
+  Tally result;
   for (std::size_t k = 0; k < edges.size(); ++k) {
-    ExpectTrue(*world, body, *edges[k], columns, k, 400, told);
+    ExpectTrue(*world, body, *edges[k], columns, k, 400, result);
   }
-  EXPECT_GT(told.free, 10);
-  EXPECT_GT(told.contact, 10);
-  EXPECT_EQ(told.other, 0);
+  EXPECT_GT(result.free, 10);
+  EXPECT_GT(result.contact, 10);
+  EXPECT_EQ(result.other, 0);
 }
 
 TEST(CheckMotions, IsNeverWrongAboutThePanda) {
@@ -333,13 +333,13 @@ TEST(CheckMotions, IsNeverWrongAboutThePanda) {
     edges.push_back(std::make_unique<JointMotion>(model, body, Pose::Identity(), from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
-  Told told;
+  Tally result;
   for (std::size_t k = 0; k < edges.size(); ++k) {
-    ExpectTrue(*world, body, *edges[k], columns, k, 100, told);
+    ExpectTrue(*world, body, *edges[k], columns, k, 100, result);
   }
-  EXPECT_GT(told.free, 2);
-  EXPECT_GT(told.contact, 2);
-  EXPECT_EQ(told.other, 0);
+  EXPECT_GT(result.free, 2);
+  EXPECT_GT(result.contact, 2);
+  EXPECT_EQ(result.other, 0);
 }
 
 TEST(CheckMotions, EndsWhenItIsTold) {
@@ -352,7 +352,7 @@ TEST(CheckMotions, EndsWhenItIsTold) {
   EXPECT_TRUE(
       absl::IsCancelled(CheckMotions(*BallAtOrigin(), body, edges, {}, stop.get_token()).status()));
   QueryOptions late;
-  late.give_up_at = std::chrono::steady_clock::now();
+  late.deadline = std::chrono::steady_clock::now();
   const MotionColumns columns = *CheckMotions(*BallAtOrigin(), body, edges, late);
   EXPECT_EQ(columns.completed, 0u);
   EXPECT_EQ(columns.verdict[0], MotionVerdict::kNotComputed);

@@ -60,7 +60,7 @@ TEST(CheckPaths, AreTheSameOnAnyNumberOfThreads) {
     EXPECT_EQ(together.object, alone.object);
     EXPECT_EQ(together.body_part, alone.body_part);
     EXPECT_EQ(together.object_part, alone.object_part);
-    EXPECT_EQ(together.trust, alone.trust);
+    EXPECT_EQ(together.accuracy, alone.accuracy);
   }
 }
 
@@ -85,7 +85,7 @@ TEST(CheckPaths, OfOneEdgeAreEdges) {
   EXPECT_EQ(by_path.clearance_m, by_edge.clearance_m);
   EXPECT_EQ(by_path.object, by_edge.object);
   EXPECT_EQ(by_path.object_part, by_edge.object_part);
-  EXPECT_EQ(by_path.trust, by_edge.trust);
+  EXPECT_EQ(by_path.accuracy, by_edge.accuracy);
   EXPECT_EQ(by_path.completed, edges.size());
 }
 
@@ -129,7 +129,7 @@ TEST(CheckPaths, GrazeWhereNoLaterEdgeMeetsAnything) {
 
 TEST(CheckPaths, ThatTimeDoesNotSufficeForAreNotComputed) {
   QueryOptions late;
-  late.give_up_at = std::chrono::steady_clock::now();
+  late.deadline = std::chrono::steady_clock::now();
   const MotionColumns columns = Along({{-1, 1}, {1, 1}}, {{}}, late);
   EXPECT_EQ(columns.completed, 0u);
   EXPECT_THAT(columns.verdict, ElementsAre(MotionVerdict::kNotComputed));
@@ -145,7 +145,7 @@ TEST(CheckPaths, StopWithinALongPath) {
   }
   const QueryBody body = BallBody();
   QueryOptions soon;
-  soon.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+  soon.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
   const std::vector<Path> paths = {{.row_count = rows}};
   const MotionColumns columns =
       *CheckPaths(*TwoBalls(), body, PoseWaypoints(body, poses), paths, soon);
@@ -192,7 +192,7 @@ TEST_F(ArmPaths, MeetTheWorldAndThemselves) {
   EXPECT_THAT(columns.verdict,
               ElementsAre(MotionVerdict::kFree, MotionVerdict::kContact, MotionVerdict::kContact));
   EXPECT_THAT(columns.segment, ElementsAre(-1, 1, 0));
-  EXPECT_THAT(columns.object, ElementsAre(-1, 0, kItself));
+  EXPECT_THAT(columns.object, ElementsAre(-1, 0, kSelfObject));
   EXPECT_LT(columns.hi[1] + 1, std::numbers::pi / 2);
 }
 

@@ -12,9 +12,9 @@
 namespace cwm::collision {
 
 // The body at several fractions of an edge.
-class PlacesOf : public BodyRows {
+class FractionRows : public BodyRows {
  public:
-  PlacesOf(const BodyMotion& motion, std::vector<double> fractions)
+  FractionRows(const BodyMotion& motion, std::vector<double> fractions)
       : motion_(motion), fractions_(std::move(fractions)) {}
   std::size_t size() const override { return fractions_.size(); }
   void Place(std::size_t row, std::span<Pose> X_WF) const override {
@@ -27,15 +27,15 @@ class PlacesOf : public BodyRows {
 };
 
 // The numbers of verdicts that were compared with dense samples.
-struct Told {
+struct Tally {
   int free = 0, contact = 0, other = 0;
 };
 
 inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMotion& motion,
-                       const MotionColumns& columns, std::size_t edge, int steps, Told& told) {
+                       const MotionColumns& columns, std::size_t edge, int steps, Tally& result) {
   std::vector<double> fractions;
   for (int k = 0; k <= steps; ++k) fractions.push_back(static_cast<double>(k) / steps);
-  const auto sampled = *CheckCollisions(world, body, PlacesOf(motion, fractions), {});
+  const auto sampled = *CheckCollisions(world, body, FractionRows(motion, fractions), {});
   for (int k = 0; k <= steps; ++k) {
     const double fraction = fractions[static_cast<std::size_t>(k)];
     const bool collides = sampled.verdict[static_cast<std::size_t>(k)] == Verdict::kCollision;
@@ -48,18 +48,19 @@ inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const 
   }
   switch (columns.verdict[edge]) {
     case MotionVerdict::kFree:
-      ++told.free;
+      ++result.free;
       break;
     case MotionVerdict::kContact: {
-      ++told.contact;
-      EXPECT_EQ(CheckCollisions(world, body, PlacesOf(motion, {columns.hi[edge]}), {})->verdict[0],
-                Verdict::kCollision)
+      ++result.contact;
+      EXPECT_EQ(
+          CheckCollisions(world, body, FractionRows(motion, {columns.hi[edge]}), {})->verdict[0],
+          Verdict::kCollision)
           << edge;
-      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kBracket);
+      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kMaxBracketWidth);
       break;
     }
     default:
-      ++told.other;
+      ++result.other;
   }
 }
 

@@ -84,13 +84,13 @@ TEST(MobileMotions, AreNeverWrongByDenseSamples) {
           std::make_unique<JointMotion>(*asking.model, asking.body, Pose::Identity(), from, to));
     }
     const MotionColumns columns = *CheckMotions(*world, asking.body, edges, {});
-    Told told;
+    Tally result;
     for (std::size_t k = 0; k < edges.size(); ++k) {
-      ExpectTrue(*world, asking.body, *edges[k], columns, k, 400, told);
+      ExpectTrue(*world, asking.body, *edges[k], columns, k, 400, result);
     }
-    EXPECT_GT(told.free, 10);
-    EXPECT_GT(told.contact, 10);
-    EXPECT_EQ(told.other, 0);
+    EXPECT_GT(result.free, 10);
+    EXPECT_GT(result.contact, 10);
+    EXPECT_EQ(result.other, 0);
   }
 }
 
@@ -109,7 +109,7 @@ TEST(MobileMotions, AreWholePathsToo) {
     }
     const JointRows states(model, model.all, {.base = DefaultVariables(model), .rows = rows});
     const JointWaypoints waypoints(model, asking.body, states);
-    const MotionColumns told = *CheckPaths(*world, asking.body, waypoints, paths, {});
+    const MotionColumns result = *CheckPaths(*world, asking.body, waypoints, paths, {});
     std::vector<std::unique_ptr<BodyMotion>> edges;
     for (std::size_t row = 0; row + 1 < kPaths * kRows; ++row) {
       edges.push_back(waypoints.MotionFrom(row));
@@ -122,11 +122,11 @@ TEST(MobileMotions, AreWholePathsToo) {
         const bool meets = by_edge.verdict[k * kRows + i] == MotionVerdict::kContact;
         if (meets) first = static_cast<std::int32_t>(i);
       }
-      EXPECT_EQ(told.verdict[k] == MotionVerdict::kContact, first >= 0) << k;
+      EXPECT_EQ(result.verdict[k] == MotionVerdict::kContact, first >= 0) << k;
       if (first < 0) continue;
       ++contacts;
-      EXPECT_EQ(told.segment[k], first) << k;
-      EXPECT_EQ(told.hi[k], by_edge.hi[k * kRows + static_cast<std::size_t>(first)]) << k;
+      EXPECT_EQ(result.segment[k], first) << k;
+      EXPECT_EQ(result.hi[k], by_edge.hi[k * kRows + static_cast<std::size_t>(first)]) << k;
     }
     EXPECT_GT(contacts, 10);
     EXPECT_LT(contacts, static_cast<int>(kPaths) - 10);
@@ -167,15 +167,15 @@ TEST(MobileMotions, SlideOnTheFloorAtAnyLength) {
     const std::vector<double> rows = {0, 0, 0, length_m, 0.25, 1};
     const JointRows states(*box.model, box.model->all,
                            {.base = DefaultVariables(*box.model), .rows = rows});
-    const auto told = [&](double gap_m) {
+    const auto result = [&](double gap_m) {
       const std::vector<Path> path = {{}};
       return *CheckPaths(*floor(gap_m), box.body, JointWaypoints(*box.model, box.body, states),
                          path, {});
     };
-    EXPECT_THAT(told(0).verdict, ElementsAre(MotionVerdict::kGrazing)) << length_m;
-    EXPECT_THAT(told(0x1p-14).verdict, ElementsAre(MotionVerdict::kFree)) << length_m;
-    EXPECT_NEAR(told(0x1p-14).clearance_m[0], 0x1p-14, 1e-12) << length_m;
-    EXPECT_THAT(told(-0x1p-14).verdict, ElementsAre(MotionVerdict::kContact)) << length_m;
+    EXPECT_THAT(result(0).verdict, ElementsAre(MotionVerdict::kGrazing)) << length_m;
+    EXPECT_THAT(result(0x1p-14).verdict, ElementsAre(MotionVerdict::kFree)) << length_m;
+    EXPECT_NEAR(result(0x1p-14).clearance_m[0], 0x1p-14, 1e-12) << length_m;
+    EXPECT_THAT(result(-0x1p-14).verdict, ElementsAre(MotionVerdict::kContact)) << length_m;
   }
 }
 
@@ -188,9 +188,9 @@ TEST(MobileMotions, TurnFarFromTheOriginAsTheyDoThere) {
   const auto world =
       WorldOf({PutOf("post", {{.shape = Cylinder{0.01, 1}}}, MakeTranslation(1e4, 0.46, 0))});
   const std::vector<Path> path = {{}};
-  const MotionColumns told = *CheckPaths(
+  const MotionColumns result = *CheckPaths(
       *world, driver.body, JointWaypoints(*driver.model, driver.body, states), path, {});
-  EXPECT_THAT(told.verdict, ElementsAre(MotionVerdict::kFree));
+  EXPECT_THAT(result.verdict, ElementsAre(MotionVerdict::kFree));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLengths_m[] = {0.001, 0.005, 0.01, 0.05, 0.06, 0.1, 0.2, 0.5, 0.6, 1, 2, 3};
 
-MotionAnswer Along(const WorldSnapshot& world, const Shape& body_shape, const Pose& from,
+MotionResult Along(const WorldSnapshot& world, const Shape& body_shape, const Pose& from,
                    const Pose& to, const QueryOptions& options = {}) {
   const QueryBody body = BodyFromShapes({{.shape = body_shape}});
   EdgeChecker checker(world, body, options, {});
@@ -49,24 +49,25 @@ TEST(TouchingMotions, AreFreeJustAboveWhateverTheLength) {
   const auto world = Floor(Box{{8, 8, 1}}, MakeTranslation(0, 0, -0.5));
   const double gap_m = 1e-5;
   for (const double length_m : kLengths_m) {
-    const MotionAnswer told =
+    const MotionResult result =
         Along(*world, Box{{0.125, 0.125, 0.125}}, MakeTranslation(0, 0, 0.0625 + gap_m),
               MakeTranslation(length_m, 0, 0.0625 + gap_m));
-    EXPECT_EQ(told.verdict, MotionVerdict::kFree) << length_m;
-    EXPECT_NEAR(told.clearance_m, gap_m, 1e-12) << length_m;
+    EXPECT_EQ(result.verdict, MotionVerdict::kFree) << length_m;
+    EXPECT_NEAR(result.clearance_m, gap_m, 1e-12) << length_m;
   }
 }
 
 TEST(TouchingMotions, MeetTheFloorThatTheySinkInto) {
   const auto world = Floor(Box{{8, 8, 1}}, MakeTranslation(0, 0, -0.5));
   for (const double length_m : kLengths_m) {
-    const MotionAnswer told =
+    const MotionResult result =
         Along(*world, Box{{0.125, 0.125, 0.125}}, MakeTranslation(0, 0, 0.0625 + 0x1p-14),
               MakeTranslation(length_m, 0, 0.0625 - 0x1p-14));
-    ASSERT_EQ(told.verdict, MotionVerdict::kContact) << length_m;
-    EXPECT_LE(told.lo, 0.5) << length_m;
-    EXPECT_GE(told.hi, 0.5) << length_m;
-    EXPECT_LE(told.hi - told.lo, kBracket + 0.02) << length_m;  // the last micrometre is not proven
+    ASSERT_EQ(result.verdict, MotionVerdict::kContact) << length_m;
+    EXPECT_LE(result.lo, 0.5) << length_m;
+    EXPECT_GE(result.hi, 0.5) << length_m;
+    EXPECT_LE(result.hi - result.lo, kMaxBracketWidth + 0.02)
+        << length_m;  // the last micrometre is not proven
   }
 }
 
@@ -81,7 +82,7 @@ TEST(TouchingMotions, OfAHalfSpaceAreThoseOfItsPlane) {
     };
     EXPECT_EQ(Along(*world, HalfSpace{}, at(0, 0), at(0.5, turn_rad)).verdict,
               MotionVerdict::kFree);
-    const MotionAnswer met = Along(*world, HalfSpace{}, at(0, 0), at(1, turn_rad));
+    const MotionResult met = Along(*world, HalfSpace{}, at(0, 0), at(1, turn_rad));
     EXPECT_NE(met.verdict, MotionVerdict::kFree) << turn_rad;
     if (turn_rad == 0) {
       ASSERT_EQ(met.verdict, MotionVerdict::kContact);
@@ -101,7 +102,7 @@ Plate Angle() {
 // A box that slides along one inner edge reaches the other at x = 0.3125.
 constexpr double kMeets_m = 0.3125;
 
-MotionAnswer InAngle(double from_m, double to_m) {
+MotionResult InAngle(double from_m, double to_m) {
   const double y_m = 0.25 + 0.0625;
   return Along(*Floor(Angle()), Box{{0.125, 0.125, 0.125}}, MakeTranslation(from_m, y_m, -0.125),
                MakeTranslation(to_m, y_m, -0.125));
@@ -110,11 +111,11 @@ MotionAnswer InAngle(double from_m, double to_m) {
 TEST(TouchingMotions, MeetTheWallThatTheySlideTo) {
   for (const double length_m : kLengths_m) {
     const double from_m = kMeets_m + 0.9 * length_m;
-    const MotionAnswer told = InAngle(from_m, from_m - length_m);
-    ASSERT_EQ(told.verdict, MotionVerdict::kContact) << length_m;
-    EXPECT_LE(told.lo, 0.9) << length_m;
-    EXPECT_NEAR(told.hi, 0.9, 2 * kBracket) << length_m;
-    EXPECT_GE(told.hi, 0.9) << length_m;
+    const MotionResult result = InAngle(from_m, from_m - length_m);
+    ASSERT_EQ(result.verdict, MotionVerdict::kContact) << length_m;
+    EXPECT_LE(result.lo, 0.9) << length_m;
+    EXPECT_NEAR(result.hi, 0.9, 2 * kMaxBracketWidth) << length_m;
+    EXPECT_GE(result.hi, 0.9) << length_m;
   }
 }
 
@@ -122,8 +123,8 @@ TEST(TouchingMotions, MeetTheWallThatTheySlideTo) {
 // far as the work allows.
 TEST(TouchingMotions, AreUndecidedInACornerWhateverTheLength) {
   for (const double length_m : kLengths_m) {
-    const MotionVerdict told = InAngle(0.5, 0.5 + length_m).verdict;
-    EXPECT_EQ(told, length_m <= 0.001 ? MotionVerdict::kGrazing : MotionVerdict::kUndecided)
+    const MotionVerdict result = InAngle(0.5, 0.5 + length_m).verdict;
+    EXPECT_EQ(result, length_m <= 0.001 ? MotionVerdict::kGrazing : MotionVerdict::kUndecided)
         << length_m;
   }
 }

@@ -25,7 +25,7 @@ using testing::JointText;
 struct Answers {
   std::vector<Verdict> verdict;
   std::vector<std::int32_t> object, body_part, object_part, variable;
-  std::vector<Trust> trust;
+  std::vector<Accuracy> accuracy;
 
   void Add(const CollisionColumns& more) {
     const auto append = [](auto& to, const auto& from) {
@@ -35,7 +35,7 @@ struct Answers {
     append(object, more.object);
     append(body_part, more.body_part);
     append(object_part, more.object_part);
-    append(trust, more.trust);
+    append(accuracy, more.accuracy);
     append(variable, more.variable);
     variable.resize(verdict.size(), -1);  // batches without rows out of limits
   }
@@ -96,10 +96,10 @@ std::shared_ptr<const WorldSnapshot> Room(std::mt19937& random) {
 
 class BatchSizes : public ::testing::Test {
  protected:
-  // Checks all rows in batches of each size, which must give the same answers. Returns the trusts
-  // of free rows.
-  std::set<Trust> ExpectSameInAnyBatch(const WorldSnapshot& world, const QueryBody& body,
-                                       const RobotModel& model, const QueryOptions& options) {
+  // Checks all rows in batches of each size, which must give the same answers. Returns the
+  // accuracies of free rows.
+  std::set<Accuracy> ExpectSameInAnyBatch(const WorldSnapshot& world, const QueryBody& body,
+                                          const RobotModel& model, const QueryOptions& options) {
     const std::size_t width = model.all.variables.size();
     std::vector<double> rows;
     for (std::size_t k = 0; k < kRows * width; ++k) {
@@ -127,12 +127,12 @@ class BatchSizes : public ::testing::Test {
       EXPECT_EQ(together.object, single.object) << size;
       EXPECT_EQ(together.body_part, single.body_part) << size;
       EXPECT_EQ(together.object_part, single.object_part) << size;
-      EXPECT_EQ(together.trust, single.trust) << size;
+      EXPECT_EQ(together.accuracy, single.accuracy) << size;
       EXPECT_EQ(together.variable, single.variable) << size;
     }
-    std::set<Trust> of_free;
+    std::set<Accuracy> of_free;
     for (std::size_t k = 0; k < kRows; ++k) {
-      if (single.verdict[k] == Verdict::kFree) of_free.insert(single.trust[k]);
+      if (single.verdict[k] == Verdict::kFree) of_free.insert(single.accuracy[k]);
     }
     return of_free;
   }
@@ -149,7 +149,7 @@ TEST_F(BatchSizes, DoNotMatterToARobotOfShapesAmongOpenSurfaces) {
     for (const RobotScope scope : {RobotScope::kBoth, RobotScope::kWorld}) {
       const auto of_free = ExpectSameInAnyBatch(*world, BodyFromRobot(*robot, scope), *model,
                                                 {.margin_m = margin_m});
-      EXPECT_EQ(of_free, (std::set<Trust>{Trust::kExact, Trust::kSurfaceOnly}));
+      EXPECT_EQ(of_free, (std::set<Accuracy>{Accuracy::kExact, Accuracy::kSurfaceOnly}));
     }
   }
 }
@@ -160,7 +160,7 @@ TEST_F(BatchSizes, DoNotMatterToARobotWithAnOpenSurface) {
   const auto world = Room(random_);
   for (const RobotScope scope : {RobotScope::kBoth, RobotScope::kSelf}) {
     const auto of_free = ExpectSameInAnyBatch(*world, BodyFromRobot(*robot, scope), *model, {});
-    EXPECT_EQ(of_free, (std::set<Trust>{Trust::kExact, Trust::kSurfaceOnly}));
+    EXPECT_EQ(of_free, (std::set<Accuracy>{Accuracy::kExact, Accuracy::kSurfaceOnly}));
   }
 }
 
@@ -178,12 +178,12 @@ TEST_F(BatchSizes, DoNotMatterToARobotOfSpheres) {
   const auto model = ArmWith(testing::BoxMesh({0.05, 0.04, 0.2}));
   const auto robot = PrepareRobot(model, std::nullopt);
   const auto world = Room(random_);
-  QueryBody body = BodyFromSpheres(*robot, *robot->spheres_around, RobotScope::kBoth);
+  QueryBody body = BodyFromSpheres(*robot, *robot->bounding_spheres, RobotScope::kBoth);
   ExpectSameInAnyBatch(*world, body, *model, {});
   // The same for a body whose spheres are the robot itself.
-  body.best_trust = Trust::kExact;
+  body.best_accuracy = Accuracy::kExact;
   const auto of_free = ExpectSameInAnyBatch(*world, body, *model, {});
-  EXPECT_EQ(of_free, (std::set<Trust>{Trust::kExact, Trust::kSurfaceOnly}));
+  EXPECT_EQ(of_free, (std::set<Accuracy>{Accuracy::kExact, Accuracy::kSurfaceOnly}));
 }
 
 }  // namespace

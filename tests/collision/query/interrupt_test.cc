@@ -20,7 +20,7 @@ TEST(Interrupt, LooksAfterSoMuchWorkWhateverItsPortions) {
     std::stop_source stop;
     const TimeLimit limit{QueryOptions{}};
     Interrupt interrupt(stop.get_token(), limit);
-    EXPECT_FALSE(interrupt.After(1));  // this call checks the clock
+    EXPECT_FALSE(interrupt.CountWork(1));  // this call checks the clock
     stop.request_stop();
     std::size_t steps = 0;
     while (!interrupt.MustEndAfter(portion)) steps += portion;
@@ -76,9 +76,9 @@ TEST(Interrupt, LooksAfterEachPairOfManyCorners) {
     for (const bool of_contacts : {false, true}) {
       std::stop_source stop;
       const RowsThatStop rows(MakeTranslation(0.5, 0, 0), stop);
-      const auto told = of_contacts ? GetContacts(*world, body, rows, {}, stop.get_token())
-                                    : GetDistances(*world, body, rows, {}, stop.get_token());
-      EXPECT_EQ(told.status().code(), absl::StatusCode::kCancelled);
+      const auto result = of_contacts ? GetContacts(*world, body, rows, {}, stop.get_token())
+                                      : GetDistances(*world, body, rows, {}, stop.get_token());
+      EXPECT_EQ(result.status().code(), absl::StatusCode::kCancelled);
       EXPECT_EQ(rows.placed(), RowsThatStop::kStopsAt) << NameOf(KindOf(shape));
     }
   }
@@ -99,9 +99,9 @@ TEST(Interrupt, WithinAPairLeavesThePrefix) {
                              MakePose({0.1, 0.1, 0.01}, Quaternion(1, 0.1, 0.1, 0).normalized()));
   QueryOptions options;
   const PairColumns all = *GetDistances(*world, body, at, options);
-  options.give_up_at = std::chrono::steady_clock::now();
+  options.deadline = std::chrono::steady_clock::now();
   EXPECT_EQ(GetDistances(*world, body, at, options)->completed, 0u);
-  options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+  options.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
   const PairColumns some = *GetDistances(*world, body, at, options);
   EXPECT_LE(some.completed, at.size());
   for (std::size_t k = 0; k < some.distance_m.size(); ++k) {

@@ -92,7 +92,7 @@ TEST_F(ManyLinks, HaveThePlainVerdictsAndPairs) {
     EXPECT_EQ(in_lanes.object, plain.object);
     EXPECT_EQ(in_lanes.body_part, plain.body_part);
     EXPECT_EQ(in_lanes.object_part, plain.object_part);
-    EXPECT_EQ(in_lanes.trust, plain.trust);
+    EXPECT_EQ(in_lanes.accuracy, plain.accuracy);
   }
 }
 
@@ -104,7 +104,7 @@ TEST_F(ManyLinks, OfSpheresHaveThePlainVerdicts) {
     spheres.links.emplace_back(link.collisions.size(), LinkSphere{.radius_m = 0.03});
   }
   const QueryBody body = BodyFromSpheres(*robot_, spheres, RobotScope::kBoth);
-  const QueryOptions options{.naming = Naming::kWhereAsked};
+  const QueryOptions options{.naming = Naming::kWhereTested};
   const CollisionColumns plain = *CheckCollisions(*world_, body, PlainRows(rows), options);
   EXPECT_GT(std::ranges::count(plain.verdict, Verdict::kCollision), kRows / 20);
   EXPECT_EQ(CheckCollisions(*world_, body, rows, options)->verdict, plain.verdict);

@@ -21,8 +21,8 @@ TEST(Margins, OfExactlyTheDistanceAreKept) {
                                    MakeTranslation(std::nextafter(1, 0), 0, 0)};
   for (const EngineChoice engine : {EngineChoice::kAuto, EngineChoice::kExact}) {
     const QueryOptions options{.engine = engine, .margin_m = 0.25};
-    const auto told = *CheckCollisions(*world, ball, PoseRows(poses), options);
-    EXPECT_THAT(told.verdict, ElementsAre(Verdict::kFree, Verdict::kCollision));
+    const auto result = *CheckCollisions(*world, ball, PoseRows(poses), options);
+    EXPECT_THAT(result.verdict, ElementsAre(Verdict::kFree, Verdict::kCollision));
     EXPECT_THAT(GetContacts(*world, ball, PoseRows(poses), options)->row_begin,
                 ElementsAre(0, 0, 1));
   }
@@ -35,11 +35,11 @@ TEST(Margins, LeaveAsCertainWhatOverlapsAnyway) {
   const std::vector<Pose> poses = {MakeTranslation(0.3, -0.06, 0), MakeTranslation(0.4, -0.06, 0),
                                    MakeTranslation(0, 0, 0)};
   for (const double margin_m : {0.0, 0.01, 0.1}) {
-    const auto told = *CheckCollisions(*world, ball, PoseRows(poses), {.margin_m = margin_m});
-    EXPECT_THAT(told.verdict, ElementsAre(Verdict::kCollision,
-                                          margin_m < 0.05 ? Verdict::kFree : Verdict::kCollision,
-                                          Verdict::kCollision));
-    EXPECT_THAT(told.trust, Each(Trust::kExact)) << margin_m;
+    const auto result = *CheckCollisions(*world, ball, PoseRows(poses), {.margin_m = margin_m});
+    EXPECT_THAT(result.verdict, ElementsAre(Verdict::kCollision,
+                                            margin_m < 0.05 ? Verdict::kFree : Verdict::kCollision,
+                                            Verdict::kCollision));
+    EXPECT_THAT(result.accuracy, Each(Accuracy::kExact)) << margin_m;
   }
 }
 

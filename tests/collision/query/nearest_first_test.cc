@@ -43,19 +43,19 @@ TEST(NearestFirst, TheNearestPartsOfABodyAreThoseOfBruteForce) {
           {.X_FS = RandomPose(random, k % 2 == 0 ? 1.5 : 0.6), .shape = kinds[part % 3]});
     }
     QueryBody body = BodyFromShapes(std::move(shapes));
-    body.asks_world = false;
+    body.tests_world = false;
     AskAllPairs(body);
     const std::vector<Pose> X_WB = {RandomPose(random, 1.0)};
-    const PairColumns told = *GetDistances(WorldSnapshot(), body, X_WB, {});
-    ASSERT_EQ(told.distance_m.size(), 1u);
-    double least_m = kFar_m;
+    const PairColumns result = *GetDistances(WorldSnapshot(), body, X_WB, {});
+    ASSERT_EQ(result.distance_m.size(), 1u);
+    double min_m = kFar_m;
     for (const PartPair& pair : body.self_pairs) {
-      least_m = std::min(least_m, PartsApart_m(body, pair, X_WB[0]));
+      min_m = std::min(min_m, PartsApart_m(body, pair, X_WB[0]));
     }
-    ++(least_m < 0 ? overlapping : apart);
-    EXPECT_NEAR(told.distance_m[0], least_m, 1e-7);
-    const PartPair named{told.body_part[0], told.object_part[0]};
-    EXPECT_NEAR(PartsApart_m(body, named, X_WB[0]), least_m, 1e-7);
+    ++(min_m < 0 ? overlapping : apart);
+    EXPECT_NEAR(result.distance_m[0], min_m, 1e-7);
+    const PartPair named{result.body_part[0], result.object_part[0]};
+    EXPECT_NEAR(PartsApart_m(body, named, X_WB[0]), min_m, 1e-7);
   }
   EXPECT_GT(apart, 10);
   EXPECT_GT(overlapping, 10);
@@ -68,7 +68,7 @@ TEST(NearestFirst, OfEquallyNearPartsTheFirstAreNamed) {
     balls.push_back({.X_FS = MakeTranslation(0.5 * k, 0, 0), .shape = Sphere{0.125}});
   }
   QueryBody body = BodyFromShapes(balls);
-  body.asks_world = false;
+  body.tests_world = false;
   AskAllPairs(body);
   std::reverse(body.self_pairs.begin(), body.self_pairs.end());
   const std::vector<Pose> at = {Pose::Identity()};
@@ -95,13 +95,13 @@ TEST(NearestFirst, OfEquallyNearObjectsTheFirstByNameAreNamed) {
   for (const int results : {1, 3, 6}) {
     QueryOptions options;
     options.max_results = results;
-    const PairColumns told = *GetDistances(*world, body, at, options);
-    ASSERT_EQ(told.object.size(), static_cast<std::size_t>(results));
+    const PairColumns result = *GetDistances(*world, body, at, options);
+    ASSERT_EQ(result.object.size(), static_cast<std::size_t>(results));
     for (int k = 0; k < results; ++k) {
-      EXPECT_EQ(told.object[static_cast<std::size_t>(k)], k);
-      EXPECT_EQ(told.body_part[static_cast<std::size_t>(k)], 5 - k);
-      EXPECT_EQ(told.object_part[static_cast<std::size_t>(k)], 0);
-      EXPECT_EQ(told.distance_m[static_cast<std::size_t>(k)], 1.75);
+      EXPECT_EQ(result.object[static_cast<std::size_t>(k)], k);
+      EXPECT_EQ(result.body_part[static_cast<std::size_t>(k)], 5 - k);
+      EXPECT_EQ(result.object_part[static_cast<std::size_t>(k)], 0);
+      EXPECT_EQ(result.distance_m[static_cast<std::size_t>(k)], 1.75);
     }
   }
 }

@@ -77,70 +77,70 @@ std::vector<Vector3> SurfaceOfUnion(const std::vector<CubePlace>& cubes) {
   return places;
 }
 
-struct Told {
+struct Tally {
   int exact_inside = 0, bounded = 0, degraded = 0;
 };
 
 // Checks the label of each point: EXACT is the distance of the union, BOUNDED is no deeper than its
 // bound.
-Told ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& cubes) {
+Tally ExpectTrueLabels(const WorldSnapshot& world, const std::vector<CubePlace>& cubes) {
   const std::vector<Vector3> surface = SurfaceOfUnion(cubes);
   std::mt19937 random(7);
   const std::vector<Vector3> points = RandomPoints(3000, random, 0.9);
   const PointColumns columns = *SamplePoints(world, points, {});
   std::vector<double> bound_m(points.size(), 0);
   for (const PointColumns::Bound& bound : columns.bounds) bound_m[bound.row] = bound.bound_m;
-  Told told;
+  Tally result;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool inside = std::any_of(cubes.begin(), cubes.end(),
                                     [&](const CubePlace& c) { return c.Holds(points[i]); });
     double off_m = std::numeric_limits<double>::infinity();
     for (const Vector3& place : surface) off_m = std::min(off_m, (place - points[i]).norm());
-    const double least_m = std::abs(columns.distance_m[i]);
+    const double min_m = std::abs(columns.distance_m[i]);
     EXPECT_EQ(columns.distance_m[i] < 0, inside) << points[i].transpose();
-    EXPECT_GE(off_m, least_m - 1e-9) << points[i].transpose();
-    if (columns.trust[i] == Trust::kDegraded) {
-      ++told.degraded;
+    EXPECT_GE(off_m, min_m - 1e-9) << points[i].transpose();
+    if (columns.accuracy[i] == Accuracy::kDegraded) {
+      ++result.degraded;
       continue;
     }
-    EXPECT_LE(off_m, least_m + bound_m[i] + kGrid_m) << points[i].transpose();
-    if (columns.trust[i] == Trust::kBounded) {
+    EXPECT_LE(off_m, min_m + bound_m[i] + kGrid_m) << points[i].transpose();
+    if (columns.accuracy[i] == Accuracy::kBounded) {
       EXPECT_TRUE(inside);
-      ++told.bounded;
+      ++result.bounded;
     } else {
-      EXPECT_EQ(columns.trust[i], Trust::kExact);
-      told.exact_inside += inside ? 1 : 0;
+      EXPECT_EQ(columns.accuracy[i], Accuracy::kExact);
+      result.exact_inside += inside ? 1 : 0;
     }
   }
-  return told;
+  return result;
 }
 
 TEST(OverlappingShells, DepthsInCubesThatInterpenetrateAreLabelledForWhatTheyAre) {
   const std::vector<CubePlace> cubes = {{0.8, {-0.2, -0.1, 0}}, {0.8, {0.2, 0.15, 0.1}}};
   const TriangleMesh mesh = Joined({Cube(0.8, {-0.2, -0.1, 0}), Cube(0.8, {0.2, 0.15, 0.1})});
   for (const TriangleMesh& either : {mesh, Turned(mesh)}) {
-    const Told told = ExpectTrueLabels(*WorldOfMesh(either), cubes);
-    EXPECT_GT(told.exact_inside, 100);
-    EXPECT_GT(told.bounded, 100);
-    EXPECT_EQ(told.degraded, 0);
+    const Tally result = ExpectTrueLabels(*WorldOfMesh(either), cubes);
+    EXPECT_GT(result.exact_inside, 100);
+    EXPECT_GT(result.bounded, 100);
+    EXPECT_EQ(result.degraded, 0);
   }
 }
 
 TEST(OverlappingShells, DepthsAboutACubeWithinACubeAreLabelledForWhatTheyAre) {
   const auto world = WorldOfMesh(Joined({Cube(1, {0, 0, 0}), Cube(0.4, {0, 0, 0})}));
-  const Told told = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
-  EXPECT_GT(told.exact_inside, 100);
-  EXPECT_GT(told.bounded, 100);
+  const Tally result = ExpectTrueLabels(*world, {{1, {0, 0, 0}}, {0.4, {0, 0, 0}}});
+  EXPECT_GT(result.exact_inside, 100);
+  EXPECT_GT(result.bounded, 100);
   // In the inner cube, on its surface, and just outside it; the true depth is at least 0.28 m
   // everywhere.
   for (const double z_m : {0.1, 0.2 - 1e-7, 0.2, 0.2 + 1e-7, 0.22}) {
     const PointColumns columns = SampleOne(*world, {0.01, 0.02, z_m});
-    EXPECT_EQ(columns.trust[0], Trust::kBounded) << z_m;
+    EXPECT_EQ(columns.accuracy[0], Accuracy::kBounded) << z_m;
     ASSERT_EQ(columns.bounds.size(), 1u) << z_m;
     EXPECT_GE(columns.bounds[0].bound_m - columns.distance_m[0], 0.5 - z_m - 1e-9) << z_m;
   }
   const PointColumns outer = SampleOne(*world, {0.01, 0.02, 0.45});
-  EXPECT_EQ(outer.trust[0], Trust::kExact);
+  EXPECT_EQ(outer.accuracy[0], Accuracy::kExact);
   EXPECT_NEAR(outer.distance_m[0], -0.05, 1e-12);
 }
 
@@ -160,7 +160,7 @@ TEST(OverlappingShells, ACavityIsExactAllOver) {
   const PointColumns columns = *SamplePoints(*world, points, {});
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double outer_m = points[i].cwiseAbs().maxCoeff() - 0.5;
-    EXPECT_EQ(columns.trust[i], Trust::kExact) << points[i].transpose();
+    EXPECT_EQ(columns.accuracy[i], Accuracy::kExact) << points[i].transpose();
     if (outer_m > 0) continue;
     const Vector3 excess = points[i].cwiseAbs() - Vector3::Constant(0.2);
     const double wall_m = excess.maxCoeff() > 0 ? -excess.cwiseMax(0.0).norm() : -excess.maxCoeff();

@@ -63,7 +63,7 @@ int Names(const NamedPair& pair) {
 
 // The margin of the pair; empty if it may collide.
 std::optional<double> MarginByHand(const WorldSnapshot& world, const QueryOptions& options,
-                                   const Part& x, const Part& y, double usual_m) {
+                                   const Part& x, const Part& y, double default_m) {
   const PairRule* best = nullptr;
   for (const PairRule& rule : world.pair_rules()) {
     if (!IsAbout(rule.pair, x, y)) continue;
@@ -76,7 +76,7 @@ std::optional<double> MarginByHand(const WorldSnapshot& world, const QueryOption
   for (const NamedPair& pair : options.ignore_pairs) {
     if (IsAbout(pair, x, y)) return std::nullopt;
   }
-  return best != nullptr ? *best->margin_m : usual_m;
+  return best != nullptr ? *best->margin_m : default_m;
 }
 
 // Three balls of 0.1 m radius, 0.5 m apart along x: a fixed one and two on rotary joints.
@@ -171,7 +171,7 @@ struct ByHand {
 
   struct Seen {
     double distance_m, margin_m;
-    int object;  // may be kItself
+    int object;  // may be kSelfObject
     int body_part, object_part;
   };
   std::vector<Seen> Pairs() const {
@@ -182,14 +182,15 @@ struct ByHand {
       const auto margin_m = MarginByHand(world, options, NameOf(a), NameOf(b), options.margin_m);
       if (!margin_m) continue;
       seen.push_back({Distance_m(one, PoseOf(a), other, PoseOf(b)),
-                      *margin_m + Deviation_m(one) + Deviation_m(other), kItself, first, second});
+                      *margin_m + Deviation_m(one) + Deviation_m(other), kSelfObject, first,
+                      second});
     }
     for (std::size_t i = 0; i < world.objects().size(); ++i) {
       const WorldObject& object = *world.objects()[i];
       if (object.name == body.self) continue;
       for (std::size_t b = 0; b < body.geometry->parts.size(); ++b) {
-        const double usual_m = object.margin_m + body.margin_m + options.margin_m;
-        const auto margin_m = MarginByHand(world, options, NameOf(b), {object.name, ""}, usual_m);
+        const double default_m = object.margin_m + body.margin_m + options.margin_m;
+        const auto margin_m = MarginByHand(world, options, NameOf(b), {object.name, ""}, default_m);
         if (!margin_m) continue;
         const PreparedPart& mine = body.geometry->parts[b];
         for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
@@ -227,17 +228,17 @@ void CompareRow(const ByHand& hand, const CollisionColumns& verdicts, const Pair
     ASSERT_GT(distances.row_begin[row + 1], at);
     EXPECT_NEAR(distances.distance_m[at], nearest_m, 1e-9);
   }
-  std::vector<std::array<int, 3>> expected, told;
+  std::vector<std::array<int, 3>> expected, result;
   for (const ByHand::Seen& pair : pairs) {
     if (collides(pair)) expected.push_back({pair.object, pair.body_part, pair.object_part});
   }
   for (std::uint32_t k = contacts.row_begin[row]; k < contacts.row_begin[row + 1]; ++k) {
-    told.push_back({contacts.object[k], contacts.body_part[k], contacts.object_part[k]});
+    result.push_back({contacts.object[k], contacts.body_part[k], contacts.object_part[k]});
   }
   std::ranges::sort(expected);
-  std::ranges::sort(told);
-  told.erase(std::unique(told.begin(), told.end()), told.end());
-  EXPECT_EQ(told, expected);
+  std::ranges::sort(result);
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  EXPECT_EQ(result, expected);
 }
 
 void CompareAll(const WorldSnapshot& world, const QueryBody& body, std::vector<Part> names,
@@ -263,7 +264,7 @@ QueryOptions DrawnOptions(Drawn& draw) {
   return options;
 }
 
-TEST(PairRulesOfQuestions, OfARobotAreThoseOfEachPairReadByHand) {
+TEST(PairRulesOfQueries, OfARobotAreThoseOfEachPairReadByHand) {
   const auto robot = BallArm();
   std::vector<Part> names;
   for (const ModelLink& link : robot->model->links) names.push_back({"arm", link.name});
@@ -283,7 +284,7 @@ TEST(PairRulesOfQuestions, OfARobotAreThoseOfEachPairReadByHand) {
   }
 }
 
-TEST(PairRulesOfQuestions, OfShapesAndOfAnObjectAreThoseOfEachPairReadByHand) {
+TEST(PairRulesOfQueries, OfShapesAndOfAnObjectAreThoseOfEachPairReadByHand) {
   for (unsigned seed = 0; seed < 60; ++seed) {
     Drawn draw(seed);
     const SnapshotPtr world = RuledWorld(draw, draw.Index(12));
@@ -305,7 +306,7 @@ SnapshotPtr TwoBalls() {
              MakeTranslation(0.5, 0, 0))});
 }
 
-TEST(PairRulesOfQuestions, AnAllowedPairIsSeenByNoQuestion) {
+TEST(PairRulesOfQueries, AnAllowedPairIsSeenByNoQuestion) {
   const auto world = With(TwoBalls(), {Allow({"*"}, {"near"})});
   const std::vector<Pose> poses = {
       MakeTranslation(0.1, 0, 0)};  // 0.3 m from the other ball's centre
@@ -315,7 +316,7 @@ TEST(PairRulesOfQuestions, AnAllowedPairIsSeenByNoQuestion) {
   EXPECT_THAT(GetContacts(*world, BallBody(), poses, {})->distance_m, IsEmpty());
 }
 
-TEST(PairRulesOfQuestions, AMarginReplacesThoseOfBothAndOfTheRequest) {
+TEST(PairRulesOfQueries, AMarginReplacesThoseOfBothAndOfTheRequest) {
   const std::vector<Pose> poses = {MakeTranslation(-0.25, 0, 0)};  // 0.05 m from the first
   const auto verdict = [&](const SnapshotPtr& world, double request_m) {
     return CheckCollisions(*world, BallBody(), poses, {.margin_m = request_m})->verdict[0];
@@ -328,7 +329,7 @@ TEST(PairRulesOfQuestions, AMarginReplacesThoseOfBothAndOfTheRequest) {
               ElementsAre(::testing::DoubleNear(0.05, 1e-9)));
 }
 
-TEST(PairRulesOfQuestions, TheMorePreciseMarginHolds) {
+TEST(PairRulesOfQueries, TheMorePreciseMarginHolds) {
   const auto world = With(TwoBalls(), {Margin({"*"}, {"*"}, 0.5), Margin({"*"}, {"near"}, 0.04)});
   const std::vector<Pose> poses = {MakeTranslation(-0.25, 0, 0)};
   // Margin 0.04 for the near ball; 0.5 for the other, which is 0.55 m away.
@@ -342,7 +343,7 @@ TEST(PairRulesOfQuestions, TheMorePreciseMarginHolds) {
               ElementsAre(Verdict::kFree));
 }
 
-TEST(PairRulesOfQuestions, DeviationsOfAFitAreMarginsToo) {
+TEST(PairRulesOfQueries, DeviationsOfAFitAreMarginsToo) {
   auto model = std::make_shared<HybridModel>();
   model->shapes.push_back({.X_OS = Pose::Identity(),
                            .shape = Sphere{0.1},

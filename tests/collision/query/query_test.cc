@@ -131,12 +131,12 @@ TEST_F(QueryTest, AStateCollidesWhenSomePairIsNearerThanTheMargin) {
       EXPECT_EQ(columns.object[row] >= 0, collides);
       if (!collides) continue;
       ++collisions;
-      const auto told = std::find_if(pairs.begin(), pairs.end(), [&](const BrutePair& p) {
+      const auto result = std::find_if(pairs.begin(), pairs.end(), [&](const BrutePair& p) {
         return p.object == columns.object[row] && p.body_part == columns.body_part[row] &&
                p.object_part == columns.object_part[row];
       });
-      ASSERT_NE(told, pairs.end());
-      EXPECT_LT(told->distance_m, margin_m);
+      ASSERT_NE(result, pairs.end());
+      EXPECT_LT(result->distance_m, margin_m);
     }
     EXPECT_GT(collisions, 5);
     EXPECT_LT(collisions, 145);
@@ -229,9 +229,9 @@ TEST(Query, AClosedMeshContainsWithEveryEngine) {
          {EngineChoice::kAuto, EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
       QueryOptions options;
       options.engine = engine;
-      const CollisionColumns told = *CheckCollisions(*world, cup, at, options);
-      EXPECT_EQ(told.verdict[0], Verdict::kCollision);
-      EXPECT_NE(told.trust[0], Trust::kSurfaceOnly);
+      const CollisionColumns result = *CheckCollisions(*world, cup, at, options);
+      EXPECT_EQ(result.verdict[0], Verdict::kCollision);
+      EXPECT_NE(result.accuracy[0], Accuracy::kSurfaceOnly);
       EXPECT_LT(GetDistances(*world, cup, at, options)->distance_m[0], 0);
     }
   }
@@ -271,11 +271,11 @@ TEST(Query, EveryEngineAnswersAboutAHalfSpace) {
     ASSERT_TRUE(distances.ok()) << distances.status();
     EXPECT_NEAR(distances->distance_m[0], 0.5, 1e-12);
     EXPECT_NEAR(distances->distance_m[1], -0.1, 1e-12);
-    EXPECT_EQ(distances->trust[0], Trust::kExact);
-    const CollisionColumns told = *CheckCollisions(*world, box, at, options);
-    EXPECT_EQ(told.verdict[0], Verdict::kFree);
-    EXPECT_EQ(told.verdict[1], Verdict::kCollision);
-    EXPECT_EQ(told.trust[1], Trust::kExact);
+    EXPECT_EQ(distances->accuracy[0], Accuracy::kExact);
+    const CollisionColumns result = *CheckCollisions(*world, box, at, options);
+    EXPECT_EQ(result.verdict[0], Verdict::kFree);
+    EXPECT_EQ(result.verdict[1], Verdict::kCollision);
+    EXPECT_EQ(result.accuracy[1], Accuracy::kExact);
   }
 }
 
@@ -287,14 +287,14 @@ TEST(Query, YesAndNoOfASearchOfFclAreLabelledAsBestEffort) {
                                 MakeTranslation(0.9, 0, 0)};
   QueryOptions options;
   options.engine = EngineChoice::kFcl;
-  const CollisionColumns told = *CheckCollisions(*world, box, at, options);
-  EXPECT_EQ(told.trust[0], Trust::kExact) << "by their boxes";
-  EXPECT_EQ(told.trust[2], Trust::kDegraded);
+  const CollisionColumns result = *CheckCollisions(*world, box, at, options);
+  EXPECT_EQ(result.accuracy[0], Accuracy::kExact) << "by their boxes";
+  EXPECT_EQ(result.accuracy[2], Accuracy::kDegraded);
   // With a margin the verdict is proven by a distance.
   options.margin_m = 0.01;
-  EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->accuracy[2], Accuracy::kExact);
   options = {};
-  EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->accuracy[2], Accuracy::kExact);
 }
 
 // A floor, a slope and a ceiling, checked with a half-space that faces down.
@@ -314,8 +314,9 @@ TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
     const PairColumns near = *GetDistances(*world, body, at, options);
     EXPECT_THAT(near.distance_m,
                 ElementsAre(::testing::DoubleNear(1, 1e-12), ::testing::DoubleNear(-0.5, 1e-12),
-                            -kLargestCoordinate_m));
-    EXPECT_THAT(near.trust, ElementsAre(Trust::kExact, Trust::kExact, Trust::kDegraded));
+                            -kMaxCoordinate_m));
+    EXPECT_THAT(near.accuracy,
+                ElementsAre(Accuracy::kExact, Accuracy::kExact, Accuracy::kDegraded));
     EXPECT_THAT(GetContacts(*world, body, at, options)->row_begin, ElementsAre(0, 0, 1, 2));
     options.ignore = {"floor"};
     EXPECT_THAT(CheckCollisions(*world, body, at, options)->verdict,
@@ -342,15 +343,15 @@ TEST(Query, AStateWithinTheBoundOfAStandInIsUndecidedByFclAndBullet) {
   for (const EngineChoice engine : {EngineChoice::kFcl, EngineChoice::kBullet}) {
     QueryOptions options;
     options.engine = engine;
-    const CollisionColumns told = *CheckCollisions(*world, ball, at, options);
-    EXPECT_THAT(told.verdict,
+    const CollisionColumns result = *CheckCollisions(*world, ball, at, options);
+    EXPECT_THAT(result.verdict,
                 ElementsAre(Verdict::kCollision, Verdict::kUndecided, Verdict::kFree));
-    EXPECT_THAT(told.object, ElementsAre(0, 0, -1));
-    EXPECT_NE(told.trust[1], Trust::kExact);
+    EXPECT_THAT(result.object, ElementsAre(0, 0, -1));
+    EXPECT_NE(result.accuracy[1], Accuracy::kExact);
   }
   const CollisionColumns exact = *CheckCollisions(*world, ball, at, {});
   EXPECT_THAT(exact.verdict, ElementsAre(Verdict::kCollision, Verdict::kFree, Verdict::kFree));
-  EXPECT_THAT(exact.trust, ::testing::Each(Trust::kExact));
+  EXPECT_THAT(exact.accuracy, ::testing::Each(Accuracy::kExact));
 }
 
 TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
@@ -359,16 +360,16 @@ TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
       QueryOptions options;
       options.engine = engine;
       options.margin_m = margin_m;
-      const CollisionColumns told = *CheckCollisions(*world_, body_, poses_, options);
+      const CollisionColumns result = *CheckCollisions(*world_, body_, poses_, options);
       int decided = 0;
       for (std::size_t row = 0; row < poses_.size(); ++row) {
         double nearest_m = kInfinity;
         for (const BrutePair& pair : BrutePairs(*world_, body_, poses_[row])) {
           nearest_m = std::min(nearest_m, pair.distance_m);
         }
-        if (told.verdict[row] == Verdict::kUndecided) continue;
+        if (result.verdict[row] == Verdict::kUndecided) continue;
         ++decided;
-        EXPECT_EQ(told.verdict[row], nearest_m < margin_m ? Verdict::kCollision : Verdict::kFree)
+        EXPECT_EQ(result.verdict[row], nearest_m < margin_m ? Verdict::kCollision : Verdict::kFree)
             << row << ' ' << nearest_m;
       }
       // FCL's distances to meshes within the margin's reach are undecided.
@@ -409,19 +410,19 @@ TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
   BodySearch search(*world, probe, {}, {});
   const Pose X_WB = Pose::Identity();
   search.PlaceBody(PoseRows({&X_WB, 1}), 0);
-  const auto asked = [&](double reach_m, double narrowed_m) {
+  const auto visited = [&](double reach_m, double narrowed_m) {
     std::vector<int> parts;
     search.ForEachPair(*world->Find("pair"), BodySearch::From::kSurface, reach_m,
-                       Question::kDistance, [&](const auto& pair) {
+                       QueryKind::kDistance, [&](const auto& pair) {
                          parts.push_back(pair.id.object_part);
                          return narrowed_m;
                        });
     return parts;
   };
-  EXPECT_THAT(asked(0.7, 0.7), IsEmpty());  // the boxes are 0.8 m and 2.8 m apart
-  EXPECT_THAT(asked(0.9, 0.9), ElementsAre(0));
-  EXPECT_THAT(asked(3, 3), ElementsAre(0, 1));
-  EXPECT_THAT(asked(3, 1), ElementsAre(0));
+  EXPECT_THAT(visited(0.7, 0.7), IsEmpty());  // the boxes are 0.8 m and 2.8 m apart
+  EXPECT_THAT(visited(0.9, 0.9), ElementsAre(0));
+  EXPECT_THAT(visited(3, 3), ElementsAre(0, 1));
+  EXPECT_THAT(visited(3, 1), ElementsAre(0));
   EXPECT_TRUE(search.Finish().ok());
 }
 
@@ -434,7 +435,7 @@ TEST(Query, TheDepthOfSeveralPartsIsLabelledAsABound) {
   const std::vector<Pose> at = {Pose::Identity()};
   const PairColumns columns = *GetDistances(*world, probe, at, {});
   EXPECT_NEAR(columns.distance_m[0], -0.1, 1e-12);
-  EXPECT_THAT(columns.trust, ElementsAre(Trust::kBounded));
+  EXPECT_THAT(columns.accuracy, ElementsAre(Accuracy::kBounded));
   // To leave sideways the probe must move sqrt(0.2^2 - 0.1^2), which the bound must include.
   EXPECT_GE(columns.bound_m[0], std::sqrt(0.03) - 0.1);
 }
@@ -455,17 +456,17 @@ TEST_F(QueryTest, AStoppedQuestionIsCancelled) {
 
 TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
   QueryOptions options;
-  options.give_up_at = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  options.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
   const PairColumns none = *GetDistances(*world_, body_, poses_, options);
   EXPECT_EQ(none.completed, 0u);
   EXPECT_THAT(none.row_begin, ElementsAre(0u));
   const CollisionColumns verdicts = *CheckCollisions(*world_, body_, poses_, options);
   EXPECT_EQ(verdicts.completed, 0u);
   EXPECT_THAT(verdicts.verdict, ::testing::Each(Verdict::kNotComputed));
-  EXPECT_THAT(verdicts.trust, ::testing::Each(Trust::kDegraded)) << "nothing is known";
+  EXPECT_THAT(verdicts.accuracy, ::testing::Each(Accuracy::kDegraded)) << "nothing is known";
 
   std::vector<Pose> many(200'000, poses_[0]);
-  options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
+  options.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
   const PairColumns part = *GetDistances(*world_, body_, many, options);
   const PairColumns whole = *GetDistances(*world_, body_, {poses_.data(), 1}, {});
   ASSERT_GT(part.completed, 0u);

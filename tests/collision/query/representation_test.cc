@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "collision/query/carried_objects.h"
+#include "collision/query/attached_objects.h"
 #include "collision/query/world_filter.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/world/test_arm.h"
@@ -35,7 +35,9 @@ Change Post(const std::string& name, double x_m, double y_m) {
   return PutOf(name, {{.shape = Box{{0.1, 0.1, 0.1}}}}, MakeTranslation(x_m, y_m, 0));
 }
 
-QueryOptions Of(Representation representation) { return {.representation = representation}; }
+QueryOptions OptionsFor(Representation representation) {
+  return {.representation = representation};
+}
 
 TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepresentation) {
   const auto ball = std::vector<Placed<>>{{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
@@ -63,14 +65,15 @@ TEST(Representation, ChoosesThePartsOfTheObjectThatAsks) {
   const std::vector<Pose> poses = {MakeTranslation(5, 0, 0), MakeTranslation(5, -1, 0),
                                    MakeTranslation(5, 1, 0)};
   const auto verdicts = [&](Representation representation) {
-    return CheckCollisions(*world, thing, PoseRows(poses), Of(representation))->verdict;
+    return CheckCollisions(*world, thing, PoseRows(poses), OptionsFor(representation))->verdict;
   };
   constexpr auto kHit = Verdict::kCollision, kFree = Verdict::kFree;
   // The post is a shape.
   EXPECT_THAT(verdicts(Representation::kHybrid), ElementsAre(kHit, kHit, kFree));
   EXPECT_THAT(verdicts(Representation::kShapes), ElementsAre(kHit, kFree, kFree));
   EXPECT_THAT(verdicts(Representation::kSurfaces), Each(kFree));
-  const auto nearest = *GetDistances(*world, thing, PoseRows(poses), Of(Representation::kShapes));
+  const auto nearest =
+      *GetDistances(*world, thing, PoseRows(poses), OptionsFor(Representation::kShapes));
   EXPECT_THAT(nearest.body_part, Each(0));
   EXPECT_NEAR(nearest.distance_m[1], 1 - 0.05 - 0.1, 1e-9);
 }
@@ -79,7 +82,7 @@ TEST(Representation, MayLeaveNothingOfTheObjectThatAsks) {
   const auto world = WorldOf({Post("asks", 0, 0), Hybrid("thing")});
   const QueryBody post = BodyFromObject(*world->Find("asks"));
   const std::vector<Pose> poses = {MakeTranslation(0, 1, 0)};
-  const QueryOptions options = Of(Representation::kSurfaces);
+  const QueryOptions options = OptionsFor(Representation::kSurfaces);
   EXPECT_THAT(CheckCollisions(*world, post, PoseRows(poses), options)->verdict,
               ElementsAre(Verdict::kFree));
   EXPECT_THAT(GetDistances(*world, post, PoseRows(poses), options)->distance_m, IsEmpty());
@@ -90,12 +93,12 @@ TEST(Representation, LeavesShapesThatAskWhole) {
   const auto world = WorldOf({Hybrid("thing")});
   const QueryBody probe = BodyFromShapes({{.shape = Sphere{0.1}}});
   const std::vector<Pose> poses = {MakeTranslation(0, 1, 0)};
-  EXPECT_THAT(
-      CheckCollisions(*world, probe, PoseRows(poses), Of(Representation::kSurfaces))->verdict,
-      ElementsAre(Verdict::kCollision));
+  EXPECT_THAT(CheckCollisions(*world, probe, PoseRows(poses), OptionsFor(Representation::kSurfaces))
+                  ->verdict,
+              ElementsAre(Verdict::kCollision));
 }
 
-TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
+TEST(Representation, ChoosesThePartsOfAttachedObjects) {
   Change attach{.what = AttachObject{.name = "thing",
                                      .robot = "arm",
                                      .link = "tip",
@@ -106,8 +109,8 @@ TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
   // The post is at the cube. The tip is at the origin; its boxes are links and always count.
   const auto world = WorldOf({arm, Hybrid("thing"), attach, Post("post", 0, 1)});
   const WorldRobotPtr robot = world->FindRobot("arm");
-  const QueryBody body = WithCarriedObjects(BodyFromRobot(*robot, RobotScope::kWorld), *world,
-                                            *robot, RobotScope::kWorld);
+  const QueryBody body = WithAttachedObjects(BodyFromRobot(*robot, RobotScope::kWorld), *world,
+                                             *robot, RobotScope::kWorld);
   const JointGroup& all = robot->model().all;
   for (const std::size_t count : {1, 300}) {  // without and with the SIMD code
     std::vector<double> values;
@@ -117,7 +120,7 @@ TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
     const JointRows rows(robot->model(), all,
                          {.X_WB = robot->X_WB, .base = robot->state, .rows = values});
     const auto verdicts = [&](Representation representation) {
-      return CheckCollisions(*world, body, rows, Of(representation))->verdict;
+      return CheckCollisions(*world, body, rows, OptionsFor(representation))->verdict;
     };
     EXPECT_THAT(verdicts(Representation::kHybrid), Each(Verdict::kCollision));
     EXPECT_THAT(verdicts(Representation::kShapes), Each(Verdict::kFree));

@@ -57,7 +57,7 @@ TEST_F(BallArm, MeetsItselfWhereItIsBentBack) {
   const std::vector<double> rows = {0, 0.999 * touching, 0, 1.001 * touching};
   const CollisionColumns columns = Check(rows, RobotScope::kBoth);
   EXPECT_THAT(columns.verdict, ElementsAre(Verdict::kFree, Verdict::kCollision));
-  EXPECT_THAT(columns.object, ElementsAre(-1, kItself));
+  EXPECT_THAT(columns.object, ElementsAre(-1, kSelfObject));
   EXPECT_THAT(columns.body_part, ElementsAre(-1, 0));
   EXPECT_THAT(columns.object_part, ElementsAre(-1, 2));
 }
@@ -103,9 +103,9 @@ TEST_F(BallArm, IsToItselfLikeOneMoreObject) {
   const JointRows joint_rows(*model_, model_->all, States(rows));
   const QueryBody body = BodyFromRobot(*robot_, RobotScope::kBoth);
   const PairColumns both = *GetDistances(*world_, body, joint_rows, {.max_results = 5});
-  EXPECT_THAT(both.object, ElementsAre(kItself, 0));
+  EXPECT_THAT(both.object, ElementsAre(kSelfObject, 0));
   const PairColumns contacts = *GetContacts(*world_, body, joint_rows, {.margin_m = 10});
-  EXPECT_EQ(std::ranges::count(contacts.object, kItself), 1);
+  EXPECT_EQ(std::ranges::count(contacts.object, kSelfObject), 1);
   EXPECT_EQ(std::ranges::count(contacts.object, 0), 3);
   // The normal points from the link that is earlier in the URDF to the later one.
   const Vector3 normal(contacts.normal[0], contacts.normal[1], contacts.normal[2]);
@@ -144,11 +144,12 @@ TEST_F(BallArm, OfSpheresAnswersAsItsSpheresAreAndClaimsNothing) {
     const CollisionColumns of_exact = *CheckCollisions(*world_, exact, rows, {});
     EXPECT_EQ(checked.verdict, of_exact.verdict);
     EXPECT_EQ(checked.object_part, of_exact.object_part);
-    EXPECT_THAT(checked.trust, Each(Trust::kDegraded));
+    EXPECT_THAT(checked.accuracy, Each(Accuracy::kDegraded));
     const PairColumns near = *GetDistances(*world_, body, rows, {.max_results = 2});
     EXPECT_EQ(near.distance_m, GetDistances(*world_, exact, rows, {.max_results = 2})->distance_m);
-    EXPECT_THAT(near.trust, Each(Trust::kDegraded));
-    EXPECT_THAT(GetContacts(*world_, body, rows, {.margin_m = 1})->trust, Each(Trust::kDegraded));
+    EXPECT_THAT(near.accuracy, Each(Accuracy::kDegraded));
+    EXPECT_THAT(GetContacts(*world_, body, rows, {.margin_m = 1})->accuracy,
+                Each(Accuracy::kDegraded));
   }
 }
 

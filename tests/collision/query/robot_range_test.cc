@@ -47,9 +47,9 @@ CollisionColumns Check(const RobotGeometry& robot, const std::vector<double>& ro
   const JointRows joint_rows(*robot.model, robot.model->all,
                              {.X_WB = X_WB, .base = {0}, .rows = rows});
   const QueryBody body = BodyFromRobot(robot, RobotScope::kBoth);
-  const CollisionColumns told = *CheckCollisions(*world, body, joint_rows, {});
-  EXPECT_EQ(told.verdict, CheckCollisions(*world, body, PlainRows(joint_rows), {})->verdict);
-  return told;
+  const CollisionColumns result = *CheckCollisions(*world, body, joint_rows, {});
+  EXPECT_EQ(result.verdict, CheckCollisions(*world, body, PlainRows(joint_rows), {})->verdict);
+  return result;
 }
 
 TEST(RobotRange, IsAVerdictOfItsOwnToLeave) {
@@ -76,11 +76,11 @@ TEST(RobotRange, IsTheSameInLanes) {
       rows.push_back(std::uniform_real_distribution<double>(-150, 150)(random));
       rows.push_back(1e4 * rows.back());
     }
-    const CollisionColumns told = Check(*rail, rows, MakeTranslation(base_x_m, 0, 0));
+    const CollisionColumns result = Check(*rail, rows, MakeTranslation(base_x_m, 0, 0));
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const double farthest_m =
           std::max(std::abs(base_x_m + rows[k]), std::abs(base_x_m + 1.5 * rows[k]));
-      EXPECT_EQ(told.verdict[k] == Verdict::kOutOfLimits, farthest_m > 1e6) << rows[k];
+      EXPECT_EQ(result.verdict[k] == Verdict::kOutOfLimits, farthest_m > 1e6) << rows[k];
     }
   }
 }
@@ -97,12 +97,12 @@ TEST(FollowersOfARobot, HaveLimitsThatAStateMayLeave) {
   std::vector<double> rows;
   for (double elbow = -2.1; elbow < 2.1; elbow += 0.0101) rows.push_back(elbow);
   ASSERT_GT(rows.size(), 300u) << "lanes take as many";
-  const CollisionColumns told = Check(*arm, rows);
+  const CollisionColumns result = Check(*arm, rows);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const double hand = -2 * rows[k] + 0.2;
     const bool is_inside =
-        std::abs(rows[k]) <= 2 && hand >= -3 - kFollowerTolerance && hand <= 1 + kFollowerTolerance;
-    EXPECT_EQ(told.verdict[k] != Verdict::kOutOfLimits, is_inside) << rows[k];
+        std::abs(rows[k]) <= 2 && hand >= -3 - kMimicTolerance && hand <= 1 + kMimicTolerance;
+    EXPECT_EQ(result.verdict[k] != Verdict::kOutOfLimits, is_inside) << rows[k];
   }
 }
 

@@ -24,39 +24,39 @@ using std::chrono::steady_clock;
 // Ends chunks as the test's script says.
 class ScriptedWorker : public ChunkWorker {
  public:
-  using Script = std::function<ChunkEnd(const RowChunk&)>;
+  using Script = std::function<ChunkResult(const RowChunk&)>;
   explicit ScriptedWorker(const Script& script) : script_(script) {}
-  ChunkEnd Answer(const RowChunk& chunk) override { return script_(chunk); }
+  ChunkResult Process(const RowChunk& chunk) override { return script_(chunk); }
 
  private:
   const Script& script_;
 };
 
-absl::StatusOr<std::size_t> Answer(std::size_t rows, int threads,
-                                   const ScriptedWorker::Script& script) {
-  return AnswerTogether(EqualChunks(rows, 10), threads,
-                        [&] { return std::make_unique<ScriptedWorker>(script); });
+absl::StatusOr<std::size_t> Process(std::size_t rows, int threads,
+                                    const ScriptedWorker::Script& script) {
+  return ProcessChunks(EqualChunks(rows, 10), threads,
+                       [&] { return std::make_unique<ScriptedWorker>(script); });
 }
 
-ChunkEnd Whole(const RowChunk& chunk) { return {chunk.count}; }
+ChunkResult Whole(const RowChunk& chunk) { return {chunk.count}; }
 
-TEST(AnswerTogether, AsksForEachRowOnce) {
+TEST(ProcessChunks, AsksForEachRowOnce) {
   for (const std::size_t rows : {0U, 1U, 10U, 95U}) {
     for (const int threads : {0, 1, 2, 4}) {
-      std::vector<std::atomic<int>> asked(rows);
-      const auto completed = Answer(rows, threads, [&](const RowChunk& chunk) {
-        for (std::size_t k = 0; k < chunk.count; ++k) ++asked[chunk.first + k];
+      std::vector<std::atomic<int>> calls(rows);
+      const auto completed = Process(rows, threads, [&](const RowChunk& chunk) {
+        for (std::size_t k = 0; k < chunk.count; ++k) ++calls[chunk.first + k];
         return Whole(chunk);
       });
       EXPECT_EQ(*completed, rows);
-      for (const auto& times : asked) EXPECT_EQ(times, 1);
+      for (const auto& times : calls) EXPECT_EQ(times, 1);
     }
   }
 }
 
-TEST(AnswerTogether, EndsWithTheFirstChunkThatIsNotWhole) {
+TEST(ProcessChunks, EndsWithTheFirstChunkThatIsNotWhole) {
   for (const int threads : {1, 2, 4}) {
-    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+    const auto completed = Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
       if (chunk.index == 3) {
         std::this_thread::sleep_for(milliseconds(5));  // others finish later chunks meanwhile
         return {4};
@@ -67,9 +67,9 @@ TEST(AnswerTogether, EndsWithTheFirstChunkThatIsNotWhole) {
   }
 }
 
-TEST(AnswerTogether, TellsTheErrorOfTheFirstChunkThatHasOne) {
+TEST(ProcessChunks, TellsTheErrorOfTheFirstChunkThatHasOne) {
   for (const int threads : {1, 2, 4}) {
-    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+    const auto completed = Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
       if (chunk.index < 2) return Whole(chunk);
       if (chunk.index == 2) std::this_thread::sleep_for(milliseconds(5));
       return {1, absl::UnimplementedError(std::to_string(chunk.index))};
@@ -78,9 +78,9 @@ TEST(AnswerTogether, TellsTheErrorOfTheFirstChunkThatHasOne) {
   }
 }
 
-TEST(AnswerTogether, NoErrorBehindTheEndOfTimeIsTold) {
+TEST(ProcessChunks, NoErrorBehindTheEndOfTimeIsTold) {
   for (const int threads : {1, 2, 4}) {
-    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+    const auto completed = Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
       if (chunk.index == 0) {
         std::this_thread::sleep_for(milliseconds(5));
         return {3};
@@ -91,10 +91,10 @@ TEST(AnswerTogether, NoErrorBehindTheEndOfTimeIsTold) {
   }
 }
 
-TEST(AnswerTogether, AnExceptionOfAnyThreadIsTheCallers) {
+TEST(ProcessChunks, AnExceptionOfAnyThreadIsTheCallers) {
   for (const int threads : {1, 2, 4}) {
     const auto answer = [&] {
-      return Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+      return Process(100, threads, [](const RowChunk& chunk) -> ChunkResult {
         if (chunk.index == 5) throw std::runtime_error("no memory");
         return Whole(chunk);
       });
@@ -109,7 +109,7 @@ void ExpectSame(const CollisionColumns& a, const CollisionColumns& b) {
   EXPECT_EQ(a.object, b.object);
   EXPECT_EQ(a.body_part, b.body_part);
   EXPECT_EQ(a.object_part, b.object_part);
-  EXPECT_EQ(a.trust, b.trust);
+  EXPECT_EQ(a.accuracy, b.accuracy);
 }
 
 void ExpectSame(const PairColumns& a, const PairColumns& b) {
@@ -122,7 +122,7 @@ void ExpectSame(const PairColumns& a, const PairColumns& b) {
   EXPECT_EQ(a.object, b.object);
   EXPECT_EQ(a.body_part, b.body_part);
   EXPECT_EQ(a.object_part, b.object_part);
-  EXPECT_EQ(a.trust, b.trust);
+  EXPECT_EQ(a.accuracy, b.accuracy);
   EXPECT_EQ(a.bound_m, b.bound_m);
 }
 
@@ -147,31 +147,31 @@ class BatchTest : public ::testing::Test {
     }
   }
 
-  // Expects the same answers from `ask` on one thread and on several.
-  template <class Ask>
-  void ExpectSameOnAnyNumberOfThreads(const Ask& ask) {
+  // Expects the same answers from `query` on one thread and on several.
+  template <class Query>
+  void ExpectSameOnAnyNumberOfThreads(const Query& query) {
     QueryOptions options{.margin_m = 0.02, .max_results = 3};
-    const auto alone = ask(options);
+    const auto alone = query(options);
     ASSERT_TRUE(alone.ok()) << alone.status();
     for (const int threads : {2, 4}) {
       options.threads = threads;
-      ExpectSame(*alone, *ask(options));
+      ExpectSame(*alone, *query(options));
     }
   }
 
   // Expects a query whose time runs out to return a prefix of the full answer; `first(n)` answers
   // its first n rows.
-  template <class Ask, class First>
-  void ExpectPrefixes(std::size_t rows, const Ask& ask, const First& first) {
+  template <class Query, class First>
+  void ExpectPrefixes(std::size_t rows, const Query& query, const First& first) {
     for (const int threads : {1, 2, 4}) {
       QueryOptions options{.threads = threads};
       // The budget grows until some rows are answered, however slow the machine is.
       std::chrono::duration<double> budget = std::chrono::microseconds(200);
-      auto some = ask(options);
+      auto some = query(options);
       for (some->completed = 0; some->completed == 0; budget *= 1.25) {
-        options.give_up_at =
+        options.deadline =
             steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(budget);
-        some = ask(options);
+        some = query(options);
       }
       ASSERT_LT(some->completed, rows);
       ExpectSame(*first(some->completed), *some);
@@ -220,20 +220,21 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfDistances) {
 // If each answer takes a tenth of the time limit, at most ten are counted, besides those that
 // threads had begun.
 TEST_F(BatchTest, AnswersEndWhereHandingThemOverTakesTheTimeThatIsLeft) {
-  constexpr std::size_t kLongestChunk = 1024;  // most rows are counted at the end of a chunk
-  constexpr std::size_t kBetweenLooks = 64;    // rows between checks of the clock
+  constexpr std::size_t kMaxChunkRows = 1024;    // most rows are counted at the end of a chunk
+  constexpr std::size_t kRowsBetweenPolls = 64;  // rows between checks of the clock
   for (const int threads : {1, 2}) {
     const auto options = [&] {
       return QueryOptions{.threads = threads,
-                          .give_up_at = steady_clock::now() + std::chrono::seconds(2),
-                          .handover_of_answer = milliseconds(200)};
+                          .deadline = steady_clock::now() + std::chrono::seconds(2),
+                          .handover_per_entry = milliseconds(200)};
     };
-    const std::size_t most = static_cast<std::size_t>(threads) * (kLongestChunk + kBetweenLooks);
-    EXPECT_LE(CheckCollisions(*world_, body_, poses_, options())->completed, most);
-    EXPECT_LE(CastRays(*world_, rays_, options())->completed, most);
+    const std::size_t max_rows =
+        static_cast<std::size_t>(threads) * (kMaxChunkRows + kRowsBetweenPolls);
+    EXPECT_LE(CheckCollisions(*world_, body_, poses_, options())->completed, max_rows);
+    EXPECT_LE(CastRays(*world_, rays_, options())->completed, max_rows);
     const auto distances = GetDistances(*world_, body_, poses_, options());
     EXPECT_GT(distances->completed, 0U);
-    EXPECT_LE(distances->completed, static_cast<std::size_t>(threads) * (10 + kBetweenLooks));
+    EXPECT_LE(distances->completed, static_cast<std::size_t>(threads) * (10 + kRowsBetweenPolls));
   }
 }
 
@@ -259,7 +260,7 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfChecks) {
         columns->object.resize(many.size(), -1);
         columns->body_part.resize(many.size(), -1);
         columns->object_part.resize(many.size(), -1);
-        columns->trust.resize(many.size(), Trust::kDegraded);
+        columns->accuracy.resize(many.size(), Accuracy::kDegraded);
         return columns;
       });
 }

@@ -12,7 +12,7 @@ namespace {
 TEST_F(SamplePointsTest, GradientsAreThoseOfCentralDifferencesAwayFromKinks) {
   // derived: a tenth of the reach of kinks, so that differences stay on one side of them. Rounding
   // of distances of a metre leaves 1e-9, curvature of features of a millimetre 1e-8.
-  constexpr double kStep_m = 0.1 * kKinkReach_m;
+  constexpr double kStep_m = 0.1 * kKinkTolerance_m;
   const PointColumns columns = *SamplePoints(*world_, points_, {});
   int kinks = 0;
   for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -34,7 +34,7 @@ TEST_F(SamplePointsTest, GradientsAreThoseOfCentralDifferencesAwayFromKinks) {
 }
 
 TEST_F(SamplePointsTest, EachKindHasItsGradientNearItsEdgesToo) {
-  constexpr double kStep_m = 0.1 * kKinkReach_m;
+  constexpr double kStep_m = 0.1 * kKinkTolerance_m;
   std::vector<Change> kinds;
   for (const CatalogueShape& entry : Catalogue()) {
     kinds = {PutOf("it", {{.X_FS = Pose::Identity(), .shape = entry.shape}}, Pose::Identity())};
@@ -163,8 +163,8 @@ TEST(SamplePoints, MidwayBetweenTwoObjectsIsAKinkOfTheFirstByName) {
   EXPECT_EQ(world->objects()[at.object[0]]->name, "a");
   EXPECT_LT((GradientOf(at, 0) + Vector3::UnitX()).norm(), 1e-12);
   // The distances differ by twice the distance from the middle.
-  EXPECT_EQ(SampleOne(*world, {0.49 * kKinkReach_m, 0, 0}).state[0], SampleState::kKink);
-  EXPECT_EQ(SampleOne(*world, {0.51 * kKinkReach_m, 0, 0}).state[0], SampleState::kSmooth);
+  EXPECT_EQ(SampleOne(*world, {0.49 * kKinkTolerance_m, 0, 0}).state[0], SampleState::kKink);
+  EXPECT_EQ(SampleOne(*world, {0.51 * kKinkTolerance_m, 0, 0}).state[0], SampleState::kSmooth);
 }
 
 TEST(SamplePoints, EquallyNearPartsThatPullOneWayAreNoKink) {

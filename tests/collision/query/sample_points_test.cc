@@ -27,7 +27,7 @@ void ExpectSame(const PointColumns& a, const PointColumns& b) {
   EXPECT_EQ(a.gradient, b.gradient);
   EXPECT_EQ(a.object, b.object);
   EXPECT_EQ(a.object_part, b.object_part);
-  EXPECT_EQ(a.trust, b.trust);
+  EXPECT_EQ(a.accuracy, b.accuracy);
   EXPECT_EQ(a.bounds, b.bounds);
 }
 
@@ -82,7 +82,7 @@ TEST_F(SamplePointsTest, PointsBeyondTheMaximumAreToldApartAndTheOthersStayAsThe
     }
     EXPECT_EQ(near.state[i], all.state[i]);
     EXPECT_EQ(near.distance_m[i], all.distance_m[i]);
-    EXPECT_EQ(near.trust[i], all.trust[i]);
+    EXPECT_EQ(near.accuracy[i], all.accuracy[i]);
     EXPECT_EQ(GradientOf(near, i), GradientOf(all, i));
   }
   EXPECT_EQ(near.bounds, all.bounds);
@@ -120,10 +120,10 @@ TEST(SamplePoints, TheRepresentationSaysWhichPartsCount) {
     return SampleOne(*world, {0, 0, 0.4}, options);
   };
   EXPECT_NEAR(at(Representation::kHybrid).distance_m[0], 0.1, 1e-12);
-  EXPECT_EQ(at(Representation::kHybrid).trust[0], Trust::kSurfaceOnly);
+  EXPECT_EQ(at(Representation::kHybrid).accuracy[0], Accuracy::kSurfaceOnly);
   EXPECT_EQ(at(Representation::kHybrid).object_part[0], 1);
   EXPECT_NEAR(at(Representation::kShapes).distance_m[0], 0.3, 1e-12);
-  EXPECT_EQ(at(Representation::kShapes).trust[0], Trust::kExact);
+  EXPECT_EQ(at(Representation::kShapes).accuracy[0], Accuracy::kExact);
   EXPECT_NEAR(at(Representation::kSurfaces).distance_m[0], 0.1, 1e-12);
 }
 
@@ -170,13 +170,13 @@ TEST(SamplePoints, WhereAnotherSolidCoversTheWayOutTheDepthIsABound) {
                               PutOf("upper", box, MakeTranslation(0, 0, 0.3))});
   const PointColumns covered = SampleOne(*world, {0, 0, 0.17});
   EXPECT_NEAR(covered.distance_m[0], -0.03, 1e-12);
-  EXPECT_EQ(covered.trust[0], Trust::kBounded);
+  EXPECT_EQ(covered.accuracy[0], Accuracy::kBounded);
   ASSERT_EQ(covered.bounds.size(), 1u);
   EXPECT_EQ(covered.bounds[0].row, 0u);
   // The depth in the union, downwards, is 0.17.
   EXPECT_GE(covered.bounds[0].bound_m, 0.14);
   const PointColumns free = SampleOne(*world, {0, 0, 0.03});
-  EXPECT_EQ(free.trust[0], Trust::kExact);
+  EXPECT_EQ(free.accuracy[0], Accuracy::kExact);
   EXPECT_TRUE(free.bounds.empty());
 }
 
@@ -190,7 +190,7 @@ TEST(SamplePoints, ACoverCountsHoweverMuchNearerOtherSolidsAre) {
                put("marble", Sphere{0.01}, -0.015)});
   const PointColumns covered = SampleOne(*world, {0, 0, 0});
   EXPECT_NEAR(covered.distance_m[0], -0.3, 1e-12);
-  EXPECT_EQ(covered.trust[0], Trust::kBounded);
+  EXPECT_EQ(covered.accuracy[0], Accuracy::kBounded);
 }
 
 TEST_F(SamplePointsTest, NoPointIsDeeperThanItsBoundSays) {
@@ -212,10 +212,10 @@ TEST_F(SamplePointsTest, NoPointIsDeeperThanItsBoundSays) {
   std::vector<double> bound_m(points.size(), 0);
   for (const PointColumns::Bound& bound : columns.bounds) {
     bound_m[bound.row] = bound.bound_m;
-    EXPECT_EQ(columns.trust[bound.row], Trust::kBounded);
+    EXPECT_EQ(columns.accuracy[bound.row], Accuracy::kBounded);
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (columns.distance_m[i] >= 0 || columns.trust[i] == Trust::kDegraded) continue;
+    if (columns.distance_m[i] >= 0 || columns.accuracy[i] == Accuracy::kDegraded) continue;
     double way_out_m = kInfinity;
     for (const Vector3& q : outside) way_out_m = std::min(way_out_m, (q - points[i]).norm());
     EXPECT_GE(way_out_m, -columns.distance_m[i]);
@@ -245,7 +245,7 @@ TEST_F(SamplePointsTest, TheAnswerOfAPointDoesNotDependOnTheOthers) {
     EXPECT_EQ(GradientOf(alone, 0), GradientOf(together, i)) << i;
     EXPECT_EQ(alone.object[0], together.object[i]) << i;
     EXPECT_EQ(alone.state[0], together.state[i]) << i;
-    EXPECT_EQ(alone.trust[0], together.trust[i]) << i;
+    EXPECT_EQ(alone.accuracy[0], together.accuracy[i]) << i;
   }
 }
 
@@ -269,8 +269,8 @@ TEST_F(SamplePointsTest, ATimeBudgetCompletesAPrefix) {
     std::chrono::duration<double> budget = std::chrono::milliseconds(10);
     PointColumns some;
     for (; some.completed == 0; budget *= 1.25) {
-      options.give_up_at = std::chrono::steady_clock::now() +
-                           std::chrono::duration_cast<std::chrono::nanoseconds>(budget);
+      options.deadline = std::chrono::steady_clock::now() +
+                         std::chrono::duration_cast<std::chrono::nanoseconds>(budget);
       some = *SamplePoints(*world_, points, options);
     }
     ASSERT_LT(some.completed, points.size());

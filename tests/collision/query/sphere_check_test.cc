@@ -95,7 +95,7 @@ std::array<std::size_t, 5> ExpectPlainVerdicts(const WorldSnapshot& world, const
                                                const JointRows& rows, QueryOptions options) {
   EXPECT_TRUE(SphereCheck::Make(world, body, rows, options).has_value());
   const CollisionColumns plain = *CheckCollisions(world, body, PlainRows(rows), options);
-  options.naming = Naming::kWhereAsked;
+  options.naming = Naming::kWhereTested;
   const CollisionColumns in_lanes = *CheckCollisions(world, body, rows, options);
   std::array<std::size_t, 5> counts{};
   std::size_t mismatches = 0;
@@ -166,7 +166,7 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsAmongAllKindsOfShapes) {
 TEST_F(SphereCheckTest, HasTheSameVerdictsOnAnyNumberOfThreads) {
   const auto world = WorldOf(RoomOfAllKinds(random_));
   const std::vector<double> rows = RandomRows(model_->all, 5000, random_);
-  for (const Naming naming : {Naming::kEachRow, Naming::kWhereAsked}) {
+  for (const Naming naming : {Naming::kEachRow, Naming::kWhereTested}) {
     QueryOptions options{.naming = naming};
     const CollisionColumns alone = *CheckCollisions(*world, body_, Rows(rows), options);
     for (const int threads : {2, 4}) {
@@ -177,7 +177,7 @@ TEST_F(SphereCheckTest, HasTheSameVerdictsOnAnyNumberOfThreads) {
       EXPECT_EQ(together.object, alone.object);
       EXPECT_EQ(together.body_part, alone.body_part);
       EXPECT_EQ(together.object_part, alone.object_part);
-      EXPECT_EQ(together.trust, alone.trust);
+      EXPECT_EQ(together.accuracy, alone.accuracy);
     }
   }
 }
@@ -209,15 +209,15 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsOfAHundredThousandStatesOnEveryInstru
     EXPECT_GT(counts[static_cast<std::size_t>(verdict)], 5000u);
   }
   const std::span<const double> few = std::span(rows).first(10000 * model_->all.variables.size());
-  std::set<std::string> asked;
+  std::set<std::string> tested;
   for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
     hwy::SetSupportedTargetsForTest(targets & -targets);
-    asked.insert(LaneTarget());
+    tested.insert(LaneTarget());
     ExpectPlainVerdicts(*world, body_, Rows(few), {});
   }
   hwy::SetSupportedTargetsForTest(0);
   const auto answers = [&](std::int64_t target) {
-    return (hwy::SupportedTargets() & target) == 0 || asked.contains(hwy::TargetName(target));
+    return (hwy::SupportedTargets() & target) == 0 || tested.contains(hwy::TargetName(target));
   };
   EXPECT_TRUE(answers(HWY_SSE4) && answers(HWY_AVX2) && answers(HWY_AVX3));
 }

@@ -48,11 +48,11 @@ TEST(Followers, AreWithinTheirOwnLimitsUpToTheTolerance) {
   const double most = (1.2 + 0.1) / 2;  // the mimic joint is at -1.2 there
   EXPECT_TRUE(IsWithin(*gripper, 0));
   EXPECT_TRUE(IsWithin(*gripper, most));
-  EXPECT_TRUE(IsWithin(*gripper, most + 0.99 * kFollowerTolerance / 2));
-  EXPECT_FALSE(IsWithin(*gripper, most + 1.01 * kFollowerTolerance / 2));
+  EXPECT_TRUE(IsWithin(*gripper, most + 0.99 * kMimicTolerance / 2));
+  EXPECT_FALSE(IsWithin(*gripper, most + 1.01 * kMimicTolerance / 2));
   EXPECT_FALSE(IsWithin(*gripper, 0.8));
   EXPECT_EQ(gripper->variables[0].lower, 0);
-  EXPECT_NEAR(gripper->variables[0].upper, most + kFollowerTolerance / 2, kRounding);
+  EXPECT_NEAR(gripper->variables[0].upper, most + kMimicTolerance / 2, kRounding);
   EXPECT_THAT(gripper->narrowing, ElementsAre("other"));
   EXPECT_THAT(gripper->contradicting, IsEmpty());
 }

@@ -170,7 +170,7 @@ TEST_F(Panda, ReadyIsInsideItsLimitsAndZeroIsNot) {
 TEST_F(Panda, HasFiftyNineSpheresAsGiven) {
   const auto spherized = ReadUrdf(files_->spherized_urdf, files_->meshes);
   ASSERT_TRUE(spherized.ok()) << spherized.status();
-  const auto spheres = SpheresAsGiven(*spherized, *model_);
+  const auto spheres = SphereModelFromUrdf(*spherized, *model_);
   ASSERT_TRUE(spheres.ok()) << spheres.status();
   std::size_t count = 0;
   for (const auto& of_link : spheres->links) count += of_link.size();

@@ -120,11 +120,11 @@ TEST(RobotModel, ResolvesFollowersOfFollowersToTheVariableAtTheEnd) {
   ASSERT_EQ(model->variables.size(), 1u);
   EXPECT_EQ(model->variables[0].name, "l");
   const ModelLink& b = model->links[*model->FindJoint("j")];
-  EXPECT_TRUE(b.follows);
+  EXPECT_TRUE(b.is_mimic);
   EXPECT_EQ(b.variable, 0);
   EXPECT_EQ(b.multiplier, 6);
   EXPECT_EQ(b.offset, 2);
-  EXPECT_FALSE(model->links[*model->FindJoint("l")].follows);
+  EXPECT_FALSE(model->links[*model->FindJoint("l")].is_mimic);
 }
 
 TEST(RobotModel, GroupsHoldVariablesInOrderAndTheLinksThatTheyMove) {

@@ -29,7 +29,7 @@ TEST(SphereModel, MatchesLinksByName) {
       R"(<link name="c"><collision><origin xyz="1 2 3"/><geometry><sphere radius="0.5"/></geometry>
       </collision><collision><geometry><sphere radius="0.25"/></geometry></collision></link>)" +
       Links("ab") + kJoints);
-  const auto spheres = SpheresAsGiven(spherized, *model);
+  const auto spheres = SphereModelFromUrdf(spherized, *model);
   ASSERT_TRUE(spheres.ok()) << spheres.status();
   ASSERT_EQ(spheres->links.size(), 3u);
   EXPECT_TRUE(spheres->links[0].empty());
@@ -43,7 +43,7 @@ TEST(SphereModel, MatchesLinksByName) {
 
 TEST(SphereModel, RefusesLinksThatTheRobotDoesNotHave) {
   const auto model = *MakeRobotModel(Read(Links("a")), nullptr);
-  const auto spheres = SpheresAsGiven(Read(Ball("x")), *model);
+  const auto spheres = SphereModelFromUrdf(Read(Ball("x")), *model);
   EXPECT_EQ(spheres.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(spheres.status().message(),
             "sphere model: link \"x\": must be a link of the robot \"r\"");
@@ -51,7 +51,7 @@ TEST(SphereModel, RefusesLinksThatTheRobotDoesNotHave) {
 
 TEST(SphereModel, RefusesOtherShapes) {
   const auto model = *MakeRobotModel(Read(Links("a")), nullptr);
-  const auto spheres = SpheresAsGiven(
+  const auto spheres = SphereModelFromUrdf(
       Read("<link name=\"a\"><collision><geometry><box size=\"1 1 1\"/></geometry></collision>"
            "</link>"),
       *model);

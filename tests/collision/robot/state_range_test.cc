@@ -104,7 +104,7 @@ TEST(StateRange, OfAGroupCountsTheBaseOfTheOthers) {
   EXPECT_EQ(near.Reach_m(100), 2e5 + 100);
   EXPECT_FALSE(near.FaultOf(std::vector<double>{7e5}).has_value());
   EXPECT_TRUE(near.FaultOf(std::vector<double>{9e5}).has_value());
-  EXPECT_GT(far.Reach_m(0), kLargestCoordinate_m);
+  EXPECT_GT(far.Reach_m(0), kMaxCoordinate_m);
   EXPECT_THAT(*far.FaultOf(std::vector<double>{0}), HasSubstr("joint \"f\""));
 }
 
@@ -113,9 +113,9 @@ TEST(StateRange, OfAnArmThatOnlyTurnsHasNoFaultsAtAll) {
   const auto of = [&](double x_m) {
     return StateRange(*model, model->all, MakeTranslation(x_m, 0, 0), {0, 0});
   };
-  EXPECT_FALSE(of(kLargestCoordinate_m - 1).MayHaveFaults());
-  EXPECT_TRUE(of(kLargestCoordinate_m - 0.99).MayHaveFaults());
-  const StateRange edge = of(kLargestCoordinate_m - 0.99);
+  EXPECT_FALSE(of(kMaxCoordinate_m - 1).MayHaveFaults());
+  EXPECT_TRUE(of(kMaxCoordinate_m - 0.99).MayHaveFaults());
+  const StateRange edge = of(kMaxCoordinate_m - 0.99);
   EXPECT_TRUE(edge.FaultOf(std::vector<double>{0, 0}).has_value()) << "stretched out";
   EXPECT_FALSE(edge.FaultOf(std::vector<double>{1, 0}).has_value());
 }

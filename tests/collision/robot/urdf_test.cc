@@ -162,9 +162,9 @@ TEST(Urdf, ScalesMeshesAndKeepsOutsideOutWhereTheScaleMirrors) {
 }
 
 TEST(Urdf, AsksForEachMeshOnceAndSharesIt) {
-  std::vector<std::string> asked;
+  std::vector<std::string> requested;
   const MeshSource box = [&](std::string_view uri) {
-    asked.emplace_back(uri);
+    requested.emplace_back(uri);
     return absl::StatusOr<std::string>(testing::BinaryStl(BoxMesh({1, 1, 1})));
   };
   const auto collision = [](const std::string& uri, const std::string& scale) {
@@ -175,7 +175,7 @@ TEST(Urdf, AsksForEachMeshOnceAndSharesIt) {
       Read("<link name=\"a\">" + collision("x.stl", "") + collision("y.STL", "") +
                collision("x.stl", "") + collision("x.stl", " scale=\"2 2 2\"") + "</link>",
            box);
-  EXPECT_THAT(asked, ElementsAre("x.stl", "y.STL"));
+  EXPECT_THAT(requested, ElementsAre("x.stl", "y.STL"));
   const auto mesh = [&](int i) { return std::get<Mesh>(robot.links[0].collisions[i].shape).mesh; };
   EXPECT_EQ(mesh(0), mesh(2));
   EXPECT_NE(mesh(0), mesh(3));

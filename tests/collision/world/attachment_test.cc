@@ -13,7 +13,7 @@ using testing::Arm;
 using testing::ArmUrdf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::Of;
+using testing::MakeChange;
 using testing::PutArm;
 using testing::SetElbow;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
@@ -35,7 +35,8 @@ AttachObject ToTip(const std::string& name) {
 class Attachments : public ::testing::Test {
  protected:
   void SetUp() override {
-    Do({Of(PutArm("arm")), Of(Put("cup", Sphere{0.05}, MakeTranslation(0.3, 0.2, 0.1)))});
+    Do({MakeChange(PutArm("arm")),
+        MakeChange(Put("cup", Sphere{0.05}, MakeTranslation(0.3, 0.2, 0.1)))});
   }
   void Do(const std::vector<Change>& changes) {
     auto next = Apply(world, changes);
@@ -43,7 +44,7 @@ class Attachments : public ::testing::Test {
     world = *std::move(next);
   }
   absl::Status Refusal(decltype(Change::what) what) {
-    const Change change = Of(std::move(what));
+    const Change change = MakeChange(std::move(what));
     const auto next = Apply(world, {&change, 1});
     EXPECT_FALSE(next.ok());
     return next.status();
@@ -68,7 +69,7 @@ class Attachments : public ::testing::Test {
 
 TEST_F(Attachments, WithoutAPoseStayWhereTheyAre) {
   const Pose X_WO = world->Find("cup")->X_WO;
-  Do({Of(ToTip("cup"))});
+  Do({MakeChange(ToTip("cup"))});
   const WorldObjectPtr cup = world->Find("cup");
   ASSERT_NE(cup->attachment, nullptr);
   EXPECT_EQ(cup->attachment->robot, "arm");
@@ -82,16 +83,16 @@ TEST_F(Attachments, MoveWithTheRobotInItsRevision) {
   const Pose X_LO = MakeTranslation(0, 0.1, 0.2);
   AttachObject attach = ToTip("cup");
   attach.X_LO = X_LO;
-  Do({Of(attach)});
+  Do({MakeChange(attach)});
   EXPECT_LT(OffLink_m(X_LO), 1e-15);
   const SnapshotPtr before = world;
-  Do({Of(SetElbow("arm", 0.7))});
+  Do({MakeChange(SetElbow("arm", 0.7))});
   EXPECT_EQ(world->revision().value, before->revision().value + 1);
   EXPECT_LT(OffLink_m(X_LO), 1e-15);
   EXPECT_EQ(world->Find("cup")->pose_revision, world->revision());
   EXPECT_EQ(Difference(*before, *world).size(), 1u);
   SetRobotState base{.name = "arm", .X_WB = MakeTranslation(1, 2, 3), .joints = {}};
-  Do({Of(base)});
+  Do({MakeChange(base)});
   EXPECT_LT(OffLink_m(X_LO), 1e-15);
   EXPECT_GT(world->Find("cup")->X_WO.translation().norm(), 3);
   EXPECT_TRUE(world->Find("cup")->bounds_W.contains(world->Find("cup")->X_WO.translation()));
@@ -100,32 +101,32 @@ TEST_F(Attachments, MoveWithTheRobotInItsRevision) {
 TEST_F(Attachments, SaidAgainHaveNoEffect) {
   AttachObject attach = ToTip("cup");
   attach.touch_links = {"upper", "base", "upper"};
-  Do({Of(attach), Of(SetElbow("arm", 0.3))});
+  Do({MakeChange(attach), MakeChange(SetElbow("arm", 0.3))});
   const SnapshotPtr before = world;
   EXPECT_THAT(world->Find("cup")->attachment->touch_links, ElementsAre("base", "upper"));
   attach.touch_links = {"base", "upper"};
-  Do({Of(attach)});
+  Do({MakeChange(attach)});
   EXPECT_EQ(world, before);
-  Do({Of(SetElbow("arm", 0.9)), Of(SetElbow("arm", 0.3))});
+  Do({MakeChange(SetElbow("arm", 0.9)), MakeChange(SetElbow("arm", 0.3))});
   EXPECT_EQ(world, before) << "there and back";
-  Do({Of(SetElbow("arm", 0.3))});
+  Do({MakeChange(SetElbow("arm", 0.3))});
   EXPECT_EQ(world, before);
   attach.X_LO = before->Find("cup")->attachment->X_LO;
-  Do({Of(attach)});
+  Do({MakeChange(attach)});
   EXPECT_EQ(world, before);
 }
 
 TEST_F(Attachments, EndWhereTheyAre) {
-  Do({Of(ToTip("cup")), Of(SetElbow("arm", 0.4))});
+  Do({MakeChange(ToTip("cup")), MakeChange(SetElbow("arm", 0.4))});
   const Pose X_WO = world->Find("cup")->X_WO;
-  Do({Of(DetachObject{"cup"})});
+  Do({MakeChange(DetachObject{"cup"})});
   EXPECT_EQ(world->Find("cup")->attachment, nullptr);
   EXPECT_EQ(world->Find("cup")->X_WO.matrix(), X_WO.matrix());
   EXPECT_TRUE(world->attached().empty());
   const SnapshotPtr before = world;
-  Do({Of(DetachObject{"cup"})});
+  Do({MakeChange(DetachObject{"cup"})});
   EXPECT_EQ(world, before) << "it stands free already";
-  Do({Of(SetElbow("arm", 0))});
+  Do({MakeChange(SetElbow("arm", 0))});
   EXPECT_EQ(world->Find("cup")->X_WO.matrix(), X_WO.matrix());
 }
 
@@ -133,43 +134,43 @@ TEST_F(Attachments, EndWithAMoveAPutAndARemoval) {
   for (const auto& what : std::vector<decltype(Change::what)>{
            MoveObject{"cup", MakeTranslation(0, 1, 0)},
            Put("cup", Sphere{0.05}, world->Find("cup")->X_WO), RemoveObject{"cup"}}) {
-    Do({Of(ToTip("cup")), Of(what)});
+    Do({MakeChange(ToTip("cup")), MakeChange(what)});
     EXPECT_TRUE(world->attached().empty());
-    Do({Of(Put("cup", Sphere{0.05}, MakeTranslation(0.3, 0.2, 0.1)))});
+    Do({MakeChange(Put("cup", Sphere{0.05}, MakeTranslation(0.3, 0.2, 0.1)))});
     EXPECT_EQ(world->Find("cup")->attachment, nullptr);
   }
-  Do({Of(ToTip("cup"))});
-  Do({Of(MoveObject{"cup", world->Find("cup")->X_WO})});
+  Do({MakeChange(ToTip("cup"))});
+  Do({MakeChange(MoveObject{"cup", world->Find("cup")->X_WO})});
   EXPECT_EQ(world->Find("cup")->attachment, nullptr) << "to the very pose that it has";
 }
 
 TEST_F(Attachments, StayWithALinkOfAnotherModelOrEnd) {
-  Do({Of(ToTip("cup"))});
+  Do({MakeChange(ToTip("cup"))});
   const Pose X_LO = world->Find("cup")->attachment->X_LO;
   PutRobot moved = PutArm("arm", Arm(ArmUrdf("arm", "0.2")));
   moved.X_WB = MakeTranslation(0, 0, 1);
-  Do({Of(moved)});
+  Do({MakeChange(moved)});
   ASSERT_NE(world->Find("cup")->attachment, nullptr);
   EXPECT_LT(OffLink_m(X_LO), 1e-15);
   const Pose X_WO = world->Find("cup")->X_WO;
   const std::string other = "<robot name=\"arm\"><link name=\"base\"/></robot>";
-  Do({Of(PutArm("arm", Arm(other, "<robot name=\"arm\"/>")))});
+  Do({MakeChange(PutArm("arm", Arm(other, "<robot name=\"arm\"/>")))});
   EXPECT_EQ(world->Find("cup")->attachment, nullptr);
   EXPECT_EQ(world->Find("cup")->X_WO.matrix(), X_WO.matrix());
 }
 
 TEST_F(Attachments, EndWithTheRobot) {
-  Do({Of(ToTip("cup"))});
+  Do({MakeChange(ToTip("cup"))});
   const Pose X_WO = world->Find("cup")->X_WO;
-  Do({Of(RemoveRobot{"arm"})});
+  Do({MakeChange(RemoveRobot{"arm"})});
   EXPECT_EQ(world->Find("cup")->attachment, nullptr);
   EXPECT_EQ(world->Find("cup")->X_WO.matrix(), X_WO.matrix());
   EXPECT_TRUE(world->attached().empty());
 }
 
 TEST_F(Attachments, AreOfWhatTheListSaysSoFar) {
-  Do({Of(SetElbow("arm", 0.5)), Of(ToTip("cup")), Of(SetElbow("arm", 0)), Of(DetachObject{"cup"}),
-      Of(SetElbow("arm", 1))});
+  Do({MakeChange(SetElbow("arm", 0.5)), MakeChange(ToTip("cup")), MakeChange(SetElbow("arm", 0)),
+      MakeChange(DetachObject{"cup"}), MakeChange(SetElbow("arm", 1))});
   // The object moved with the arm from 0.5 to 0, and not after it was detached.
   const Pose now = world->Find("cup")->X_WO;
   EXPECT_GT((now.translation() - Vector3(0.3, 0.2, 0.1)).norm(), 0.1);
@@ -194,13 +195,13 @@ TEST_F(Attachments, RefuseWhatIsNotThere) {
   attach.touch_links.clear();
   attach.X_LO = MakeTranslation(1e9, 0, 0);
   EXPECT_EQ(FieldAtFault(attach), "x_link_object");
-  Do({Of(Put("floor", HalfSpace{}, Pose::Identity()))});
+  Do({MakeChange(Put("floor", HalfSpace{}, Pose::Identity()))});
   EXPECT_EQ(FieldAtFault(ToTip("floor")), "name");
   EXPECT_EQ(world->Find("cup")->attachment, nullptr);
 }
 
 TEST_F(Attachments, AreRefusedAtAnotherRevisionOfTheObject) {
-  Change attach = Of(ToTip("cup"));
+  Change attach = MakeChange(ToTip("cup"));
   attach.expected_object_revision = Revision{0};
   EXPECT_EQ(Apply(world, {&attach, 1}).status().code(), absl::StatusCode::kAborted);
   attach.expected_object_revision = world->Find("cup")->latest_revision();
@@ -208,16 +209,17 @@ TEST_F(Attachments, AreRefusedAtAnotherRevisionOfTheObject) {
 }
 
 TEST_F(Attachments, AreOneListThatIsSharedWhileNoneDiffers) {
-  Do({Of(Put("a", Sphere{0.1}, Pose::Identity())), Of(ToTip("cup")), Of(ToTip("a"))});
+  Do({MakeChange(Put("a", Sphere{0.1}, Pose::Identity())), MakeChange(ToTip("cup")),
+      MakeChange(ToTip("a"))});
   const SnapshotPtr before = world;
   ASSERT_EQ(world->attached().size(), 2u);
   EXPECT_EQ(world->attached()[0]->name, "a");
-  Do({Of(Put("b", Sphere{0.1}, Pose::Identity()))});
+  Do({MakeChange(Put("b", Sphere{0.1}, Pose::Identity()))});
   EXPECT_EQ(&world->attached(), &before->attached());
 }
 
 TEST_F(Attachments, RobotsAreObstaclesWhereTheirStatePutsThem) {
-  Do({Of(SetElbow("arm", 1))});
+  Do({MakeChange(SetElbow("arm", 1))});
   const WorldRobotPtr arm = world->FindRobot("arm");
   ASSERT_EQ(arm->body.parts_W.size(), 4u);
   const Pose X_WL = LinkPose("upper");
@@ -231,7 +233,7 @@ TEST_F(Attachments, RobotsAreObstaclesWhereTheirStatePutsThem) {
   EXPECT_EQ(world->IndexOf(arm->body), 1u) << "objects come first";
   EXPECT_EQ(world->RankByName(arm->body), 0u);
   EXPECT_EQ(world->RankByName(*world->Find("cup")), 1u);
-  Do({Of(RemoveRobot{"arm"})});
+  Do({MakeChange(RemoveRobot{"arm"})});
   met.clear();
   world->bounds().ForEachWithin({ball, ball}, 0, note);
   EXPECT_TRUE(met.empty());

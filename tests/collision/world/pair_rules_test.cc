@@ -23,20 +23,22 @@ const SteadyTime kNoon{std::chrono::hours(500'000)};
 SnapshotPtr Empty() { return std::make_shared<const WorldSnapshot>(); }
 
 NamedPair PairOf(NamedThing a, NamedThing b) { return {std::move(a), std::move(b)}; }
-Change Of(AllowCollision allow) {
+Change MakeChange(AllowCollision allow) {
   return {.what = std::move(allow), .expected_object_revision = {}};
 }
-Change Of(SetPairMargin set) { return {.what = std::move(set), .expected_object_revision = {}}; }
+Change MakeChange(SetPairMargin set) {
+  return {.what = std::move(set), .expected_object_revision = {}};
+}
 Change Allow(const std::string& a, const std::string& b, std::optional<SteadyTime> due = {}) {
   AllowCollision allow{.pair = PairOf({a}, {b})};
   if (due.has_value()) allow.expires = Expiry{.due = *due, .wall_time = {}};
-  return Of(std::move(allow));
+  return MakeChange(std::move(allow));
 }
 Change Withdraw(const std::string& a, const std::string& b) {
-  return Of(AllowCollision{.pair = PairOf({a}, {b}), .withdraw = true});
+  return MakeChange(AllowCollision{.pair = PairOf({a}, {b}), .withdraw = true});
 }
 Change Margin(const std::string& a, const std::string& b, std::optional<double> margin_m) {
-  return Of(SetPairMargin{.pair = PairOf({a}, {b}), .margin_m = margin_m});
+  return MakeChange(SetPairMargin{.pair = PairOf({a}, {b}), .margin_m = margin_m});
 }
 Change Expire(SteadyTime now) { return {.what = ExpireRules{now}, .expected_object_revision = {}}; }
 
@@ -61,9 +63,9 @@ std::vector<std::string> Text(const PairRules& rules) {
 }
 
 TEST(PairRules, AreOrderedByNamesHoweverAPairIsSaid) {
-  const auto world =
-      MustApply(Empty(), {Allow("cup", "arm"), Margin("arm", "cup", 0.25), Allow("*", "bin"),
-                          Of(AllowCollision{.pair = PairOf({"arm", "tip"}, {"arm", "base"})})});
+  const auto world = MustApply(
+      Empty(), {Allow("cup", "arm"), Margin("arm", "cup", 0.25), Allow("*", "bin"),
+                MakeChange(AllowCollision{.pair = PairOf({"arm", "tip"}, {"arm", "base"})})});
   EXPECT_EQ(world->revision(), Revision{1});
   EXPECT_THAT(Text(world->pair_rules()),
               ElementsAre("*,bin allowed", "arm,cup allowed 0.25", "arm:base,arm:tip allowed"));
@@ -111,20 +113,22 @@ TEST(PairRules, RefusalsNameTheFieldAndLeaveNothingBehind) {
   const auto fault = [&](const Change& change) {
     const auto status = Apply(base, std::vector<Change>{Allow("x", "y"), change}).status();
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
-    const auto told = FaultOf(status).value_or(ApplyFault{});
-    EXPECT_EQ(told.change, 1u);
-    return told.field;
+    const auto result = FaultOf(status).value_or(ApplyFault{});
+    EXPECT_EQ(result.change, 1u);
+    return result.field;
   };
   EXPECT_EQ(fault(Allow("", "arm")), "pair.a.name");
   EXPECT_EQ(fault(Allow("arm", "a cup")), "pair.b.name");
   EXPECT_EQ(fault(Allow("arm", "a\ncup")), "pair.b.name");
-  EXPECT_EQ(fault(Of(AllowCollision{.pair = PairOf({"*", "tip"}, {"cup"})})), "pair.a.link");
-  EXPECT_EQ(fault(Of(SetPairMargin{.pair = PairOf({"arm", "a\nb"}, {"cup"}), .margin_m = 1})),
+  EXPECT_EQ(fault(MakeChange(AllowCollision{.pair = PairOf({"*", "tip"}, {"cup"})})),
             "pair.a.link");
+  EXPECT_EQ(
+      fault(MakeChange(SetPairMargin{.pair = PairOf({"arm", "a\nb"}, {"cup"}), .margin_m = 1})),
+      "pair.a.link");
   EXPECT_EQ(fault(Margin("a", "b", -0.1)), "margin_m");
   EXPECT_EQ(fault(Margin("a", "b", std::nan(""))), "margin_m");
   EXPECT_EQ(fault(Margin("a", "b", std::numeric_limits<double>::infinity())), "margin_m");
-  EXPECT_EQ(fault(Of(AllowCollision{
+  EXPECT_EQ(fault(MakeChange(AllowCollision{
                 .pair = PairOf({"a"}, {"b"}), .withdraw = true, .expires = Expiry{}})),
             "expires_after");
   Change expecting = Allow("a", "b");

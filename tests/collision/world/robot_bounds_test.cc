@@ -9,7 +9,7 @@
 #include "collision/geometry/tessellate.h"
 #include "collision/robot/srdf.h"
 #include "collision/robot/urdf.h"
-#include "collision/spheres/containing_spheres.h"
+#include "collision/spheres/bounding_spheres.h"
 #include "collision/world/world_robot.h"
 #include "tests/collision/robot/panda_files.h"
 #include "tests/contract/catalogue.h"
@@ -45,14 +45,14 @@ void ExpectContained(const Shape& shape, const Pose& X_LP, const TriangleTree* t
   for (int k = 0; k < 4000; ++k) {
     const Vector3 on = RandomPointOf(surface, random), in = box.sample();
     const bool is_inside =
-        mesh == nullptr ? SignedDistance_m(shape, in) < 0 : !mesh->watertight || tree->Encloses(in);
+        mesh == nullptr ? SignedDistance_m(shape, in) < 0 : !mesh->watertight || tree->Contains(in);
     outside += IsIn(spheres, X_LP * on) ? 0 : 1;
     outside += !is_inside || IsIn(spheres, X_LP * in) ? 0 : 1;
   }
   EXPECT_EQ(outside, 0);
 }
 
-TEST(SpheresAround, ContainEveryShapeOfTheCatalogue) {
+TEST(FitBoundingSpheres, ContainEveryShapeOfTheCatalogue) {
   std::mt19937 random(3);
   for (const CatalogueShape& entry : Catalogue()) {
     SCOPED_TRACE(entry.name);
@@ -60,7 +60,7 @@ TEST(SpheresAround, ContainEveryShapeOfTheCatalogue) {
     std::optional<TriangleTree> tree;
     if (const auto* mesh = std::get_if<Mesh>(&entry.shape)) tree.emplace(*mesh->mesh);
     const LinkPiece piece{.X_LP = X_LP, .shape = &entry.shape, .tree = tree ? &*tree : nullptr};
-    const auto spheres = SpheresAround({&piece, 1});
+    const auto spheres = FitBoundingSpheres({&piece, 1});
     ASSERT_EQ(spheres.has_value(), KindOf(entry.shape) != ShapeKind::kHalfSpace);
     if (!spheres) continue;
     EXPECT_LE(spheres->size(), kMaxSpheres);
@@ -68,13 +68,13 @@ TEST(SpheresAround, ContainEveryShapeOfTheCatalogue) {
   }
 }
 
-TEST(SpheresAround, ContainAMeshOfManyTriangles) {
+TEST(FitBoundingSpheres, ContainAMeshOfManyTriangles) {
   std::mt19937 random(4);
   const Shape ball = MakeMesh(Tessellate(Sphere{0.3}, 1e-6));
   const TriangleTree tree(*std::get<Mesh>(ball).mesh);
   ASSERT_GT(tree.triangles().size(), 20000u);
   const LinkPiece piece{.X_LP = MakeTranslation(1, 2, 3), .shape = &ball, .tree = &tree};
-  const auto spheres = SpheresAround({&piece, 1});
+  const auto spheres = FitBoundingSpheres({&piece, 1});
   ASSERT_TRUE(spheres.has_value());
   ExpectContained(ball, piece.X_LP, &tree, *spheres, random);
 }
@@ -94,11 +94,11 @@ class PandaBounds : public ::testing::Test {
 };
 
 TEST_F(PandaBounds, SpheresContainItsMeshes) {
-  ASSERT_NE(robot_->spheres_around, nullptr);
+  ASSERT_NE(robot_->bounding_spheres, nullptr);
   for (std::size_t k = 0; k < robot_->geometry->parts.size(); ++k) {
     const PreparedPart& part = robot_->geometry->parts[k];
     const auto& spheres =
-        robot_->spheres_around->links[static_cast<std::size_t>(robot_->link_of_part[k])];
+        robot_->bounding_spheres->links[static_cast<std::size_t>(robot_->link_of_part[k])];
     EXPECT_LE(spheres.size(), kMaxSpheres);
     ExpectContained(part.shape, part.X_OP,
                     TreeOf(*part.engines[static_cast<int>(EngineKind::kExact)]), spheres, random_);

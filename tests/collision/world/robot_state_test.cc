@@ -65,7 +65,7 @@ TEST_F(RobotState, IsNotOneOfTheSrdfThatSaysNothingOfJointsThatMove) {
 TEST_F(RobotState, MayLieOutsideTheLimits) { EXPECT_EQ(With(Values({{"elbow", 3}}))[0], 3); }
 
 TEST_F(RobotState, TakesReportsOfJointsWithoutVariablesThatAgree) {
-  const double near = 0.99 * kFollowerTolerance, far = 1.01 * kFollowerTolerance;
+  const double near = 0.99 * kMimicTolerance, far = 1.01 * kMimicTolerance;
   With(Values({{"bolt", 0}, {"grip", 0.02}, {"other", -0.02 - near}}));
   With(Values({{"other", -0.02}, {"grip", 0.02}}));
   EXPECT_EQ(Refusal(Values({{"grip", 0.02}, {"other", -0.02 - far}})).field, "values[1].value");

@@ -15,7 +15,7 @@
 
 namespace cwm::collision::testing {
 
-inline Change Of(decltype(Change::what) what) {
+inline Change MakeChange(decltype(Change::what) what) {
   return {.what = std::move(what), .expected_object_revision = {}};
 }
 

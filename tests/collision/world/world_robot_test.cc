@@ -16,7 +16,7 @@ using testing::ArmSrdf;
 using testing::ArmUrdf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::Of;
+using testing::MakeChange;
 using testing::PutArm;
 using testing::SetElbow;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
@@ -48,7 +48,7 @@ class WorldRobots : public ::testing::Test {
     return next.status();
   }
   std::string FieldAtFault(decltype(Change::what) what) {
-    const auto fault = FaultOf(Refusal({Of(std::move(what))}));
+    const auto fault = FaultOf(Refusal({MakeChange(std::move(what))}));
     return fault.has_value() ? fault->field : "no fault";
   }
   std::vector<std::string> Names() const {
@@ -85,26 +85,26 @@ TEST(PrepareRobot, MakesOnePartOfEachShapeInTheFrameOfItsLink) {
 
 TEST_F(WorldRobots, AreOrderedByNameWhateverTheOrderOfPuts) {
   const auto arm = Arm();
-  Do({Of(PutArm("c", arm)), Of(PutArm("a", arm))});
-  Do({Of(PutArm("b", arm))});
+  Do({MakeChange(PutArm("c", arm)), MakeChange(PutArm("a", arm))});
+  Do({MakeChange(PutArm("b", arm))});
   EXPECT_THAT(Names(), ElementsAre("a", "b", "c"));
   EXPECT_EQ(world->FindRobot("b")->Uid(), "b@2");
   EXPECT_EQ(world->FindRobot("d"), nullptr);
-  Do({Of(RemoveRobot{"a"})});
+  Do({MakeChange(RemoveRobot{"a"})});
   EXPECT_THAT(Names(), ElementsAre("b", "c"));
 }
 
 TEST_F(WorldRobots, PutAgainMakesNoRevisionThoughItWasReadAnew) {
-  Do({Of(PutArm("arm"))});
+  Do({MakeChange(PutArm("arm"))});
   const SnapshotPtr before = world;
-  Do({Of(PutArm("arm", Arm()))});
+  Do({MakeChange(PutArm("arm", Arm()))});
   EXPECT_EQ(world, before);
 }
 
 TEST_F(WorldRobots, OfAnotherModelUnderTheNameAreOthers) {
-  Do({Of(PutArm("arm"))});
+  Do({MakeChange(PutArm("arm"))});
   const SnapshotPtr before = world;
-  Do({Of(PutArm("arm", Arm(ArmUrdf("arm", "0.2"))))});
+  Do({MakeChange(PutArm("arm", Arm(ArmUrdf("arm", "0.2"))))});
   EXPECT_EQ(world->revision(), Revision{2});
   const WorldRobotPtr other = world->FindRobot("arm");
   EXPECT_EQ(other->Uid(), "arm@2");
@@ -118,11 +118,11 @@ TEST_F(WorldRobots, OfAnotherModelUnderTheNameAreOthers) {
 }
 
 TEST_F(WorldRobots, MoveWithoutNewGeometry) {
-  Do({Of(PutArm("arm"))});
+  Do({MakeChange(PutArm("arm"))});
   const WorldRobotPtr before = world->FindRobot("arm");
   SetRobotState set = SetElbow("arm", 0.25);
   set.X_WB = MakeTranslation(1, 2, 3);
-  Do({Of(set)});
+  Do({MakeChange(set)});
   const WorldRobotPtr after = world->FindRobot("arm");
   EXPECT_EQ(after->robot, before->robot);
   EXPECT_EQ(after->Uid(), before->Uid());
@@ -132,48 +132,49 @@ TEST_F(WorldRobots, MoveWithoutNewGeometry) {
   EXPECT_EQ(after->state_revision, Revision{2});
   EXPECT_EQ(before->state[0], 0) << "older snapshots answer as they did";
   // Sets only the state; the base stays.
-  Do({Of(SetElbow("arm", 0.5))});
+  Do({MakeChange(SetElbow("arm", 0.5))});
   EXPECT_EQ(world->FindRobot("arm")->X_WB.translation(), Vector3(1, 2, 3));
 }
 
 TEST_F(WorldRobots, ThatEndAsTheyWereMakeNoRevision) {
-  Do({Of(PutArm("arm"))});
+  Do({MakeChange(PutArm("arm"))});
   const SnapshotPtr before = world;
-  Do({Of(SetElbow("arm", 0.5)), Of(SetElbow("arm", 0))});
-  Do({Of(PutArm("brief")), Of(RemoveRobot{"brief"})});
+  Do({MakeChange(SetElbow("arm", 0.5)), MakeChange(SetElbow("arm", 0))});
+  Do({MakeChange(PutArm("brief")), MakeChange(RemoveRobot{"brief"})});
   EXPECT_EQ(world, before);
 }
 
 TEST_F(WorldRobots, ChangeWithObjectsOrNotAtAll) {
-  Do({Of(PutArm("arm")), Of(Ball("ball"))});
+  Do({MakeChange(PutArm("arm")), MakeChange(Ball("ball"))});
   const SnapshotPtr before = world;
-  EXPECT_EQ(Refusal({Of(SetElbow("arm", 1)), Of(RemoveObject{"ghost"})}).code(),
+  EXPECT_EQ(Refusal({MakeChange(SetElbow("arm", 1)), MakeChange(RemoveObject{"ghost"})}).code(),
             absl::StatusCode::kNotFound);
-  EXPECT_EQ(Refusal({Of(RemoveObject{"ball"}), Of(RemoveRobot{"ghost"})}).code(),
+  EXPECT_EQ(Refusal({MakeChange(RemoveObject{"ball"}), MakeChange(RemoveRobot{"ghost"})}).code(),
             absl::StatusCode::kNotFound);
   EXPECT_EQ(world, before);
-  Do({Of(SetElbow("arm", 1)), Of(RemoveObject{"ball"})});
+  Do({MakeChange(SetElbow("arm", 1)), MakeChange(RemoveObject{"ball"})});
   EXPECT_EQ(world->revision(), Revision{2});
   EXPECT_EQ(Difference(*before, *world).size(), 1u);
   EXPECT_EQ(RobotDifference(*before, *world).size(), 1u);
 }
 
 TEST_F(WorldRobots, AreSharedBySnapshotsBetweenWhichNoneDiffers) {
-  Do({Of(PutArm("arm"))});
+  Do({MakeChange(PutArm("arm"))});
   const SnapshotPtr before = world;
-  Do({Of(Ball("ball"))});
+  Do({MakeChange(Ball("ball"))});
   EXPECT_EQ(&before->robots(), &world->robots());
   EXPECT_TRUE(RobotDifference(*before, *world).empty());
 }
 
 TEST_F(WorldRobots, AndObjectsDoNotShareNames) {
-  Do({Of(PutArm("arm")), Of(Ball("ball"))});
+  Do({MakeChange(PutArm("arm")), MakeChange(Ball("ball"))});
   EXPECT_EQ(FieldAtFault(PutArm("ball")), "name");
   EXPECT_EQ(FieldAtFault(Ball("arm")), "name");
-  EXPECT_THAT(std::string(Refusal({Of(Ball("arm"))}).message()), HasSubstr("a robot"));
-  EXPECT_THAT(std::string(Refusal({Of(PutArm("ball"))}).message()), HasSubstr("an object"));
+  EXPECT_THAT(std::string(Refusal({MakeChange(Ball("arm"))}).message()), HasSubstr("a robot"));
+  EXPECT_THAT(std::string(Refusal({MakeChange(PutArm("ball"))}).message()), HasSubstr("an object"));
   // A name is free once an earlier change of the list has freed it.
-  Do({Of(RemoveObject{"ball"}), Of(PutArm("ball")), Of(RemoveRobot{"arm"}), Of(Ball("arm"))});
+  Do({MakeChange(RemoveObject{"ball"}), MakeChange(PutArm("ball")), MakeChange(RemoveRobot{"arm"}),
+      MakeChange(Ball("arm"))});
   EXPECT_THAT(Names(), ElementsAre("ball"));
   EXPECT_NE(world->Find("arm"), nullptr);
 }
@@ -192,7 +193,7 @@ TEST_F(WorldRobots, ThatNoWorldMayHoldAreRefusedWithTheirField) {
   put = PutArm("arm");
   put.X_WB.translation().x() = INFINITY;
   EXPECT_EQ(FieldAtFault(put), "x_world_base");
-  Do({Of(PutArm("arm"))});
+  Do({MakeChange(PutArm("arm"))});
   EXPECT_EQ(FieldAtFault(SetElbow("arm", std::nan(""))), "joints.values[0].value");
   SetRobotState set = SetElbow("arm", 0);
   set.X_WB = put.X_WB;
@@ -200,15 +201,15 @@ TEST_F(WorldRobots, ThatNoWorldMayHoldAreRefusedWithTheirField) {
 }
 
 TEST_F(WorldRobots, AbortAListThatExpectedAnotherRevisionOfThem) {
-  Do({Of(PutArm("arm"))});
-  Do({Of(SetElbow("arm", 0.5))});
-  Change late = Of(SetElbow("arm", 1));
+  Do({MakeChange(PutArm("arm"))});
+  Do({MakeChange(SetElbow("arm", 0.5))});
+  Change late = MakeChange(SetElbow("arm", 1));
   late.expected_object_revision = Revision{1};
   EXPECT_EQ(Refusal({late}).code(), absl::StatusCode::kAborted);
   late.expected_object_revision = Revision{2};
   Do({late});
   EXPECT_EQ(world->FindRobot("arm")->state[0], 1);
-  Change missing = Of(RemoveRobot{"ghost"});
+  Change missing = MakeChange(RemoveRobot{"ghost"});
   missing.expected_object_revision = Revision{1};
   EXPECT_EQ(Refusal({missing}).code(), absl::StatusCode::kAborted);
 }
@@ -219,13 +220,14 @@ TEST_F(WorldRobots, KeepTheirLinksWhereWorldsHaveRoom) {
   put.X_WB = MakeTranslation(5e5, 0, 0);
   EXPECT_EQ(FieldAtFault(put), "state");
   put.X_WB = Pose::Identity();
-  Do({Of(put)});
+  Do({MakeChange(put)});
   const SetRobotState to_far{.name = "rail", .X_WB = MakeTranslation(5e5, 0, 0), .joints = {}};
   EXPECT_EQ(FieldAtFault(to_far), "x_world_base");
-  EXPECT_THAT(std::string(Refusal({Of(to_far)}).message()),
+  EXPECT_THAT(std::string(Refusal({MakeChange(to_far)}).message()),
               HasSubstr("puts link \"b\" at (1.1e+06, 0, 0), must be within 1e+06 m"));
-  Do({Of(SetRobotState{.name = "rail", .X_WB = MakeTranslation(-5e5, 0, 0), .joints = {}})});
-  Do({Of(SetRobotState{
+  Do({MakeChange(
+      SetRobotState{.name = "rail", .X_WB = MakeTranslation(-5e5, 0, 0), .joints = {}})});
+  Do({MakeChange(SetRobotState{
       .name = "rail", .X_WB = std::nullopt, .joints = {.named = {}, .values = {{"j", 1e6}}}})});
   EXPECT_EQ(
       FieldAtFault(SetRobotState{
@@ -268,11 +270,12 @@ TEST_F(WorldRobots, HaveTheLinksThatRulesOfPairsName) {
     return AllowCollision{
         .pair = {std::move(a), std::move(b)}, .withdraw = withdraw, .expires = {}};
   };
-  Do({Of(allow({"arm", "gone"}, {"cup"})), Of(PutArm("arm")), Of(Ball("ball"))});
+  Do({MakeChange(allow({"arm", "gone"}, {"cup"})), MakeChange(PutArm("arm")),
+      MakeChange(Ball("ball"))});
   EXPECT_EQ(world->pair_rules().size(), 1U) << "of a robot that was not there yet";
-  Do({Of(allow({"arm", "tip"}, {"ball"})), Of(allow({"other", "tipp"}, {"*"}))});
+  Do({MakeChange(allow({"arm", "tip"}, {"ball"})), MakeChange(allow({"other", "tipp"}, {"*"}))});
   const auto rule = [&](decltype(Change::what) what) {
-    const auto fault = FaultOf(Refusal({Of(std::move(what))}));
+    const auto fault = FaultOf(Refusal({MakeChange(std::move(what))}));
     return fault.has_value() ? fault->field + " " + fault->rule : "";
   };
   EXPECT_EQ(rule(allow({"arm", "tipp"}, {"ball"})),
@@ -283,8 +286,8 @@ TEST_F(WorldRobots, HaveTheLinksThatRulesOfPairsName) {
             "pair.a.link is 'tip', must be empty: 'ball' is an object, which has no links");
   // A rule for a link that no longer exists can be withdrawn.
   const std::size_t before = world->pair_rules().size();
-  Do({Of(allow({"arm", "gone"}, {"cup"}, /*withdraw=*/true)),
-      Of(SetPairMargin{.pair = {{"arm", "gone"}, {"cup"}}, .margin_m = {}})});
+  Do({MakeChange(allow({"arm", "gone"}, {"cup"}, /*withdraw=*/true)),
+      MakeChange(SetPairMargin{.pair = {{"arm", "gone"}, {"cup"}}, .margin_m = {}})});
   EXPECT_EQ(world->pair_rules().size(), before - 1);
 }
 

@@ -31,7 +31,9 @@ PutObject Put(const std::string& name, Shape shape, const Pose& X_WO = Pose::Ide
   return put;
 }
 
-Change Of(PutObject put) { return {.what = std::move(put), .expected_object_revision = {}}; }
+Change MakeChange(PutObject put) {
+  return {.what = std::move(put), .expected_object_revision = {}};
+}
 Change Move(const std::string& name, double x_m) {
   return {.what = MoveObject{name, MakeTranslation(x_m, 0, 0)}, .expected_object_revision = {}};
 }
@@ -54,8 +56,9 @@ std::vector<std::string> Names(const WorldSnapshot& world) {
 }
 
 TEST(Apply, OrdersObjectsByNameAndCountsOneRevision) {
-  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1})), Of(Put("box", Sphere{0.1})),
-                                         Of(Put("a/b.c-d_1", Sphere{0.1}))});
+  const auto world =
+      MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1})), MakeChange(Put("box", Sphere{0.1})),
+                          MakeChange(Put("a/b.c-d_1", Sphere{0.1}))});
   EXPECT_EQ(world->revision(), Revision{1});
   EXPECT_THAT(Names(*world), ElementsAre("a/b.c-d_1", "box", "cup"));
   EXPECT_EQ(world->Find("cup")->name, "cup");
@@ -64,16 +67,17 @@ TEST(Apply, OrdersObjectsByNameAndCountsOneRevision) {
 }
 
 TEST(Apply, LeavesTheBaseAsItWas) {
-  const auto before = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto before = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
   const auto object = before->Find("cup");
-  MustApply(before, {Move("cup", 3), Of(Put("new", Sphere{1}))});
+  MustApply(before, {Move("cup", 3), MakeChange(Put("new", Sphere{1}))});
   EXPECT_THAT(Names(*before), ElementsAre("cup"));
   EXPECT_EQ(before->Find("cup"), object);
   EXPECT_EQ(object->X_WO.translation(), Vector3::Zero());
 }
 
 TEST(Apply, AMoveChangesThePoseRevisionAloneAndSharesTheGeometry) {
-  const auto before = MustApply(Empty(), {Of(Put("cup", Sphere{0.1})), Of(Put("pot", Sphere{1}))});
+  const auto before =
+      MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1})), MakeChange(Put("pot", Sphere{1}))});
   const auto after = MustApply(before, {Move("cup", 3)});
   const auto cup = after->Find("cup");
   EXPECT_EQ(cup->geometry, before->Find("cup")->geometry);
@@ -86,8 +90,8 @@ TEST(Apply, AMoveChangesThePoseRevisionAloneAndSharesTheGeometry) {
 }
 
 TEST(Apply, AReplacedModelChangesTheGeometryRevisionAlone) {
-  const auto before = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
-  const auto after = MustApply(before, {Of(Put("cup", Sphere{0.2}))});
+  const auto before = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
+  const auto after = MustApply(before, {MakeChange(Put("cup", Sphere{0.2}))});
   EXPECT_EQ(after->Find("cup")->geometry_revision, Revision{2});
   EXPECT_EQ(after->Find("cup")->pose_revision, Revision{1});
   EXPECT_EQ(after->Find("cup")->Uid(), before->Find("cup")->Uid());
@@ -95,16 +99,17 @@ TEST(Apply, AReplacedModelChangesTheGeometryRevisionAlone) {
 }
 
 TEST(Apply, WhatHasNoEffectReturnsTheBaseItself) {
-  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto world = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
   EXPECT_EQ(MustApply(world, {}), world);
   EXPECT_EQ(MustApply(world, {Move("cup", 0)}), world);
-  EXPECT_EQ(MustApply(world, {Of(Put("cup", Sphere{0.1}))}), world);  // equal, prepared again
+  EXPECT_EQ(MustApply(world, {MakeChange(Put("cup", Sphere{0.1}))}),
+            world);  // equal, prepared again
   EXPECT_EQ(MustApply(world, {Move("cup", 1), Move("cup", 0)}), world);
-  EXPECT_EQ(MustApply(world, {Of(Put("new", Sphere{1})), Remove("new")}), world);
+  EXPECT_EQ(MustApply(world, {MakeChange(Put("new", Sphere{1})), Remove("new")}), world);
 }
 
 TEST(Apply, APutThatDiffersInOneAttributeHasAnEffect) {
-  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto world = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
   for (const auto& alter : std::vector<std::function<void(PutObject&)>>{
            [](PutObject& p) { p.margin_m = 0.01; }, [](PutObject& p) { p.supported_by = "table"; },
            [](PutObject& p) { p.state = ObjectState::kOccluded; },
@@ -112,23 +117,24 @@ TEST(Apply, APutThatDiffersInOneAttributeHasAnEffect) {
            [](PutObject& p) { p.kind = ObjectKind::kObject; }}) {
     PutObject put = Put("cup", Sphere{0.1});
     alter(put);
-    const auto next = MustApply(world, {Of(put)});
+    const auto next = MustApply(world, {MakeChange(put)});
     EXPECT_NE(next, world);
     EXPECT_EQ(next->Find("cup")->latest_revision(), Revision{1});
   }
 }
 
 TEST(Apply, ANameThatIsRemovedAndPutAgainIsAnotherObject) {
-  const auto first = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
-  const auto again = MustApply(first, {Remove("cup"), Of(Put("cup", Sphere{0.1}))});
+  const auto first = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
+  const auto again = MustApply(first, {Remove("cup"), MakeChange(Put("cup", Sphere{0.1}))});
   EXPECT_NE(again, first);
   EXPECT_NE(again->Find("cup")->Uid(), first->Find("cup")->Uid());
   EXPECT_EQ(again->Find("cup")->create_revision, Revision{2});
 }
 
 TEST(Apply, RefusesTheWholeListAndNamesTheBadChange) {
-  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
-  const std::vector<Change> changes = {Of(Put("new", Sphere{1})), Move("cup", 1), Move("nil", 1)};
+  const auto world = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
+  const std::vector<Change> changes = {MakeChange(Put("new", Sphere{1})), Move("cup", 1),
+                                       Move("nil", 1)};
   const auto next = Apply(world, changes);
   EXPECT_EQ(next.status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(next.status().message()), HasSubstr("changes[2]"));
@@ -144,7 +150,8 @@ TEST(Apply, RefusesTheWholeListAndNamesTheBadChange) {
 TEST(Apply, ARefusalCarriesChangeFieldAndRule) {
   PutObject put = Put("new", Sphere{1});
   put.margin_m = -1;
-  const auto refused = Apply(Empty(), std::vector{Of(Put("a", Sphere{1})), Of(put)});
+  const auto refused =
+      Apply(Empty(), std::vector{MakeChange(Put("a", Sphere{1})), MakeChange(put)});
   const std::optional<ApplyFault> fault = FaultOf(refused.status());
   ASSERT_TRUE(fault.has_value());
   EXPECT_EQ(fault->change, 1u);
@@ -154,16 +161,16 @@ TEST(Apply, ARefusalCarriesChangeFieldAndRule) {
 }
 
 TEST(Apply, SeesEarlierChangesOfTheSameList) {
-  EXPECT_EQ(Apply(Empty(), std::vector{Of(Put("a", Sphere{1})), Remove("a"), Move("a", 1)})
+  EXPECT_EQ(Apply(Empty(), std::vector{MakeChange(Put("a", Sphere{1})), Remove("a"), Move("a", 1)})
                 .status()
                 .code(),
             absl::StatusCode::kNotFound);
-  const auto world = MustApply(Empty(), {Of(Put("a", Sphere{1})), Move("a", 2)});
+  const auto world = MustApply(Empty(), {MakeChange(Put("a", Sphere{1})), Move("a", 2)});
   EXPECT_EQ(world->Find("a")->X_WO.translation().x(), 2);
 }
 
 TEST(Apply, ARevisionThatDoesNotMatchAborts) {
-  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto world = MustApply(Empty(), {MakeChange(Put("cup", Sphere{0.1}))});
   const auto moved = MustApply(world, {Move("cup", 1)});
   Change change = Move("cup", 2);
   change.expected_object_revision = Revision{1};
@@ -172,14 +179,14 @@ TEST(Apply, ARevisionThatDoesNotMatchAborts) {
   EXPECT_THAT(std::string(refused.status().message()), HasSubstr("changes[0]"));
   change.expected_object_revision = Revision{2};
   EXPECT_EQ(MustApply(moved, {change})->revision(), Revision{3});
-  Change on_missing = Of(Put("none", Sphere{1}));
+  Change on_missing = MakeChange(Put("none", Sphere{1}));
   on_missing.expected_object_revision = Revision{1};
   EXPECT_EQ(Apply(moved, std::vector{on_missing}).status().code(), absl::StatusCode::kAborted);
 }
 
 TEST(Apply, RefusesWhatNoWorldMayHold) {
   const auto refused = [](PutObject put) {
-    return Apply(Empty(), std::vector{Of(std::move(put))}).status().code() ==
+    return Apply(Empty(), std::vector{MakeChange(std::move(put))}).status().code() ==
            absl::StatusCode::kInvalidArgument;
   };
   EXPECT_TRUE(refused(Put("", Sphere{1})));
@@ -201,10 +208,12 @@ TEST(Apply, RefusesWhatNoWorldMayHold) {
 }
 
 TEST(Difference, NamesWhatWasAddedMovedReplacedAndRemoved) {
-  const auto before = MustApply(Empty(), {Of(Put("gone", Sphere{1})), Of(Put("moved", Sphere{1})),
-                                          Of(Put("same", Sphere{1})), Of(Put("twin", Sphere{1}))});
-  const auto after = MustApply(before, {Remove("gone"), Move("moved", 2), Of(Put("new", Sphere{1})),
-                                        Remove("twin"), Of(Put("twin", Sphere{1}))});
+  const auto before =
+      MustApply(Empty(), {MakeChange(Put("gone", Sphere{1})), MakeChange(Put("moved", Sphere{1})),
+                          MakeChange(Put("same", Sphere{1})), MakeChange(Put("twin", Sphere{1}))});
+  const auto after =
+      MustApply(before, {Remove("gone"), Move("moved", 2), MakeChange(Put("new", Sphere{1})),
+                         Remove("twin"), MakeChange(Put("twin", Sphere{1}))});
   const auto deltas = Difference(*before, *after);
   ASSERT_EQ(deltas.size(), 5u);
   EXPECT_EQ(deltas[0].before->name, "gone");
@@ -224,7 +233,7 @@ TEST(WorldObject, BoundsOfATiltedSlabAreTight) {
   // A slab of 2 m x 1 m x 0.02 m tilted by one degree; FCL's bounding sphere makes it 2.236 m high.
   const double tilt_rad = std::numbers::pi / 180;
   const Pose X_WO = MakePose({0, 0, 0}, Quaternion(Eigen::AngleAxisd(tilt_rad, Vector3::UnitX())));
-  const auto world = MustApply(Empty(), {Of(Put("slab", Box{{2, 1, 0.02}}, X_WO))});
+  const auto world = MustApply(Empty(), {MakeChange(Put("slab", Box{{2, 1, 0.02}}, X_WO))});
   const double expected_m = std::sin(tilt_rad) * 1 + std::cos(tilt_rad) * 0.02;
   EXPECT_NEAR(world->Find("slab")->bounds_W.sizes().z(), expected_m, 1e-12);
   EXPECT_LT(expected_m, 0.038);
@@ -270,7 +279,7 @@ SnapshotPtr Crowd(int count) {
     const int column = i % 20, row = i / 20 % 20, layer = i / 400;
     put.X_WO = MakeTranslation(0.1 * column, 0.1 * row, 0.1 * layer);
     put.geometry = model;
-    changes.push_back(Of(std::move(put)));
+    changes.push_back(MakeChange(std::move(put)));
   }
   return MustApply(Empty(), changes);
 }
@@ -297,9 +306,10 @@ TEST(Snapshot, AnswersForEverAsItDidWhileOthersAreMadeFromIt) {
   auto latest = first;
   for (int i = 0; i < 300; ++i) {
     const std::string& name = names[std::size_t{37} * i % names.size()];
-    latest = MustApply(latest, {i % 3 == 0 && latest->Find(name) != nullptr
-                                    ? Remove(name)
-                                    : Of(Put(name, Sphere{0.01}, MakeTranslation(9, 9, 9)))});
+    latest =
+        MustApply(latest, {i % 3 == 0 && latest->Find(name) != nullptr
+                               ? Remove(name)
+                               : MakeChange(Put(name, Sphere{0.01}, MakeTranslation(9, 9, 9)))});
   }
   EXPECT_EQ(Names(*first), names);
   std::size_t found = 0;
@@ -316,9 +326,10 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
     const std::string& name = names[std::size_t{61} * i % names.size()];
     if (i % 3 == 0) after = MustApply(after, {Remove(name)});
     if (i % 3 == 1) after = MustApply(after, {Move(name, i)});
-    if (i % 3 == 2) after = MustApply(after, {Of(Put("new" + std::to_string(i), Sphere{1}))});
+    if (i % 3 == 2)
+      after = MustApply(after, {MakeChange(Put("new" + std::to_string(i), Sphere{1}))});
   }
-  std::vector<std::string> expected, told;
+  std::vector<std::string> expected, result;
   for (const WorldObjectPtr& object : before->objects()) {
     if (after->Find(object->name) != object) expected.push_back(object->name);
   }
@@ -327,54 +338,54 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
   }
   std::sort(expected.begin(), expected.end());
   for (const ObjectDelta& delta : Difference(*before, *after)) {
-    told.push_back((delta.before != nullptr ? delta.before : delta.after)->name);
+    result.push_back((delta.before != nullptr ? delta.before : delta.after)->name);
   }
-  EXPECT_EQ(told, expected);
+  EXPECT_EQ(result, expected);
 }
 
 // The margin is at least the largest one, and at most that rounded up to single precision.
-void ExpectWidest(const WorldSnapshot& world, double expected_m) {
-  EXPECT_GE(world.objects().widest_margin_m(), expected_m);
-  EXPECT_LE(world.objects().widest_margin_m(), expected_m * (1 + 0x1p-23));
+void ExpectMaxMargin(const WorldSnapshot& world, double expected_m) {
+  EXPECT_GE(world.objects().max_margin_m(), expected_m);
+  EXPECT_LE(world.objects().max_margin_m(), expected_m * (1 + 0x1p-23));
 }
 
 TEST(Snapshot, KnowsTheWidestMarginOfItsObjects) {
   PutObject wide = Put("wide", Sphere{1}), narrow = Put("narrow", Sphere{1});
   wide.margin_m = 0.3;
   narrow.margin_m = 0.1;
-  const auto both = MustApply(Crowd(50), {Of(wide), Of(narrow)});
-  ExpectWidest(*both, 0.3);
-  ExpectWidest(*MustApply(both, {Remove("wide")}), 0.1);
+  const auto both = MustApply(Crowd(50), {MakeChange(wide), MakeChange(narrow)});
+  ExpectMaxMargin(*both, 0.3);
+  ExpectMaxMargin(*MustApply(both, {Remove("wide")}), 0.1);
   PutObject shrunk = wide, also_wide = narrow;
   shrunk.margin_m = 0.2;
-  ExpectWidest(*MustApply(both, {Of(shrunk)}), 0.2);
+  ExpectMaxMargin(*MustApply(both, {MakeChange(shrunk)}), 0.2);
   also_wide.margin_m = 0.3;
-  const auto two = MustApply(both, {Of(also_wide)});
+  const auto two = MustApply(both, {MakeChange(also_wide)});
   const auto one = MustApply(two, {Remove("wide")});
-  ExpectWidest(*one, 0.3);  // another object has it too
-  ExpectWidest(*MustApply(one, {Remove("narrow")}), 0);
-  ExpectWidest(*Empty(), 0);
+  ExpectMaxMargin(*one, 0.3);  // another object has it too
+  ExpectMaxMargin(*MustApply(one, {Remove("narrow")}), 0);
+  ExpectMaxMargin(*Empty(), 0);
 }
 
 TEST(Snapshot, KnowsTheWidestMarginAfterAnyChanges) {
   std::mt19937 random(4);
   SnapshotPtr world = Crowd(60);
   std::vector<std::pair<SnapshotPtr, double>> kept;
-  const auto widest_m = [](const WorldSnapshot& of) {
-    double widest_m = 0;
-    for (const auto& object : of.objects()) widest_m = std::max(widest_m, object->margin_m);
-    return widest_m;
+  const auto max_margin_m = [](const WorldSnapshot& of) {
+    double max_margin_m = 0;
+    for (const auto& object : of.objects()) max_margin_m = std::max(max_margin_m, object->margin_m);
+    return max_margin_m;
   };
   PutObject put = Put("", Sphere{1});
   for (int i = 0; i < 2'000; ++i) {
     put.name = "of" + std::to_string(random() % 80);
     put.margin_m = 0.01 * static_cast<double>(random() % 8);
     const bool goes = random() % 3 == 0 && world->Find(put.name) != nullptr;
-    world = MustApply(world, {goes ? Remove(put.name) : Of(put)});
-    ExpectWidest(*world, widest_m(*world));
-    if (i % 100 == 0) kept.emplace_back(world, widest_m(*world));
+    world = MustApply(world, {goes ? Remove(put.name) : MakeChange(put)});
+    ExpectMaxMargin(*world, max_margin_m(*world));
+    if (i % 100 == 0) kept.emplace_back(world, max_margin_m(*world));
   }
-  for (const auto& [before, expected_m] : kept) ExpectWidest(*before, expected_m);
+  for (const auto& [before, expected_m] : kept) ExpectMaxMargin(*before, expected_m);
 }
 
 }  // namespace

@@ -165,9 +165,9 @@ export class OpenedPage {
     writeFileSync(join(pictures, `${name}.webp`), new Uint8Array(Buffer.from(webp, "base64")));
   }
 
-  async ask(question: string): Promise<string> {
+  async query(text: string): Promise<string> {
     if (await this.page.isVisible(".answer")) await this.page.click(".answer .close");
-    await this.page.fill(".line", question);
+    await this.page.fill(".line", text);
     await this.page.press(".line", "Enter");
     await this.page.waitForSelector(".answer:not([hidden])");
     return (await this.page.textContent(".answer")) ?? "";

@@ -59,7 +59,7 @@ test("every object that the server lists is there, in the list and in the pictur
   await page.keepSmall("viewer-kitchen");
   await page.page.keyboard.press("p");  // the model alone
   await page.page.getByText("object_1", { exact: true }).click();
-  assert.match(await page.ask("distance sphere 0.05 at 0.35 -0.1 1.25 max-results 2"), /away/);
+  assert.match(await page.query("distance sphere 0.05 at 0.35 -0.1 1.25 max-results 2"), /away/);
   await page.settle(2);
   await page.keepSmall("viewer-question");
   // The object is seen again and nothing else changes; the page must still report it.
@@ -204,17 +204,17 @@ test("a question is answered as the command line answers it, and drawn", async (
   await server.cwm("put", "crate", "--box", "0.2,0.2,0.2", "--at", "0.5,0,0.5");
   await open();
   await page.settle(1);
-  const text = await page.ask("distance sphere 0.05 at 0.5 0 1");
+  const text = await page.query("distance sphere 0.05 at 0.5 0 1");
   assert.match(text, /350\.00 mm away/);
   assert.match(text, /crate/);
   assert.match(text, /exact/);
-  assert.match(await page.ask("contacts sphere 0.05 at 0.5 0 0.62"), /1 contact, deepest 30\.00 mm/);
-  assert.match(await page.ask("check box 0.1 0.1 0.1 at 0.5 0 0.6"), /In collision with crate/);
-  assert.match(await page.ask("ray from 0.5 0 2 direction 0 0 -1"), /Hits crate after 1400\.00 mm/);
+  assert.match(await page.query("contacts sphere 0.05 at 0.5 0 0.62"), /1 contact, deepest 30\.00 mm/);
+  assert.match(await page.query("check box 0.1 0.1 0.1 at 0.5 0 0.6"), /In collision with crate/);
+  assert.match(await page.query("ray from 0.5 0 2 direction 0 0 -1"), /Hits crate after 1400\.00 mm/);
   await page.keep("question");
-  assert.match(await page.ask("distance object nobody"), /OBJECT_UNKNOWN|nobody/);
-  assert.match(await page.ask("distance sphere -1 at 0 0 0"), /radius_m/, "the field that the server names");
-  assert.match(await page.ask("how far is it"), /begins with distance, contacts, check or ray/);
+  assert.match(await page.query("distance object nobody"), /OBJECT_UNKNOWN|nobody/);
+  assert.match(await page.query("distance sphere -1 at 0 0 0"), /radius_m/, "the field that the server names");
+  assert.match(await page.query("how far is it"), /begins with distance, contacts, check or ray/);
   // The answer's panel is closed before the next answer: in one task, so that no answer comes
   // between.
   await page.page.click(".answer .close");

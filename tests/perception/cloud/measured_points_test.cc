@@ -70,10 +70,11 @@ TEST(SensorNoise, ThatIsGivenIsNoLessThanFloatsResolve) {
 TEST(SensorNoise, TellsWhatAFlatSupportLooksLike) {
   OrientedPoints points;
   points.sigma_m = {0.01f, 1e-5f};
-  EXPECT_NEAR(points.UsuallyOffPlane_m(0), 0.06f, 1e-6f);
+  EXPECT_NEAR(points.UsualPlaneTolerance_m(0), 0.06f, 1e-6f);
   points.spread = SensorNoise{.model = SensorModel::kTimeOfFlight}.SpreadAboutPlanes();
-  EXPECT_NEAR(points.UsuallyOffPlane_m(0), 0.035f, 1e-6f);
-  EXPECT_EQ(points.MostOffPlane_m(1), kUnevenness_m) << "no table is as even as a scanner sees";
+  EXPECT_NEAR(points.UsualPlaneTolerance_m(0), 0.035f, 1e-6f);
+  EXPECT_EQ(points.WidePlaneTolerance_m(1), kUnevenness_m)
+      << "no table is as even as a scanner sees";
 }
 
 // The same disparity error is a larger angle in a narrower image.

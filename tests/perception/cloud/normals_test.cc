@@ -196,8 +196,8 @@ PlainNormal NormalInWindow(const MeasuredPoints& measured, int row, int column) 
   const float reach_m = std::max(
       std::min(kNormalRadius_sigma * sigma_m, std::hypot(of_noise_m, 3 * sigma_m)), 4 * pixel_m);
   const float px = std::clamp(radius_m / pixel_m, 2.0f, 64.0f);
-  const int most_step = std::max(1, static_cast<int>(sample_px));
-  const int step = std::clamp(static_cast<int>(std::lround(px / 3)), 1, most_step);
+  const int max_step = std::max(1, static_cast<int>(sample_px));
+  const int step = std::clamp(static_cast<int>(std::lround(px / 3)), 1, max_step);
   const int reach = std::max(step, static_cast<int>(px) / step * step);
   Vector3 sum = Vector3::Zero();
   Matrix3 products = Matrix3::Zero();
@@ -221,8 +221,8 @@ PlainNormal NormalInWindow(const MeasuredPoints& measured, int row, int column) 
   const Matrix3 covariance = products / count - sum * sum.transpose() / (count * count);
   // Ten rounding errors of 6e-8, times this condition number, are less than a milliradian.
   constexpr double kWorstCondition = 1000;
-  const double least = covariance.selfadjointView<Eigen::Lower>().eigenvalues()(0);
-  if (!(least > covariance.trace() / kWorstCondition)) return out;
+  const double smallest = covariance.selfadjointView<Eigen::Lower>().eigenvalues()(0);
+  if (!(smallest > covariance.trace() / kWorstCondition)) return out;
   out.normal = -(covariance.inverse() * p).normalized();
   return out;
 }

@@ -82,17 +82,18 @@ TEST(ParallelFor, EndsBeforeTheNextPieceOnceItIsToldToStop) {
 }
 
 TEST(ParallelFor, RunsOnNoMoreThreadsThanTheLoopAroundWasGiven) {
-  std::atomic<int> calls{0}, running{0}, most{0};
+  std::atomic<int> calls{0}, running{0}, max_running{0};
   ParallelFor(8, 1, {.max_threads = 2}, [&](std::size_t, std::size_t) {
     ParallelFor(100, 1, {.max_threads = 4}, [&](std::size_t, std::size_t) {
       const int now = ++running;
-      for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) continue;
+      for (int seen = max_running; now > seen && !max_running.compare_exchange_weak(seen, now);)
+        continue;
       ++calls;
       --running;
     });
   });
   EXPECT_EQ(calls, 800);
-  EXPECT_LE(most, 2);
+  EXPECT_LE(max_running, 2);
 }
 
 // The number of threads that run a loop of two ranges that wait for each other; never returns on

@@ -44,10 +44,10 @@ std::size_t CountOnWall(const ConeModel& wall) {
 std::optional<ShapeFit> WallOf(const ExactFits& fits) {
   ShapeFit lid;
   lid.model = PlaneModel{.point = fits.Local(Vector3(0, 0, kLidHeight_m))};
-  return WallBehindDisc(lid, fits.Context(), fits.available);
+  return FindWallBehindDisc(lid, fits.Context(), fits.available);
 }
 
-TEST(WallBehindDisc, IsACylinderBelowTheEdgeOfALid) {
+TEST(FindWallBehindDisc, IsACylinderBelowTheEdgeOfALid) {
   const ExactFits fits(LidAbove(WallBelow(0)));
   const auto wall = WallOf(fits);
   ASSERT_TRUE(wall);
@@ -61,7 +61,7 @@ TEST(WallBehindDisc, IsACylinderBelowTheEdgeOfALid) {
   EXPECT_EQ(wall->covariance.rows(), CylinderModel::kParameterCount);
 }
 
-TEST(WallBehindDisc, HasTheSlopeOfACup) {
+TEST(FindWallBehindDisc, HasTheSlopeOfACup) {
   for (const double slope : {0.2, -0.15}) {
     const ExactFits fits(LidAbove(WallBelow(slope)));
     const auto wall = WallOf(fits);
@@ -76,7 +76,7 @@ TEST(WallBehindDisc, HasTheSlopeOfACup) {
   }
 }
 
-TEST(WallBehindDisc, HoldsMostOfWhatIsAvailableBehind) {
+TEST(FindWallBehindDisc, HoldsMostOfWhatIsAvailableBehind) {
   ExactPoints exact = LidAbove(WallBelow(0));
   exact.AddDisc(Vector3(0, 0, 0.0503), 0.03, 1000);  // a shelf, more than the wall has
   ExactFits fits(exact);
@@ -89,7 +89,7 @@ TEST(WallBehindDisc, HoldsMostOfWhatIsAvailableBehind) {
   EXPECT_FALSE(WallOf(fits)) << "of no point";
 }
 
-TEST(WallBehindDisc, IsRefusedWhereNoRoundWallCanBe) {
+TEST(FindWallBehindDisc, IsRefusedWhereNoRoundWallCanBe) {
   ExactPoints exact;
   exact.seen.viewpoint = kFromAbove;
   exact.AddGrid(Vector3(0, 0, kLidHeight_m), Vector3::UnitZ(), 27, 27);
@@ -102,7 +102,7 @@ TEST(WallBehindDisc, IsRefusedWhereNoRoundWallCanBe) {
   EXPECT_FALSE(WallOf(fits)) << "no cone is straight";
   ShapeFit ball;
   ball.model = SphereModel{.radius_m = kLidRadius_m};
-  EXPECT_FALSE(WallBehindDisc(ball, fits.Context(), fits.available)) << "no disc";
+  EXPECT_FALSE(FindWallBehindDisc(ball, fits.Context(), fits.available)) << "no disc";
 }
 
 }  // namespace

@@ -32,9 +32,9 @@ class BoxBehindABoard : public ::testing::Test {
   }
 
   // Makes `scene` the current one.
-  void See(const HandBuilt& scene, HypothesisId thing) {
+  void See(const HandBuilt& scene, HypothesisId object) {
     const SceneState state = scene.State();
-    points_ = Subset(state.points(), state.Get(thing).points);
+    points_ = Subset(state.points(), state.Get(object).points);
     sight_ = state.sight();
   }
 

@@ -25,15 +25,15 @@ SegmentedScene SomeScene() {
   };
   scene.supports.push_back({.plate = {}, .points = take(2)});
   for (const std::size_t count : {3u, 2u, 1u}) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
-    thing.points = take(count);
-    thing.node_count = count;
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
+    hypothesis.points = take(count);
+    hypothesis.node_count = count;
   }
-  scene.things[2].rests_on = 0;
-  scene.things[2].foot_height_m = 0.1;
-  scene.things.emplace_back().points = take(4);
-  scene.things.back().node_count = 4;
+  scene.hypotheses[2].rests_on = 0;
+  scene.hypotheses[2].foot_height_m = 0.1;
+  scene.hypotheses.emplace_back().points = take(4);
+  scene.hypotheses.back().node_count = 4;
   scene.rejected = take(1);
   return scene;
 }
@@ -44,7 +44,7 @@ TEST(SceneState, HasTheHypothesesOfASegmentation) {
   EXPECT_THAT(state.objects(), SizeIs(3));
   EXPECT_EQ(state.Get({2}).resting.on, HypothesisId{0});
   EXPECT_FALSE(state.Get({3}).IsObject());
-  EXPECT_THAT(BrokenInvariants(state), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(state), IsEmpty());
 }
 
 TEST(SceneState, KnowsTheGroundOfWhatRestsHigher) {
@@ -64,7 +64,7 @@ TEST(SceneState, SharesWhatAChangeLeavesAlone) {
   EXPECT_EQ(&after.Get({0}), &before.Get({0}));
   EXPECT_EQ(after.Get(id).points, before.Get({1}).points);
   EXPECT_NE(before.Find({1}), nullptr);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
 }
 
 TEST(SceneState, KeepsTheOrderOfOutput) {
@@ -74,12 +74,12 @@ TEST(SceneState, KeepsTheOrderOfOutput) {
   ObjectHypothesis merged = before.Get({0});
   merged.points.insert(merged.points.end(), {5, 6});
   merged.node_count = 5;
-  change.reseated = {{{2}, {.support = 0, .on = before.NextId(0), .foot_height_m = 0.1}}};
+  change.resting_updates = {{{2}, {.support = 0, .on = before.NextId(0), .foot_height_m = 0.1}}};
   change.added = {merged};
   const SceneState after = before.With(std::move(change));
   EXPECT_EQ(after.objects().front()->id, before.NextId(0));
   EXPECT_EQ(after.IndexOf({2}), 1u);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
 }
 
 TEST(SceneState, StandsOnTheSupportWhereItsModelReachesIt) {
@@ -94,40 +94,40 @@ TEST(SceneState, StandsOnTheSupportWhereItsModelReachesIt) {
   EXPECT_EQ(after.Get({2}).resting.foot_height_m, 0);
 }
 
-TEST(BrokenInvariants, TellOfPointsWithoutAnOwnerAndWithTwo) {
+TEST(ViolatedInvariants, TellOfPointsWithoutAnOwnerAndWithTwo) {
   SegmentedScene scene = SomeScene();
-  scene.things[0].points.pop_back();
-  scene.things[1].points.push_back(0);  // belongs to the support
-  const auto broken = BrokenInvariants(SceneState(std::move(scene)));
+  scene.hypotheses[0].points.pop_back();
+  scene.hypotheses[1].points.push_back(0);  // belongs to the support
+  const auto broken = ViolatedInvariants(SceneState(std::move(scene)));
   ASSERT_THAT(broken, SizeIs(2));
   EXPECT_THAT(broken[0], HasSubstr("no owner"));
   EXPECT_THAT(broken[1], HasSubstr("several owners"));
 }
 
-TEST(BrokenInvariants, TellOfWhatRestsOnNothingThatLives) {
+TEST(ViolatedInvariants, TellOfWhatRestsOnNothingThatLives) {
   const SceneState before(SomeScene());
   SceneState::Change change;
   change.removed = {{0}};
   change.added = {before.Get({0})};
-  const auto broken = BrokenInvariants(before.With(std::move(change)));
+  const auto broken = ViolatedInvariants(before.With(std::move(change)));
   ASSERT_THAT(broken, SizeIs(1));
   EXPECT_THAT(broken[0], HasSubstr("is gone"));
 }
 
-TEST(BrokenInvariants, TellOfCircles) {
+TEST(ViolatedInvariants, TellOfCircles) {
   SegmentedScene scene = SomeScene();
-  scene.things[0].rests_on = 2;
-  const auto broken = BrokenInvariants(SceneState(std::move(scene)));
+  scene.hypotheses[0].rests_on = 2;
+  const auto broken = ViolatedInvariants(SceneState(std::move(scene)));
   EXPECT_THAT(broken, ::testing::Contains(HasSubstr("rests on itself")));
 }
 
-TEST(BrokenInvariants, TellOfLabelsThatDoNotFit) {
+TEST(ViolatedInvariants, TellOfLabelsThatDoNotFit) {
   const SceneState before(SomeScene());
   auto model = std::make_shared<HypothesisModel>();
   model->object.part_of_point = {0};
   std::vector<ModelPtr> models(before.hypotheses().size());
   models[before.IndexOf({0})] = model;
-  EXPECT_THAT(BrokenInvariants(before.WithModels(models)), SizeIs(2));
+  EXPECT_THAT(ViolatedInvariants(before.WithModels(models)), SizeIs(2));
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ ModelPoints Square(std::size_t count) {
     points.normal_sigma_rad.push_back(0.02f);
     points.cloud_index.push_back(i);
   }
-  return ThinForSearch(points, count);
+  return SubsampleForSearch(points, count);
 }
 
 class DrawingSamples : public ::testing::Test {

@@ -27,24 +27,24 @@ Solid Block(double top_m) {
 
 TEST(FindContradiction, SaysNothingAgainstASolidWhoseTopWasSeen) {
   const Contradiction found = FindContradiction(Block(0), SquareAt(0));
-  EXPECT_GT(found.looked, 100u);
+  EXPECT_GT(found.examined, 100u);
   EXPECT_EQ(found.rays, 0u);
 }
 
 TEST(FindContradiction, CountsRaysThatRunDeeperThanTheGateOnly) {
   // Points inside the block: below its top by a tenth less and by a tenth more than is allowed.
   const Contradiction shallow = FindContradiction(Block(0), SquareAt(-0.9 * kMaxDepth_m));
-  EXPECT_GT(shallow.looked, 100u);
+  EXPECT_GT(shallow.examined, 100u);
   EXPECT_EQ(shallow.rays, 0u);
   const Contradiction deep = FindContradiction(Block(0), SquareAt(-1.1 * kMaxDepth_m));
-  EXPECT_GT(deep.looked, 100u);
-  EXPECT_EQ(deep.rays, deep.looked);
+  EXPECT_GT(deep.examined, 100u);
+  EXPECT_EQ(deep.rays, deep.examined);
 }
 
 TEST(FindContradiction, SeesRaysThatCrossTheSolidOnTheirWay) {
   const Contradiction found = FindContradiction(Block(0), SquareAt(-0.3));
-  EXPECT_GT(found.looked, 100u);
-  EXPECT_EQ(found.rays, found.looked);
+  EXPECT_GT(found.examined, 100u);
+  EXPECT_EQ(found.rays, found.examined);
 }
 
 // A plug of 14 mm in the mouth of a pot: no point inside it is 10 mm deep.
@@ -52,8 +52,8 @@ TEST(FindContradiction, SeesRaysThatCrossWhatIsThin) {
   Solid plug;
   plug.shape = Cylinder{.radius_m = 0.2, .length_m = 0.014};
   const Contradiction through = FindContradiction(plug, SquareAt(-0.1));
-  EXPECT_GT(through.looked, 100u);
-  EXPECT_EQ(through.rays, through.looked);
+  EXPECT_GT(through.examined, 100u);
+  EXPECT_EQ(through.rays, through.examined);
   // The plug's own surface, displaced inwards by noise.
   const Contradiction own = FindContradiction(plug, SquareAt(0.007 - 0.004));
   EXPECT_EQ(own.rays, 0u);
@@ -61,22 +61,22 @@ TEST(FindContradiction, SeesRaysThatCrossWhatIsThin) {
 
 FreeRay Level(double height_m) {
   FreeRay ray;
-  for (int k = 0; k < kFreePlaces; ++k) {
+  for (int k = 0; k < kSamplesPerRay; ++k) {
     ray.p[static_cast<std::size_t>(k)] = Vector3(-0.5 + 0.2 * k, 0, height_m);
   }
   return ray;
 }
 
 // None of the sample positions along the rays lies in the block.
-TEST(PassedDeep, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
+TEST(DeepRayCount, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
   FreeRays free;
   free.weight = 7;
   free.rays = {Level(0.02), Level(-0.5 * kMaxDepth_m), Level(-1.5 * kMaxDepth_m), Level(-0.05)};
   Solid narrow = Block(0);
   narrow.shape = Box{.size_m = {0.1, 0.2, 0.1}};
   narrow.X_MS = MakeTranslation(0, 0, -0.05);
-  EXPECT_EQ(PassedDeep(narrow, free), 2 * free.weight);
-  EXPECT_EQ(PassedShare(narrow, free), 0.75);
+  EXPECT_EQ(DeepRayCount(narrow, free), 2 * free.weight);
+  EXPECT_EQ(CrossingRayShare(narrow, free), 0.75);
 }
 
 TEST(FindContradiction, AllowsThreeSigmaWhereThatIsMore) {
@@ -84,11 +84,11 @@ TEST(FindContradiction, AllowsThreeSigmaWhereThatIsMore) {
   ModelPoints points = SquareAt(-kDepth_m);
   points.gate_m.assign(points.size(), 1.1 * kDepth_m);
   const Contradiction allowed = FindContradiction(Block(0), points);
-  EXPECT_GT(allowed.looked, 100u);
+  EXPECT_GT(allowed.examined, 100u);
   EXPECT_EQ(allowed.rays, 0u);
   points.gate_m.assign(points.size(), 0.9 * kDepth_m);
   const Contradiction deep = FindContradiction(Block(0), points);
-  EXPECT_EQ(deep.rays, deep.looked);
+  EXPECT_EQ(deep.rays, deep.examined);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ OrientedPoints LyingCan() {
 }
 
 struct Fixture : FitInput {
-  Fixture() : FitInput(ThinForSearch(LyingCan(), 4000)) {
+  Fixture() : FitInput(SubsampleForSearch(LyingCan(), 4000)) {
     for (std::uint32_t i = 0; i < points.size(); ++i) all.push_back(i);
   }
   FitContext Context() const {
@@ -96,13 +96,13 @@ TEST(GroundContact, RefusesWhatSurelySinks) {
 TEST(GroundContact, IsForSpheresAndForWhatDoesNotStand) {
   const Fixture f;
   ShapeFit fit = f.Fit(f.Can(kRadius_m, 0, kRadius_m), 0.001);
-  EXPECT_TRUE(MayLie(fit, f.Context()));
+  EXPECT_TRUE(CanRestOnGround(fit, f.Context()));
   std::get<CylinderModel>(fit.model).axis = Vector3::UnitZ();
-  EXPECT_FALSE(MayLie(fit, f.Context()));
+  EXPECT_FALSE(CanRestOnGround(fit, f.Context()));
   fit.model = SphereModel{.center = Vector3::Zero(), .radius_m = kRadius_m};
-  EXPECT_TRUE(MayLie(fit, f.Context()));
+  EXPECT_TRUE(CanRestOnGround(fit, f.Context()));
   fit.model = PlaneModel{};
-  EXPECT_FALSE(MayLie(fit, f.Context()));
+  EXPECT_FALSE(CanRestOnGround(fit, f.Context()));
 }
 
 }  // namespace

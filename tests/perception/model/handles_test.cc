@@ -42,7 +42,7 @@ std::vector<Handle> Find(const OrientedPoints& points, std::vector<std::int32_t>
                          const Ground& ground = {}) {
   ObjectModel model{.shapes = Cup(), .handles = {}, .part_of_point = {}, .notes = {}};
   model.part_of_point.assign(points.points.size(), kUnexplained);
-  FindHandles(points, kSpacing_m, ground, model, kUnbounded);
+  FindHandles(points, kSpacing_m, ground, model, kSerialWork);
   parts = model.part_of_point;
   return model.handles;
 }
@@ -140,7 +140,7 @@ std::vector<ShapePart> Dropped(const OrientedPoints& points, const ShapePart& sm
   all.sigma_m.assign(all.points.size(), 0.0015f);
   parts.assign(all.points.size(), 1);
   std::fill_n(parts.begin(), kOfCup, 0);
-  DropSolidsOfHandles(all, kSpacing_m, Ground(), solids, parts, kUnbounded);
+  DropSolidsOfHandles(all, kSpacing_m, Ground(), solids, parts, kSerialWork);
   return solids;
 }
 
@@ -185,7 +185,7 @@ TEST(FindHandles, LeavesPointsOfShapesAlone) {
   const OrientedPoints bar = Bar(0.01, 0.016, 0.06);
   ObjectModel model{.shapes = Cup(), .handles = {}, .part_of_point = {}, .notes = {}};
   model.part_of_point.assign(bar.points.size(), 0);  // all explained by the cup
-  FindHandles(bar, kSpacing_m, Ground(), model, kUnbounded);
+  FindHandles(bar, kSpacing_m, Ground(), model, kSerialWork);
   EXPECT_TRUE(model.handles.empty());
 }
 

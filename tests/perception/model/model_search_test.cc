@@ -90,7 +90,7 @@ CylinderModel Touching(const SamplePoint& at, RandomDraws& draws) {
   return cylinder;
 }
 
-TEST(ThinForSearch, TakesWhatWasSentManyTimesOnce) {
+TEST(SubsampleForSearch, TakesWhatWasSentManyTimesOnce) {
   const OrientedPoints once = TwoSquares(5);
   OrientedPoints often = once;
   for (int k = 1; k < 1000; ++k) {
@@ -100,7 +100,7 @@ TEST(ThinForSearch, TakesWhatWasSentManyTimesOnce) {
     often.normal_sigma_rad.insert(often.normal_sigma_rad.end(), once.normal_sigma_rad.begin(),
                                   once.normal_sigma_rad.end());
   }
-  EXPECT_EQ(ThinForSearch(often, 100'000).size(), ThinForSearch(once, 100'000).size());
+  EXPECT_EQ(SubsampleForSearch(often, 100'000).size(), SubsampleForSearch(once, 100'000).size());
 }
 
 template <class M>
@@ -109,7 +109,7 @@ using AllModels = testing::Types<PlaneModel, SphereModel, CylinderModel, ConeMod
 TYPED_TEST_SUITE(OctreeInliers, AllModels);
 
 TYPED_TEST(OctreeInliers, AreThoseOfBruteForce) {
-  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(1000), 10000);
   const Octree octree(points);
   std::vector<char> available(points.size(), 1);
   for (std::size_t i = 0; i < available.size(); i += 5) available[i] = 0;
@@ -131,7 +131,7 @@ TYPED_TEST(OctreeInliers, AreThoseOfBruteForce) {
 // The distances are the same four at a time or one by one, on ranges that do not begin or end at a
 // multiple of four.
 TYPED_TEST(OctreeInliers, HaveTheVeryDistancesOfTheModel) {
-  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(1000), 10000);
   const PointLanes lanes(points);
   const std::vector<PointLanes::Range> ranges = {{3, 1001}, {1001, 1002}, {1007, points.size()}};
   RandomDraws draws(13, 0);
@@ -183,7 +183,7 @@ TEST(PointLanes, OnAnAxisOrInACentreTakeTheDirectionThatTheModelTakes) {
 }
 
 TEST(Octree, CellsAroundAPointNestUpToTheRoot) {
-  const ModelPoints points = ThinForSearch(TwoSquares(300), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(300), 10000);
   const Octree octree(points);
   for (std::uint32_t i = 0; i < points.size(); i += 17) {
     std::vector<std::uint32_t> cells;
@@ -201,7 +201,7 @@ TEST(Octree, CellsAroundAPointNestUpToTheRoot) {
 }
 
 TEST(CandidateList, LeaderIsTheShapeOfMostPoints) {
-  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(1000), 10000);
   const Connectivity connectivity(points);
   CandidateList list(points, connectivity, 1);
   list.Add(LevelAt(0.06, points));
@@ -212,7 +212,7 @@ TEST(CandidateList, LeaderIsTheShapeOfMostPoints) {
 }
 
 TEST(CandidateList, RescoresBySubtractionAsIfScoredAnew) {
-  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(1000), 10000);
   const Connectivity connectivity(points);
   CandidateList list(points, connectivity, 1);
   list.Add(LevelAt(0, points));
@@ -231,18 +231,18 @@ TEST(CandidateList, RescoresBySubtractionAsIfScoredAnew) {
 }
 
 TEST(CandidateList, RefusedShapesDoNotComeBack) {
-  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(1000), 10000);
   const Connectivity connectivity(points);
   CandidateList list(points, connectivity, 1);
   list.Add(LevelAt(0, points));
   const Candidate leader = *list.Leader();
-  list.Refuse(leader);
+  list.Reject(leader);
   list.Add(LevelAt(0.0005, points));
   EXPECT_EQ(list.Leader(), nullptr);
 }
 
 TEST(Connectivity, LargestComponentLeavesOutWhatLiesApart) {
-  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const ModelPoints points = SubsampleForSearch(TwoSquares(1000), 10000);
   const Connectivity connectivity(points);
   std::vector<std::uint32_t> level;
   for (std::uint32_t i = 0; i < points.size(); ++i) {

@@ -27,7 +27,7 @@ ModelPoints DiscAtHeight() {
       points.cloud_index.push_back(0);
     }
   }
-  return ThinForSearch(points, 4000);
+  return SubsampleForSearch(points, 4000);
 }
 
 Ground LevelGround(const ModelPoints& points) {
@@ -44,10 +44,10 @@ Pose StandsAtOrigin(const ModelPoints& points) {
   return X_SM;
 }
 
-TEST(RaysPast, KeepPlacesOnTheRayBeforeItsEnd) {
+TEST(FreeRaysPast, KeepPlacesOnTheRayBeforeItsEnd) {
   const ModelPoints points = DiscAtHeight();
   const Eigen::Vector3f end(0.03f, 0, 0);
-  const FreeRays free = RaysPast(points, LevelGround(points), To(end));
+  const FreeRays free = FreeRaysPast(points, LevelGround(points), To(end));
   ASSERT_EQ(free.rays.size(), 1U);
   EXPECT_EQ(free.weight, 7);
   const Vector3 along = (end.cast<double>() - kEye).normalized();
@@ -58,45 +58,45 @@ TEST(RaysPast, KeepPlacesOnTheRayBeforeItsEnd) {
   }
 }
 
-TEST(RaysPast, LeaveOutThoseThatEndBeforeTheObjectOrPassFarAway) {
+TEST(FreeRaysPast, LeaveOutThoseThatEndBeforeTheObjectOrPassFarAway) {
   const ModelPoints points = DiscAtHeight();
   const Eigen::Vector3f before(-0.4f, 0, 0.4f), beside(0, 0.5f, 0);
-  EXPECT_TRUE(RaysPast(points, LevelGround(points), To(before)).rays.empty());
-  EXPECT_TRUE(RaysPast(points, LevelGround(points), To(beside)).rays.empty());
+  EXPECT_TRUE(FreeRaysPast(points, LevelGround(points), To(before)).rays.empty());
+  EXPECT_TRUE(FreeRaysPast(points, LevelGround(points), To(beside)).rays.empty());
 }
 
-TEST(RaysPast, AskForAGround) {
+TEST(FreeRaysPast, AskForAGround) {
   const ModelPoints points = DiscAtHeight();
-  EXPECT_TRUE(RaysPast(points, {}, To(Eigen::Vector3f(0.03f, 0, 0))).rays.empty());
+  EXPECT_TRUE(FreeRaysPast(points, {}, To(Eigen::Vector3f(0.03f, 0, 0))).rays.empty());
 }
 
-TEST(RaysPast, ThinManyAndKeepTheirWeight) {
+TEST(FreeRaysPast, ThinManyAndKeepTheirWeight) {
   const ModelPoints points = DiscAtHeight();
   PassingRays many;
   for (int k = 0; k < 4000; ++k) {
     many.ends.emplace_back(0.03f, 2.5e-6f * static_cast<float>(k), 0.0f);
     many.sigma_m.push_back(kSigma_m);
   }
-  many.about = 4000;
-  const FreeRays about = RaysPast(points, LevelGround(points), many);
-  EXPECT_LE(about.rays.size(), 320U);
-  EXPECT_GT(about.rays.size(), 160U);
-  EXPECT_NEAR(about.weight * static_cast<double>(about.rays.size()), 4000, about.weight);
-  many.about = 400;  // the others are below: as dense as these, apart from their number
-  const FreeRays below = RaysPast(points, LevelGround(points), many);
+  many.around_count = 4000;
+  const FreeRays around = FreeRaysPast(points, LevelGround(points), many);
+  EXPECT_LE(around.rays.size(), 320U);
+  EXPECT_GT(around.rays.size(), 160U);
+  EXPECT_NEAR(around.weight * static_cast<double>(around.rays.size()), 4000, around.weight);
+  many.around_count = 400;  // the others are below: as dense as these, apart from their number
+  const FreeRays below = FreeRaysPast(points, LevelGround(points), many);
   EXPECT_LE(below.rays.size(), 960U);
-  EXPECT_GT(below.rays.size(), 2 * about.rays.size());
+  EXPECT_GT(below.rays.size(), 2 * around.rays.size());
   EXPECT_NEAR(below.weight * static_cast<double>(below.rays.size()), 4000, below.weight);
 }
 
-TEST(PlacedAround, KeepsToTheRayAndToWhereItIsFree) {
+TEST(ResampledAround, KeepsToTheRayAndToWhereItIsFree) {
   const ModelPoints points = DiscAtHeight();
-  const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
+  const FreeRays free = FreeRaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
   ASSERT_EQ(free.rays.size(), 1U);
   const FreeRay& ray = free.rays.front();
   const Vector3 way = (ray.p.back() - ray.p.front()).normalized();
   for (const Vector3& p : {ray.p.front(), ray.p[2], ray.p.back()}) {
-    const FreeRay placed = PlacedAround(p, ray);
+    const FreeRay placed = ResampledAround(p, ray);
     EXPECT_EQ(placed.sigma_m, ray.sigma_m);
     for (const Vector3& place : placed.p) {
       const double along_m = way.dot(place - ray.p.front());
@@ -110,7 +110,7 @@ TEST(PlacedAround, KeepsToTheRayAndToWhereItIsFree) {
 
 TEST(MayComeNear, AsksForThePartOfTheLineThatTheRayIs) {
   FreeRay ray{.p = {}, .sigma_m = kSigma_m};
-  for (int k = 0; k < kFreePlaces; ++k) ray.p[static_cast<std::size_t>(k)] = {0.1 * k, 0, 0};
+  for (int k = 0; k < kSamplesPerRay; ++k) ray.p[static_cast<std::size_t>(k)] = {0.1 * k, 0, 0};
   EXPECT_TRUE(MayComeNear({0.25, 0.04, 0}, 0.05, ray));
   EXPECT_FALSE(MayComeNear({0.25, 0.06, 0}, 0.05, ray));
   EXPECT_FALSE(MayComeNear({-0.06, 0, 0}, 0.05, ray)) << "before it begins";
@@ -120,31 +120,31 @@ TEST(MayComeNear, AsksForThePartOfTheLineThatTheRayIs) {
 
 // A pole as thick as the distance between two sample positions of the ray: neither position has to
 // lie in it.
-TEST(NearestTo, FindsTheDeepestPlaceBetweenTheOnesGiven) {
+TEST(FindNearestRayPoint, FindsTheDeepestPlaceBetweenTheOnesGiven) {
   FreeRay ray;
-  for (int k = 0; k < kFreePlaces; ++k) {
+  for (int k = 0; k < kSamplesPerRay; ++k) {
     ray.p[static_cast<std::size_t>(k)] = Vector3(0.05 * k - 0.12, 0.004, 0);
   }
   const Shape pole = Cylinder{.radius_m = 0.01, .length_m = 1};
-  const NearestPlace in =
-      NearestTo(DistanceToShape(pole), Pose(Eigen::Translation3d(-0.01, 0, 0)), ray);
+  const NearestRayPoint in =
+      FindNearestRayPoint(DistanceToShape(pole), Pose(Eigen::Translation3d(-0.01, 0, 0)), ray);
   EXPECT_NEAR(in.clearance_m, -0.006, 1e-5);
   EXPECT_NEAR(in.p.x(), 0.01, 5e-4);
-  const NearestPlace out =
-      NearestTo(DistanceToShape(pole), Pose(Eigen::Translation3d(0, 0.02, 0)), ray);
+  const NearestRayPoint out =
+      FindNearestRayPoint(DistanceToShape(pole), Pose(Eigen::Translation3d(0, 0.02, 0)), ray);
   EXPECT_NEAR(out.clearance_m, 0.014, 1e-5);
 }
 
 // The ray meets the ground beside the foot of a cup and inside the foot of a can with the same top.
-TEST(NearestTo, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
+TEST(FindNearestRayPoint, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
   const ModelPoints points = DiscAtHeight();
-  const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
+  const FreeRays free = FreeRaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
   ASSERT_EQ(free.rays.size(), 1U);
   const Pose X_SM = StandsAtOrigin(points);
   const Shape can = Cylinder{.radius_m = kRadius_m, .length_m = kHeight_m};
-  EXPECT_LT(NearestTo(DistanceToShape(can), X_SM, free.rays.front()).clearance_m, -0.005);
+  EXPECT_LT(FindNearestRayPoint(DistanceToShape(can), X_SM, free.rays.front()).clearance_m, -0.005);
   const Shape thin = Cone{.radius_bottom_m = 0.005, .radius_top_m = 0.005, .length_m = kHeight_m};
-  EXPECT_GT(NearestTo(DistanceToShape(thin), X_SM, free.rays.front()).clearance_m, 0);
+  EXPECT_GT(FindNearestRayPoint(DistanceToShape(thin), X_SM, free.rays.front()).clearance_m, 0);
 }
 
 }  // namespace

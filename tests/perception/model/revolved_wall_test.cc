@@ -18,21 +18,21 @@ OrientedPoints SeenFromAbove() {
 TEST(FitRevolvedWalls, FindsTheAxisAndTheOutsideOfAnOpenMug) {
   OrientedPoints mug = SeenFromAbove();
   AddMug({0.02, -0.01}, mug);
-  const std::vector<RevolvedWall> walls = FitRevolvedWalls(mug, kUnbounded);
+  const std::vector<RevolvedWall> walls = FitRevolvedWalls(mug, kSerialWork);
   ASSERT_EQ(walls.size(), 1u);
   EXPECT_NEAR((walls[0].AxisAt(0.05) - Vector2(0.02, -0.01)).norm(), 0, kNear_m);
   for (const double z_m : {0.01, 0.05, 0.09}) {
     EXPECT_NEAR(walls[0].OuterRadius_m(z_m), kMugRadius_m, kNear_m) << z_m;
   }
-  EXPECT_NEAR(walls[0].StandsOut_m({0.02, 0.05, 0.05}), 0.06 - kMugRadius_m, kNear_m);
-  EXPECT_LT(walls[0].StandsOut_m({0.02, -0.01, 0.05}), 0);
+  EXPECT_NEAR(walls[0].Protrusion_m({0.02, 0.05, 0.05}), 0.06 - kMugRadius_m, kNear_m);
+  EXPECT_LT(walls[0].Protrusion_m({0.02, -0.01, 0.05}), 0);
 }
 
 TEST(FitRevolvedWalls, IsNotMovedByWhatStandsOut) {
   OrientedPoints mug = SeenFromAbove();
   AddMug(Vector2::Zero(), mug);
   AddTube(Ear(), 0.015, mug);
-  const std::vector<RevolvedWall> walls = FitRevolvedWalls(mug, kUnbounded);
+  const std::vector<RevolvedWall> walls = FitRevolvedWalls(mug, kSerialWork);
   ASSERT_EQ(walls.size(), 1u);
   EXPECT_NEAR(walls[0].AxisAt(0.05).norm(), 0, kNear_m);
   EXPECT_NEAR(walls[0].OuterRadius_m(0.05), kMugRadius_m, kNear_m);
@@ -42,7 +42,7 @@ TEST(FitRevolvedWalls, FindsBothOfTwoMugsInOneObject) {
   OrientedPoints mugs = SeenFromAbove();
   AddMug({0, -0.05}, mugs);
   AddMug({0, 0.05}, mugs);
-  const std::vector<RevolvedWall> walls = FitRevolvedWalls(mugs, kUnbounded);
+  const std::vector<RevolvedWall> walls = FitRevolvedWalls(mugs, kSerialWork);
   ASSERT_EQ(walls.size(), 2u);
   EXPECT_NEAR((walls[0].AxisAt(0.05) - walls[1].AxisAt(0.05)).norm(), 0.1, 2 * kNear_m);
 }
@@ -59,8 +59,8 @@ TEST(FitRevolvedWalls, FindsNoneInABox) {
       }
     }
   }
-  EXPECT_TRUE(FitRevolvedWalls(box, kUnbounded).empty());
-  EXPECT_TRUE(FitRevolvedWalls({}, kUnbounded).empty());
+  EXPECT_TRUE(FitRevolvedWalls(box, kSerialWork).empty());
+  EXPECT_TRUE(FitRevolvedWalls({}, kSerialWork).empty());
 }
 
 }  // namespace

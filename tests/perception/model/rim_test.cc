@@ -48,7 +48,7 @@ bool InDisc(const Vector2& p) { return p.norm() < kRadius_m; }
 
 // The input of a fit, made of these points.
 struct Fixture : FitInput {
-  explicit Fixture(const OrientedPoints& face) : FitInput(ThinForSearch(face, face.size())) {}
+  explicit Fixture(const OrientedPoints& face) : FitInput(SubsampleForSearch(face, face.size())) {}
 
   PlaneModel Level() const { return {.point = Local(Vector3::Zero()), .normal = Vector3::UnitZ()}; }
   // A wall below the face whose axis and radius are inaccurate.

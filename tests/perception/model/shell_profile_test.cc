@@ -44,12 +44,12 @@ TEST(MakeShell, SuppliesAFloorAsThickAsTheWallWhereNoneWasSeen) {
 TEST(MakeShell, EndsWhereItWasSeenWhereRaysPassedBelow) {
   ShellOutline outline = Wall(0.05, 0.1);
   outline.floor.clear();
-  outline.foot = ShellFoot::kOfWhatIsSeen;
+  outline.foot = ShellFoot::kAtSeenEnd;
   const auto made = MakeShell(outline);
   ASSERT_TRUE(made);
   EXPECT_NEAR(made->shell.height_m(), 0.05, 1e-12);
   outline = Wall(0.02, 0.1);  // the band of a support, and the part in the shadow of the foot
-  outline.foot = ShellFoot::kOfWhatIsSeen;
+  outline.foot = ShellFoot::kAtSeenEnd;
   ASSERT_TRUE(MakeShell(outline));
   EXPECT_NEAR(MakeShell(outline)->shell.height_m(), 0.1, 1e-12);
 }

@@ -1,4 +1,4 @@
-#include "perception/whole/solid_lanes.h"
+#include "perception/primitive_fit/solid_lanes.h"
 
 #include <gtest/gtest.h>
 

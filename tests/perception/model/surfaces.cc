@@ -61,7 +61,7 @@ ScannedObject ScanOnTable(const SimulatedObject& object, double distance_m, doub
     out.points.normal_sigma_rad.push_back(all.normal_sigma_rad[i]);
     out.points.cloud_index.push_back(all.cloud_index[i]);
   }
-  out.passing.about = out.passing.ends.size();
+  out.passing.around_count = out.passing.ends.size();
   return out;
 }
 

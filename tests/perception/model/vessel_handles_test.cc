@@ -22,9 +22,10 @@ class VesselHandles : public ::testing::Test {
   }
 
   std::vector<Vessel::Cluster> Find() const {
-    const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+    const std::optional<Vessel> vessel = Vessel::Find(mug_, kSerialWork);
     EXPECT_TRUE(vessel);
-    return vessel ? vessel->FindFixed(mug_, std::vector<char>(mug_.size(), 1), kUnbounded).handles
+    return vessel ? vessel->FindFixedParts(mug_, std::vector<char>(mug_.size(), 1), kSerialWork)
+                        .handles
                   : std::vector<Vessel::Cluster>();
   }
 
@@ -71,22 +72,22 @@ TEST_F(VesselHandles, AreNoSlimSpouts) {
   EXPECT_TRUE(Find().empty());
 }
 
-TEST_F(VesselHandles, AreFoundAmongPointsThatAnotherThingTook) {
-  const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+TEST_F(VesselHandles, AreFoundAmongPointsThatAnotherObjectTook) {
+  const std::optional<Vessel> vessel = Vessel::Find(mug_, kSerialWork);
   ASSERT_TRUE(vessel);
   OrientedPoints other;
   other.viewpoint = mug_.viewpoint;
   AddTube(Ear(), 0.01, other);
   const std::size_t of_ear = other.size();
   AddMug(Vector2(0, 0.3), other);  // beside it; its own ear does not count as the first one's
-  const auto handles = vessel->FindHandlesIn(other, kUnbounded);
+  const auto handles = vessel->FindHandlesIn(other, kSerialWork);
   ASSERT_EQ(handles.size(), 1u);
   EXPECT_LT(handles[0].back(), of_ear);
   EXPECT_NEAR(vessel->Gap_m(other, handles[0]), 0.0, 0.006);  // 3 sigma of the wall, and a spacing
 }
 
 TEST_F(VesselHandles, TellWhatLiesOnTheWall) {
-  const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+  const std::optional<Vessel> vessel = Vessel::Find(mug_, kSerialWork);
   ASSERT_TRUE(vessel);
   std::vector<char> all(mug_.size(), 1);
   EXPECT_GT(vessel->ShareOnWalls(mug_, all), 0.95);
@@ -133,7 +134,7 @@ TEST_F(VesselHandles, AreNotNearerThanAFinger) {
 }
 
 TEST_F(VesselHandles, AreKnownWhenTheyWereCutOff) {
-  const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+  const std::optional<Vessel> vessel = Vessel::Find(mug_, kSerialWork);
   ASSERT_TRUE(vessel);
   OrientedPoints ear, far_ear, spout;
   ear.viewpoint = far_ear.viewpoint = spout.viewpoint = mug_.viewpoint;
@@ -175,7 +176,7 @@ TEST(SeenWidth, TellsTheWideEndFromTheSlimOne) {
       points.push_back(Vector3(x, y, 1).cast<float>());
     }
   }
-  const std::vector<char> wide = SeenAsWide(points, Vector3::Zero(), 0.03, 0);
+  const std::vector<char> wide = MarkWideParts(points, Vector3::Zero(), 0.03, 0);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3 p = points[i].cast<double>();
     // Discs jut out of the square a little and miss its corners.

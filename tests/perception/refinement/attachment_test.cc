@@ -18,20 +18,20 @@ SceneState Tower() {
   scene.points.points.resize(8);
   scene.supports.emplace_back();
   for (std::uint32_t k = 0; k < 4; ++k) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
-    thing.points = {2 * k, 2 * k + 1};
-    thing.node_count = 2;
-    thing.rests_on = static_cast<std::int32_t>(k) - 1;
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
+    hypothesis.points = {2 * k, 2 * k + 1};
+    hypothesis.node_count = 2;
+    hypothesis.rests_on = static_cast<std::int32_t>(k) - 1;
   }
   return SceneState(std::move(scene));
 }
 
 TEST(Attach, GivesAllAndWhatRestedOnItRestsOnTheReceiver) {
   const SceneState before = Tower();
-  const std::vector<Gift> gifts = {{{1}, {0}, {}}};
-  const SceneState after = Attach(before, gifts);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  const std::vector<PointTransfer> transfers = {{{1}, {0}, {}}};
+  const SceneState after = Attach(before, transfers);
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
   EXPECT_THAT(after.hypotheses(), SizeIs(3));
   const HypothesisId receiver = before.NextId(0);
   EXPECT_THAT(after.Get(receiver).points, ElementsAre(0, 1, 2, 3));
@@ -41,17 +41,17 @@ TEST(Attach, GivesAllAndWhatRestedOnItRestsOnTheReceiver) {
 
 TEST(Attach, GivesWhatWasGivenOn) {
   const SceneState before = Tower();
-  const std::vector<Gift> gifts = {{{2}, {1}, {}}, {{1}, {0}, {}}};
-  const SceneState after = Attach(before, gifts);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  const std::vector<PointTransfer> transfers = {{{2}, {1}, {}}, {{1}, {0}, {}}};
+  const SceneState after = Attach(before, transfers);
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
   EXPECT_THAT(after.Get(before.NextId(0)).points, ElementsAre(0, 1, 2, 3, 4, 5));
 }
 
 TEST(Attach, GivesAPart) {
   const SceneState before = Tower();
-  const std::vector<Gift> gifts = {{{3}, {0}, {7}}};
-  const SceneState after = Attach(before, gifts);
-  EXPECT_THAT(BrokenInvariants(after), IsEmpty());
+  const std::vector<PointTransfer> transfers = {{{3}, {0}, {7}}};
+  const SceneState after = Attach(before, transfers);
+  EXPECT_THAT(ViolatedInvariants(after), IsEmpty());
   EXPECT_THAT(after.hypotheses(), SizeIs(4));
   EXPECT_THAT(after.Get(before.NextId(0)).points, ElementsAre(0, 1, 7));
   EXPECT_THAT(after.Get(before.NextId(1)).points, ElementsAre(6));

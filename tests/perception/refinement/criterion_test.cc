@@ -75,17 +75,17 @@ TEST(CriterionGain, IsWhatTwoObjectsCostMoreThanTheOneThatExplainsThemBoth) {
   scene.points = OffSphere(120, 0);
   scene.supports.emplace_back();
   for (const std::uint32_t first : {0u, 60u}) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
-    thing.points.resize(60);
-    std::iota(thing.points.begin(), thing.points.end(), first);
-    thing.node_count = 60;
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
+    hypothesis.points.resize(60);
+    std::iota(hypothesis.points.begin(), hypothesis.points.end(), first);
+    hypothesis.node_count = 60;
   }
   const std::array apart = {OfShapes(kOneSphere, 60), OfShapes(kOneSphere, 60)};
   const SceneState state = SceneState(std::move(scene)).WithModels(apart);
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options;
-  const RefinementContext context{.options = options, .modeler = modeler, .work = kUnbounded};
+  const RefinementContext context{.options = options, .modeler = modeler, .work = kSerialWork};
   Proposal merge;
   merge.consumes = {{{0}}, {{1}}};
   merge.products.resize(1);

@@ -56,27 +56,27 @@ SceneState TwoBalls() {
   scene.supports.emplace_back();
   std::vector<ModelPtr> models;
   for (const double x_m : {0.0, 0.3}) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
     for (int k = 0; k < 48; ++k) {
       const double angle_rad = 2 * std::numbers::pi * k / 48;
-      thing.points.push_back(static_cast<std::uint32_t>(scene.points.size()));
+      hypothesis.points.push_back(static_cast<std::uint32_t>(scene.points.size()));
       AddPointAt({x_m + 0.05 * std::cos(angle_rad), 0.05 * std::sin(angle_rad), 0}, scene.points);
     }
-    thing.node_count = thing.points.size();
+    hypothesis.node_count = hypothesis.points.size();
     auto model = std::make_shared<HypothesisModel>();
     model->object.shapes = {BallAt(x_m, 0.05)};
-    model->object.part_of_point.assign(thing.points.size(), 0);
+    model->object.part_of_point.assign(hypothesis.points.size(), 0);
     models.push_back(std::move(model));
   }
   return SceneState(std::move(scene)).WithModels(models);
 }
 
-TEST(AllAccountedFor, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
+TEST(ExplainsAllParts, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
   const SceneState state = TwoBalls();
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options;
-  const RefinementContext context{.options = options, .modeler = modeler, .work = kUnbounded};
+  const RefinementContext context{.options = options, .modeler = modeler, .work = kSerialWork};
   const std::array<HypothesisId, 2> both = {HypothesisId{0}, HypothesisId{1}};
   Proposal merge;
   merge.consumes = {{both[0]}, {both[1]}};
@@ -86,7 +86,7 @@ TEST(AllAccountedFor, AsksThatEveryPartFitsNearlyAsWellAsBefore) {
     auto model = std::make_shared<HypothesisModel>();
     model->object.shapes = shapes;
     const std::array<ModelPtr, 1> product = {model};
-    return AllAccountedFor({state, merge, product, context});
+    return ExplainsAllParts({state, merge, product, context});
   };
   EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.05)}));
   EXPECT_TRUE(accounts({BallAt(0, 0.05), BallAt(0.3, 0.051)}));   // a quarter of sigma squared
@@ -100,15 +100,15 @@ TEST(Merged, KeepsAllPointsInOrderAndStandsOnTheLowestGround) {
   scene.points.points.resize(7);
   scene.supports.emplace_back();
   for (const PointSet& points : {PointSet{1, 4}, PointSet{0, 5}, PointSet{2, 3}, PointSet{6}}) {
-    SegmentedThing& thing = scene.things.emplace_back();
-    thing.supported_by = 0;
-    thing.points = points;
-    thing.node_count = 10 * points.size();
+    SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+    hypothesis.supported_by = 0;
+    hypothesis.points = points;
+    hypothesis.node_count = 10 * points.size();
   }
-  scene.things[0].rests_on = 2;
-  scene.things[0].foot_height_m = 0.2;
-  scene.things[1].foot_height_m = 0.1;
-  scene.things[3].supported_by = -1;  // residual geometry has no ground
+  scene.hypotheses[0].rests_on = 2;
+  scene.hypotheses[0].foot_height_m = 0.2;
+  scene.hypotheses[1].foot_height_m = 0.1;
+  scene.hypotheses[3].supported_by = -1;  // residual geometry has no ground
   const SceneState state(std::move(scene));
   const std::array<HypothesisId, 2> two = {HypothesisId{0}, HypothesisId{1}};
   const Product merged = Merged(state, two);

@@ -65,10 +65,10 @@ ModelPtr ModelOf(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
   for (std::uint32_t i : hypothesis.points) {
     const Vector3 p = all.points[i].cast<double>();
     std::int32_t nearest = kUnexplained;
-    double least_m = kDistanceGate_sigma * kSigma_m;
+    double min_m = kDistanceGate_sigma * kSigma_m;
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       const double off_m = std::abs(DistanceTo_m(shapes[k], p));
-      if (off_m <= least_m) nearest = static_cast<std::int32_t>(k), least_m = off_m;
+      if (off_m <= min_m) nearest = static_cast<std::int32_t>(k), min_m = off_m;
     }
     model->object.part_of_point.push_back(nearest);
     model->thinned_L.push_back(all.points[i]);
@@ -107,11 +107,11 @@ bool HandBuilt::IsVisible(const Vector3& p, std::size_t member) const {
 // Samples points on the surface: random places of the bounds, moved to the nearest surface point.
 void HandBuilt::Sample(std::size_t member, OrientedPoints& points, SegmentedScene& scene) const {
   RandomDraws draws(member + 1, 0);
-  SegmentedThing& thing = scene.things.emplace_back();
-  thing.supported_by = members_[member].support;
+  SegmentedHypothesis& hypothesis = scene.hypotheses.emplace_back();
+  hypothesis.supported_by = members_[member].support;
   if (const auto& on = members_[member].on) {
-    thing.rests_on = static_cast<std::int32_t>(on->first.value);
-    thing.foot_height_m = on->second;
+    hypothesis.rests_on = static_cast<std::int32_t>(on->first.value);
+    hypothesis.foot_height_m = on->second;
   }
   for (const Placed<>& solid : members_[member].solids) {
     const Vector3 size_m = TightBounds(solid.shape, Pose::Identity()).sizes();
@@ -120,11 +120,11 @@ void HandBuilt::Sample(std::size_t member, OrientedPoints& points, SegmentedScen
       const SurfacePoint at = NearestSurfacePoint(solid.shape, p_S.cwiseProduct(size_m));
       const Vector3 p = solid.X_FS * at.nearest, n = solid.X_FS.linear() * at.normal;
       if (n.dot((kEye - p).normalized()) < kMinFacing || !IsVisible(p, member)) continue;
-      thing.points.push_back(static_cast<std::uint32_t>(points.size()));
+      hypothesis.points.push_back(static_cast<std::uint32_t>(points.size()));
       AddPoint(p, n, points);
     }
   }
-  thing.node_count = thing.points.size();
+  hypothesis.node_count = hypothesis.points.size();
 }
 
 SegmentedScene HandBuilt::Segmented() const {
@@ -166,8 +166,8 @@ SceneState HandBuilt::StateWith(const std::vector<std::vector<Placed<>>>& shapes
 
 SceneState HandBuilt::Modelled() const {
   const SceneState state = State();
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
-  return ModelHypotheses(state, modeler, Options(), kUnbounded).state;
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
+  return ModelHypotheses(state, modeler, Options(), kSerialWork).state;
 }
 
 Placed<> Standing(const Shape& shape, double x_m, double y_m, double foot_m, double yaw_rad) {
@@ -190,19 +190,19 @@ std::vector<std::string> AllBut(std::string_view pass) {
 }  // namespace
 
 RefinedScene RunAlone(const SceneState& state, std::string_view pass) {
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options = Options();
   return Refine(state, RefinementPasses(), AllBut(pass),
-                {.options = options, .modeler = modeler, .work = kUnbounded});
+                {.options = options, .modeler = modeler, .work = kSerialWork});
 }
 
 std::vector<Proposal> ProposalsOf(const SceneState& state, std::string_view pass) {
-  const HypothesisModeler modeler(state.measured(), kUnbounded);
+  const HypothesisModeler modeler(state.measured(), kSerialWork);
   const ModelingOptions options = Options();
   const auto& passes = RefinementPasses();
   const auto found =
       std::ranges::find_if(passes, [&](const auto& one) { return one->Name() == pass; });
-  return (*found)->Propose(state, {.options = options, .modeler = modeler, .work = kUnbounded});
+  return (*found)->Propose(state, {.options = options, .modeler = modeler, .work = kSerialWork});
 }
 
 }  // namespace cwm::perception

@@ -22,11 +22,11 @@ int Committed(const RefinedScene& refined) {
 }
 
 void ExpectSound(const RefinedScene& refined) {
-  EXPECT_THAT(BrokenInvariants(refined.state), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(refined.state), IsEmpty());
 }
 
 TEST(AllPasses, AreInTheOrderThatTheyDeclare) {
-  EXPECT_THAT(OutOfOrder(RefinementPasses()), IsEmpty());
+  EXPECT_THAT(PassesOutOfOrder(RefinementPasses()), IsEmpty());
 }
 
 TEST(AllPasses, HaveNamesOfTheirOwn) {

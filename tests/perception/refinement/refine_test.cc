@@ -27,11 +27,11 @@ class MergePairs : public RefinementPass {
     double gain = 1;
   };
   explicit MergePairs(std::vector<Pair> pairs,
-                      Allowance allowance = {.points_divisor = 1, .note = "too much"})
+                      TrialBudget allowance = {.points_divisor = 1, .note = "too much"})
       : pairs_(std::move(pairs)), allowance_(allowance) {}
 
   std::string_view Name() const override { return "test.merge"; }
-  Allowance MaxWork() const override { return allowance_; }
+  TrialBudget MaxWork() const override { return allowance_; }
   std::vector<Proposal> Propose(const SceneState& state, const RefinementContext&) const override {
     std::vector<Proposal> proposals;
     for (const Pair& pair : pairs_) {
@@ -56,7 +56,7 @@ class MergePairs : public RefinementPass {
 
  private:
   std::vector<Pair> pairs_;
-  Allowance allowance_;
+  TrialBudget allowance_;
   mutable std::atomic<int> modelled_ = 0;
 };
 
@@ -75,7 +75,7 @@ class Driver : public ::testing::Test {
   RefinedScene Run(const MergePairs& pass, int threads = 1) const {
     Passes passes;
     passes.push_back(std::make_unique<const Forward>(pass));
-    const HypothesisModeler modeler(state_->measured(), kUnbounded);
+    const HypothesisModeler modeler(state_->measured(), kSerialWork);
     const ModelingOptions options;
     const Work work{.max_threads = threads};
     return Refine(*state_, passes, {}, {.options = options, .modeler = modeler, .work = work});
@@ -86,7 +86,7 @@ class Driver : public ::testing::Test {
    public:
     explicit Forward(const MergePairs& pass) : pass_(pass) {}
     std::string_view Name() const override { return pass_.Name(); }
-    Allowance MaxWork() const override { return pass_.MaxWork(); }
+    TrialBudget MaxWork() const override { return pass_.MaxWork(); }
     std::vector<Proposal> Propose(const SceneState& s, const RefinementContext& c) const override {
       return pass_.Propose(s, c);
     }
@@ -107,7 +107,7 @@ TEST_F(Driver, CommitsWhatGains) {
   const MergePairs pass({{{0}, {1}, 1}});
   const RefinedScene refined = Run(pass);
   EXPECT_THAT(refined.state.hypotheses(), SizeIs(3));
-  EXPECT_THAT(BrokenInvariants(refined.state), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(refined.state), IsEmpty());
   ASSERT_THAT(refined.trials, SizeIs(1));
   EXPECT_EQ(refined.trials[0].outcome, Trial::Outcome::kCommitted);
   EXPECT_THAT(refined.trials[0].consumed, ElementsAre(HypothesisId{0}, HypothesisId{1}));
@@ -135,7 +135,7 @@ TEST_F(Driver, GivesAHypothesisToTheGreaterGain) {
   EXPECT_EQ(refined.state.Find({1}), nullptr);
   EXPECT_EQ(refined.state.Find({2}), nullptr);
   EXPECT_NE(refined.state.Find({0}), nullptr);
-  EXPECT_EQ(refined.trials[0].outcome, Trial::Outcome::kOutbid);
+  EXPECT_EQ(refined.trials[0].outcome, Trial::Outcome::kOutranked);
 }
 
 TEST_F(Driver, LetsWhatRestedOnTheConsumedRestOnTheHeir) {
@@ -159,7 +159,7 @@ TEST_F(Driver, ModelsNoMorePointsThanThePassMay) {
   const RefinedScene refined = Run(pass);
   EXPECT_EQ(pass.modelled(), 0);
   ASSERT_THAT(refined.trials, SizeIs(1));
-  EXPECT_EQ(refined.trials[0].outcome, Trial::Outcome::kTooDear);
+  EXPECT_EQ(refined.trials[0].outcome, Trial::Outcome::kOverBudget);
 }
 
 TEST_F(Driver, EndsAlikeOnAnyNumberOfThreads) {
@@ -177,11 +177,11 @@ TEST_F(Driver, LeavesADisabledPassOut) {
   const MergePairs pass({{{0}, {1}, 1}});
   Passes passes;
   passes.push_back(std::make_unique<const Forward>(pass));
-  const HypothesisModeler modeler(state_->measured(), kUnbounded);
+  const HypothesisModeler modeler(state_->measured(), kSerialWork);
   const ModelingOptions options;
   const std::vector<std::string> disabled = {"test.merge"};
-  const RefinedScene refined = Refine(*state_, passes, disabled,
-                                      {.options = options, .modeler = modeler, .work = kUnbounded});
+  const RefinedScene refined = Refine(
+      *state_, passes, disabled, {.options = options, .modeler = modeler, .work = kSerialWork});
   EXPECT_THAT(refined.trials, IsEmpty());
 }
 

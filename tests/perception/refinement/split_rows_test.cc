@@ -25,7 +25,7 @@ TEST(SplitRows, CutsWhereTheFrontJumps) {
   const Placed<> both = Standing(Box{{0.08, 0.18, 0.12}}, 0.004, 0);
   scene.Add({left, right});
   const RefinedScene refined = RunAlone(scene.StateWith({{both}}), "split.rows");
-  EXPECT_THAT(BrokenInvariants(refined.state), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(refined.state), IsEmpty());
   ASSERT_THAT(refined.state.objects(), SizeIs(2));
   for (const HypothesisPtr& object : refined.state.objects()) {
     ASSERT_THAT(object->model->shapes(), SizeIs(1));

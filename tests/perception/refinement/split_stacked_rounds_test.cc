@@ -26,7 +26,7 @@ TEST(SplitStackedRounds, MakesTwoOfCansOnOneAxis) {
   const Placed<> high = Standing(Cylinder{0.035, 0.09}, 0, 0, 0.06);
   scene.Add({low, high});
   const RefinedScene refined = RunAlone(scene.StateWith({{low, high}}), "split.stacked_rounds");
-  EXPECT_THAT(BrokenInvariants(refined.state), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(refined.state), IsEmpty());
   ASSERT_THAT(refined.state.objects(), SizeIs(2));
   const auto upper = std::ranges::find_if(refined.state.objects(), [](const HypothesisPtr& one) {
     return one->resting.on.has_value();
@@ -41,7 +41,7 @@ TEST(SplitStackedRounds, MakesTwoOfACupOnACan) {
   const Placed<> high = Standing(Cone{0.035, 0.055, 0.07}, 0, 0, 0.09);
   scene.Add({low, high});
   const RefinedScene refined = RunAlone(scene.StateWith({{low, high}}), "split.stacked_rounds");
-  EXPECT_THAT(BrokenInvariants(refined.state), IsEmpty());
+  EXPECT_THAT(ViolatedInvariants(refined.state), IsEmpty());
   EXPECT_THAT(refined.state.objects(), SizeIs(2));
 }
 
@@ -73,7 +73,8 @@ TEST(SplitStackedRounds, RestsEachStoreyOnTheOneBelow) {
   EXPECT_NEAR(storeys[0].resting.foot_height_m, 0, 1e-9);
   EXPECT_NEAR(storeys[1].resting.foot_height_m, 0.05, 0.004);
   EXPECT_NEAR(storeys[2].resting.foot_height_m, 0.11, 0.004);
-  EXPECT_EQ(proposals.front().consumes.front().heir, 2u);  // what stood on it stands on the top
+  EXPECT_EQ(proposals.front().consumes.front().successor,
+            2u);  // what stood on it stands on the top
   PointSet all;
   for (const Product& storey : storeys) {
     all.insert(all.end(), storey.points.begin(), storey.points.end());

@@ -72,14 +72,14 @@ TEST(CandidateList, RefusesOneKindOnOnePlaceAlone) {
   const Candidate leader = *list.Leader();
   ASSERT_TRUE(IsPlane(leader.model));
   ASSERT_EQ(leader.inliers.size(), 900u);
-  list.Refuse(leader);
+  list.Reject(leader);
   list.Add(PlaneAtHeight(0.0005, points));
   ASSERT_EQ(list.candidates().size(), 2u);
   const Candidate* next = list.Leader();
   ASSERT_NE(next, nullptr);
   EXPECT_TRUE(std::holds_alternative<SphereModel>(next->model));
   EXPECT_EQ(next->inliers.size(), 900u);
-  EXPECT_EQ(list.available_count(), points.size());  // refused, not taken
+  EXPECT_EQ(list.available_count(), points.size());  // rejected, not taken
 }
 
 TEST(CandidateList, HasNoLeaderWithoutInliers) {

@@ -85,20 +85,20 @@ TEST(ConeModel, OfNormalsThatAreAlikeIsNone) {
   EXPECT_FALSE(ConeModel::AroundAxis(flat, Vector3::UnitZ()));  // normals along the axis
 }
 
-TEST(MeetOnAxis, FindsWhereTheNormalsMeetAndTheSideTheyAgreeOn) {
-  const auto outside = MeetOnAxis(AroundUpright({1, 1, 1, 1}), Vector3::UnitZ());
+TEST(FindAxisFoot, FindsWhereTheNormalsMeetAndTheSideTheyAgreeOn) {
+  const auto outside = FindAxisFoot(AroundUpright({1, 1, 1, 1}), Vector3::UnitZ());
   ASSERT_TRUE(outside);
   EXPECT_NEAR((outside->point - Vector3(0.1, 0.2, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR(outside->radius_m, 0.05, 1e-9);
   EXPECT_EQ(outside->side, SeenFrom::kOutside);
-  const auto inside = MeetOnAxis(AroundUpright({-1, -1, -1, -1}), Vector3::UnitZ());
+  const auto inside = FindAxisFoot(AroundUpright({-1, -1, -1, -1}), Vector3::UnitZ());
   ASSERT_TRUE(inside);
   EXPECT_EQ(inside->side, SeenFrom::kInside);
   EXPECT_NEAR(inside->radius_m, 0.05, 1e-9);
-  EXPECT_FALSE(MeetOnAxis(AroundUpright({1, -1, 1, 1}), Vector3::UnitZ()));  // all must agree
+  EXPECT_FALSE(FindAxisFoot(AroundUpright({1, -1, 1, 1}), Vector3::UnitZ()));  // all must agree
   const std::vector<SamplePoint> parallel = {{Vector3(0, 0, 0), Vector3::UnitX()},
                                              {Vector3(0, 0.05, 0), Vector3::UnitX()}};
-  EXPECT_FALSE(MeetOnAxis(parallel, Vector3::UnitZ()));
+  EXPECT_FALSE(FindAxisFoot(parallel, Vector3::UnitZ()));
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ struct ExactPoints {
   }
 
   // The search input made of all points.
-  ModelPoints Model() const { return ThinForSearch(seen, seen.size()); }
+  ModelPoints Model() const { return SubsampleForSearch(seen, seen.size()); }
 
  private:
   // The golden angle: points on rings of equal area that are turned by it from one to the next are

@@ -39,7 +39,7 @@ OrientedPoints CornersOfACube() {
 }
 
 TEST(ModelPoints, AreTheUsableOnesInMortonOrderAboutTheirMean) {
-  const ModelPoints points = ThinForSearch(CornersOfACube(), 100);
+  const ModelPoints points = SubsampleForSearch(CornersOfACube(), 100);
   // x is the least significant: the origin, along x, along y, along z, the opposite corner.
   EXPECT_THAT(points.index, ElementsAre(5, 4, 3, 2, 1));
   EXPECT_NEAR((points.origin_L - Vector3(0.04, 0.04, 0.04)).norm(), 0, kOfFloats);
@@ -51,7 +51,7 @@ TEST(ModelPoints, AreTheUsableOnesInMortonOrderAboutTheirMean) {
   EXPECT_NEAR(points.gate_m[0], 0.0045, kOfFloats);
   EXPECT_NEAR(points.gate_m[1], 0.003, kOfFloats);
   EXPECT_GT(points.gate_m[4], 0);
-  EXPECT_EQ(points.widest_gate_m, points.gate_m[0]);
+  EXPECT_EQ(points.max_gate_m, points.gate_m[0]);
   const ModelPoints two = Subset(points, std::array<std::uint32_t, 2>{3, 0});
   EXPECT_THAT(two.index, ElementsAre(2, 5));
   EXPECT_EQ(two.p[1], points.p[0]);
@@ -61,7 +61,7 @@ TEST(ModelPoints, AreTheUsableOnesInMortonOrderAboutTheirMean) {
 TEST(ModelPoints, AreThinnedEvenlyAndEachStandsForAsMany) {
   ExactPoints exact;
   exact.AddGrid(Vector3(0, 0, 0), Vector3::UnitZ(), 32, 32);
-  const ModelPoints points = ThinForSearch(exact.seen, 300);  // every fourth of 1024
+  const ModelPoints points = SubsampleForSearch(exact.seen, 300);  // every fourth of 1024
   EXPECT_EQ(points.size(), 256u);
   EXPECT_EQ(points.weight, 4);
   std::array<int, 4> of_quadrant = {};
@@ -74,14 +74,14 @@ TEST(ModelPoints, AreThinnedEvenlyAndEachStandsForAsMany) {
 }
 
 TEST(ModelPoints, OfNothingUsableAreNone) {
-  EXPECT_EQ(ThinForSearch({}, 100).size(), 0u);
+  EXPECT_EQ(SubsampleForSearch({}, 100).size(), 0u);
   ExactPoints exact;
   exact.Add(Vector3(0, 0, 0), Vector3::Zero());
-  EXPECT_EQ(ThinForSearch(exact.seen, 100).size(), 0u);
-  EXPECT_THAT(Thinned({}, 4), IsEmpty());
+  EXPECT_EQ(SubsampleForSearch(exact.seen, 100).size(), 0u);
+  EXPECT_THAT(Subsampled({}, 4), IsEmpty());
   const std::array<std::uint32_t, 7> listed = {9, 8, 7, 6, 5, 4, 3};
-  EXPECT_THAT(Thinned(listed, 3), ElementsAre(9, 6, 3));
-  EXPECT_THAT(Thinned(listed, 7), ElementsAre(9, 8, 7, 6, 5, 4, 3));
+  EXPECT_THAT(Subsampled(listed, 3), ElementsAre(9, 6, 3));
+  EXPECT_THAT(Subsampled(listed, 7), ElementsAre(9, 8, 7, 6, 5, 4, 3));
 }
 
 TEST(ModelPoints, GateWhatIsOffOrTurnedAway) {

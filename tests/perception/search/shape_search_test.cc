@@ -24,7 +24,7 @@ struct SearchOf {
         connectivity(points),
         candidates(points, connectivity, wanted.seed),
         options(wanted),
-        search(points, octree, candidates, options, kUnbounded) {}
+        search(points, octree, candidates, options, kSerialWork) {}
 
   ModelPoints points;
   Octree octree;
@@ -53,7 +53,7 @@ TEST(ShapeSearch, FindsOneShapeAfterTheOtherUntilNoneIsLeft) {
   EXPECT_EQ(second->inliers.size(), 400u);
   of.candidates.Remove(second->inliers);
   EXPECT_FALSE(of.search.Next());
-  EXPECT_FALSE(of.search.capped());
+  EXPECT_FALSE(of.search.is_exhausted());
 }
 
 TEST(ShapeSearch, ProposesNoKindThatIsOffAndNoRadiusBeyondItsLimits) {
@@ -79,7 +79,7 @@ TEST(ShapeSearch, LooksForNothingSmallerThanAShapeMustBe) {
   EXPECT_TRUE(SearchOf(exact, {.min_inliers = 900}).search.Next());
   SearchOf in_vain(exact, {.min_inliers = 901});
   EXPECT_FALSE(in_vain.search.Next());
-  EXPECT_FALSE(in_vain.search.capped());
+  EXPECT_FALSE(in_vain.search.is_exhausted());
 }
 
 // No amount of work makes the probability to miss a shape zero.
@@ -88,7 +88,7 @@ TEST(ShapeSearch, TellsWhenTheWorkRanOutFirst) {
   AddSquareTo(square);
   SearchOf of(square, {.search_planes = false, .missed_shape_probability = 0});
   EXPECT_FALSE(of.search.Next());
-  EXPECT_TRUE(of.search.capped());
+  EXPECT_TRUE(of.search.is_exhausted());
 }
 
 }  // namespace

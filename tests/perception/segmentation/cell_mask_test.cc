@@ -89,7 +89,7 @@ CellMask DiscWithHole(int radius) {
 TEST(Simplified, StaysWithinItsToleranceAndSimple) {
   const int radius = 60;
   const Outline full = TraceOutline(DiscWithHole(radius));
-  const Outline simpler = Simplified(full, {.tolerance = 1, .most_corners = 64});
+  const Outline simpler = Simplified(full, {.tolerance = 1, .max_corners = 64});
   EXPECT_LT(simpler.corner_count(), full.corner_count());
   EXPECT_LE(simpler.corner_count(), 64u);
   EXPECT_TRUE(IsSimpleRegion(simpler.border, simpler.holes));
@@ -101,7 +101,7 @@ TEST(Simplified, StaysWithinItsToleranceAndSimple) {
 
 TEST(Simplified, KeepsTheLimitOfCornersWhateverItCosts) {
   const Outline full = TraceOutline(DiscWithHole(60));
-  const Outline simpler = Simplified(full, {.tolerance = 0.01, .most_corners = 12});
+  const Outline simpler = Simplified(full, {.tolerance = 0.01, .max_corners = 12});
   EXPECT_LE(simpler.corner_count(), 12u);
   EXPECT_GE(simpler.border.size(), 3u);
   EXPECT_TRUE(IsSimpleRegion(simpler.border, simpler.holes));
@@ -109,7 +109,7 @@ TEST(Simplified, KeepsTheLimitOfCornersWhateverItCosts) {
 
 TEST(Simplified, LeavesAStaircaseOfOneCellAStraightLine) {
   const Outline stairs = TraceOutline(MaskOf({"########", "######..", "####....", "##......"}));
-  EXPECT_LE(Simplified(stairs, {.tolerance = 1, .most_corners = 64}).border.size(), 5u);
+  EXPECT_LE(Simplified(stairs, {.tolerance = 1, .max_corners = 64}).border.size(), 5u);
 }
 
 }  // namespace

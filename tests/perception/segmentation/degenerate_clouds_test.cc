@@ -32,9 +32,9 @@ void ExpectAllCounted(std::vector<Vector3f> points, Layout layout = Layout::kUno
   for (const auto& support : scene->supports) {
     for (std::uint32_t i : support.points) ++owners[i];
   }
-  for (const auto& thing : scene->things) {
-    EXPECT_FALSE(thing.points.empty());
-    for (std::uint32_t i : thing.points) ++owners[i];
+  for (const auto& hypothesis : scene->hypotheses) {
+    EXPECT_FALSE(hypothesis.points.empty());
+    for (std::uint32_t i : hypothesis.points) ++owners[i];
   }
   for (std::uint32_t i : scene->rejected) ++owners[i];
   for (int count : owners) ASSERT_EQ(count, 1);
@@ -113,7 +113,7 @@ TEST(DegenerateClouds, APlaneThatFillsTheViewIsOneSupport) {
   const auto scene = SegmentScene(*CollectMeasured(cloud, {}), {}, {});
   ASSERT_TRUE(scene.ok());
   ASSERT_EQ(scene->supports.size(), 1u);
-  EXPECT_TRUE(scene->things.empty());
+  EXPECT_TRUE(scene->hypotheses.empty());
   EXPECT_EQ(scene->supports[0].points.size(), cloud.size());
 }
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "perception/cloud/tolerances.h"
-#include "tests/perception/segmentation/pieces_by_hand.h"
+#include "tests/perception/segmentation/hand_built_pieces.h"
 
 namespace cwm::perception {
 namespace {

@@ -79,7 +79,7 @@ class Seen {
   // Adds a piece and returns its number. Joining looks at no more than kMaxSamples points of each
   // piece.
   std::size_t Add(const Patch& patch) {
-    PieceView piece;
+    PieceSummary piece;
     const int columns = static_cast<int>(patch.length_u_m / kStep_m);
     const int rows = static_cast<int>(patch.length_v_m / kStep_m);
     for (int i = 0; i < columns; ++i) {
@@ -134,7 +134,7 @@ class Seen {
   }
 
   OrientedPoints nodes_;
-  PieceViews views_;
+  PieceSummaries views_;
 };
 
 const Vector2 kHeights(-0.6, -0.5);
@@ -300,8 +300,8 @@ class Cells {
   // The object of each piece, in the order in which the pieces were added.
   std::vector<std::int32_t> Join() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
-    const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
-    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kUnbounded);
+    const OrientedPoints nodes = Downsample(points_, grid, kSerialWork);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kSerialWork);
     Pieces pieces;
     for (std::size_t c = 0; c < grid.size(); ++c) {
       pieces.of_node.push_back(piece_of_point_[grid.PointsOf(c)[0]]);

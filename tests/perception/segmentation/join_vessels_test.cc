@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "perception/cloud/tolerances.h"
-#include "tests/perception/segmentation/pieces_by_hand.h"
+#include "tests/perception/segmentation/hand_built_pieces.h"
 
 namespace cwm::perception {
 namespace {
@@ -34,7 +34,7 @@ TEST(VesselInsides, TakeTheFloorWithinThemAndNothingBeside) {
 }
 
 // Pieces of 6.4 or 16 cm^2 in front of the axis, upright and facing the sensor.
-TEST(VesselInsides, TakeSmallScrapsAndLeaveWhatMayBeAThing) {
+TEST(VesselInsides, TakeSmallScrapsAndLeaveWhatMayBeAnObject) {
   for (const double width_m : {0.016, 0.04}) {
     PiecesByHand seen;
     const std::size_t inside = seen.AddWall(kInside_m, kBehind_rad, {-0.58, -0.5}, -1);

@@ -31,7 +31,7 @@ void AddPoints(const Vector3f& corner, const Vector3f& along, const Vector3f& ac
 // The share of the cells whose normals are turned upright.
 double TurnedShare(const OrientedPoints& points) {
   CoarseCloud coarse = MakeCoarseCloud(points);
-  const TurnedCells turned = TurnLevelPatches(Vector3f::UnitZ(), coarse, {});
+  const ReorientedCells turned = ReorientLevelPatches(Vector3f::UnitZ(), coarse, {});
   for (std::uint32_t c : turned) EXPECT_GT(coarse.cells.normals[c].z(), 0.97f);
   return static_cast<double>(turned.size()) / static_cast<double>(coarse.cells.size());
 }

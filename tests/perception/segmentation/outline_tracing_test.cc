@@ -83,7 +83,7 @@ TEST(OutlineTracing, SimplifiesASquareToFourCornersAndDropsTheHolesThatNeedTheMo
   const Outline two = square().Clear({2, 10}, {2, 10}).Clear({13, 17}, {13, 17}).Trace();
   ASSERT_EQ(two.holes.size(), 2u);
   EXPECT_EQ(Simplified(two, {.tolerance = 1}).corner_count(), 12u);
-  const Outline fewer = Simplified(two, {.tolerance = 1, .most_corners = 8});
+  const Outline fewer = Simplified(two, {.tolerance = 1, .max_corners = 8});
   EXPECT_EQ(fewer.border.size(), 4u);
   ASSERT_EQ(fewer.holes.size(), 1u);
   EXPECT_TRUE(Contains(fewer.holes[0], {5.5, 5.5})) << "the larger one";
@@ -94,10 +94,10 @@ TEST(OutlineTracing, SimplifiesASquareToFourCornersAndDropsTheHolesThatNeedTheMo
 // corner less its concavity is filled.
 TEST(OutlineTracing, GivesUpConcavitiesAtLastAndLeavesNothingAsItIs) {
   const Outline ell = DrawnCells(40).Fill({0, 40}, {0, 40}).Clear({20, 40}, {20, 40}).Trace();
-  const Outline concave = Simplified(ell, {.tolerance = 1, .most_corners = 6});
+  const Outline concave = Simplified(ell, {.tolerance = 1, .max_corners = 6});
   EXPECT_EQ(concave.border.size(), 6u);
   EXPECT_FALSE(Contains(concave.border, {24, 24}));
-  const Outline convex = Simplified(ell, {.tolerance = 1, .most_corners = 5});
+  const Outline convex = Simplified(ell, {.tolerance = 1, .max_corners = 5});
   EXPECT_EQ(convex.border.size(), 5u);
   EXPECT_TRUE(Contains(convex.border, {24, 24}));
   EXPECT_FALSE(Contains(convex.border, {36, 36}));

@@ -19,7 +19,7 @@ namespace {
 // A pixel is 3 mm wide at the table.
 constexpr DrawnFormat kTableFormat{.width = 160, .height = 120, .focal_px = 262};
 constexpr DrawnFormat kFacesFormat{.width = 100, .height = 80, .focal_px = 262};
-constexpr float kTableDepth_m = 0.8f, kThingDepth_m = 0.7f;
+constexpr float kTableDepth_m = 0.8f, kObjectDepth_m = 0.7f;
 
 enum class HasTable { kNo, kYes };
 
@@ -42,7 +42,7 @@ class CutImage {
         if (std::abs(coarse.cells.points[c].z() - kTableDepth_m) < 0.001f) table.cells.push_back(c);
       }
     }
-    pieces_ = CutIntoPieces(graph, ConcaveCreases(graph, kConcave_rad, {}), coarse, supports,
+    pieces_ = CutIntoPieces(graph, FindConcaveCreases(graph, kConcave_rad, {}), coarse, supports,
                             nullptr, {});
   }
 
@@ -67,7 +67,7 @@ TEST(CutIntoPieces, GivesEachNodeToTheTableOrTheBoxOnItUnlessTooLittleHangsToget
   const auto is_speck = [](int v, int u) { return IsInSquare(v, u, 10, 15); };
   const CutImage cut(kTableFormat, HasTable::kYes, [&](int v, int u) {
     if (is_speck(v, u)) return 0.6f;
-    return is_box(v, u) ? kThingDepth_m : kTableDepth_m;
+    return is_box(v, u) ? kObjectDepth_m : kTableDepth_m;
   });
   EXPECT_EQ(cut.pieces().support_count, 1);
   EXPECT_EQ(cut.pieces().piece_count, 2);
@@ -102,10 +102,10 @@ TEST(CutIntoPieces, CutsFacesAlongAConcaveCreaseAndNotAlongAConvexEdge) {
 }
 
 // A frame 18 cm wide; the table is seen through its opening of 9 cm.
-TEST(CutIntoPieces, MakesAPatchOfWhatIsPartedFromTheRestOfItsSupport) {
+TEST(CutIntoPieces, MakesAPatchOfWhatIsSplitFromTheRestOfItsSupport) {
   const auto is_inside = [](int v, int u) { return IsInSquare(v, u, 45, 75); };
   const CutImage cut(kTableFormat, HasTable::kYes, [&](int v, int u) {
-    return IsInSquare(v, u, 30, 90) && !is_inside(v, u) ? kThingDepth_m : kTableDepth_m;
+    return IsInSquare(v, u, 30, 90) && !is_inside(v, u) ? kObjectDepth_m : kTableDepth_m;
   });
   ASSERT_EQ(cut.pieces().piece_count, 3);  // the table, the frame and the patch
   const std::int32_t patch = cut.At(60, 60);

@@ -90,8 +90,8 @@ class TableScene {
 
   Regions Form() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
-    const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
-    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kUnbounded);
+    const OrientedPoints nodes = Downsample(points_, grid, kSerialWork);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kSerialWork);
     const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
     Pieces pieces{.of_node = {}, .support_count = 1, .piece_count = 3, .patch_of = {}};
     for (std::size_t c = 0; c < grid.size(); ++c) {
@@ -150,12 +150,12 @@ TEST(FormRegions, ABoxStandsWhereMostOfItIsOverTheTable) {
 }
 
 TEST(FormRegions, AFootprintOfOneLeafIsTooSmallAndOneOfTwoIsNot) {
-  // The footprints lie in one leaf of 1 cm of the table and in two leaves (kMinThing_m2).
+  // The footprints lie in one leaf of 1 cm of the table and in two leaves (kMinObjectArea_m2).
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.008, 0.1}).SupportOfTheBox(), -1);
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.018, 0.1}).SupportOfTheBox(), 0);
 }
 
-TEST(FormRegions, ABoxInTheShadowOfAnotherThingStandsOnTheTable) {
+TEST(FormRegions, ABoxInTheShadowOfAnotherObjectStandsOnTheTable) {
   // Only the box's upper half is seen, and no table beside it: the shadow reaches beyond the
   // border.
   const Regions regions =
@@ -172,14 +172,14 @@ TEST(FormRegions, ABallOfWhichNoFootIsSeenStandsWhereItTouches) {
   EXPECT_EQ(TableScene().AddBall({0.3, 0.3}, kRadius_m, kFrom_rad, 0.05).SupportOfTheBox(), -1);
 }
 
-TEST(FormRegions, AThingThatReachesOutOfTheViewStandsOnTheTableUnlessItIsSeenBelow) {
+TEST(FormRegions, AnObjectThatReachesOutOfTheViewStandsOnTheTableUnlessItIsSeenBelow) {
   // 5 of 20 cm are above the visible part of the table. Nothing is measured where the foot and the
   // rest are.
   EXPECT_EQ(TableScene().AddBox({-0.15, 0.2, 0.1}, {0.2, 0.2, 0.2}).SupportOfTheBox(), 0);
   EXPECT_EQ(TableScene().AddBox({-0.15, 0.2, -0.4}, {0.2, 0.2, 0.6}).SupportOfTheBox(), -1);
 }
 
-TEST(FormRegions, EveryNodeIsOfASupportAThingOrRejected) {
+TEST(FormRegions, EveryNodeIsOfASupportAnObjectOrRejected) {
   const Regions regions = TableScene().AddBox({0.2, 0.2, 0.004}, kBox_m).AddStray(20).Form();
   ASSERT_EQ(regions.segments.size(), 1u);  // 20 of 23 000 points: less than 0.5 %
   EXPECT_EQ(regions.rejected.size(), 20u);

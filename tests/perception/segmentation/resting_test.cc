@@ -31,13 +31,13 @@ class Resting {
   }
 
   std::vector<int> Find() {
-    FindWhatTheyRestOn(nodes_, table_, nullptr, segments_, kUnbounded);
+    AssignResting(nodes_, table_, nullptr, segments_, kSerialWork);
     std::vector<int> rests_on;
     for (const Segment& segment : segments_) rests_on.push_back(segment.rests_on);
     return rests_on;
   }
   std::vector<int> SupportsOfHanging() {
-    FindSupportsUnderStacks(nodes_, table_, nullptr, segments_, hanging_, kUnbounded);
+    AssignSupportsUnderStacks(nodes_, table_, nullptr, segments_, hanging_, kSerialWork);
     std::vector<int> supports;
     for (const Segment& region : hanging_) supports.push_back(region.supported_by);
     return supports;
@@ -72,7 +72,7 @@ class Resting {
 
 using Found = std::vector<int>;
 
-TEST(FindWhatTheyRestOn, ASmallBoxOnALargeOne) {
+TEST(AssignResting, ASmallBoxOnALargeOne) {
   Resting scene;
   scene.Add({{0, 0, 0}, {0.2, 0.25, 0.08}}).Add({{0.05, 0.05, 0.08}, {0.13, 0.15, 0.18}});
   EXPECT_EQ(scene.Find(), (Found{-1, 0}));
@@ -81,7 +81,7 @@ TEST(FindWhatTheyRestOn, ASmallBoxOnALargeOne) {
 }
 
 // A crease removes the lowest nodes of the upper box.
-TEST(FindWhatTheyRestOn, AtTheHeightOfTheFaceBelow) {
+TEST(AssignResting, AtTheHeightOfTheFaceBelow) {
   Resting stack;
   stack.Add({{0, 0, 0}, {0.2, 0.25, 0.08}})
       .Add({.low = {0.06, 0.08, 0.08}, .high = {0.14, 0.17, 0.2}, .seen_from_m = 0.09});
@@ -89,7 +89,7 @@ TEST(FindWhatTheyRestOn, AtTheHeightOfTheFaceBelow) {
   EXPECT_NEAR(stack.segments()[1].foot_height_m, 0.08, 1e-6);
 }
 
-TEST(FindWhatTheyRestOn, AStackOfEqualBoxesThatHideEachOthersTops) {
+TEST(AssignResting, AStackOfEqualBoxesThatHideEachOthersTops) {
   EXPECT_EQ(Resting()
                 .Add({{0, 0, 0}, {0.1, 0.2, 0.08}, false})
                 .Add({{0, 0, 0.08}, {0.1, 0.2, 0.16}, false})
@@ -98,7 +98,7 @@ TEST(FindWhatTheyRestOn, AStackOfEqualBoxesThatHideEachOthersTops) {
             (Found{-1, 0, 1}));
 }
 
-TEST(FindWhatTheyRestOn, ALargeBoxThatOverhangsASmallOne) {
+TEST(AssignResting, ALargeBoxThatOverhangsASmallOne) {
   EXPECT_EQ(Resting()
                 .Add({{0.06, 0.08, 0}, {0.14, 0.16, 0.08}, false})
                 .Add({{0, 0, 0.08}, {0.2, 0.25, 0.14}})
@@ -106,7 +106,7 @@ TEST(FindWhatTheyRestOn, ALargeBoxThatOverhangsASmallOne) {
             (Found{-1, 0}));
 }
 
-TEST(FindWhatTheyRestOn, NotWhatStandsOnTheTableBehindALowerBoxThatItTouches) {
+TEST(AssignResting, NotWhatStandsOnTheTableBehindALowerBoxThatItTouches) {
   EXPECT_EQ(Resting()
                 .Add({{0, 0, 0}, {0.08, 0.1, 0.08}})
                 .Add({{0.08, 0, 0}, {0.16, 0.2, 0.2}, true, 0.08})
@@ -114,7 +114,7 @@ TEST(FindWhatTheyRestOn, NotWhatStandsOnTheTableBehindALowerBoxThatItTouches) {
             (Found{-1, -1}));
 }
 
-TEST(FindWhatTheyRestOn, NotWhatStandsFarBehindWhatHidesItsFoot) {
+TEST(AssignResting, NotWhatStandsFarBehindWhatHidesItsFoot) {
   EXPECT_EQ(Resting()
                 .Add({{0, 0, 0}, {0.05, 0.1, 0.1}})
                 .Add({{0.2, 0, 0}, {0.3, 0.1, 0.2}, true, 0.1})
@@ -122,12 +122,12 @@ TEST(FindWhatTheyRestOn, NotWhatStandsFarBehindWhatHidesItsFoot) {
             (Found{-1, -1}));
 }
 
-TEST(FindWhatTheyRestOn, NotBoxesSideBySideOnTheTable) {
+TEST(AssignResting, NotBoxesSideBySideOnTheTable) {
   EXPECT_EQ(Resting().Add({{0, 0, 0}, {0.1, 0.1, 0.1}}).Add({{0, 0.1, 0}, {0.1, 0.2, 0.1}}).Find(),
             (Found{-1, -1}));
 }
 
-TEST(FindSupportsUnderStacks, OfABoxAcrossALowerOne) {
+TEST(AssignSupportsUnderStacks, OfABoxAcrossALowerOne) {
   EXPECT_EQ(Resting()
                 .Add({{0.06, 0, 0}, {0.14, 0.3, 0.06}})
                 .AddHanging({{0, 0.1, 0.06}, {0.2, 0.2, 0.1}})
@@ -135,7 +135,7 @@ TEST(FindSupportsUnderStacks, OfABoxAcrossALowerOne) {
             (Found{0}));
 }
 
-TEST(FindSupportsUnderStacks, OfWhatRestsOnWhatHangsItself) {
+TEST(AssignSupportsUnderStacks, OfWhatRestsOnWhatHangsItself) {
   EXPECT_EQ(Resting()
                 .Add({{0.06, 0, 0}, {0.14, 0.3, 0.06}})
                 .AddHanging({{0.04, 0.12, 0.1}, {0.16, 0.18, 0.16}})
@@ -144,7 +144,7 @@ TEST(FindSupportsUnderStacks, OfWhatRestsOnWhatHangsItself) {
             (Found{0, 0}));
 }
 
-TEST(FindSupportsUnderStacks, NoneOfWhatHangsHigherOrBesides) {
+TEST(AssignSupportsUnderStacks, NoneOfWhatHangsHigherOrBesides) {
   EXPECT_EQ(Resting()
                 .Add({{0.06, 0, 0}, {0.14, 0.3, 0.06}})
                 .AddHanging({{0, 0.1, 0.12}, {0.2, 0.2, 0.16}})

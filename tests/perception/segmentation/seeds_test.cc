@@ -88,7 +88,7 @@ TEST(Seeds, OfOneSurfaceIsOneWhereHalfOfItsBorderIsEven) {
 
 // Five pixels wide, with one pixel in the middle that noise moved: the pixels left beside it are
 // beside a step as well.
-TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
+TEST(Seeds, OfAHandleThatNoiseSplitIsOne) {
   const MeasuredPoints measured = Image([](int v, int u) {
     if (v < 28 || v > 32) return std::nanf("");
     return v == 30 && u == 45 ? kBehind_m + kStep_m : kBehind_m;
@@ -100,7 +100,7 @@ TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
   EXPECT_EQ(SeedAt(seeds, measured, 30, 45), kNoIndex);
 }
 
-TEST(Seeds, OfNarrowThingsWithAStepBetweenAreTwo) {
+TEST(Seeds, OfNarrowObjectsWithAStepBetweenAreTwo) {
   const MeasuredPoints measured =
       Image([](int v, int u) { return v < 18 || v > 24 ? std::nanf("") : TwoFaces(v, u, 4); });
   const Seeds seeds = SeedsOf(measured);

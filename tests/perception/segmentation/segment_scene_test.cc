@@ -45,16 +45,18 @@ SegmentedScene Segmented(const PointCloud& cloud, const SegmentOptions& options 
 
 int ObjectCount(const SegmentedScene& scene) {
   int count = 0;
-  for (const SegmentedThing& thing : scene.things) count += thing.supported_by >= 0;
+  for (const SegmentedHypothesis& hypothesis : scene.hypotheses)
+    count += hypothesis.supported_by >= 0;
   return count;
 }
 
 // The index of the segmented object with most of a true object's points.
-std::size_t ThingOf(const SegmentedScene& scene, const SimulatedCloud& truth, std::int32_t object) {
+std::size_t HypothesisOf(const SegmentedScene& scene, const SimulatedCloud& truth,
+                         std::int32_t object) {
   std::vector<std::size_t> shared;
-  for (const SegmentedThing& thing : scene.things) {
+  for (const SegmentedHypothesis& hypothesis : scene.hypotheses) {
     shared.push_back(static_cast<std::size_t>(std::count_if(
-        thing.points.begin(), thing.points.end(),
+        hypothesis.points.begin(), hypothesis.points.end(),
         [&](std::uint32_t i) { return truth.object[scene.points.cloud_index[i]] == object; })));
   }
   return static_cast<std::size_t>(std::max_element(shared.begin(), shared.end()) - shared.begin());
@@ -66,12 +68,12 @@ double BestOverlap(const SegmentedScene& scene, const SimulatedCloud& truth, std
   for (std::size_t i = 0; i < truth.cloud.size(); ++i) {
     all += truth.object[i] == object && truth.cloud.points[i].allFinite();
   }
-  for (const SegmentedThing& thing : scene.things) {
+  for (const SegmentedHypothesis& hypothesis : scene.hypotheses) {
     double shared = 0;
-    for (std::uint32_t i : thing.points) {
+    for (std::uint32_t i : hypothesis.points) {
       shared += truth.object[scene.points.cloud_index[i]] == object;
     }
-    best = std::max(best, shared / (all + static_cast<double>(thing.points.size()) - shared));
+    best = std::max(best, shared / (all + static_cast<double>(hypothesis.points.size()) - shared));
   }
   return best;
 }
@@ -121,7 +123,8 @@ TEST(SegmentScene, KeepsWallsAndFrontsFromBeingObjects) {
     objects += !is_structure;
     const auto object = static_cast<std::int32_t>(k);
     EXPECT_GT(BestOverlap(scene, truth, object), kMinOverlap) << kitchen.objects[k].name;
-    EXPECT_EQ(scene.things[ThingOf(scene, truth, object)].supported_by, is_structure ? -1 : 0)
+    EXPECT_EQ(scene.hypotheses[HypothesisOf(scene, truth, object)].supported_by,
+              is_structure ? -1 : 0)
         << kitchen.objects[k].name;
   }
   EXPECT_EQ(ObjectCount(scene), objects);
@@ -178,9 +181,9 @@ TEST(SegmentScene, TakesNoNormalsThatAreNotANumberOrOfNoLength) {
     }
     const SegmentedScene a = Segmented(without), b = Segmented(with);
     EXPECT_EQ(a.points.normals, b.points.normals);
-    ASSERT_EQ(a.things.size(), b.things.size());
-    for (std::size_t k = 0; k < a.things.size(); ++k)
-      EXPECT_EQ(a.things[k].points, b.things[k].points);
+    ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+    for (std::size_t k = 0; k < a.hypotheses.size(); ++k)
+      EXPECT_EQ(a.hypotheses[k].points, b.hypotheses[k].points);
     EXPECT_EQ(a.supports.size(), 1u);
   }
 }
@@ -192,11 +195,11 @@ TEST(SegmentScene, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(a.points.points, b.points.points);
   EXPECT_EQ(a.points.normals, b.points.normals);
   EXPECT_EQ(a.rejected, b.rejected);
-  ASSERT_GE(a.things.size(), 8u);  // of the counter
+  ASSERT_GE(a.hypotheses.size(), 8u);  // of the counter
   ASSERT_FALSE(a.supports.empty());
-  ASSERT_EQ(a.things.size(), b.things.size());
-  for (std::size_t k = 0; k < a.things.size(); ++k)
-    EXPECT_EQ(a.things[k].points, b.things[k].points);
+  ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+  for (std::size_t k = 0; k < a.hypotheses.size(); ++k)
+    EXPECT_EQ(a.hypotheses[k].points, b.hypotheses[k].points);
   ASSERT_EQ(a.supports.size(), b.supports.size());
   for (std::size_t k = 0; k < a.supports.size(); ++k) {
     EXPECT_EQ(a.supports[k].plate.shape, b.supports[k].plate.shape);

@@ -27,16 +27,16 @@ OrientedPoints Wall() {
 
 TEST(SightMap, TellsInFrontOnAndBehind) {
   const SightMap sight(Wall(), kPitch_rad);
-  EXPECT_EQ(sight.Look({1, 0.2f, 0.3f}, kTolerance_m), Visibility::kSeenThrough);
-  EXPECT_EQ(sight.Look({3, 0.2f, 0.3f}, kTolerance_m), Visibility::kHidden);
+  EXPECT_EQ(sight.VisibilityAt({1, 0.2f, 0.3f}, kTolerance_m), Visibility::kSeenThrough);
+  EXPECT_EQ(sight.VisibilityAt({3, 0.2f, 0.3f}, kTolerance_m), Visibility::kHidden);
   // On the wall straight ahead, where a cell of directions spans no range.
-  EXPECT_EQ(sight.Look({2, 0, 0}, kTolerance_m), Visibility::kOnSurface);
+  EXPECT_EQ(sight.VisibilityAt({2, 0, 0}, kTolerance_m), Visibility::kOnSurface);
 }
 
 TEST(SightMap, KnowsNothingWhereNothingCameBack) {
   const SightMap sight(Wall(), kPitch_rad);
-  EXPECT_EQ(sight.Look({-1, 0, 0}, kTolerance_m), Visibility::kNoReturn);
-  EXPECT_EQ(sight.Look({0.1f, 1, -1}, kTolerance_m), Visibility::kNoReturn);
+  EXPECT_EQ(sight.VisibilityAt({-1, 0, 0}, kTolerance_m), Visibility::kNoReturn);
+  EXPECT_EQ(sight.VisibilityAt({0.1f, 1, -1}, kTolerance_m), Visibility::kNoReturn);
 }
 
 // A board of 0.6 m square 1 m in front of the sensor, and behind it the hidden part of the wall if
@@ -91,32 +91,32 @@ GapScene TableWithGap(float half_gap_m, float drop_m, Between between) {
 bool IsOneSupport(const GapScene& scene) {
   const SightMap sight(scene.points, 0.012f);
   const Plane plane{Vector3::UnitZ(), -1};
-  return GapIsClosed(plane, scene.points, scene.left, scene.right, &sight);
+  return IsGapClosed(plane, scene.points, scene.left, scene.right, &sight);
 }
 
-TEST(GapIsClosed, NotWhereTheFloorIsSeenThroughIt) {
+TEST(IsGapClosed, NotWhereTheFloorIsSeenThroughIt) {
   EXPECT_FALSE(IsOneSupport(TableWithGap(0.05f, 0.5f, Between::kFloor)));
 }
 
-TEST(GapIsClosed, WhereSomethingNearerHidesIt) {
+TEST(IsGapClosed, WhereSomethingNearerHidesIt) {
   EXPECT_TRUE(IsOneSupport(TableWithGap(0.05f, 0, Between::kObject)));
 }
 
-TEST(GapIsClosed, WhereNothingReturned) {
+TEST(IsGapClosed, WhereNothingReturned) {
   EXPECT_TRUE(IsOneSupport(TableWithGap(0.05f, 0, Between::kNothing)));
 }
 
-TEST(GapIsClosed, WhereWhatIsSeenIsShallowerThanAPlate) {
+TEST(IsGapClosed, WhereWhatIsSeenIsShallowerThanAPlate) {
   EXPECT_TRUE(IsOneSupport(TableWithGap(0.05f, 0.015f, Between::kFloor)));
   EXPECT_FALSE(IsOneSupport(TableWithGap(0.05f, 0.03f, Between::kFloor)));
 }
 
-TEST(GapIsClosed, ByItsWidthAloneWhenTheSensorIsUnknown) {
+TEST(IsGapClosed, ByItsWidthAloneWhenTheSensorIsUnknown) {
   const Plane plane{Vector3::UnitZ(), -1};
   const GapScene narrow = TableWithGap(0.9f * static_cast<float>(kClosing_m), 0, Between::kNothing);
-  EXPECT_TRUE(GapIsClosed(plane, narrow.points, narrow.left, narrow.right, nullptr));
+  EXPECT_TRUE(IsGapClosed(plane, narrow.points, narrow.left, narrow.right, nullptr));
   const GapScene wide = TableWithGap(1.1f * static_cast<float>(kClosing_m), 0, Between::kNothing);
-  EXPECT_FALSE(GapIsClosed(plane, wide.points, wide.left, wide.right, nullptr));
+  EXPECT_FALSE(IsGapClosed(plane, wide.points, wide.left, wide.right, nullptr));
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ class Rectangles {
 
   Structures Find() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
-    const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
-    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kUnbounded);
+    const OrientedPoints nodes = Downsample(points_, grid, kSerialWork);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kSerialWork);
     Pieces pieces = pieces_;
     for (std::size_t c = 0; c < grid.size(); ++c) {
       pieces.of_node.push_back(piece_of_point_[grid.PointsOf(c)[0]]);

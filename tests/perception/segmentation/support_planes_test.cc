@@ -94,7 +94,7 @@ TEST(FindSupportPlanes, LeavesOutTopsOfObjectsButNotBoardsThatOneSeesUnder) {
 }
 
 // Patches of one height: gaps of up to 30 cm are closed if the sensor's position is unknown.
-TEST(FindSupportPlanes, MakesOneSupportOfWhatIsOnlyPartedByAGapThatMayBeAShadow) {
+TEST(FindSupportPlanes, MakesOneSupportOfWhatIsOnlySplitByAGapThatMayBeAShadow) {
   for (const double gap_m : {0.2, 0.4}) {
     const std::vector<SupportPlane> found =
         LevelCloud()
@@ -112,10 +112,11 @@ TEST(FindSupportPlanes, FindsNothingInAWallOrInWhatIsSmallerThanAnObject) {
 }
 
 // A patch of 24 x 18 cm, in cells of 15 mm.
-TEST(SketchCoarseCloud, FillsTheSameCellsWithFewerOfThePoints) {
+TEST(MakeSubsampledCoarseCloud, FillsTheSameCellsWithFewerOfThePoints) {
   const MeasuredPoints image =
       DrawnImage({.width = 157, .height = 118, .focal_px = 525}, [](int, int) { return 0.8f; });
-  const CoarseCloud full = MakeCoarseCloud(image.oriented), sketch = SketchCoarseCloud(image);
+  const CoarseCloud full = MakeCoarseCloud(image.oriented),
+                    sketch = MakeSubsampledCoarseCloud(image);
   EXPECT_FLOAT_EQ(sketch.grid.edge_m(), 0.015f);
   EXPECT_FLOAT_EQ(full.grid.edge_m(), 0.015f);
   EXPECT_EQ(full.grid.size(), std::size_t{16 * 12});

@@ -62,8 +62,8 @@ bool AreLinked(const MeasuredPoints& measured, std::size_t a, std::size_t b) {
   const bool off_a = known_a && std::abs(nodes.normals[a].dot(d)) > step;
   const bool off_b = known_b && std::abs(nodes.normals[b].dot(d)) > step;
   const bool frontal = known_a && known_b && IsFrontal(nodes, a) && IsFrontal(nodes, b);
-  if (jump <= LargestJump_m(sigma) && !(frontal ? off_a || off_b : off_a && off_b)) return true;
-  return jump <= 3 * LargestJump_m(sigma) && known_a && known_b && !off_a && !off_b;
+  if (jump <= MaxJump_m(sigma) && !(frontal ? off_a || off_b : off_a && off_b)) return true;
+  return jump <= 3 * MaxJump_m(sigma) && known_a && known_b && !off_a && !off_b;
 }
 
 TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
@@ -88,7 +88,7 @@ TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
         ++gaps;
         const float jump = std::abs(nodes.points[i].norm() - nodes.points[j].norm());
         const float sigma = std::max(nodes.sigma_m[i], nodes.sigma_m[j]);
-        if (jump <= LargestJump_m(sigma)) expected_steps.push_back(j);
+        if (jump <= MaxJump_m(sigma)) expected_steps.push_back(j);
       }
     }
     graph.ForEachLinked(i, [&](std::size_t j) { found.push_back(j); });
@@ -107,13 +107,13 @@ TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
   EXPECT_GT(steps, graph.size() / 40);
 }
 
-TEST(ConcaveCreases, AreThoseOfThePairsButForAnglesRightAtTheLimit) {
+TEST(FindConcaveCreases, AreThoseOfThePairsButForAnglesRightAtTheLimit) {
   const MeasuredPoints measured = Blocks(2);
   const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
-  const std::vector<char> creases = ConcaveCreases(graph, kCrease_rad, {.max_threads = 2});
+  const std::vector<char> creases = FindConcaveCreases(graph, kCrease_rad, {.max_threads = 2});
   constexpr float kRounding_rad = 1e-4f;  // of floats, where the sine's slope is not small
-  const std::vector<char> more = ConcaveCreasesByPairs(graph, kCrease_rad - kRounding_rad, {});
-  const std::vector<char> fewer = ConcaveCreasesByPairs(graph, kCrease_rad + kRounding_rad, {});
+  const std::vector<char> more = FindConcaveCreasesByPairs(graph, kCrease_rad - kRounding_rad, {});
+  const std::vector<char> fewer = FindConcaveCreasesByPairs(graph, kCrease_rad + kRounding_rad, {});
   std::size_t count = 0;
   for (std::size_t i = 0; i < graph.size(); ++i) {
     ASSERT_LE(fewer[i], creases[i]) << "node " << i;
@@ -178,7 +178,7 @@ MeasuredPoints Step(float step_m) {
 
 TEST(SurfaceGraph, EndsASurfaceWhereItStepsByMoreThanNoiseThoughByLessThanAJump) {
   const MeasuredPoints measured = Step(0.010f);
-  ASSERT_LT(0.010f, LargestJump_m(measured.oriented.sigma_m[0]));
+  ASSERT_LT(0.010f, MaxJump_m(measured.oriented.sigma_m[0]));
   const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
   std::size_t at_step = 0;
   for (std::size_t i = 0; i < graph.size(); ++i) {

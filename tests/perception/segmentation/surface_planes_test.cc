@@ -53,7 +53,7 @@ TEST(PlanesOfSurface, HoldWhatIsMeasuredAndNothingWhereNothingIsKnown) {
   EXPECT_TRUE(std::isnan(planes.normal_x.Row(0)[0]));
 }
 
-// One bit for each of kBeside: the row above, left and right, the row below.
+// One bit for each of kNeighbourOffsets: the row above, left and right, the row below.
 TEST(LinkRow, LinksAllThatIsBesideButWhatIsNotThere) {
   const SurfacePlanes planes = PlanesOfDrawn(WallWithAGap());
   RowLinks middle(planes.width), above(planes.width), top(planes.width);

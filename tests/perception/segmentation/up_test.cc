@@ -31,7 +31,7 @@ SimulatedObject Block(const Vector3& size_m, const Vector3& middle_m) {
 // A table whose top is at z = 0.
 SimulatedObject TableTop() { return Block({1.2, 1.6, 0.03}, {0, 0, -0.015}); }
 
-SimulatedScene TableWithThings() {
+SimulatedScene TableWithObjects() {
   return {{TableTop(), Block({0.12, 0.3, 0.3}, {-0.28, 0, 0.15}),
            Block({0.1, 0.1, 0.12}, {0.15, 0.15, 0.06})}};
 }
@@ -87,7 +87,7 @@ double UpError_rad(const SegmentedScene& scene, const PinholeCamera& camera) {
 TEST(GivenUp, ThatIsRightIsTaken) {
   for (const double down : {35 * kDegree, 90 * kDegree}) {
     const PinholeCamera camera = LookingDown(down);
-    const SegmentedScene scene = WithUp(TableWithThings(), camera, TrueUp(camera));
+    const SegmentedScene scene = WithUp(TableWithObjects(), camera, TrueUp(camera));
     EXPECT_EQ(scene.up_verdict, UpVerdict::kPlausible);
     EXPECT_LT(UpError_rad(scene, camera), 1e-6);
     EXPECT_FALSE(scene.supports.empty());
@@ -97,11 +97,11 @@ TEST(GivenUp, ThatIsRightIsTaken) {
 TEST(GivenUp, ThatIsUpsideDownIsTakenTheOtherWayRound) {
   for (const double down : {35 * kDegree, 60 * kDegree}) {
     const PinholeCamera camera = LookingDown(down);
-    const SegmentedScene reversed = WithUp(TableWithThings(), camera, -2 * TrueUp(camera));
+    const SegmentedScene reversed = WithUp(TableWithObjects(), camera, -2 * TrueUp(camera));
     EXPECT_EQ(reversed.up_verdict, UpVerdict::kReversed);
     EXPECT_LT(UpError_rad(reversed, camera), 1e-6);
-    const SegmentedScene right = WithUp(TableWithThings(), camera, TrueUp(camera));
-    EXPECT_EQ(reversed.things.size(), right.things.size());
+    const SegmentedScene right = WithUp(TableWithObjects(), camera, TrueUp(camera));
+    EXPECT_EQ(reversed.hypotheses.size(), right.hypotheses.size());
   }
 }
 
@@ -110,7 +110,7 @@ TEST(GivenUp, ThatIsUpsideDownIsTakenTheOtherWayRound) {
 TEST(GivenUp, ThatIsUpsideDownIsToldByWhatStandsWhereTheImageIsSilent) {
   for (const PinholeCamera& camera :
        {LookingDown(90 * kDegree), Rolled(LookingDown(45 * kDegree), 90 * kDegree)}) {
-    EXPECT_EQ(WithUp(TableWithThings(), camera, -TrueUp(camera)).up_verdict, UpVerdict::kReversed);
+    EXPECT_EQ(WithUp(TableWithObjects(), camera, -TrueUp(camera)).up_verdict, UpVerdict::kReversed);
     EXPECT_EQ(WithUp({{TableTop()}}, camera, -TrueUp(camera)).up_verdict, UpVerdict::kSeenFromBelow)
         << "of a bare board nobody knows";
   }
@@ -136,7 +136,7 @@ TEST(GivenUp, OfAGivenOrientationIsDoubtedButNotTurned) {
   const PinholeCamera camera = LookingDown(35 * kDegree);
   SegmentOptions options;
   options.R_LC = Matrix3(Vector3(1, -1, -1).asDiagonal()) * camera.X_WC.linear();
-  const SegmentedScene scene = Segmented(Scan(TableWithThings(), camera, {}).cloud, options);
+  const SegmentedScene scene = Segmented(Scan(TableWithObjects(), camera, {}).cloud, options);
   EXPECT_EQ(scene.up_verdict, UpVerdict::kReversed);
   EXPECT_EQ(scene.R_LC, *options.R_LC);
 }
@@ -146,19 +146,19 @@ TEST(GivenUp, OfACloudThatIsNoImageIsDoubtedByWhatStandsAlone) {
   const PinholeCamera camera = LookingDown(35 * kDegree);
   SegmentOptions options;
   options.up_C = -TrueUp(camera);
-  const PointCloud things = Shuffled(Scan(TableWithThings(), camera, {}).cloud);
-  const SegmentedScene scene = Segmented(things, options);
+  const PointCloud cloud = Shuffled(Scan(TableWithObjects(), camera, {}).cloud);
+  const SegmentedScene scene = Segmented(cloud, options);
   EXPECT_EQ(scene.up_verdict, UpVerdict::kSeenFromBelow);
   EXPECT_LT(scene.R_LC.row(2).dot(TrueUp(camera)), -0.99);
   options.up_C = TrueUp(camera);
-  EXPECT_EQ(Segmented(things, options).up_verdict, UpVerdict::kPlausible);
+  EXPECT_EQ(Segmented(cloud, options).up_verdict, UpVerdict::kPlausible);
 }
 
-TEST(EstimatedUp, IsKnownFromATableAndFromThingsThatStand) {
+TEST(EstimatedUp, IsKnownFromATableAndFromObjectsThatStand) {
   EXPECT_EQ(Segmented(Scan({{TableTop()}}, LookingDown(35 * kDegree), {}).cloud, {}).up_source,
             UpSource::kSupport);
-  const PointCloud things = Scan(TableWithThings(), LookingDown(35 * kDegree), {}).cloud;
-  EXPECT_EQ(Segmented(Shuffled(things), {}).up_source, UpSource::kSupport);
+  const PointCloud cloud = Scan(TableWithObjects(), LookingDown(35 * kDegree), {}).cloud;
+  EXPECT_EQ(Segmented(Shuffled(cloud), {}).up_source, UpSource::kSupport);
 }
 
 // A box's side points upwards in the image as the normals of supports do, but it is small.
@@ -168,16 +168,17 @@ TEST(EstimatedUp, OfATableSeenFromStraightAboveOrByACameraOnItsSide) {
         Rolled(LookingDown(90 * kDegree), 180 * kDegree),
         Rolled(LookingDown(45 * kDegree), 90 * kDegree),
         Rolled(LookingDown(45 * kDegree), -90 * kDegree)}) {
-    const SegmentedScene scene = Segmented(Scan(TableWithThings(), camera, {}).cloud, {});
+    const SegmentedScene scene = Segmented(Scan(TableWithObjects(), camera, {}).cloud, {});
     EXPECT_LT(UpError_rad(scene, camera), kUpError_rad);
-    EXPECT_EQ(scene.up_source, UpSource::kSupport) << "things stand on it";
+    EXPECT_EQ(scene.up_source, UpSource::kSupport) << "objects stand on it";
   }
 }
 
 TEST(EstimatedUp, OfACloudThatIsNoImage) {
   for (const PinholeCamera& camera : {LookingDown(35 * kDegree), LookingDown(90 * kDegree),
                                       Rolled(LookingDown(45 * kDegree), 130 * kDegree)}) {
-    const SegmentedScene scene = Segmented(Shuffled(Scan(TableWithThings(), camera, {}).cloud), {});
+    const SegmentedScene scene =
+        Segmented(Shuffled(Scan(TableWithObjects(), camera, {}).cloud), {});
     EXPECT_LT(UpError_rad(scene, camera), kUpError_rad);
     EXPECT_EQ(scene.up_source, UpSource::kSupport);
     EXPECT_FALSE(scene.supports.empty());
@@ -186,7 +187,7 @@ TEST(EstimatedUp, OfACloudThatIsNoImage) {
 
 TEST(EstimatedUp, OfAnImageInABodysFrame) {
   const PinholeCamera camera = LookingDown(35 * kDegree);
-  PointCloud body = Scan(TableWithThings(), camera, {}).cloud;
+  PointCloud body = Scan(TableWithObjects(), camera, {}).cloud;
   Matrix3 to_body;
   to_body << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   for (Eigen::Vector3f& p : body.points) p = to_body.cast<float>() * p;
@@ -198,7 +199,7 @@ TEST(EstimatedUp, OfAnImageInABodysFrame) {
 // Walls are larger than the objects in front of them, but not larger than the support of those
 // objects.
 TEST(EstimatedUp, OfACounterBeforeAWall) {
-  SimulatedScene counter = TableWithThings();
+  SimulatedScene counter = TableWithObjects();
   counter.objects.push_back(Block({0.1, 3, 3}, {0.65, 0, 0}));
   for (const double down : {12 * kDegree, 25 * kDegree}) {
     const PinholeCamera camera = CameraAt(
@@ -221,7 +222,7 @@ TEST(EstimatedUp, OfABareWallOrALineIsAGuess) {
 }
 
 TEST(ImageAxes, AreTheOnesThatTheRaysTell) {
-  const PointCloud optical = Scan(TableWithThings(), LookingDown(35 * kDegree), {}).cloud;
+  const PointCloud optical = Scan(TableWithObjects(), LookingDown(35 * kDegree), {}).cloud;
   const ImageAxes of_camera = AxesOf(*CollectMeasured(optical, {}));
   EXPECT_EQ(of_camera.forward, Vector3::UnitZ());
   EXPECT_EQ(of_camera.up, Vector3(-Vector3::UnitY()));
@@ -233,7 +234,7 @@ TEST(ImageAxes, AreTheOnesThatTheRaysTell) {
 }
 
 TEST(MeasuredPoints, HaveTheNoiseOfTheirDepthWhateverAxisOfTheirFrameThatIs) {
-  const PointCloud optical = Scan(TableWithThings(), LookingDown(35 * kDegree), {}).cloud;
+  const PointCloud optical = Scan(TableWithObjects(), LookingDown(35 * kDegree), {}).cloud;
   PointCloud body = optical;
   for (Eigen::Vector3f& p : body.points) p = Eigen::Vector3f(p.z(), -p.x(), -p.y());
   EXPECT_EQ(CollectMeasured(body, {})->oriented.sigma_m,

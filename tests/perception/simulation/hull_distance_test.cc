@@ -70,15 +70,15 @@ TEST(HullDistance, IsTheLeastOverTheSurfaceOfTheOther) {
       const Placed<> b{.X_FS = RandomPose(draws, 0.3), .shape = shape_b};
       const TriangleMesh mesh = Tessellate(shape_a, kMesh_m);
       const Pose X_BA = b.X_FS.inverse() * a.X_FS;
-      double least_m = 1;
+      double min_m = 1;
       for (const Vector3& vertex : mesh.vertices) {
-        least_m = std::min(least_m, SignedDistance_m(shape_b, X_BA * vertex));
+        min_m = std::min(min_m, SignedDistance_m(shape_b, X_BA * vertex));
       }
       const double found_m = HullDistance_m(a, b);
-      EXPECT_LE(found_m, std::max(0.0, least_m) + 1e-9);
+      EXPECT_LE(found_m, std::max(0.0, min_m) + 1e-9);
       // The distance is symmetric.
       EXPECT_NEAR(found_m, HullDistance_m(b, a), 2 * kPromised_m);
-      if (least_m <= 0) {
+      if (min_m <= 0) {
         EXPECT_EQ(found_m, 0);
       }
     }

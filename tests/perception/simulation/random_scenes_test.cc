@@ -59,7 +59,7 @@ double DeepestIn_m(const Surface& surface, const SimulatedObject& object) {
   return deepest_m;
 }
 
-bool IsThing(const SimulatedObject& object) {
+bool IsObject(const SimulatedObject& object) {
   return object.name.find('_') != std::string::npos && object.name.rfind("front", 0) != 0 &&
          object.name != "side_table";
 }
@@ -67,9 +67,9 @@ bool IsThing(const SimulatedObject& object) {
 struct FamilyOfScenes {
   SceneFamily family = SceneFamily::kTable;
   std::string name;
-  int least_things = 0;
-  int most_things = 0;
-  int least_on_others = 0;  // objects that rest on others, over the examined scenes
+  int min_objects = 0;
+  int max_objects = 0;
+  int min_on_others = 0;  // objects that rest on others, over the examined scenes
 };
 
 class RandomScenes : public ::testing::TestWithParam<FamilyOfScenes> {
@@ -87,7 +87,7 @@ TEST_P(RandomScenes, HoldNothingThatInterpenetrates) {
   for (int seed = 1; seed <= kScenes; ++seed) {
     const SimulatedScene scene = View(seed).scene;
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      if (!IsThing(scene.objects[i])) continue;
+      if (!IsObject(scene.objects[i])) continue;
       for (const Placed<>& part : scene.objects[i].parts) {
         const Surface surface = Sample(scene.objects[i], part, kSpacing_m);
         for (std::size_t j = 0; j < scene.objects.size(); ++j) {
@@ -101,14 +101,14 @@ TEST_P(RandomScenes, HoldNothingThatInterpenetrates) {
   }
 }
 
-class SeparateThings : public RandomScenes {};
-TEST_P(SeparateThings, TouchTheTopOfASupport) {
+class SeparateObjects : public RandomScenes {};
+TEST_P(SeparateObjects, TouchTheTopOfASupport) {
   constexpr double kRounding_m = 1e-9;
   for (int seed = 1; seed <= kScenes; ++seed) {
     const SimulatedScene scene = View(seed).scene;
-    for (const SimulatedObject& thing : scene.objects) {
-      if (!IsThing(thing)) continue;
-      const Aabb bounds = BoundsInWorld(thing);
+    for (const SimulatedObject& object : scene.objects) {
+      if (!IsObject(object)) continue;
+      const Aabb bounds = BoundsInWorld(object);
       const bool rests = std::any_of(
           scene.objects.begin(), scene.objects.end(), [&](const SimulatedObject& support) {
             if (!support.is_support) return false;
@@ -117,25 +117,25 @@ TEST_P(SeparateThings, TouchTheTopOfASupport) {
                    (bounds.min().head<2>().array() >= top.min().head<2>().array()).all() &&
                    (bounds.max().head<2>().array() <= top.max().head<2>().array()).all();
           });
-      EXPECT_TRUE(rests) << "seed " << seed << ": " << thing.name;
+      EXPECT_TRUE(rests) << "seed " << seed << ": " << object.name;
     }
   }
 }
 
-TEST_P(RandomScenes, ShowEveryThingToTheCamera) {
+TEST_P(RandomScenes, ShowEveryObjectToTheCamera) {
   for (int seed = 1; seed <= kScenes; ++seed) {
     const SimulatedView view = View(seed);
     const SimulatedCloud scan = Scan(view.scene, view.camera, {.noiseless = true});
     std::map<int, int> points_of;
     for (const int object : scan.object) ++points_of[object];
-    int things = 0;
+    int objects = 0;
     for (std::size_t i = 0; i < view.scene.objects.size(); ++i) {
-      if (!IsThing(view.scene.objects[i])) continue;
-      ++things;
+      if (!IsObject(view.scene.objects[i])) continue;
+      ++objects;
       EXPECT_GT(points_of[static_cast<int>(i)], 50) << seed << view.scene.objects[i].name;
     }
-    EXPECT_GE(things, GetParam().least_things) << seed;
-    EXPECT_LE(things, GetParam().most_things) << seed;
+    EXPECT_GE(objects, GetParam().min_objects) << seed;
+    EXPECT_LE(objects, GetParam().max_objects) << seed;
   }
 }
 
@@ -143,11 +143,11 @@ TEST_P(RandomScenes, NameEveryObjectOnceAndFurnitureFirst) {
   for (int seed = 1; seed <= kScenes; ++seed) {
     const SimulatedScene scene = View(seed).scene;
     std::set<std::string> names;
-    bool things_began = false;
+    bool objects_began = false;
     for (const SimulatedObject& object : scene.objects) {
       EXPECT_TRUE(names.insert(object.name).second) << object.name;
-      things_began = things_began || IsThing(object);
-      EXPECT_EQ(IsThing(object), things_began) << object.name;
+      objects_began = objects_began || IsObject(object);
+      EXPECT_EQ(IsObject(object), objects_began) << object.name;
     }
   }
 }
@@ -170,15 +170,15 @@ TEST_P(RandomScenes, AreTheSameForTheSameSeedAndOthersForAnother) {
   EXPECT_FALSE(same(View(1), View(2)));
 }
 
-class TouchingThings : public RandomScenes {};
-TEST_P(TouchingThings, RestOnASupportOrOnOneAnother) {
+class TouchingObjects : public RandomScenes {};
+TEST_P(TouchingObjects, RestOnASupportOrOnOneAnother) {
   constexpr double kRounding_m = 1e-9;
   int on_others = 0;
   for (int seed = 1; seed <= kScenes; ++seed) {
     const SimulatedScene scene = View(seed).scene;
-    for (const SimulatedObject& thing : scene.objects) {
-      if (!IsThing(thing) || thing.name.rfind("nested", 0) == 0) continue;
-      const Aabb bounds = BoundsInWorld(thing);
+    for (const SimulatedObject& object : scene.objects) {
+      if (!IsObject(object) || object.name.rfind("nested", 0) == 0) continue;
+      const Aabb bounds = BoundsInWorld(object);
       const auto carries = [&](const SimulatedObject& below) {
         const Aabb other = BoundsInWorld(below);
         return std::abs(bounds.min().z() - other.max().z()) <= kRounding_m &&
@@ -186,13 +186,13 @@ TEST_P(TouchingThings, RestOnASupportOrOnOneAnother) {
                (bounds.center().head<2>().array() <= other.max().head<2>().array()).all();
       };
       const auto below = std::ranges::find_if(scene.objects, carries);
-      ASSERT_NE(below, scene.objects.end()) << "seed " << seed << ": " << thing.name;
+      ASSERT_NE(below, scene.objects.end()) << "seed " << seed << ": " << object.name;
       on_others += !below->is_support;
     }
   }
-  const bool stands_apart = GetParam().least_on_others == 0;
+  const bool stands_apart = GetParam().min_on_others == 0;
   EXPECT_EQ(on_others == 0, stands_apart);
-  EXPECT_GE(on_others, GetParam().least_on_others);
+  EXPECT_GE(on_others, GetParam().min_on_others);
 }
 
 const auto kSeparateFamilies =
@@ -209,8 +209,8 @@ const auto kTouchingFamilies =
 const auto kNameOfFamily = [](const auto& info) { return info.param.name; };
 INSTANTIATE_TEST_SUITE_P(Separate, RandomScenes, kSeparateFamilies, kNameOfFamily);
 INSTANTIATE_TEST_SUITE_P(Touching, RandomScenes, kTouchingFamilies, kNameOfFamily);
-INSTANTIATE_TEST_SUITE_P(Families, SeparateThings, kSeparateFamilies, kNameOfFamily);
-INSTANTIATE_TEST_SUITE_P(Families, TouchingThings, kTouchingFamilies, kNameOfFamily);
+INSTANTIATE_TEST_SUITE_P(Families, SeparateObjects, kSeparateFamilies, kNameOfFamily);
+INSTANTIATE_TEST_SUITE_P(Families, TouchingObjects, kTouchingFamilies, kNameOfFamily);
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -243,61 +243,61 @@ TEST(RandomTables, AreSeenFromCloseByAndFromAbove) {
 }
 
 // True if no axis of the solid is upright.
-bool IsTilted(const SimulatedObject& thing) {
-  const Matrix3 R_WS = (thing.X_WO * thing.parts[0].X_FS).linear();
-  if (std::holds_alternative<Box>(thing.parts[0].shape)) {
+bool IsTilted(const SimulatedObject& object) {
+  const Matrix3 R_WS = (object.X_WO * object.parts[0].X_FS).linear();
+  if (std::holds_alternative<Box>(object.parts[0].shape)) {
     return R_WS.row(2).cwiseAbs().maxCoeff() < 0.999;
   }
   return std::abs(R_WS(2, 2)) < 0.999;
 }
 
-TEST(RandomTables, LayOrLeanAboutAThirdOfTheThings) {
+TEST(RandomTables, LayOrLeanAboutAThirdOfTheObjects) {
   int tilted = 0;
-  int things = 0;
+  int objects = 0;
   std::map<std::size_t, int> of_kind;
   for (const SimulatedView& view : ManyTables()) {
-    for (const SimulatedObject& thing : view.scene.objects) {
-      if (!IsThing(thing)) continue;
-      ++of_kind[thing.parts[0].shape.index()];
-      if (std::holds_alternative<Sphere>(thing.parts[0].shape)) continue;
-      ++things;
-      tilted += IsTilted(thing);
+    for (const SimulatedObject& object : view.scene.objects) {
+      if (!IsObject(object)) continue;
+      ++of_kind[object.parts[0].shape.index()];
+      if (std::holds_alternative<Sphere>(object.parts[0].shape)) continue;
+      ++objects;
+      tilted += IsTilted(object);
     }
   }
   EXPECT_EQ(of_kind.size(), 4U);
-  for (const auto& [kind, count] : of_kind) EXPECT_GT(count, things / 10) << kind;
-  EXPECT_GT(tilted, things / 4);
-  EXPECT_LT(tilted, things * 9 / 20);
+  for (const auto& [kind, count] : of_kind) EXPECT_GT(count, objects / 10) << kind;
+  EXPECT_GT(tilted, objects / 4);
+  EXPECT_LT(tilted, objects * 9 / 20);
 }
 
-TEST(RandomTables, HideAFifthOfThingsThatStandApartAtMost) {
+TEST(RandomTables, HideAFifthOfObjectsThatStandApartAtMost) {
   // The generator counts every fourth pixel of rows and columns.
   constexpr double kCoarseness = 0.05;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const SimulatedView view = RandomScene(SceneFamily::kTable, seed);
     const std::vector<double> hidden = HiddenShares(view.scene, view.camera);
     for (std::size_t i = 0; i < hidden.size(); ++i) {
-      if (!IsThing(view.scene.objects[i])) continue;
+      if (!IsObject(view.scene.objects[i])) continue;
       EXPECT_LE(hidden[i], 0.2 + kCoarseness) << seed << view.scene.objects[i].name;
     }
   }
 }
 
-TEST(RandomClutter, HidesManyThingsInPart) {
+TEST(RandomClutter, HidesManyObjectsInPart) {
   constexpr double kCoarseness = 0.05;
-  int things = 0;
+  int objects = 0;
   int in_part = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const SimulatedView view = RandomScene(SceneFamily::kClutter, seed);
     const std::vector<double> hidden = HiddenShares(view.scene, view.camera);
     for (std::size_t i = 0; i < hidden.size(); ++i) {
-      if (!IsThing(view.scene.objects[i])) continue;
-      ++things;
+      if (!IsObject(view.scene.objects[i])) continue;
+      ++objects;
       in_part += hidden[i] >= 0.2;
       EXPECT_LE(hidden[i], 0.7 + kCoarseness) << seed << view.scene.objects[i].name;
     }
   }
-  EXPECT_GT(in_part, 2 * things / 5);
+  EXPECT_GT(in_part, 2 * objects / 5);
 }
 
 TEST(HiddenShares, CountWhatOthersCover) {

@@ -176,8 +176,8 @@ TEST(SickLms400, IsMoreOrLessNoisyFromObjectToObjectAndBiasedAsAWhole) {
   const PinholeCamera camera;
   const SensorNoise sick{.model = SensorModel::kSickLms400};
   const RangeImage image = Render(walls, camera);
-  double least_bias_m = 1;
-  double most_bias_m = -1;
+  double min_bias_m = 1;
+  double max_bias_m = -1;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const SensorErrors errors = DrawErrors(sick, image, camera, seed);
     std::map<int, std::pair<double, int>> squares_of;
@@ -194,12 +194,12 @@ TEST(SickLms400, IsMoreOrLessNoisyFromObjectToObjectAndBiasedAsAWhole) {
       EXPECT_GT(sigma_m * tolerance, kSickBrightSigma_m);
       EXPECT_LT(sigma_m / tolerance, kSickDarkSigma_m);
     }
-    least_bias_m = std::min(least_bias_m, static_cast<double>(errors.bias_m[0]));
-    most_bias_m = std::max(most_bias_m, static_cast<double>(errors.bias_m[0]));
+    min_bias_m = std::min(min_bias_m, static_cast<double>(errors.bias_m[0]));
+    max_bias_m = std::max(max_bias_m, static_cast<double>(errors.bias_m[0]));
   }
-  EXPECT_GE(least_bias_m, -kSickBias_m);
-  EXPECT_LE(most_bias_m, kSickBias_m);
-  EXPECT_GT(most_bias_m - least_bias_m, kSickBias_m);
+  EXPECT_GE(min_bias_m, -kSickBias_m);
+  EXPECT_LE(max_bias_m, kSickBias_m);
+  EXPECT_GT(max_bias_m - min_bias_m, kSickBias_m);
 }
 
 TEST(ShinyObjects, ReturnNothingAndHideWhatIsBehind) {
@@ -254,7 +254,7 @@ TEST(UpVector, IsOffByTheAngleAskedFor) {
   const Pose X_WC = LookAt({1, 2, 1.5}, Vector3(0.2, 0.1, 0.8));
   const Vector3 up_C = X_WC.linear().transpose() * Vector3::UnitZ();
   for (const double error_deg : {0.0, 0.5, 3.0, 90.0, 180.0}) {
-    const Vector3 given_C = UpOffBy(error_deg * kDegree, X_WC, 4);
+    const Vector3 given_C = PerturbedUp(error_deg * kDegree, X_WC, 4);
     EXPECT_NEAR(given_C.norm(), 1, 1e-12);
     EXPECT_NEAR(std::atan2(given_C.cross(up_C).norm(), given_C.dot(up_C)), error_deg * kDegree,
                 1e-7);
@@ -265,7 +265,7 @@ TEST(UpVector, IsOffByTheAngleAskedFor) {
 TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
   const SimulatedScene scene = KitchenCounter();
   const PinholeCamera camera = KitchenCamera();
-  const RegisteredViews views = ScanFromSeveral(scene, camera, 4, {.noiseless = true});
+  const RegisteredViews views = ScanFromSeveralViews(scene, camera, 4, {.noiseless = true});
   ASSERT_EQ(views.X_WC.size(), 4U);
   EXPECT_FALSE(views.cloud.cloud.organised());
   EXPECT_TRUE(views.X_WC[0].isApprox(camera.X_WC));
@@ -277,12 +277,12 @@ TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
     EXPECT_GE(angle_rad, 0.2 * kDegree);
     EXPECT_LE(angle_rad, 0.5 * kDegree);
     // The camera's target is a point of its axis; the shift there is the translation alone.
-    double least_m = 1;
+    double min_m = 1;
     for (double depth_m = 0.3; depth_m < 3; depth_m += 0.001) {
       const Vector3 p_W = views.X_WC[i] * Vector3(0, 0, depth_m);
-      least_m = std::min(least_m, (error * p_W - p_W).norm());
+      min_m = std::min(min_m, (error * p_W - p_W).norm());
     }
-    EXPECT_LE(least_m, 0.005 + 1e-5);
+    EXPECT_LE(min_m, 0.005 + 1e-5);
     EXPECT_GT(RotationAngle_rad(views.X_WC[i].linear(), camera.X_WC.linear()), 5 * kDegree);
   }
 }
@@ -299,7 +299,7 @@ TEST(SeveralViews, AreTakenFromFreeSpace) {
       view.camera.center_x_px = 3.5;
       view.camera.center_y_px = 2.5;
       const RegisteredViews views =
-          ScanFromSeveral(view.scene, view.camera, 5, {.noiseless = true});
+          ScanFromSeveralViews(view.scene, view.camera, 5, {.noiseless = true});
       for (const Pose& X_WC : views.X_WC) {
         for (const SimulatedObject& object : view.scene.objects) {
           for (const Placed<>& part : object.parts) {
@@ -316,7 +316,7 @@ TEST(SeveralViews, ShowMoreOfAnObjectThanOne) {
   const SimulatedScene scene = KitchenCounter();
   const PinholeCamera camera = KitchenCamera();
   const auto sides_seen = [&](int count) {
-    const RegisteredViews views = ScanFromSeveral(scene, camera, count, {.noiseless = true});
+    const RegisteredViews views = ScanFromSeveralViews(scene, camera, count, {.noiseless = true});
     // The directions, in steps of 5 degrees around the axis of the soup can, in which it has
     // points.
     const auto soup = std::find_if(scene.objects.begin(), scene.objects.end(),

@@ -24,8 +24,8 @@ inline const Ground kFloorAtZero{.known = true};
 // A ray that is known to be free from one place to the other.
 inline FreeRay RayBetween(const Vector3& from, const Vector3& to) {
   FreeRay ray{.p = {}, .sigma_m = 0.0015};
-  for (int k = 0; k < kFreePlaces; ++k) {
-    ray.p[static_cast<std::size_t>(k)] = from + k / (kFreePlaces - 1.0) * (to - from);
+  for (int k = 0; k < kSamplesPerRay; ++k) {
+    ray.p[static_cast<std::size_t>(k)] = from + k / (kSamplesPerRay - 1.0) * (to - from);
   }
   return ray;
 }
@@ -40,7 +40,7 @@ class SeenFits {
   explicit SeenFits(const Vector3& viewpoint) {
     points_.viewpoint = viewpoint;
     points_.spacing_m = kApart_m;
-    points_.widest_gate_m = kDistanceGate_sigma * kSigma_m;
+    points_.max_gate_m = kDistanceGate_sigma * kSigma_m;
   }
 
   std::uint32_t AddPoint(const Vector3& p, const Vector3& n) {

@@ -14,25 +14,25 @@
 namespace cwm::perception {
 namespace {
 
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 const SensorNoise kNoise{.model = SensorModel::kKinect};
 
-std::string Word(What what) {
-  switch (what) {
-    case What::kKeep:
+std::string Word(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kKeep:
       return "keep";
-    case What::kMove:
+    case Outcome::kMove:
       return "move";
-    case What::kReplace:
+    case Outcome::kReplace:
       return "replace";
-    case What::kAdd:
+    case Outcome::kAdd:
       return "add";
-    case What::kRemove:
+    case Outcome::kRemove:
       return "remove";
-    case What::kOcclude:
+    case Outcome::kOcclude:
       return "occlude";
-    case What::kExplained:
+    case Outcome::kExplained:
       return "explained";
   }
   return "";
@@ -49,9 +49,9 @@ void ExpectEachOnce(const std::vector<Association>& result, const std::vector<Kn
     if (a.known >= 0) ++of_known[a.known];
     if (a.support >= 0) ++of_support[a.support];
     if (a.object >= 0) ++of_object[a.object];
-    const bool nothing_detected = a.what == What::kRemove || a.what == What::kOcclude;
+    const bool nothing_detected = a.outcome == Outcome::kRemove || a.outcome == Outcome::kOcclude;
     EXPECT_EQ(nothing_detected, nothing_detected && a.support < 0 && a.object < 0);
-    const bool nothing_known = a.what == What::kAdd || a.what == What::kExplained;
+    const bool nothing_known = a.outcome == Outcome::kAdd || a.outcome == Outcome::kExplained;
     EXPECT_EQ(nothing_known, a.known < 0);
   }
   for (std::size_t i = 0; i < known.size(); ++i) {
@@ -72,7 +72,7 @@ std::map<std::string, std::string> Verdicts(const std::vector<KnownObject>& know
                              : a.object >= 0  ? "new " + seen.object_names[a.object]
                              : a.support >= 0 ? "new " + seen.support_names[a.support]
                                               : "nobody";
-    verdicts[name] = Word(a.what);
+    verdicts[name] = Word(a.outcome);
   }
   return verdicts;
 }
@@ -146,7 +146,7 @@ TEST_F(TrackingTheKitchen, PutsAMovedModelOntoItsNewPlace) {
   for (const Association& a : Associate(known_, seen.scene, seen.scan.cloud, kNoise)) {
     if (a.known != tea) continue;
     ++mentioned;
-    ASSERT_EQ(a.what, What::kMove);
+    ASSERT_EQ(a.outcome, Outcome::kMove);
     // Errors of the known fit (1 mm) and of the new points (warp 1.3 mm), 3 sigma of both.
     EXPECT_LT((a.X_WO.translation() - X_WO.translation()).norm(),
               3 * std::hypot(0.001, 0.0013) * 1.7);
@@ -327,11 +327,11 @@ TEST_F(TrackingTheKitchen, JudgesTheSameFarFromTheWorldsOrigin) {
   ASSERT_EQ(shifted.size(), near.size());
   int moved = 0;
   for (std::size_t i = 0; i < near.size(); ++i) {
-    EXPECT_EQ(Word(shifted[i].what), Word(near[i].what)) << i;
+    EXPECT_EQ(Word(shifted[i].outcome), Word(near[i].outcome)) << i;
     EXPECT_EQ(shifted[i].known, near[i].known);
     EXPECT_EQ(shifted[i].support, near[i].support);
     EXPECT_EQ(shifted[i].object, near[i].object);
-    if (near[i].what != What::kMove) continue;
+    if (near[i].outcome != Outcome::kMove) continue;
     ++moved;
     EXPECT_LT((shifted[i].X_WO.translation() - near[i].X_WO.translation() - far).norm(),
               kRounding_m);
@@ -345,7 +345,7 @@ TEST_F(TrackingTheKitchen, GivesTheSameAnswerTwice) {
   const auto again = Associate(known_, seen.scene, seen.scan.cloud, kNoise);
   ASSERT_EQ(once.size(), again.size());
   for (std::size_t i = 0; i < once.size(); ++i) {
-    EXPECT_EQ(once[i].what, again[i].what);
+    EXPECT_EQ(once[i].outcome, again[i].outcome);
     EXPECT_EQ(once[i].known, again[i].known);
     EXPECT_EQ(once[i].object, again[i].object);
     EXPECT_TRUE(once[i].X_WO.matrix() == again[i].X_WO.matrix());

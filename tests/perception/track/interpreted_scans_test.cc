@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 struct InterpretedScan {
   PointCloud cloud;
@@ -52,18 +52,18 @@ std::vector<KnownObject> Remember(const SceneInterpretation& scene) {
 }
 
 struct Tally {
-  std::map<What, int> count;
+  std::map<Outcome, int> count;
   std::string words;  // everything that was not kept
 };
 
 Tally Count(const std::vector<KnownObject>& known, const InterpretedScan& seen) {
   Tally tally;
   for (const Association& a : Associate(known, seen.scene, seen.cloud, {})) {
-    ++tally.count[a.what];
-    if (a.what == What::kKeep) continue;
+    ++tally.count[a.outcome];
+    if (a.outcome == Outcome::kKeep) continue;
     const int points =
         a.object >= 0 ? static_cast<int>(seen.scene.objects[a.object].points_L.size()) : 0;
-    tally.words += " [" + std::to_string(static_cast<int>(a.what)) + ": known " +
+    tally.words += " [" + std::to_string(static_cast<int>(a.outcome)) + ": known " +
                    std::to_string(a.known) + " object " + std::to_string(a.object) + " support " +
                    std::to_string(a.support) + ", " + std::to_string(points) + " points]";
   }
@@ -75,7 +75,7 @@ TEST(InterpretedScans, AreKeptWhenTheSameScanComesTwice) {
   const auto known = Remember(scan.scene);
   ASSERT_GE(known.size(), 8U);  // of the counter
   const Tally tally = Count(known, scan);
-  EXPECT_EQ(tally.count.at(What::kKeep), static_cast<int>(known.size())) << tally.words;
+  EXPECT_EQ(tally.count.at(Outcome::kKeep), static_cast<int>(known.size())) << tally.words;
   EXPECT_EQ(tally.words, "");
 }
 
@@ -95,11 +95,11 @@ TEST(InterpretedScans, AreJudgedTheSameFarFromTheWorldsOrigin) {
   ASSERT_EQ(judged[0].size(), judged[1].size());
   int kept = 0;
   for (std::size_t i = 0; i < judged[0].size(); ++i) {
-    EXPECT_EQ(judged[0][i].what, judged[1][i].what) << i;
+    EXPECT_EQ(judged[0][i].outcome, judged[1][i].outcome) << i;
     EXPECT_EQ(judged[0][i].known, judged[1][i].known) << i;
     EXPECT_EQ(judged[0][i].support, judged[1][i].support) << i;
     EXPECT_EQ(judged[0][i].object, judged[1][i].object) << i;
-    kept += judged[0][i].what == What::kKeep ? 1 : 0;
+    kept += judged[0][i].outcome == Outcome::kKeep ? 1 : 0;
   }
   EXPECT_GE(kept, 5);  // a comparison of empty worlds would test nothing
 }
@@ -112,7 +112,7 @@ TEST(InterpretedScans, AreKeptUnderFreshNoise) {
   std::string words;
   for (std::uint64_t seed = 2; seed < 5; ++seed) {
     const Tally tally = Count(known, ScanAndInterpret(KitchenCounter(), seed));
-    kept += tally.count.at(What::kKeep);
+    kept += tally.count.at(Outcome::kKeep);
     all += static_cast<int>(known.size());
     words += tally.words + "\n";
   }
@@ -130,7 +130,7 @@ TEST(InterpretedScans, TellARemovedCan) {
   const InterpretedScan after = ScanAndInterpret(scene, 2);
   int removed = 0;
   for (const Association& a : Associate(known, after.scene, after.cloud, {})) {
-    if (a.what != What::kRemove) continue;
+    if (a.outcome != Outcome::kRemove) continue;
     const KnownObject& gone = known[a.known];
     if (TightBounds(*gone.model, gone.X_WO).contains(p_W)) ++removed;
   }

@@ -44,7 +44,7 @@ Pose Perturbed(Pose X_WO, RandomDraws& draws) {
 }
 
 // One point of each cell of 4 mm.
-std::vector<Eigen::Vector3f> Thinned(const std::vector<Eigen::Vector3f>& points) {
+std::vector<Eigen::Vector3f> Subsampled(const std::vector<Eigen::Vector3f>& points) {
   std::set<std::tuple<int, int, int>> seen;
   std::vector<Eigen::Vector3f> thinned;
   for (const Eigen::Vector3f& p : points) {
@@ -88,7 +88,7 @@ TrueScan ScanAndInterpret(const SimulatedScene& scene, const PinholeCamera& came
          .X_WO = Perturbed(object.X_WO, draws),
          .model = model,
          .supported_by = residual ? -1 : 0,
-         .points_L = Thinned(points)});
+         .points_L = Subsampled(points)});
     result.object_names.push_back(object.name);
   }
   return result;

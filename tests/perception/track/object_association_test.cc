@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-using Outcome = Association::What;
+using Outcome = Association::Outcome;
 
 const Vector3 kPacket_m(0.2, 0.2, 0.1);
 
@@ -42,16 +42,16 @@ TEST(AssociateObjects, KeepsMovesAndAddsByPlaceAndNotByOrder) {
   const auto result = AssociateObjects(known, scan.Scene(), scan.evidence());
   EXPECT_THAT(result, SizeIs(3));
   const Association right = OfKnown(result, 1);
-  EXPECT_EQ(right.what, Outcome::kKeep);
+  EXPECT_EQ(right.outcome, Outcome::kKeep);
   EXPECT_EQ(right.object, 0);
   EXPECT_TRUE(right.X_WO.matrix() == known[1].X_WO.matrix());  // not touched at all
   const Association left = OfKnown(result, 0);
-  EXPECT_EQ(left.what, Outcome::kMove);
+  EXPECT_EQ(left.outcome, Outcome::kMove);
   EXPECT_EQ(left.object, 2);
   EXPECT_LT((left.X_WO.translation() - (kHeadOnSensor_W + Vector3(-0.3, 0.25, 1.35))).norm(),
             0.001);
   EXPECT_LT(RotationAngle_rad(left.X_WO.linear(), Matrix3::Identity()), 0.01);
-  EXPECT_EQ(OfObject(result, 1).what, Outcome::kAdd);
+  EXPECT_EQ(OfObject(result, 1).outcome, Outcome::kAdd);
   EXPECT_EQ(OfObject(result, 1).known, -1);
 }
 
@@ -65,10 +65,10 @@ TEST(AssociateObjects, LetsRaysJudgeWhatIsNotDetected) {
   scene.objects.clear();
   const auto result = AssociateObjects(known, scene, scan.evidence());
   EXPECT_THAT(result, SizeIs(4));
-  EXPECT_EQ(OfKnown(result, 0).what, Outcome::kRemove);
-  EXPECT_EQ(OfKnown(result, 1).what, Outcome::kOcclude);
-  EXPECT_EQ(OfKnown(result, 2).what, Outcome::kKeep);
-  EXPECT_EQ(OfKnown(result, 3).what, Outcome::kKeep);  // rays end on it
+  EXPECT_EQ(OfKnown(result, 0).outcome, Outcome::kRemove);
+  EXPECT_EQ(OfKnown(result, 1).outcome, Outcome::kOcclude);
+  EXPECT_EQ(OfKnown(result, 2).outcome, Outcome::kKeep);
+  EXPECT_EQ(OfKnown(result, 3).outcome, Outcome::kKeep);  // rays end on it
   for (const Association& one : result) EXPECT_EQ(one.object, -1);
   EXPECT_THAT(AssociateObjects({}, scene, scan.evidence()), IsEmpty());
 }
@@ -78,7 +78,7 @@ TEST(AssociateObjects, ReplacesAModelThatExplainsSomeOfWhatStandsInItsPlace) {
   const std::vector<KnownObject> known = {KnownBox("packet", PacketAt(0, 0))};
   const auto result = AssociateObjects(known, scan.Scene(), scan.evidence());
   ASSERT_THAT(result, SizeIs(1));
-  EXPECT_EQ(result[0].what, Outcome::kReplace);
+  EXPECT_EQ(result[0].outcome, Outcome::kReplace);
   EXPECT_EQ(result[0].known, 0);
   EXPECT_EQ(result[0].object, 0);
   EXPECT_TRUE(result[0].X_WO.matrix() == known[0].X_WO.matrix());
@@ -93,7 +93,7 @@ TEST(AssociateObjects, GivesADetectionToOneAloneAndMakesNothingOfWhatIsExplained
   EXPECT_THAT(result, SizeIs(2));
   EXPECT_EQ(OfKnown(result, 1).object, 0);
   EXPECT_EQ(OfKnown(result, 0).object, -1);
-  EXPECT_EQ(OfKnown(result, 0).what, Outcome::kKeep);
+  EXPECT_EQ(OfKnown(result, 0).outcome, Outcome::kKeep);
   // The larger of two pieces stands for the object, although it comes last.
   known.pop_back();
   scene.objects.push_back(scene.objects[0]);
@@ -103,14 +103,14 @@ TEST(AssociateObjects, GivesADetectionToOneAloneAndMakesNothingOfWhatIsExplained
   result = AssociateObjects(known, scene, scan.evidence());
   EXPECT_THAT(result, SizeIs(2));
   EXPECT_EQ(OfKnown(result, 0).object, 1);
-  EXPECT_EQ(OfObject(result, 0).what, Outcome::kExplained);
+  EXPECT_EQ(OfObject(result, 0).outcome, Outcome::kExplained);
   EXPECT_EQ(OfObject(result, 0).known, -1);
   // A user's object explains both, and does not appear in the result.
   known[0].owned_by_user = true;
   result = AssociateObjects(known, scene, scan.evidence());
   EXPECT_THAT(result, SizeIs(2));
-  EXPECT_EQ(OfObject(result, 0).what, Outcome::kExplained);
-  EXPECT_EQ(OfObject(result, 1).what, Outcome::kExplained);
+  EXPECT_EQ(OfObject(result, 0).outcome, Outcome::kExplained);
+  EXPECT_EQ(OfObject(result, 1).outcome, Outcome::kExplained);
   for (const Association& one : result) EXPECT_EQ(one.known, -1);
 }
 

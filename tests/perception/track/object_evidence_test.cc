@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "perception/track/ray_judgement.h"
+#include "perception/track/ray_classification.h"
 #include "tests/perception/track/head_on.h"
 
 namespace cwm::perception {
@@ -59,13 +59,13 @@ TEST(ObjectEvidence, TellsWhatUsersAndWhatStandsExplainOfADetection) {
   const ObjectEvidence one(alone, scene, scan.evidence());
   EXPECT_THAT(one.known, SizeIs(0));
   EXPECT_NEAR(one.UserShare(0), 0.525, 0.02);
-  EXPECT_DOUBLE_EQ(one.StandingShare(0), one.UserShare(0));
+  EXPECT_DOUBLE_EQ(one.PresentShare(0), one.UserShare(0));
   const std::vector<KnownObject> both = {users, KnownBox("other", right)};
   const ObjectEvidence two(both, scene, scan.evidence());
   ASSERT_THAT(two.known, SizeIs(1));
   EXPECT_EQ(two.known[0].index, 1);
   EXPECT_DOUBLE_EQ(two.UserShare(0), one.UserShare(0));
-  EXPECT_DOUBLE_EQ(two.StandingShare(0), 1);
+  EXPECT_DOUBLE_EQ(two.PresentShare(0), 1);
 }
 
 // Leftover points of a known support are residual geometry, but a flat object on it is not.
@@ -77,10 +77,10 @@ TEST(ObjectEvidence, LetsKnownSupportsExplainResidualGeometryAlone) {
   const std::vector<KnownObject> known = {support};
   const ObjectEvidence as_object(known, scene, scan.evidence());
   EXPECT_THAT(as_object.known, SizeIs(0));
-  EXPECT_DOUBLE_EQ(as_object.StandingShare(0), 0);
+  EXPECT_DOUBLE_EQ(as_object.PresentShare(0), 0);
   scene.objects[0].kind = DetectedKind::kResidual;
   const ObjectEvidence as_residual(known, scene, scan.evidence());
-  EXPECT_DOUBLE_EQ(as_residual.StandingShare(0), 1);
+  EXPECT_DOUBLE_EQ(as_residual.PresentShare(0), 1);
   EXPECT_DOUBLE_EQ(as_residual.UserShare(0), 0);
 }
 
@@ -97,7 +97,7 @@ TEST(ObjectEvidence, BelievesNoRaysThatEndOnASupport) {
   SceneInterpretation scene = scan.Scene();
   const ObjectEvidence misled(all, scene, scan.evidence());
   EXPECT_GT(misled.known[0].sights.hit, misled.known[0].sights.through);
-  EXPECT_EQ(JudgeByRays(misled.known[0].sights), Association::What::kKeep);
+  EXPECT_EQ(ClassifyByRays(misled.known[0].sights), Association::Outcome::kKeep);
 
   HybridModel wall;
   wall.shapes.push_back(
@@ -110,7 +110,7 @@ TEST(ObjectEvidence, BelievesNoRaysThatEndOnASupport) {
   const ObjectEvidence evidence(all, scene, scan.evidence());
   EXPECT_EQ(evidence.known[0].sights.hit, 0);
   EXPECT_DOUBLE_EQ(evidence.known[0].sights.ThroughShare(), 1);
-  EXPECT_EQ(JudgeByRays(evidence.known[0].sights), Association::What::kRemove);
+  EXPECT_EQ(ClassifyByRays(evidence.known[0].sights), Association::Outcome::kRemove);
 }
 
 }  // namespace

@@ -51,16 +51,16 @@ TEST(EstimatePinhole, RefusesWhatIsNoImage) {
 }
 
 void ExpectSights(const RangeView& view) {
-  EXPECT_EQ(view.Look({0, 0, 0.9}, kTolerance_m), RayVerdict::kHit);
-  EXPECT_EQ(view.Look({0, 0, 0.905}, kTolerance_m), RayVerdict::kHit);
-  EXPECT_EQ(view.Look({0, 0, 0.88}, kTolerance_m), RayVerdict::kThrough);
-  EXPECT_EQ(view.Look({0, 0, 0.92}, kTolerance_m), RayVerdict::kHidden);
-  EXPECT_EQ(view.Look({0, 0, 1.99}, kTolerance_m), RayVerdict::kHidden);
-  EXPECT_EQ(view.Look({0.4, 0.3, 1.5}, kTolerance_m), RayVerdict::kThrough);
-  EXPECT_EQ(view.Look({0.4, 0.3, 2}, kTolerance_m), RayVerdict::kHit);
-  EXPECT_EQ(view.Look({0.4, 0.3, 2.1}, kTolerance_m), RayVerdict::kHidden);
-  EXPECT_EQ(view.Look({3, 0, 1}, kTolerance_m), RayVerdict::kUnknown);
-  EXPECT_EQ(view.Look({0, 0, -1}, kTolerance_m), RayVerdict::kUnknown);
+  EXPECT_EQ(view.VerdictAt({0, 0, 0.9}, kTolerance_m), RayVerdict::kHit);
+  EXPECT_EQ(view.VerdictAt({0, 0, 0.905}, kTolerance_m), RayVerdict::kHit);
+  EXPECT_EQ(view.VerdictAt({0, 0, 0.88}, kTolerance_m), RayVerdict::kThrough);
+  EXPECT_EQ(view.VerdictAt({0, 0, 0.92}, kTolerance_m), RayVerdict::kHidden);
+  EXPECT_EQ(view.VerdictAt({0, 0, 1.99}, kTolerance_m), RayVerdict::kHidden);
+  EXPECT_EQ(view.VerdictAt({0.4, 0.3, 1.5}, kTolerance_m), RayVerdict::kThrough);
+  EXPECT_EQ(view.VerdictAt({0.4, 0.3, 2}, kTolerance_m), RayVerdict::kHit);
+  EXPECT_EQ(view.VerdictAt({0.4, 0.3, 2.1}, kTolerance_m), RayVerdict::kHidden);
+  EXPECT_EQ(view.VerdictAt({3, 0, 1}, kTolerance_m), RayVerdict::kUnknown);
+  EXPECT_EQ(view.VerdictAt({0, 0, -1}, kTolerance_m), RayVerdict::kUnknown);
 }
 
 TEST(RangeView, TellsHitHiddenThroughAndUnknownOfAnImage) {
@@ -81,18 +81,19 @@ TEST(RangeView, TellsTheSameOnEveryFaceOfTheCube) {
     PointCloud cloud = Unorganised(BallBeforeWall());
     for (auto& p : cloud.points) p = R.cast<float>() * p;
     const RangeView view(cloud);
-    EXPECT_EQ(view.Look(R * Vector3(0, 0, 0.9), kTolerance_m), RayVerdict::kHit) << face;
-    EXPECT_EQ(view.Look(R * Vector3(0.4, 0.3, 1.5), kTolerance_m), RayVerdict::kThrough) << face;
-    EXPECT_EQ(view.Look(R * Vector3(0, 0, 0.95), kTolerance_m), RayVerdict::kHidden) << face;
-    EXPECT_EQ(view.Look(R * Vector3(0, 0, -1), kTolerance_m), RayVerdict::kUnknown) << face;
+    EXPECT_EQ(view.VerdictAt(R * Vector3(0, 0, 0.9), kTolerance_m), RayVerdict::kHit) << face;
+    EXPECT_EQ(view.VerdictAt(R * Vector3(0.4, 0.3, 1.5), kTolerance_m), RayVerdict::kThrough)
+        << face;
+    EXPECT_EQ(view.VerdictAt(R * Vector3(0, 0, 0.95), kTolerance_m), RayVerdict::kHidden) << face;
+    EXPECT_EQ(view.VerdictAt(R * Vector3(0, 0, -1), kTolerance_m), RayVerdict::kUnknown) << face;
   }
 }
 
 TEST(RangeView, KnowsNothingWhereNothingReturned) {
   PointCloud cloud = BallBeforeWall();
   for (auto& p : cloud.points) p.setConstant(std::nanf(""));
-  EXPECT_EQ(RangeView(cloud).Look({0, 0, 1}, kTolerance_m), RayVerdict::kUnknown);
-  EXPECT_EQ(RangeView(PointCloud()).Look({0, 0, 1}, kTolerance_m), RayVerdict::kUnknown);
+  EXPECT_EQ(RangeView(cloud).VerdictAt({0, 0, 1}, kTolerance_m), RayVerdict::kUnknown);
+  EXPECT_EQ(RangeView(PointCloud()).VerdictAt({0, 0, 1}, kTolerance_m), RayVerdict::kUnknown);
 }
 
 }  // namespace

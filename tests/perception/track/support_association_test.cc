@@ -8,7 +8,7 @@
 namespace cwm::perception {
 namespace {
 
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 const SensorNoise kNoise{.model = SensorModel::kKinect};
 
@@ -40,13 +40,13 @@ class TrackingATable : public ::testing::Test {
     return {.objects = {table, floor}};
   }
 
-  What WhatBecomesOfIt(const SimulatedScene& now) const {
+  Outcome WhatBecomesOfIt(const SimulatedScene& now) const {
     const TrueScan seen = ScanAndInterpret(now, KitchenCamera(), 2);
     for (const Association& a : Associate(known_, seen.scene, seen.scan.cloud, kNoise)) {
-      if (a.known == 0) return a.what;
+      if (a.known == 0) return a.outcome;
     }
     ADD_FAILURE() << "the table is not mentioned";
-    return What::kAdd;
+    return Outcome::kAdd;
   }
 
   const Polygon outline_ = Rectangle({0.35, -0.3}, {0.85, 0.3});
@@ -57,28 +57,28 @@ class TrackingATable : public ::testing::Test {
 };
 
 TEST_F(TrackingATable, KeepsItUnderFreshNoise) {
-  EXPECT_EQ(WhatBecomesOfIt(TableOf(outline_, kHeight_m)), What::kKeep);
+  EXPECT_EQ(WhatBecomesOfIt(TableOf(outline_, kHeight_m)), Outcome::kKeep);
 }
 
 TEST_F(TrackingATable, KeepsItWhenItsBorderGrowsOrShrinksALittle) {
   EXPECT_EQ(WhatBecomesOfIt(TableOf(Rectangle({0.34, -0.31}, {0.86, 0.31}), kHeight_m)),
-            What::kKeep);
+            Outcome::kKeep);
   EXPECT_EQ(WhatBecomesOfIt(TableOf(Rectangle({0.36, -0.29}, {0.84, 0.29}), kHeight_m)),
-            What::kKeep);
+            Outcome::kKeep);
 }
 
 TEST_F(TrackingATable, ReplacesItWhenMuchMoreOfItIsSeen) {
   EXPECT_EQ(WhatBecomesOfIt(TableOf(Rectangle({0.35, -0.5}, {0.95, 0.5}), kHeight_m)),
-            What::kReplace);
+            Outcome::kReplace);
 }
 
 TEST_F(TrackingATable, ReplacesItWhenRaysPassThroughHalfOfIt) {
   EXPECT_EQ(WhatBecomesOfIt(TableOf(Rectangle({0.35, -0.3}, {0.85, 0.0}), kHeight_m)),
-            What::kReplace);
+            Outcome::kReplace);
 }
 
 TEST_F(TrackingATable, RemovesItWhenRaysPassThroughAllOfIt) {
-  EXPECT_EQ(WhatBecomesOfIt(TableOf(outline_, 0.6)), What::kRemove);
+  EXPECT_EQ(WhatBecomesOfIt(TableOf(outline_, 0.6)), Outcome::kRemove);
 }
 
 TEST_F(TrackingATable, HidesItUnderAnotherTable) {
@@ -88,7 +88,7 @@ TEST_F(TrackingATable, HidesItUnderAnotherTable) {
   upper.parts = {{.shape = PlateOf(Rectangle({0.1, -0.5}, {0.75, 0.5}))}};
   upper.X_WO = MakeTranslation(0, 0, 1.1);
   now.objects = {upper, now.objects[1]};
-  EXPECT_EQ(WhatBecomesOfIt(now), What::kOcclude);
+  EXPECT_EQ(WhatBecomesOfIt(now), Outcome::kOcclude);
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ TEST_F(PrivateFolder, IsNoLinkAndNoFile) {
 }
 
 TEST_F(PrivateFolder, BelongsToThisUser) {
-  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a folder another user's";
+  if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can make a folder another user's";
   MakeFolder(0700);
   ASSERT_EQ(chown(path_.c_str(), testing::kNobody, testing::kNobody), 0);
   const std::string why = "belongs to user 65534, must belong to user 0";

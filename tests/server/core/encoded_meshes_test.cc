@@ -10,10 +10,10 @@ std::shared_ptr<const EncodedMesh> Bytes(std::size_t count, char fill = 'x') {
       EncodedMesh{.bytes = std::string(count, fill), .hash = {}});
 }
 
-EncodedMeshes::Source Living() { return std::make_shared<const int>(0); }
+EncodedMeshCache::Source Living() { return std::make_shared<const int>(0); }
 
-TEST(EncodedMeshes, GiveBackWhatWasKeptForTheSameSourceAlone) {
-  EncodedMeshes encoded(100);
+TEST(EncodedMeshCache, GiveBackWhatWasKeptForTheSameSourceAlone) {
+  EncodedMeshCache encoded(100);
   const auto one = Living(), other = Living();
   EXPECT_EQ(encoded.Find(one), nullptr);
   const auto bytes = Bytes(10);
@@ -22,8 +22,8 @@ TEST(EncodedMeshes, GiveBackWhatWasKeptForTheSameSourceAlone) {
   EXPECT_EQ(encoded.Find(other), nullptr);
 }
 
-TEST(EncodedMeshes, LetGoOfWhatWasUsedLongestAgo) {
-  EncodedMeshes encoded(25);
+TEST(EncodedMeshCache, LetGoOfWhatWasUsedLongestAgo) {
+  EncodedMeshCache encoded(25);
   const auto a = Living(), b = Living(), c = Living();
   encoded.Keep(a, Bytes(10));
   encoded.Keep(b, Bytes(10));
@@ -35,8 +35,8 @@ TEST(EncodedMeshes, LetGoOfWhatWasUsedLongestAgo) {
   EXPECT_EQ(encoded.held_bytes(), 20);
 }
 
-TEST(EncodedMeshes, KeepOneThatIsLargerThanTheLimitUntilTheNext) {
-  EncodedMeshes encoded(25);
+TEST(EncodedMeshCache, KeepOneThatIsLargerThanTheLimitUntilTheNext) {
+  EncodedMeshCache encoded(25);
   const auto large = Living(), small = Living();
   encoded.Keep(large, Bytes(1000));
   EXPECT_NE(encoded.Find(large), nullptr) << "its ranges are read one after the other";
@@ -45,21 +45,21 @@ TEST(EncodedMeshes, KeepOneThatIsLargerThanTheLimitUntilTheNext) {
   EXPECT_EQ(encoded.held_bytes(), 10);
 }
 
-TEST(EncodedMeshes, KeepNothingOfTheDead) {
-  EncodedMeshes encoded(1000);
+TEST(EncodedMeshCache, KeepNothingOfTheDead) {
+  EncodedMeshCache encoded(1000);
   auto mortal = Living();
   encoded.Keep(mortal, Bytes(500));
   const void* const address = mortal.get();
   mortal = nullptr;
   // A later source at the same address is a different one.
-  const EncodedMeshes::Source reborn(std::shared_ptr<void>(), address);
+  const EncodedMeshCache::Source reborn(std::shared_ptr<void>(), address);
   EXPECT_EQ(encoded.Find(reborn), nullptr);
   encoded.Keep(Living(), Bytes(10));
   EXPECT_EQ(encoded.held_bytes(), 10);
 }
 
-TEST(EncodedMeshes, CountASourceThatWasEncodedTwiceOnce) {
-  EncodedMeshes encoded(1000);
+TEST(EncodedMeshCache, CountASourceThatWasEncodedTwiceOnce) {
+  EncodedMeshCache encoded(1000);
   const auto source = Living();
   encoded.Keep(source, Bytes(10, 'a'));
   encoded.Keep(source, Bytes(20, 'b'));

@@ -14,7 +14,7 @@ ClientId Client(std::int64_t connection, std::uint32_t uid) {
 // The number of units that a client gets by taking one after the other.
 std::int64_t TakeAll(FairQuota& quota, const ClientId& client) {
   std::int64_t taken = 0;
-  while (!quota.Take(HolderOf(client), 1)) ++taken;
+  while (!quota.TryTake(HolderOf(client), 1)) ++taken;
   return taken;
 }
 
@@ -45,25 +45,25 @@ TEST(FairQuota, SharesAmongUsersFirst) {
 
 TEST(FairQuota, SaysWhichLimitRefuses) {
   FairQuota quota({.limit = 100, .member_limit = 10, .group_share = 1, .member_share = 1});
-  EXPECT_EQ(quota.Take(HolderOf(Client(1, 7)), 101), FairQuota::Refusal::kLimit);
-  EXPECT_EQ(quota.Take(HolderOf(Client(1, 7)), 11), FairQuota::Refusal::kMember);
+  EXPECT_EQ(quota.TryTake(HolderOf(Client(1, 7)), 101), FairQuota::Refusal::kLimit);
+  EXPECT_EQ(quota.TryTake(HolderOf(Client(1, 7)), 11), FairQuota::Refusal::kMember);
   for (std::int64_t connection = 1; connection <= 5; ++connection) {
-    EXPECT_FALSE(quota.Take(HolderOf(Client(connection, 7)), 10)) << connection;
+    EXPECT_FALSE(quota.TryTake(HolderOf(Client(connection, 7)), 10)) << connection;
   }
-  EXPECT_EQ(quota.Take(HolderOf(Client(6, 7)), 1), FairQuota::Refusal::kGroup);
-  EXPECT_FALSE(quota.Take(HolderOf(Client(7, 8)), 10));
+  EXPECT_EQ(quota.TryTake(HolderOf(Client(6, 7)), 1), FairQuota::Refusal::kGroup);
+  EXPECT_FALSE(quota.TryTake(HolderOf(Client(7, 8)), 10));
 }
 
 TEST(FairQuota, LeavesAloneAReservedPart) {
   FairQuota quota({.limit = 100, .member_share = 100});
-  EXPECT_EQ(quota.Take(HolderOf(Client(1, 7)), 31, 70), FairQuota::Refusal::kLimit);
-  EXPECT_FALSE(quota.Take(HolderOf(Client(1, 7)), 30, 70));
+  EXPECT_EQ(quota.TryTake(HolderOf(Client(1, 7)), 31, 70), FairQuota::Refusal::kLimit);
+  EXPECT_FALSE(quota.TryTake(HolderOf(Client(1, 7)), 30, 70));
 }
 
 TEST(FairQuota, TakesBackWhatSharesHeld) {
   FairQuota quota({.limit = 2, .member_share = 3});
   {
-    auto first = QuotaShare::Take(quota, Client(1, 7));
+    auto first = QuotaShare::TryTake(quota, Client(1, 7));
     ASSERT_TRUE(first);
     QuotaShare moved = *std::move(first);
     EXPECT_EQ(quota.taken(), 1);

@@ -133,7 +133,7 @@ TEST(GeometryStore, LetsGoOfTheLeastRecentlyUsed) {
 
 TEST(GeometryStore, WhatIsPutForAHolderGoesWithIt) {
   GeometryStore store(kRoomy);
-  auto held = store.PutForHolder(BlobFormat::kPointsF32, std::string(12, '\1'));
+  auto held = store.PutTemporary(BlobFormat::kPointsF32, std::string(12, '\1'));
   ASSERT_TRUE(held.ok()) << held.status();
   const std::string hash = held->hash;
   EXPECT_EQ((*store.Get(hash))->format, BlobFormat::kPointsF32);
@@ -151,8 +151,8 @@ TEST(GeometryStore, WhatOthersPutTooStays) {
     std::string hash;
     if (first) hash = store.Put(BlobFormat::kLabelsU32, bytes)->hash;
     {
-      const auto held = store.PutForHolder(BlobFormat::kLabelsU32, bytes);
-      const auto again = store.PutForHolder(BlobFormat::kLabelsU32, bytes);
+      const auto held = store.PutTemporary(BlobFormat::kLabelsU32, bytes);
+      const auto again = store.PutTemporary(BlobFormat::kLabelsU32, bytes);
       if (!first) hash = store.Put(BlobFormat::kLabelsU32, bytes)->hash;
       EXPECT_EQ(held->hash, hash);
     }
@@ -162,7 +162,7 @@ TEST(GeometryStore, WhatOthersPutTooStays) {
 
 TEST(GeometryStore, AHolderOfWhatHadToGoTakesNothingFromWhoPutItAnew) {
   GeometryStore store(std::int64_t{4} * 30);
-  auto held = store.PutForHolder(BlobFormat::kLabelsU32, Labels(20));
+  auto held = store.PutTemporary(BlobFormat::kLabelsU32, Labels(20));
   ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(25)).ok());  // needs the memory
   EXPECT_FALSE(store.Get(held->hash).ok());
   ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(20)).ok());
@@ -174,7 +174,7 @@ TEST(GeometryStore, HoldersMayOutliveIt) {
   std::shared_ptr<const void> hold;
   {
     GeometryStore store(kRoomy);
-    hold = store.PutForHolder(BlobFormat::kLabelsU32, Labels(1))->hold;
+    hold = store.PutTemporary(BlobFormat::kLabelsU32, Labels(1))->hold;
   }
   hold.reset();
 }
@@ -203,7 +203,7 @@ TEST(GeometryStore, KeepsTheMeshesThatObjectsUse) {
 TEST(GeometryStore, ForgetsAMeshWithItsLastUser) {
   GeometryStore store(kRoomy);
   auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(3));
-  const std::string hash = store.Offer(mesh);
+  const std::string hash = store.RegisterMesh(mesh);
   ASSERT_TRUE(store.Get(hash).ok());
   EXPECT_EQ(*(*store.Get(hash))->bytes, EncodeMesh(*mesh));
   mesh.reset();
@@ -214,8 +214,8 @@ TEST(GeometryStore, KnowsAMeshWhileAnyOfItsEqualsLives) {
   GeometryStore store(kRoomy);
   auto first = std::make_shared<const TriangleMesh>(Tetrahedron(5));
   auto second = std::make_shared<const TriangleMesh>(Tetrahedron(5));
-  const std::string hash = store.Offer(first);
-  EXPECT_EQ(store.Offer(second), hash);
+  const std::string hash = store.RegisterMesh(first);
+  EXPECT_EQ(store.RegisterMesh(second), hash);
   first.reset();
   EXPECT_TRUE(store.Get(hash).ok());
   second.reset();
@@ -226,7 +226,7 @@ TEST(GeometryStore, KnowsAMeshWhileAnyOfItsEqualsLives) {
 TEST(GeometryStore, HoldsWhatWasWrittenThoughItWasOfferedBefore) {
   GeometryStore store(kRoomy);
   auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(4));
-  store.Offer(mesh);
+  store.RegisterMesh(mesh);
   const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(*mesh));
   EXPECT_TRUE(stored->already_known);
   mesh.reset();
@@ -256,21 +256,21 @@ TEST(GeometryStore, WhatIsKnownIsPutAgainByItsHashAlone) {
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles = {{0, 1, 2}};
   const std::string hash = store.Put(BlobFormat::kLabelsU32, EncodeMesh(mesh))->hash;
-  const auto again = store.PutAgain(BlobFormat::kMeshF64, hash);
+  const auto again = store.Renew(BlobFormat::kMeshF64, hash);
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_TRUE(again->already_known);
   EXPECT_NE((*store.Get(hash))->mesh, nullptr);
-  EXPECT_EQ(store.PutAgain(BlobFormat::kMeshF64, "nothing").status().code(),
+  EXPECT_EQ(store.Renew(BlobFormat::kMeshF64, "nothing").status().code(),
             absl::StatusCode::kNotFound);
   const std::string labels = store.Put(BlobFormat::kLabelsU32, "1234")->hash;
-  EXPECT_EQ(store.PutAgain(BlobFormat::kMeshF64, labels).status().code(),
+  EXPECT_EQ(store.Renew(BlobFormat::kMeshF64, labels).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 
 TEST(GeometryStore, EncodesTheMeshOfAnObjectOnceForAllWhoReadIt) {
   GeometryStore store(kRoomy);
   const auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron());
-  const std::string hash = store.Offer(mesh);
+  const std::string hash = store.RegisterMesh(mesh);
   const auto first = store.Get(hash);
   const auto second = store.Get(hash);
   ASSERT_TRUE(first.ok() && second.ok());
@@ -283,7 +283,7 @@ TEST(GeometryStore, AKeptEncodingKeepsNoMeshAlive) {
   GeometryStore store(kRoomy);
   auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron());
   const std::weak_ptr<const TriangleMesh> weak = mesh;
-  const std::string hash = store.Offer(mesh);
+  const std::string hash = store.RegisterMesh(mesh);
   ASSERT_TRUE(store.Get(hash).ok());
   mesh = nullptr;
   EXPECT_TRUE(weak.expired());

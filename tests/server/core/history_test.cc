@@ -96,7 +96,7 @@ TEST(History, UndoingEventsLeadsBackToEachSnapshot) {
   const SnapshotPtr latest = recorder.history.SnapshotAt({4});
   for (int r = 0; r <= 4; ++r) {
     const SnapshotPtr expected = recorder.history.SnapshotAt({r});
-    const SnapshotPtr undone = Undo(*latest, recorder.history.EventsAfter({r}), {r});
+    const SnapshotPtr undone = UndoEvents(*latest, recorder.history.EventsAfter({r}), {r});
     EXPECT_EQ(undone->revision(), expected->revision());
     EXPECT_EQ(undone->objects(), expected->objects()) << "at revision " << r;
   }

@@ -20,7 +20,7 @@ using collision::testing::PutArm;
 using perception::Association;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using What = Association::What;
+using Outcome = Association::Outcome;
 
 PutObject Perceived(const std::string& name, ObjectKind kind, const std::string& supported_by) {
   return {.name = name,
@@ -71,8 +71,8 @@ class IngestPlanTest : public ::testing::Test {
   }
   static const PutObject& PutOf(const Change& change) { return std::get<PutObject>(change.what); }
 
-  const Association keep_table{.what = What::kKeep, .known = 1, .support = 0};
-  const Association keep_box{.what = What::kKeep, .known = 0, .object = 0};
+  const Association keep_table{.outcome = Outcome::kKeep, .known = 1, .support = 0};
+  const Association keep_box{.outcome = Outcome::kKeep, .known = 0, .object = 0};
   SceneMatch match;
   perception::SceneInterpretation scene;
   int given = 0;
@@ -89,15 +89,16 @@ TEST_F(IngestPlanTest, KeepingChangesNothing) {
 TEST_F(IngestPlanTest, WhatIsAttachedStaysAsItIsWhateverTheAssociationsSay) {
   Apply({{PutArm("arm"), {}},
          {collision::AttachObject{.name = "box", .robot = "arm", .link = "tip"}, {}}});
-  for (const What what : {What::kMove, What::kReplace, What::kKeep}) {
-    Decide({keep_table, {.what = what, .known = 0, .object = 0, .X_WO = MakeTranslation(0, 0, 3)}});
+  for (const Outcome what : {Outcome::kMove, Outcome::kReplace, Outcome::kKeep}) {
+    Decide(
+        {keep_table, {.outcome = what, .known = 0, .object = 0, .X_WO = MakeTranslation(0, 0, 3)}});
     const IngestPlan plan = MustPlan();
     EXPECT_THAT(plan.changes, IsEmpty());
     EXPECT_THAT(plan.names, ElementsAre("table", "box"));
   }
   scene.objects.clear();
-  for (const What what : {What::kRemove, What::kOcclude}) {
-    Decide({keep_table, {.what = what, .known = 0}});
+  for (const Outcome what : {Outcome::kRemove, Outcome::kOcclude}) {
+    Decide({keep_table, {.outcome = what, .known = 0}});
     const IngestPlan plan = MustPlan();
     EXPECT_THAT(plan.changes, IsEmpty());
     EXPECT_THAT(plan.removed, IsEmpty());
@@ -105,7 +106,7 @@ TEST_F(IngestPlanTest, WhatIsAttachedStaysAsItIsWhateverTheAssociationsSay) {
 }
 
 TEST_F(IngestPlanTest, ReplacingKeepsNameAndMarginAndTakesModelAndPose) {
-  Decide({keep_table, {.what = What::kReplace, .known = 0, .object = 0}});
+  Decide({keep_table, {.outcome = Outcome::kReplace, .known = 0, .object = 0}});
   const IngestPlan plan = MustPlan();
   ASSERT_EQ(plan.changes.size(), 1u);
   const PutObject& put = PutOf(plan.changes[0]);
@@ -121,11 +122,11 @@ TEST_F(IngestPlanTest, ReplacingKeepsNameAndMarginAndTakesModelAndPose) {
 TEST_F(IngestPlanTest, NewThingsAreNamedAfterTheirKindAndSupporter) {
   scene.objects.push_back(
       {.kind = perception::DetectedKind::kResidual, .model = BoxModel(0.1), .points_L = {}});
-  Decide({{.what = What::kAdd, .object = 1},
-          {.what = What::kAdd, .object = 0},
-          {.what = What::kAdd, .support = 0},
-          {.what = What::kKeep, .known = 0},
-          {.what = What::kKeep, .known = 1}});
+  Decide({{.outcome = Outcome::kAdd, .object = 1},
+          {.outcome = Outcome::kAdd, .object = 0},
+          {.outcome = Outcome::kAdd, .support = 0},
+          {.outcome = Outcome::kKeep, .known = 0},
+          {.outcome = Outcome::kKeep, .known = 1}});
   const IngestPlan plan = MustPlan();
   EXPECT_THAT(plan.names, ElementsAre("support_1", "object_2", "residual_3"));
   ASSERT_EQ(plan.changes.size(), 3u);
@@ -139,9 +140,9 @@ TEST_F(IngestPlanTest, NewThingsAreNamedAfterTheirKindAndSupporter) {
 TEST_F(IngestPlanTest, WhatRestsOnAnObjectNamesItEvenWhenThatIsListedLater) {
   scene.objects.push_back(scene.objects[0]);
   scene.objects[0].rests_on = 1;
-  Decide({{.what = What::kAdd, .object = 0},
-          {.what = What::kAdd, .object = 1},
-          {.what = What::kAdd, .support = 0}});
+  Decide({{.outcome = Outcome::kAdd, .object = 0},
+          {.outcome = Outcome::kAdd, .object = 1},
+          {.outcome = Outcome::kAdd, .support = 0}});
   const IngestPlan plan = MustPlan();
   ASSERT_EQ(plan.changes.size(), 3u);
   EXPECT_THAT(plan.names, ElementsAre("support_1", "object_2", "object_3"));
@@ -161,7 +162,9 @@ TEST_F(IngestPlanTest, SeeingAnOccludedObjectConfirmsIt) {
 }
 
 TEST_F(IngestPlanTest, ALostSupporterIsCorrectedWhereItWasNamed) {
-  Decide({{.what = What::kRemove, .known = 1}, {.what = What::kAdd, .support = 0}, keep_box});
+  Decide({{.outcome = Outcome::kRemove, .known = 1},
+          {.outcome = Outcome::kAdd, .support = 0},
+          keep_box});
   const IngestPlan plan = MustPlan();
   ASSERT_EQ(plan.changes.size(), 3u);
   EXPECT_EQ(PutOf(plan.changes[1]).name, "box");
@@ -170,9 +173,9 @@ TEST_F(IngestPlanTest, ALostSupporterIsCorrectedWhereItWasNamed) {
 }
 
 TEST_F(IngestPlanTest, AddingDropsMovesRemovalsAndOcclusions) {
-  Decide({{.what = What::kOcclude, .known = 1},
-          {.what = What::kAdd, .support = 0},
-          {.what = What::kMove, .known = 0, .object = 0, .X_WO = MakeTranslation(5, 0, 0)}});
+  Decide({{.outcome = Outcome::kOcclude, .known = 1},
+          {.outcome = Outcome::kAdd, .support = 0},
+          {.outcome = Outcome::kMove, .known = 0, .object = 0, .X_WO = MakeTranslation(5, 0, 0)}});
   const IngestPlan plan = MustPlan(IngestMode::kAdd);
   ASSERT_EQ(plan.changes.size(), 1u);
   EXPECT_EQ(PutOf(plan.changes[0]).name, "support_1");
@@ -180,25 +183,30 @@ TEST_F(IngestPlanTest, AddingDropsMovesRemovalsAndOcclusions) {
   EXPECT_THAT(plan.moved, IsEmpty());
   EXPECT_THAT(plan.occluded, IsEmpty());
 
-  Decide({keep_table, {.what = What::kAdd, .object = 0}, {.what = What::kRemove, .known = 0}});
+  Decide({keep_table,
+          {.outcome = Outcome::kAdd, .object = 0},
+          {.outcome = Outcome::kRemove, .known = 0}});
   EXPECT_THAT(MustPlan(IngestMode::kAdd).removed, IsEmpty());
   EXPECT_THAT(MustPlan(IngestMode::kUpdate).removed, ElementsAre("box"));
 }
 
 TEST_F(IngestPlanTest, AUsersObjectIsNeverChangedWhateverIsDecided) {
-  for (const What what : {What::kMove, What::kReplace, What::kKeep}) {
-    Decide(
-        {keep_table, {.what = what, .known = 2, .object = 0}, {.what = What::kKeep, .known = 0}});
+  for (const Outcome what : {Outcome::kMove, Outcome::kReplace, Outcome::kKeep}) {
+    Decide({keep_table,
+            {.outcome = what, .known = 2, .object = 0},
+            {.outcome = Outcome::kKeep, .known = 0}});
     EXPECT_THAT(MustPlan().changes, IsEmpty());
   }
-  for (const What what : {What::kRemove, What::kOcclude}) {
-    Decide({keep_table, keep_box, {.what = what, .known = 2}});
+  for (const Outcome what : {Outcome::kRemove, Outcome::kOcclude}) {
+    Decide({keep_table, keep_box, {.outcome = what, .known = 2}});
     EXPECT_THAT(MustPlan().changes, IsEmpty());
   }
 }
 
 TEST_F(IngestPlanTest, WhatAUserExplainsMakesNothing) {
-  Decide({keep_table, {.what = What::kExplained, .object = 0}, {.what = What::kKeep, .known = 0}});
+  Decide({keep_table,
+          {.outcome = Outcome::kExplained, .object = 0},
+          {.outcome = Outcome::kKeep, .known = 0}});
   const IngestPlan plan = MustPlan();
   EXPECT_THAT(plan.changes, IsEmpty());
   EXPECT_THAT(plan.names, ElementsAre("table", ""));
@@ -206,12 +214,13 @@ TEST_F(IngestPlanTest, WhatAUserExplainsMakesNothing) {
 
 TEST_F(IngestPlanTest, AssociationsThatDoNotFitTheSceneAreAnInternalError) {
   const std::vector<std::vector<Association>> broken = {
-      {keep_table},                                                   // none for the object
-      {keep_table, keep_box, {.what = What::kAdd, .object = 0}},      // two for the object
-      {keep_table, keep_box, {.what = What::kAdd, .object = 1}},      // no such object
-      {keep_table, {.what = What::kKeep, .known = 3, .object = 0}},   // no such known object
-      {keep_table, {.what = What::kMove, .known = -1, .object = 0}},  // without a known object
-      {keep_table, keep_box, {.what = What::kAdd}},                   // neither known nor detected
+      {keep_table},                                                        // none for the object
+      {keep_table, keep_box, {.outcome = Outcome::kAdd, .object = 0}},     // two for the object
+      {keep_table, keep_box, {.outcome = Outcome::kAdd, .object = 1}},     // no such object
+      {keep_table, {.outcome = Outcome::kKeep, .known = 3, .object = 0}},  // no such known object
+      {keep_table,
+       {.outcome = Outcome::kMove, .known = -1, .object = 0}},  // without a known object
+      {keep_table, keep_box, {.outcome = Outcome::kAdd}},       // neither known nor detected
   };
   for (const auto& associations : broken) {
     Decide(associations);
@@ -220,7 +229,7 @@ TEST_F(IngestPlanTest, AssociationsThatDoNotFitTheSceneAreAnInternalError) {
 }
 
 TEST_F(IngestPlanTest, PreparingStopsWhenToldTo) {
-  Decide({{.what = What::kAdd, .support = 0}, {.what = What::kAdd, .object = 0}});
+  Decide({{.outcome = Outcome::kAdd, .support = 0}, {.outcome = Outcome::kAdd, .object = 0}});
   DetectionGeometry geometry{Detections(scene)};
   std::stop_source stop;
   stop.request_stop();

@@ -83,7 +83,7 @@ TEST(IngestRace, FirstScansOfOneSensorAgreeOnItsPose) {
     }
     for (std::thread& thread : threads) thread.join();
     for (const Pose& X_WC : poses) {
-      EXPECT_EQ(X_WC.matrix(), world.PoseOf("head")->X_WC.matrix());
+      EXPECT_EQ(X_WC.matrix(), world.SensorPoseOf("head")->X_WC.matrix());
     }
     EXPECT_EQ(world.Snapshot()->objects().size(), 3u);
   }

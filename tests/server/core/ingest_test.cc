@@ -47,7 +47,7 @@ TEST_F(IngestTest, TheFirstScanAddsWhatItShowsAsOneRevision) {
   EXPECT_EQ(left->supported_by, "support_1");
   EXPECT_EQ(left->geometry->parts.size(), 1u) << "prepared for the engines";
   EXPECT_EQ(Get("support_1")->kind, collision::ObjectKind::kSupport);
-  EXPECT_TRUE(world.observations().Of("object_1").last.has_value());
+  EXPECT_TRUE(world.observations().Get("object_1").last.has_value());
 }
 
 TEST_F(IngestTest, TheOutcomeFollowsTheLabels) {
@@ -82,7 +82,7 @@ TEST_F(IngestTest, AKeptObjectIsObservedAgain) {
   for (const auto stamp : {noon, noon + std::chrono::seconds(1)}) {
     request.frame_stamp = stamp;
     MustIngest(request, TruthOf(scan));
-    EXPECT_EQ(world.observations().Of("object_2").last, stamp);
+    EXPECT_EQ(world.observations().Get("object_2").last, stamp);
   }
   EXPECT_EQ(world.Snapshot()->revision(), Revision{1});
 }
@@ -155,7 +155,7 @@ TEST_F(IngestTest, SegmentOnlyWritesNothing) {
   const IngestOutcome outcome = MustIngest(scan, IngestMode::kSegmentOnly);
   EXPECT_EQ(outcome.revision, Revision{0});
   EXPECT_EQ(world.Snapshot()->revision(), Revision{0});
-  EXPECT_FALSE(world.PoseOf("head").has_value());
+  EXPECT_FALSE(world.SensorPoseOf("head").has_value());
   ASSERT_EQ(outcome.supports.size(), 1u);
   ASSERT_EQ(outcome.objects.size(), 2u);
   EXPECT_EQ(outcome.supports[0]->name, "support_1");
@@ -228,7 +228,7 @@ TEST_F(IngestTest, TheFirstEstimateIsKeptUntilAPoseIsGiven) {
   IngestRequest request = RequestFor(scan);
   request.options.X_WC.reset();
   MustIngest(request, noting.AsFunction());
-  EXPECT_EQ(world.PoseOf("head")->X_WC.matrix(), scan.truth.X_WC.matrix());
+  EXPECT_EQ(world.SensorPoseOf("head")->X_WC.matrix(), scan.truth.X_WC.matrix());
   MustIngest(request, noting.AsFunction());
 
   Pose given = scan.truth.X_WC;
@@ -253,11 +253,11 @@ TEST_F(IngestTest, AGuessedPoseIsNotKept) {
   IngestRequest request = RequestFor(wall);
   request.options.X_WC.reset();
   MustIngest(request, guessing.AsFunction());
-  EXPECT_FALSE(world.PoseOf("head").has_value());
+  EXPECT_FALSE(world.SensorPoseOf("head").has_value());
   NotingInterpreter sure(ScanTable(TwoBoxes()));
   MustIngest(request, sure.AsFunction());
   EXPECT_THAT(sure.given_x_m, ElementsAre(std::nullopt));
-  EXPECT_TRUE(world.PoseOf("head").has_value());
+  EXPECT_TRUE(world.SensorPoseOf("head").has_value());
 }
 
 // An up direction that contradicts an earlier estimate comes from a user, so it causes a new
@@ -268,14 +268,14 @@ TEST_F(IngestTest, AnUpThatContradictsAKeptEstimateReplacesIt) {
   IngestRequest request = RequestFor(scan);
   request.options.X_WC.reset();
   const Pose estimate = Turned(scan.truth.X_WC, 0.2);  // off by more than 5 degrees
-  world.KeepPose("head", {estimate, false});
+  world.SetSensorPose("head", {estimate, false});
   request.options.up_C = UpOf(Turned(estimate, 0.05));  // off by less
   MustIngest(request, noting.AsFunction());
-  EXPECT_EQ(world.PoseOf("head")->X_WC.matrix(), estimate.matrix());
+  EXPECT_EQ(world.SensorPoseOf("head")->X_WC.matrix(), estimate.matrix());
   request.options.up_C = UpOf(scan.truth.X_WC);
   MustIngest(request, noting.AsFunction());
-  EXPECT_EQ(world.PoseOf("head")->X_WC.matrix(), scan.truth.X_WC.matrix());
-  EXPECT_FALSE(world.PoseOf("head")->given);
+  EXPECT_EQ(world.SensorPoseOf("head")->X_WC.matrix(), scan.truth.X_WC.matrix());
+  EXPECT_FALSE(world.SensorPoseOf("head")->given);
   EXPECT_THAT(noting.given_x_m, ElementsAre(estimate.translation().x(), std::nullopt));
 }
 
@@ -288,7 +288,7 @@ TEST_F(IngestTest, AGivenPoseRulesOverAnUp) {
   request.options.up_C = UpOf(Turned(scan.truth.X_WC, 0.2));
   MustIngest(request, noting.AsFunction());
   EXPECT_EQ(noting.given_x_m.back(), scan.truth.X_WC.translation().x());
-  EXPECT_TRUE(world.PoseOf("head")->given);
+  EXPECT_TRUE(world.SensorPoseOf("head")->given);
 }
 
 // The result of segment-only depends on no earlier scan, only on poses that were given.
@@ -301,7 +301,7 @@ TEST_F(IngestTest, SegmentOnlyUsesNoEstimateOfEarlierScans) {
   request.mode = IngestMode::kSegmentOnly;
   MustIngest(request, noting.AsFunction());
   EXPECT_EQ(noting.given_x_m.back(), std::nullopt);
-  world.KeepPose("head", {scan.truth.X_WC, true});
+  world.SetSensorPose("head", {scan.truth.X_WC, true});
   MustIngest(request, noting.AsFunction());
   EXPECT_EQ(noting.given_x_m.back(), scan.truth.X_WC.translation().x());
 }
@@ -328,12 +328,12 @@ TEST_F(IngestTest, TheInterpreterIsToldWhetherTheKeptPoseWasGiven) {
 TEST_F(IngestTest, WhetherASupportIsReachableStaysKnownUntilItChanges) {
   const TableScan scan = ScanTable(TwoBoxes());
   MustIngest(scan);
-  EXPECT_EQ(world.observations().Of("support_1").reachable, true);
-  EXPECT_EQ(world.observations().Of("object_1").reachable, std::nullopt);
-  TableScan untold = scan;
-  untold.truth.supports[0].reachable = std::nullopt;
-  MustIngest(untold);
-  EXPECT_EQ(world.observations().Of("support_1").reachable, true) << "it is where it was";
+  EXPECT_EQ(world.observations().Get("support_1").reachable, true);
+  EXPECT_EQ(world.observations().Get("object_1").reachable, std::nullopt);
+  TableScan unlogged_count = scan;
+  unlogged_count.truth.supports[0].reachable = std::nullopt;
+  MustIngest(unlogged_count);
+  EXPECT_EQ(world.observations().Get("support_1").reachable, true) << "it is where it was";
 }
 
 TEST_F(IngestTest, ARefusedScanKeepsNoPoseAndSeesNothing) {
@@ -343,8 +343,8 @@ TEST_F(IngestTest, ARefusedScanKeepsNoPoseAndSeesNothing) {
   bad.truth.objects[0].X_WO.translation().x() = 1e9;
   const auto outcome = Ingest(world, RequestFor(bad), TruthOf(bad), {});
   EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInvalidArgument) << outcome.status();
-  EXPECT_FALSE(world.PoseOf("head").has_value());
-  EXPECT_FALSE(world.observations().Of("support_1").last.has_value());
+  EXPECT_FALSE(world.SensorPoseOf("head").has_value());
+  EXPECT_FALSE(world.observations().Get("support_1").last.has_value());
 }
 
 // Two simultaneous first scans of a sensor would define two world frames.
@@ -358,7 +358,7 @@ TEST_F(IngestTest, AScanWhoseSensorGotAPoseMeanwhileIsInterpretedAnew) {
                               [&](const auto& cloud, const auto& options, std::stop_token stop) {
                                 auto scene = inner(cloud, options, stop);
                                 if (noting.given_x_m.size() == 1)
-                                  world.KeepPose("head", {scan.truth.X_WC, true});
+                                  world.SetSensorPose("head", {scan.truth.X_WC, true});
                                 return scene;
                               },
                               {});
@@ -374,7 +374,7 @@ TEST_F(IngestTest, APoseThatNeverRestsAborts) {
   double x_m = 0;
   const auto outcome = Ingest(world, request,
                               [&](const auto&, const auto&, std::stop_token) {
-                                world.KeepPose("head", {MakeTranslation(++x_m, 0, 0), true});
+                                world.SetSensorPose("head", {MakeTranslation(++x_m, 0, 0), true});
                                 return absl::StatusOr<perception::SceneInterpretation>(scan.truth);
                               },
                               {});
@@ -395,7 +395,7 @@ TEST_F(IngestTest, AScanThatCannotBeInterpretedChangesNothing) {
                               {});
   EXPECT_EQ(outcome.status(), absl::InvalidArgumentError("cloud: has no finite point"));
   EXPECT_EQ(world.Snapshot()->revision(), Revision{0});
-  EXPECT_FALSE(world.PoseOf("head").has_value());
+  EXPECT_FALSE(world.SensorPoseOf("head").has_value());
 }
 
 TEST_F(IngestTest, AStoppedScanIsCancelledBeforeItWrites) {

@@ -84,7 +84,7 @@ TEST(MemoryBudget, ChargesShrinkAndGrowAnyway) {
   EXPECT_EQ(budget->client_bytes(), 3 * kMebibyte);
   EXPECT_FALSE(charge->Resize(20 * kMebibyte).ok());
   EXPECT_EQ(charge->bytes(), 3 * kMebibyte) << "as it was";
-  charge->ResizeAnyway(20 * kMebibyte);
+  charge->ForceResize(20 * kMebibyte);
   EXPECT_EQ(budget->client_bytes(), 20 * kMebibyte);
   ASSERT_TRUE(charge->Resize(kMebibyte).ok());
   EXPECT_EQ(budget->client_bytes(), kMebibyte);

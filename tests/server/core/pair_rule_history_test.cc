@@ -54,7 +54,7 @@ TEST(PairRuleHistory, UndoingEventsLeadsBackToEachSnapshot) {
     latest = std::move(next);
   }
   for (int r = 0; r <= 6; ++r) {
-    const SnapshotPtr undone = Undo(*latest, history.EventsAfter({r}), {r});
+    const SnapshotPtr undone = UndoEvents(*latest, history.EventsAfter({r}), {r});
     EXPECT_EQ(undone->pair_rules(), history.SnapshotAt({r})->pair_rules()) << "at revision " << r;
   }
 }
@@ -84,11 +84,11 @@ TEST(PairRuleHistory, ARevisionOfRulesAloneIsAnEventAndCountsAmongThoseThatAreKe
   World world{"w", "uid", {.watch_events = 3}, clock.now()};
   for (const WatchMode mode : {WatchMode::kLossless, WatchMode::kCoalesced}) {
     const auto watch = world.Watch({.mode = mode}, [] {});
-    EXPECT_EQ((*(*watch)->Next())->what, WatchStep::What::kInitialState);
+    EXPECT_EQ((*(*watch)->Next())->kind, WatchStep::Kind::kInitialState);
     const double margin_m = mode == WatchMode::kLossless ? 0.1 : 0.2;
     ASSERT_TRUE(world.Apply(std::vector{Margin("a", "b", margin_m)}, {}).ok());
     const WatchStep step = **(*watch)->Next();
-    EXPECT_EQ(step.what, WatchStep::What::kEvents);
+    EXPECT_EQ(step.kind, WatchStep::Kind::kEvents);
     ASSERT_EQ(step.rule_deltas.size(), 1u);
     EXPECT_EQ(step.rule_deltas[0].after.margin_m, margin_m);
   }

@@ -29,11 +29,11 @@ class Replica {
   }
 
   void Take(const WatchStep& step) {
-    if (step.what == WatchStep::What::kInitialState) {
+    if (step.kind == WatchStep::Kind::kInitialState) {
       Reset(*step.snapshot);
       return;
     }
-    if (step.what == WatchStep::What::kEvents || !step.last) {
+    if (step.kind == WatchStep::Kind::kEvents || !step.last) {
       EXPECT_GT(step.revision, revision_) << "ordered and unique";
     }
     revision_ = step.revision;

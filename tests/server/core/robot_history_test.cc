@@ -65,7 +65,7 @@ TEST_F(RobotHistory, UndoingEventsLeadsBackToEachSnapshot) {
     latest = std::move(next);
   }
   for (int r = 0; r <= 5; ++r) {
-    const SnapshotPtr undone = Undo(*latest, history.EventsAfter({r}), {r});
+    const SnapshotPtr undone = UndoEvents(*latest, history.EventsAfter({r}), {r});
     EXPECT_EQ(undone->robots(), history.SnapshotAt({r})->robots()) << "at revision " << r;
     EXPECT_EQ(undone->objects(), history.SnapshotAt({r})->objects()) << "at revision " << r;
   }
@@ -105,7 +105,7 @@ TEST_F(RobotHistory, ARevisionOfARobotAloneIsAnEventAndNoBookmark) {
     const double elbow = mode == WatchMode::kLossless ? 0.1 : 0.2;
     Write({Of(SetElbow("arm", elbow))});
     const WatchStep step = **(*watch)->Next();
-    EXPECT_EQ(step.what, WatchStep::What::kEvents);
+    EXPECT_EQ(step.kind, WatchStep::Kind::kEvents);
     ASSERT_EQ(step.robot_deltas.size(), 1u);
     EXPECT_EQ(step.robot_deltas[0].after->state[0], elbow);
   }
@@ -137,7 +137,7 @@ TEST_F(RobotHistory, EventsOfRobotsCountAmongThoseThatAreKept) {
 
 TEST_F(RobotHistory, NextNamesAreThoseOfNoRobot) {
   Write({Of(PutArm("object_1"))});
-  EXPECT_EQ(world.NextName("object"), "object_2");
+  EXPECT_EQ(world.ReserveName("object"), "object_2");
 }
 
 TEST_F(RobotHistory, RefusalsSayThatTheyAreAboutARobot) {

@@ -112,7 +112,7 @@ TEST_F(RuleExpiryTest, WatchesAreWokenByAnExpiry) {
   const auto step = (*watch)->Next();
   ASSERT_TRUE(step.ok() && step->has_value());
   ASSERT_EQ((*step)->rule_deltas.size(), 1u);
-  EXPECT_TRUE((*step)->rule_deltas[0].after.SaysNothing());
+  EXPECT_TRUE((*step)->rule_deltas[0].after.IsEmpty());
   for (const auto end = Clock::now() + kPatience; wakes == 0 && Clock::now() < end;) {
     std::this_thread::sleep_for(milliseconds(1));
   }
@@ -151,8 +151,8 @@ TEST(RuleExpiry, TellsAgainAWorldOfWhichNothingWasOver) {
   const auto at = [](int s) { return Clock::time_point(seconds(s)); };
   std::atomic<int> clock_s = 50;
   const auto expiry = std::make_shared<RuleExpiry>([&] { return at(clock_s.load()); });
-  const auto world = std::make_shared<World>("w", "uid", Retention{}, Clock::now,
-                                             WorldSurroundings{.expiry = expiry});
+  const auto world =
+      std::make_shared<World>("w", "uid", Retention{}, Clock::now, WorldServices{.expiry = expiry});
   const Change change{
       collision::AllowCollision{.pair = {{"a"}, {"arm"}},
                                 .expires = collision::Expiry{.due = at(100), .wall_time = {}}},

@@ -31,7 +31,7 @@ TEST(GeometryStoreRace, WritersReadersAndObjectsShareOneStore) {
       for (int n = 0; n < 200; ++n) {
         const auto mesh = std::make_shared<const TriangleMesh>(Triangle(1 + (n + t) % 10));
         const std::string bytes = EncodeMesh(*mesh);
-        const std::string hash = n % 2 == 0 ? store.Offer(mesh) : HashOf(mesh);
+        const std::string hash = n % 2 == 0 ? store.RegisterMesh(mesh) : HashOf(mesh);
         if (n % 2 == 1) {
           ASSERT_TRUE(store.Put(BlobFormat::kMeshF64, bytes).ok());
         }

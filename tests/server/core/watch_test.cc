@@ -16,7 +16,7 @@ namespace {
 
 using collision::Change;
 using collision::Revision;
-using What = WatchStep::What;
+using Kind = WatchStep::Kind;
 
 class WatchTest : public ::testing::Test {
  protected:
@@ -50,7 +50,7 @@ TEST_F(WatchTest, BeginsWithTheWholeWorld) {
   Write({Put("a"), Put("b")});
   const auto watch = MustWatch();
   const WatchStep step = MustStep(*watch);
-  EXPECT_EQ(step.what, What::kInitialState);
+  EXPECT_EQ(step.kind, Kind::kInitialState);
   EXPECT_EQ(step.revision, Revision{1});
   EXPECT_EQ(NamesIn(*step.snapshot), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(watch->position(), Revision{1});
@@ -65,7 +65,7 @@ TEST_F(WatchTest, LosslessDeliversEveryRevisionWholeAndInOrder) {
   Write({Remove("b"), Put("c")});
   for (int r = 1; r <= 3; ++r) {
     const WatchStep step = MustStep(*watch);
-    EXPECT_EQ(step.what, What::kEvents);
+    EXPECT_EQ(step.kind, Kind::kEvents);
     EXPECT_EQ(step.revision, Revision{r});
     EXPECT_EQ(step.deltas.size(), r == 2 ? 1u : 2u);
     EXPECT_EQ(watch->position(), Revision{r});
@@ -81,7 +81,7 @@ TEST_F(WatchTest, CoalescedTellsTheNewestOfEachObjectAndNoDeleteIsLost) {
   Write({Remove("b")});
   Write({Put("c")});
   const WatchStep step = MustStep(*watch);
-  EXPECT_EQ(step.what, What::kEvents);
+  EXPECT_EQ(step.kind, Kind::kEvents);
   EXPECT_EQ(step.revision, world.Snapshot()->revision());
   ASSERT_EQ(step.deltas.size(), 3u);
   EXPECT_EQ(step.deltas[0].after->X_WO.translation().x(), 20);
@@ -98,7 +98,7 @@ TEST_F(WatchTest, CoalescedMovesOnByABookmarkWhenAllIsAsItWas) {
   Write({Put("brief")});
   Write({Remove("brief")});
   const WatchStep step = MustStep(*watch);
-  EXPECT_EQ(step.what, What::kBookmark);
+  EXPECT_EQ(step.kind, Kind::kBookmark);
   EXPECT_FALSE(step.last);
   EXPECT_EQ(step.revision, Revision{3});
 }
@@ -207,9 +207,9 @@ TEST_F(WatchTest, DrainingEndsWithABookmarkAfterAllEvents) {
     MustStep(*watch);
     ASSERT_TRUE(other.Apply(std::vector{Put("a")}, {}).ok());
     other.Drain();
-    EXPECT_EQ(MustStep(*watch).what, What::kEvents);
+    EXPECT_EQ(MustStep(*watch).kind, Kind::kEvents);
     const WatchStep end = MustStep(*watch);
-    EXPECT_EQ(end.what, What::kBookmark);
+    EXPECT_EQ(end.kind, Kind::kBookmark);
     EXPECT_EQ(end.revision, Revision{1});
     EXPECT_TRUE(end.last);
     ExpectNothing(*watch);
@@ -259,7 +259,7 @@ TEST_F(WatchTest, ACursorOutlivesItsWorld) {
     watch = *brief.Watch({}, [] {});
     brief.Close();
   }
-  EXPECT_EQ(MustStep(*watch).what, What::kInitialState);
+  EXPECT_EQ(MustStep(*watch).kind, Kind::kInitialState);
   EXPECT_EQ(DetailsOf(watch->Next().status()).reason, "WORLD_DELETED");
 }
 

@@ -7,7 +7,7 @@
 #include "server/core/error.h"
 #include "server/core/geometry_store.h"
 #include "server/core/world.h"
-#include "tests/server/core/looks.h"
+#include "tests/server/core/ends_at_check.h"
 #include "tests/server/core/test_objects.h"
 
 namespace cwm::server {
@@ -40,8 +40,8 @@ TEST(WorkBudget, SaysWhyItEnded) {
 TEST(WorkBudget, LooksOnceForSoManySteps) {
   WorkBudget budget;
   for (int i = 0; i < 10'000; ++i) EXPECT_FALSE(budget.MustEndAfter(100));
-  EXPECT_GT(budget.looks(), 10);
-  EXPECT_LT(budget.looks(), 100);
+  EXPECT_GT(budget.check_count(), 10);
+  EXPECT_LT(budget.check_count(), 100);
 }
 
 TEST(MeshFacts, AreComputedOncePerStoredMeshAndGoWithIt) {
@@ -63,14 +63,14 @@ TEST(MeshFacts, WhatWasEndedIsComputedAgain) {
   GeometryStore store(1 << 20);
   const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()));
   const auto found = store.FindMesh(stored->hash);
-  EndsAtLook at_once(1);
+  EndsAtCheck at_once(1);
   EXPECT_FALSE(found->facts->IsWatertight(*found->mesh, &at_once).has_value());
   EXPECT_EQ(found->facts->IsWatertight(*found->mesh, nullptr), true);
 }
 
 TEST(GeometryStore, AnUploadEndsWithItsBudgetAndStoresNothing) {
   GeometryStore store(1 << 20);
-  EndsAtLook at_once(1);
+  EndsAtCheck at_once(1);
   const auto refused = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()), &at_once);
   EXPECT_TRUE(absl::IsCancelled(refused.status()));
   const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()));
@@ -83,9 +83,9 @@ TEST(World, ALongListEndsWithItsBudgetAndChangesNothing) {
   const auto world = std::make_shared<World>("w", "uid", Retention{});
   std::vector<collision::Change> changes;
   for (int i = 0; i < 1000; ++i) changes.push_back(Put("object_" + std::to_string(i), i));
-  for (const int look : {1, 2}) {
-    EndsAtLook budget(look);
-    EXPECT_TRUE(absl::IsCancelled(world->Apply(changes, {}, &budget).status())) << look;
+  for (const int check : {1, 2}) {
+    EndsAtCheck budget(check);
+    EXPECT_TRUE(absl::IsCancelled(world->Apply(changes, {}, &budget).status())) << check;
   }
   EXPECT_EQ(world->Snapshot()->revision().value, 0);
   WorkBudget forever;

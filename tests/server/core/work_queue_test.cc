@@ -96,23 +96,23 @@ TEST(WorkQueue, RunsATaskInTheCallersThread) {
   WorkQueue queue({.name = "test", .threads = 1, .capacity = 2});
   std::thread::id where;
   Clock::duration idle_within = Clock::duration::max();
-  ASSERT_TRUE(queue.TryRunHere([&] {
+  ASSERT_TRUE(queue.TryRunInline([&] {
     where = std::this_thread::get_id();
     idle_within = queue.IdleFor();
   }));
   EXPECT_EQ(where, std::this_thread::get_id());
   EXPECT_EQ(idle_within, Clock::duration::zero());
   EXPECT_LT(queue.IdleFor(), Clock::duration::max());
-  EXPECT_TRUE(queue.TryRunHere([] { throw std::runtime_error("one bad task"); }));
+  EXPECT_TRUE(queue.TryRunInline([] { throw std::runtime_error("one bad task"); }));
   EXPECT_EQ(queue.failed(), 1);
 }
 
 TEST(WorkQueue, TakesOneCallerAtATime) {
   WorkQueue queue({.name = "test", .threads = 2, .capacity = 2});
   bool second = true;
-  ASSERT_TRUE(queue.TryRunHere([&] { second = queue.TryRunHere([] {}); }));
+  ASSERT_TRUE(queue.TryRunInline([&] { second = queue.TryRunInline([] {}); }));
   EXPECT_FALSE(second);
-  EXPECT_TRUE(queue.TryRunHere([] {}));
+  EXPECT_TRUE(queue.TryRunInline([] {}));
 }
 
 TEST(WorkQueue, TakesNoCallerWhileItsThreadsAreAtWork) {
@@ -124,10 +124,10 @@ TEST(WorkQueue, TakesNoCallerWhileItsThreadsAreAtWork) {
     release.get_future().wait();
   }));
   started.get_future().wait();
-  EXPECT_FALSE(queue.TryRunHere([] {}));
+  EXPECT_FALSE(queue.TryRunInline([] {}));
   release.set_value();
   queue.Drain();
-  EXPECT_FALSE(queue.TryRunHere([] {}));
+  EXPECT_FALSE(queue.TryRunInline([] {}));
 }
 
 TEST(WorkQueue, DrainingWaitsForTheCallerThatRunsATask) {
@@ -135,7 +135,7 @@ TEST(WorkQueue, DrainingWaitsForTheCallerThatRunsATask) {
   std::promise<void> started;
   std::atomic<bool> is_done = false;
   std::thread caller([&] {
-    queue.TryRunHere([&] {
+    queue.TryRunInline([&] {
       started.set_value();
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       is_done = true;

@@ -89,21 +89,21 @@ TEST(WorldRegistry, AWorldThatNobodyKeepsIsFoundByWritersAloneAndGoesWithTheLast
   WorldRegistry registry({}, {});
   std::string uid;
   {
-    auto first = registry.FindOrMake("w");
+    auto first = registry.AcquireLease("w");
     ASSERT_TRUE(first.ok());
     uid = (*first)->uid();
     {
-      auto second = registry.FindOrMake("w");
+      auto second = registry.AcquireLease("w");
       ASSERT_TRUE(second.ok());
       EXPECT_EQ(second->world(), first->world());
     }
-    EXPECT_FALSE(first->kept());
+    EXPECT_FALSE(first->committed());
     EXPECT_EQ(DetailsOf(registry.Find("w").status()).reason, "WORLD_UNKNOWN");
     EXPECT_EQ(DetailsOf(registry.Delete("w").status()).reason, "WORLD_UNKNOWN");
     EXPECT_TRUE(registry.List().empty());
-    EXPECT_EQ(DetailsOf(registry.FindOrMake("w", uid).status()).reason, "WORLD_UNKNOWN");
+    EXPECT_EQ(DetailsOf(registry.AcquireLease("w", uid).status()).reason, "WORLD_UNKNOWN");
   }
-  auto next = registry.FindOrMake("w");
+  auto next = registry.AcquireLease("w");
   ASSERT_TRUE(next.ok());
   EXPECT_NE((*next)->uid(), uid) << "the first is gone";
 }
@@ -111,11 +111,11 @@ TEST(WorldRegistry, AWorldThatNobodyKeepsIsFoundByWritersAloneAndGoesWithTheLast
 TEST(WorldRegistry, AWorldThatOneOfItsWritersKeepsStays) {
   WorldRegistry registry({}, {});
   {
-    auto refused = registry.FindOrMake("w");
+    auto refused = registry.AcquireLease("w");
     {
-      auto written = registry.FindOrMake("w");
-      written->Keep();
-      EXPECT_TRUE(refused->kept());
+      auto written = registry.AcquireLease("w");
+      written->Commit();
+      EXPECT_TRUE(refused->committed());
     }
   }
   EXPECT_TRUE(registry.Find("w").ok());
@@ -123,13 +123,13 @@ TEST(WorldRegistry, AWorldThatOneOfItsWritersKeepsStays) {
 
 TEST(WorldRegistry, AWriterOfADeletedWorldDoesNotKeepItsSuccessor) {
   WorldRegistry registry({}, {});
-  auto old = registry.FindOrMake("w");
-  old->Keep();
+  auto old = registry.AcquireLease("w");
+  old->Commit();
   ASSERT_TRUE(registry.Delete("w").ok());
   {
-    auto next = registry.FindOrMake("w");
-    old->Keep();
-    EXPECT_FALSE(next->kept());
+    auto next = registry.AcquireLease("w");
+    old->Commit();
+    EXPECT_FALSE(next->committed());
   }
   EXPECT_EQ(DetailsOf(registry.Find("w").status()).reason, "WORLD_UNKNOWN");
 }

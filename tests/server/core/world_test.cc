@@ -238,7 +238,7 @@ TEST_F(WorldTest, UpdateShowsTheLatestSnapshotAndAppliesWhatIsMade) {
   const auto outcome = world.Update(
       [&](const SnapshotPtr& latest) {
         EXPECT_EQ(latest, world.Snapshot());
-        return std::vector<Change>{Put(world.NextName("object"))};
+        return std::vector<Change>{Put(world.ReserveName("object"))};
       },
       {});
   ASSERT_TRUE(outcome.ok());
@@ -258,13 +258,13 @@ TEST_F(WorldTest, UpdatePassesARefusalOn) {
 
 TEST_F(WorldTest, NamesAreNeverGivenTwice) {
   MustApply({Put("object_2")});  // a user took the name first
-  EXPECT_EQ(world.NextName("object"), "object_1");
-  EXPECT_EQ(world.NextName("object"), "object_3");
-  EXPECT_EQ(world.NextName("support"), "support_1");
+  EXPECT_EQ(world.ReserveName("object"), "object_1");
+  EXPECT_EQ(world.ReserveName("object"), "object_3");
+  EXPECT_EQ(world.ReserveName("support"), "support_1");
   MustApply({Put("object_4"), Put("object_5")});
   MustApply({Remove("object_5")});
-  EXPECT_EQ(world.NextName("object"), "object_5");
-  EXPECT_EQ(world.NextName("object"), "object_6");
+  EXPECT_EQ(world.ReserveName("object"), "object_5");
+  EXPECT_EQ(world.ReserveName("object"), "object_6");
 }
 
 TEST_F(WorldTest, ObservationsMakeNoRevisionAndGoWithTheObject) {
@@ -273,15 +273,15 @@ TEST_F(WorldTest, ObservationsMakeNoRevisionAndGoWithTheObject) {
   MustApply({Put("a"), Put("b")});
   const std::vector<Sighting> seen = {{.name = "a"}, {.name = "ghost"}};
   Observations& observations = world.observations();
-  observations.Mark(seen, noon, *world.Snapshot());
-  observations.Mark(seen, noon - std::chrono::hours(1), *world.Snapshot());  // arrived late
+  observations.Record(seen, noon, *world.Snapshot());
+  observations.Record(seen, noon - std::chrono::hours(1), *world.Snapshot());  // arrived late
   EXPECT_EQ(world.Snapshot()->revision(), Revision{1});
-  EXPECT_EQ(observations.Of("a").last, noon);
-  EXPECT_EQ(observations.Of("b").last, std::nullopt);
-  EXPECT_EQ(observations.Of("ghost").last, std::nullopt);
+  EXPECT_EQ(observations.Get("a").last, noon);
+  EXPECT_EQ(observations.Get("b").last, std::nullopt);
+  EXPECT_EQ(observations.Get("ghost").last, std::nullopt);
   MustApply({Remove("a")});
   MustApply({Put("a")});
-  EXPECT_EQ(observations.Of("a").last, std::nullopt) << "another object of the same name";
+  EXPECT_EQ(observations.Get("a").last, std::nullopt) << "another object of the same name";
 }
 
 TEST_F(WorldTest, ObservationsAreToldInTheirOrderTheLastOfEachObject) {
@@ -291,33 +291,33 @@ TEST_F(WorldTest, ObservationsAreToldInTheirOrderTheLastOfEachObject) {
   Observations& observations = world.observations();
   const auto see = [&](const std::string& name, int second) {
     const std::vector<Sighting> seen = {{.name = name}};
-    observations.Mark(seen, noon + std::chrono::seconds(second), *world.Snapshot());
+    observations.Record(seen, noon + std::chrono::seconds(second), *world.Snapshot());
   };
   see("a", 0);
   see("b", 1);
   const std::uint64_t first_two = observations.last_number();
   see("c", 2);
   see("a", 3);
-  const auto all = observations.After(0, 10);
+  const auto all = observations.NewerThan(0, 10);
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[0].name, "b");
   EXPECT_EQ(all[2].name, "a");
   EXPECT_EQ(all[2].last, noon + std::chrono::seconds(3));
-  const auto later = observations.After(first_two, 1);
+  const auto later = observations.NewerThan(first_two, 1);
   ASSERT_EQ(later.size(), 1u);
   EXPECT_EQ(later[0].name, "c");
-  EXPECT_EQ(observations.After(later[0].number, 10).at(0).name, "a");
-  EXPECT_TRUE(observations.After(observations.last_number(), 10).empty());
+  EXPECT_EQ(observations.NewerThan(later[0].number, 10).at(0).name, "a");
+  EXPECT_TRUE(observations.NewerThan(observations.last_number(), 10).empty());
 }
 
 TEST_F(WorldTest, KeepsOnePosePerSensor) {
-  EXPECT_FALSE(world.PoseOf("head").has_value());
-  world.KeepPose("head", {MakeTranslation(1, 0, 0), true});
-  world.KeepPose("hand", {MakeTranslation(2, 0, 0), false});
-  world.KeepPose("head", {MakeTranslation(3, 0, 0), true});
-  EXPECT_EQ(world.PoseOf("head")->X_WC.translation().x(), 3);
-  EXPECT_EQ(world.PoseOf("hand")->X_WC.translation().x(), 2);
-  EXPECT_FALSE(world.PoseOf("hand")->given);
+  EXPECT_FALSE(world.SensorPoseOf("head").has_value());
+  world.SetSensorPose("head", {MakeTranslation(1, 0, 0), true});
+  world.SetSensorPose("hand", {MakeTranslation(2, 0, 0), false});
+  world.SetSensorPose("head", {MakeTranslation(3, 0, 0), true});
+  EXPECT_EQ(world.SensorPoseOf("head")->X_WC.translation().x(), 3);
+  EXPECT_EQ(world.SensorPoseOf("hand")->X_WC.translation().x(), 2);
+  EXPECT_FALSE(world.SensorPoseOf("hand")->given);
 }
 
 }  // namespace

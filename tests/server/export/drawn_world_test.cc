@@ -31,7 +31,7 @@ std::shared_ptr<const collision::WorldSnapshot> WithArm(
 }
 
 DrawnWorld Drawn(const collision::WorldSnapshot& snapshot) {
-  auto drawn = Draw(snapshot, 1'000'000);
+  auto drawn = DrawWorld(snapshot, 1'000'000);
   EXPECT_TRUE(drawn.ok()) << drawn.status();
   drawn->name = "room";
   return *drawn;
@@ -68,7 +68,7 @@ TEST(DrawnWorldTest, HasItsVerticesOnTheSurfacesInEachFormat) {
     EXPECT_LT(Distance_m(*world, to_z_up * vertex), 1e-6);
   }
   std::set<std::string> named;
-  for (const DrawnThing& thing : drawn.things) named.insert(thing.name);
+  for (const DrawnItem& item : drawn.items) named.insert(item.name);
   for (const auto& object : world->objects()) {
     const bool is_drawn = object->name != "HalfSpace";  // "HalfSpace.2" has a sphere as well
     EXPECT_EQ(named.contains(object->name), is_drawn) << object->name;
@@ -123,7 +123,7 @@ TEST(PlyExport, NamesThings) {
 }
 
 TEST(DrawnWorldTest, RefusesMoreTrianglesThanMayBe) {
-  const auto drawn = Draw(*WorldOfAll(), 100);
+  const auto drawn = DrawWorld(*WorldOfAll(), 100);
   EXPECT_EQ(drawn.status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(drawn.status().message()), HasSubstr("at most 100"));
 }

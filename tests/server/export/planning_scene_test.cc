@@ -51,7 +51,7 @@ TEST(PlanningSceneTest, SaysWhereTheRobotIsToTheLastBit) {
   arm.X_WB = MakePose({0.1, 1.0 / 3, -1e-7}, Quaternion(0.6, 0, 0, 0.8));
   arm.state[0] = 1.0 / 3;
   const auto world = WorldWith({{arm, std::nullopt}});
-  auto scene = SceneOf(*world, 0);
+  auto scene = MakePlanningScene(*world, 0);
   ASSERT_TRUE(scene.ok());
   ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
   const formats::SceneFile read = Read(*scene);
@@ -71,7 +71,7 @@ TEST(PlanningSceneTest, AllowsWhatRulesAndTheRobotAllow) {
                                 Allow({{"crane", "tip"}, {"cup"}}),
                                 Allow({{"cup"}, {"tray"}}),
                                 Allow({{"crane", "base"}, {"*"}})});
-  auto scene = SceneOf(*world, 0);
+  auto scene = MakePlanningScene(*world, 0);
   ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
   const formats::SceneFile read = Read(*scene);
   EXPECT_THAT(read.allowed_collisions.names, ElementsAre("base", "cup", "tip", "tray", "upper"));
@@ -93,7 +93,7 @@ TEST(PlanningSceneTest, SaysWhichRulesItCannotSay) {
        {collision::SetPairMargin{.pair = {{"mug"}, {"*"}}, .margin_m = 0.1}, std::nullopt},
        Allow({{"other"}, {"cup"}}),
        Allow({{"other", "tip"}, {"cup"}})});
-  auto scene = SceneOf(*world, 0);
+  auto scene = MakePlanningScene(*world, 0);
   ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
   EXPECT_THAT(scene->warnings, Contains(HasSubstr("cup and tray: allowed for good")));
   EXPECT_THAT(scene->warnings, Contains(HasSubstr("* and cup, * and mug: the margin of the pair")));
@@ -107,7 +107,7 @@ TEST(PlanningSceneTest, SaysWhatTheRobotHoldsInTheFrameOfTheLink) {
   const auto world = WorldWith({{collision::testing::PutArm("crane"), std::nullopt}});
   PlanningScene scene;
   PlannedObject cup{.name = "cup", .X_WO = MakeTranslation(5, 0, 0), .shapes = {}};
-  cup.shapes.push_back(ToPlanner({Pose::Identity(), Sphere{0.1}}));
+  cup.shapes.push_back(ToPlannerShape({Pose::Identity(), Sphere{0.1}}));
   scene.objects = {cup, cup};
   scene.objects[0].attachment = {.robot = "crane",
                                  .link = "tip",
@@ -130,7 +130,7 @@ TEST(PlanningSceneTest, SaysWhatTheRobotHoldsInTheFrameOfTheLink) {
   EXPECT_EQ(read.objects[0].id, "mug");
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("mug: stands free, it is attached to other")));
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("cup: what supports it is left out")));
-  LeaveOutAttached(objects_alone);
+  RemoveAttached(objects_alone);
   EXPECT_TRUE(objects_alone.objects.empty());
   EXPECT_THAT(objects_alone.warnings,
               Contains(HasSubstr("cup: left out, it is attached to crane")));
@@ -149,22 +149,22 @@ Change PutBall(const std::string& name, collision::ObjectKind kind) {
 
 TEST(PlanningSceneTest, SaysWhatIsUnseenSpace) {
   const auto world = WorldWith({PutBall("behind", collision::ObjectKind::kUnseen)});
-  const auto scene = SceneOf(*world, 0);
+  const auto scene = MakePlanningScene(*world, 0);
   ASSERT_TRUE(scene.ok()) << scene.status();
   EXPECT_THAT(scene->warnings, ElementsAre(HasSubstr("behind: becomes an object like any other")));
 }
 
 TEST(PlanningSceneTest, HasSoManyAllowedNamesAndNoMore) {
   std::vector<Change> changes;
-  for (std::size_t i = 0; i < kMaxAllowedNames - 1; ++i) {
+  for (std::size_t i = 0; i < kMaxMatrixNames - 1; ++i) {
     changes.push_back(Allow({{"hub"}, {"thing" + std::to_string(i)}}));
   }
   std::vector<std::string> warnings;
-  const auto most = AllowedMatrixOf(*WorldWith(changes), nullptr, warnings);
-  ASSERT_TRUE(most.ok()) << most.status();
-  EXPECT_EQ(most->names.size(), kMaxAllowedNames);
+  const auto largest = MakeAllowedCollisionMatrix(*WorldWith(changes), nullptr, warnings);
+  ASSERT_TRUE(largest.ok()) << largest.status();
+  EXPECT_EQ(largest->names.size(), kMaxMatrixNames);
   changes.push_back(Allow({{"hub"}, {"one"}}));
-  const auto more = AllowedMatrixOf(*WorldWith(changes), nullptr, warnings);
+  const auto more = MakeAllowedCollisionMatrix(*WorldWith(changes), nullptr, warnings);
   EXPECT_EQ(more.status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(DetailsOf(more.status()).reason, "EXPORT_TOO_LARGE");
   EXPECT_THAT(std::string(more.status().message()),
@@ -177,25 +177,26 @@ TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
                                 PutBall("cup", collision::ObjectKind::kUser),
                                 Allow({{"crane", "tip"}, {"*"}}),
                                 Allow({{"cup"}, {"tray"}})});
-  int asked = 0;
+  int check_count = 0;
   const auto make = [&](int times) -> absl::Status {
-    asked = 0;
-    const GoOn go_on = [&] {
-      return ++asked > times ? absl::CancelledError("enough") : absl::OkStatus();
+    check_count = 0;
+    const CancellationCheck check_cancelled = [&] {
+      return ++check_count > times ? absl::CancelledError("enough") : absl::OkStatus();
     };
-    auto scene = SceneOf(*world, 0, go_on);
+    auto scene = MakePlanningScene(*world, 0, check_cancelled);
     if (!scene.ok()) return scene.status();
-    const auto added = AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene, go_on);
+    const auto added =
+        AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene, check_cancelled);
     if (!added.ok()) return added;
-    const auto text = FormatSceneText(*scene, go_on);
-    return text.ok() ? FormatSceneYaml(*scene, go_on).status() : text.status();
+    const auto text = FormatSceneText(*scene, check_cancelled);
+    return text.ok() ? FormatSceneYaml(*scene, check_cancelled).status() : text.status();
   };
   ASSERT_TRUE(make(1'000).ok());
-  const int all = asked;
+  const int all = check_count;
   EXPECT_EQ(all, 3 * 1 + 7 + 2 + 1 + 5);  // three for the cup, links, rules, defaults, rows
   for (int times = 0; times < all; ++times) {
     EXPECT_TRUE(absl::IsCancelled(make(times))) << times;
-    EXPECT_EQ(asked, times + 1);
+    EXPECT_EQ(check_count, times + 1);
   }
 }
 

@@ -72,21 +72,21 @@ void ExpectSameGeometry(const WorldSnapshot& world, const std::string& text) {
 
 TEST(SceneRoundTrip, KeepsEveryShapeWhereItIs) {
   const auto world = WorldOfAll();
-  const auto scene = SceneOf(*world, kAnyTriangles);
+  const auto scene = MakePlanningScene(*world, kAnyTriangles);
   ASSERT_TRUE(scene.ok()) << scene.status();
   ExpectSameGeometry(*world, FormatSceneText(*scene).value());
   ExpectSameGeometry(*world, FormatSceneYaml(*scene).value());
 }
 
 TEST(SceneRoundTrip, WritesTheSameBytesEveryTime) {
-  const auto first = SceneOf(*WorldOfAll(), kAnyTriangles);
-  const auto second = SceneOf(*WorldOfAll(), kAnyTriangles);
+  const auto first = MakePlanningScene(*WorldOfAll(), kAnyTriangles);
+  const auto second = MakePlanningScene(*WorldOfAll(), kAnyTriangles);
   EXPECT_EQ(FormatSceneText(*first).value(), FormatSceneText(*second).value());
   EXPECT_EQ(FormatSceneYaml(*first).value(), FormatSceneYaml(*second).value());
 }
 
 TEST(SceneRoundTrip, SaysWhatBecameAMesh) {
-  const auto scene = SceneOf(*WorldOfAll(), kAnyTriangles);
+  const auto scene = MakePlanningScene(*WorldOfAll(), kAnyTriangles);
   EXPECT_THAT(scene->warnings,
               ::testing::UnorderedElementsAre(
                   ::testing::HasSubstr("Cup, Cup.2: a truncated cone is written as a mesh, up to"),
@@ -96,7 +96,7 @@ TEST(SceneRoundTrip, SaysWhatBecameAMesh) {
 }
 
 TEST(SceneRoundTrip, RefusesMoreTrianglesThanMayBe) {
-  const auto scene = SceneOf(*WorldOfAll(), 100);
+  const auto scene = MakePlanningScene(*WorldOfAll(), 100);
   EXPECT_EQ(scene.status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(scene.status().message()), ::testing::HasSubstr("at most 100"));
 }

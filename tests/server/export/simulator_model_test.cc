@@ -25,13 +25,13 @@ constexpr double kFloat_m = 1e-7;
 constexpr std::int64_t kAnyTriangles = 1'000'000;
 
 ModelFiles Urdf() {
-  auto scene = SceneOf(*WorldOfAll(), 1'000'000);
+  auto scene = MakePlanningScene(*WorldOfAll(), 1'000'000);
   EXPECT_TRUE(scene.ok()) << scene.status();
   scene->name = "room/1";
   return FormatUrdf(*std::move(scene), kAnyTriangles).value();
 }
 ModelFiles Sdf() {
-  auto scene = SceneOf(*WorldOfAll(), 1'000'000);
+  auto scene = MakePlanningScene(*WorldOfAll(), 1'000'000);
   EXPECT_TRUE(scene.ok()) << scene.status();
   scene->name = "room/1";
   return FormatSdf(*std::move(scene), kAnyTriangles).value();

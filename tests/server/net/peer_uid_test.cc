@@ -122,7 +122,7 @@ TEST_P(PeerUidOverTcp, IsOursForASocketOfOurs) {
 }
 
 TEST_P(PeerUidOverTcp, IsThatOfAnotherUser) {
-  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
+  if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
   if (Socket(Connect(address_, GetParam().protocol)).fd() < 0) {
     GTEST_SKIP() << "this kernel does not have " << GetParam().name;
   }
@@ -153,7 +153,7 @@ TEST(PeerUid, IsThatOfTheUserAtAUnixSocket) {
     const Socket peer(Connect(UnixAddress(path)));
     EXPECT_EQ(PeerUid(Accept(listener).fd()), geteuid());
   }
-  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
+  if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
   ASSERT_EQ(chmod(scratch.path().c_str(), 0755), 0);
   ASSERT_EQ(chmod(path.c_str(), 0666), 0);
   OtherUser stranger(kNobody, [&]() -> std::string {

@@ -59,8 +59,8 @@ TEST_F(AcceptLoopTest, WhatSaysNothingIsClosedAndWhatSpeaksStays) {
   const RawPeer silent(address_);
   const RawPeer half(address_);
   const RawPeer speaks(address_);
-  ASSERT_TRUE(half.Send(Http2Beginning().substr(0, 32)));
-  ASSERT_TRUE(speaks.Send(Http2Beginning()));
+  ASSERT_TRUE(half.Send(Http2ClientPreface().substr(0, 32)));
+  ASSERT_TRUE(speaks.Send(Http2ClientPreface()));
   const auto begun = Clock::now();
   EXPECT_TRUE(silent.IsClosedWithin(kSoon));
   EXPECT_TRUE(half.IsClosedWithin(kSoon));
@@ -72,7 +72,7 @@ TEST_F(AcceptLoopTest, WhatSaysNothingIsClosedAndWhatSpeaksStays) {
 TEST_F(AcceptLoopTest, WhatIsNoHttp2IsClosedAtOnce) {
   // The last cases: a stream begun before the settings, another frame of the connection, a wrong
   // byte after right ones.
-  const std::string preface = Http2Beginning().substr(0, 24);
+  const std::string preface = Http2ClientPreface().substr(0, 24);
   for (const std::string& garbage :
        {std::string("GET / HTTP/1.1\r\n\r\n"), std::string("\x16\x03\x01", 3), std::string("X"),
         preface + Http2Frame(1, 4, 1, ""), preface + Http2Frame(4, 0, 1, ""),
@@ -88,7 +88,7 @@ TEST_F(AcceptLoopTest, WhatIsNoHttp2IsClosedAtOnce) {
 
 TEST_F(AcceptLoopTest, WhatComesByteByByteIsServed) {
   const RawPeer peer(address_);
-  for (const char byte : Http2Beginning()) {
+  for (const char byte : Http2ClientPreface()) {
     ASSERT_TRUE(peer.Send(std::string(1, byte)));
     std::this_thread::sleep_for(milliseconds(1));
   }
@@ -100,7 +100,7 @@ TEST_F(AcceptLoopTest, AUserHasSoManyConnectionsAndTheNextOnesAreClosedAtOnce) {
   std::vector<RawPeer> peers;
   for (int i = 0; i < 7; ++i) {
     peers.emplace_back(address_);
-    ASSERT_TRUE(peers.back().Send(Http2Beginning()));
+    ASSERT_TRUE(peers.back().Send(Http2ClientPreface()));
     ASSERT_EQ(peers.back().Receive(9, kSoon).size(), 9U) << i;
   }
   for (int i = 0; i < 20; ++i) {
@@ -128,14 +128,14 @@ TEST_F(AcceptLoopTest, TheLongestSilentOfAUserMakesRoomForTheNext) {
   }
   EXPECT_TRUE(silent[0].IsClosedWithin(kSilence / 3));
   EXPECT_TRUE(silent[1].IsClosedWithin(kSilence / 3));
-  ASSERT_TRUE(silent[5].Send(Http2Beginning()));
+  ASSERT_TRUE(silent[5].Send(Http2ClientPreface()));
   EXPECT_EQ(silent[5].Receive(9, kSoon).size(), 9U);
 }
 
 TEST_F(AcceptLoopTest, AThousandThatComeAndGoLeaveNothing) {
   for (int i = 0; i < 1'000; ++i) {
     const RawPeer peer(address_);
-    if (i % 2 == 0) peer.Send(Http2Beginning().substr(0, static_cast<std::size_t>(i) % 34));
+    if (i % 2 == 0) peer.Send(Http2ClientPreface().substr(0, static_cast<std::size_t>(i) % 34));
   }
   for (int i = 0; i < 100 && Stats(*admin_).connections_open() > 1; ++i) {
     std::this_thread::sleep_for(milliseconds(50));
@@ -148,7 +148,7 @@ TEST_F(AcceptLoopTest, TheServerLooksAtItselfThoughNobodyElseIsAdmitted) {
   std::vector<RawPeer> peers;
   for (int i = 0; i < 7; ++i) {
     peers.emplace_back(address_);
-    ASSERT_TRUE(peers.back().Send(Http2Beginning()));
+    ASSERT_TRUE(peers.back().Send(Http2ClientPreface()));
     ASSERT_EQ(peers.back().Receive(9, kSoon).size(), 9U);
   }
   EXPECT_FALSE(CheckHealth(address_, kSoon).ok()) << "a stranger is not admitted";
@@ -210,7 +210,7 @@ class ClientOfTest : public ::testing::TestWithParam<const char*> {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     return grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), arguments);
   }
-  ClientId Ask(const std::shared_ptr<grpc::Channel>& channel) {
+  ClientId ClientIdOf(const std::shared_ptr<grpc::Channel>& channel) {
     Call call;
     v1::GetServerInfoResponse info;
     const auto status = v1::AdminService::NewStub(channel)->GetServerInfo(&call, {}, &info);
@@ -232,26 +232,26 @@ INSTANTIATE_TEST_SUITE_P(Addresses, ClientOfTest,
 
 TEST_P(ClientOfTest, EachConnectionIsAnotherClientHoweverManyCameBefore) {
   const auto first = Dial();
-  const ClientId id = Ask(first);
+  const ClientId id = ClientIdOf(first);
   EXPECT_EQ(id.connection, 1);
   std::set<std::int64_t> seen = {id.connection};
   for (int i = 0; i < 300; ++i) {
     const auto channel = Dial();
-    const ClientId other = Ask(channel);
+    const ClientId other = ClientIdOf(channel);
     EXPECT_TRUE(seen.insert(other.connection).second) << other.connection << " came twice";
-    EXPECT_EQ(Ask(channel), other);
+    EXPECT_EQ(ClientIdOf(channel), other);
   }
-  EXPECT_EQ(Ask(first), id) << "it stays who it is";
+  EXPECT_EQ(ClientIdOf(first), id) << "it stays who it is";
 }
 
 TEST_P(ClientOfTest, TheUserIsTheOneWhoConnected) {
-  const ClientId id = Ask(Dial());
+  const ClientId id = ClientIdOf(Dial());
   EXPECT_GT(id.connection, 0);
   EXPECT_EQ(id.uid, ClientId{.uid = getuid()}.uid);
 }
 
 TEST_P(ClientOfTest, ACallWithinTheProcessIsNobodys) {
-  EXPECT_EQ(Ask(server_->InProcessChannel({})), ClientId{});
+  EXPECT_EQ(ClientIdOf(server_->InProcessChannel({})), ClientId{});
 }
 
 // Limits the process to `more` further descriptors during its lifetime.
@@ -301,7 +301,7 @@ TEST(FullTableTest, WithoutADescriptorConnectionsAreClosedAndLaterOnesAreTaken) 
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, sizeof(address.sun_path) - 1);
     EXPECT_EQ(connect(peer.number(), reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
-    send(peer.number(), Http2Beginning().data(), Http2Beginning().size(), MSG_NOSIGNAL);
+    send(peer.number(), Http2ClientPreface().data(), Http2ClientPreface().size(), MSG_NOSIGNAL);
   };
   constexpr int kFree = 6;
   const FewDescriptors few(kFree);

@@ -41,24 +41,24 @@ std::uint32_t NumberIn(const std::string& bytes, std::size_t at, std::size_t siz
 
 TEST_F(ChannelArgumentsTest, TheSettingsTellTheLimitsOfTheServer) {
   const RawPeer peer(address_);
-  ASSERT_TRUE(peer.Send(Http2Beginning()));
+  ASSERT_TRUE(peer.Send(Http2ClientPreface()));
   const std::string header = peer.Receive(9, kSoon);
   ASSERT_EQ(header.size(), 9U);
   ASSERT_EQ(header[3], 4) << "a SETTINGS frame comes first";
   const std::string settings = peer.Receive(NumberIn(header, 0, 3), kSoon);
-  std::map<std::uint32_t, std::uint32_t> told;
+  std::map<std::uint32_t, std::uint32_t> values;
   for (std::size_t i = 0; i + 6 <= settings.size(); i += 6) {
-    told[NumberIn(settings, i, 2)] = NumberIn(settings, i + 2, 4);
+    values[NumberIn(settings, i, 2)] = NumberIn(settings, i + 2, 4);
   }
   constexpr std::uint32_t kMaxConcurrentStreams = 3;
   constexpr std::uint32_t kMaxHeaderListSize = 6;
   v1::GetServerInfoResponse info;
   Call call;
   ASSERT_TRUE(admin_->GetServerInfo(&call, {}, &info).ok());
-  EXPECT_EQ(told[kMaxConcurrentStreams], info.limits().max_calls_of_connection());
+  EXPECT_EQ(values[kMaxConcurrentStreams], info.limits().max_calls_of_connection());
   EXPECT_GT(info.limits().max_calls_of_connection(),
             info.limits().max_streams() + info.limits().max_watchers());
-  EXPECT_EQ(told[kMaxHeaderListSize], info.limits().max_metadata_bytes());
+  EXPECT_EQ(values[kMaxHeaderListSize], info.limits().max_metadata_bytes());
 }
 
 TEST_F(ChannelArgumentsTest, MetadataOverTheLimitIsRefusedAndTheServerGoesOn) {
@@ -90,7 +90,7 @@ TEST_F(ChannelArgumentsTest, CompressedCallsAreRefusedAndNeverInflated) {
 
 TEST_F(ChannelArgumentsTest, APeerThatAnswersNoPingIsClosed) {
   const RawPeer peer(address_);
-  ASSERT_TRUE(peer.Send(Http2Beginning()));
+  ASSERT_TRUE(peer.Send(Http2ClientPreface()));
   const auto begun = Clock::now();
   EXPECT_TRUE(peer.IsClosedWithin(kSoon));
   EXPECT_GE(Clock::now() - begun, kKeepalive);
@@ -98,7 +98,7 @@ TEST_F(ChannelArgumentsTest, APeerThatAnswersNoPingIsClosed) {
 
 TEST_F(ChannelArgumentsTest, APeerThatAnswersPingsStays) {
   const RawPeer peer(address_);
-  ASSERT_TRUE(peer.Send(Http2Beginning()));
+  ASSERT_TRUE(peer.Send(Http2ClientPreface()));
   const auto until = Clock::now() + 10 * kKeepalive;
   int pings = 0;
   while (Clock::now() < until) {

@@ -58,7 +58,7 @@ TEST(ConnectionsTest, ANumberIsNotGivenAgainSoon) {
     const int number = Register(connections, 7, std::move(pair.server));
     EXPECT_TRUE(numbers.insert(number).second) << number;
     close(number);
-    connections.Sweep();
+    connections.DropClosed();
   }
 }
 
@@ -72,7 +72,7 @@ TEST(ConnectionsTest, WhereNumbersAreFewEachStillLeadsToItsLatestConnection) {
     EXPECT_EQ(connections.Find(number).uid, static_cast<std::uint32_t>(i));
     close(number);
   }
-  connections.Sweep();
+  connections.DropClosed();
   EXPECT_EQ(connections.open(), 0);
 }
 
@@ -80,11 +80,11 @@ TEST(ConnectionsTest, WhatIsClosedIsForgottenThoughSomethingElseLiesAtItsNumber)
   Connections connections(kMany, 8'192);
   Pair pair;
   const int number = Register(connections, 7, std::move(pair.server));
-  connections.Sweep();
+  connections.DropClosed();
   EXPECT_EQ(connections.open(), 1);
   Pair other;
   ASSERT_EQ(dup2(other.server.number(), number), number);
-  connections.Sweep();
+  connections.DropClosed();
   EXPECT_EQ(connections.open(), 0);
   EXPECT_EQ(connections.Find(number).connection, ClientId::kClosed);
   close(number);
@@ -115,8 +115,8 @@ TEST(ConnectionsTest, NobodyHasMoreThanTheirShareNorAllMoreThanThereIs) {
   EXPECT_FALSE(connections.TryAdmit(9)) << "there are 5";
   connections.AdmitAlways(9);
   EXPECT_EQ(connections.open(), 6);
-  connections.Forget(9);
-  connections.Forget(8);
+  connections.CancelAdmission(9);
+  connections.CancelAdmission(8);
   EXPECT_TRUE(connections.TryAdmit(9));
 }
 

@@ -47,15 +47,15 @@ class DeadlineTest : public RunningServer {
   v1::GetDistancesRequest request_;
 };
 
-// Calls ask(timeout), which returns true if a part of the answer came in time, with growing shares
-// of the full answer's time on this machine until one succeeds. Other load of the machine may make
-// some of them fail.
-template <class Ask>
-void ExpectPartInTime(Clock::duration whole, const Ask& ask) {
+// Calls attempt(timeout), which returns true if a part of the answer came in time, with growing
+// shares of the full answer's time on this machine until one succeeds. Other load of the machine
+// may make some of them fail.
+template <class Attempt>
+void ExpectPartInTime(Clock::duration whole, const Attempt& attempt) {
   constexpr int kTimes = 3;
   for (int i = 0; i < kTimes; ++i) {
     for (const double share : {0.15, 0.25, 0.35, 0.5, 0.65, 0.8}) {
-      if (ask(std::chrono::duration_cast<milliseconds>(share * whole))) return;
+      if (attempt(std::chrono::duration_cast<milliseconds>(share * whole))) return;
     }
   }
   FAIL() << "no deadline was kept";

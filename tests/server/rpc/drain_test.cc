@@ -58,7 +58,7 @@ TEST_F(DrainTest, IdleConnectionsDoNotHoldItUp) {
 // Results of the calls that clients made while the server stopped.
 struct Outcomes {
   std::atomic<int> answered = 0;
-  std::atomic<int> told = 0;                 // refused with SERVER_DRAINING and the time to retry
+  std::atomic<int> draining_errors = 0;      // refused with SERVER_DRAINING and the time to retry
   std::atomic<int> closed = 0;               // UNAVAILABLE from the transport
   std::atomic<int> closed_though_early = 0;  // the same for a call that had begun before the stop
   std::atomic<int> other = 0;
@@ -88,7 +88,7 @@ void CallUntilClosed(const std::shared_ptr<grpc::Channel>& channel, bool asks_mu
       goes_on = false;
     } else {
       ExpectDraining(status);
-      ++outcomes.told;
+      ++outcomes.draining_errors;
     }
   }
 }
@@ -119,10 +119,10 @@ TEST_F(DrainTest, EachCallOfBusyClientsEndsWithItsAnswerOrWithTheReason) {
     EXPECT_LT(Clock::now() - begun, 2 * kSoon);
   }
   RecordProperty("answered", outcomes.answered);
-  RecordProperty("told", outcomes.told);
+  RecordProperty("told", outcomes.draining_errors);
   RecordProperty("closed", outcomes.closed);
   EXPECT_GT(outcomes.answered, 0);
-  EXPECT_GT(outcomes.told, 0);
+  EXPECT_GT(outcomes.draining_errors, 0);
   EXPECT_EQ(outcomes.closed_though_early, 0);
   EXPECT_EQ(outcomes.other, 0);
 }
@@ -170,7 +170,7 @@ TEST_F(DrainTest, WhatWaitsForItsTurnIsRefusedAndWhatHasBegunIsAnswered) {
   const int under_way = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const int waiting = 10;
   std::atomic<int> answered = 0;
-  std::atomic<int> told = 0;
+  std::atomic<int> draining_errors = 0;
   std::vector<std::jthread> writers;
   for (int i = 0; i < under_way + waiting; ++i) {
     writers.emplace_back([&] {
@@ -183,19 +183,19 @@ TEST_F(DrainTest, WhatWaitsForItsTurnIsRefusedAndWhatHasBegunIsAnswered) {
         ++answered;
       } else {
         ExpectDraining(status);
-        ++told;
+        ++draining_errors;
       }
     });
   }
   std::this_thread::sleep_for(milliseconds(300));  // until all have arrived
   std::jthread stopper([this] { server_->Stop(kLong); });
   std::this_thread::sleep_for(milliseconds(700));  // longer than it waits for idle clients
-  EXPECT_EQ(answered + told, 0);
+  EXPECT_EQ(answered + draining_errors, 0);
   release.release();
   writers.clear();
   stopper.join();
   EXPECT_EQ(answered, under_way);
-  EXPECT_EQ(told, waiting);
+  EXPECT_EQ(draining_errors, waiting);
 }
 
 TEST_F(DrainTest, WorkThatIsStoppedAfterTheGraceSaysWhy) {

@@ -95,7 +95,7 @@ TEST_F(ExportTest, ComesInChunksOfWhichTheLastIsDone) {
   const std::shared_ptr<World> world = *application_.worlds.Find("default");
   const auto snapshot = world->At(Latest{}, Clock::time_point::max(), {});
   ASSERT_TRUE(snapshot.ok()) << snapshot.status();
-  auto scene = SceneOf(**snapshot, 1'000'000);
+  auto scene = MakePlanningScene(**snapshot, 1'000'000);
   ASSERT_TRUE(scene.ok()) << scene.status();
   scene->name = "default";
   const std::string expected = FormatSceneText(*scene).value();

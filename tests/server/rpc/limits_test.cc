@@ -74,7 +74,7 @@ TEST_F(LittleMemoryTest, RefusesWhatWorldsHaveNoRoomForAndGoesOn) {
   EXPECT_TRUE(Apply(Spheres("again", 500)).ok());
 }
 
-TEST_F(LittleMemoryTest, AnswersNoQuestionAsIfARefusedOverlayHadNotBeenGiven) {
+TEST_F(LittleMemoryTest, AnswersNoQueryAsIfARefusedOverlayHadNotBeenGiven) {
   PutBox("a", 5);
   Call call;
   const auto stream = query_->StreamQueries(&call);

@@ -107,7 +107,7 @@ TEST(ListenAddress, AFileIsNeverReplaced) {
 }
 
 TEST(ListenAddress, ASocketOfAnotherUserIsSaidToBeTheirs) {
-  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a socket another user's";
+  if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can make a socket another user's";
   const testing::ScratchDirectory scratch;
   const std::string path = scratch / "cwm.sock";
   ASSERT_EQ(chmod(scratch.path().c_str(), 01777), 0);

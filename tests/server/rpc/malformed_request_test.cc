@@ -120,10 +120,10 @@ TEST_F(MalformedRequestTest, AnUploadEndsAtOnceWhateverCameBefore) {
 
 TEST_F(MalformedRequestTest, AStreamAnswersWhatCameBeforeAndEndsWithTheRefusal) {
   PutBox("a", 0);
-  v1::StreamQueriesRequest question;
-  question.set_id(7);
-  *question.mutable_check_collisions()->mutable_subject() = SphereAt({0});
-  const std::string good = question.SerializeAsString();
+  v1::StreamQueriesRequest query;
+  query.set_id(7);
+  *query.mutable_check_collisions()->mutable_subject() = SphereAt({0});
+  const std::string good = query.SerializeAsString();
   const std::string method = "/cwm.v1.QueryService/StreamQueries";
   const Answer answer = Send(method, {good, kNoMessage, good});
   ExpectMalformed(answer.status, method);

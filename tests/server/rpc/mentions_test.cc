@@ -30,7 +30,7 @@ class MentionsTest : public RunningServer {
   }
 };
 
-TEST_F(MentionsTest, OfOneMeshInWritesAndQuestionsPrepareItOnce) {
+TEST_F(MentionsTest, OfOneMeshInWritesAndQueriesPrepareItOnce) {
   const std::string hash = Store(10'000);
   for (int i = 0; i < 2; ++i) {
     Call call;

@@ -37,7 +37,7 @@ TEST(ParseRequest, FillsTheMessageAndFreesTheBytes) {
   ASSERT_TRUE(ParseRequest(bytes, &received, &unlimited).ok());
   EXPECT_EQ(received.SerializeAsString(), sent.SerializeAsString());
   EXPECT_EQ(bytes.Length(), 0u);
-  EXPECT_GE(unlimited.looks(), 4);
+  EXPECT_GE(unlimited.check_count(), 4);
 }
 
 TEST(ParseRequest, EndsWithTheCall) {
@@ -48,7 +48,7 @@ TEST(ParseRequest, EndsWithTheCall) {
   grpc::ByteBuffer bytes = BufferOf(sent);
   v1::ApplyChangesRequest received;
   EXPECT_TRUE(absl::IsCancelled(ParseRequest(bytes, &received, &cancelled)));
-  EXPECT_EQ(cancelled.looks(), 1);
+  EXPECT_EQ(cancelled.check_count(), 1);
   EXPECT_EQ(bytes.Length(), 0u);
 
   WorkBudget late(Clock::now() - std::chrono::seconds(1), std::stop_token());

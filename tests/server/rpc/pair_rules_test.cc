@@ -66,7 +66,7 @@ class PairRulesTest : public RunningServer {
   static constexpr int kFree = v1::VERDICT_FREE, kHit = v1::VERDICT_COLLISION;
 };
 
-TEST_F(PairRulesTest, OfTheWorldHoldForEveryQuestion) {
+TEST_F(PairRulesTest, OfTheWorldHoldForEveryQuery) {
   EXPECT_THAT(Verdicts({}), ElementsAre(kHit, kFree, kFree));
   std::int64_t revision = 0;
   ASSERT_TRUE(Apply(Margin("*", "left", 0.06), &revision).ok());
@@ -98,7 +98,7 @@ TEST_F(PairRulesTest, OfTheWorldHoldForEveryQuestion) {
             grpc::StatusCode::OUT_OF_RANGE);
 }
 
-TEST_F(PairRulesTest, OfAQuestionHoldForItAlone) {
+TEST_F(PairRulesTest, OfAQueryHoldForItAlone) {
   v1::QueryOptions ignoring;
   *ignoring.add_ignore_pairs() = PairOf("*", "left");
   EXPECT_THAT(Verdicts(ignoring), ElementsAre(kFree, kFree, kFree));

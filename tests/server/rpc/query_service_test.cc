@@ -83,7 +83,7 @@ TEST_F(QueryTest, CollisionIsDistanceBelowTheMargin) {
   EXPECT_EQ(response.trust(), std::string(3, static_cast<char>(v1::TRUST_EXACT)));
 }
 
-TEST_F(QueryTest, AnOverlayIsSeenByItsQuestionAlone) {
+TEST_F(QueryTest, AnOverlayIsSeenByItsQueryAlone) {
   v1::GetDistancesRequest request;
   *request.mutable_subject() = SphereAt({0.5});
   request.mutable_options()->set_max_results(5);
@@ -126,7 +126,7 @@ TEST_F(QueryTest, AnObjectOfTheOverlayCanAsk) {
   EXPECT_EQ(response.verdicts(), std::string("\x02"));
 }
 
-TEST_F(QueryTest, AnOverlayThatCannotBeAppliedFailsTheQuestionAndIsNamed) {
+TEST_F(QueryTest, AnOverlayThatCannotBeAppliedFailsTheQueryAndIsNamed) {
   v1::GetDistancesRequest request;
   *request.mutable_subject() = SphereAt({0.5});
   v1::GetDistancesResponse response;

@@ -44,10 +44,10 @@ TEST(LineLimit, AdmitsFiftyOfAllKindsTogether) {
 }
 
 TEST(RequestLog, ShowsNamesWithoutControlCharactersAndCutsThem) {
-  EXPECT_EQ(Shown("table_1"), "\"table_1\"");
-  EXPECT_EQ(Shown("a\nrefused \x1b[31m\xc2\x9b"), "\"a\\nrefused \\x1b[31m\\xc2\\x9b\"");
-  EXPECT_EQ(Shown("say \"no\""), "\"say \\\"no\\\"\"");
-  EXPECT_EQ(Shown(std::string(1'000, 'x')), "\"" + std::string(128, 'x') + "...\"");
+  EXPECT_EQ(QuoteForLog("table_1"), "\"table_1\"");
+  EXPECT_EQ(QuoteForLog("a\nrefused \x1b[31m\xc2\x9b"), "\"a\\nrefused \\x1b[31m\\xc2\\x9b\"");
+  EXPECT_EQ(QuoteForLog("say \"no\""), "\"say \\\"no\\\"\"");
+  EXPECT_EQ(QuoteForLog(std::string(1'000, 'x')), "\"" + std::string(128, 'x') + "...\"");
 }
 
 // Captures log lines instead of writing them to the terminal.
@@ -97,7 +97,7 @@ TEST_F(LoggingServerTest, ACrowdOfRefusalsIsTenLinesAndANumber) {
   EXPECT_LE(refused, 5 * kMaxLinesOfKind) << "500 calls take far less than five seconds";
 }
 
-TEST_F(LoggingServerTest, AStreamTellsWhichOfItsQuestionsWereRefused) {
+TEST_F(LoggingServerTest, AStreamTellsWhichOfItsQueriesWereRefused) {
   {
     Call call;
     const auto stream = query_->StreamQueries(&call);

@@ -37,12 +37,12 @@ class RevisionWaitsTest : public ::testing::Test {
   // The final status of a wait.
   absl::Status EndOf(RevisionWait wait) {
     const auto end = std::make_shared<std::promise<absl::Status>>();
-    auto told = end->get_future();
+    auto future = end->get_future();
     waits_.Await(std::move(wait), queue_, [end](absl::StatusOr<SnapshotPtr> snapshot) {
       end->set_value(snapshot.status());
     });
-    return told.wait_for(30s) == std::future_status::ready ? told.get()
-                                                           : absl::UnknownError("no end");
+    return future.wait_for(30s) == std::future_status::ready ? future.get()
+                                                             : absl::UnknownError("no end");
   }
 
   WorldRegistry worlds_{Limits{}, Retention{}};
@@ -185,11 +185,11 @@ TEST_F(WaitingClientsTest, AllWhoWaitForOneRevisionAreAnsweredAndNobodyElseIsRef
         wire;
   };
   std::list<Stream> streams(kStreams);
-  v1::StreamQueriesRequest question;
-  *question.mutable_get_distances() = request;
+  v1::StreamQueriesRequest query;
+  *query.mutable_get_distances() = request;
   for (Stream& stream : streams) {
     stream.wire = query_->StreamQueries(&stream.call);
-    ASSERT_TRUE(stream.wire->Write(question));
+    ASSERT_TRUE(stream.wire->Write(query));
   }
   const v1::GetDistancesRequest now = AtLeast(1, 1);
   const auto ask_now = [&] {

@@ -148,7 +148,7 @@ TEST_F(RobotLinksTest, AnEarlierRevisionIsAnsweredAsItWas) {
   EXPECT_EQ(ReasonIn(Get(request, &response)), "REVISION_IN_FUTURE");
 }
 
-TEST_F(RobotLinksTest, BadQuestionsAreRefused) {
+TEST_F(RobotLinksTest, BadQueriesAreRefused) {
   LoadArm();
   v1::GetRobotLinksRequest request;
   v1::GetRobotLinksResponse response;

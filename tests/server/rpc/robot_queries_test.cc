@@ -170,13 +170,13 @@ TEST_F(RobotQueries, AnswerAsTheCoreDoesByteForByte) {
   EXPECT_EQ(moved.hi(), Bytes(motions.hi));
   EXPECT_EQ(moved.clearance_m(), Bytes(motions.clearance_m));
   EXPECT_EQ(moved.object_index(), Bytes(motions.object));
-  EXPECT_EQ(moved.trust().size(), motions.trust.size());
+  EXPECT_EQ(moved.trust().size(), motions.accuracy.size());
   for (const char some : {v1::MOTION_VERDICT_CONTACT, v1::MOTION_VERDICT_OUT_OF_LIMITS}) {
     EXPECT_THAT(moved.verdicts(), ::testing::Contains(some));
   }
 }
 
-TEST_F(RobotQueries, StandWhereTheyAreUnlessTheOverlayOrTheQuestionSaysOtherwise) {
+TEST_F(RobotQueries, StandWhereTheyAreUnlessTheOverlayOrTheQuerySaysOtherwise) {
   v1::CheckCollisionsRequest request;
   *request.mutable_subject() = Arm({});
   EXPECT_EQ(Check(request).verdicts(), "\x02") << "outstretched, as it was loaded: in the post";
@@ -313,15 +313,15 @@ TEST_F(RobotQueries, MotionsOfPlanarAndFloatingJointsTurnTheShortWay) {
         Links("wb") + Ball("hand") + JointText("moves", kind, "w", "b", "<axis xyz=\"0 0 1\"/>") +
         JointText("ahead", "fixed", "b", "hand", "<origin xyz=\"0.5 0 0\"/>")));
     LoadRobot(kind, load.header());
-    const auto told = [&](double x_m) {
+    const auto verdicts_at = [&](double x_m) {
       v1::CheckMotionsRequest request;
       request.mutable_subject()->mutable_robot()->set_robot(kind);
       request.mutable_subject()->mutable_robot()->mutable_rows()->set_data(
           Bytes(rows_at(kind, x_m)));
       return Move(request).verdicts();
     };
-    EXPECT_EQ(told(10.5), std::string(1, v1::MOTION_VERDICT_CONTACT)) << kind;
-    EXPECT_EQ(told(9.5), std::string(1, v1::MOTION_VERDICT_FREE)) << kind;
+    EXPECT_EQ(verdicts_at(10.5), std::string(1, v1::MOTION_VERDICT_CONTACT)) << kind;
+    EXPECT_EQ(verdicts_at(9.5), std::string(1, v1::MOTION_VERDICT_FREE)) << kind;
   }
 }
 

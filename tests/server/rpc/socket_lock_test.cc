@@ -26,7 +26,7 @@ TEST(SocketLock, LeavesNoFileBehindAndCanBeTakenAgain) {
   const testing::ScratchDirectory scratch;
   const std::string path = scratch / "cwm.sock";
   for (int i = 0; i < 2; ++i) {
-    const auto lock = SocketLock::Take(path);
+    const auto lock = SocketLock::Acquire(path);
     ASSERT_TRUE(lock.ok()) << lock.status();
     EXPECT_EQ(access((path + ".lock").c_str(), F_OK), 0);
   }
@@ -41,39 +41,39 @@ TEST(SocketLock, IsHeldByOneAtATimeThoughItsFileComesAndGoes) {
   const std::string path = scratch / "cwm.sock";
   std::atomic<int> holders = 0;
   std::atomic<int> taken = 0;
-  std::atomic<int> most = 0;
+  std::atomic<int> max_holders = 0;
   {
     std::vector<std::jthread> threads;
     for (int i = 0; i < kThreads; ++i) {
       threads.emplace_back([&] {
         for (int round = 0; round < kRounds; ++round) {
-          const auto lock = SocketLock::Take(path);
+          const auto lock = SocketLock::Acquire(path);
           if (!lock.ok()) continue;  // timed out on a busy machine
           ++taken;
           const int now = ++holders;
-          if (now > most) most = now;
+          if (now > max_holders) max_holders = now;
           std::this_thread::yield();
           --holders;
         }
       });
     }
   }
-  EXPECT_EQ(most, 1);
+  EXPECT_EQ(max_holders, 1);
   EXPECT_GE(taken, kRounds);
 }
 
 TEST(SocketLock, NamesTheProcessThatDoesNotLetGo) {
   const testing::ScratchDirectory scratch;
-  const auto held = SocketLock::Take(scratch / "cwm.sock");
+  const auto held = SocketLock::Acquire(scratch / "cwm.sock");
   ASSERT_TRUE(held.ok());
-  const auto second = SocketLock::Take(scratch / "cwm.sock");
+  const auto second = SocketLock::Acquire(scratch / "cwm.sock");
   EXPECT_TRUE(absl::IsUnavailable(second.status())) << second.status();
   EXPECT_THAT(std::string(second.status().message()),
               HasSubstr("process " + std::to_string(getpid()) + " holds "));
 }
 
 TEST(SocketLock, SaysWhereNoFileCanBeMade) {
-  const auto lock = SocketLock::Take("/nonexistent/cwm.sock");
+  const auto lock = SocketLock::Acquire("/nonexistent/cwm.sock");
   EXPECT_TRUE(absl::IsFailedPrecondition(lock.status())) << lock.status();
   EXPECT_THAT(std::string(lock.status().message()), HasSubstr("/nonexistent/cwm.sock.lock"));
 }
@@ -82,7 +82,7 @@ class SocketLockOfStranger : public ::testing::Test {
  protected:
   // The reason why the lock is refused.
   std::string Refusal() {
-    const auto lock = SocketLock::Take(socket_);
+    const auto lock = SocketLock::Acquire(socket_);
     EXPECT_TRUE(absl::IsFailedPrecondition(lock.status())) << lock.status();
     return std::string(lock.status().message());
   }
@@ -99,7 +99,7 @@ class SocketLockOfStranger : public ::testing::Test {
 
 // In a world-writable directory another user may have created the file first.
 TEST_F(SocketLockOfStranger, AFileOfAnotherUserIsNotBelievedAndNotWrittenTo) {
-  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a file another user's";
+  if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can make a file another user's";
   ASSERT_EQ(chmod(scratch_.path().c_str(), 01777), 0);
   testing::OtherUser stranger(testing::kNobody, [&]() -> std::string {
     std::ofstream(file_) << "theirs";

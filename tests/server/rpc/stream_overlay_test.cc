@@ -23,7 +23,7 @@ class StreamOverlayTest : public RunningServer {
     PutBox("left", 0);
     PutBox("right", 2);
   }
-  v1::StreamQueriesResponse Ask(const v1::StreamQueriesRequest& request) {
+  v1::StreamQueriesResponse Send(const v1::StreamQueriesRequest& request) {
     v1::StreamQueriesResponse response;
     EXPECT_TRUE(stream_->Write(request) && stream_->Read(&response));
     return response;
@@ -45,7 +45,7 @@ class StreamOverlayTest : public RunningServer {
     return distance_m;
   }
   double NearestToHalf_m() {
-    const v1::StreamQueriesResponse response = Ask(AtHalf());
+    const v1::StreamQueriesResponse response = Send(AtHalf());
     EXPECT_FALSE(response.has_error()) << response.error().message();
     return Nearest_m(response.get_distances());
   }
@@ -55,11 +55,11 @@ class StreamOverlayTest : public RunningServer {
       stream_ = query_->StreamQueries(&call_);
 };
 
-TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
+TEST_F(StreamOverlayTest, HoldsForAllQueriesOfItsStreamAndNoOther) {
   EXPECT_NEAR(NearestToHalf_m(), 0.3, kExact_m);
   v1::StreamQueriesRequest opening = Supposing({PutBoxChange("near", 0.9)});
   opening.set_id(7);
-  const v1::StreamQueriesResponse opened = Ask(opening);
+  const v1::StreamQueriesResponse opened = Send(opening);
   EXPECT_EQ(opened.id(), 7);
   EXPECT_EQ(opened.answer_case(), v1::StreamQueriesResponse::ANSWER_NOT_SET);
   EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
@@ -69,7 +69,7 @@ TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
   EXPECT_NEAR(NearestToHalf_m(), 0.15, kExact_m);
   v1::StreamQueriesRequest before = AtHalf();
   before.mutable_get_distances()->mutable_options()->mutable_at_revision()->set_exact(2);
-  const v1::StreamQueriesResponse earlier = Ask(before);
+  const v1::StreamQueriesResponse earlier = Send(before);
   EXPECT_EQ(earlier.get_distances().revision(), 2);
   EXPECT_NEAR(Nearest_m(earlier.get_distances()), 0.2, kExact_m);
   // A query's own overlay is applied after it.
@@ -77,11 +77,11 @@ TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
   v1::Change* own = both.mutable_get_distances()->mutable_options()->add_overlay();
   own->mutable_remove()->set_name("near");
   both.mutable_get_distances()->mutable_options()->add_ignore("between");
-  EXPECT_NEAR(Nearest_m(Ask(both).get_distances()), 0.3, kExact_m);
+  EXPECT_NEAR(Nearest_m(Send(both).get_distances()), 0.3, kExact_m);
   // Another overlay replaces it, from the query in the same message on.
   v1::StreamQueriesRequest other = AtHalf();
   *other.mutable_overlay()->add_changes() = PutBoxChange("nearer", 0.8);
-  EXPECT_NEAR(Nearest_m(Ask(other).get_distances()), 0.1, kExact_m);
+  EXPECT_NEAR(Nearest_m(Send(other).get_distances()), 0.1, kExact_m);
   // Other clients do not see it, and no revision is made.
   v1::GetDistancesResponse response;
   Call unary;
@@ -89,36 +89,37 @@ TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
   EXPECT_NEAR(Nearest_m(response), 0.15, kExact_m);
   ExpectRevision(3);
   // An empty overlay removes it.
-  EXPECT_FALSE(Ask(Supposing({})).has_error());
+  EXPECT_FALSE(Send(Supposing({})).has_error());
   EXPECT_NEAR(NearestToHalf_m(), 0.15, kExact_m);
 }
 
 TEST_F(StreamOverlayTest, IsOfOneWorld) {
   PutBox("far", 5, "other");
-  Ask(Supposing({PutBoxChange("near", 0.9)}));
+  Send(Supposing({PutBoxChange("near", 0.9)}));
   v1::StreamQueriesRequest elsewhere = AtHalf();
   elsewhere.mutable_get_distances()->set_world("other");
-  EXPECT_NEAR(Nearest_m(Ask(elsewhere).get_distances()), 4.3, kExact_m);
+  EXPECT_NEAR(Nearest_m(Send(elsewhere).get_distances()), 4.3, kExact_m);
   elsewhere.mutable_get_distances()->set_world("default");
-  EXPECT_NEAR(Nearest_m(Ask(elsewhere).get_distances()), 0.2, kExact_m);
+  EXPECT_NEAR(Nearest_m(Send(elsewhere).get_distances()), 0.2, kExact_m);
 }
 
-TEST_F(StreamOverlayTest, ThatCannotBeAppliedIsToldToEachQuestionAndNeverLeftOut) {
+TEST_F(StreamOverlayTest, ThatCannotBeAppliedIsToldToEachQueryAndNeverLeftOut) {
   v1::Change ghost;
   ghost.mutable_remove()->set_name("ghost");
-  EXPECT_FALSE(Ask(Supposing({ghost})).has_error()) << "the world may come to have it";
+  EXPECT_FALSE(Send(Supposing({ghost})).has_error()) << "the world may come to have it";
   for (int i = 0; i < 2; ++i) {
-    const v1::StreamQueriesResponse response = Ask(AtHalf());
+    const v1::StreamQueriesResponse response = Send(AtHalf());
     EXPECT_EQ(response.error().reason(), "OBJECT_UNKNOWN");
     EXPECT_EQ(response.error().message(), "overlay.changes[0]: object 'ghost' does not exist");
   }
   v1::Change nameless;
   nameless.mutable_remove()->set_name("no such/ name!");
-  EXPECT_EQ(Ask(Supposing({nameless})).error().fields(0).field(), "overlay.changes[0].remove.name");
-  EXPECT_EQ(Ask(AtHalf()).error().fields(0).field(), "overlay.changes[0].remove.name");
+  EXPECT_EQ(Send(Supposing({nameless})).error().fields(0).field(),
+            "overlay.changes[0].remove.name");
+  EXPECT_EQ(Send(AtHalf()).error().fields(0).field(), "overlay.changes[0].remove.name");
   const std::vector<v1::Change> many(20'000, PutBoxChange("near", 0.9));
-  EXPECT_EQ(Ask(Supposing(many)).error().fields(0).field(), "overlay");
-  EXPECT_FALSE(Ask(Supposing({})).has_error());
+  EXPECT_EQ(Send(Supposing(many)).error().fields(0).field(), "overlay");
+  EXPECT_FALSE(Send(Supposing({})).has_error());
   EXPECT_NEAR(NearestToHalf_m(), 0.3, kExact_m);
 }
 
@@ -126,8 +127,8 @@ TEST_F(StreamOverlayTest, AllowsForATimeAndNoLonger) {
   v1::StreamQueriesRequest check;
   *check.mutable_check_collisions()->mutable_subject() = SphereAt({0});
   check.mutable_check_collisions()->mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
-  const auto verdict = [&](const v1::StreamQueriesRequest& asked) {
-    const v1::StreamQueriesResponse response = Ask(asked);
+  const auto verdict = [&](const v1::StreamQueriesRequest& query) {
+    const v1::StreamQueriesResponse response = Send(query);
     EXPECT_FALSE(response.has_error()) << response.error().message();
     return response.check_collisions().rows(0).verdict();
   };
@@ -169,22 +170,22 @@ TEST_F(StreamOverlayTest, AllowsForATimeAndNoLonger) {
 }
 
 TEST_F(StreamOverlayTest, IsOfNoOtherWorldThatComesToHaveTheName) {
-  Ask(Supposing({PutBoxChange("near", 0.9)}));
+  Send(Supposing({PutBoxChange("near", 0.9)}));
   Call call;
   v1::DeleteWorldResponse deleted;
   ASSERT_TRUE(world_->DeleteWorld(&call, {}, &deleted).ok());
   PutBox("left", 0);
-  EXPECT_EQ(Ask(AtHalf()).error().reason(), "WORLD_REPLACED");
-  Ask(Supposing({PutBoxChange("near", 0.9)}));
+  EXPECT_EQ(Send(AtHalf()).error().reason(), "WORLD_REPLACED");
+  Send(Supposing({PutBoxChange("near", 0.9)}));
   EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
   // An overlay set before the world exists applies to the first world of that name.
   v1::StreamQueriesRequest early = Supposing({PutBoxChange("near", 0.9)});
   early.mutable_overlay()->set_world("later");
-  Ask(early);
+  Send(early);
   PutBox("left", 0, "later");
-  v1::StreamQueriesRequest asked = AtHalf();
-  asked.mutable_get_distances()->set_world("later");
-  EXPECT_NEAR(Nearest_m(Ask(asked).get_distances()), 0.2, kExact_m);
+  v1::StreamQueriesRequest query = AtHalf();
+  query.mutable_get_distances()->set_world("later");
+  EXPECT_NEAR(Nearest_m(Send(query).get_distances()), 0.2, kExact_m);
 }
 
 }  // namespace

@@ -116,14 +116,14 @@ class StreamQueriesTest : public RunningServer {
   // Sends the query both ways.
   template <class Request, class Response>
   void ExpectTheSame(Method<Request, Response> method, const Request& request,
-                     Request* (v1::StreamQueriesRequest::*question)(),
+                     Request* (v1::StreamQueriesRequest::*mutable_query)(),
                      const Response& (v1::StreamQueriesResponse::*answer)() const) {
     Response unary;
     Call call;
     const grpc::Status status = ((*query_).*method)(&call, request, &unary);
     v1::StreamQueriesRequest message;
     message.set_id(++id_);
-    *(message.*question)() = request;
+    *(message.*mutable_query)() = request;
     v1::StreamQueriesResponse streamed;
     ASSERT_TRUE(stream_->Write(message) && stream_->Read(&streamed));
     EXPECT_EQ(streamed.id(), id_);
@@ -226,7 +226,7 @@ TEST_F(StreamQueriesTest, SamplesAreThoseOfTheUnaryCallAndSoAreTheRefusalsOfEngi
 }
 
 // Ensures that the comparisons are meaningful: there are hits, misses and penetrations.
-TEST_F(StreamQueriesTest, TheQuestionsMeetTheWorldInEveryWay) {
+TEST_F(StreamQueriesTest, TheQueriesMeetTheWorldInEveryWay) {
   v1::CheckCollisionsRequest check;
   *check.mutable_subject() = Tool();
   *check.mutable_options() = Options(v1::ENGINE_AUTO, v1::RESULT_FORM_COLUMNS);

@@ -191,8 +191,8 @@ TEST_F(WatchTest, AnIdleWatchTellsWhatScansSawAgain) {
   watch.Next();
   World& world = **application_.worlds.Find("");
   const std::vector<Sighting> seen = {{.name = "b"}};
-  world.observations().Mark(seen, std::chrono::system_clock::time_point(std::chrono::seconds(7)),
-                            *world.Snapshot());
+  world.observations().Record(seen, std::chrono::system_clock::time_point(std::chrono::seconds(7)),
+                              *world.Snapshot());
   v1::WatchWorldResponse message;
   ASSERT_TRUE(watch.Read(&message));
   ASSERT_TRUE(message.has_bookmark());

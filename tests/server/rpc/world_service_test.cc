@@ -358,19 +358,19 @@ TEST_F(WorldServiceTest, NobodyWaitsForARevisionOfAWorldThatWasReplaced) {
     v1::GetObjectResponse response;
     EXPECT_EQ(ReasonIn(world_->GetObject(&call, request, &response)), "WORLD_REPLACED");
   }
-  v1::GetDistancesRequest question;
-  *question.mutable_subject() = SphereAt({0.5});
-  *question.mutable_options()->mutable_at_revision() = future;
-  question.mutable_options()->set_world_uid(old_uid);
+  v1::GetDistancesRequest query;
+  *query.mutable_subject() = SphereAt({0.5});
+  *query.mutable_options()->mutable_at_revision() = future;
+  query.mutable_options()->set_world_uid(old_uid);
   {
     Call call(std::chrono::seconds(5));
     v1::GetDistancesResponse response;
-    EXPECT_EQ(ReasonIn(query_->GetDistances(&call, question, &response)), "WORLD_REPLACED");
+    EXPECT_EQ(ReasonIn(query_->GetDistances(&call, query, &response)), "WORLD_REPLACED");
   }
   Call call(std::chrono::seconds(5));
   const auto stream = query_->StreamQueries(&call);
   v1::StreamQueriesRequest request;
-  *request.mutable_get_distances() = question;
+  *request.mutable_get_distances() = query;
   v1::StreamQueriesResponse response;
   ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
   EXPECT_EQ(response.error().reason(), "WORLD_REPLACED");

@@ -37,15 +37,15 @@ TEST(Access, OnLoopbackItsOwnNamesAndAddressesAreLetInAlone) {
   const ThisMachine robot{.names = {"robot.lab.example", "robot", "robot.local"},
                           .addresses = {"192.168.1.7"}};
   struct Case {
-    ViewerAddress asked;
+    ViewerAddress requested;
     ViewerAddress bound;
   };
   for (const Case& one :
        {Case{{"127.0.0.1", 8640}, {"127.0.0.1", 8640}}, Case{{"::1", 8640}, {"::1", 8640}},
         Case{{"localhost", 8640}, {"127.0.0.1", 8640}},
         Case{{"robot", 8640}, {"127.0.1.1", 8640}}}) {  // as in Debian's /etc/hosts
-    const Access access(one.asked, one.bound, "", robot);
-    SCOPED_TRACE(one.asked.Text() + " " + one.bound.Text());
+    const Access access(one.requested, one.bound, "", robot);
+    SCOPED_TRACE(one.requested.Text() + " " + one.bound.Text());
     for (const char* host : {"localhost:8640", "127.0.0.1:8640", "127.0.1.1:8640",
                              "127.255.255.254:8640", "[::1]:8640"}) {
       EXPECT_FALSE(access.CheckHost(RequestTo(host)).has_value()) << host;

@@ -13,7 +13,7 @@ namespace cwm::server {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::HttpAnswer;
+using testing::HttpResponse;
 using ::testing::Not;
 using testing::RawConnection;
 using testing::RequestText;
@@ -32,7 +32,7 @@ class HttpTest : public RunningViewer {
     EXPECT_TRUE(application_.geometry.Put(BlobFormat::kLabelsU32, bytes).ok());
     return bytes;
   }
-  HttpAnswer Raw(const std::string& bytes) {
+  HttpResponse Raw(const std::string& bytes) {
     RawConnection connection(port());
     connection.Send(bytes);
     return connection.Receive();
@@ -40,7 +40,7 @@ class HttpTest : public RunningViewer {
 };
 
 TEST_F(HttpTest, ThePageComesWithItsFilesAndKeepsToItself) {
-  const HttpAnswer page = Ask("/");
+  const HttpResponse page = SendRequest("/");
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.body, "<!doctype html>page");
   EXPECT_EQ(page.fields.at("content-type"), "text/html; charset=utf-8");
@@ -54,24 +54,25 @@ TEST_F(HttpTest, ThePageComesWithItsFilesAndKeepsToItself) {
     EXPECT_THAT(policy, HasSubstr(rule));
   }
   EXPECT_THAT(policy, Not(HasSubstr("unsafe")));
-  EXPECT_EQ(Ask("/viewer.js").fields.at("content-type"), "text/javascript; charset=utf-8");
-  EXPECT_EQ(Ask("/viewer.js?v=1").body, "script()");
-  EXPECT_EQ(Ask("/style.css").fields.at("content-type"), "text/css; charset=utf-8");
-  EXPECT_EQ(Ask("/worker.js").status, 404) << "this page has none";
+  EXPECT_EQ(SendRequest("/viewer.js").fields.at("content-type"), "text/javascript; charset=utf-8");
+  EXPECT_EQ(SendRequest("/viewer.js?v=1").body, "script()");
+  EXPECT_EQ(SendRequest("/style.css").fields.at("content-type"), "text/css; charset=utf-8");
+  EXPECT_EQ(SendRequest("/worker.js").status, 404) << "this page has none";
 }
 
 TEST_F(HttpTest, AFileThatIsKnownIsNotSentAgain) {
-  const HttpAnswer first = Ask("/viewer.js");
+  const HttpResponse first = SendRequest("/viewer.js");
   EXPECT_EQ(first.fields.at("cache-control"), "no-cache");
-  const HttpAnswer second = Ask("/viewer.js", {{"If-None-Match", first.fields.at("etag")}});
+  const HttpResponse second =
+      SendRequest("/viewer.js", {{"If-None-Match", first.fields.at("etag")}});
   EXPECT_EQ(second.status, 304);
   EXPECT_EQ(second.body, "");
-  EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", "\"other\""}}).status, 200);
+  EXPECT_EQ(SendRequest("/viewer.js", {{"If-None-Match", "\"other\""}}).status, 200);
 }
 
 TEST_F(HttpTest, WhoTakesGzipGetsIt) {
   for (const char* accepted : {"gzip", "br, gzip;q=0.5", "deflate,GZIP ; q=1"}) {
-    const HttpAnswer zipped = Ask("/viewer.js", {{"Accept-Encoding", accepted}});
+    const HttpResponse zipped = SendRequest("/viewer.js", {{"Accept-Encoding", accepted}});
     EXPECT_EQ(zipped.body, "zipped") << accepted;
     EXPECT_EQ(zipped.fields.at("content-encoding"), "gzip");
     EXPECT_EQ(zipped.fields.at("vary"), "Accept-Encoding");
@@ -79,17 +80,19 @@ TEST_F(HttpTest, WhoTakesGzipGetsIt) {
   }
   for (const char* accepted :
        {"", "identity", "gzip;q=0", "br, gzip; q=0.000", "xgzip", "gzip;q=x", ";;;,,", "gzip;q"}) {
-    const HttpAnswer plain = Ask("/viewer.js", {{"Accept-Encoding", accepted}});
+    const HttpResponse plain = SendRequest("/viewer.js", {{"Accept-Encoding", accepted}});
     EXPECT_EQ(plain.body, "script()") << accepted;
     EXPECT_FALSE(plain.fields.contains("content-encoding")) << accepted;
     EXPECT_EQ(plain.fields.at("vary"), "Accept-Encoding");
   }
   // Each of the two representations has its own ETag.
-  const HttpAnswer zipped = Ask("/viewer.js", {{"Accept-Encoding", "gzip"}});
+  const HttpResponse zipped = SendRequest("/viewer.js", {{"Accept-Encoding", "gzip"}});
   const std::string etag = zipped.fields.at("etag");
-  EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", etag}}).status, 200);
-  EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", etag}, {"Accept-Encoding", "gzip"}}).status, 304);
-  EXPECT_FALSE(Ask("/style.css", {{"Accept-Encoding", "gzip"}}).fields.contains("vary"));
+  EXPECT_EQ(SendRequest("/viewer.js", {{"If-None-Match", etag}}).status, 200);
+  EXPECT_EQ(
+      SendRequest("/viewer.js", {{"If-None-Match", etag}, {"Accept-Encoding", "gzip"}}).status,
+      304);
+  EXPECT_FALSE(SendRequest("/style.css", {{"Accept-Encoding", "gzip"}}).fields.contains("vary"));
 }
 
 TEST_F(HttpTest, HeadTellsTheSameWithoutTheBody) {
@@ -98,11 +101,11 @@ TEST_F(HttpTest, HeadTellsTheSameWithoutTheBody) {
     RawConnection connection(port());
     for (int round = 0; round < 2; ++round) {  // the connection stays open
       ASSERT_TRUE(connection.Send(RequestText(port(), "HEAD", target)));
-      const HttpAnswer head = connection.Receive(/*to_head=*/true);
+      const HttpResponse head = connection.Receive(/*to_head=*/true);
       EXPECT_EQ(head.status, 200);
       EXPECT_EQ(head.body, "");
       ASSERT_TRUE(connection.Send(RequestText(port(), "GET", target)));
-      const HttpAnswer get = connection.Receive();
+      const HttpResponse get = connection.Receive();
       EXPECT_EQ(head.fields, get.fields);
       EXPECT_EQ(head.fields.at("content-length"), std::to_string(get.body.size()));
     }
@@ -114,7 +117,7 @@ TEST_F(HttpTest, BlobsAreReadByTheirHash) {
   for (const std::size_t labels : {1U, 262'144U, 1'000'000U}) {
     const std::string bytes = PutBlob(labels);
     ASSERT_TRUE(connection.Send(RequestText(port(), "GET", "/geometry/" + Sha256Hex(bytes))));
-    const HttpAnswer blob = connection.Receive();
+    const HttpResponse blob = connection.Receive();
     EXPECT_EQ(blob.status, 200);
     EXPECT_TRUE(blob.body == bytes);
     EXPECT_EQ(blob.fields.at("content-type"), "application/octet-stream");
@@ -124,13 +127,13 @@ TEST_F(HttpTest, BlobsAreReadByTheirHash) {
 }
 
 TEST_F(HttpTest, BlobsThatAreNotThereAreSaidToBe) {
-  const HttpAnswer unknown = Ask("/geometry/" + std::string(64, '0'));
+  const HttpResponse unknown = SendRequest("/geometry/" + std::string(64, '0'));
   EXPECT_EQ(unknown.status, 404);
   EXPECT_THAT(unknown.body, HasSubstr("no geometry"));
   for (const std::string& name : {std::string(), std::string("x"), std::string(63, '0'),
                                   std::string(65, '0'), std::string(64, 'g'), std::string(64, 'A'),
                                   std::string("../../etc/passwd"), std::string(64, '0') + "/"}) {
-    const HttpAnswer bad = Ask("/geometry/" + name);
+    const HttpResponse bad = SendRequest("/geometry/" + name);
     EXPECT_EQ(bad.status, 400) << name;
     EXPECT_THAT(bad.body, HasSubstr("hash: must be the 64 lower-case hex digits"));
   }
@@ -140,7 +143,7 @@ TEST_F(HttpTest, OnlyWhatIsInTheTableIsThere) {
   for (const char* target :
        {"/../../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/index.html", "/viewer.js/",
         "/style.css/..", "/%2e%2e/", "/.git/config", "/socket/", "/geometry", "*", "/\\..\\"}) {
-    const HttpAnswer answer = Ask(target);
+    const HttpResponse answer = SendRequest(target);
     EXPECT_EQ(answer.status, 404) << target;
     EXPECT_THAT(answer.body, HasSubstr("path: there is no such page"));
   }
@@ -151,19 +154,19 @@ TEST_F(HttpTest, ForeignHostsAreRefusedEverywhere) {
   const std::string blob = "/geometry/" + Sha256Hex(PutBlob(1));
   for (const std::string& target : {std::string("/"), std::string("/viewer.js"),
                                     std::string("/socket"), blob, std::string("/nothing")}) {
-    const HttpAnswer answer = Ask(target, {{"Host", "evil.example"}});
+    const HttpResponse answer = SendRequest(target, {{"Host", "evil.example"}});
     EXPECT_EQ(answer.status, 403) << target;
     EXPECT_THAT(answer.body, HasSubstr("Host: is \"evil.example\", must be one of 127.0.0.1:"));
   }
   const std::string own = "127.0.0.1:" + std::to_string(port());
-  EXPECT_EQ(Ask("/", {{"Host", own}, {"Host", own}}).status, 403);
+  EXPECT_EQ(SendRequest("/", {{"Host", own}, {"Host", own}}).status, 403);
   EXPECT_EQ(Raw("GET / HTTP/1.1\r\n\r\n").status, 403) << "no Host at all";
   EXPECT_EQ(Raw("GET / HTTP/1.0\r\n\r\n").status, 403);
 }
 
 TEST_F(HttpTest, NothingIsChangedByIt) {
   for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "BREW"}) {
-    const HttpAnswer answer = Ask("/", {}, method);
+    const HttpResponse answer = SendRequest("/", {}, method);
     EXPECT_EQ(answer.status, 405) << method;
     EXPECT_EQ(answer.fields.at("allow"), "GET, HEAD");
   }
@@ -195,7 +198,7 @@ TEST_F(HttpTest, MalformedRequestsAreRefusedAndTheConnectionEnds) {
     SCOPED_TRACE(hostile.bytes.substr(0, 60));
     RawConnection connection(port());
     connection.Send(hostile.bytes);
-    const HttpAnswer answer = connection.Receive();
+    const HttpResponse answer = connection.Receive();
     EXPECT_EQ(answer.status, hostile.status);
     EXPECT_THAT(answer.body, HasSubstr(hostile.said));
     EXPECT_TRUE(connection.Ends(std::chrono::seconds(5)));
@@ -204,7 +207,7 @@ TEST_F(HttpTest, MalformedRequestsAreRefusedAndTheConnectionEnds) {
 }
 
 TEST_F(HttpTest, TheSocketIsNoPage) {
-  const HttpAnswer answer = Ask("/socket");
+  const HttpResponse answer = SendRequest("/socket");
   EXPECT_EQ(answer.status, 426);
   EXPECT_EQ(answer.fields.at("upgrade"), "websocket");
 }
@@ -267,7 +270,8 @@ TEST_F(HttpTest, OnAllInterfacesOfIPv6ThoseOfIPv4AreHeardToo) {
   const std::size_t path = url.rfind('/');
   const std::size_t colon = url.rfind(':', path);
   const int its_port = std::stoi(url.substr(colon + 1, path - colon - 1));
-  EXPECT_EQ(testing::Ask(its_port, "/?token=a-token-of-a-user").status, 200) << "by 127.0.0.1";
+  EXPECT_EQ(testing::SendRequest(its_port, "/?token=a-token-of-a-user").status, 200)
+      << "by 127.0.0.1";
 }
 
 class TokenTest : public HttpTest {
@@ -280,7 +284,7 @@ TEST_F(TokenTest, WithoutTheTokenNothingIsTold) {
   for (const std::string& target :
        {std::string("/"), std::string("/viewer.js"), std::string("/socket"), blob,
         std::string("/nothing"), std::string("/?token=wrong-token-here")}) {
-    const HttpAnswer answer = Ask(target);
+    const HttpResponse answer = SendRequest(target);
     EXPECT_EQ(answer.status, 403) << target;
     EXPECT_THAT(answer.body, HasSubstr("token: is "));
     EXPECT_FALSE(answer.fields.contains("set-cookie"));
@@ -289,7 +293,7 @@ TEST_F(TokenTest, WithoutTheTokenNothingIsTold) {
 }
 
 TEST_F(TokenTest, TheTokenInTheAddressOpensTheRest) {
-  const HttpAnswer page = Ask("/?token=a-token-of-a-user");
+  const HttpResponse page = SendRequest("/?token=a-token-of-a-user");
   ASSERT_EQ(page.status, 200);
   EXPECT_EQ(page.fields.at("cache-control"), "no-store") << "it names a secret";
   const std::string cookie = page.fields.at("set-cookie");
@@ -298,7 +302,7 @@ TEST_F(TokenTest, TheTokenInTheAddressOpensTheRest) {
   const std::string pair = cookie.substr(0, cookie.find(';'));
   const std::string blob = "/geometry/" + Sha256Hex(PutBlob(1));
   for (const std::string& target : {std::string("/"), std::string("/viewer.js"), blob}) {
-    EXPECT_EQ(Ask(target, {{"Cookie", pair}}).status, 200) << target;
+    EXPECT_EQ(SendRequest(target, {{"Cookie", pair}}).status, 200) << target;
   }
   EXPECT_EQ(testing::WebSocketClient(port(), {.fields = {{"Cookie", pair}}}).status(), 101);
 }
@@ -308,8 +312,8 @@ class SmallLimits : public HttpTest {
   static ViewerLimits Limits() {
     ViewerLimits limits;
     limits.connections = 8;
-    limits.idle_http = std::chrono::milliseconds(300);
-    limits.no_byte_taken = std::chrono::milliseconds(300);
+    limits.http_idle_timeout = std::chrono::milliseconds(300);
+    limits.write_timeout = std::chrono::milliseconds(300);
     return limits;
   }
   SmallLimits() : HttpTest(Limits()) {}
@@ -345,7 +349,7 @@ class LargeFile : public HttpTest {
   }
   static ViewerLimits Limits() {
     ViewerLimits limits;
-    limits.no_byte_taken = std::chrono::milliseconds(1'500);
+    limits.write_timeout = std::chrono::milliseconds(1'500);
     return limits;
   }
   LargeFile() : HttpTest(Limits(), "", Files()) {}
@@ -370,17 +374,17 @@ TEST_F(LargeFile, ComesWholeOnASlowLineAndNotAtAllWhereNobodyReads) {
   }
   EXPECT_EQ(taken, Files().script.bytes.size());
   EXPECT_GT(slow.Take(4096), 0U) << "the header's bytes are left";
-  const HttpAnswer late = never.Receive();
+  const HttpResponse late = never.Receive();
   EXPECT_EQ(late.status, 0) << "it ends before the length that it named";
   ExpectServes();
 }
 
 TEST_F(SmallLimits, ABlobThatNobodyReadsIsGivenUp) {
   const std::string hash = Sha256Hex(PutBlob(5'000'000));
-  RawConnection asks(port());
-  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/geometry/" + hash)));
+  RawConnection client(port());
+  ASSERT_TRUE(client.Send(RequestText(port(), "GET", "/geometry/" + hash)));
   std::this_thread::sleep_for(std::chrono::seconds(2));
-  const HttpAnswer late = asks.Receive();
+  const HttpResponse late = client.Receive();
   EXPECT_EQ(late.status, 0) << "it ends before the length that it named";
   ExpectServes();
 }

@@ -89,13 +89,14 @@ class RunningViewer : public RunningServer {
     const std::string& url = viewer_->urls().front();
     return std::stoi(url.substr(url.rfind(':') + 1));
   }
-  testing::HttpAnswer Ask(const std::string& target, const testing::HttpFields& fields = {},
-                          const std::string& method = "GET") const {
-    return testing::Ask(port(), target, fields, method);
+  testing::HttpResponse SendRequest(const std::string& target,
+                                    const testing::HttpFields& fields = {},
+                                    const std::string& method = "GET") const {
+    return testing::SendRequest(port(), target, fields, method);
   }
   // Expects that other clients are served as usual.
   void ExpectServes() {
-    EXPECT_EQ(Ask("/").status, 200);
+    EXPECT_EQ(SendRequest("/").status, 200);
     v1::ListWorldsResponse worlds;
     Call call;
     EXPECT_TRUE(world_->ListWorlds(&call, {}, &worlds).ok());

@@ -26,9 +26,9 @@ class ManyWatches : public SocketTest {
 TEST_F(ManyWatches, TooManyCallsAreRefusedOneByOne) {
   PutBox("a", 1);
   ViewerPage page(port());
-  const std::size_t most = ViewerLimits{}.calls_of_socket;
-  for (std::size_t i = 0; i < most; ++i) page.Begin(i, kWatch, WatchRequest());
-  for (std::size_t i = 0; i < most; ++i) {
+  const std::size_t max_calls = ViewerLimits{}.calls_of_socket;
+  for (std::size_t i = 0; i < max_calls; ++i) page.Begin(i, kWatch, WatchRequest());
+  for (std::size_t i = 0; i < max_calls; ++i) {
     EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
   }
   page.Begin(100, kList, "");
@@ -115,7 +115,7 @@ class ShortCalls : public SocketTest {
  protected:
   static ViewerLimits Limits() {
     ViewerLimits limits;
-    limits.call_time = milliseconds(300);
+    limits.call_timeout = milliseconds(300);
     return limits;
   }
   ShortCalls() : SocketTest(Limits()) {}
@@ -145,7 +145,7 @@ class SmallSockets : public SocketTest {
   static ViewerLimits Limits() {
     ViewerLimits limits;
     limits.sockets = 2;
-    limits.no_byte_taken = milliseconds(500);
+    limits.write_timeout = milliseconds(500);
     limits.ping_period = milliseconds(300);
     return limits;
   }
@@ -158,7 +158,7 @@ TEST_F(SmallSockets, MoreThanThereMayBeAreRefused) {
   EXPECT_EQ(second->status(), 101);
   EXPECT_EQ(WebSocketClient(port()).status(), 503);
   // A browser hides the reason from its page, which can request it without opening a socket.
-  const testing::HttpAnswer why = Ask("/socket");
+  const testing::HttpResponse why = SendRequest("/socket");
   EXPECT_EQ(why.status, 503);
   EXPECT_THAT(why.body, HasSubstr("socket: there are 2 already, must be at most as many"));
   second.reset();
@@ -210,10 +210,10 @@ class FewBytes : public SocketTest {
  protected:
   static constexpr std::uint64_t kCalls = 10;
   static constexpr auto kPause = milliseconds(1'000);
-  static ViewerLimits Limits(milliseconds catch_up, std::size_t burst_bytes = 64 << 20) {
+  static ViewerLimits Limits(milliseconds max_lag, std::size_t burst_bytes = 64 << 20) {
     ViewerLimits limits;
     limits.waiting_bytes = 3 << 20;
-    limits.catch_up = catch_up;
+    limits.max_lag = max_lag;
     limits.burst_bytes = burst_bytes;
     return limits;
   }
@@ -322,13 +322,13 @@ TEST_F(SteadyReader, APageThatKeepsUpIsServedHoweverMuchThereIs) {
 
 // Each refusal is an answer: without a limit, a page that never reads would fill the memory.
 TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
-  RawConnection asks(port());
-  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/socket",
-                                    {{"Connection", "Upgrade"},
-                                     {"Upgrade", "websocket"},
-                                     {"Sec-WebSocket-Version", "13"},
-                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
-  ASSERT_EQ(asks.Receive().status, 101);
+  RawConnection client(port());
+  ASSERT_TRUE(client.Send(RequestText(port(), "GET", "/socket",
+                                      {{"Connection", "Upgrade"},
+                                       {"Upgrade", "websocket"},
+                                       {"Sec-WebSocket-Version", "13"},
+                                       {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
+  ASSERT_EQ(client.Receive().status, 101);
   v1::ViewerRequest request;
   request.mutable_begin()->set_method("no such method");
   const std::string payload = request.SerializeAsString();
@@ -340,7 +340,7 @@ TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
   for (int i = 0; i < 10'000; ++i) many += frame;
   std::size_t sent = 0;
   constexpr std::size_t kFarMoreThanBuffers = 64 << 20;
-  while (sent < kFarMoreThanBuffers && asks.Send(many, seconds(1))) sent += many.size();
+  while (sent < kFarMoreThanBuffers && client.Send(many, seconds(1))) sent += many.size();
   EXPECT_LT(sent, kFarMoreThanBuffers);
   ExpectServes();
 }

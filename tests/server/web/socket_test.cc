@@ -114,13 +114,13 @@ TEST_F(SocketTest, AWatchTellsWhatAWatchOfGrpcTells) {
     EXPECT_TRUE(message.ParseFromString(response.message()));
     return message;
   });
-  const auto told = events_until(21, [&] {
+  const auto direct_events = events_until(21, [&] {
     v1::WatchWorldResponse message;
     EXPECT_TRUE(watch->Read(&message));
     return message;
   });
   EXPECT_EQ(bridged.size(), 20U);
-  EXPECT_EQ(bridged, told);
+  EXPECT_EQ(bridged, direct_events);
 }
 
 TEST_F(SocketTest, LargeStreamsArriveWhole) {
@@ -225,7 +225,7 @@ TEST_F(SocketTest, BadHandshakesAndFramesEndTheConnection) {
   for (std::size_t spoiled = 0; spoiled < 3; ++spoiled) {  // any key is valid
     testing::HttpFields fields = good;
     fields[spoiled].second = "nonsense";
-    const auto answer = Ask("/socket", fields);
+    const auto answer = SendRequest("/socket", fields);
     EXPECT_TRUE(answer.status == 426 || answer.status == 400)
         << good[spoiled].first << " " << answer.status;
   }
@@ -291,7 +291,7 @@ TEST_F(SocketTest, AServerStopsThoughNobodyReads) {
   page.Begin(1, kWatch, WatchRequest());
   const auto start = std::chrono::steady_clock::now();
   viewer_->Stop();
-  EXPECT_LT(std::chrono::steady_clock::now() - start, ViewerLimits{}.goodbye + seconds(3));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, ViewerLimits{}.close_timeout + seconds(3));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ using testing::RequestText;
 
 constexpr char kUsersToken[] = "0123456789abcdef";
 
-std::string StatusAndBody(const testing::HttpAnswer& answer) {
+std::string StatusAndBody(const testing::HttpResponse& answer) {
   return std::to_string(answer.status) + " " + answer.body;
 }
 
@@ -30,10 +30,10 @@ class UsersTest : public RunningViewer {
   using RunningViewer::RunningViewer;
 
   void SetUp() override {
-    if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
+    if (!testing::CanBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
   }
   std::string AskedByNobody(const std::string& target) const {
-    return OtherUser(kNobody, [&] { return StatusAndBody(Ask(target)); }).Result();
+    return OtherUser(kNobody, [&] { return StatusAndBody(SendRequest(target)); }).Result();
   }
 };
 

@@ -38,7 +38,8 @@ class Answers : public ::testing::Test {
     pairs_.object = {2, 0, 2};
     pairs_.body_part = {0, 1, 2};
     pairs_.object_part = {3, 4, 5};
-    pairs_.trust = {collision::Trust::kExact, collision::Trust::kBounded, collision::Trust::kExact};
+    pairs_.accuracy = {collision::Accuracy::kExact, collision::Accuracy::kBounded,
+                       collision::Accuracy::kExact};
     pairs_.bound_m = {0, 0.125, 0};
   }
   AnswerContext Context(Form form, Precision precision = Precision::kDouble) const {
@@ -51,7 +52,7 @@ class Answers : public ::testing::Test {
 
 TEST_F(Answers, ColumnsAreTheBytesOfTheAnswer) {
   v1::GetDistancesResponse response;
-  ToProto(pairs_, Context(Form::kColumns), &response);
+  DistanceAnswersToProto(pairs_, Context(Form::kColumns), &response);
   EXPECT_EQ(response.world_uid(), "uid");
   EXPECT_EQ(response.revision(), 9);
   EXPECT_EQ(response.completed_count(), 2);
@@ -73,42 +74,42 @@ TEST_F(Answers, ColumnsAreTheBytesOfTheAnswer) {
 
 TEST_F(Answers, SinglePrecisionRoundsEachNumberOnce) {
   v1::GetContactsResponse response;
-  ToProto(pairs_, Context(Form::kColumns, Precision::kSingle), &response);
+  ContactAnswersToProto(pairs_, Context(Form::kColumns, Precision::kSingle), &response);
   EXPECT_EQ(response.columns().scalar(), v1::SCALAR_F32);
   EXPECT_THAT(NumbersIn<float>(response.columns().distance_m()), ElementsAre(0.5f, -0.25f, 1.5f));
   EXPECT_EQ(response.columns().normal().size(), 9 * sizeof(float));
 }
 
 TEST_F(Answers, BoundsAreLeftOutWhereAllIsExact) {
-  pairs_.trust.assign(3, collision::Trust::kExact);
+  pairs_.accuracy.assign(3, collision::Accuracy::kExact);
   v1::GetDistancesResponse response;
-  ToProto(pairs_, Context(Form::kColumns), &response);
+  DistanceAnswersToProto(pairs_, Context(Form::kColumns), &response);
   EXPECT_TRUE(response.columns().bound_m().empty());
 }
 
 TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
-  pairs_.trust = {collision::Trust::kExact, collision::Trust::kSurfaceOnly,
-                  collision::Trust::kDegraded};
+  pairs_.accuracy = {collision::Accuracy::kExact, collision::Accuracy::kSurfaceOnly,
+                     collision::Accuracy::kDegraded};
   pairs_.bound_m = {1e-9, 0.1, 0.5};  // for a degraded answer, of the part that an engine computed
   for (const Precision precision : {Precision::kDouble, Precision::kSingle}) {
     v1::GetDistancesResponse columns;
-    ToProto(pairs_, Context(Form::kColumns, precision), &columns);
+    DistanceAnswersToProto(pairs_, Context(Form::kColumns, precision), &columns);
     const std::string& bytes = columns.columns().bound_m();
-    std::vector<double> told;
+    std::vector<double> bounds;
     if (precision == Precision::kSingle) {
       const auto single = NumbersIn<float>(bytes);
-      told.assign(single.begin(), single.end());
+      bounds.assign(single.begin(), single.end());
     } else {
-      told = NumbersIn<double>(bytes);
+      bounds = NumbersIn<double>(bytes);
     }
-    ASSERT_EQ(told.size(), 3u);
-    EXPECT_EQ(told[0], 0);
-    EXPECT_GE(told[1], 0.1) << "not rounded down";
-    EXPECT_FLOAT_EQ(static_cast<float>(told[1]), 0.1F);
-    EXPECT_TRUE(std::isnan(told[2]));
+    ASSERT_EQ(bounds.size(), 3u);
+    EXPECT_EQ(bounds[0], 0);
+    EXPECT_GE(bounds[1], 0.1) << "not rounded down";
+    EXPECT_FLOAT_EQ(static_cast<float>(bounds[1]), 0.1F);
+    EXPECT_TRUE(std::isnan(bounds[2]));
   }
   v1::GetDistancesResponse rows;
-  ToProto(pairs_, Context(Form::kRows), &rows);
+  DistanceAnswersToProto(pairs_, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).answers(0).has_bound_m());
   EXPECT_EQ(rows.rows(1).answers(0).bound_m(), 0.1);
   EXPECT_FALSE(rows.rows(1).answers(1).has_bound_m());
@@ -116,7 +117,7 @@ TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
 
 TEST_F(Answers, RowsSayTheSameWithNames) {
   v1::GetDistancesResponse response;
-  ToProto(pairs_, Context(Form::kRows), &response);
+  DistanceAnswersToProto(pairs_, Context(Form::kRows), &response);
   EXPECT_FALSE(response.has_columns());
   ASSERT_EQ(response.rows_size(), 2);
   ASSERT_EQ(response.rows(1).answers_size(), 2);
@@ -135,15 +136,15 @@ TEST_F(Answers, VerdictsNameThePairThatTold) {
       .object = {-1, 1},
       .body_part = {-1, 0},
       .object_part = {-1, 2},
-      .trust = {collision::Trust::kExact, collision::Trust::kExact},
+      .accuracy = {collision::Accuracy::kExact, collision::Accuracy::kExact},
       .completed = 2};
   v1::CheckCollisionsResponse columns;
-  ToProto(answers, Context(Form::kColumns), &columns);
+  CollisionAnswersToProto(answers, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.verdicts(), std::string("\x01\x02"));
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.object_index()), ElementsAre(-1, 0));
   EXPECT_EQ(columns.objects(0).name(), "b");
   v1::CheckCollisionsResponse rows;
-  ToProto(answers, Context(Form::kRows), &rows);
+  CollisionAnswersToProto(answers, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).has_object());
   EXPECT_EQ(rows.rows(1).verdict(), v1::VERDICT_COLLISION);
   EXPECT_EQ(rows.rows(1).object(), "b");
@@ -157,14 +158,14 @@ TEST_F(Answers, RowsThatAreNotComputedHaveNoTrust) {
       .object = {-1, -1},
       .body_part = {-1, -1},
       .object_part = {-1, -1},
-      .trust = {collision::Trust::kExact, collision::Trust::kDegraded},
+      .accuracy = {collision::Accuracy::kExact, collision::Accuracy::kDegraded},
       .completed = 1};
   v1::CheckCollisionsResponse columns;
-  ToProto(answers, Context(Form::kColumns), &columns);
+  CollisionAnswersToProto(answers, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.verdicts(), std::string("\x01\x05"));
   EXPECT_EQ(columns.trust(), std::string("\x01\x00", 2));
   v1::CheckCollisionsResponse rows;
-  ToProto(answers, Context(Form::kRows), &rows);
+  CollisionAnswersToProto(answers, Context(Form::kRows), &rows);
   ASSERT_EQ(rows.rows_size(), 1);
   EXPECT_EQ(rows.rows(0).trust(), v1::TRUST_EXACT);
 }
@@ -176,22 +177,22 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
       .gradient = {0, 0, 0, 0, 0, 1},
       .object = {0, 2},
       .object_part = {0, 1},
-      .trust = {collision::Trust::kExact, collision::Trust::kExact},
+      .accuracy = {collision::Accuracy::kExact, collision::Accuracy::kExact},
       .bounds = {},
       .completed = 2};
   v1::SamplePointsResponse exact;
-  ToProto(answers, Context(Form::kColumns), &exact);
+  SampleAnswersToProto(answers, Context(Form::kColumns), &exact);
   ASSERT_EQ(exact.objects_size(), 1);
   EXPECT_EQ(exact.objects(0).name(), "c");
   EXPECT_THAT(NumbersIn<std::int32_t>(exact.object_index()), ElementsAre(-1, 0));
   EXPECT_EQ(exact.bound_m(), "");
-  answers.trust[1] = collision::Trust::kBounded;
+  answers.accuracy[1] = collision::Accuracy::kBounded;
   answers.bounds = {{.row = 1, .bound_m = 0.5}};
   v1::SamplePointsResponse bounded;
-  ToProto(answers, Context(Form::kColumns), &bounded);
+  SampleAnswersToProto(answers, Context(Form::kColumns), &bounded);
   EXPECT_THAT(NumbersIn<double>(bounded.bound_m()), ElementsAre(0, 0.5));
   v1::SamplePointsResponse rows;
-  ToProto(answers, Context(Form::kRows), &rows);
+  SampleAnswersToProto(answers, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).has_distance_m() || rows.rows(0).has_bound_m());
   EXPECT_EQ(rows.rows(1).bound_m(), 0.5);
   EXPECT_EQ(rows.rows(1).object(), "c");
@@ -201,17 +202,17 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
 TEST_F(Answers, OfARobotNameItsLinks) {
   AnswerContext context = Context(Form::kColumns);
   context.body.links = {"base", "arm", "hand"};
-  pairs_.object = {2, 0, collision::kItself};
+  pairs_.object = {2, 0, collision::kSelfObject};
   pairs_.body_part = {0, 1, 0};
   pairs_.object_part = {3, 4, 2};
   v1::GetDistancesResponse columns;
-  ToProto(pairs_, context, &columns);
+  DistanceAnswersToProto(pairs_, context, &columns);
   EXPECT_THAT(columns.body_links(), ElementsAre("base", "arm", "hand"));
   EXPECT_EQ(columns.objects_size(), 2);
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.columns().object_index()), ElementsAre(1, 0, -2));
   context.form = Form::kRows;
   v1::GetDistancesResponse rows;
-  ToProto(pairs_, context, &rows);
+  DistanceAnswersToProto(pairs_, context, &rows);
   EXPECT_EQ(rows.rows(0).answers(0).object(), "c");
   EXPECT_EQ(rows.rows(0).answers(0).body_link(), "base");
   EXPECT_FALSE(rows.rows(0).answers(0).has_object_link());
@@ -220,13 +221,13 @@ TEST_F(Answers, OfARobotNameItsLinks) {
   EXPECT_EQ(itself.body_link(), "base");
   EXPECT_EQ(itself.object_link(), "hand");
   const collision::CollisionColumns verdicts{.verdict = {collision::Verdict::kCollision},
-                                             .object = {collision::kItself},
+                                             .object = {collision::kSelfObject},
                                              .body_part = {1},
                                              .object_part = {2},
-                                             .trust = {collision::Trust::kDegraded},
+                                             .accuracy = {collision::Accuracy::kDegraded},
                                              .completed = 1};
   v1::CheckCollisionsResponse checked;
-  ToProto(verdicts, context, &checked);
+  CollisionAnswersToProto(verdicts, context, &checked);
   EXPECT_FALSE(checked.rows(0).has_object());
   EXPECT_EQ(checked.rows(0).body_link(), "arm");
   EXPECT_EQ(checked.rows(0).object_link(), "hand");
@@ -236,14 +237,14 @@ TEST_F(Answers, OfARobotNameItsLinks) {
 class MotionAnswers : public Answers {
  protected:
   MotionAnswers() {
-    using collision::kItself;
+    using collision::kSelfObject;
     using collision::MotionVerdict;
-    for (const collision::MotionAnswer& answer : std::vector<collision::MotionAnswer>{
+    for (const collision::MotionResult& answer : std::vector<collision::MotionResult>{
              {.verdict = MotionVerdict::kFree,
            .lo = 0,
            .hi = 1,
            .clearance_m = 0.1 / 7,
-           .trust = collision::Trust::kSurfaceOnly},
+           .accuracy = collision::Accuracy::kSurfaceOnly},
              {.verdict = MotionVerdict::kContact,
              .segment = 3,
              .lo = 0.1,
@@ -251,19 +252,19 @@ class MotionAnswers : public Answers {
              .object = 2,
              .body_part = 1,
              .object_part = 5,
-             .trust = collision::Trust::kBounded},
+             .accuracy = collision::Accuracy::kBounded},
              {.verdict = MotionVerdict::kContact,
              .segment = 0,
              .lo = 0.7,
              .hi = 0.9,
-             .object = kItself,
+             .object = kSelfObject,
              .body_part = 0,
              .object_part = 1},
              {.verdict = MotionVerdict::kGrazing, .segment = 1, .lo = 0.3, .hi = 0.4},
              {.verdict = MotionVerdict::kUndecided, .segment = 2, .lo = 0.5, .hi = 0.6},
              {.verdict = MotionVerdict::kOutOfLimits,
              .segment = 4,
-             .trust = collision::Trust::kDegraded}}) {
+             .accuracy = collision::Accuracy::kDegraded}}) {
       Append(motions_, answer);
       ++motions_.completed;
     }
@@ -274,7 +275,7 @@ class MotionAnswers : public Answers {
 
 TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
   v1::CheckMotionsResponse columns;
-  ToProto(motions_, Context(Form::kColumns), &columns);
+  MotionAnswersToProto(motions_, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.completed_count(), 6);
   EXPECT_EQ(columns.verdicts(), "\x01\x02\x02\x03\x04\x06\x05");
   EXPECT_EQ(columns.trust(), "\x03\x02\x01\x01\x01\x04\x01");
@@ -293,7 +294,7 @@ TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
 // As floats 0.1 / 7 and 0.7 are smaller, 0.1 and 0.3 larger than as doubles; bounds stay bounds.
 TEST_F(MotionAnswers, SinglePrecisionKeepsBoundsBounds) {
   v1::CheckMotionsResponse columns;
-  ToProto(motions_, Context(Form::kColumns, Precision::kSingle), &columns);
+  MotionAnswersToProto(motions_, Context(Form::kColumns, Precision::kSingle), &columns);
   EXPECT_EQ(columns.scalar(), v1::SCALAR_F32);
   const auto lo = NumbersIn<float>(columns.lo()), hi = NumbersIn<float>(columns.hi()),
              clearance = NumbersIn<float>(columns.clearance_m());
@@ -312,7 +313,7 @@ TEST_F(MotionAnswers, RowsSayWhatTheirVerdictKnows) {
   AnswerContext context = Context(Form::kRows);
   context.body.links = {"arm", "hand"};
   v1::CheckMotionsResponse response;
-  ToProto(motions_, context, &response);
+  MotionAnswersToProto(motions_, context, &response);
   ASSERT_EQ(response.rows_size(), 6);
   const v1::MotionRow& free = response.rows(0);
   EXPECT_TRUE(free.has_clearance_m());
@@ -346,12 +347,12 @@ TEST_F(Answers, RaysThatMissNameNothing) {
   const std::vector<collision::RayRow> rays = {{.origin = {0, 0, 5}, .direction = {1, 0, 0}},
                                                {.origin = {0, 0, 5}, .direction = {0, 0, -1}}};
   v1::CastRaysResponse columns;
-  ToProto(answers, rays, Context(Form::kColumns), &columns);
+  RayAnswersToProto(answers, rays, Context(Form::kColumns), &columns);
   ASSERT_EQ(columns.objects_size(), 1);
   EXPECT_EQ(columns.objects(0).name(), "c");
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.object_index()), ElementsAre(-1, 0));
   v1::CastRaysResponse rows;
-  ToProto(answers, rays, Context(Form::kRows), &rows);
+  RayAnswersToProto(answers, rays, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).hit() || rows.rows(0).has_distance_m() || rows.rows(0).has_object());
   EXPECT_EQ(rows.rows(1).point().z(), 3);
   EXPECT_EQ(rows.rows(1).object(), "c");

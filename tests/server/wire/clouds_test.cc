@@ -37,7 +37,7 @@ v1::IngestCloudHeader PackedHeader(std::int64_t count) {
 
 absl::StatusOr<CloudPlan> Convert(const v1::IngestCloudHeader& header) {
   const FieldPath root;
-  return FromProto(header, Limits{}, root.Field("header"));
+  return CloudPlanFromProto(header, Limits{}, root.Field("header"));
 }
 
 TEST(WireCloud, PackedPointsAreReadAsTheyLie) {
@@ -89,7 +89,8 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
   header.set_total_bytes(48);
   const auto plan = Convert(header);
   ASSERT_TRUE(plan.ok());
-  EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0.99 * kFarthestPoint_m, 0, 1})).ok());
+  EXPECT_TRUE(
+      DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0.99 * kMaxPointDistance_m, 0, 1})).ok());
   const auto refused = DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0, 4.5e6, 1}));
   EXPECT_EQ(FieldAtFault(refused.status()), "point 1.y");
   EXPECT_THAT(TextOf(refused.status()), HasSubstr("give the offset in x_world_sensor"));
@@ -258,18 +259,18 @@ TEST(WireCloud, LabelsTravelInlineOrByHash) {
   Limits limits;
   limits.max_inline_bytes = 16;
   v1::IngestCloudResponse small;
-  ASSERT_TRUE(ToProto({Outcome(4), world, true}, limits, store, &small).ok());
+  ASSERT_TRUE(IngestReplyToProto({Outcome(4), world, true}, limits, store, &small).ok());
   EXPECT_EQ(NumbersIn<std::uint32_t>(small.labels()), std::vector<std::uint32_t>(4, 20));
   EXPECT_EQ(small.revision(), 4);
   EXPECT_EQ(small.changes().added(0), "object_1");
   v1::IngestCloudResponse large;
-  ASSERT_TRUE(ToProto({Outcome(5), world, true}, limits, store, &large).ok());
+  ASSERT_TRUE(IngestReplyToProto({Outcome(5), world, true}, limits, store, &large).ok());
   EXPECT_TRUE(large.labels().empty());
   const auto blob = store.Get(large.labels_hash());
   ASSERT_TRUE(blob.ok());
   EXPECT_EQ(NumbersIn<std::uint32_t>(*(*blob)->bytes), std::vector<std::uint32_t>(5, 20));
   v1::IngestCloudResponse none;
-  ASSERT_TRUE(ToProto({Outcome(5), world, false}, limits, store, &none).ok());
+  ASSERT_TRUE(IngestReplyToProto({Outcome(5), world, false}, limits, store, &none).ok());
   EXPECT_TRUE(none.labels().empty() && none.labels_hash().empty());
 }
 

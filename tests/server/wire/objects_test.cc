@@ -26,7 +26,7 @@ class WireObject : public ::testing::Test {
   }
 
   absl::StatusOr<std::vector<collision::Change>> Convert() {
-    return FromProto(changes_, Limits{}, store_, {});
+    return ChangesFromProto(changes_, Limits{}, store_, {});
   }
   v1::Object& object() { return *changes_.Mutable(0)->mutable_put()->mutable_object(); }
 
@@ -55,7 +55,7 @@ TEST_F(WireObject, OfAScanThatNoWorldHoldsHasTheBoundsOfItsModel) {
   collision::WorldObject seen;
   seen.geometry = std::make_shared<const collision::PreparedModel>(collision::PreparedModel{
       .model = std::make_shared<const HybridModel>(std::move(model)), .parts = {}});
-  const v1::Object proto = ToProto(seen, View::kShapes, {}, store_);
+  const v1::Object proto = ObjectToProto(seen, View::kShapes, {}, store_);
   ASSERT_TRUE(proto.has_bounds());
   EXPECT_DOUBLE_EQ(proto.bounds().x_object_box().tx_m(), 0.1);
   EXPECT_DOUBLE_EQ(proto.bounds().box().size_z_m(), 0.4);
@@ -73,7 +73,7 @@ TEST_F(WireObject, BecomesAMessageInEachView) {
   placed.geometry_revision = {2};
   placed.pose_revision = {3};
   const auto object = collision::Place(std::move(placed));
-  const v1::Object basic = ToProto(*object, View::kBasic, {}, store_);
+  const v1::Object basic = ObjectToProto(*object, View::kBasic, {}, store_);
   EXPECT_EQ(basic.shapes_size(), 0);
   EXPECT_EQ(basic.owner(), v1::OWNER_USER);
   EXPECT_EQ(basic.geometry_revision(), 2);
@@ -82,7 +82,7 @@ TEST_F(WireObject, BecomesAMessageInEachView) {
   EXPECT_DOUBLE_EQ(basic.bounds().box().size_z_m(), 0.4);
   EXPECT_FALSE(basic.has_reachable());
   const Observation seen{.last = std::chrono::system_clock::time_point{}, .reachable = false};
-  const v1::Object full = ToProto(*object, View::kFull, seen, store_);
+  const v1::Object full = ObjectToProto(*object, View::kFull, seen, store_);
   EXPECT_EQ(full.shapes_size(), 1);
   EXPECT_TRUE(full.has_last_observed());
   EXPECT_TRUE(full.has_reachable());
@@ -148,7 +148,7 @@ class WireEvents : public ::testing::Test {
     return object;
   }
   v1::ObjectEvent EventOf(collision::WorldObjectPtr before, collision::WorldObjectPtr after) {
-    WatchStep step{.what = WatchStep::What::kEvents, .revision = {2}, .snapshot = {}, .deltas = {}};
+    WatchStep step{.kind = WatchStep::Kind::kEvents, .revision = {2}, .snapshot = {}, .deltas = {}};
     step.deltas.push_back({std::move(before), std::move(after)});
     std::size_t next = 0;
     const auto message = EventsPiece(step, {world_, View::kShapes, store_}, &next);

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "server/wire/objects.h"
-#include "server/wire/questions.h"
+#include "server/wire/queries.h"
 #include "server/wire/watch_events.h"
 #include "tests/server/wire/wire_test_values.h"
 
@@ -31,14 +31,14 @@ const collision::NamedPair kCupAndHand = {{"cup"}, {"panda", "panda_hand"}};
 TEST(WirePairRules, AnAllowanceExpiresSoLongFromNow) {
   v1::AllowCollision proto;
   *proto.mutable_pair() = HandAndCup();
-  const auto for_ever = FromProto(proto, FieldPath());
+  const auto for_ever = AllowCollisionFromProto(proto, FieldPath());
   ASSERT_TRUE(for_ever.ok()) << for_ever.status();
   EXPECT_EQ(Ordered(for_ever->pair), kCupAndHand);
   EXPECT_FALSE(for_ever->expires.has_value());
   proto.mutable_expires_after()->set_seconds(std::int64_t{24} * 3600 * 30);
   constexpr std::chrono::hours kMonth{24 * 30};
   const collision::Expiry earliest = collision::ExpiryAfter(kMonth);
-  const auto allow = FromProto(proto, FieldPath());
+  const auto allow = AllowCollisionFromProto(proto, FieldPath());
   const collision::Expiry latest = collision::ExpiryAfter(kMonth);
   ASSERT_TRUE(allow.ok()) << allow.status();
   EXPECT_GE(allow->expires->due, earliest.due);
@@ -94,29 +94,30 @@ TEST(WirePairRules, ChangesAreNamedByTheirFields) {
             "changes[0].margin.margin_m"}}) {
     google::protobuf::RepeatedPtrField<v1::Change> changes;
     c.spoil(*changes.Add());
-    const auto status = FromProto(changes, Limits{}, store, FieldPath()).status();
+    const auto status = ChangesFromProto(changes, Limits{}, store, FieldPath()).status();
     EXPECT_EQ(FieldAtFault(status), c.field) << status;
   }
 }
 
-TEST(WirePairRules, QuestionsMayIgnorePairsAndWidenParts) {
+TEST(WirePairRules, QueriesMayIgnorePairsAndWidenParts) {
   v1::QueryOptions proto;
   *proto.add_ignore_pairs() = HandAndCup();
   proto.add_ignore_pairs()->mutable_a()->set_name("*");
   proto.mutable_ignore_pairs(1)->mutable_b()->set_name("*");
   proto.set_margin_sigma(3);
-  const auto options = FromProto(proto, FieldPath());
+  const auto options = QueryOptionsFromProto(proto, FieldPath());
   ASSERT_TRUE(options.ok()) << options.status();
   ASSERT_EQ(options->query.ignore_pairs.size(), 2u);
   EXPECT_EQ(Ordered(options->query.ignore_pairs[0]), kCupAndHand);
   EXPECT_EQ(options->query.margin_sigma, 3);
   for (const double sigma : {-1.0, std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
     proto.set_margin_sigma(sigma);
-    EXPECT_EQ(FieldAtFault(FromProto(proto, FieldPath()).status()), "margin_sigma");
+    EXPECT_EQ(FieldAtFault(QueryOptionsFromProto(proto, FieldPath()).status()), "margin_sigma");
   }
   proto.set_margin_sigma(0);
   proto.mutable_ignore_pairs(1)->mutable_b()->clear_name();
-  EXPECT_EQ(FieldAtFault(FromProto(proto, FieldPath()).status()), "ignore_pairs[1].b.name");
+  EXPECT_EQ(FieldAtFault(QueryOptionsFromProto(proto, FieldPath()).status()),
+            "ignore_pairs[1].b.name");
 }
 
 TEST(WirePairRules, SayWhatTheyAre) {
@@ -125,13 +126,13 @@ TEST(WirePairRules, SayWhatTheyAre) {
       .allowed = true,
       .expires = collision::Expiry{.due = {}, .wall_time = collision::WallTime(seconds(1'000))},
       .margin_m = 0};
-  const v1::PairRule proto = ToProto(rule);
+  const v1::PairRule proto = PairRuleToProto(rule);
   EXPECT_EQ(proto.pair().a().name(), "cup");
   EXPECT_EQ(proto.pair().b().link(), "panda_hand");
   EXPECT_TRUE(proto.allowed());
   EXPECT_EQ(proto.expires().seconds(), 1'000);
   EXPECT_TRUE(proto.has_margin_m());
-  const v1::PairRule nothing = ToProto({.pair = kCupAndHand});
+  const v1::PairRule nothing = PairRuleToProto({.pair = kCupAndHand});
   EXPECT_FALSE(nothing.allowed() || nothing.has_expires() || nothing.has_margin_m());
 }
 
@@ -149,27 +150,27 @@ TEST(WirePairRules, AreTheLastOfAnInitialStateAndOfEvents) {
     step.rule_deltas.push_back({.before = rules.back(), .after = {.pair = rules.back().pair}});
   }
   const collision::WorldSnapshot snapshot({6}, {}, {}, rules);
-  std::size_t next = 0, told = 0;
+  std::size_t next = 0, rule_count = 0;
   int messages = 0;
   for (bool done = false; !done; ++messages) {
     const auto message = InitialStatePiece(snapshot, context, &next);
     done = message.initial_state().initial_state_done();
     for (const v1::PairRule& rule : message.initial_state().pair_rules()) {
-      EXPECT_EQ(rule.pair().a().name(), rules[told++].pair.a.name);
+      EXPECT_EQ(rule.pair().a().name(), rules[rule_count++].pair.a.name);
     }
   }
   EXPECT_GT(messages, 1);
-  EXPECT_EQ(told, rules.size());
-  next = told = 0;
+  EXPECT_EQ(rule_count, rules.size());
+  next = rule_count = 0;
   for (bool more = true; more;) {
     const auto message = EventsPiece(step, context, &next);
     more = message.events().more();
     for (const v1::PairRule& rule : message.events().pair_rules()) {
-      EXPECT_EQ(rule.pair().a().name(), rules[told++].pair.a.name);
+      EXPECT_EQ(rule.pair().a().name(), rules[rule_count++].pair.a.name);
       EXPECT_FALSE(rule.has_margin_m());
     }
   }
-  EXPECT_EQ(told, rules.size());
+  EXPECT_EQ(rule_count, rules.size());
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ std::vector<Pose> RandomPoses(int count) {
 }
 
 std::vector<double> RowOf(const Pose& pose) {
-  const v1::Pose p = ToProto(pose);
+  const v1::Pose p = PoseToProto(pose);
   return {p.tx_m(), p.ty_m(), p.tz_m(), p.qx(), p.qy(), p.qz(), p.qw()};
 }
 
@@ -43,25 +43,25 @@ v1::PoseRows RowsOf(const std::vector<Pose>& poses) {
 
 TEST(WirePose, SurvivesARoundTrip) {
   for (const Pose& pose : RandomPoses(100)) {
-    const auto back = FromProto(ToProto(pose), {});
+    const auto back = PoseFromProto(PoseToProto(pose), {});
     ASSERT_TRUE(back.ok());
     EXPECT_TRUE(back->isApprox(pose, kRoundTrip));
   }
 }
 
 TEST(WirePose, HasANonNegativeRealPart) {
-  for (const Pose& pose : RandomPoses(100)) EXPECT_GE(ToProto(pose).qw(), 0);
+  for (const Pose& pose : RandomPoses(100)) EXPECT_GE(PoseToProto(pose).qw(), 0);
 }
 
 TEST(WirePose, IsNormalisedWithinTheToleranceAndRefusedBeyond) {
   v1::Pose pose;
   pose.set_qw(1 + 0.99 * kQuaternionTolerance);
-  const auto accepted = FromProto(pose, {});
+  const auto accepted = PoseFromProto(pose, {});
   ASSERT_TRUE(accepted.ok());
   EXPECT_TRUE(accepted->linear().isIdentity(kRoundTrip));
   pose.set_qw(1 + 1.01 * kQuaternionTolerance);
   const FieldPath root;
-  const auto refused = FromProto(pose, root.Field("x_world_object"));
+  const auto refused = PoseFromProto(pose, root.Field("x_world_object"));
   EXPECT_EQ(FieldAtFault(refused.status()), "x_world_object.qx..qw");
   EXPECT_THAT(TextOf(refused.status()), HasSubstr("must be 1 within 1e-3"));
 }
@@ -81,18 +81,18 @@ TEST(WirePose, RefusesEveryBadComponentByName) {
       v1::Pose pose;
       pose.set_qw(1);
       (pose.*c.set)(bad);
-      EXPECT_EQ(FieldAtFault(FromProto(pose, root.Field("p")).status()), c.field) << bad;
+      EXPECT_EQ(FieldAtFault(PoseFromProto(pose, root.Field("p")).status()), c.field) << bad;
     }
   }
 }
 
 TEST(WirePose, WithoutAnyFieldIsRefused) {
-  EXPECT_THAT(TextOf(FromProto(v1::Pose(), {}).status()), HasSubstr("has length 0, must be 1"));
+  EXPECT_THAT(TextOf(PoseFromProto(v1::Pose(), {}).status()), HasSubstr("has length 0, must be 1"));
 }
 
 TEST(PoseRows, SurviveARoundTripInDoublePrecision) {
   const auto poses = RandomPoses(50);
-  const auto back = FromProto(RowsOf(poses), kManyRows, {});
+  const auto back = PosesFromProto(RowsOf(poses), kManyRows, {});
   ASSERT_TRUE(back.ok());
   ASSERT_EQ(back->size(), poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -108,7 +108,7 @@ TEST(PoseRows, SurviveARoundTripInSinglePrecision) {
     const auto row = RowOf(pose);
     rows.mutable_data()->append(BytesOf(std::vector<float>(row.begin(), row.end())));
   }
-  const auto back = FromProto(rows, kManyRows, {});
+  const auto back = PosesFromProto(rows, kManyRows, {});
   ASSERT_TRUE(back.ok());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     // Each element of the matrix is affected by seven roundings of at most 2^-24.
@@ -124,7 +124,7 @@ TEST(PoseRows, NameTheOneBadRowAmongThousands) {
   const FieldPath root;
   const FieldPath subject = root.Field("subject");
   const FieldPath shapes = subject.Field("shapes");
-  const auto refused = FromProto(rows, kManyRows, shapes.Field("x_world_body"));
+  const auto refused = PosesFromProto(rows, kManyRows, shapes.Field("x_world_body"));
   EXPECT_EQ(
       TextOf(refused.status()),
       "subject.shapes.x_world_body.data row 17: qx..qw has length 0.9, must be 1 within 1e-3");
@@ -134,39 +134,39 @@ TEST(PoseRows, RefuseAWidthThatDoesNotDivide) {
   v1::PoseRows rows = RowsOf(RandomPoses(2));
   rows.mutable_data()->pop_back();
   const FieldPath root;
-  const auto refused = FromProto(rows, kManyRows, root.Field("rows"));
+  const auto refused = PosesFromProto(rows, kManyRows, root.Field("rows"));
   EXPECT_EQ(FieldAtFault(refused.status()), "rows.data");
   EXPECT_THAT(TextOf(refused.status()), HasSubstr("has 111 bytes, must be a multiple of 56"));
 }
 
 TEST(PoseRows, RefuseMoreRowsThanAllowed) {
   const v1::PoseRows rows = RowsOf(RandomPoses(5));
-  EXPECT_TRUE(FromProto(rows, 5, {}).ok());
-  EXPECT_THAT(TextOf(FromProto(rows, 4, {}).status()),
+  EXPECT_TRUE(PosesFromProto(rows, 5, {}).ok());
+  EXPECT_THAT(TextOf(PosesFromProto(rows, 4, {}).status()),
               HasSubstr("has 5 rows, must have at most 4"));
 }
 
 TEST(PoseRows, RefuseAnUnknownScalar) {
   v1::PoseRows rows;
   rows.set_scalar(static_cast<v1::Scalar>(7));
-  EXPECT_EQ(FieldAtFault(FromProto(rows, kManyRows, {}).status()), "scalar");
+  EXPECT_EQ(FieldAtFault(PosesFromProto(rows, kManyRows, {}).status()), "scalar");
 }
 
 TEST(PointRows, AreReadAndTheirFaultsNamed) {
   v1::Subject::Points points;
   points.set_data(BytesOf<double>({1, 2, 3, 4, 5, 6}));
-  const auto poses = FromProto(points, kManyRows, {});
+  const auto poses = PointPosesFromProto(points, kManyRows, {});
   ASSERT_TRUE(poses.ok());
   ASSERT_EQ(poses->size(), 2u);
   EXPECT_EQ((*poses)[1].translation(), Vector3(4, 5, 6));
   points.set_data(BytesOf<double>({1, 2, 3, 4, kNan, 6}));
-  EXPECT_EQ(FieldAtFault(FromProto(points, kManyRows, {}).status()), "data row 1");
+  EXPECT_EQ(FieldAtFault(PointPosesFromProto(points, kManyRows, {}).status()), "data row 1");
 }
 
 TEST(RayRows, NormaliseDirectionsOfAnyLength) {
   v1::RayRows rays;
   rays.set_data(BytesOf<double>({0, 0, 1, 0, 0, -1e-200, 0, 0, 1, 3, 4, 0}));
-  const auto rows = FromProto(rays, kManyRows, {});
+  const auto rows = RaysFromProto(rays, kManyRows, {});
   ASSERT_TRUE(rows.ok());
   EXPECT_TRUE((*rows)[0].direction.isApprox(Vector3(0, 0, -1), kRoundTrip));
   EXPECT_TRUE((*rows)[1].direction.isApprox(Vector3(0.6, 0.8, 0), kRoundTrip));
@@ -175,7 +175,7 @@ TEST(RayRows, NormaliseDirectionsOfAnyLength) {
 TEST(RayRows, RefuseADirectionWithoutLength) {
   v1::RayRows rays;
   rays.set_data(BytesOf<double>({0, 0, 1, 0, 0, 0}));
-  EXPECT_THAT(TextOf(FromProto(rays, kManyRows, {}).status()),
+  EXPECT_THAT(TextOf(RaysFromProto(rays, kManyRows, {}).status()),
               HasSubstr("data row 0: direction has length 0"));
 }
 

@@ -8,7 +8,7 @@
 #include "server/core/error.h"
 #include "server/wire/objects.h"
 #include "server/wire/shapes.h"
-#include "tests/server/core/looks.h"
+#include "tests/server/core/ends_at_check.h"
 #include "tests/server/core/spindle.h"
 #include "tests/server/wire/wire_test_values.h"
 
@@ -31,7 +31,7 @@ TEST(Mentions, OfOneMeshPrepareItOnce) {
   google::protobuf::RepeatedPtrField<v1::Change> changes;
   *changes.Add() = PutOfMentions(stored->hash, 600);
   WorkBudget budget;
-  const auto read = FromProto(changes, Limits{}, store, {}, "changes", &budget);
+  const auto read = ChangesFromProto(changes, Limits{}, store, {}, "changes", &budget);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(store.FindMesh(stored->hash)->facts->computed(), 1);
   const auto& put = std::get<collision::PutObject>(read->front().what);
@@ -47,11 +47,11 @@ TEST(Mentions, AreReadNoLongerThanTheBudgetLasts) {
   ASSERT_TRUE(stored.ok());
   google::protobuf::RepeatedPtrField<v1::Change> changes;
   for (int i = 0; i < 20; ++i) *changes.Add() = PutOfMentions(stored->hash, 600);
-  for (const int look : {1, 2, 5}) {
-    EndsAtLook budget(look);
-    const auto ended = FromProto(changes, Limits{}, store, {}, "changes", &budget);
+  for (const int check : {1, 2, 5}) {
+    EndsAtCheck budget(check);
+    const auto ended = ChangesFromProto(changes, Limits{}, store, {}, "changes", &budget);
     EXPECT_TRUE(absl::IsCancelled(ended.status())) << ended.status();
-    EXPECT_EQ(budget.looks(), look);
+    EXPECT_EQ(budget.check_count(), check);
   }
 }
 

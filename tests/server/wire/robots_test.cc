@@ -31,7 +31,7 @@ collision::WorldRobot WorldArm() {
 }
 
 TEST(WireRobot, TellsLinksVariablesGroupsAndState) {
-  const v1::Robot robot = ToProto(WorldArm());
+  const v1::Robot robot = RobotToProto(WorldArm());
   EXPECT_EQ(robot.name(), "left");
   EXPECT_EQ(robot.uid(), "left@3");
   EXPECT_EQ(robot.x_world_base().tz_m(), 3);
@@ -70,13 +70,13 @@ TEST(WireRobot, TellsLinksVariablesGroupsAndState) {
 
 TEST(WireRobot, CountsTheSpheresOfItsLinks) {
   collision::WorldRobot arm = WorldArm();
-  EXPECT_EQ(ToProto(arm).links(0).sphere_count(), 0);
+  EXPECT_EQ(RobotToProto(arm).links(0).sphere_count(), 0);
   collision::SphereModel spheres;
   spheres.links.resize(7);
   spheres.links[0] = {{}, {}};
   arm.robot = Arm(ArmUrdf(), collision::testing::ArmSrdf(), spheres);
-  EXPECT_EQ(ToProto(arm).links(0).sphere_count(), 2);
-  EXPECT_EQ(ToProto(arm).links(1).sphere_count(), 0);
+  EXPECT_EQ(RobotToProto(arm).links(0).sphere_count(), 2);
+  EXPECT_EQ(RobotToProto(arm).links(1).sphere_count(), 0);
 }
 
 class WireRobotState : public ::testing::Test {
@@ -89,13 +89,13 @@ class WireRobotState : public ::testing::Test {
   }
   std::string Fault() {
     const FieldPath root;
-    return FieldAtFault(FromProto(set_, root.Field("robot_state")).status());
+    return FieldAtFault(SetRobotStateFromProto(set_, root.Field("robot_state")).status());
   }
   v1::SetRobotState set_;
 };
 
 TEST_F(WireRobotState, LeavesOutWhatIsNotGiven) {
-  const auto set = FromProto(set_, FieldPath());
+  const auto set = SetRobotStateFromProto(set_, FieldPath());
   ASSERT_TRUE(set.ok()) << set.status();
   EXPECT_FALSE(set->X_WB.has_value());
   EXPECT_FALSE(set->joints.named.has_value());
@@ -129,32 +129,34 @@ TEST_F(WireRobotState, NamesWhatIsMalformed) {
 TEST(WireRobotHeader, TakesTextsAndFilesAlike) {
   v1::LoadRobotHeader header;
   const FieldPath root;
-  EXPECT_EQ(FieldAtFault(FromProto(header, root.Field("header")).status()), "header.urdf");
+  EXPECT_EQ(FieldAtFault(RobotPlanFromProto(header, root.Field("header")).status()), "header.urdf");
   header.set_urdf_file("r.urdf");
   header.set_srdf("<robot/>");
-  const auto plan = FromProto(header, root.Field("header"));
+  const auto plan = RobotPlanFromProto(header, root.Field("header"));
   ASSERT_TRUE(plan.ok()) << plan.status();
-  const auto files = FilesOf(*plan, {{"r.urdf", "text"}, {"a.stl", "mesh"}}, root);
+  const auto files = MakeRobotFiles(*plan, {{"r.urdf", "text"}, {"a.stl", "mesh"}}, root);
   ASSERT_TRUE(files.ok()) << files.status();
   EXPECT_EQ(files->urdf, "text");
   EXPECT_EQ(files->srdf, "<robot/>");
   EXPECT_FALSE(files->spheres.has_value());
   EXPECT_EQ(files->meshes.at("a.stl"), "mesh");
-  EXPECT_EQ(FieldAtFault(FilesOf(*plan, {}, root.Field("header")).status()), "header.urdf_file");
+  EXPECT_EQ(FieldAtFault(MakeRobotFiles(*plan, {}, root.Field("header")).status()),
+            "header.urdf_file");
 }
 
 TEST(WireRobotHeader, GivesTheRobotItsNameAndItsState) {
   RobotPlan plan;
   const FieldPath root;
   const FieldPath path = root.Field("header");
-  EXPECT_EQ(PutOf(plan, Arm(), path)->name, "arm");
-  EXPECT_EQ(FieldAtFault(PutOf(plan, Arm(ArmUrdf("my arm")), path).status()), "header.name");
+  EXPECT_EQ(MakePutRobot(plan, Arm(), path)->name, "arm");
+  EXPECT_EQ(FieldAtFault(MakePutRobot(plan, Arm(ArmUrdf("my arm")), path).status()), "header.name");
   plan.name = "left";
-  EXPECT_EQ(PutOf(plan, Arm(ArmUrdf("my arm")), path)->name, "left");
+  EXPECT_EQ(MakePutRobot(plan, Arm(ArmUrdf("my arm")), path)->name, "left");
   plan.initial_state.named = {"reach", "ready"};
-  EXPECT_EQ(PutOf(plan, Arm(), path)->state[0], 0.5);
+  EXPECT_EQ(MakePutRobot(plan, Arm(), path)->state[0], 0.5);
   plan.initial_state.named->state = "home";
-  EXPECT_EQ(FieldAtFault(PutOf(plan, Arm(), path).status()), "header.initial_state.named_state");
+  EXPECT_EQ(FieldAtFault(MakePutRobot(plan, Arm(), path).status()),
+            "header.initial_state.named_state");
 }
 
 class WireRobotEvents : public ::testing::Test {
@@ -162,7 +164,7 @@ class WireRobotEvents : public ::testing::Test {
   v1::RobotEvent EventOf(const collision::WorldRobotPtr& before,
                          const collision::WorldRobotPtr& after) {
     WatchStep step;
-    step.what = WatchStep::What::kEvents;
+    step.kind = WatchStep::Kind::kEvents;
     step.revision = {6};
     step.robot_deltas.push_back({before, after});
     std::size_t next = 0;

@@ -37,7 +37,7 @@ TEST(WireShape, EveryShapeSurvivesARoundTrip) {
   ASSERT_EQ(shapes.size(), static_cast<std::size_t>(kShapeKindCount));
   for (const Shape& shape : shapes) {
     const Placed<> placed{MakeTranslation(1, 2, 3), shape};
-    const auto back = FromProto(ToProto(placed, store), store, {});
+    const auto back = PlacedShapeFromProto(PlacedShapeToProto(placed, store), store, {});
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(back->shape, shape) << NameOf(KindOf(shape));
     EXPECT_TRUE(back->X_FS.isApprox(placed.X_FS));
@@ -52,7 +52,7 @@ TEST(WireShape, VesselsAreMeshesThatTellTheirRimAndTheirWall) {
                   .wall_thickness_m = 0.004,
                   .rim_radius_sigma_m = 0.0008});
   const ShapePart part{.shape = MakeMesh(Tessellate(*mug, 3e-4)), .vessel = mug};
-  const v1::ShapePart proto = ToProto(part, store);
+  const v1::ShapePart proto = ShapePartToProto(part, store);
   ASSERT_TRUE(proto.has_vessel());
   EXPECT_TRUE(store.Get(proto.mesh().hash()).ok());
   EXPECT_EQ(proto.vessel().rim_radius_m(), 0.04);
@@ -66,7 +66,7 @@ TEST(WireShape, VesselsAreMeshesThatTellTheirRimAndTheirWall) {
   EXPECT_EQ(proto.vessel().inner_profile(1).x(), 0.031);
   EXPECT_EQ(proto.vessel().outer_profile_size(), 2);
   // Vessels put by a user have no descriptor: they are read as meshes.
-  const auto back = FromProto(proto, store, {});
+  const auto back = ShapePartFromProto(proto, store, {});
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->vessel, nullptr);
   EXPECT_EQ(back->shape, part.shape);
@@ -79,10 +79,10 @@ TEST(WireShape, PartsKeepTheirRoleAndLoseTheirFit) {
       .shape = Cylinder{0.1, 0.2},
       .role = PartRole::kCompleted,
       .fit = FitQuality{.rms_m = 0.001, .inlier_count = 7, .parameter_sigma = {1}}};
-  const v1::ShapePart proto = ToProto(part, store);
+  const v1::ShapePart proto = ShapePartToProto(part, store);
   EXPECT_EQ(proto.fit().inlier_count(), 7);
   EXPECT_EQ(proto.coefficients_size(), 7);  // point, axis, radius
-  const auto back = FromProto(proto, store, {});
+  const auto back = ShapePartFromProto(proto, store, {});
   ASSERT_TRUE(back.ok());
   EXPECT_EQ(back->role, PartRole::kCompleted);
   EXPECT_FALSE(back->fit.has_value());  // a client's shape is not a measurement
@@ -124,7 +124,7 @@ TEST(WireShape, RefusesBrokenDimensionsByTheirField) {
   for (const Case& c : cases) {
     v1::PlacedShape shape;
     c.make(shape);
-    const auto refused = FromProto(shape, store, root.Field("s"));
+    const auto refused = PlacedShapeFromProto(shape, store, root.Field("s"));
     EXPECT_EQ(FieldAtFault(refused.status()), c.field) << refused.status();
   }
 }
@@ -134,7 +134,7 @@ TEST(WireShape, UnknownGeometryIsNotFoundAndNamed) {
   v1::PlacedShape shape;
   shape.mutable_mesh()->set_hash(std::string(64, 'a'));
   const FieldPath root;
-  const auto refused = FromProto(shape, store, root.Field("s"));
+  const auto refused = PlacedShapeFromProto(shape, store, root.Field("s"));
   EXPECT_TRUE(absl::IsNotFound(refused.status()));
   EXPECT_EQ(DetailsOf(refused.status()).reason, "GEOMETRY_UNKNOWN");
   EXPECT_THAT(TextOf(refused.status()), HasSubstr("s.mesh.hash: is aaaa"));
@@ -146,7 +146,7 @@ TEST(WireShape, LabelsAreNoMesh) {
   ASSERT_TRUE(stored.ok());
   v1::PlacedShape shape;
   shape.mutable_mesh()->set_hash(stored->hash);
-  EXPECT_EQ(FieldAtFault(FromProto(shape, store, {}).status()), "mesh.hash");
+  EXPECT_EQ(FieldAtFault(PlacedShapeFromProto(shape, store, {}).status()), "mesh.hash");
 }
 
 TEST(WireShape, AFlatMeshHasNoHull) {
@@ -156,7 +156,7 @@ TEST(WireShape, AFlatMeshHasNoHull) {
   ASSERT_TRUE(stored.ok());
   v1::PlacedShape shape;
   shape.mutable_convex()->set_hash(stored->hash);
-  EXPECT_EQ(FieldAtFault(FromProto(shape, store, {}).status()), "convex.hash");
+  EXPECT_EQ(FieldAtFault(PlacedShapeFromProto(shape, store, {}).status()), "convex.hash");
 }
 
 }  // namespace

@@ -100,13 +100,13 @@ export function coefficients(part: ShapePart): Coefficient[] {
 export const position = (pose: Pose): string[] => [pose.tx_m, pose.ty_m, pose.tz_m].map((m) => fixed(m, 3));
 
 // A smaller rotation is printed as 0.0 degrees.
-const leastTurn_rad = 8e-4;
+const minTurn_rad = 8e-4;
 
 // "30.0° about 0.00 0.00 1.00"; empty if there is no rotation.
 export function rotation(pose: Pose): string {
   const sine = Math.hypot(pose.qx, pose.qy, pose.qz);
   const angle_rad = 2 * Math.atan2(sine, Math.abs(pose.qw));
-  if (angle_rad < leastTurn_rad) return "";
+  if (angle_rad < minTurn_rad) return "";
   const scale = (pose.qw < 0 ? -1 : 1) / sine;
   const axis = [pose.qx, pose.qy, pose.qz].map((q) => fixed(scale * q, 2)).join(" ");
   return `${degrees(angle_rad, 1)}° about ${axis}`;

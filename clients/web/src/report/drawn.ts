@@ -3,7 +3,7 @@
 import { Box3, BufferGeometry, Group, Matrix4, Mesh, Points, type Object3D, Vector3 } from "three";
 import type { Drawn } from "../scene/object_model";
 import type { Gallery } from "./gallery";
-import type { Thing } from "./things";
+import type { ScanObject } from "./scan_objects";
 
 const triple = (v: Vector3): number[] => [v.x, v.y, v.z];
 
@@ -37,9 +37,9 @@ function measure(geometry: BufferGeometry): object {
 // Row by row.
 const rows = (matrix: Matrix4): number[] => matrix.clone().transpose().elements;
 
-function thingOf(node: Object3D): unknown {
+function objectIndexOf(node: Object3D): unknown {
   for (let at: Object3D | null = node; at; at = at.parent) {
-    if (at instanceof Group && typeof at.userData["thing"] === "number") return at.userData["thing"];
+    if (at instanceof Group && typeof at.userData["objectIndex"] === "number") return at.userData["objectIndex"];
   }
   return undefined;
 }
@@ -48,12 +48,12 @@ function transparencyOf(mesh: Mesh): boolean[] {
   return [mesh.material].flat().map((material) => material.transparent);
 }
 
-function listDrawn(root: Object3D, things: readonly Thing[]): { points: object[]; parts: object[] } {
+function listDrawn(root: Object3D, scanObjects: readonly ScanObject[]): { points: object[]; parts: object[] } {
   const points: object[] = [];
   const parts: object[] = [];
   root.traverse((node) => {
-    const index = thingOf(node);
-    const object = typeof index === "number" ? things[index]?.object.name ?? "" : "";
+    const index = objectIndexOf(node);
+    const object = typeof index === "number" ? scanObjects[index]?.object.name ?? "" : "";
     if (node instanceof Points) {
       points.push({ object, label: node.userData["run"].label, count: node.geometry.getAttribute("position").count });
     } else if (node instanceof Mesh && node.userData["drawn"]) {
@@ -64,14 +64,14 @@ function listDrawn(root: Object3D, things: readonly Thing[]): { points: object[]
   return { points, parts };
 }
 
-export function describe(gallery: Gallery, things: readonly Thing[]): object {
+export function describe(gallery: Gallery, scanObjects: readonly ScanObject[]): object {
   return {
     device_pixel_ratio: window.devicePixelRatio,
     pictures: gallery.panes.map(({ picture, view, calls, triangles, points }) => {
       const rect = view.getBoundingClientRect();
       return {
         name: picture.name, left: rect.left, top: rect.top, width: rect.width, height: rect.height,
-        rendered: { calls, triangles, points }, ...listDrawn(picture.scene, things),
+        rendered: { calls, triangles, points }, ...listDrawn(picture.scene, scanObjects),
       };
     }),
   };

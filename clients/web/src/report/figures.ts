@@ -3,7 +3,7 @@ import type { IngestReport, StageTime } from "../world/types";
 import { element, withTitle } from "../page/dom";
 import { count, ms, percent, plural } from "../page/quantity";
 import type { ScanRecord } from "./record";
-import type { Thing } from "./things";
+import type { ScanObject } from "./scan_objects";
 
 const totalOf = (stages: readonly StageTime[]): number =>
   stages.reduce((sum, stage) => sum + stage.elapsed_ms, 0);
@@ -28,33 +28,33 @@ function share(part: string, report: IngestReport): string {
   return finite > 0 ? percent(Number(part) / finite, 2) : "0";
 }
 
-const ofKind = (things: readonly Thing[], kind: string): number =>
-  things.filter((thing) => thing.kind === kind).length;
+const ofKind = (scanObjects: readonly ScanObject[], kind: string): number =>
+  scanObjects.filter((scanObject) => scanObject.kind === kind).length;
 
-export function keyFigures(record: ScanRecord, things: readonly Thing[]): HTMLElement {
+export function keyFigures(record: ScanRecord, scanObjects: readonly ScanObject[]): HTMLElement {
   const { report, stages } = record.response;
-  const shapes = things.reduce((sum, { object }) => sum + object.shapes.length, 0);
-  const triangles = things.reduce((sum, { object }) =>
+  const shapes = scanObjects.reduce((sum, { object }) => sum + object.shapes.length, 0);
+  const triangles = scanObjects.reduce((sum, { object }) =>
     sum + object.surfaces.reduce((inner, surface) => inner + Number(surface.triangle_count), 0), 0);
   return element("dl", "figures",
     figure(count(report.points_finite), "", "Measured points", `of ${count(report.points_in)} in the scan`),
     figure(share(report.points_explained, report), "%", "Explained", "within the sensor's tolerance of the model"),
     figure(count(report.points_rejected), "", "Rejected", "isolated points that belong to nothing"),
-    figure(count(ofKind(things, "support")), "", "Supports", "level surfaces that carry"),
-    figure(count(ofKind(things, "object")), "", "Objects", "what stands on them"),
-    figure(count(ofKind(things, "residual")), "", "Residuals", "what is neither"),
+    figure(count(ofKind(scanObjects, "support")), "", "Supports", "level surfaces that carry"),
+    figure(count(ofKind(scanObjects, "object")), "", "Objects", "what stands on them"),
+    figure(count(ofKind(scanObjects, "residual")), "", "Residuals", "what is neither"),
     figure(count(shapes), "", "Shapes", "primitives, those of supports included"),
     figure(count(triangles), "", "Mesh triangles", "for what no shape explains"),
     figure(ms(totalOf(stages)), "ms", "Interpretation", "all stages together"));
 }
 
 // Undefined if there are none.
-export function warnings(record: ScanRecord, things: readonly Thing[]): HTMLElement | undefined {
+export function warnings(record: ScanRecord, scanObjects: readonly ScanObject[]): HTMLElement | undefined {
   const all = [...new Set(record.response.report.warnings)];
   if (record.points.every > 1) {
     all.push(`The pictures show one of ${count(record.points.every)} measured points.`);
   }
-  if (ofKind(things, "support") > 9) all.push("The ninth support and those after it share one label and one colour of points.");
+  if (ofKind(scanObjects, "support") > 9) all.push("The ninth support and those after it share one label and one colour of points.");
   if (all.length === 0) return undefined;
   const list = element("ul", "", ...all.map((text) => element("li", "", text)));
   return element("section", "warnings", element("h2", "", plural(all.length, "note")), list);

@@ -7,7 +7,7 @@ import { axisCross } from "../page/axis_cross";
 import { element } from "../page/dom";
 import type { Highlight } from "./highlight";
 import type { Picture } from "./pictures";
-import type { Thing } from "./things";
+import type { ScanObject } from "./scan_objects";
 
 // `view` is the element that is drawn into; a title bar is above it.
 export interface Pane { picture: Picture; view: HTMLElement; calls: number; triangles: number; points: number; }
@@ -18,7 +18,7 @@ const dimming = 0.82;
 // A press that moves less than this is a click.
 const clickSlack_px = 4;
 
-interface BaseLook { color: Color; opacity: number; }
+interface BaseStyle { color: Color; opacity: number; }
 
 // Light comes over the viewer's left shoulder, in every pane.
 const lampPlace = new Vector3(-1, 1.4, 1.5);
@@ -40,7 +40,7 @@ export class Gallery {
   private waiting = false;
 
   // Throws if the browser has no WebGL 2.
-  constructor(pictures: readonly Picture[], private readonly things: readonly Thing[],
+  constructor(pictures: readonly Picture[], private readonly scanObjects: readonly ScanObject[],
               private readonly highlight: Highlight) {
     this.renderer = new WebGLRenderer({ antialias: false, alpha: true });  // the shading smooths
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -119,7 +119,7 @@ export class Gallery {
     view.addEventListener("pointerdown", (event) => { pressed = { x: event.clientX, y: event.clientY }; });
     view.addEventListener("pointermove", (event) => {
       if (event.buttons !== 0) return this.hideTip();
-      this.showTip(event, this.thingAt(view, event));
+      this.showTip(event, this.objectIndexAt(view, event));
     });
     view.addEventListener("pointerleave", () => {
       this.highlight.hover(undefined);
@@ -128,14 +128,14 @@ export class Gallery {
     view.addEventListener("pointerup", (event) => {
       if (!pressed) return;
       if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > clickSlack_px) return;
-      const thing = this.thingAt(view, event);
-      if (thing !== undefined || this.highlight.pinned !== undefined) this.highlight.pick(thing);
+      const index = this.objectIndexAt(view, event);
+      if (index !== undefined || this.highlight.pinned !== undefined) this.highlight.pick(index);
     });
   }
 
   // All panes share the camera, so the object of the hybrid model at this place is the one shown in
   // the pane.
-  private thingAt(view: HTMLElement, event: PointerEvent): number | undefined {
+  private objectIndexAt(view: HTMLElement, event: PointerEvent): number | undefined {
     const rect = view.getBoundingClientRect();
     const place = new Vector2(
       (2 * (event.clientX - rect.left)) / rect.width - 1, 1 - (2 * (event.clientY - rect.top)) / rect.height);
@@ -145,18 +145,18 @@ export class Gallery {
     const hits = this.raycaster.intersectObjects(hybrid.picture.scene.children, true);
     const hit = hits.find(({ object }) => object instanceof Mesh);
     for (let node: Object3D | null = hit?.object ?? null; node; node = node.parent) {
-      const thing: unknown = node.userData["thing"];
-      if (typeof thing === "number") return thing;
+      const index: unknown = node.userData["objectIndex"];
+      if (typeof index === "number") return index;
     }
     return undefined;
   }
 
   private showTip(event: PointerEvent, index: number | undefined): void {
     this.highlight.hover(index);
-    const thing = index === undefined ? undefined : this.things[index];
-    if (!thing) return this.hideTip();
+    const scanObject = index === undefined ? undefined : this.scanObjects[index];
+    if (!scanObject) return this.hideTip();
     const rect = this.root.getBoundingClientRect();
-    this.tip.textContent = thing.object.name;
+    this.tip.textContent = scanObject.object.name;
     this.tip.style.setProperty("--x", `${event.clientX - rect.left}px`);
     this.tip.style.setProperty("--y", `${event.clientY - rect.top}px`);
     this.tip.classList.add("shown");
@@ -169,8 +169,8 @@ export class Gallery {
     const background = new Color(getComputedStyle(this.root).getPropertyValue("--picture").trim());
     for (const { picture } of this.panes) {
       for (const child of picture.scene.children) {
-        if (typeof child.userData["thing"] !== "number") continue;
-        const behind = active !== undefined && child.userData["thing"] !== active;
+        if (typeof child.userData["objectIndex"] !== "number") continue;
+        const behind = active !== undefined && child.userData["objectIndex"] !== active;
         child.traverse((node) => {
           const material = (node as Mesh).material as Material | Material[] | undefined;
           for (const one of material === undefined ? [] : [material].flat()) dim(one, behind, background);
@@ -201,7 +201,7 @@ export class Gallery {
 function dim(material: Material, behind: boolean, background: Color): void {
   const colored = material as Material & { color?: Color };
   if (!colored.color) return;
-  const base = (material.userData["base"] ??= { color: colored.color.clone(), opacity: material.opacity }) as BaseLook;
+  const base = (material.userData["base"] ??= { color: colored.color.clone(), opacity: material.opacity }) as BaseStyle;
   colored.color.copy(base.color);
   if (behind) colored.color.lerp(background, dimming);
   material.opacity = behind && material.transparent ? base.opacity * (1 - dimming) : base.opacity;

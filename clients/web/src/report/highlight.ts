@@ -9,15 +9,15 @@ export class Highlight {
 
   onChange(listener: () => void): void { this.listeners.push(listener); }
 
-  hover(thing: number | undefined): void {
-    if (thing === this.hovered) return;
-    this.hovered = thing;
+  hover(index: number | undefined): void {
+    if (index === this.hovered) return;
+    this.hovered = index;
     this.tell();
   }
 
   // Picking the picked object again deselects it.
-  pick(thing: number | undefined): void {
-    this.picked = thing === this.picked ? undefined : thing;
+  pick(index: number | undefined): void {
+    this.picked = index === this.picked ? undefined : index;
     this.tell();
   }
 

@@ -5,7 +5,7 @@ import { element, numbers, swatch, withTitle } from "../page/dom";
 import type { Highlight } from "./highlight";
 import { count, mm, percent } from "../page/quantity";
 import { coefficients, dimensions, position, rotation, shapeName } from "../page/shape_text";
-import type { Thing } from "./things";
+import type { ScanObject } from "./scan_objects";
 
 interface Column { title: string; unit?: string; numeric?: boolean; meaning?: string; }
 
@@ -40,14 +40,14 @@ function row(className: string, cells: readonly (string | Node)[]): HTMLTableRow
   return made;
 }
 
-function objectRow(thing: Thing): HTMLTableRowElement {
-  const { object } = thing;
+function objectRow(scanObject: ScanObject): HTMLTableRowElement {
+  const { object } = scanObject;
   const pose = object.x_world_object;
-  const size = thing.size.toArray().map((m) => mm(m, 0)).join(" × ");
-  const name = element("span", "name", swatch(thing.color), object.name || "an object of the user");
+  const size = scanObject.size.toArray().map((m) => mm(m, 0)).join(" × ");
+  const name = element("span", "name", swatch(scanObject.color), object.name || "an object of the user");
   const reachable = object.reachable === undefined ? "" : object.reachable ? ", in reach" : ", out of reach";
   return row("object", [
-    name, thing.kind + reachable, object.supported_by, size,
+    name, scanObject.kind + reachable, object.supported_by, size,
     object.point_count === "0" ? "" : count(object.point_count), "", "", "", "",
     pose ? numbers(position(pose)) : "", pose ? rotation(pose) : ""]);
 }
@@ -99,9 +99,9 @@ function handleRow(handle: Handle): HTMLTableRowElement {
     numbers(position(handle.bounds.x_object_box)), rotation(handle.bounds.x_object_box)]);
 }
 
-function body(thing: Thing, highlight: Highlight): HTMLTableSectionElement {
-  const { object } = thing;
-  const section = element("tbody", "", objectRow(thing));
+function body(scanObject: ScanObject, highlight: Highlight): HTMLTableSectionElement {
+  const { object } = scanObject;
+  const section = element("tbody", "", objectRow(scanObject));
   section.tabIndex = 0;
   for (const part of object.shapes) {
     section.append(shapeRow(part));
@@ -109,20 +109,20 @@ function body(thing: Thing, highlight: Highlight): HTMLTableSectionElement {
     if (fit) section.append(fit);
   }
   section.append(...object.surfaces.map(surfaceRow), ...object.handles.map(handleRow));
-  section.addEventListener("pointerenter", () => highlight.hover(thing.index));
+  section.addEventListener("pointerenter", () => highlight.hover(scanObject.index));
   section.addEventListener("pointerleave", () => highlight.hover(undefined));
-  section.addEventListener("click", () => highlight.pick(thing.index));
+  section.addEventListener("click", () => highlight.pick(scanObject.index));
   section.addEventListener("keydown", (event) => {
     if (event.key !== "Enter" && event.key !== " ") return;
     event.preventDefault();
-    highlight.pick(thing.index);
+    highlight.pick(scanObject.index);
   });
   return section;
 }
 
-export function objectTable(things: readonly Thing[], highlight: Highlight): HTMLElement {
+export function objectTable(scanObjects: readonly ScanObject[], highlight: Highlight): HTMLElement {
   const head = element("thead", "", element("tr", "", ...columns.map(headerCell)));
-  const bodies = things.map((thing) => body(thing, highlight));
+  const bodies = scanObjects.map((scanObject) => body(scanObject, highlight));
   highlight.onChange(() => bodies.forEach((section, i) => {
     section.classList.toggle("active", highlight.active === i);
     section.setAttribute("aria-selected", String(highlight.pinned === i));

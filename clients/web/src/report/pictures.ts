@@ -1,4 +1,4 @@
-// The four pictures of the paper's table I, as scenes of the same things.
+// The four pictures of the paper's table I, as scenes of the same objects.
 import { Group, Object3D, Points, Scene } from "three";
 import type { MeshSource } from "../scene/shape_geometry";
 import { pointMaterial } from "../scene/materials";
@@ -6,7 +6,7 @@ import { objectModel, type ModelOptions } from "../scene/object_model";
 import { matrixOf } from "../scene/pose";
 import { runGeometries, type RunGeometry } from "./points";
 import type { PointRun, ScanRecord } from "./record";
-import { isExplainedByShape, ownerOf, type Thing } from "./things";
+import { isExplainedByShape, ownerOf, type ScanObject } from "./scan_objects";
 
 export interface Picture {
   name: string;
@@ -18,7 +18,7 @@ export interface Picture {
 // The data that every picture is made from.
 export interface Material {
   record: ScanRecord;
-  things: readonly Thing[];
+  scanObjects: readonly ScanObject[];
   meshes: MeshSource;
   pointSize_px: number;
 }
@@ -33,27 +33,27 @@ interface Recipe {
   title: string;
   caption: string;
   model: ModelOptions;
-  points: (run: PointRun, thing: Thing | undefined) => PointStyle;
+  points: (run: PointRun, scanObject: ScanObject | undefined) => PointStyle;
 }
 
-const hasMesh = (thing: Thing | undefined): boolean =>
-  thing !== undefined && thing.object.surfaces.length > 0;
+const hasMesh = (scanObject: ScanObject | undefined): boolean =>
+  scanObject !== undefined && scanObject.object.surfaces.length > 0;
 
 const recipes: readonly Recipe[] = [
   {
     name: "segmentation", title: "Segmentation", caption: "supports and object clusters",
     model: { shapes: false, surfaces: false, triangulation: false, handles: "none" },
-    points: (_, thing) => (thing ? "own" : "neutral"),
+    points: (_, scanObject) => (scanObject ? "own" : "neutral"),
   },
   {
     name: "shapes", title: "Shapes", caption: "fitted primitives; points that none explains",
     model: { shapes: true, surfaces: false, triangulation: false, handles: "bounds" },
-    points: (run, thing) => (isExplainedByShape(run, thing) ? "none" : "neutral"),
+    points: (run, scanObject) => (isExplainedByShape(run, scanObject) ? "none" : "neutral"),
   },
   {
     name: "surfaces", title: "Surfaces", caption: "meshes of the rest; all other points",
     model: { shapes: false, surfaces: true, triangulation: true, handles: "mesh" },
-    points: (run, thing) => (hasMesh(thing) && !isExplainedByShape(run, thing) ? "none" : "neutral"),
+    points: (run, scanObject) => (hasMesh(scanObject) && !isExplainedByShape(run, scanObject) ? "none" : "neutral"),
   },
   {
     name: "hybrid", title: "Hybrid model", caption: "shapes and surfaces together",
@@ -62,7 +62,7 @@ const recipes: readonly Recipe[] = [
   },
 ];
 
-// A child of the scene for each object (userData.thing, -1 for unassigned points), so that one can
+// A child of the scene for each object (userData.objectIndex, -1 for unassigned points), so that one can
 // be highlighted.
 function build(recipe: Recipe, material: Material, runs: readonly RunGeometry[]): Picture {
   const scene = new Scene();
@@ -72,26 +72,26 @@ function build(recipe: Recipe, material: Material, runs: readonly RunGeometry[])
     let group = groups.get(index);
     if (group === undefined) {
       group = new Group();
-      group.userData["thing"] = index;
+      group.userData["objectIndex"] = index;
       groups.set(index, group);
       scene.add(group);
     }
     return group;
   };
   for (const { run, geometry } of runs) {
-    const thing = ownerOf(run, material.record, material.things);
-    const style = recipe.points(run, thing);
+    const scanObject = ownerOf(run, material.record, material.scanObjects);
+    const style = recipe.points(run, scanObject);
     if (style === "none") continue;
-    const color = style === "own" && thing ? thing.color : neutralColor;
+    const color = style === "own" && scanObject ? scanObject.color : neutralColor;
     const points = new Points(geometry, pointMaterial(color, material.pointSize_px));
     points.matrixAutoUpdate = false;
     points.matrix.copy(X_WC);
     points.userData["run"] = run;
-    groupOf(thing?.index ?? -1).add(points);
+    groupOf(scanObject?.index ?? -1).add(points);
   }
-  for (const thing of material.things) {
-    const model: Object3D = objectModel(thing.object, thing.color, material.meshes, recipe.model);
-    if (model.children.length > 0) groupOf(thing.index).add(model);
+  for (const scanObject of material.scanObjects) {
+    const model: Object3D = objectModel(scanObject.object, scanObject.color, material.meshes, recipe.model);
+    if (model.children.length > 0) groupOf(scanObject.index).add(model);
   }
   return { name: recipe.name, title: recipe.title, caption: recipe.caption, scene };
 }

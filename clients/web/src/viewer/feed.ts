@@ -1,13 +1,13 @@
 // Keeps the page in step with one world of the server: its watch, the links of its robots, its newest scans, and its past.
 import type { PairRule, PlacedLink, Robot, RobotLinks, Scan, WatchWorldResponse, World } from "../world/stream";
 import type { WorldObject } from "../world/types";
-import { CallFailure, type Link } from "./link";
+import { CallFailure, type RpcClient } from "./rpc_client";
 import { backOff_ms, notFound, unavailable, type CallError, type Json } from "./messages";
-import { Latest, patiently } from "./retry";
+import { CoalescedTask, withRetries } from "./retry";
 import { rulesByPair, WorldModel, type WorldState } from "./world_model";
 
 // A missing world may be created at any time, and so may further worlds.
-const lookAgain_ms = 1000;
+const retryPeriod_ms = 1000;
 
 const unimplemented = 12;  // from a server without robots or scans
 
@@ -35,10 +35,10 @@ export class Feed {
   private isOpen = false;
   private shapes = new Map<string, readonly PlacedLink[]>();  // by the uids of the world and the robot
   private placed = new Map<string, RobotModel>();
-  private readonly robots = new Latest(() => this.placeRobots());
-  private readonly scans = new Latest(() => this.listScans());
+  private readonly robots = new CoalescedTask(() => this.placeRobots());
+  private readonly scans = new CoalescedTask(() => this.listScans());
 
-  constructor(private readonly link: Link, private readonly listener: FeedListener) {}
+  constructor(private readonly client: RpcClient, private readonly listener: FeedListener) {}
 
   opened(): void {
     this.isOpen = true;
@@ -58,7 +58,7 @@ export class Feed {
   }
 
   async refreshWorlds(): Promise<readonly World[]> {
-    const { worlds } = await this.link.call<{ worlds: World[] }>("WorldService/ListWorlds", {});
+    const { worlds } = await this.client.call<{ worlds: World[] }>("WorldService/ListWorlds", {});
     this.listener.worlds(worlds);
     return worlds;
   }
@@ -66,19 +66,19 @@ export class Feed {
   // The world at a revision. A server that is out of resources is asked again while the answer is
   // wanted.
   at(revision: string, isWanted: () => boolean): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
-    return patiently(() => this.lookAt(revision), () => this.isOpen && isWanted());
+    return withRetries(() => this.readRevision(revision), () => this.isOpen && isWanted());
   }
 
-  private async lookAt(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
+  private async readRevision(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
     const at_revision = { exact: revision };
     const world = this.world ?? "";  // even if another one is chosen meanwhile
     const { world_uid } = this.model.state;
     const objects = await this.pages<WorldObject>("WorldService/ListObjects", "objects", world, { at_revision, view: "OBJECT_VIEW_FULL" });
     const list = await this.pages<Robot>("RobotService/ListRobots", "robots", world, { at_revision });
-    const { pair_rules } = await this.link.call<{ pair_rules: PairRule[] }>("WorldService/GetWorld", { world, at_revision });
+    const { pair_rules } = await this.client.call<{ pair_rules: PairRule[] }>("WorldService/GetWorld", { world, at_revision });
     const robots = new Map<string, RobotModel>();
     for (const robot of list) {
-      const { links } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
+      const { links } = await this.client.call<RobotLinks>("RobotService/GetRobotLinks", {
         world, name: robot.name, at_revision, with_shapes: true });
       robots.set(robot.name, { robot, links });
     }
@@ -89,7 +89,7 @@ export class Feed {
   }
 
   async oldestRevision(): Promise<number> {
-    const { world } = await this.link.call<{ world?: World }>("WorldService/GetWorld", { world: this.world ?? "" });
+    const { world } = await this.client.call<{ world?: World }>("WorldService/GetWorld", { world: this.world ?? "" });
     return Number(world?.oldest_exact_revision ?? 0);
   }
 
@@ -97,7 +97,7 @@ export class Feed {
                             world: string, request: Json): Promise<Item[]> {
     const all: Item[] = [];
     for (let page_token = ""; ;) {
-      const page = await this.link.call<Json>(method, { world, page_size: pageSize, page_token, ...request });
+      const page = await this.client.call<Json>(method, { world, page_size: pageSize, page_token, ...request });
       all.push(...(page[field] as Item[]));
       page_token = page["next_page_token"] as string;
       if (page_token === "") return all;
@@ -110,7 +110,7 @@ export class Feed {
     this.cancel = undefined;
   }
 
-  private later(wait_ms = lookAgain_ms): void {
+  private later(wait_ms = retryPeriod_ms): void {
     window.clearTimeout(this.timer);
     this.timer = window.setTimeout(() => { if (this.isOpen) void this.begin(); }, wait_ms);
   }
@@ -135,20 +135,20 @@ export class Feed {
   private watch(world: string): void {
     this.stop();
     this.model.restart();
-    this.cancel = this.link.stream<WatchWorldResponse>("WorldService/WatchWorld",
+    this.cancel = this.client.stream<WatchWorldResponse>("WorldService/WatchWorld",
       { world, mode: "WATCH_MODE_COALESCED", view: "OBJECT_VIEW_FULL" }, {
         message: (response) => {
           this.failures = 0;
           const isChanged = this.model.apply(response);
           const observed = Object.keys(response.bookmark?.last_observed ?? {});
           if (observed.length > 0) {
-            this.scans.want();  // a scan without changes makes no revision
+            this.scans.request();  // a scan without changes makes no revision
             this.listener.observed(observed);
           }
           if (!isChanged) return;
           this.listener.state(this.model.state);
-          this.robots.want();
-          this.scans.want();
+          this.robots.request();
+          this.scans.request();
         },
         end: (error) => {
           this.cancel = undefined;
@@ -161,7 +161,7 @@ export class Feed {
   private ended(error: CallError | undefined): void {
     if (!this.isOpen) return;
     if (error && error.code !== notFound) this.listener.failed(error);
-    this.later(Math.max(lookAgain_ms, backOff_ms(this.failures++)));
+    this.later(Math.max(retryPeriod_ms, backOff_ms(this.failures++)));
   }
 
   private async placeRobots(): Promise<void> {
@@ -188,7 +188,7 @@ export class Feed {
     const key = this.shapesKey(robot);
     const shapes = this.shapes.get(key);
     try {
-      const { links, robot_uid } = await this.asked<RobotLinks>("RobotService/GetRobotLinks", {
+      const { links, robot_uid } = await this.callWithRetries<RobotLinks>("RobotService/GetRobotLinks", {
         world: this.world ?? "", name: robot.name, with_shapes: shapes === undefined });
       if (robot_uid !== robot.uid) return undefined;  // replaced meanwhile: its event follows
       if (shapes === undefined) this.shapes.set(key, links);
@@ -202,7 +202,7 @@ export class Feed {
   private async listScans(): Promise<void> {
     const { world } = this;
     try {
-      const { scans } = await this.asked<{ scans: Scan[] }>("PerceptionService/ListScans", { world: this.world ?? "" });
+      const { scans } = await this.callWithRetries<{ scans: Scan[] }>("PerceptionService/ListScans", { world: this.world ?? "" });
       if (this.world === world) this.listener.scans(scans);
     } catch (error) {
       this.report(error);
@@ -213,9 +213,9 @@ export class Feed {
 
   // Repeats the call if the server is temporarily out of resources, while connected to the same
   // world.
-  private asked<Message>(method: "RobotService/GetRobotLinks" | "PerceptionService/ListScans", request: Json): Promise<Message> {
+  private callWithRetries<Message>(method: "RobotService/GetRobotLinks" | "PerceptionService/ListScans", request: Json): Promise<Message> {
     const { world } = this;
-    return patiently(() => this.link.call<Message>(method, request), () => this.isOpen && this.world === world);
+    return withRetries(() => this.client.call<Message>(method, request), () => this.isOpen && this.world === world);
   }
 
   // Missing objects and lost connections are reported elsewhere.

@@ -31,5 +31,5 @@ export class FileOpener {
     });
   }
 
-  ask(): void { this.input.click(); }
+  openDialog(): void { this.input.click(); }
 }

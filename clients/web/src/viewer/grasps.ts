@@ -36,9 +36,9 @@ export interface GraspPlan {
 // The message has the field at fault, its value and the rule.
 export class GraspFileError extends Error {}
 
-const mostBytes = 64 << 20;
-const mostGrasps = 20_000;
-const mostBoxes = 64;
+const maxBytes = 64 << 20;
+const maxGrasps = 20_000;
+const maxBoxes = 64;
 const unitSlack = 1e-3;
 
 // A value of the document with its path.
@@ -112,7 +112,7 @@ function parsed(text: string): Field {
 }
 
 export function checkSize(bytes: number): void {
-  if (bytes > mostBytes) throw new GraspFileError(`it has ${(bytes / 1e6).toFixed(0)} MB: at most ${mostBytes >> 20} MiB are read`);
+  if (bytes > maxBytes) throw new GraspFileError(`it has ${(bytes / 1e6).toFixed(0)} MB: at most ${maxBytes >> 20} MiB are read`);
 }
 
 // Throws GraspFileError.
@@ -121,12 +121,12 @@ export function parseGrasps(text: string): GraspPlan {
   const gripper = root.get("gripper");
   const found: Omit<Grasp, "rank" | "isBest">[] = [];
   const graspless: { object: string; why: string }[] = [];
-  for (const field of root.get("objects").list(mostGrasps)) {
+  for (const field of root.get("objects").list(maxGrasps)) {
     const object = field.get("name").text();
-    const grasps = field.get("grasps").list(mostGrasps).map((grasp) => graspOf(grasp, object));
+    const grasps = field.get("grasps").list(maxGrasps).map((grasp) => graspOf(grasp, object));
     if (grasps.length === 0) graspless.push({ object, why: field.get("why").text() });
     for (const grasp of grasps) found.push(grasp);
-    if (found.length > mostGrasps) throw new GraspFileError(`objects have ${found.length} grasps together: at most ${mostGrasps} are drawn`);
+    if (found.length > maxGrasps) throw new GraspFileError(`objects have ${found.length} grasps together: at most ${maxGrasps} are drawn`);
   }
   found.sort((a, b) => b.score - a.score);
   const taken = new Set<string>();
@@ -138,7 +138,7 @@ export function parseGrasps(text: string): GraspPlan {
   return {
     world: root.get("world").text(), world_uid: root.get("world_uid").text(), revision: root.get("revision").number(0),
     opening_m: gripper.get("opening_m").number(0), grasps, graspless,
-    boxes: gripper.get("boxes").list(mostBoxes).map((box) =>
+    boxes: gripper.get("boxes").list(maxBoxes).map((box) =>
       ({ centre: box.get("centre").triple(), size_m: box.get("size_m").triple(0) })) };
 }
 

@@ -1,23 +1,23 @@
 // The facts about the drawn page for tests: window.cwmViewer, read-only.
 import { Vector3 } from "three";
 import type { Stage } from "./draw/stage";
-import type { Thing } from "./things";
+import type { SceneObject } from "./scene_objects";
 import type { WorldView } from "./draw/world_view";
 
 export interface Hooked {
   stage: Stage;
   view: WorldView;
-  things: () => Iterable<Thing>;
-  isShown: (thing: Thing) => boolean;
+  sceneObjects: () => Iterable<SceneObject>;
+  isShown: (sceneObject: SceneObject) => boolean;
   facts: () => Record<string, unknown>;
 }
 
-export function publish({ stage, view, things, isShown, facts }: Hooked): void {
-  const objects = (): object[] => [...things()].map((thing) => {
-    const bounds = view.boundsOf(thing.name);
+export function publish({ stage, view, sceneObjects, isShown, facts }: Hooked): void {
+  const objects = (): object[] => [...sceneObjects()].map((sceneObject) => {
+    const bounds = view.boundsOf(sceneObject.name);
     const center = bounds.getCenter(new Vector3());
     const { x, y, isSeen } = stage.onScreen(center);
-    return { name: thing.name, kind: thing.kind, color: thing.color, is_shown: isShown(thing), is_drawn: !bounds.isEmpty(),
+    return { name: sceneObject.name, kind: sceneObject.kind, color: sceneObject.color, is_shown: isShown(sceneObject), is_drawn: !bounds.isEmpty(),
              low: bounds.min.toArray(), high: bounds.max.toArray(), x, y, is_seen: isSeen };
   });
   const viewer = Object.freeze({

@@ -16,7 +16,7 @@ export interface CallError {
 }
 
 // `why`: the reason of the last failed attempt or lost connection; empty if unknown.
-export type LinkState =
+export type ConnectionState =
   | { is: "connecting"; why: string }
   | { is: "open" }
   | { is: "waiting"; why: string }   // to try again
@@ -27,7 +27,7 @@ export type ToWorker =
   | { what: "cancel"; id: number };
 
 export type FromWorker =
-  | { what: "state"; state: LinkState }
+  | { what: "state"; state: ConnectionState }
   | { what: "message"; id: number; message: Json }
   | { what: "end"; id: number; error?: CallError };
 

@@ -1,50 +1,50 @@
 // The page: its selections, and the parts that follow them.
 import { element } from "../page/dom";
 import type { Scan, World } from "../world/stream";
-import { answerOf, type Reply } from "./answer";
+import { parseResult, type Reply } from "./query_result";
 import { Picture } from "./draw/picture";
 import { Feed, type RobotModel } from "./feed";
-import { GraspDesk } from "./grasp_desk";
+import { GraspController } from "./grasp_controller";
 import { publish } from "./hooks";
-import { CallFailure, type Link } from "./link";
-import type { LinkState } from "./messages";
-import { Newest } from "./retry";
+import { CallFailure, type RpcClient } from "./rpc_client";
+import type { ConnectionState } from "./messages";
+import { LatestRequest } from "./retry";
 import { Details } from "./panels/details";
 import { helpDialog } from "./panels/help";
-import { QuestionPanel } from "./panels/question_panel";
+import { QueryPanel } from "./panels/query_panel";
 import { Timeline } from "./panels/timeline";
 import { Toolbar } from "./panels/toolbar";
 import { Tree } from "./panels/tree";
-import type { Question } from "./question";
+import type { Query } from "./query";
 import { styleColor, ThemeSwitch } from "./theme";
-import { ThingList, type Kind, type Thing } from "./things";
+import { SceneObjectList, type Kind, type SceneObject } from "./scene_objects";
 import { emptyWorld, type WorldState } from "./world_model";
 
-interface Seen { state: WorldState; robots: ReadonlyMap<string, RobotModel>; }
+interface Snapshot { state: WorldState; robots: ReadonlyMap<string, RobotModel>; }
 
 const pointSizes_px = [1, 2, 3, 5];
 const noticeTime_ms = 6000;
 
 export class Page {
-  private readonly things = new ThingList();
-  private readonly picture = new Picture((name) => this.things.things.get(name)?.color, (why) => this.notice(why));
-  private readonly grasps = new GraspDesk(this.picture, (object) => this.select(this.things.things.has(object) ? object : undefined));
+  private readonly sceneObjects = new SceneObjectList();
+  private readonly picture = new Picture((name) => this.sceneObjects.byName.get(name)?.color, (why) => this.notice(why));
+  private readonly grasps = new GraspController(this.picture, (object) => this.select(this.sceneObjects.byName.has(object) ? object : undefined));
   private readonly theme = new ThemeSwitch(() => this.showTheme());
   private readonly feed: Feed;
   private readonly toolbar: Toolbar;
   private readonly tree: Tree;
   private readonly details: Details;
-  private readonly questions: QuestionPanel;
+  private readonly queryPanel: QueryPanel;
   private readonly timeline: Timeline;
   private readonly help = helpDialog();
   private readonly empty = element("p", "empty");
   private readonly scale = element("p", "scale");
   private readonly notices = element("div", "notices");
-  private live: Seen = { state: emptyWorld, robots: new Map() };
-  private past: Seen | undefined;  // displayed instead of the live state
+  private live: Snapshot = { state: emptyWorld, robots: new Map() };
+  private past: Snapshot | undefined;  // displayed instead of the live state
   private wantedRevision: number | undefined;
   private isGoing = false;
-  private readonly asked = new Newest();
+  private readonly pendingQuery = new LatestRequest();
   private selected: string | undefined;
   private readonly hiddenNames = new Set<string>();
   private readonly hiddenKinds = new Set<Kind>();
@@ -55,29 +55,29 @@ export class Page {
   private lastUpdate_ms = 0;  // Date.now() when the newest state was drawn
   private isDrawnUpToDate = true;
 
-  constructor(body: HTMLElement, private readonly link: Link) {
+  constructor(body: HTMLElement, private readonly client: RpcClient) {
     this.tree = new Tree({
       select: (name) => this.selectInList(name), frame: (name) => this.picture.frame([name]),
       toggle: (name) => this.toggle(this.hiddenNames, name), toggleKind: (kind) => this.toggle(this.hiddenKinds, kind) });
     this.details = new Details({ close: () => this.select(undefined), frame: (name) => this.picture.frame([name]) });
-    this.questions = new QuestionPanel({
-      ask: (question) => void this.ask(question), clear: () => this.dropQuestion(), select: (name) => this.select(name) });
+    this.queryPanel = new QueryPanel({
+      evaluate: (query) => void this.evaluate(query), clear: () => this.dropQuery(), select: (name) => this.select(name) });
     this.timeline = new Timeline({ go: (revision) => void this.go(revision), live: () => this.goLive() });
     this.toolbar = new Toolbar((world) => this.choose(world), () => { this.feed.refreshWorlds().catch(() => undefined); });
     this.addTools();
     this.layOut(body);
-    this.link.onState = (state) => this.onLink(state);
-    this.feed = new Feed(this.link, {
+    this.client.onState = (state) => this.onConnection(state);
+    this.feed = new Feed(this.client, {
       worlds: (worlds) => this.showWorlds(worlds), state: (state) => this.onState(state), robots: (robots) => this.onRobots(robots),
       observed: (names) => this.onObserved(names), scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),
       failed: ({ name, message }) => this.notice(`${name}: ${message}`) });
     this.listen();
     this.showTheme();
-    publish({ stage: this.picture.stage, view: this.picture.view, things: () => this.things.things.values(),
-              isShown: (thing) => this.isShown(thing), facts: () => this.facts() });
+    publish({ stage: this.picture.stage, view: this.picture.view, sceneObjects: () => this.sceneObjects.byName.values(),
+              isShown: (sceneObject) => this.isShown(sceneObject), facts: () => this.facts() });
   }
 
-  private get seen(): Seen { return this.past ?? this.live; }
+  private get seen(): Snapshot { return this.past ?? this.live; }
 
   private layOut(body: HTMLElement): void {
     const left = element("aside", "side left", this.tree.root, this.grasps.panel.root, this.grasps.opener.input);
@@ -88,7 +88,7 @@ export class Page {
     menu.addEventListener("click", () => body.classList.toggle("listing"));
     this.toolbar.root.prepend(menu);
     const middle = element("main", "middle", this.picture.stage.root, this.empty, this.scale, this.notices,
-      element("div", "bottom", this.questions.answer, this.questions.root, this.timeline.root));
+      element("div", "bottom", this.queryPanel.result, this.queryPanel.root, this.timeline.root));
     this.notices.setAttribute("role", "alert");
     this.empty.hidden = true;
     body.append(this.toolbar.root, left, middle, right, this.help);
@@ -115,7 +115,7 @@ export class Page {
     toolbar.addSwitch({ key: "k", title: "Grippers of the grasps that were opened", label: "Grasps", isOn: true,
                         turn: (isOn) => this.grasps.turn(isOn) });
     toolbar.addAction({ key: "o", title: "Open grasps that cwm-grasp --json wrote, or drop the file on the page", label: "Open",
-                        run: () => this.grasps.opener.ask() });
+                        run: () => this.grasps.opener.openDialog() });
     toolbar.addAction({ key: "f", title: "Everything, or the selection", label: "Frame", run: () => this.frame() });
     toolbar.addAction({ key: "g", title: "Save the picture", label: "Save", run: () => void this.save() });
     toolbar.addAction({ key: "t", title: "Light or dark", label: "Theme", run: () => this.theme.toggle() });
@@ -132,8 +132,8 @@ export class Page {
     window.addEventListener("keydown", (event) => this.onKey(event));
   }
 
-  private onLink(state: LinkState): void {
-    this.toolbar.showLink(state);
+  private onConnection(state: ConnectionState): void {
+    this.toolbar.showConnection(state);
     if (state.is === "open") this.feed.opened();
     else if (state.is === "waiting") this.feed.lost();
     else if (state.is === "refused") {
@@ -186,7 +186,7 @@ export class Page {
   private choose(world: string): void {
     this.timeline.goLive();
     this.select(undefined);
-    this.questions.clear();
+    this.queryPanel.clear();
     this.live = { state: emptyWorld, robots: new Map() };
     this.forgetHidden();
     this.show();
@@ -198,9 +198,9 @@ export class Page {
   // Updates panels and picture to the displayed state.
   private show(): void {
     const { state, robots } = this.seen;
-    this.things.update(state, robots);
-    if (this.selected !== undefined && !this.things.things.has(this.selected)) this.select(undefined);
-    this.tree.show(this.things.things);
+    this.sceneObjects.update(state, robots);
+    if (this.selected !== undefined && !this.sceneObjects.byName.has(this.selected)) this.select(undefined);
+    this.tree.show(this.sceneObjects.byName);
     this.showSelection();
     this.showShown();
     this.picture.clouds.recolor();
@@ -215,10 +215,10 @@ export class Page {
     if (gone.length > 0) this.tree.setHidden(this.hiddenNames, this.hiddenKinds);
   }
 
-  private isShown({ name, kind }: Thing): boolean { return !this.hiddenNames.has(name) && !this.hiddenKinds.has(kind); }
+  private isShown({ name, kind }: SceneObject): boolean { return !this.hiddenNames.has(name) && !this.hiddenKinds.has(kind); }
 
   private showShown(): void {
-    this.picture.setThings([...this.things.things.values()].filter((thing) => this.isShown(thing)));
+    this.picture.setObjects([...this.sceneObjects.byName.values()].filter((sceneObject) => this.isShown(sceneObject)));
   }
 
   private toggle<Value>(set: Set<Value>, value: Value): void {
@@ -242,22 +242,22 @@ export class Page {
   }
 
   private showSelection(): void {
-    const thing = this.selected === undefined ? undefined : this.things.things.get(this.selected);
-    this.details.show(thing, this.seen.state.rules);
-    this.picture.setSelected(thing);
+    const sceneObject = this.selected === undefined ? undefined : this.sceneObjects.byName.get(this.selected);
+    this.details.show(sceneObject, this.seen.state.rules);
+    this.picture.setSelected(sceneObject);
   }
 
   private frame(view?: string): void {
     this.picture.frame(this.selected === undefined || view !== undefined ? undefined : [this.selected], view);
   }
 
-  private rangeIsAsked = false;
+  private rangeIsRequested = false;
   private showRange(): void {
     const newest = Number(this.live.state.revision);
-    if (this.rangeIsAsked) return;
-    this.rangeIsAsked = true;
+    if (this.rangeIsRequested) return;
+    this.rangeIsRequested = true;
     this.feed.oldestRevision().catch(() => newest).then((oldest) => {
-      this.rangeIsAsked = false;
+      this.rangeIsRequested = false;
       this.timeline.setRange(oldest, Number(this.live.state.revision));
     });
   }
@@ -270,7 +270,7 @@ export class Page {
     try {
       for (let at = -1; this.wantedRevision !== undefined && this.wantedRevision !== at;) {
         at = this.wantedRevision;
-        const seen = await this.lookAt(at);
+        const seen = await this.readRevision(at);
         if (!seen) continue;
         if (this.wantedRevision === undefined || seen.state.world_uid !== this.live.state.world_uid) break;
         this.past = seen;
@@ -287,7 +287,7 @@ export class Page {
   }
 
   // Undefined if another revision is wanted by the time it fails.
-  private async lookAt(revision: number): Promise<Seen | undefined> {
+  private async readRevision(revision: number): Promise<Snapshot | undefined> {
     const isWanted = (): boolean => this.wantedRevision === revision;
     try {
       return await this.feed.at(String(revision), isWanted);
@@ -305,26 +305,26 @@ export class Page {
     this.show();
   }
 
-  private async ask(question: Question): Promise<void> {
-    const { request, method } = question;
+  private async evaluate(query: Query): Promise<void> {
+    const { request, method } = query;
     const options = { ...(request["options"] as object), ...(this.past && { at_revision: { exact: this.past.state.revision } }) };
-    const isWanted = this.asked.begin();
-    this.picture.setAsked(question);
+    const isWanted = this.pendingQuery.begin();
+    this.picture.setPendingQuery(query);
     try {
-      const reply = await this.link.call<Reply>(method, { ...request, world: this.feed.world ?? "", options });
+      const reply = await this.client.call<Reply>(method, { ...request, world: this.feed.world ?? "", options });
       if (!isWanted()) return;
-      const answer = answerOf(question, reply);
-      this.picture.setAnswer(question, answer);
-      this.questions.showAnswer(question.kind, answer, reply.revision);
+      const result = parseResult(query, reply);
+      this.picture.setResult(query, result);
+      this.queryPanel.showResult(query.kind, result, reply.revision);
     } catch (error) {
       if (!(error instanceof CallFailure)) throw error;
-      if (isWanted()) this.questions.showError(error.error);
+      if (isWanted()) this.queryPanel.showError(error.error);
     }
   }
 
-  private dropQuestion(): void {
-    this.asked.drop();
-    this.picture.clearAnswer();
+  private dropQuery(): void {
+    this.pendingQuery.drop();
+    this.picture.clearResult();
   }
 
   private async save(): Promise<void> {
@@ -377,7 +377,7 @@ export class Page {
   }
 
   private escape(): void {
-    if (this.questions.isAnswered || this.asked.isPending) this.questions.clear();
+    if (this.queryPanel.hasResult || this.pendingQuery.isPending) this.queryPanel.clear();
     else this.select(undefined);
     document.body.classList.remove("listing");
     this.picture.stage.root.focus();
@@ -392,8 +392,8 @@ export class Page {
     const typing = event.target instanceof HTMLInputElement && ["text", "search"].includes(event.target.type);
     if (typing || event.target instanceof HTMLSelectElement) return;
     const keys: Record<string, () => void> = {
-      f: () => this.frame(), "/": () => this.tree.search.focus(), q: () => this.questions.input.focus(), l: () => this.timeline.goLive(),
-      t: () => this.theme.toggle(), g: () => void this.save(), o: () => this.grasps.opener.ask(),
+      f: () => this.frame(), "/": () => this.tree.search.focus(), q: () => this.queryPanel.input.focus(), l: () => this.timeline.goLive(),
+      t: () => this.theme.toggle(), g: () => void this.save(), o: () => this.grasps.opener.openDialog(),
       "?": () => this.help.showModal(), s: () => this.changePointSize(),
       h: () => { if (this.selected !== undefined) this.toggle(this.hiddenNames, this.selected); } };
     const key = Object.hasOwn(keys, event.key) ? keys[event.key] : undefined;

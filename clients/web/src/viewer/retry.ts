@@ -1,23 +1,23 @@
 // Retries operations that may succeed later, with growing delays.
-import { CallFailure } from "./link";
+import { CallFailure } from "./rpc_client";
 import { backOff_ms, resourceExhausted, unavailable } from "./messages";
 
 // A temporary failure other than a call's: the server was busy, or the network down.
-export class PassingFailure extends Error {}
+export class TransientError extends Error {}
 
-export const isPassing = (error: unknown): boolean => error instanceof PassingFailure ||
+export const isTransient = (error: unknown): boolean => error instanceof TransientError ||
   (error instanceof CallFailure && [unavailable, resourceExhausted].includes(error.error.code));
 
 const pause = (ms: number): Promise<void> => new Promise((resolve) => setTimeout(resolve, ms));
 
 // Repeats the work until it succeeds, fails for good, or is no longer wanted; then throws its last
 // error.
-export async function patiently<Result>(work: () => Promise<Result>, isWanted: () => boolean): Promise<Result> {
+export async function withRetries<Result>(work: () => Promise<Result>, isWanted: () => boolean): Promise<Result> {
   for (let attempt = 0; ; ++attempt) {
     try {
       return await work();
     } catch (error) {
-      if (!isPassing(error) || !isWanted()) throw error;
+      if (!isTransient(error) || !isWanted()) throw error;
       await pause(backOff_ms(attempt));
       if (!isWanted()) throw error;
     }
@@ -25,21 +25,21 @@ export async function patiently<Result>(work: () => Promise<Result>, isWanted: (
 }
 
 // Runs one operation at a time, and once more if it was requested meanwhile.
-export class Latest {
+export class CoalescedTask {
   private isRunning = false;
-  private isAsked = false;
+  private isRequested = false;
   constructor(private readonly work: () => Promise<void>) {}
 
-  want(): void {
-    this.isAsked = true;
+  request(): void {
+    this.isRequested = true;
     if (!this.isRunning) void this.run();
   }
 
   private async run(): Promise<void> {
     this.isRunning = true;
     try {
-      while (this.isAsked) {
-        this.isAsked = false;
+      while (this.isRequested) {
+        this.isRequested = false;
         await this.work();
       }
     } finally {
@@ -48,8 +48,8 @@ export class Latest {
   }
 }
 
-// Uses only the answer to the newest of successive requests.
-export class Newest {
+// Uses only the reply to the newest of successive requests.
+export class LatestRequest {
   private last = 0;
   private isOpen = false;
 

@@ -1,9 +1,9 @@
 // The connection, on a thread of its own: bytes of the socket, messages of the page.
 import { beginBytes, cancelBytes, errorOf, messageOf, responseOf } from "./codec";
-import { backOff_ms, unavailable, type CallError, type FromWorker, type Json, type LinkState, type Method, type ToWorker }
+import { backOff_ms, unavailable, type CallError, type FromWorker, type Json, type ConnectionState, type Method, type ToWorker }
   from "./messages";
-import { askWhy } from "./refusal";
-import { Silence } from "./silence";
+import { fetchConnectionError } from "./connection_error";
+import { HeartbeatMonitor } from "./heartbeat";
 
 // The type libraries for workers and for documents exclude each other; only this function is
 // needed.
@@ -15,16 +15,16 @@ const patience_ms = 5000;
 // The period of checks for a silent connection.
 const listen_ms = 1000;
 
-const underWay = new Map<number, Method>();
+const openCalls = new Map<number, Method>();
 let socket: WebSocket | undefined;
 let attempt = 0;
 let why = "";  // the reason of the last failure
-const silence = new Silence();
+const heartbeat = new HeartbeatMonitor();
 
-const tell = (state: LinkState): void => postMessage({ what: "state", state });
+const tell = (state: ConnectionState): void => postMessage({ what: "state", state });
 
 function end(id: number, error?: CallError): void {
-  if (!underWay.delete(id)) return;
+  if (!openCalls.delete(id)) return;
   postMessage(error ? { what: "end", id, error } : { what: "end", id });
 }
 
@@ -32,10 +32,10 @@ const gone = (message: string): CallError =>
   ({ code: unavailable, name: "UNAVAILABLE", message, reason: "", fields: [] });
 
 function receive(bytes: Uint8Array): void {
-  silence.heard(Date.now());
+  heartbeat.received(Date.now());
   const { callId, what } = responseOf(bytes);
   const id = Number(callId);
-  const method = underWay.get(id);
+  const method = openCalls.get(id);
   if (method === undefined) return;  // the call was cancelled
   try {
     if (what.case === "message") postMessage({ what: "message", id, message: messageOf(method, what.value) });
@@ -47,10 +47,10 @@ function receive(bytes: Uint8Array): void {
 }
 
 // The page gets the reason before it learns that its calls are over.
-function over(state: LinkState, message: string): void {
+function over(state: ConnectionState, message: string): void {
   socket = undefined;
   tell(state);
-  for (const id of [...underWay.keys()]) end(id, gone(message));
+  for (const id of [...openCalls.keys()]) end(id, gone(message));
 }
 
 // Reconnects afterwards.
@@ -70,10 +70,10 @@ function drop(silent: WebSocket): void {
 
 // Handles a socket that never opened.
 async function failed(to: WebSocket): Promise<void> {
-  const refusal = await askWhy(patience_ms);
+  const error = await fetchConnectionError(patience_ms);
   if (socket !== to) return;
-  if (!refusal.isFinal) return lost(to, refusal.why, Math.max(refusal.wait_ms, backOff_ms(attempt++)));
-  over({ is: "refused", why: refusal.why }, refusal.why);
+  if (!error.isFinal) return lost(to, error.why, Math.max(error.wait_ms, backOff_ms(attempt++)));
+  over({ is: "refused", why: error.why }, error.why);
 }
 
 function open(): void {
@@ -89,7 +89,7 @@ function open(): void {
     isOpened = true;
     attempt = 0;
     why = "";
-    silence.opened(Date.now());
+    heartbeat.opened(Date.now());
     tell({ is: "open" });
   };
   opening.onmessage = (event) => receive(new Uint8Array(event.data as ArrayBuffer));
@@ -101,7 +101,7 @@ function open(): void {
 }
 
 function listen(): void {
-  if (socket?.readyState === WebSocket.OPEN && underWay.size > 0 && silence.isOver(Date.now())) drop(socket);
+  if (socket?.readyState === WebSocket.OPEN && openCalls.size > 0 && heartbeat.isTimedOut(Date.now())) drop(socket);
 }
 
 // An invalid request, such as a number that does not fit its field, is not sent.
@@ -116,11 +116,11 @@ function begin(id: number, method: Method, request: Json, on: WebSocket): void {
 self.onmessage = (event: MessageEvent<ToWorker>) => {
   const message = event.data;
   if (message.what === "cancel") {
-    if (underWay.delete(message.id)) socket?.send(cancelBytes(message.id));
+    if (openCalls.delete(message.id)) socket?.send(cancelBytes(message.id));
     return;
   }
-  if (underWay.size === 0) silence.heard(Date.now());  // nothing was expected until now
-  underWay.set(message.id, message.method);
+  if (openCalls.size === 0) heartbeat.received(Date.now());  // nothing was expected until now
+  openCalls.set(message.id, message.method);
   if (socket?.readyState !== WebSocket.OPEN) {
     end(message.id, gone("there is no connection to the server"));
     return;

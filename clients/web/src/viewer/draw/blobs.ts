@@ -1,13 +1,13 @@
 // Blobs read from the server by hash and cached by the browser: meshes, points, labels.
 import { BufferAttribute, BufferGeometry } from "three";
-import { PassingFailure, patiently } from "../retry";
+import { TransientError, withRetries } from "../retry";
 
 // Above these limits unused blobs are dropped; the browser has them in its cache.
-const mostKept = 500;
-const mostKept_bytes = 256 << 20;
+const maxKept = 500;
+const maxKept_bytes = 256 << 20;
 
 // The server, or a proxy on its behalf, is temporarily out of resources.
-const passing = new Set([408, 429, 502, 503, 504]);
+const transientStatuses = new Set([408, 429, 502, 503, 504]);
 
 async function fetchOnce(hash: string): Promise<ArrayBuffer> {
   const path = `/geometry/${encodeURIComponent(hash)}`;
@@ -16,15 +16,15 @@ async function fetchOnce(hash: string): Promise<ArrayBuffer> {
     response = await fetch(path);
     if (response.ok) return await response.arrayBuffer();
   } catch (error) {  // of the network; the page says itself that it is gone
-    throw new PassingFailure(`${path}: ${String(error)}`);
+    throw new TransientError(`${path}: ${String(error)}`);
   }
   const why = `${path}: ${response.status}`;
-  throw passing.has(response.status) ? new PassingFailure(why) : new Error(why);
+  throw transientStatuses.has(response.status) ? new TransientError(why) : new Error(why);
 }
 
 // Repeats a fetch while it is wanted and the failure may be temporary.
 export const fetchBlob = (hash: string, isWanted: () => boolean): Promise<ArrayBuffer> =>
-  patiently(() => fetchOnce(hash), isWanted);
+  withRetries(() => fetchOnce(hash), isWanted);
 
 // MESH_F64 of world.proto. Throws when the bytes are not a mesh.
 export function meshOf(bytes: ArrayBuffer): BufferGeometry {
@@ -43,11 +43,11 @@ export function meshOf(bytes: ArrayBuffer): BufferGeometry {
 const bytesOf = (geometry: BufferGeometry): number =>
   24 * geometry.getAttribute("position").count + 4 * (geometry.index?.count ?? 0);  // with normals
 
-interface Coming { mesh: Promise<BufferGeometry | undefined>; wanted: (() => boolean)[]; }
+interface PendingMesh { mesh: Promise<BufferGeometry | undefined>; wanted: (() => boolean)[]; }
 
 export class MeshLibrary {
   private readonly known = new Map<string, BufferGeometry>();  // the ones that came first are first
-  private readonly onTheWay = new Map<string, Coming>();
+  private readonly pending = new Map<string, PendingMesh>();
   private bytes = 0;
 
   constructor(private readonly failed: (why: string) => void, private readonly fetchOf: typeof fetchBlob = fetchBlob) {}
@@ -57,7 +57,7 @@ export class MeshLibrary {
   // Drops the oldest unused blobs until the rest is within the limits.
   trim(isUsed: (hash: string) => boolean): void {
     for (const [hash, geometry] of this.known) {
-      if (this.known.size <= mostKept && this.bytes <= mostKept_bytes) return;
+      if (this.known.size <= maxKept && this.bytes <= maxKept_bytes) return;
       if (isUsed(hash)) continue;
       geometry.dispose();
       this.known.delete(hash);
@@ -72,14 +72,14 @@ export class MeshLibrary {
   get(hash: string, isWanted: () => boolean): Promise<BufferGeometry | undefined> {
     const known = this.known.get(hash);
     if (known) return Promise.resolve(known);
-    let coming = this.onTheWay.get(hash);
-    if (coming) coming.wanted.push(isWanted);
+    let pendingMesh = this.pending.get(hash);
+    if (pendingMesh) pendingMesh.wanted.push(isWanted);
     else {
       const wanted = [isWanted];
-      coming = { wanted, mesh: this.fetch(hash, wanted).finally(() => this.onTheWay.delete(hash)) };
-      this.onTheWay.set(hash, coming);
+      pendingMesh = { wanted, mesh: this.fetch(hash, wanted).finally(() => this.pending.delete(hash)) };
+      this.pending.set(hash, pendingMesh);
     }
-    return coming.mesh;
+    return pendingMesh.mesh;
   }
 
   private async fetch(hash: string, wanted: readonly (() => boolean)[]): Promise<BufferGeometry | undefined> {
@@ -89,7 +89,7 @@ export class MeshLibrary {
       this.bytes += bytesOf(geometry);
       return geometry;
     } catch (error) {
-      if (!(error instanceof PassingFailure)) this.failed(error instanceof Error ? error.message : String(error));
+      if (!(error instanceof TransientError)) this.failed(error instanceof Error ? error.message : String(error));
       return undefined;
     }
   }

@@ -6,7 +6,7 @@ import { fetchBlob } from "./blobs";
 const isSame = (a: Scan | undefined, b: Scan): boolean =>
   a?.points_hash === b.points_hash && a.labels_hash === b.labels_hash;
 
-interface Held { scan: Scan; points: Points; labels: Uint32Array; painted: ReadonlyMap<number, string>; }
+interface SensorCloud { scan: Scan; points: Points; labels: Uint32Array; painted: ReadonlyMap<number, string>; }
 
 export const looseColor = "#8a8f98";  // of unassigned points
 
@@ -19,7 +19,7 @@ export function ownerOfLabel(label: number, scan: Scan): string | undefined {
 
 export class Clouds {
   readonly root = new Group();
-  private readonly held = new Map<string, Held>();
+  private readonly held = new Map<string, SensorCloud>();
   private wanted = new Map<string, Scan>();
   private readonly loading = new Set<string>();  // sensors; one load of each at a time
   private size_px = 2;
@@ -97,7 +97,7 @@ export class Clouds {
     return points;
   }
 
-  private paint(held: Held): void {
+  private paint(held: SensorCloud): void {
     const { scan, points, labels } = held;
     const colors = points.geometry.getAttribute("color");
     const bytes = colors.array as Uint8Array;
@@ -126,7 +126,7 @@ export class Clouds {
     return made;
   }
 
-  private drop(sensor: string, { points }: Held): void {
+  private drop(sensor: string, { points }: SensorCloud): void {
     this.root.remove(points);
     points.geometry.dispose();
     (points.material as PointsMaterial).dispose();

@@ -1,5 +1,5 @@
 // Straight lines of one width in one draw call: frames, the box around the selection, marks of an
-// answer.
+// result.
 import { Color, Matrix4, Vector3, type Box3 } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";

@@ -1,22 +1,22 @@
-// All meshes of one look, plates included, whatever their triangles: one draw call.
+// All meshes of one appearance, plates included, whatever their triangles: one draw call.
 import { BatchedMesh, Mesh, type BufferGeometry, type Color, type Intersection, type Matrix4, type Raycaster } from "three";
 import type { Batch, Hit, Slot } from "./batch";
-import { materialFor, type Look } from "./looks";
+import { materialFor, type Appearance } from "./appearance";
 
 const firstInstances = 16;
 const firstVertices = 4096;
 
-interface Held { id: number; users: number; geometry: BufferGeometry; }
+interface StoredMesh { id: number; users: number; geometry: BufferGeometry; }
 
 interface MeshSlot<Owner> extends Slot<Owner> { readonly key: string; }
 
 export class MeshBatch<Owner> implements Batch<Owner> {
   readonly object: BatchedMesh;
-  private readonly held = new Map<string, Held>();
+  private readonly held = new Map<string, StoredMesh>();
   private readonly slots = new Map<number, MeshSlot<Owner>>();
 
-  constructor(look: Look) {
-    this.object = new BatchedMesh(firstInstances, firstVertices, 3 * firstVertices, materialFor(look, true));
+  constructor(appearance: Appearance) {
+    this.object = new BatchedMesh(firstInstances, firstVertices, 3 * firstVertices, materialFor(appearance, true));
     this.object.frustumCulled = false;
     this.object.perObjectFrustumCulled = false;  // drawing all costs less than testing each
     this.object.sortObjects = false;
@@ -66,7 +66,7 @@ export class MeshBatch<Owner> implements Batch<Owner> {
     return found;
   }
 
-  private hold(key: string, geometry: BufferGeometry): Held {
+  private hold(key: string, geometry: BufferGeometry): StoredMesh {
     const known = this.held.get(key);
     if (known) {
       ++known.users;

@@ -2,7 +2,7 @@
 import { Matrix4, Vector3 } from "three";
 import { matrixOf } from "../../scene/pose";
 import { isCompleted, type Plate, type ShapeOneOf, type ShapePart, type WorldObject } from "../../world/types";
-import type { Look } from "./looks";
+import type { Appearance } from "./appearance";
 import type { Unit } from "./shape_batch";
 
 export type Layer = "shapes" | "surfaces" | "handles";
@@ -10,7 +10,7 @@ export type Layer = "shapes" | "surfaces" | "handles";
 // One instance. `local` is the transform from the geometry's frame to the object's.
 export interface Part {
   layer: Layer;
-  look: Look;
+  appearance: Appearance;
   local: Matrix4;
   geometry:
     | { is: "unit"; unit: Unit; form: readonly [number, number] }
@@ -56,28 +56,28 @@ function simplePart(shape: ShapeOneOf, matrix: Matrix4): Pick<Part, "local" | "g
 }
 
 // The top of a support's plate was measured although its body was completed.
-export function shapeParts(part: ShapePart, layer: Layer, special?: Look): Part[] {
+export function shapeParts(part: ShapePart, layer: Layer, special?: Appearance): Part[] {
   const local = matrixOf(part.x_object_shape);
-  const look: Look = special ?? (isCompleted(part) ? "completed" : "solid");
+  const appearance: Appearance = special ?? (isCompleted(part) ? "completed" : "solid");
   if (part.plate) {
-    const top: Look = special ?? (part.fit ? "solid" : look);
+    const top: Appearance = special ?? (part.fit ? "solid" : appearance);
     const { plate } = part;
-    return [{ layer, look: top, local, geometry: { is: "plate", plate, face: "top" } },
-            { layer, look, local, geometry: { is: "plate", plate, face: "rest" } }];
+    return [{ layer, appearance: top, local, geometry: { is: "plate", plate, face: "top" } },
+            { layer, appearance, local, geometry: { is: "plate", plate, face: "rest" } }];
   }
   const simple = simplePart(part, local);
-  return simple ? [{ layer, look, ...simple }] : [];
+  return simple ? [{ layer, appearance, ...simple }] : [];
 }
 
 export function partsOf(object: WorldObject): Part[] {
-  const special: Look | undefined = object.kind === "OBJECT_KIND_UNSEEN" ? "unseen" : undefined;
+  const special: Appearance | undefined = object.kind === "OBJECT_KIND_UNSEEN" ? "unseen" : undefined;
   const shapes = object.shapes.flatMap((part) => shapeParts(part, "shapes", special));
   const surfaces = object.surfaces.map(({ hash }): Part => (
-    { layer: "surfaces", look: special ?? "solid", local: new Matrix4(), geometry: { is: "mesh", hash } }));
+    { layer: "surfaces", appearance: special ?? "solid", local: new Matrix4(), geometry: { is: "mesh", hash } }));
   const handles = object.handles.map(({ hash, bounds }): Part => {
-    if (hash) return { layer: "handles", look: "solid", local: new Matrix4(), geometry: { is: "mesh", hash } };
+    if (hash) return { layer: "handles", appearance: "solid", local: new Matrix4(), geometry: { is: "mesh", hash } };
     const { size_x_m: x, size_y_m: y, size_z_m: z } = bounds.box;
-    return { layer: "handles", look: "completed", ...unit(matrixOf(bounds.x_object_box), "box", [x, y, z]) };
+    return { layer: "handles", appearance: "completed", ...unit(matrixOf(bounds.x_object_box), "box", [x, y, z]) };
   });
   return [...shapes, ...surfaces, ...handles];
 }

@@ -1,13 +1,13 @@
-// The picture of a world: visible objects, the selection, names and frames, scans, and the answer
-// to a query.
+// The picture of a world: visible objects, the selection, names and frames, scans, and the result
+// of a query.
 import { Box3, Matrix4, Vector3 } from "three";
 import type { Scan } from "../../world/stream";
 import { matrixOf } from "../../scene/pose";
-import type { Answer } from "../answer";
-import type { Question } from "../question";
+import type { QueryResult } from "../query_result";
+import type { Query } from "../query";
 import type { Grasp } from "../grasps";
-import { frameOf, isRobot, type Thing } from "../things";
-import { answerPicture, bodyName, bodyOf, type AnswerPicture } from "./answer_view";
+import { frameOf, isRobot, type SceneObject } from "../scene_objects";
+import { resultPicture, bodyName, bodyOf, type ResultPicture } from "./result_view";
 import { MeshLibrary } from "./blobs";
 import { Clouds } from "./cloud";
 import { GraspView, noGrasps, type GraspPicture } from "./grasp_view";
@@ -15,13 +15,13 @@ import type { Label } from "./labels";
 import { boxSegments, frameSegments, Lines } from "./lines";
 import type { Layer } from "./parts";
 import { Stage } from "./stage";
-import { WorldView, type SceneThing } from "./world_view";
+import { WorldView, type DrawnObject } from "./world_view";
 
 const lineWidth_px = 2;
 const axesLength_m = 0.2;
 
 // Meshes and robots are loaded after the objects they belong to.
-const firstLook_ms = 2500;
+const firstFraming_ms = 2500;
 
 export interface Shown { names: boolean; frames: boolean; }
 
@@ -31,10 +31,10 @@ export class Picture {
   readonly clouds: Clouds;
   readonly grasps = new GraspView();
   shown: Shown = { names: false, frames: false };
-  private things: readonly Thing[] = [];
-  private byName: ReadonlyMap<string, Thing> = new Map();
-  private selected: Thing | undefined;
-  private answer: AnswerPicture | undefined;
+  private sceneObjects: readonly SceneObject[] = [];
+  private byName: ReadonlyMap<string, SceneObject> = new Map();
+  private selected: SceneObject | undefined;
+  private result: ResultPicture | undefined;
   private graspPicture: GraspPicture = noGrasps;
   private graspsAreStale = false;
   private isStale = false;
@@ -43,45 +43,45 @@ export class Picture {
   private firstFramed_ms = 0;
   private readonly axes = new Lines(lineWidth_px, false);
   private readonly selection = new Lines(lineWidth_px, true);
-  private readonly answerLines = new Lines(1.5 * lineWidth_px, true);
+  private readonly resultLines = new Lines(1.5 * lineWidth_px, true);
 
   constructor(colorOf: (name: string) => string | undefined, failed: (why: string) => void) {
     const changed = (): void => this.refresh();
     this.view = new WorldView(new MeshLibrary(failed), changed);
     this.clouds = new Clouds(colorOf, () => this.stage.requestRender(), failed);
-    this.stage.scene.add(this.view.root, this.clouds.root, this.grasps.root, this.axes.object, this.selection.object, this.answerLines.object);
+    this.stage.scene.add(this.view.root, this.clouds.root, this.grasps.root, this.axes.object, this.selection.object, this.resultLines.object);
     this.stage.beforeFrame = () => this.update();
     this.stage.frame([new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5))], "1");
     this.stage.prepare();
   }
 
   // Sets the visible objects; the picture follows with its next frame.
-  setThings(things: readonly Thing[]): void {
-    this.things = things;
-    this.byName = new Map(things.map((thing) => [thing.name, thing]));
+  setObjects(sceneObjects: readonly SceneObject[]): void {
+    this.sceneObjects = sceneObjects;
+    this.byName = new Map(sceneObjects.map((sceneObject) => [sceneObject.name, sceneObject]));
     this.refresh();
   }
 
-  setSelected(thing: Thing | undefined): void {
-    this.selected = thing;
+  setSelected(sceneObject: SceneObject | undefined): void {
+    this.selected = sceneObject;
     this.refresh();
   }
 
   setScans(scans: readonly Scan[]): void { this.clouds.sync(scans); }
 
-  setAsked(question: Question): void {
-    this.answer = { body: bodyOf(question, "asked"), segments: [], labels: [] };
+  setPendingQuery(query: Query): void {
+    this.result = { body: bodyOf(query, "asked"), segments: [], labels: [] };
     this.refresh();
   }
 
-  setAnswer(question: Question, answer: Answer): void {
+  setResult(query: Query, result: QueryResult): void {
     const size = this.stage.camera.position.distanceTo(this.stage.orbit.target);
-    this.answer = answerPicture(question, answer, size / 18);
+    this.result = resultPicture(query, result, size / 18);
     this.refresh();
   }
 
-  clearAnswer(): void {
-    this.answer = undefined;
+  clearResult(): void {
+    this.result = undefined;
     this.refresh();
   }
 
@@ -111,23 +111,23 @@ export class Picture {
   frame(names: readonly string[] | undefined, view?: string): void {
     this.update();
     this.stage.isTouched = true;
-    const all = names ?? this.things.map((thing) => thing.name);
+    const all = names ?? this.sceneObjects.map((sceneObject) => sceneObject.name);
     this.stage.frame(all.map((name) => this.finiteBounds(name)), view);
   }
 
   // The name of an object or a gripper's grasp, whichever the ray hits first.
   pick(event: PointerEvent): string | Grasp | undefined {
     const ray = this.stage.rayAt(event);
-    const thing = this.view.pick(ray);
+    const sceneObject = this.view.pick(ray);
     const gripper = this.grasps.hits(ray);
-    if (gripper && gripper.distance < (thing?.distance ?? Infinity)) return gripper.owner;
-    return thing?.owner === bodyName ? undefined : thing?.owner;
+    if (gripper && gripper.distance < (sceneObject?.distance ?? Infinity)) return gripper.owner;
+    return sceneObject?.owner === bodyName ? undefined : sceneObject?.owner;
   }
 
   // The bounds of half-spaces, which are unbounded, are those of their drawn slab.
   private finiteBounds(name: string): Box3 {
-    const thing = this.byName.get(name);
-    if (thing && !isRobot(thing.of) && thing.of.shapes.some(({ half_space }) => half_space)) return new Box3();
+    const sceneObject = this.byName.get(name);
+    if (sceneObject && !isRobot(sceneObject.source) && sceneObject.source.shapes.some(({ half_space }) => half_space)) return new Box3();
     return this.view.boundsOf(name);
   }
 
@@ -136,21 +136,21 @@ export class Picture {
     this.graspsAreStale = false;
     if (!this.isStale) return;
     this.isStale = false;
-    const drawn = new Map<string, SceneThing>(this.things.map((thing) => [thing.name, thing.drawn]));
-    if (this.answer?.body) drawn.set(bodyName, this.answer.body);
+    const drawn = new Map<string, DrawnObject>(this.sceneObjects.map((sceneObject) => [sceneObject.name, sceneObject.drawn]));
+    if (this.result?.body) drawn.set(bodyName, this.result.body);
     this.view.sync(drawn);
     this.place();
     this.updateLines();
-    this.stage.labels.set([...(this.answer?.labels ?? []), ...(this.shown.names ? this.names() : this.nameOfSelected())]);
+    this.stage.labels.set([...(this.result?.labels ?? []), ...(this.shown.names ? this.names() : this.nameOfSelected())]);
   }
 
   // The first view shows everything, including objects that arrive a moment later, unless the user
   // has moved the camera; the floor is at the bottom of the world, whether the sensor is above or
   // below it.
   private place(): void {
-    const isLate = performance.now() - this.firstFramed_ms > firstLook_ms || this.stage.isTouched;
+    const isLate = performance.now() - this.firstFramed_ms > firstFraming_ms || this.stage.isTouched;
     if (this.isFramed && isLate) return;
-    const boxes = this.things.filter(({ kind }) => kind !== "unseen").map(({ name }) => this.finiteBounds(name))
+    const boxes = this.sceneObjects.filter(({ kind }) => kind !== "unseen").map(({ name }) => this.finiteBounds(name))
       .filter((box) => !box.isEmpty());
     if (boxes.length === 0) return;
     if (!this.isFramed) this.firstFramed_ms = performance.now();
@@ -166,37 +166,37 @@ export class Picture {
   }
 
   private updateLines(): void {
-    const size = this.shown.frames ? this.things.flatMap((thing) => {
-      const extent = this.finiteBounds(thing.name).getSize(new Vector3()).length();
+    const size = this.shown.frames ? this.sceneObjects.flatMap((sceneObject) => {
+      const extent = this.finiteBounds(sceneObject.name).getSize(new Vector3()).length();
       const length_m = Math.min(Math.max(0.35 * extent, 0.02), 0.3);
-      const frames = isRobot(thing.of) ? thing.drawn.frames : [frameOf(thing)];
-      return frames.flatMap((X) => frameSegments(X, isRobot(thing.of) ? 0.08 : length_m));
+      const frames = isRobot(sceneObject.source) ? sceneObject.drawn.frames : [frameOf(sceneObject)];
+      return frames.flatMap((X) => frameSegments(X, isRobot(sceneObject.source) ? 0.08 : length_m));
     }) : [];
     this.axes.set([...frameSegments(new Matrix4(), axesLength_m), ...size]);
     this.selection.set(this.selectionSegments());
-    this.answerLines.set(this.answer?.segments ?? []);
+    this.resultLines.set(this.result?.segments ?? []);
   }
 
   private selectionSegments(): ReturnType<typeof boxSegments> {
-    const thing = this.selected;
-    if (!thing) return [];
-    if (isRobot(thing.of)) return boxSegments(this.view.boundsOf(thing.name), new Matrix4(), this.selectionColor);
-    const { bounds } = thing.of;
+    const sceneObject = this.selected;
+    if (!sceneObject) return [];
+    if (isRobot(sceneObject.source)) return boxSegments(this.view.boundsOf(sceneObject.name), new Matrix4(), this.selectionColor);
+    const { bounds } = sceneObject.source;
     if (!bounds) return [];
     const { size_x_m: x, size_y_m: y, size_z_m: z } = bounds.box;
     const half = new Vector3(x, y, z).divideScalar(2).addScalar(0.002);  // beside the surface, not in it
-    const X = frameOf(thing).clone().multiply(matrixOf(bounds.x_object_box));
+    const X = frameOf(sceneObject).clone().multiply(matrixOf(bounds.x_object_box));
     return boxSegments(new Box3(half.clone().negate(), half), X, this.selectionColor);
   }
 
-  private labelOf(thing: Thing): Label[] {
-    const bounds = this.finiteBounds(thing.name);
+  private labelOf(sceneObject: SceneObject): Label[] {
+    const bounds = this.finiteBounds(sceneObject.name);
     if (bounds.isEmpty()) return [];
     const at = bounds.getCenter(new Vector3()).setZ(bounds.max.z);
-    return [{ text: thing.name, at, kind: "name" }];
+    return [{ text: sceneObject.name, at, kind: "name" }];
   }
 
-  private names(): Label[] { return this.things.filter(({ kind }) => kind !== "unseen").flatMap((thing) => this.labelOf(thing)); }
+  private names(): Label[] { return this.sceneObjects.filter(({ kind }) => kind !== "unseen").flatMap((sceneObject) => this.labelOf(sceneObject)); }
 
   private nameOfSelected(): Label[] { return this.selected ? this.labelOf(this.selected) : []; }
 }

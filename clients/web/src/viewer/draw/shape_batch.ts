@@ -1,11 +1,11 @@
-// All boxes, all cylinders and cones, or all spheres and capsules of one look: one unit geometry,
+// All boxes, all cylinders and cones, or all spheres and capsules of one appearance: one unit geometry,
 // one draw call.
 import {
   BoxGeometry, BufferGeometry, CapsuleGeometry, CylinderGeometry, DynamicDrawUsage, InstancedBufferAttribute, InstancedMesh,
   Matrix4, Mesh, Sphere, Vector3, type Color, type Intersection, type Material, type Raycaster,
 } from "three";
 import type { Batch, Hit, Slot } from "./batch";
-import { materialFor, withForm, type Look } from "./looks";
+import { materialFor, withForm, type Appearance } from "./appearance";
 
 export type Unit = "box" | "shaft" | "capsule";
 
@@ -39,9 +39,9 @@ export class ShapeBatch<Owner> implements Batch<Owner> {
   private readonly slots: Slot<Owner>[] = [];
 
   // `replaced` is called if the instances no longer fit and a larger object replaces the old one.
-  constructor(private readonly unit: Unit, look: Look, private readonly replaced: (before: InstancedMesh, now: InstancedMesh) => void) {
+  constructor(private readonly unit: Unit, appearance: Appearance, private readonly replaced: (before: InstancedMesh, now: InstancedMesh) => void) {
     this.geometry = unitGeometry(unit);
-    const material = materialFor(look, false);
+    const material = materialFor(appearance, false);
     this.material = unit === "box" ? material : withForm(material, unit);
     this.object = this.grown(smallest);
   }

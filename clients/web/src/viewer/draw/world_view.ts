@@ -5,14 +5,14 @@ import { plateGeometry } from "../../scene/shape_geometry";
 import type { Plate } from "../../world/types";
 import type { Batch, Hit, Slot } from "./batch";
 import type { MeshLibrary } from "./blobs";
-import type { Look } from "./looks";
+import type { Appearance } from "./appearance";
 import { MeshBatch } from "./mesh_batch";
 import type { Layer, Part } from "./parts";
 import { ShapeBatch, type Unit } from "./shape_batch";
 
 // A named object that is drawn. A change gives a new value; `shape` tells whether its parts are
 // unchanged.
-export interface SceneThing {
+export interface DrawnObject {
   name: string;
   color: string;
   shape: string;
@@ -20,12 +20,12 @@ export interface SceneThing {
   parts: readonly { frame: number; part: Part }[];
 }
 
-interface Placed { thing: Drawn; frame: number; part: Part; batch: Batch<Placed>; slot: Slot<Placed>; }
+interface Placed { drawnObject: Drawn; frame: number; part: Part; batch: Batch<Placed>; slot: Slot<Placed>; }
 
-interface Drawn { value: SceneThing; placed: Placed[]; isGone: boolean; }
+interface Drawn { value: DrawnObject; placed: Placed[]; isGone: boolean; }
 
-// The order of drawing: translucent looks come last.
-const renderOrder: Record<Look, number> = { solid: 0, completed: 1, unseen: 2, ghost: 3 };
+// The order of drawing: translucent appearances come last.
+const renderOrder: Record<Appearance, number> = { solid: 0, completed: 1, unseen: 2, ghost: 3 };
 
 // The triangles of one of a plate's two groups.
 function plateFace(plate: Plate, face: "top" | "rest"): BufferGeometry {
@@ -42,7 +42,7 @@ export class WorldView {
   readonly root = new Group();
   private readonly drawn = new Map<string, Drawn>();
   private readonly shapes = new Map<string, ShapeBatch<Placed>>();
-  private readonly meshes = new Map<Look, MeshBatch<Placed>>();
+  private readonly meshes = new Map<Appearance, MeshBatch<Placed>>();
   private hidden: ReadonlySet<Layer> = new Set();
 
   // The usual batches exist from the first picture on, so that their shaders are compiled when
@@ -51,22 +51,22 @@ export class WorldView {
     for (const unit of ["box", "shaft", "capsule"] as const) this.shapeBatch(unit, "solid");
   }
 
-  sync(things: ReadonlyMap<string, SceneThing>): void {
-    this.follow(things);
+  sync(drawnObjects: ReadonlyMap<string, DrawnObject>): void {
+    this.follow(drawnObjects);
     this.trim();
   }
 
-  private follow(things: ReadonlyMap<string, SceneThing>): void {
+  private follow(drawnObjects: ReadonlyMap<string, DrawnObject>): void {
     for (const [name, drawn] of this.drawn) {
-      if (!things.has(name)) this.remove(name, drawn);
+      if (!drawnObjects.has(name)) this.remove(name, drawn);
     }
-    for (const thing of things.values()) {
-      const drawn = this.drawn.get(thing.name);
-      if (drawn?.value === thing) continue;
-      if (drawn && drawn.value.shape === thing.shape) this.update(drawn, thing);
+    for (const drawnObject of drawnObjects.values()) {
+      const drawn = this.drawn.get(drawnObject.name);
+      if (drawn?.value === drawnObject) continue;
+      if (drawn && drawn.value.shape === drawnObject.shape) this.update(drawn, drawnObject);
       else {
-        if (drawn) this.remove(thing.name, drawn);
-        this.add(thing);
+        if (drawn) this.remove(drawnObject.name, drawn);
+        this.add(drawnObject);
       }
     }
   }
@@ -76,10 +76,10 @@ export class WorldView {
 
   // Draws all objects again without these layers.
   hideLayers(hidden: ReadonlySet<Layer>): void {
-    const things = new Map([...this.drawn].map(([name, { value }]) => [name, value]));
+    const drawnObjects = new Map([...this.drawn].map(([name, { value }]) => [name, value]));
     this.follow(new Map());  // and keeps all meshes
     this.hidden = hidden;
-    this.sync(things);
+    this.sync(drawnObjects);
   }
 
   // The name of the first object that the ray hits. Completed parts can be picked like measured
@@ -88,8 +88,8 @@ export class WorldView {
     let nearest: Hit<string> | undefined;
     for (const batch of [...this.shapes.values(), ...this.meshes.values()]) {
       for (const { owner, distance } of batch.hits(raycaster)) {
-        const behind = owner.part.look === "unseen" ? 2e6 : owner.part.look === "ghost" ? 1e3 : 0;
-        if (distance + behind < (nearest?.distance ?? Infinity)) nearest = { owner: owner.thing.value.name, distance: distance + behind };
+        const behind = owner.part.appearance === "unseen" ? 2e6 : owner.part.appearance === "ghost" ? 1e3 : 0;
+        if (distance + behind < (nearest?.distance ?? Infinity)) nearest = { owner: owner.drawnObject.value.name, distance: distance + behind };
       }
     }
     return nearest;
@@ -102,8 +102,8 @@ export class WorldView {
   // The bounds of an object's drawn parts. Empty if nothing is drawn, or nothing yet.
   boundsOf(name: string): Box3 {
     const bounds = new Box3();
-    for (const { part, frame, thing } of this.drawn.get(name)?.placed ?? []) {
-      const X = new Matrix4().multiplyMatrices(thing.value.frames[frame] ?? new Matrix4(), part.local);
+    for (const { part, frame, drawnObject } of this.drawn.get(name)?.placed ?? []) {
+      const X = new Matrix4().multiplyMatrices(drawnObject.value.frames[frame] ?? new Matrix4(), part.local);
       bounds.union(this.partBox(part).applyMatrix4(X));
     }
     return bounds;
@@ -123,7 +123,7 @@ export class WorldView {
     return box;
   }
 
-  private add(value: SceneThing): void {
+  private add(value: DrawnObject): void {
     const drawn: Drawn = { value, placed: [], isGone: false };
     this.drawn.set(value.name, drawn);
     for (const { frame, part } of value.parts) {
@@ -152,28 +152,28 @@ export class WorldView {
   }
 
   private placeUnit(drawn: Drawn, frame: number, part: Part, unit: Unit, form: readonly [number, number]): void {
-    const batch = this.shapeBatch(unit, part.look);
+    const batch = this.shapeBatch(unit, part.appearance);
     this.put(drawn, frame, part, batch, (placed) => batch.add(placed, this.matrixOf(placed), new Color(drawn.value.color), form));
   }
 
   private placeMesh(drawn: Drawn, frame: number, part: Part, key: string, geometry: BufferGeometry): void {
     if ((geometry.index?.count ?? 0) === 0) return;
-    const batch = this.meshBatch(part.look);
+    const batch = this.meshBatch(part.appearance);
     this.put(drawn, frame, part, batch, (placed) => batch.add(placed, key, geometry, this.matrixOf(placed), new Color(drawn.value.color)));
   }
 
-  private put(thing: Drawn, frame: number, part: Part, batch: Batch<Placed>, add: (placed: Placed) => Slot<Placed>): void {
-    const placed = { thing, frame, part, batch } as Placed;
+  private put(drawnObject: Drawn, frame: number, part: Part, batch: Batch<Placed>, add: (placed: Placed) => Slot<Placed>): void {
+    const placed = { drawnObject, frame, part, batch } as Placed;
     placed.slot = add(placed);
-    thing.placed.push(placed);
+    drawnObject.placed.push(placed);
   }
 
   private readonly matrix = new Matrix4();
-  private matrixOf({ thing, frame, part }: Placed): Matrix4 {
-    return this.matrix.multiplyMatrices(thing.value.frames[frame] ?? this.matrix.identity(), part.local);
+  private matrixOf({ drawnObject, frame, part }: Placed): Matrix4 {
+    return this.matrix.multiplyMatrices(drawnObject.value.frames[frame] ?? this.matrix.identity(), part.local);
   }
 
-  private update(drawn: Drawn, value: SceneThing): void {
+  private update(drawn: Drawn, value: DrawnObject): void {
     const isRecolored = drawn.value.color !== value.color;
     drawn.value = value;
     const color = new Color(value.color);
@@ -189,24 +189,24 @@ export class WorldView {
     this.drawn.delete(name);
   }
 
-  private shapeBatch(unit: Unit, look: Look): ShapeBatch<Placed> {
-    const key = `${unit} ${look}`;
+  private shapeBatch(unit: Unit, appearance: Appearance): ShapeBatch<Placed> {
+    const key = `${unit} ${appearance}`;
     let batch = this.shapes.get(key);
     if (!batch) {
-      batch = new ShapeBatch<Placed>(unit, look, (before, now) => this.root.remove(before).add(now));
-      batch.object.renderOrder = renderOrder[look];
+      batch = new ShapeBatch<Placed>(unit, appearance, (before, now) => this.root.remove(before).add(now));
+      batch.object.renderOrder = renderOrder[appearance];
       this.shapes.set(key, batch);
       this.root.add(batch.object);
     }
     return batch;
   }
 
-  private meshBatch(look: Look): MeshBatch<Placed> {
-    let batch = this.meshes.get(look);
+  private meshBatch(appearance: Appearance): MeshBatch<Placed> {
+    let batch = this.meshes.get(appearance);
     if (!batch) {
-      batch = new MeshBatch<Placed>(look);
-      batch.object.renderOrder = renderOrder[look];
-      this.meshes.set(look, batch);
+      batch = new MeshBatch<Placed>(appearance);
+      batch.object.renderOrder = renderOrder[appearance];
+      this.meshes.set(appearance, batch);
       this.root.add(batch.object);
     }
     return batch;

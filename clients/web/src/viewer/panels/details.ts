@@ -5,7 +5,7 @@ import { coefficients, dimensions, position, rotation, shapeName } from "../../p
 import { isCompleted, shortName, type FitQuality, type Pose, type ShapePart, type WorldObject } from "../../world/types";
 import type { PairRule } from "../../world/stream";
 import type { RobotModel } from "../feed";
-import { isRobot, type Thing } from "../things";
+import { isRobot, type SceneObject } from "../scene_objects";
 
 function fact(term: string, ...value: (Node | string)[]): HTMLElement[] {
   return [element("dt", "", term), element("dd", "", ...value)];
@@ -125,7 +125,7 @@ export class Details {
   readonly root = element("section", "details");
   private readonly head = element("header");
   private readonly body = element("div");
-  private shown: Thing | undefined;
+  private shown: SceneObject | undefined;
   private rules: readonly PairRule[] = [];  // about it
 
   constructor(private readonly listener: { close: () => void; frame: (name: string) => void }) {
@@ -136,24 +136,24 @@ export class Details {
 
   // Keeps unchanged parts, and the buttons as long as the name stays, so that focus and scroll
   // position are kept.
-  show(thing: Thing | undefined, rules: ReadonlyMap<string, PairRule>): void {
+  show(sceneObject: SceneObject | undefined, rules: ReadonlyMap<string, PairRule>): void {
     const before = this.shown;
-    const about = thing ? [...rules.values()].filter((rule) => isAbout(thing.name, rule)) : [];
-    const isSame = thing?.of === before?.of && about.length === this.rules.length &&
+    const about = sceneObject ? [...rules.values()].filter((rule) => isAbout(sceneObject.name, rule)) : [];
+    const isSame = sceneObject?.source === before?.source && about.length === this.rules.length &&
       about.every((rule, i) => rule === this.rules[i]);
     if (isSame) return;
-    this.shown = thing;
+    this.shown = sceneObject;
     this.rules = about;
-    this.root.hidden = thing === undefined;
-    if (!thing) return;
-    if (thing.name !== before?.name || thing.color !== before.color) this.writeHead(thing);
-    this.writeBody(thing);
+    this.root.hidden = sceneObject === undefined;
+    if (!sceneObject) return;
+    if (sceneObject.name !== before?.name || sceneObject.color !== before.color) this.writeHead(sceneObject);
+    this.writeBody(sceneObject);
   }
 
   // Called if the displayed object was changed in place.
   refresh(): void { if (this.shown) this.writeBody(this.shown); }
 
-  private writeHead({ name, color }: Thing): void {
+  private writeHead({ name, color }: SceneObject): void {
     const frame = element("button", "quiet", "Frame");
     frame.title = "Move the camera so that it fills the picture (f)";
     frame.addEventListener("click", () => this.listener.frame(name));
@@ -163,9 +163,9 @@ export class Details {
     this.head.replaceChildren(element("h2", "", swatch(color), element("span", "", name)), frame, close);
   }
 
-  private writeBody({ name, kind, of }: Thing): void {
+  private writeBody({ name, kind, source }: SceneObject): void {
     this.body.replaceChildren(
-      ...(isRobot(of) ? robotSections(of) : [objectFacts(of, kind === "user" ? "user's object" : kind), ...objectSections(of)]),
+      ...(isRobot(source) ? robotSections(source) : [objectFacts(source, kind === "user" ? "user's object" : kind), ...objectSections(source)]),
       ...rulesSection(name, this.rules));
   }
 }

@@ -11,7 +11,7 @@ export interface GraspListener {
 }
 
 // chosen: the rows of a readable list; all grasps are drawn.
-const mostRows = 300;
+const maxRows = 300;
 
 export class GraspPanel {
   readonly root = element("section", "grasps");
@@ -47,8 +47,8 @@ export class GraspPanel {
     this.error.hidden = true;
     this.root.hidden = false;
     this.rows.clear();
-    this.list.replaceChildren(...grasps.slice(0, mostRows).map((grasp) => this.row(grasp)));
-    if (grasps.length > mostRows) this.list.append(element("p", "more", `${grasps.length - mostRows} more, drawn but not listed`));
+    this.list.replaceChildren(...grasps.slice(0, maxRows).map((grasp) => this.row(grasp)));
+    if (grasps.length > maxRows) this.list.append(element("p", "more", `${grasps.length - maxRows} more, drawn but not listed`));
     this.opening.textContent = `opening ${mm(opening_m, 0)} mm`;
     const objects = new Set(grasps.map(({ object }) => object)).size;
     this.body.replaceChildren(
@@ -112,7 +112,7 @@ export class GraspPanel {
   private without(graspless: GraspPlan["graspless"]): HTMLElement[] {
     if (graspless.length === 0) return [];
     return [element("details", "", element("summary", "", `${plural(graspless.length, "object")} without a grasp`),
-      ...graspless.slice(0, mostRows).map(({ object, why }) => element("p", "why", element("b", "", object), ` ${why}`)))];
+      ...graspless.slice(0, maxRows).map(({ object, why }) => element("p", "why", element("b", "", object), ` ${why}`)))];
   }
 
   private onKey(event: KeyboardEvent): void {

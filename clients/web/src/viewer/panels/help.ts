@@ -1,6 +1,6 @@
 // The keys and the forms of queries.
 import { element } from "../../page/dom";
-import { examples, grammar } from "../question";
+import { examples, grammar } from "../query";
 
 const keys: readonly (readonly [key: string, meaning: string])[] = [
   ["f", "fill the picture with the selection, or with everything"],

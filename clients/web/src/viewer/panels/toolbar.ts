@@ -1,13 +1,13 @@
 // The head of the page: the world, the connection, the displayed layers, and the actions.
 import { element } from "../../page/dom";
 import type { World } from "../../world/stream";
-import type { LinkState } from "../messages";
+import type { ConnectionState } from "../messages";
 
 export interface Switch { key: string; title: string; label: string; isOn: boolean; turn: (isOn: boolean) => void; }
 
 export interface Action { key: string; title: string; label: string; run: () => void; }
 
-export function linkText(state: LinkState): string {
+export function connectionText(state: ConnectionState): string {
   if (state.is === "open") return "Connected";
   if (state.is === "refused") return `Refused: ${state.why}`;
   if (state.is === "connecting" && state.why === "") return "Connecting \u2026";
@@ -29,7 +29,7 @@ export class Toolbar {
     this.worlds.addEventListener("pointerdown", refresh);
     this.connection.setAttribute("role", "status");
     this.root.append(element("span", "brand", "cwm"), this.worlds, this.dot, this.connection, this.tools);
-    this.showLink({ is: "connecting", why: "" });
+    this.showConnection({ is: "connecting", why: "" });
   }
 
   showWorlds(worlds: readonly World[], chosen: string | undefined): void {
@@ -48,10 +48,10 @@ export class Toolbar {
     this.worlds.hidden = options.length === 0;
   }
 
-  showLink(state: LinkState): void {
+  showConnection(state: ConnectionState): void {
     this.dot.className = `dot ${state.is}`;
     this.root.classList.toggle("connected", state.is === "open");
-    this.connection.textContent = this.connection.title = linkText(state);
+    this.connection.textContent = this.connection.title = connectionText(state);
   }
 
   addSwitch(value: Switch): void {

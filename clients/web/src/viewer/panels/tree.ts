@@ -2,7 +2,7 @@
 // is a tab stop, the others are reached from it by arrow keys.
 import { element, swatch } from "../../page/dom";
 import { count } from "../../page/quantity";
-import { kinds, kindTitles, type Kind, type Thing } from "../things";
+import { kinds, kindTitles, type Kind, type SceneObject } from "../scene_objects";
 
 export interface TreeListener {
   select: (name: string) => void;
@@ -11,12 +11,12 @@ export interface TreeListener {
   toggleKind: (kind: Kind) => void;
 }
 
-interface Row { root: HTMLElement; box: HTMLInputElement; name: HTMLElement; state: HTMLElement; thing: Thing | undefined; }
+interface Row { root: HTMLElement; box: HTMLInputElement; name: HTMLElement; state: HTMLElement; sceneObject: SceneObject | undefined; }
 
 interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; count: HTMLElement; title: HTMLElement; isOpen: boolean; }
 
 // chosen: longer lists are searched rather than read, and would cost more than the picture.
-const mostRows = 400;
+const maxRows = 400;
 
 // Sorts thing_2 before thing_10.
 const order = new Intl.Collator("en", { numeric: true });
@@ -36,7 +36,7 @@ export class Tree {
   private readonly list = element("div", "branches");
   private readonly rows = new Map<string, Row>();
   private readonly branches = new Map<Kind, Branch>();
-  private things: ReadonlyMap<string, Thing> = new Map();
+  private sceneObjects: ReadonlyMap<string, SceneObject> = new Map();
   private stop: HTMLElement | undefined;  // the tab stop
   private selected: string | undefined;
   private hidden: { names: ReadonlySet<string>; kinds: ReadonlySet<Kind> } = { names: new Set(), kinds: new Set() };
@@ -60,17 +60,17 @@ export class Tree {
 
   // Most changes only move objects: rows are rebuilt only if objects were added, removed or look
   // different.
-  show(things: ReadonlyMap<string, Thing>): void {
-    const before = this.things;
-    this.things = new Map(things);
-    let isSame = before.size === things.size;
-    for (const [name, thing] of things) {
+  show(sceneObjects: ReadonlyMap<string, SceneObject>): void {
+    const before = this.sceneObjects;
+    this.sceneObjects = new Map(sceneObjects);
+    let isSame = before.size === sceneObjects.size;
+    for (const [name, sceneObject] of sceneObjects) {
       const was = before.get(name);
-      isSame &&= was !== undefined && was.kind === thing.kind && was.color === thing.color;
+      isSame &&= was !== undefined && was.kind === sceneObject.kind && was.color === sceneObject.color;
       if (!isSame) break;
     }
     if (!isSame) this.build();
-    else for (const [name, row] of this.rows) this.refresh(row, things.get(name));
+    else for (const [name, row] of this.rows) this.refresh(row, sceneObjects.get(name));
   }
 
   setHidden(names: ReadonlySet<string>, hiddenKinds: ReadonlySet<Kind>): void {
@@ -130,15 +130,15 @@ export class Tree {
     const wanted = this.search.value.trim().toLowerCase();
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["thing"] : undefined;
     const stop = this.stop?.dataset["thing"];
-    const sorted = [...this.things.values()].sort((a, b) => order.compare(a.name, b.name));
+    const sorted = [...this.sceneObjects.values()].sort((a, b) => order.compare(a.name, b.name));
     this.rows.clear();
     for (const [kind, branch] of this.branches) {
-      const all = sorted.filter((thing) => thing.kind === kind);
+      const all = sorted.filter((sceneObject) => sceneObject.kind === kind);
       const found = wanted === "" ? all : all.filter(({ name }) => name.toLowerCase().includes(wanted));
       branch.root.hidden = found.length === 0;
       branch.count.textContent = found.length === all.length ? count(all.length) : `${count(found.length)} of ${count(all.length)}`;
-      branch.list.replaceChildren(...found.slice(0, mostRows).map((thing) => this.row(thing)));
-      if (found.length > mostRows) branch.list.append(element("p", "more", `and ${count(found.length - mostRows)} more: search for them`));
+      branch.list.replaceChildren(...found.slice(0, maxRows).map((sceneObject) => this.row(sceneObject)));
+      if (found.length > maxRows) branch.list.append(element("p", "more", `and ${count(found.length - maxRows)} more: search for them`));
     }
     this.setHidden(this.hidden.names, this.hidden.kinds);
     this.select(this.selected);
@@ -156,11 +156,11 @@ export class Tree {
     if (button) button.tabIndex = 0;
   }
 
-  private row(thing: Thing): HTMLElement {
-    const { name } = thing;
+  private row(sceneObject: SceneObject): HTMLElement {
+    const { name } = sceneObject;
     const box = checkbox(`Show ${name}`);
     box.addEventListener("change", () => this.listener.toggle(name));
-    const button = element("button", "name", swatch(thing.color), element("span", "text", name));
+    const button = element("button", "name", swatch(sceneObject.color), element("span", "text", name));
     button.type = "button";
     button.tabIndex = -1;
     button.setAttribute("role", "treeitem");
@@ -171,16 +171,16 @@ export class Tree {
     const state = element("span", "state");
     const root = element("div", "row leaf", box, button, state);
     root.setAttribute("role", "none");
-    const row: Row = { root, box, name: button, state, thing: undefined };
+    const row: Row = { root, box, name: button, state, sceneObject: undefined };
     this.rows.set(name, row);
-    this.refresh(row, thing);
+    this.refresh(row, sceneObject);
     return root;
   }
 
-  private refresh(row: Row, thing: Thing | undefined): void {
-    if (!thing || row.thing === thing) return;
-    row.thing = thing;
-    const state = "state" in thing.of ? thing.of.state : "";
+  private refresh(row: Row, sceneObject: SceneObject | undefined): void {
+    if (!sceneObject || row.sceneObject === sceneObject) return;
+    row.sceneObject = sceneObject;
+    const state = "state" in sceneObject.source ? sceneObject.source.state : "";
     row.state.textContent = state === "OBJECT_STATE_OCCLUDED" ? "occluded" : state === "OBJECT_STATE_LOST" ? "lost" : "";
   }
 
@@ -209,7 +209,7 @@ export class Tree {
 
   private leave(name: string | undefined, branch: Branch | undefined): void {
     if (branch) this.open(branch, false);
-    const kind = name === undefined ? undefined : this.rows.get(name)?.thing?.kind;
+    const kind = name === undefined ? undefined : this.rows.get(name)?.sceneObject?.kind;
     if (kind) this.branches.get(kind)?.title.focus();
   }
 

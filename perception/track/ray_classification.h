@@ -1,0 +1,12 @@
+// Judges a known object without a detection by rays.
+#pragma once
+
+#include "perception/track/association.h"
+#include "perception/track/range_view.h"
+
+namespace cwm::perception {
+
+// Returns kKeep (seen, or out of view), kOcclude or kRemove.
+Association::Outcome ClassifyByRays(const SightCounts& sights);
+
+}  // namespace cwm::perception

@@ -1,0 +1,125 @@
+#include "server/core/idempotency_cache.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/approximate_bytes.h"
+#include "server/core/error.h"
+#include "server/core/ingest.h"
+
+namespace cwm::server {
+namespace {
+
+// chosen: a UUID has 36 characters; room for four of them, or for prefixes.
+constexpr std::size_t kMaxRequestIdBytes = 128;
+// chosen: ids are freed one by one as they age, hundreds in a second at the rate that fills the
+// memory.
+constexpr double kRetryAfter_s = 1;
+
+// A record with its id twice, its digest and the table's blocks.
+constexpr std::int64_t kRecordBytes = 400;
+
+std::int64_t BytesOf(const IngestOutcome& outcome) {
+  std::int64_t bytes = static_cast<std::int64_t>(sizeof(outcome)) +
+                       static_cast<std::int64_t>(outcome.labels.size() * sizeof(std::uint32_t));
+  // Counted, since the reply may hold objects that the world no longer holds.
+  for (const auto& support : outcome.supports) bytes += ApproximateBytes(*support);
+  for (const auto& object : outcome.objects) bytes += ApproximateBytes(*object);
+  return bytes;
+}
+
+absl::Status Reused(const std::string& id) {
+  return MakeError(absl::StatusCode::kFailedPrecondition,
+                   absl::StrCat("request_id: \"", id, "\" was used before for other content"),
+                   {.reason = "REQUEST_ID_REUSED", .metadata = {{"request_id", id}}});
+}
+
+absl::Status ReplyCompacted(const std::string& id, collision::Revision revision) {
+  return MakeError(
+      absl::StatusCode::kOutOfRange,
+      absl::StrCat("request_id: \"", id, "\" was ingested at revision ", revision.value,
+                   ", its reply is no longer kept"),
+      {.reason = "REPLY_COMPACTED",
+       .metadata = {{"request_id", id}, {"revision", std::to_string(revision.value)}}});
+}
+
+absl::Status Exhausted(std::int64_t limit) {
+  return MakeError(absl::StatusCode::kResourceExhausted,
+                   absl::StrCat("request_id: ", limit, " are remembered, must be at most ", limit),
+                   {.reason = "REQUEST_IDS_EXHAUSTED",
+                    .metadata = {{"limit", std::to_string(limit)}},
+                    .retry_after_s = kRetryAfter_s});
+}
+
+}  // namespace
+
+absl::StatusOr<std::optional<WriteOutcome>> IdempotencyCache::Find(const WriteOptions& options,
+                                                                   Clock::time_point now) {
+  const std::string& id = options.request_id;
+  if (id.empty()) return std::nullopt;
+  if (id.size() > kMaxRequestIdBytes) {
+    return InvalidField(
+        "request_id",
+        absl::StrCat("has ", id.size(), " characters, must have at most ", kMaxRequestIdBytes));
+  }
+  Expire(now);
+  const auto found = records_.find(id);
+  if (found == records_.end()) {
+    if (static_cast<std::int64_t>(records_.size()) >= retention_.request_ids) {
+      return Exhausted(retention_.request_ids);
+    }
+    return std::nullopt;
+  }
+  const Record& record = found->second;
+  if (record.digest != options.request_digest) return Reused(id);
+  if (record.was_ingest && record.reply == nullptr) return ReplyCompacted(id, record.revision);
+  return WriteOutcome{.revision = record.revision, .replayed = true, .ingest = record.reply};
+}
+
+void IdempotencyCache::Insert(const WriteOptions& options, const WriteOutcome& outcome,
+                              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) {
+  const std::string& id = options.request_id;
+  if (id.empty()) return;
+  by_age_.push_back(id);
+  Record& record = records_[id];
+  record = {.digest = options.request_digest,
+            .revision = outcome.revision,
+            .when = now,
+            .was_ingest = reply != nullptr,
+            .reply = std::move(reply),
+            .reply_bytes = 0};
+  if (!record.was_ingest) return charge_.ForceResize(Bytes());
+  record.reply_bytes = BytesOf(*record.reply);
+  reply_bytes_ += record.reply_bytes;
+  replies_by_age_.push_back(id);
+  while (reply_bytes_ > retention_.reply_bytes && !replies_by_age_.empty()) {
+    DropReply(records_.at(replies_by_age_.front()));
+    replies_by_age_.pop_front();
+  }
+  charge_.ForceResize(Bytes());
+}
+
+std::int64_t IdempotencyCache::Bytes() const {
+  return kRecordBytes * static_cast<std::int64_t>(records_.size()) + reply_bytes_;
+}
+
+void IdempotencyCache::Expire(Clock::time_point now) {
+  while (!by_age_.empty()) {
+    const auto oldest = records_.find(by_age_.front());
+    if (oldest->second.when + retention_.request_id_time >= now) return;
+    if (!replies_by_age_.empty() && replies_by_age_.front() == by_age_.front()) {
+      DropReply(oldest->second);
+      replies_by_age_.pop_front();
+    }
+    records_.erase(oldest);
+    by_age_.pop_front();
+  }
+}
+
+void IdempotencyCache::DropReply(Record& record) {
+  reply_bytes_ -= record.reply_bytes;
+  record.reply_bytes = 0;
+  record.reply = nullptr;
+}
+
+}  // namespace cwm::server

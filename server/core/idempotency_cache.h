@@ -1,0 +1,62 @@
+// Remembers which writes were made under which request_id, so that a retry gets the first reply and
+// changes nothing. Not thread safe: used under the writer's turn.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/core/limits.h"
+#include "server/core/memory_budget.h"
+#include "server/core/world.h"
+
+namespace cwm::server {
+
+class IdempotencyCache {
+ public:
+  // `charge` is kept equal to the bytes of the records.
+  explicit IdempotencyCache(Retention retention, MemoryCharge charge = {})
+      : retention_(retention), charge_(std::move(charge)) {}
+
+  // The first reply if the options' request_id was used before; empty if the id is new or empty.
+  // FailedPrecondition REQUEST_ID_REUSED if it was used for other content; OutOfRange
+  // REPLY_COMPACTED if it was an ingest whose reply is no longer kept (metadata: revision);
+  // ResourceExhausted REQUEST_IDS_EXHAUSTED if no more ids can be remembered; InvalidArgument for
+  // an id that is too long.
+  absl::StatusOr<std::optional<WriteOutcome>> Find(const WriteOptions& options,
+                                                   Clock::time_point now);
+
+  // Records a write that succeeded, with or without effect. Does nothing for an empty request_id.
+  void Insert(const WriteOptions& options, const WriteOutcome& outcome,
+              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
+
+ private:
+  struct Record {
+    std::string digest;
+    collision::Revision revision;
+    Clock::time_point when;
+    bool was_ingest = false;
+    std::shared_ptr<const IngestOutcome> reply;  // nullptr once dropped
+    std::int64_t reply_bytes = 0;
+  };
+
+  void Expire(Clock::time_point now);
+  void DropReply(Record& record);
+
+  std::int64_t Bytes() const;
+
+  Retention retention_;
+  MemoryCharge charge_;
+  std::unordered_map<std::string, Record> records_;  // by request_id
+  std::deque<std::string> by_age_;                   // all ids, oldest first
+  std::deque<std::string> replies_by_age_;           // ids of ingests, oldest first
+  std::int64_t reply_bytes_ = 0;
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,115 @@
+// Reads a query: the subject, the rows, the options.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/motion/check_paths.h"
+#include "collision/query/query.h"
+#include "cwm/v1/query.pb.h"
+#include "server/core/geometry_store.h"
+#include "server/core/limits.h"
+#include "server/core/world.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+// Negative revisions of AtLeast and Exactly are refused.
+absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
+                                                   const FieldPath& path);
+
+// Precision of answer columns.
+enum class Precision { kSingle, kDouble };
+enum class Form { kColumns, kRows };
+
+struct ParsedQueryOptions {
+  RevisionRule at_revision;
+  std::string world_uid;
+  collision::QueryOptions query;  // give_up_at is set by the caller, who knows the deadline
+  std::optional<std::chrono::nanoseconds> time_budget;
+  Form form = Form::kColumns;
+  Precision precision = Precision::kDouble;
+};
+absl::StatusOr<ParsedQueryOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
+                                                         const FieldPath& path);
+
+// chosen: the most shapes of a body; each row checks every one of them.
+inline constexpr int kMaxBodyShapes = 1'024;
+// chosen: a robot that is a subject may have as many parts as an object of the world, and as many
+// pairs of its own parts as a row checks in about 2 ms, during which it cannot be interrupted. (The
+// Panda's 59 spheres have 690.)
+inline constexpr std::int64_t kMaxRobotParts = 4'096;
+inline constexpr std::int64_t kMaxSelfPairs = 1'000'000;
+// derived: a point is queried as a ball of this radius, which is below the accuracy of answers
+// (1e-7 m).
+inline constexpr double kPointRadius_m = 1e-9;
+
+// A robot in several states.
+struct RobotStates {
+  collision::WorldRobotPtr robot;
+  const collision::JointGroup* group = nullptr;  // in the robot's model
+  Pose X_WB = Pose::Identity();
+  std::vector<double> base = {};  // a value for each variable of the model
+  std::vector<double> rows = {};  // the group's variables, row by row
+};
+
+// The subject of a query and its rows: a rigid body at poses, or a robot in states.
+struct StateQuery {
+  collision::QueryBody body;
+  std::variant<std::vector<Pose>, RobotStates> states;
+};
+// The rows in the form for queries and in the form for motions; both refer to the query.
+std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query);
+std::unique_ptr<const collision::Waypoints> WaypointsOf(const StateQuery& query);
+// For a robot: the names of its body's parts and of its state's variables.
+struct BodyNames {
+  std::vector<std::string> links = {};    // for an attached object, the link that it is attached to
+  std::vector<std::string> objects = {};  // "" for own parts; empty: nothing is attached
+  std::vector<std::string> variables = {};
+};
+BodyNames BodyNamesOf(const StateQuery& query);
+
+struct QuerySource {
+  const collision::WorldSnapshot& snapshot;  // for subjects that are in the world
+  const GeometryStore& store;
+  const Limits& limits;
+  std::span<const std::string> ignore = {};  // of the options: not attached to the robot, either
+  WorkBudget* budget = nullptr;              // reading ends with its status
+};
+// NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.
+absl::StatusOr<StateQuery> StateQueryFromProto(const v1::Subject& subject,
+                                               const QuerySource& source, const FieldPath& path);
+// FailedPrecondition NO_SPHERES if the given spheres are requested of a robot that was loaded
+// without any.
+absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
+                                               const QuerySource& source, const FieldPath& path);
+
+// Motions of a subject, each along a path.
+struct MotionQuery {
+  StateQuery query;
+  std::vector<collision::Path> paths;
+};
+// Refuses points as subject.
+absl::StatusOr<MotionQuery> MotionQueryFromProto(const v1::CheckMotionsRequest& request,
+                                                 const QuerySource& source);
+
+// Refuses RESULT_FORM_ROWS for more than limits.max_rows_as_messages rows.
+absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);
+
+// Checks the largest possible number of answers of a batch against the limit of the form. `per_row`
+// is the most answers per row, `field` the option that sets it.
+struct AnswerBound {
+  std::string_view field;
+  std::int64_t per_row;
+  std::size_t row_count;
+};
+absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits);
+
+absl::Status UnknownObject(const std::string& name);
+
+}  // namespace cwm::server
