@@ -1,6 +1,5 @@
 // cwm check
 #include <memory>
-#include <ostream>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
@@ -13,12 +12,6 @@ namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-
-struct CheckArguments {
-  BodyArguments body;
-  QueryArguments query;
-  bool exit_code = false;
-};
 
 void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session) {
   std::vector<TableRow> lines;
@@ -44,7 +37,7 @@ ExitCode CodeOf(pb::Verdict verdict) {
   return verdict == pb::VERDICT_FREE ? ExitCode::kDone : ExitCode::kNotFree;
 }
 
-absl::Status Check(Session& session, const CheckArguments& arguments) {
+absl::Status Check(Session& session, const VerdictArguments& arguments) {
   const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto batches = ReadBatches(arguments.body, session);
@@ -55,24 +48,14 @@ absl::Status Check(Session& session, const CheckArguments& arguments) {
   if (arguments.exit_code) {
     session.verdict_code = ExitCodeOfRows(*answer, RowCount(*batches), CodeOf);
   }
-  session.PrintList(
-      *answer,
-      [&] {
-        for (const pb::CollisionRow& row : answer->rows()) session.PrintLine(row);
-      },
-      [&] {
-        PrintVerdicts(*answer, session);
-        session.streams.out << Footer(answer->revision(), answer->completed_count(),
-                                      RowCount(*batches))
-                            << "\n";
-      });
+  PrintResult(session, *answer, RowCount(*batches), PrintVerdicts);
   return absl::OkStatus();
 }
 
 }  // namespace
 
 void AddCheckCommand(CommandLine& line) {
-  const auto arguments = std::make_shared<CheckArguments>();
+  const auto arguments = std::make_shared<VerdictArguments>();
   CLI::App& command = AddCommand(
       line,
       {"check",
@@ -88,11 +71,7 @@ void AddCheckCommand(CommandLine& line) {
        "lines on stdin,\n"
        "see `cwm distance --help`."},
       [arguments](Session& session) { return Check(session, *arguments); });
-  AddBodyOptions(command, arguments->body);
-  AddQueryOptions(command, arguments->query);
-  AddMarginOption(command, arguments->query);
-  AddPairRuleOptions(command, arguments->query);
-  AddExitCodeOption(command, arguments->exit_code);
+  AddVerdictOptions(command, *arguments);
 }
 
 }  // namespace cwm::cli

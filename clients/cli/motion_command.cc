@@ -1,7 +1,6 @@
 // cwm motion
 #include <algorithm>
 #include <memory>
-#include <ostream>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -11,18 +10,11 @@
 #include "clients/cli/quantity.h"
 #include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
-#include "clients/cli/unknown_names.h"
 
 namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-
-struct MotionArguments {
-  BodyArguments body;
-  QueryArguments query;
-  bool exit_code = false;
-};
 
 absl::Status TooShort(int row_count) {
   return UsageError(absl::StrCat(
@@ -63,31 +55,22 @@ std::size_t MotionCount(const std::vector<Body>& bodies) {
   return count;
 }
 
-// All requests are answered from the first answer's revision.
 absl::StatusOr<pb::CheckMotionsResponse> EvaluateMotions(
-    Session& session, std::vector<pb::CheckMotionsRequest> requests, pb::QueryOptions options) {
-  pb::CheckMotionsResponse all;
-  std::int64_t completed = 0;
-  for (pb::CheckMotionsRequest& request : requests) {
-    request.set_world(session.world);
-    *request.mutable_options() = options;
-    const client::Connection& connection = session.connection();
-    auto answer =
-        connection.Call(&pb::QueryService::Stub::CheckMotions, connection.queries(), request);
-    if (!answer.ok()) return answer.status();
-    if (completed > 0) {  // rows have their own names
-      answer->clear_body_links();
-      answer->clear_body_objects();
-    }
-    all.MergeFrom(*answer);
-    completed += answer->completed_count();
-    if (answer->completed_count() < request.path_row_counts_size()) break;
-    options.mutable_at_revision()->set_exact(answer->revision());
-    options.set_world_uid(answer->world_uid());
-  }
-  all.set_completed_count(completed);
-  WarnAboutUnknownNames(session, options);
-  return all;
+    Session& session, const std::vector<pb::CheckMotionsRequest>& requests,
+    const pb::QueryOptions& options) {
+  return EvaluateInTurn<pb::CheckMotionsRequest, pb::CheckMotionsResponse>(
+      session, &pb::QueryService::Stub::CheckMotions, requests.size(), options,
+      [&](std::size_t i, pb::CheckMotionsRequest& request) {
+        request.MergeFrom(requests[i]);
+        return request.path_row_counts_size();
+      },
+      [](const pb::CheckMotionsResponse& all, pb::CheckMotionsResponse& answer) {
+        if (all.completed_count() > 0) {  // rows have their own names
+          answer.clear_body_links();
+          answer.clear_body_objects();
+        }
+        return absl::OkStatus();
+      });
 }
 
 void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
@@ -123,7 +106,7 @@ ExitCode CodeOf(pb::MotionVerdict verdict) {
   return verdict == pb::MOTION_VERDICT_FREE ? ExitCode::kDone : ExitCode::kNotFree;
 }
 
-absl::Status Move(Session& session, const MotionArguments& arguments) {
+absl::Status Move(Session& session, const VerdictArguments& arguments) {
   const auto options = ParseQueryOptions(arguments.query);
   if (!options.ok()) return options.status();
   const auto bodies = ReadBodies(arguments.body, session);
@@ -135,24 +118,14 @@ absl::Status Move(Session& session, const MotionArguments& arguments) {
   if (arguments.exit_code) {
     session.verdict_code = ExitCodeOfRows(*answer, MotionCount(*bodies), CodeOf);
   }
-  session.PrintList(
-      *answer,
-      [&] {
-        for (const pb::MotionRow& row : answer->rows()) session.PrintLine(row);
-      },
-      [&] {
-        PrintMotions(*answer, session);
-        session.streams.out << Footer(answer->revision(), answer->completed_count(),
-                                      MotionCount(*bodies), "motion")
-                            << "\n";
-      });
+  PrintResult(session, *answer, MotionCount(*bodies), PrintMotions, "motion");
   return absl::OkStatus();
 }
 
 }  // namespace
 
 void AddMotionCommand(CommandLine& line) {
-  const auto arguments = std::make_shared<MotionArguments>();
+  const auto arguments = std::make_shared<VerdictArguments>();
   CLI::App& command = AddCommand(
       line,
       {"motion",
@@ -171,11 +144,7 @@ void AddMotionCommand(CommandLine& line) {
        "{\"robot\": \"panda\", \"joints\": [[..], [..], [..]]}, or with a body on the command "
        "line the rows alone."},
       [arguments](Session& session) { return Move(session, *arguments); });
-  AddBodyOptions(command, arguments->body);
-  AddQueryOptions(command, arguments->query);
-  AddMarginOption(command, arguments->query);
-  AddPairRuleOptions(command, arguments->query);
-  AddExitCodeOption(command, arguments->exit_code);
+  AddVerdictOptions(command, *arguments);
 }
 
 }  // namespace cwm::cli

@@ -1,6 +1,5 @@
 // cwm distance, cwm contacts
 #include <memory>
-#include <ostream>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
@@ -24,7 +23,9 @@ std::string TrustText(const pb::PairRow& pair) {
   return pair.bound_m() > 0 ? absl::StrCat(trust, " to ", FormatLength(pair.bound_m())) : trust;
 }
 
-void PrintPairs(const google::protobuf::RepeatedPtrField<pb::PairRows>& rows, Session& session) {
+template <class Response>
+void PrintPairs(const Response& response, Session& session) {
+  const google::protobuf::RepeatedPtrField<pb::PairRows>& rows = response.rows();
   std::vector<TableRow> lines;
   for (int row = 0; row < rows.size(); ++row) {
     if (rows[row].answers().empty()) {
@@ -59,17 +60,7 @@ absl::Status EvaluatePairs(Session& session, const PairArguments& arguments, Met
   if (!batches.ok()) return batches.status();
   const auto answer = EvaluateBatches<Request, Response>(session, method, *batches, *options);
   if (!answer.ok()) return answer.status();
-  session.PrintList(
-      *answer,
-      [&] {
-        for (const pb::PairRows& row : answer->rows()) session.PrintLine(row);
-      },
-      [&] {
-        PrintPairs(answer->rows(), session);
-        session.streams.out << Footer(answer->revision(), answer->completed_count(),
-                                      RowCount(*batches))
-                            << "\n";
-      });
+  PrintResult(session, *answer, RowCount(*batches), PrintPairs<Response>);
   return absl::OkStatus();
 }
 

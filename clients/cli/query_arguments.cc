@@ -61,12 +61,6 @@ void AddMarginOption(CLI::App& command, QueryArguments& query) {
       ->type_name("M");
 }
 
-void AddExitCodeOption(CLI::App& command, bool& exit_code) {
-  command.add_flag("--exit-code", exit_code,
-                   "end with 0 when all that is asked is free, with 10 when any of it collides, "
-                   "else with 11: out of limits, grazing, undecided or not computed");
-}
-
 void AddPairRuleOptions(CLI::App& command, QueryArguments& query) {
   command
       .add_option("--ignore-pair", query.ignore_pairs,
@@ -82,6 +76,16 @@ void AddPairRuleOptions(CLI::App& command, QueryArguments& query) {
                   "how deep an object that is attached or asks may reach into what supports it "
                   "(m, default 0.005)")
       ->type_name("M");
+}
+
+void AddVerdictOptions(CLI::App& command, VerdictArguments& arguments) {
+  AddBodyOptions(command, arguments.body);
+  AddQueryOptions(command, arguments.query);
+  AddMarginOption(command, arguments.query);
+  AddPairRuleOptions(command, arguments.query);
+  command.add_flag("--exit-code", arguments.exit_code,
+                   "end with 0 when all that is asked is free, with 10 when any of it collides, "
+                   "else with 11: out of limits, grazing, undecided or not computed");
 }
 
 absl::StatusOr<pb::AtRevision> ParseRevision(const std::string& text) {

@@ -3,7 +3,6 @@
 #include <istream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <ostream>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
@@ -124,16 +123,7 @@ absl::Status RayCommand(Session& session, const RayArguments& arguments) {
   if (!rays.ok()) return rays.status();
   const auto answer = Cast(session, *rays, *options);
   if (!answer.ok()) return answer.status();
-  session.PrintList(
-      *answer,
-      [&] {
-        for (const pb::RayRow& row : answer->rows()) session.PrintLine(row);
-      },
-      [&] {
-        PrintHits(*answer, session);
-        session.streams.out << Footer(answer->revision(), answer->completed_count(), rays->size())
-                            << "\n";
-      });
+  PrintResult(session, *answer, rays->size(), PrintHits);
   return absl::OkStatus();
 }
 

@@ -4,7 +4,6 @@
 #include <istream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <ostream>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -123,16 +122,7 @@ absl::Status SampleCommand(Session& session, const SampleArguments& arguments) {
   if (!points.ok()) return points.status();
   const auto answer = Sample(session, *points, *options);
   if (!answer.ok()) return answer.status();
-  session.PrintList(
-      *answer,
-      [&] {
-        for (const pb::SampleRow& row : answer->rows()) session.PrintLine(row);
-      },
-      [&] {
-        PrintSamples(*answer, session);
-        session.streams.out << Footer(answer->revision(), answer->completed_count(), points->size())
-                            << "\n";
-      });
+  PrintResult(session, *answer, points->size(), PrintSamples);
   return absl::OkStatus();
 }
 

@@ -5,8 +5,7 @@
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
 
-#include <mutex>
-
+#include "proto/keep_grpc.h"
 #include "proto/transfer/chunks.h"
 
 namespace cwm::client {
@@ -15,13 +14,6 @@ namespace {
 // chosen: the server answers pings of idle watches; 30 s detects a lost peer without waking a
 // laptop often.
 constexpr int kKeepaliveMs = 30'000;
-
-// Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
-// up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
-void KeepGrpcInitialized() {
-  static std::once_flag once;
-  std::call_once(once, grpc_init);
-}
 
 grpc::ChannelArguments Arguments() {
   KeepGrpcInitialized();

@@ -1,36 +1,13 @@
 #include <algorithm>
-#include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/formats/glb.h"
+#include "collision/mesh_files/glb_format.h"
+#include "collision/mesh_files/glb_writer.h"
 
 namespace cwm::formats {
 namespace {
-
-// cited: glTF 2.0, section 4.4 (GLB) and the enumerations of sections 5.1 and 5.11.
-constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
-constexpr std::uint32_t kVersion = 2;
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
-constexpr std::uint32_t kBinaryChunk = 0x004E4942;
-constexpr int kUnsignedInt = 5125;
-constexpr int kFloat = 5126;
-constexpr int kArrayBuffer = 34962;
-constexpr int kElementArrayBuffer = 34963;
-
-void AppendWord(std::uint32_t word, std::string& out) {
-  char bytes[sizeof(word)];
-  std::memcpy(bytes, &word, sizeof(word));
-  out.append(bytes, sizeof(word));
-}
-
-// Chunks begin and end at multiples of four bytes.
-void AppendChunk(std::uint32_t type, char padding, std::string content, std::string& out) {
-  content.append((4 - content.size() % 4) % 4, padding);
-  AppendWord(static_cast<std::uint32_t>(content.size()), out);
-  AppendWord(type, out);
-  out += content;
-}
 
 using Coordinates = std::array<float, 3>;
 
@@ -67,12 +44,13 @@ std::string Describe(const MeshFile& mesh, const std::vector<Coordinates>& verti
       // A rotation by -90 degrees about x: the world's Z becomes glTF's Y.
       R"("nodes":[{"mesh":0,"rotation":[-0.70710678,0,0,0.70710678]}],)",
       R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)",
-      R"("accessors":[{"bufferView":0,"componentType":)", kFloat, R"(,"type":"VEC3","count":)",
-      vertices.size(), ",", BoundsText(vertices), R"(},{"bufferView":1,"componentType":)",
-      kUnsignedInt, R"(,"type":"SCALAR","count":)", 3 * mesh.triangles.size(),
+      R"("accessors":[{"bufferView":0,"componentType":)", collision::kGltfFloat,
+      R"(,"type":"VEC3","count":)", vertices.size(), ",", BoundsText(vertices),
+      R"(},{"bufferView":1,"componentType":)", collision::kGltfUnsignedInt,
+      R"(,"type":"SCALAR","count":)", 3 * mesh.triangles.size(),
       R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)", vertex_bytes,
-      R"(,"target":)", kArrayBuffer, R"(},{"buffer":0,"byteOffset":)", vertex_bytes,
-      R"(,"byteLength":)", index_bytes, R"(,"target":)", kElementArrayBuffer,
+      R"(,"target":)", collision::kGltfArrayBuffer, R"(},{"buffer":0,"byteOffset":)", vertex_bytes,
+      R"(,"byteLength":)", index_bytes, R"(,"target":)", collision::kGltfElementArrayBuffer,
       R"(}],"buffers":[{"byteLength":)", vertex_bytes + index_bytes, "}]}");
 }
 
@@ -84,14 +62,7 @@ std::string FormatGlbMesh(const MeshFile& mesh) {
                      vertices.size() * sizeof(Coordinates));
   binary.append(reinterpret_cast<const char*>(mesh.triangles.data()),
                 mesh.triangles.size() * sizeof(mesh.triangles[0]));
-  std::string chunks;
-  AppendChunk(kJsonChunk, ' ', Describe(mesh, vertices), chunks);
-  AppendChunk(kBinaryChunk, '\0', std::move(binary), chunks);
-  std::string out;
-  AppendWord(kMagic, out);
-  AppendWord(kVersion, out);
-  AppendWord(static_cast<std::uint32_t>(3 * sizeof(std::uint32_t) + chunks.size()), out);
-  return out + chunks;
+  return collision::JoinGlb(Describe(mesh, vertices), binary);
 }
 
 }  // namespace cwm::formats

@@ -9,16 +9,13 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "collision/mesh_files/glb_format.h"
 
 namespace cwm::collision {
 namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kHeaderBytes = 12;
-constexpr std::size_t kChunkHeaderBytes = 8;
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
-constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 // measured: a mesh takes some hundred bytes of JSON, and a parsed document thirty times the size of
 // its text. chosen: the parser cannot be interrupted, and takes some 20 ms for this much.
 constexpr std::size_t kMaxJsonBytes = std::size_t{4} << 20;
@@ -83,26 +80,26 @@ class JsonCheck final : public nlohmann::json_sax<Json> {
 }  // namespace
 
 absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes) {
-  if (bytes.size() < kHeaderBytes + kChunkHeaderBytes || !bytes.starts_with("glTF")) {
+  if (bytes.size() < kGlbHeaderBytes + kGlbChunkHeaderBytes || !bytes.starts_with("glTF")) {
     return Fault("must begin with the header of a GLB file");
   }
-  if (WordAt(bytes, 4) != 2) {
+  if (WordAt(bytes, 4) != kGlbVersion) {
     return Fault(absl::StrCat("is glTF ", WordAt(bytes, 4), ", must be glTF 2"));
   }
   const std::size_t json_bytes = WordAt(bytes, 12);
-  if (WordAt(bytes, 8) != bytes.size() || WordAt(bytes, 16) != kJsonChunk ||
-      json_bytes > bytes.size() - kHeaderBytes - kChunkHeaderBytes) {
+  if (WordAt(bytes, 8) != bytes.size() || WordAt(bytes, 16) != kGlbJsonChunk ||
+      json_bytes > bytes.size() - kGlbHeaderBytes - kGlbChunkHeaderBytes) {
     return Fault("must be as long as its header says and begin with a JSON chunk inside it");
   }
-  GlbChunks chunks{.json = bytes.substr(kHeaderBytes + kChunkHeaderBytes, json_bytes),
+  GlbChunks chunks{.json = bytes.substr(kGlbHeaderBytes + kGlbChunkHeaderBytes, json_bytes),
                    .binary = {}};
-  const std::string_view rest = bytes.substr(kHeaderBytes + kChunkHeaderBytes + json_bytes);
+  const std::string_view rest = bytes.substr(kGlbHeaderBytes + kGlbChunkHeaderBytes + json_bytes);
   if (rest.empty()) return chunks;
-  if (rest.size() < kChunkHeaderBytes || WordAt(rest, 4) != kBinaryChunk ||
-      WordAt(rest, 0) > rest.size() - kChunkHeaderBytes) {
+  if (rest.size() < kGlbChunkHeaderBytes || WordAt(rest, 4) != kGlbBinaryChunk ||
+      WordAt(rest, 0) > rest.size() - kGlbChunkHeaderBytes) {
     return Fault("must hold a binary chunk after the JSON chunk, inside the file");
   }
-  chunks.binary = rest.substr(kChunkHeaderBytes, WordAt(rest, 0));
+  chunks.binary = rest.substr(kGlbChunkHeaderBytes, WordAt(rest, 0));
   return chunks;
 }
 

@@ -44,23 +44,12 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
 // chosen: a ray takes a few microseconds.
 constexpr std::size_t kRaysPerChunk = 1024;
 
-RayColumns MakeColumns(std::size_t rays) {
-  RayColumns columns;
+void Resize(std::size_t rays, RayColumns& columns) {
   columns.hit.resize(rays);
   columns.distance_m.resize(rays);
   columns.normal.resize(3 * rays);
   columns.object.resize(rays);
   columns.object_part.resize(rays);
-  return columns;
-}
-
-void Keep(std::size_t completed, RayColumns& columns) {
-  columns.hit.resize(completed);
-  columns.distance_m.resize(completed);
-  columns.normal.resize(3 * completed);
-  columns.object.resize(completed);
-  columns.object_part.resize(completed);
-  columns.completed = completed;
 }
 
 // The query and its result.
@@ -138,11 +127,13 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .filter = WorldFilter(world, options),
-              .columns = MakeColumns(rays.size())};
+              .columns = {}};
+  Resize(rays.size(), batch.columns);
   const auto completed = ProcessChunks(EqualChunks(rays.size(), kRaysPerChunk), options.threads,
                                        [&] { return std::make_unique<Caster>(batch); });
   if (!completed.ok()) return completed.status();
-  Keep(*completed, batch.columns);
+  Resize(*completed, batch.columns);
+  batch.columns.completed = *completed;
   return std::move(batch.columns);
 }
 

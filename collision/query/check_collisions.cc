@@ -173,24 +173,18 @@ class PlacedRows {
   std::size_t next_ = 0, first_ = 0, placed_ = 0;
 };
 
-// Columns in which all rows are kNotComputed, as those stay that are not reached before the
-// deadline.
-CollisionColumns MakeColumns(std::size_t rows) {
-  return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
-          .object = std::vector<std::int32_t>(rows, -1),
-          .body_part = std::vector<std::int32_t>(rows, -1),
-          .object_part = std::vector<std::int32_t>(rows, -1),
-          .accuracy = std::vector<Accuracy>(rows, Accuracy::kDegraded)};
-}
-
-// Resets the rows from `first` on, which other threads may have answered after an early end.
-void ResetRows(std::size_t first, CollisionColumns& columns) {
-  const auto from = static_cast<std::ptrdiff_t>(first);
-  std::fill(columns.verdict.begin() + from, columns.verdict.end(), Verdict::kNotComputed);
-  std::fill(columns.object.begin() + from, columns.object.end(), -1);
-  std::fill(columns.body_part.begin() + from, columns.body_part.end(), -1);
-  std::fill(columns.object_part.begin() + from, columns.object_part.end(), -1);
-  std::fill(columns.accuracy.begin() + from, columns.accuracy.end(), Accuracy::kDegraded);
+// Makes `rows` rows of which those from `first` on are kNotComputed, as those stay that are not
+// reached before the deadline, and as those become that other threads answered after an early end.
+void ResetRows(std::size_t first, std::size_t rows, CollisionColumns& columns) {
+  const auto reset = [&](auto& column, const auto& value) {
+    column.resize(first);
+    column.resize(rows, value);
+  };
+  reset(columns.verdict, Verdict::kNotComputed);
+  reset(columns.object, -1);
+  reset(columns.body_part, -1);
+  reset(columns.object_part, -1);
+  reset(columns.accuracy, Accuracy::kDegraded);
 }
 
 // The query and its result.
@@ -315,13 +309,14 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .spheres = SphereCheck::Make(world, body, rows, options),
-              .columns = MakeColumns(rows.size())};
+              .columns = {}};
+  ResetRows(0, rows.size(), batch.columns);
   const bool is_spheres = batch.spheres && batch.spheres->decides_collisions();
   const auto completed =
       ProcessChunks(EqualChunks(rows.size(), is_spheres ? kSphereRowsPerChunk : kOtherRowsPerChunk),
                     options.threads, [&] { return std::make_unique<Checker>(batch); });
   if (!completed.ok()) return completed.status();
-  ResetRows(*completed, batch.columns);
+  ResetRows(*completed, rows.size(), batch.columns);
   batch.columns.completed = *completed;
   if (options.naming == Naming::kEachRow) NameVariables(rows, batch.columns);
   return std::move(batch.columns);

@@ -26,24 +26,17 @@ std::vector<RowChunk> ChunksOf(std::size_t point_count) {
   return chunks;
 }
 
-PointColumns MakeColumns(std::size_t point_count) {
-  PointColumns columns;
+void Resize(std::size_t point_count, PointColumns& columns) {
   columns.state.resize(point_count);
   columns.distance_m.resize(point_count);
   columns.gradient.resize(3 * point_count);
   columns.object.resize(point_count);
   columns.object_part.resize(point_count);
   columns.accuracy.resize(point_count);
-  return columns;
 }
 
 void Keep(std::size_t completed, PointColumns& columns) {
-  columns.state.resize(completed);
-  columns.distance_m.resize(completed);
-  columns.gradient.resize(3 * completed);
-  columns.object.resize(completed);
-  columns.object_part.resize(completed);
-  columns.accuracy.resize(completed);
+  Resize(completed, columns);
   std::sort(columns.bounds.begin(), columns.bounds.end(),
             [](const auto& a, const auto& b) { return a.row < b.row; });
   std::erase_if(columns.bounds, [&](const auto& bound) { return bound.row >= completed; });
@@ -106,9 +99,10 @@ absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
               .stop = std::move(stop),
               .limit = TimeLimit(options),
               .filter = WorldFilter(world, options),
-              .columns = MakeColumns(points.size()),
+              .columns = {},
               .mutex = {},
               .bounds = {}};
+  Resize(points.size(), batch.columns);
   const auto completed = ProcessChunks(ChunksOf(points.size()), options.threads,
                                        [&] { return std::make_unique<Sampler>(batch); });
   if (!completed.ok()) return completed.status();

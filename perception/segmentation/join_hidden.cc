@@ -173,20 +173,7 @@ class BetweenParts {
   BetweenParts(const OrientedPoints& nodes, const SightMap& sight) : nodes_(nodes), sight_(sight) {}
 
   bool IsHidden(const Members& a, const Members& b) const {
-    int through = 0, hidden = 0, seen = 0;
-    for (std::size_t line = 0; line < kLinesOfSight; ++line) {
-      // evenly spread over both parts
-      const std::uint32_t i = a[line * a.size() / kLinesOfSight];
-      const std::uint32_t j = b[line * kLineStride % kLinesOfSight * b.size() / kLinesOfSight];
-      for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
-        const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
-        const Vector3f place = (1 - t) * nodes_.points[i] + t * nodes_.points[j];
-        const Visibility sight = sight_.VisibilityAt(place, MaxJump_m(nodes_.sigma_m[i]));
-        ++seen;
-        through += sight == Visibility::kSeenThrough;
-        hidden += sight == Visibility::kHidden;
-      }
-    }
+    const auto [through, hidden, seen] = CountBetween(sight_, nodes_, a, b);
     return through <= kMaxThroughBetween * seen && hidden >= kMinHiddenBetween * seen;
   }
 

@@ -64,6 +64,26 @@ Visibility SightMap::VisibilityAt(const Eigen::Vector3f& place, float tolerance_
   return nearest < range - tolerance_m ? Visibility::kHidden : Visibility::kOnSurface;
 }
 
+PlacesBetween CountBetween(const SightMap& sight, const OrientedPoints& points,
+                           const std::vector<std::uint32_t>& a,
+                           const std::vector<std::uint32_t>& b) {
+  PlacesBetween counts;
+  for (std::size_t line = 0; line < kLinesOfSight; ++line) {
+    // evenly spread over both sets
+    const std::uint32_t i = a[line * a.size() / kLinesOfSight];
+    const std::uint32_t j = b[line * kLineStride % kLinesOfSight * b.size() / kLinesOfSight];
+    for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
+      const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
+      const Eigen::Vector3f place = (1 - t) * points.points[i] + t * points.points[j];
+      const Visibility at = sight.VisibilityAt(place, MaxJump_m(points.sigma_m[i]));
+      ++counts.seen;
+      counts.through += at == Visibility::kSeenThrough;
+      counts.hidden += at == Visibility::kHidden;
+    }
+  }
+  return counts;
+}
+
 bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad) {
   const SightMap sight(points, kFiner * pitch_rad);
   const std::size_t stride = 1 + points.size() / kMaxTestedNodes;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "perception/cloud/oriented_points.h"
@@ -41,6 +42,15 @@ inline constexpr std::size_t kLinesOfSight = 48;
 inline constexpr int kPlacesPerLineOfSight = 8;
 // derived: prime to kLinesOfSight, so that each point is paired with many of the other set.
 inline constexpr std::size_t kLineStride = 19;
+
+// The places on straight lines between points of two sets: how many are seen through, are hidden,
+// and were looked at.
+struct PlacesBetween {
+  int through = 0, hidden = 0, seen = 0;
+};
+PlacesBetween CountBetween(const SightMap& sight, const OrientedPoints& points,
+                           const std::vector<std::uint32_t>& a,
+                           const std::vector<std::uint32_t>& b);
 
 // chosen: evenly spread nodes of an object or a cloud that are tested. For an object that fills the
 // view of a Kinect at 1 m these are two per cell of its footprint, for one below 30 cm there all.

@@ -8,6 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "collision/mesh_files/glb_format.h"
+#include "collision/mesh_files/glb_writer.h"
 #include "server/export/drawn_world.h"
 #include "server/export/file_bytes.h"
 
@@ -15,18 +17,6 @@ namespace cwm::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Constants of sections 4.4, 5.1 and 5.11.
-constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
-constexpr std::uint32_t kVersion = 2;
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
-constexpr std::uint32_t kBinaryChunk = 0x004E4942;
-constexpr std::size_t kHeaderBytes = 12;
-constexpr std::size_t kChunkHeaderBytes = 8;
-constexpr int kUnsignedInt = 5125;
-constexpr int kFloat = 5126;
-constexpr int kArrayBuffer = 34962;
-constexpr int kElementArrayBuffer = 34963;
 
 // Colours are given in sRGB; factors of materials are linear (section 3.9.2).
 double Linear(std::uint8_t srgb) {
@@ -102,7 +92,7 @@ class Document {
     }
     json += "}";
     if (absl::Status status = check_cancelled_(); !status.ok()) return status;
-    return FileOf(std::move(json));
+    return collision::JoinGlb(json, binary_);
   }
 
  private:
@@ -112,30 +102,6 @@ class Document {
     Json node;
     std::vector<std::size_t> children = {};
   };
-
-  std::string FileOf(std::string json) {
-    const auto padded = [](const std::string& content) { return (content.size() + 3) / 4 * 4; };
-    const std::size_t size = kHeaderBytes + kChunkHeaderBytes + padded(json) +
-                             (binary_.empty() ? 0 : kChunkHeaderBytes + padded(binary_));
-    std::string file;
-    file.reserve(size);
-    AppendBytes(kMagic, file);
-    AppendBytes(kVersion, file);
-    AppendBytes(static_cast<std::uint32_t>(size), file);
-    AppendChunk(kJsonChunk, ' ', json, file);
-    if (!binary_.empty()) AppendChunk(kBinaryChunk, '\0', binary_, file);
-    return file;
-  }
-
-  // Chunks begin and end at multiples of four bytes.
-  static void AppendChunk(std::uint32_t type, char padding, const std::string& content,
-                          std::string& file) {
-    const std::size_t missing = (4 - content.size() % 4) % 4;
-    AppendBytes(static_cast<std::uint32_t>(content.size() + missing), file);
-    AppendBytes(type, file);
-    file += content;
-    file.append(missing, padding);
-  }
 
   static void Place(const Pose& X_WB, Json& node) {
     const Quaternion q = Quaternion(X_WB.linear()).normalized();
@@ -192,8 +158,8 @@ class Document {
     };
     absl::Status status = ForEachRange(mesh.vertices.size(), check_cancelled_, append);
     if (!status.ok()) return status;
-    return AddAccessor(begin, kArrayBuffer,
-                       {{"componentType", kFloat},
+    return AddAccessor(begin, collision::kGltfArrayBuffer,
+                       {{"componentType", collision::kGltfFloat},
                         {"type", "VEC3"},
                         {"count", mesh.vertices.size()},
                         {"min", min},
@@ -209,8 +175,8 @@ class Document {
     };
     absl::Status status = ForEachRange(mesh.triangles.size(), check_cancelled_, append);
     if (!status.ok()) return status;
-    return AddAccessor(begin, kElementArrayBuffer,
-                       {{"componentType", kUnsignedInt},
+    return AddAccessor(begin, collision::kGltfElementArrayBuffer,
+                       {{"componentType", collision::kGltfUnsignedInt},
                         {"type", "SCALAR"},
                         {"count", 3 * mesh.triangles.size()}});
   }

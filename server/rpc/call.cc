@@ -15,9 +15,6 @@ namespace {
 // the client.
 constexpr double kShareOfDeadline = 0.9;
 
-// measured: requests up to this size are parsed by the thread that read them, in at most about 1.3
-// ms.
-constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
 // chosen: smaller requests are not charged: a thousand of them take four mebibytes.
 constexpr std::size_t kMinChargedBytes = 4 << 10;
 // chosen: a smaller reply fits into the buffers of a socket and leaves at once, whether it is read

@@ -13,6 +13,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "server/rpc/end_point.h"
 #include "server/rpc/listen_address.h"
 
 namespace cwm::server {
@@ -21,43 +22,9 @@ namespace {
 // chosen: with port 0, the port picked for the first address may be taken at the second.
 constexpr int kMaxPortAttempts = 16;
 
-struct EndPoint {
-  sockaddr_storage storage{};
-  socklen_t size = 0;
-  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
-  sa_family_t family() const { return storage.ss_family; }
-};
-
 absl::Status CannotListen(const std::string& address, int error) {
   return absl::UnavailableError(
       absl::StrCat("--listen ", address, ": cannot listen: ", std::strerror(error)));
-}
-
-EndPoint UnixAddress(const std::string& path) {
-  EndPoint address;
-  auto& un = reinterpret_cast<sockaddr_un&>(address.storage);
-  un.sun_family = AF_UNIX;
-  std::memcpy(un.sun_path, path.c_str(), path.size() + 1);
-  address.size = sizeof(un);
-  return address;
-}
-
-EndPoint TcpAddress(int family, const std::string& host, int port) {
-  EndPoint address;
-  if (family == AF_INET6) {
-    auto& in = reinterpret_cast<sockaddr_in6&>(address.storage);
-    in.sin6_family = AF_INET6;
-    in.sin6_addr = in6addr_loopback;
-    in.sin6_port = htons(static_cast<std::uint16_t>(port));
-    address.size = sizeof(in);
-  } else {
-    auto& in = reinterpret_cast<sockaddr_in&>(address.storage);
-    in.sin_family = AF_INET;
-    inet_pton(AF_INET, host.c_str(), &in.sin_addr);
-    in.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.size = sizeof(in);
-  }
-  return address;
 }
 
 // Invalid, with errno set, if the socket cannot be created.
@@ -91,7 +58,7 @@ FileDescriptor MakeSocket(const EndPoint& address, std::chrono::milliseconds use
 int PortOf(const FileDescriptor& socket) {
   EndPoint address;
   address.size = sizeof(address.storage);
-  getsockname(socket.number(), reinterpret_cast<sockaddr*>(&address.storage), &address.size);
+  getsockname(socket.number(), address.get(), &address.size);
   // The port is at the same offset in both address families.
   return ntohs(reinterpret_cast<const sockaddr_in&>(address.storage).sin_port);
 }
@@ -99,7 +66,7 @@ int PortOf(const FileDescriptor& socket) {
 absl::StatusOr<ListeningSockets> ListenUnix(const std::string& address) {
   const std::string binding = BindingAddress(address);
   ListeningSockets listener{.address = address, .sockets = {}};
-  listener.sockets.push_back(MakeSocket(UnixAddress(*SocketPath(binding)), {}));
+  listener.sockets.push_back(MakeSocket(UnixEndPoint(*SocketPath(binding)), {}));
   if (!listener.sockets.front().is_open()) return CannotListen(address, errno);
   if (auto status = MoveIntoPlace(binding, address); !status.ok()) return status;
   return listener;
@@ -112,12 +79,12 @@ absl::StatusOr<ListeningSockets> ListenLocalhost(const std::string& address, int
                                                  std::chrono::milliseconds user_timeout) {
   for (int attempt = 1;; ++attempt) {
     ListeningSockets listener;
-    auto first = MakeSocket(TcpAddress(AF_INET, "127.0.0.1", port), user_timeout);
+    auto first = MakeSocket(TcpEndPoint(AF_INET, "127.0.0.1", port), user_timeout);
     if (!first.is_open()) return CannotListen(address, errno);
     const int picked = PortOf(first);
     listener.sockets.push_back(std::move(first));
     listener.address = absl::StrCat("localhost:", picked);
-    auto second = MakeSocket(TcpAddress(AF_INET6, "", picked), user_timeout);
+    auto second = MakeSocket(TcpEndPoint(AF_INET6, "", picked), user_timeout);
     if (second.is_open()) {
       listener.sockets.push_back(std::move(second));
       return listener;
@@ -141,7 +108,7 @@ absl::StatusOr<ListeningSockets> Listen(const std::string& address,
   if (host == "localhost") return ListenLocalhost(address, port, user_timeout);
   const int family = host == "[::1]" ? AF_INET6 : AF_INET;
   ListeningSockets listener;
-  listener.sockets.push_back(MakeSocket(TcpAddress(family, host, port), user_timeout));
+  listener.sockets.push_back(MakeSocket(TcpEndPoint(family, host, port), user_timeout));
   if (!listener.sockets.front().is_open()) return CannotListen(address, errno);
   listener.address = absl::StrCat(host, ":", PortOf(listener.sockets.front()));
   return listener;

@@ -6,9 +6,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -17,51 +15,27 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "server/rpc/end_point.h"
 #include "server/rpc/file_descriptor.h"
 #include "server/rpc/listen_address.h"
 
 namespace cwm::server {
 namespace {
 
-struct Address {
-  sockaddr_storage storage{};
-  socklen_t size = 0;
-  sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
-};
-
-Address ToAddress(const std::string& text) {
-  Address address;
-  if (const auto path = SocketPath(text)) {
-    auto& un = reinterpret_cast<sockaddr_un&>(address.storage);
-    un.sun_family = AF_UNIX;
-    std::memcpy(un.sun_path, path->data(), std::min(path->size(), sizeof(un.sun_path) - 1));
-    address.size = sizeof(un);
-    return address;
-  }
+EndPoint ToEndPoint(const std::string& text) {
+  if (const auto path = SocketPath(text)) return UnixEndPoint(*path);
   const std::size_t colon = text.rfind(':');
   const std::string host = text.substr(0, colon);
   int port = 0;
-  if (!absl::SimpleAtoi(text.substr(colon + 1), &port)) return address;
-  if (host == "[::1]") {
-    auto& in = reinterpret_cast<sockaddr_in6&>(address.storage);
-    in.sin6_family = AF_INET6;
-    in.sin6_addr = in6addr_loopback;
-    in.sin6_port = htons(static_cast<std::uint16_t>(port));
-    address.size = sizeof(in);
-  } else {
-    auto& in = reinterpret_cast<sockaddr_in&>(address.storage);
-    in.sin_family = AF_INET;
-    inet_pton(AF_INET, host == "localhost" ? "127.0.0.1" : host.c_str(), &in.sin_addr);
-    in.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.size = sizeof(in);
-  }
-  return address;
+  if (!absl::SimpleAtoi(text.substr(colon + 1), &port)) return {};
+  if (host == "[::1]") return TcpEndPoint(AF_INET6, "", port);
+  return TcpEndPoint(AF_INET, host == "localhost" ? "127.0.0.1" : host, port);
 }
 
 // Binds our end before it connects, so that its address is known: the kernel picks a port or an
 // abstract name.
-bool BindOwnEnd(int fd, const Address& peer) {
-  Address own;
+bool BindOwnEnd(int fd, const EndPoint& peer) {
+  EndPoint own;
   own.storage.ss_family = peer.storage.ss_family;
   own.size = peer.size;
   if (peer.storage.ss_family == AF_UNIX) {
@@ -75,7 +49,7 @@ bool BindOwnEnd(int fd, const Address& peer) {
 }
 
 std::string OwnAddressOf(int fd) {
-  Address own;
+  EndPoint own;
   own.size = sizeof(own.storage);
   if (getsockname(fd, own.get(), &own.size) != 0) return {};
   return {reinterpret_cast<const char*>(&own.storage), own.size};
@@ -86,7 +60,7 @@ absl::Status NotReached(const std::string& address, int error) {
 }
 
 // A full backlog of a Unix socket fails with EAGAIN at once: nobody accepts there.
-bool Connect(int fd, Address peer, std::chrono::milliseconds timeout) {
+bool Connect(int fd, EndPoint peer, std::chrono::milliseconds timeout) {
   if (connect(fd, peer.get(), peer.size) == 0) return true;
   if (errno != EINPROGRESS) return false;
   pollfd waiting{.fd = fd, .events = POLLOUT, .revents = 0};
@@ -106,7 +80,7 @@ bool Connect(int fd, Address peer, std::chrono::milliseconds timeout) {
 absl::Status CheckHealth(const std::string& address, std::chrono::milliseconds timeout,
                          const std::function<void(std::string)>& announce) {
   const auto deadline = std::chrono::system_clock::now() + timeout;
-  const Address peer = ToAddress(address);
+  const EndPoint peer = ToEndPoint(address);
   FileDescriptor connection(
       socket(peer.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!connection.is_open() || !BindOwnEnd(connection.number(), peer)) {

@@ -11,12 +11,12 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
-#include <mutex>
 #include <set>
 #include <thread>
 #include <utility>
 
 #include "grpc/health/v1/health.pb.h"
+#include "proto/keep_grpc.h"
 #include "server/net/may_connect.h"
 #include "server/rpc/accept_loop.h"
 #include "server/rpc/admin_service.h"
@@ -65,13 +65,6 @@ void SetChannelArguments(const Application& application, grpc::ServerBuilder& bu
     builder.SetCompressionAlgorithmSupportStatus(algorithm, false);
   }
   builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
-}
-
-// Keeps gRPC initialized for the life of the process. Its cleanup after its last object waits for
-// up to 10 s (1.51) for a poll left behind by a message that the socket did not take at once.
-void KeepGrpcInitialized() {
-  static std::once_flag once;
-  std::call_once(once, grpc_init);
 }
 
 // Locks all Unix sockets among the addresses, each once and in sorted order, so that two servers

@@ -12,9 +12,6 @@
 namespace cwm::server {
 namespace {
 
-// The same limit as for unary calls (call.cc).
-constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
-
 constexpr char kMethod[] = "/cwm.v1.QueryService/StreamQueries";
 
 // Calls `use` with the query's message; returns `otherwise` if there is none.

@@ -9,6 +9,7 @@
 
 #include "clients/planner/server_checker.h"
 #include "tests/e2e/server_fixture.h"
+#include "tests/e2e/two_link_arm.h"
 #include "tests/support/outside_data.h"
 
 namespace cwm::testing {
@@ -18,19 +19,6 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// A ball at the origin and two links of 0.5 m that turn about z, each with a ball of 0.1 m radius
-// at its end.
-constexpr char kUrdf[] = R"(<robot name="arm">
-<link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-<link name="upper">
-<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-<link name="hand">
-<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
-<limit lower="-3" upper="3"/></joint>
-<joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/>
-<axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint></robot>
-)";
 constexpr char kSrdf[] =
     R"(<robot name="arm"><group name="both"><joint name="shoulder"/><joint name="elbow"/></group>
 <group name="wrist"><joint name="elbow"/></group>
@@ -62,7 +50,7 @@ class PlanCommand : public ServerTest {
  protected:
   void SetUp() override {
     ServerTest::SetUp();
-    Write("arm.urdf", kUrdf);
+    Write("arm.urdf", kTwoLinkArm);
     Write("arm.srdf", kSrdf);
     CwmJson({"robot", "load", scratch() / "arm.urdf", "--srdf", scratch() / "arm.srdf"});
     CwmJson({"put", "post", "--box", "0.2,0.2,0.2", "--at", "1,0,0"});

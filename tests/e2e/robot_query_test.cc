@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/e2e/server_fixture.h"
+#include "tests/e2e/two_link_arm.h"
 #include "tests/support/outside_data.h"
 
 namespace cwm::testing {
@@ -13,19 +14,6 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-// A ball at the origin and two links of 0.5 m that turn about z, each with a ball of 0.1 m radius
-// at its end.
-constexpr char kUrdf[] = R"(<robot name="arm">
-<link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-<link name="upper">
-<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-<link name="hand">
-<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
-<limit lower="-3" upper="3"/></joint>
-<joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/>
-<axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint></robot>
-)";
 constexpr char kSrdf[] =
     R"(<robot name="arm"><group name="both"><joint name="shoulder"/><joint name="elbow"/></group>
 <group_state name="aside" group="both">
@@ -40,7 +28,7 @@ class RobotQuery : public ServerTest {
  protected:
   void SetUp() override {
     ServerTest::SetUp();
-    std::ofstream(scratch() / "arm.urdf") << kUrdf;
+    std::ofstream(scratch() / "arm.urdf") << kTwoLinkArm;
     std::ofstream(scratch() / "arm.srdf") << kSrdf;
     CwmJson({"robot", "load", scratch() / "arm.urdf", "--srdf", scratch() / "arm.srdf", "--spheres",
              scratch() / "arm.urdf"});

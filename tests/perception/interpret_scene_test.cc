@@ -11,6 +11,7 @@
 #include "perception/simulation/random_scenes.h"
 #include "perception/simulation/unorganised.h"
 #include "perception/simulation/virtual_scanner.h"
+#include "tests/perception/steep_camera.h"
 
 namespace cwm::perception {
 namespace {
@@ -45,18 +46,10 @@ SimulatedScene TableWithCan() {
   return {{table, can}};
 }
 
-PinholeCamera Camera() {
-  PinholeCamera camera;
-  const Vector3 forward = Vector3(1, 0, -1).normalized(), right(0, -1, 0);
-  camera.X_WC.linear() << right, forward.cross(right), forward;
-  camera.X_WC.translation() = -0.9 * forward;
-  return camera;
-}
-
 TEST(InterpretScene, FindsTheTableAndTheCanWithItsRadius) {
-  const SimulatedCloud truth = Scan(TableWithCan(), Camera(), {});
+  const SimulatedCloud truth = Scan(TableWithCan(), SteepCamera(), {});
   InterpretOptions options;
-  options.X_WC = Camera().X_WC;
+  options.X_WC = SteepCamera().X_WC;
   const auto scene = InterpretScene(truth.cloud, options);
   ASSERT_TRUE(scene.ok()) << scene.status();
   ASSERT_EQ(scene->supports.size(), 1u);
@@ -83,9 +76,9 @@ TEST(InterpretScene, FindsThatABoxOnABoxRestsOnItAndEndsThere) {
   stack.objects.push_back({.name = "above",
                            .parts = {{.shape = Box{{0.08, 0.1, 0.1}}}},
                            .X_WO = MakeTranslation(0.02, 0, 0.13)});
-  const SimulatedCloud truth = Scan(stack, Camera(), {});
+  const SimulatedCloud truth = Scan(stack, SteepCamera(), {});
   InterpretOptions options;
-  options.X_WC = Camera().X_WC;
+  options.X_WC = SteepCamera().X_WC;
   const auto scene = InterpretScene(truth.cloud, options);
   ASSERT_TRUE(scene.ok()) << scene.status();
   ASSERT_EQ(scene->objects.size(), 2u);
@@ -107,9 +100,9 @@ TEST(InterpretScene, FindsACartonAboutAsLargeAsItsTable) {
       .parts = {{.shape = Box{{0.38, 0.3, 0.22}}}},
       .X_WO = MakePose({0, 0, 0.11}, Quaternion(Eigen::AngleAxisd(0.2, Vector3::UnitZ())))};
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
-    const SimulatedCloud truth = Scan(scene, Camera(), {.seed = seed});
+    const SimulatedCloud truth = Scan(scene, SteepCamera(), {.seed = seed});
     InterpretOptions options;
-    options.X_WC = Camera().X_WC;
+    options.X_WC = SteepCamera().X_WC;
     const auto found = InterpretScene(truth.cloud, options);
     ASSERT_TRUE(found.ok()) << found.status();
     EXPECT_EQ(found->supports.size(), 1u);
@@ -127,7 +120,7 @@ TEST(InterpretScene, FindsACartonAboutAsLargeAsItsTable) {
 
 // Some drivers write zeros for pixels without a return.
 TEST(InterpretScene, TakesZerosForNoReturnsAndSaysSo) {
-  const PointCloud cloud = Scan(TableWithCan(), Camera(), {}).cloud;
+  const PointCloud cloud = Scan(TableWithCan(), SteepCamera(), {}).cloud;
   PointCloud zeros = cloud;
   std::size_t count = 0;
   for (Vector3f& p : zeros.points) {
@@ -154,9 +147,9 @@ TEST(InterpretScene, ExtendsNothingThroughSpaceThatRaysCrossed) {
   hung.objects.push_back({.name = "wall",
                           .parts = {{.shape = Box{{0.02, 1.0, 1.0}}}},
                           .X_WO = MakeTranslation(0.6, 0, 0.5)});
-  const SimulatedCloud truth = Scan(hung, Camera(), {});
+  const SimulatedCloud truth = Scan(hung, SteepCamera(), {});
   InterpretOptions options;
-  options.X_WC = Camera().X_WC;
+  options.X_WC = SteepCamera().X_WC;
   const auto scene = InterpretScene(truth.cloud, options);
   ASSERT_TRUE(scene.ok()) << scene.status();
   int found = 0;
@@ -170,7 +163,7 @@ TEST(InterpretScene, ExtendsNothingThroughSpaceThatRaysCrossed) {
 }
 
 TEST(InterpretScene, MarksTheBodyOfASupportAsCompletedAndItsTopAsMeasured) {
-  const SimulatedCloud truth = Scan(TableWithCan(), Camera(), {});
+  const SimulatedCloud truth = Scan(TableWithCan(), SteepCamera(), {});
   const auto scene = InterpretScene(truth.cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();
   ASSERT_EQ(scene->supports.size(), 1u);
@@ -289,9 +282,9 @@ TEST(InterpretScene, AnImageOfOneRepeatedPointIsOneResidual) {
 }
 
 TEST(InterpretScene, SaysThatUpIsUpsideDownAndTurnsAVectorButNoPose) {
-  const PointCloud cloud = Scan(TableWithCan(), Camera(), {}).cloud;
+  const PointCloud cloud = Scan(TableWithCan(), SteepCamera(), {}).cloud;
   InterpretOptions options;
-  options.up_C = -Camera().X_WC.linear().row(2).transpose();
+  options.up_C = -SteepCamera().X_WC.linear().row(2).transpose();
   const auto turned = InterpretScene(cloud, options);
   ASSERT_TRUE(turned.ok()) << turned.status();
   EXPECT_THAT(turned->report.warnings,
@@ -299,7 +292,7 @@ TEST(InterpretScene, SaysThatUpIsUpsideDownAndTurnsAVectorButNoPose) {
                   "up \\(.*\\) of the sensor's frame seems to be upside down.*other way round")));
   EXPECT_EQ(turned->supports.size(), 1u);
   options.up_C.reset();
-  options.X_WC = Pose(Matrix3(Vector3(1, -1, -1).asDiagonal())) * Camera().X_WC;
+  options.X_WC = Pose(Matrix3(Vector3(1, -1, -1).asDiagonal())) * SteepCamera().X_WC;
   const auto kept = InterpretScene(cloud, options);
   ASSERT_TRUE(kept.ok()) << kept.status();
   EXPECT_THAT(kept->report.warnings,
@@ -315,7 +308,7 @@ bool DoubtsTheUnit(const SceneInterpretation& scene) {
 }
 
 TEST(InterpretScene, DoubtsTheUnitOfATableInMillimetresAndNotOfASingleWildPoint) {
-  PointCloud cloud = Scan(TableWithCan(), Camera(), {}).cloud;
+  PointCloud cloud = Scan(TableWithCan(), SteepCamera(), {}).cloud;
   auto lit = std::ranges::find_if(cloud.points, [](const Vector3f& p) { return p.allFinite(); });
   ASSERT_NE(lit, cloud.points.end());
   *lit *= 1000;

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/bench/bench_poses.h"
+#include "clients/cli/number_list.h"
 
 namespace cwm::cli {
 namespace {
@@ -63,15 +64,7 @@ std::vector<pb::Change> BenchScene() {
   for (int i = 0; i < kObjects; ++i) {
     pb::Object& object = *changes.emplace_back().mutable_put()->mutable_object();
     object.set_name(absl::StrCat("bench_", i));
-    const client::PoseRow at = random.RandomPose(kBenchRegion);
-    pb::Pose& pose = *object.mutable_x_world_object();
-    pose.set_tx_m(at[0]);
-    pose.set_ty_m(at[1]);
-    pose.set_tz_m(at[2]);
-    pose.set_qx(at[3]);
-    pose.set_qy(at[4]);
-    pose.set_qz(at[5]);
-    pose.set_qw(at[6]);
+    *object.mutable_x_world_object() = PoseToProto(random.RandomPose(kBenchRegion));
     *object.add_shapes() = SomeShape(i, random);
   }
   return changes;

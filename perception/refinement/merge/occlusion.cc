@@ -5,7 +5,6 @@
 
 #include "perception/search/model_points.h"
 #include "perception/segmentation/sight_map.h"
-#include "perception/segmentation/surface_graph.h"
 #include "perception/solids/explain.h"
 #include "perception/solids/extended_distance.h"
 
@@ -19,20 +18,7 @@ Vector3 InSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t
 }  // namespace
 
 VisibilityShares VisibilityBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
-  const OrientedPoints& all = state.points();
-  int through = 0, hidden = 0, seen = 0;
-  for (std::size_t line = 0; line < kLinesOfSight; ++line) {
-    const std::uint32_t i = a[line * a.size() / kLinesOfSight];
-    const std::uint32_t j = b[line * kLineStride % kLinesOfSight * b.size() / kLinesOfSight];
-    for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
-      const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
-      const Eigen::Vector3f place = (1 - t) * all.points[i] + t * all.points[j];
-      const Visibility sight = state.sight()->VisibilityAt(place, MaxJump_m(all.sigma_m[i]));
-      ++seen;
-      through += sight == Visibility::kSeenThrough;
-      hidden += sight == Visibility::kHidden;
-    }
-  }
+  const auto [through, hidden, seen] = CountBetween(*state.sight(), state.points(), a, b);
   return {static_cast<double>(through) / seen, static_cast<double>(hidden) / seen};
 }
 

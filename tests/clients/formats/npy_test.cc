@@ -7,6 +7,7 @@
 #include <string>
 
 #include "clients/formats/file_bytes.h"
+#include "tests/clients/formats/invalid_file.h"
 #include "tests/support/process.h"
 
 namespace cwm::formats {
@@ -127,21 +128,10 @@ TEST_F(NumpyFile, OfAnythingElseIsRefused) {
   EXPECT_THAT(refusal("s.reshape(2, 1, 1)"), HasSubstr("shape is (2, 1, 1), must be (N,)"));
 }
 
-struct InvalidFile {
-  const char* name;
-  std::string bytes;
-  const char* field;
-  const char* rule;
-};
-
 class HostileNpy : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostileNpy, IsRefusedNamingFileFieldAndRule) {
-  const auto cloud = ParseNpy(GetParam().bytes, "hostile.npy");
-  ASSERT_EQ(cloud.status().code(), absl::StatusCode::kInvalidArgument) << cloud.status();
-  EXPECT_THAT(
-      std::string(cloud.status().message()),
-      AllOf(HasSubstr("hostile.npy: "), HasSubstr(GetParam().field), HasSubstr(GetParam().rule)));
+  ExpectRefusal(ParseNpy(GetParam().text, "hostile.npy").status(), "hostile.npy", GetParam());
 }
 
 std::string Plain(const std::string& shape) { return Npy(Dictionary("'<f4'", shape), kTwo); }

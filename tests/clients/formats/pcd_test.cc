@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/clients/formats/invalid_file.h"
+
 namespace cwm::formats {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::Test;
 
 template <class T>
@@ -155,21 +155,10 @@ TEST(Pcd, NeverCrashesOnAFlippedByte) {
   }
 }
 
-struct InvalidFile {
-  const char* name;
-  std::string text;
-  const char* field;
-  const char* rule;
-};
-
 class HostilePcd : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostilePcd, IsRefusedNamingFileFieldAndRule) {
-  const auto cloud = ParsePcd(GetParam().text, "hostile.pcd");
-  ASSERT_EQ(cloud.status().code(), absl::StatusCode::kInvalidArgument) << cloud.status();
-  EXPECT_THAT(
-      std::string(cloud.status().message()),
-      AllOf(HasSubstr("hostile.pcd: "), HasSubstr(GetParam().field), HasSubstr(GetParam().rule)));
+  ExpectRefusal(ParsePcd(GetParam().text, "hostile.pcd").status(), "hostile.pcd", GetParam());
 }
 
 std::string Three(const std::string& extent, const std::string& data = "ascii\n1 2 3") {

@@ -7,10 +7,11 @@
 #include <cstring>
 #include <string>
 
+#include "tests/clients/formats/invalid_file.h"
+
 namespace cwm::formats {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const char kVertex[] = "property float x\nproperty float y\nproperty float z\n";
@@ -111,21 +112,10 @@ TEST(Ply, FailsCleanlyWhenCutAtAnyByte) {
   }
 }
 
-struct InvalidFile {
-  const char* name;
-  std::string text;
-  const char* field;
-  const char* rule;
-};
-
 class HostilePly : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostilePly, IsRefusedNamingFileFieldAndRule) {
-  const auto mesh = ParsePlyMesh(GetParam().text, "hostile.ply");
-  ASSERT_EQ(mesh.status().code(), absl::StatusCode::kInvalidArgument) << mesh.status();
-  EXPECT_THAT(
-      std::string(mesh.status().message()),
-      AllOf(HasSubstr("hostile.ply: "), HasSubstr(GetParam().field), HasSubstr(GetParam().rule)));
+  ExpectRefusal(ParsePlyMesh(GetParam().text, "hostile.ply").status(), "hostile.ply", GetParam());
 }
 
 std::string Vertices(const std::string& count) {

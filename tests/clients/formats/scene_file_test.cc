@@ -8,6 +8,7 @@
 #include <string>
 
 #include "clients/formats/file_bytes.h"
+#include "tests/clients/formats/invalid_file.h"
 #include "tests/support/outside_data.h"
 
 namespace cwm::formats {
@@ -193,21 +194,10 @@ world:
                     HasSubstr("must be the world's frame")));
 }
 
-struct InvalidFile {
-  const char* name;
-  std::string text;
-  const char* field;
-  const char* rule;
-};
-
 class HostileScene : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostileScene, IsRefusedNamingFileFieldAndRule) {
-  const auto scene = ParseScene(GetParam().text, "hostile.yaml");
-  ASSERT_EQ(scene.status().code(), absl::StatusCode::kInvalidArgument) << scene.status();
-  EXPECT_THAT(
-      std::string(scene.status().message()),
-      AllOf(HasSubstr("hostile.yaml: "), HasSubstr(GetParam().field), HasSubstr(GetParam().rule)));
+  ExpectRefusal(ParseScene(GetParam().text, "hostile.yaml").status(), "hostile.yaml", GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <string>
 
+#include "tests/clients/formats/invalid_file.h"
+
 namespace cwm::formats {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 double At(const CloudFile& cloud, std::size_t point, const std::string& field) {
@@ -61,21 +62,10 @@ TEST(Xyz, DoesNotTakeOtherTextForPoints) {
   }
 }
 
-struct InvalidFile {
-  const char* name;
-  const char* text;
-  const char* place;
-  const char* rule;
-};
-
 class HostileXyz : public ::testing::TestWithParam<InvalidFile> {};
 
 TEST_P(HostileXyz, IsRefusedNamingFileLineValueAndRule) {
-  const auto cloud = ParseXyz(GetParam().text, "hostile.xyz");
-  ASSERT_EQ(cloud.status().code(), absl::StatusCode::kInvalidArgument) << cloud.status();
-  EXPECT_THAT(
-      std::string(cloud.status().message()),
-      AllOf(HasSubstr("hostile.xyz: "), HasSubstr(GetParam().place), HasSubstr(GetParam().rule)));
+  ExpectRefusal(ParseXyz(GetParam().text, "hostile.xyz").status(), "hostile.xyz", GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(

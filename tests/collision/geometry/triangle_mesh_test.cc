@@ -3,20 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "collision/geometry/tessellate.h"
+#include "tests/collision/geometry/unshared.h"
 
 namespace cwm {
 namespace {
-
-// The mesh with separate vertices for each triangle, as in an STL file.
-TriangleMesh Unshared(const TriangleMesh& mesh) {
-  TriangleMesh loose;
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    const auto first = static_cast<std::uint32_t>(loose.vertices.size());
-    for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
-    loose.triangles.push_back({first, first + 1, first + 2});
-  }
-  return loose;
-}
 
 TriangleMesh Cube(double x_m) {
   TriangleMesh mesh = Tessellate(Box{{1, 1, 1}});

@@ -15,13 +15,10 @@ namespace {
 
 using testing::Arm;
 using ::testing::ElementsAre;
+using testing::MakeChange;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 constexpr int kSamples = 400;  // per edge
-
-Change MakeChange(decltype(Change::what) what) {
-  return {.what = std::move(what), .expected_object_revision = {}};
-}
 
 // The three balls of robot_text.h; a long box is attached to the last one, far from its link.
 SnapshotPtr WithBox(const SnapshotPtr& world) {

@@ -8,15 +8,13 @@
 
 #include "collision/robot/kinematics.h"
 #include "tests/collision/query/random_world.h"
-#include "tests/collision/robot/robot_text.h"
+#include "tests/collision/robot/three_ball_arm.h"
 
 namespace cwm::collision {
 namespace {
 
 using ::testing::ElementsAre;
-using testing::NoMeshes;
-using testing::Robot;
-using testing::ThreeBalls;
+using testing::ThreeBallArm;
 
 QueryBody BallBody() { return BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}); }
 
@@ -169,9 +167,7 @@ TEST(CheckPaths, RefuseEnginesThatCannotCertify) {
 class ArmPaths : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
-    ASSERT_TRUE(description.ok()) << description.status();
-    model_ = *MakeRobotModel(*description, nullptr);
+    model_ = ThreeBallArm();
     robot_ = PrepareRobot(model_, std::nullopt);
   }
   MotionColumns Check(const std::vector<double>& states, const std::vector<Path>& paths,

@@ -7,14 +7,12 @@
 #include "collision/motion/check_paths.h"
 #include "collision/robot/kinematics.h"
 #include "tests/collision/query/random_world.h"
-#include "tests/collision/robot/robot_text.h"
+#include "tests/collision/robot/three_ball_arm.h"
 
 namespace cwm::collision {
 namespace {
 
-using testing::NoMeshes;
-using testing::Robot;
-using testing::ThreeBalls;
+using testing::ThreeBallArm;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 QueryBody BallBody() { return BodyFromShapes({{.shape = Sphere{0.1}}}); }
@@ -135,8 +133,7 @@ TEST(MotionAccuracy, OfAPathIsTheWeakestOfItsEdgesUnlessItMeetsSomething) {
 
 // Spheres only stand for the robot, so no verdict is certain about the robot.
 TEST(MotionAccuracy, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
-  const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
-  const auto model = *MakeRobotModel(*description, nullptr);
+  const auto model = ThreeBallArm();
   const auto robot = PrepareRobot(model, std::nullopt);
   SphereModel spheres;
   spheres.links.resize(model->links.size());

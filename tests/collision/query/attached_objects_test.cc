@@ -21,6 +21,7 @@ namespace {
 using testing::Arm;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using testing::MakeChange;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 // Links "base" (a box of 0.2 m at the origin), "rod" (turns about the base's z axis; a ball of 0.05
@@ -38,9 +39,6 @@ const char* const kUrdf =
     "<child link=\"hand\"/><axis xyz=\"1 0 0\"/><limit lower=\"-1\" upper=\"1\"/></joint></robot>";
 const char* const kSrdf = "<robot name=\"arm\"/>";
 
-Change MakeChange(decltype(Change::what) what) {
-  return {.what = std::move(what), .expected_object_revision = {}};
-}
 SnapshotPtr With(const SnapshotPtr& world, const std::vector<Change>& changes) {
   auto next = Apply(world, changes);
   EXPECT_TRUE(next.ok()) << next.status();

@@ -8,6 +8,7 @@
 
 #include "collision/geometry/validation.h"
 #include "collision/query/body_search.h"
+#include "tests/collision/geometry/unshared.h"
 #include "tests/collision/query/random_world.h"
 
 namespace cwm::collision {
@@ -216,17 +217,6 @@ TEST(Query, EquallyNearObjectsAreNamedInTheOrderOfTheirNames) {
   EXPECT_THAT(GetDistances(*world, probe, at, options)->object, ElementsAre(0));
   options.max_results = 4;
   EXPECT_THAT(GetDistances(*world, probe, at, options)->object, ElementsAre(0, 1, 2, 3));
-}
-
-// The mesh with separate vertices for each triangle, as in an STL file.
-TriangleMesh Unshared(const TriangleMesh& mesh) {
-  TriangleMesh loose;
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    const auto first = static_cast<std::uint32_t>(loose.vertices.size());
-    for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
-    loose.triangles.push_back({first, first + 1, first + 2});
-  }
-  return loose;
 }
 
 TEST(Query, AClosedMeshContainsWithEveryEngine) {

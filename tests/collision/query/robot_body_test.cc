@@ -12,23 +12,19 @@
 #include "collision/robot/srdf.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/robot/panda_files.h"
-#include "tests/collision/robot/robot_text.h"
+#include "tests/collision/robot/three_ball_arm.h"
 
 namespace cwm::collision {
 namespace {
 
 using ::testing::Each;
 using ::testing::ElementsAre;
-using testing::NoMeshes;
-using testing::Robot;
-using testing::ThreeBalls;
+using testing::ThreeBallArm;
 
 class BallArm : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
-    ASSERT_TRUE(description.ok()) << description.status();
-    model_ = *MakeRobotModel(*description, nullptr);
+    model_ = ThreeBallArm();
     robot_ = PrepareRobot(model_, std::nullopt);
   }
 

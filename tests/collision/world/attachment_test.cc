@@ -13,13 +13,10 @@ using testing::Arm;
 using testing::ArmUrdf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::MakeChange;
 using testing::PutArm;
 using testing::SetElbow;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
-
-Change MakeChange(decltype(Change::what) what) {
-  return {.what = std::move(what), .expected_object_revision = {}};
-}
 
 PutObject Put(const std::string& name, const Shape& shape, const Pose& X_WO) {
   auto model = std::make_shared<HybridModel>();

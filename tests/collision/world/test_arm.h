@@ -15,6 +15,10 @@
 
 namespace cwm::collision::testing {
 
+inline Change MakeChange(decltype(Change::what) what) {
+  return {.what = std::move(what), .expected_object_revision = {}};
+}
+
 // Links base, upper, fore, left, right, tip and free; base and upper have a ball each, tip has two
 // boxes. Variables: elbow (revolute), slide (prismatic), grip (prismatic; the joint "other" mimics
 // it with factor -1) and the seven of "float"; "bolt" is fixed.

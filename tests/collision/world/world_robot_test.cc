@@ -16,13 +16,10 @@ using testing::ArmSrdf;
 using testing::ArmUrdf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::MakeChange;
 using testing::PutArm;
 using testing::SetElbow;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
-
-Change MakeChange(decltype(Change::what) what) {
-  return {.what = std::move(what), .expected_object_revision = {}};
-}
 
 PutObject Ball(const std::string& name) {
   auto model = std::make_shared<HybridModel>();

@@ -4,24 +4,19 @@
 #include <numeric>
 #include <vector>
 
-#include "perception/fit/shape_fit.h"
+#include "tests/perception/fit/fit_input.h"
 #include "tests/perception/search/exact_points.h"
 
 namespace cwm::perception {
 
 // Points seen by a Kinect; all are available until a test takes some away.
-struct ExactFits {
+struct ExactFits : FitInput {
   explicit ExactFits(const ExactPoints& exact)
-      : points(exact.Model()),
-        octree(points),
-        connectivity(points),
-        available(points.size(), 1),
-        all(points.size()) {
+      : FitInput(exact.Model()), available(points.size(), 1), all(points.size()) {
     std::iota(all.begin(), all.end(), 0u);
   }
 
-  // From the frame in which the points were made to the frame of the model points, and back.
-  Vector3 Local(const Vector3& p) const { return p - points.origin_L; }
+  // The inverse of Local.
   Vector3 Made(const Vector3& p) const { return p + points.origin_L; }
   // The number of listed points for which `holds` is true, given their position in the frame in
   // which they were made.
@@ -38,14 +33,7 @@ struct ExactFits {
       if (holds(Made(points.p[i]))) available[i] = 0;
     }
   }
-  FitContext Context() const { return {points, octree, connectivity, noise, options, work}; }
 
-  ModelPoints points;
-  Octree octree;
-  Connectivity connectivity;
-  SensorNoise noise;
-  ModelerOptions options;
-  Work work;
   std::vector<char> available;
   std::vector<std::uint32_t> all;
 };

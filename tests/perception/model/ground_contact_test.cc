@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "perception/fit/solid.h"
+#include "tests/perception/fit/fit_input.h"
 
 namespace cwm::perception {
 namespace {
@@ -31,19 +32,12 @@ OrientedPoints LyingCan() {
   return points;
 }
 
-struct Fixture {
-  Fixture() : points(SubsampleForSearch(LyingCan(), 4000)), octree(points), connectivity(points) {
+struct Fixture : FitInput {
+  Fixture() : FitInput(SubsampleForSearch(LyingCan(), 4000)) {
     for (std::uint32_t i = 0; i < points.size(); ++i) all.push_back(i);
   }
-  Vector3 Local(const Vector3& p) const { return p - points.origin_L; }
   FitContext Context() const {
-    return {points,
-            octree,
-            connectivity,
-            noise,
-            options,
-            work,
-            Ground{.known = true, .point = Local(Vector3::Zero())}};
+    return FitInput::Context(Ground{.known = true, .point = Local(Vector3::Zero())});
   }
   ShapeFit Fit(const CylinderModel& model, double sigma) const {
     ShapeFit fit;
@@ -69,12 +63,6 @@ struct Fixture {
   }
   std::vector<char> Available() const { return std::vector<char>(points.size(), 1); }
 
-  ModelPoints points;
-  Octree octree;
-  Connectivity connectivity;
-  SensorNoise noise;
-  ModelerOptions options;
-  Work work;
   std::vector<std::uint32_t> all;
 };
 

@@ -13,6 +13,7 @@
 #include "perception/primitive_fit/single_primitive.h"
 #include "perception/simulation/random_draws.h"
 #include "perception/solids/free_space.h"
+#include "tests/perception/fit/fit_input.h"
 
 namespace cwm::perception {
 namespace {
@@ -48,25 +49,12 @@ OrientedPoints SeenOf(PrimitiveKind kind, const PrimitiveParameters& x, double n
   return points;
 }
 
-struct Fixture {
-  explicit Fixture(const OrientedPoints& seen)
-      : points(SubsampleForSearch(seen, 4000)), octree(points), connectivity(points) {}
+struct Fixture : FitInput {
+  explicit Fixture(const OrientedPoints& seen) : FitInput(SubsampleForSearch(seen, 4000)) {}
   FitContext Context() const {
-    return {points,
-            octree,
-            connectivity,
-            noise,
-            options,
-            work,
-            Ground{.known = true, .up = Vector3::UnitZ(), .point = -points.origin_L}};
+    return FitInput::Context(
+        Ground{.known = true, .up = Vector3::UnitZ(), .point = -points.origin_L});
   }
-
-  ModelPoints points;
-  Octree octree;
-  Connectivity connectivity;
-  SensorNoise noise;
-  ModelerOptions options;
-  Work work;
 };
 
 struct Case {

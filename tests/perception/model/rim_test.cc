@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "perception/simulation/random_draws.h"
+#include "tests/perception/fit/fit_input.h"
 
 namespace cwm::perception {
 namespace {
@@ -46,11 +47,9 @@ OrientedPoints Face(const Inside& inside, std::uint64_t seed) {
 bool InDisc(const Vector2& p) { return p.norm() < kRadius_m; }
 
 // The input of a fit, made of these points.
-struct Fixture {
-  explicit Fixture(const OrientedPoints& face)
-      : points(SubsampleForSearch(face, face.size())), octree(points), connectivity(points) {}
+struct Fixture : FitInput {
+  explicit Fixture(const OrientedPoints& face) : FitInput(SubsampleForSearch(face, face.size())) {}
 
-  Vector3 Local(const Vector3& p) const { return p - points.origin_L; }
   PlaneModel Level() const { return {.point = Local(Vector3::Zero()), .normal = Vector3::UnitZ()}; }
   // A wall below the face whose axis and radius are inaccurate.
   ConeModel BadWall() const {
@@ -58,14 +57,6 @@ struct Fixture {
             .axis = Vector3::UnitZ(),
             .radius_m = kRadius_m - 0.003};
   }
-  FitContext Context() const { return {points, octree, connectivity, noise, options, work}; }
-
-  ModelPoints points;
-  Octree octree;
-  Connectivity connectivity;
-  SensorNoise noise;
-  ModelerOptions options;
-  Work work;
 };
 
 constexpr double kWallSigma_m = 0.002;

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "perception/simulation/virtual_scanner.h"
+#include "tests/perception/steep_camera.h"
 
 namespace cwm::perception {
 namespace {
@@ -33,15 +34,6 @@ SimulatedScene Table(std::vector<SimulatedObject> objects) {
   scene.objects[0].is_support = true;
   for (SimulatedObject& object : objects) scene.objects.push_back(std::move(object));
   return scene;
-}
-
-// A camera at 0.9 m and 45 degrees; x of the image points to the world's -y.
-PinholeCamera Camera() {
-  PinholeCamera camera;
-  const Vector3 forward = Vector3(1, 0, -1).normalized(), right(0, -1, 0);
-  camera.X_WC.linear() << right, forward.cross(right), forward;
-  camera.X_WC.translation() = -0.9 * forward;
-  return camera;
 }
 
 SegmentedScene Segmented(const PointCloud& cloud, const SegmentOptions& options = {},
@@ -87,7 +79,7 @@ double BestOverlap(const SegmentedScene& scene, const SimulatedCloud& truth, std
 }
 
 void ExpectAllFound(const SimulatedScene& simulated) {
-  const SimulatedCloud truth = Scan(simulated, Camera(), {});
+  const SimulatedCloud truth = Scan(simulated, SteepCamera(), {});
   const SegmentedScene scene = Segmented(truth.cloud);
   EXPECT_EQ(scene.supports.size(), 1u);
   EXPECT_EQ(ObjectCount(scene), static_cast<int>(simulated.objects.size()) - 1);
@@ -139,7 +131,7 @@ TEST(SegmentScene, KeepsWallsAndFrontsFromBeingObjects) {
 }
 
 TEST(SegmentScene, MeasuresUpAndTheSupportItself) {
-  const PinholeCamera camera = Camera();
+  const PinholeCamera camera = SteepCamera();
   const SimulatedCloud truth =
       Scan(Table({BoxAt("box", {0.1, 0.1, 0.1}, {0, 0, 0.05})}), camera, {});
   const SegmentedScene scene = Segmented(truth.cloud);
@@ -154,7 +146,7 @@ TEST(SegmentScene, MeasuresUpAndTheSupportItself) {
 TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
   const SimulatedCloud truth = Scan(Table({BoxAt("left", {0.1, 0.1, 0.15}, {0, 0.2, 0.075}),
                                            BoxAt("right", {0.12, 0.08, 0.1}, {0, -0.2, 0.05})}),
-                                    Camera(), {});
+                                    SteepCamera(), {});
   std::vector<std::uint32_t> order(truth.cloud.size());
   std::iota(order.begin(), order.end(), 0u);
   std::shuffle(order.begin(), order.end(), std::mt19937(1));
@@ -165,7 +157,7 @@ TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
   }
   shuffled.cloud.width = static_cast<int>(order.size());
   SegmentOptions options;
-  options.up_C = Camera().X_WC.linear().transpose() * Vector3::UnitZ();
+  options.up_C = SteepCamera().X_WC.linear().transpose() * Vector3::UnitZ();
   const SegmentedScene scene = Segmented(shuffled.cloud, options);
   EXPECT_EQ(scene.supports.size(), 1u);
   EXPECT_GT(BestOverlap(scene, shuffled, 1), kMinOverlap);
@@ -175,7 +167,7 @@ TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
 // Invalid normals are estimated anew, as in a cloud without normals.
 TEST(SegmentScene, TakesNoNormalsThatAreNotANumberOrOfNoLength) {
   const PointCloud bare =
-      Scan(Table({BoxAt("box", {0.1, 0.1, 0.15}, {0, 0.2, 0.075})}), Camera(), {}).cloud;
+      Scan(Table({BoxAt("box", {0.1, 0.1, 0.15}, {0, 0.2, 0.075})}), SteepCamera(), {}).cloud;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Eigen::Vector3f none[] = {Eigen::Vector3f::Zero(), Eigen::Vector3f::Constant(nan),
                                   Eigen::Vector3f(0, nan, 1)};
@@ -217,7 +209,7 @@ TEST(SegmentScene, IsTheSameOnAnyNumberOfThreads) {
 TEST(SegmentScene, StopsWhenAsked) {
   std::stop_source source;
   source.request_stop();
-  const SimulatedCloud truth = Scan(Table({}), Camera(), {});
+  const SimulatedCloud truth = Scan(Table({}), SteepCamera(), {});
   const auto scene =
       SegmentScene(*CollectMeasured(truth.cloud, {}), {}, {.stop = source.get_token()});
   EXPECT_EQ(scene.status().code(), absl::StatusCode::kCancelled);

@@ -18,10 +18,9 @@ using collision::RemoveRobot;
 using collision::Revision;
 using collision::testing::Arm;
 using collision::testing::ArmUrdf;
+using collision::testing::Of;
 using collision::testing::PutArm;
 using collision::testing::SetElbow;
-
-Change Of(decltype(Change::what) what) { return {std::move(what), std::nullopt}; }
 
 class RobotHistory : public ::testing::Test {
  protected:

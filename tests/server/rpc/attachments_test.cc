@@ -24,18 +24,9 @@ class AttachmentsTest : public RunningServer {
     PutBox("post", 1.4);
   }
   void Load(const std::string& name) {
-    Call call;
-    v1::LoadRobotResponse response;
-    const auto writer = robot_->LoadRobot(&call, &response);
-    v1::LoadRobotRequest request;
-    request.mutable_header()->set_name(name);
-    request.mutable_header()->set_urdf(Robot(ThreeBalls()));
-    writer->Write(request);
-    request.mutable_finish();
-    writer->Write(request);
-    writer->WritesDone();
-    const grpc::Status status = writer->Finish();
-    ASSERT_TRUE(status.ok()) << status.error_message();
+    v1::LoadRobotHeader header;
+    header.set_urdf(Robot(ThreeBalls()));
+    LoadRobot(name, header);
   }
   // By default 0.25 m beyond the hand, i.e. 5 cm beside it.
   static v1::Change Attach(const std::string& link = "e", double x_m = 0.25) {

@@ -130,17 +130,9 @@ TEST_F(ExportTest, SendsFilesOneAfterTheOther) {
 }
 
 TEST_F(ExportTest, SaysAThousandWarningsAndHowManyMore) {
-  v1::LoadRobotResponse loaded;
-  Call load;
-  const auto writer = robot_->LoadRobot(&load, &loaded);
-  v1::LoadRobotRequest urdf;
-  urdf.mutable_header()->set_name("r");
-  urdf.mutable_header()->set_urdf(collision::testing::Robot(collision::testing::ThreeBalls()));
-  writer->Write(urdf);
-  urdf.mutable_finish();
-  writer->Write(urdf);
-  writer->WritesDone();
-  ASSERT_TRUE(writer->Finish().ok());
+  v1::LoadRobotHeader header;
+  header.set_urdf(collision::testing::Robot(collision::testing::ThreeBalls()));
+  LoadRobot("r", header);
   std::vector<v1::Change> changes;
   for (int i = 0; i < 1'004; ++i) {
     const std::string name = "cup" + std::to_string(i);

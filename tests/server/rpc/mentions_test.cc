@@ -1,27 +1,12 @@
 // Small requests that refer to large meshes many times.
-#include <cmath>
-#include <numbers>
 #include <string>
 
 #include "gtest/gtest.h"
+#include "tests/server/core/spindle.h"
 #include "tests/server/rpc/running_server.h"
 
 namespace cwm::server {
 namespace {
-
-// A closed mesh of 2 * `sides` triangles.
-TriangleMesh Spindle(std::uint32_t sides) {
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 1}, {0, 0, -1}};
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const double angle = 2 * std::numbers::pi * i / sides;
-    mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0);
-    const std::uint32_t a = 2 + i, b = 2 + (i + 1) % sides;
-    mesh.triangles.push_back({0, a, b});
-    mesh.triangles.push_back({1, b, a});
-  }
-  return mesh;
-}
 
 class MentionsTest : public RunningServer {
  protected:

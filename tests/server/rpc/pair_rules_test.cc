@@ -161,13 +161,7 @@ TEST_F(PairRulesTest, WatchesShowThemAndTheirExpiry) {
     v1::WatchWorldRequest request;
     request.set_mode(mode);
     const auto watch = world_->WatchWorld(&call, request);
-    const auto next = [&] {
-      v1::WatchWorldResponse message;
-      do {
-        if (!watch->Read(&message)) return v1::WatchWorldResponse();
-      } while (message.has_bookmark());
-      return message;
-    };
+    const auto next = [&] { return NextMessage(watch.get()); };
     const v1::WatchWorldResponse initial = next();
     EXPECT_EQ(initial.initial_state().objects_size(), 2);
     ASSERT_EQ(initial.initial_state().pair_rules_size(), 1);

@@ -28,16 +28,7 @@ class PerceptionTest : public RunningServer {
 
   static v1::IngestCloudHeader HeaderFor(const std::vector<Eigen::Vector3f>& points) {
     v1::IngestCloudHeader header;
-    const char* const names[] = {"x", "y", "z"};
-    for (int axis = 0; axis < 3; ++axis) {
-      v1::CloudField* field = header.mutable_layout()->add_fields();
-      field->set_name(names[axis]);
-      field->set_offset(4 * axis);
-      field->set_type(v1::FIELD_TYPE_F32);
-    }
-    header.mutable_layout()->set_point_step(12);
-    header.set_point_count(static_cast<std::int64_t>(points.size()));
-    header.set_total_bytes(12 * header.point_count());
+    DescribePoints(static_cast<std::int64_t>(points.size()), &header);
     return header;
   }
   static std::string BytesOf(const std::vector<Eigen::Vector3f>& points) {

@@ -46,23 +46,11 @@ class RobotQueries : public RunningServer {
     PutBox("post", 1);
   }
   void Load(const std::string& name, bool with_spheres) {
-    v1::LoadRobotRequest request;
-    request.mutable_header()->set_urdf(Robot(ThreeBalls()));
-    request.mutable_header()->set_srdf(kSrdf);
-    if (with_spheres) request.mutable_header()->set_spheres(Robot(ThreeBalls()));
-    Load(name, request);
-  }
-  void Load(const std::string& name, v1::LoadRobotRequest request) {
-    Call call;
-    v1::LoadRobotResponse response;
-    const auto writer = robot_->LoadRobot(&call, &response);
-    request.mutable_header()->set_name(name);
-    writer->Write(request);
-    request.mutable_finish();
-    writer->Write(request);
-    writer->WritesDone();
-    const grpc::Status status = writer->Finish();
-    ASSERT_TRUE(status.ok()) << status.error_message();
+    v1::LoadRobotHeader header;
+    header.set_urdf(Robot(ThreeBalls()));
+    header.set_srdf(kSrdf);
+    if (with_spheres) header.set_spheres(Robot(ThreeBalls()));
+    LoadRobot(name, header);
   }
   static v1::Subject Arm(const std::vector<double>& rows) {
     v1::Subject subject;
@@ -324,7 +312,7 @@ TEST_F(RobotQueries, MotionsOfPlanarAndFloatingJointsTurnTheShortWay) {
     load.mutable_header()->set_urdf(Robot(
         Links("wb") + Ball("hand") + JointText("moves", kind, "w", "b", "<axis xyz=\"0 0 1\"/>") +
         JointText("ahead", "fixed", "b", "hand", "<origin xyz=\"0.5 0 0\"/>")));
-    Load(kind, load);
+    LoadRobot(kind, load.header());
     const auto verdicts_at = [&](double x_m) {
       v1::CheckMotionsRequest request;
       request.mutable_subject()->mutable_robot()->set_robot(kind);

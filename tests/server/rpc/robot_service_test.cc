@@ -358,13 +358,7 @@ TEST_F(RobotServiceTest, WatchesShowRobots) {
   MustLoad(ArmHeader());
   Call call;
   const auto watch = world_->WatchWorld(&call, {});
-  const auto next = [&] {
-    v1::WatchWorldResponse message;
-    do {
-      if (!watch->Read(&message)) return v1::WatchWorldResponse();
-    } while (message.has_bookmark());
-    return message;
-  };
+  const auto next = [&] { return NextMessage(watch.get()); };
   const v1::WatchWorldResponse initial = next();
   ASSERT_EQ(initial.initial_state().robots_size(), 1);
   EXPECT_EQ(initial.initial_state().robots(0).name(), "arm");

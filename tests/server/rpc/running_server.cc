@@ -1,6 +1,9 @@
 #include "tests/server/rpc/running_server.h"
 
+#include <utility>
+
 #include "perception/interpret_scene.h"
+#include "proto/transfer/crc32c.h"
 
 namespace cwm::server {
 
@@ -60,6 +63,56 @@ void RunningServer::ExpectRevision(std::int64_t revision, const std::string& wor
   const grpc::Status status = world_->GetWorld(&call, request, &response);
   EXPECT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.revision(), revision);
+}
+
+void RunningServer::LoadRobot(const std::string& name, v1::LoadRobotHeader header) {
+  Call call;
+  v1::LoadRobotResponse response;
+  const auto writer = robot_->LoadRobot(&call, &response);
+  header.set_name(name);
+  v1::LoadRobotRequest request;
+  *request.mutable_header() = std::move(header);
+  writer->Write(request);
+  request.mutable_finish();
+  writer->Write(request);
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+}
+
+std::unique_ptr<grpc::ClientWriter<v1::IngestCloudRequest>> RunningServer::SendOnePoint(
+    grpc::ClientContext* call, v1::IngestCloudResponse* response) {
+  v1::IngestCloudRequest header;
+  DescribePoints(1, header.mutable_header());
+  v1::IngestCloudRequest chunk;
+  chunk.mutable_chunk()->set_data(std::string(12, '\0'));
+  chunk.mutable_chunk()->set_crc32c(Crc32c(chunk.chunk().data()));
+  v1::IngestCloudRequest end;
+  end.mutable_finish();
+  auto writer = perception_->IngestCloud(call, response);
+  EXPECT_TRUE(writer->Write(header) && writer->Write(chunk) && writer->Write(end));
+  writer->WritesDone();
+  return writer;
+}
+
+void DescribePoints(std::int64_t point_count, v1::IngestCloudHeader* header) {
+  for (int axis = 0; axis < 3; ++axis) {
+    v1::CloudField* field = header->mutable_layout()->add_fields();
+    field->set_name(std::string(1, static_cast<char>('x' + axis)));
+    field->set_offset(4 * axis);
+    field->set_type(v1::FIELD_TYPE_F32);
+  }
+  header->mutable_layout()->set_point_step(12);
+  header->set_point_count(point_count);
+  header->set_total_bytes(12 * point_count);
+}
+
+v1::WatchWorldResponse NextMessage(grpc::ClientReader<v1::WatchWorldResponse>* watch) {
+  v1::WatchWorldResponse message;
+  do {
+    if (!watch->Read(&message)) return {};
+  } while (message.has_bookmark());
+  return message;
 }
 
 Details DetailsIn(const grpc::Status& status) {

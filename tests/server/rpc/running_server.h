@@ -33,6 +33,11 @@ class RunningServer : public ::testing::Test {
   // Expects that the world still exists and is at this revision.
   void ExpectRevision(std::int64_t revision, const std::string& world = "");
 
+  void LoadRobot(const std::string& name, v1::LoadRobotHeader header);
+  // Sends a whole upload of one point at the origin; the caller finishes it.
+  std::unique_ptr<grpc::ClientWriter<v1::IngestCloudRequest>> SendOnePoint(
+      grpc::ClientContext* call, v1::IngestCloudResponse* response);
+
   testing::ScratchDirectory scratch_;
   Application application_;
   std::string address_ = "unix:" + (scratch_ / "cwm.sock");
@@ -58,6 +63,12 @@ class Call : public grpc::ClientContext {
     set_deadline(std::chrono::system_clock::now() + timeout);
   }
 };
+
+// Describes points of three floats, x, y and z, without gaps.
+void DescribePoints(std::int64_t point_count, v1::IngestCloudHeader* header);
+
+// The next message that is not a bookmark; empty after the last one.
+v1::WatchWorldResponse NextMessage(grpc::ClientReader<v1::WatchWorldResponse>* watch);
 
 v1::Change PutBoxChange(const std::string& name, double x_m);
 

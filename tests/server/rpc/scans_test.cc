@@ -28,16 +28,7 @@ class ScansTest : public RunningServer {
   }
   v1::IngestCloudResponse MustIngest(v1::IngestCloudHeader header,
                                      const std::vector<Eigen::Vector3f>& points) {
-    const char* const names[] = {"x", "y", "z"};
-    for (int axis = 0; axis < 3; ++axis) {
-      v1::CloudField* field = header.mutable_layout()->add_fields();
-      field->set_name(names[axis]);
-      field->set_offset(4 * axis);
-      field->set_type(v1::FIELD_TYPE_F32);
-    }
-    header.mutable_layout()->set_point_step(12);
-    header.set_point_count(static_cast<std::int64_t>(points.size()));
-    header.set_total_bytes(12 * header.point_count());
+    DescribePoints(static_cast<std::int64_t>(points.size()), &header);
     const std::string bytes(reinterpret_cast<const char*>(points.data()),
                             points.size() * sizeof(Eigen::Vector3f));
     Call call(std::chrono::minutes(5));

@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "proto/transfer/crc32c.h"
 #include "server/rpc/listen_address.h"
 #include "tests/server/rpc/running_server.h"
 
@@ -174,26 +173,9 @@ TEST_F(ServerTest, AServerThatStopsLeavesTheSocketOfItsSuccessor) {
     finish.acquire();
     return absl::StatusOr<perception::SceneInterpretation>(absl::CancelledError("over"));
   };
-  v1::IngestCloudRequest header;
-  for (int axis = 0; axis < 3; ++axis) {
-    v1::CloudField* field = header.mutable_header()->mutable_layout()->add_fields();
-    field->set_name(std::string(1, static_cast<char>('x' + axis)));
-    field->set_offset(4 * axis);
-    field->set_type(v1::FIELD_TYPE_F32);
-  }
-  header.mutable_header()->mutable_layout()->set_point_step(12);
-  header.mutable_header()->set_point_count(1);
-  header.mutable_header()->set_total_bytes(12);
-  v1::IngestCloudRequest chunk;
-  chunk.mutable_chunk()->set_data(std::string(12, '\0'));
-  chunk.mutable_chunk()->set_crc32c(Crc32c(chunk.chunk().data()));
-  v1::IngestCloudRequest end;
-  end.mutable_finish();
   Call ingest;
   v1::IngestCloudResponse ignored;
-  const auto writer = perception_->IngestCloud(&ingest, &ignored);
-  ASSERT_TRUE(writer->Write(header) && writer->Write(chunk) && writer->Write(end));
-  writer->WritesDone();
+  const auto writer = SendOnePoint(&ingest, &ignored);
   begun.acquire();
   std::jthread stopper([this] { server_->Stop(std::chrono::hours(1)); });
   Application next{.limits = {}, .retention = {}, .interpret = {}};

@@ -14,13 +14,7 @@ class Watch {
   ~Watch() { call_.TryCancel(); }
 
   // The next message that is not a bookmark.
-  v1::WatchWorldResponse Next() {
-    v1::WatchWorldResponse message;
-    do {
-      if (!reader_->Read(&message)) return {};
-    } while (message.has_bookmark());
-    return message;
-  }
+  v1::WatchWorldResponse Next() { return NextMessage(reader_.get()); }
   bool Read(v1::WatchWorldResponse* message) { return reader_->Read(message); }
   grpc::Status Finish() { return reader_->Finish(); }
   void Cancel() { call_.TryCancel(); }

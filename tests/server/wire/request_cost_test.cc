@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -10,24 +9,11 @@
 #include "server/wire/objects.h"
 #include "server/wire/shapes.h"
 #include "tests/server/core/ends_at_check.h"
+#include "tests/server/core/spindle.h"
 #include "tests/server/wire/wire_test_values.h"
 
 namespace cwm::server {
 namespace {
-
-// A closed fan with two triangles per side.
-TriangleMesh Spindle(std::uint32_t sides) {
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 1}, {0, 0, -1}};
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const double angle = 6.283185307179586 * i / sides;
-    mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0);
-    const std::uint32_t a = 2 + i, b = 2 + (i + 1) % sides;
-    mesh.triangles.push_back({0, a, b});
-    mesh.triangles.push_back({1, b, a});
-  }
-  return mesh;
-}
 
 v1::Change PutOfMentions(const std::string& hash, int mentions) {
   v1::Change change;

@@ -1,0 +1,12 @@
+// Writes the container of GLB files.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace cwm::collision {
+
+// Joins the chunks that SplitGlb splits. The file has no binary chunk if `binary` is empty.
+std::string JoinGlb(std::string_view json, std::string_view binary);
+
+}  // namespace cwm::collision
