@@ -42,7 +42,7 @@ endif()
 # GoogleTest) take longer than the sources. The presets tidy and dev compile sources one by one.
 option(CWM_JOIN_SOURCES "Compile a target's sources several at a time" ON)
 function(cwm_join name)
-  set_target_properties(${name} PROPERTIES CWM_OURS ON UNITY_BUILD ${CWM_JOIN_SOURCES} UNITY_BUILD_BATCH_SIZE 6)
+  set_target_properties(${name} PROPERTIES CWM_OURS ON UNITY_BUILD ${CWM_JOIN_SOURCES} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
 # cwm_program(NAME SOURCES...): an executable other than a test. Its few sources are compiled one by

@@ -15,12 +15,12 @@ namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-using Json = nlohmann::json;
+using BodyJson = nlohmann::json;
 
-absl::StatusOr<std::vector<double>> Numbers(const Json& value, const std::string& name) {
-  const Json list = value.is_number() ? Json::array({value}) : value;
+absl::StatusOr<std::vector<double>> Numbers(const BodyJson& value, const std::string& name) {
+  const BodyJson list = value.is_number() ? BodyJson::array({value}) : value;
   std::vector<double> numbers;
-  for (const Json& number : list) {
+  for (const BodyJson& number : list) {
     if (!list.is_array() || !number.is_number()) {
       return absl::InvalidArgumentError(absl::StrCat(name, " must hold numbers alone"));
     }
@@ -30,10 +30,10 @@ absl::StatusOr<std::vector<double>> Numbers(const Json& value, const std::string
 }
 
 // Reads a row or an array of rows: poses of rigid bodies, states of robots.
-absl::Status ReadRows(const std::string& name, const Json& value, Body& body) {
+absl::Status ReadRows(const std::string& name, const BodyJson& value, Body& body) {
   const std::string quoted = absl::StrCat("\"", name, "\"");
   const bool several = value.is_array() && !value.empty() && value.front().is_array();
-  for (const Json& row : several ? value : Json::array({value})) {
+  for (const BodyJson& row : several ? value : BodyJson::array({value})) {
     auto numbers = Numbers(row, quoted);
     if (!numbers.ok()) return numbers.status();
     if (name == "at") {
@@ -46,7 +46,7 @@ absl::Status ReadRows(const std::string& name, const Json& value, Body& body) {
   return absl::OkStatus();
 }
 
-absl::Status ReadShape(const std::string& name, const Json& value, Body& body) {
+absl::Status ReadShape(const std::string& name, const BodyJson& value, Body& body) {
   static const std::pair<const char*, std::string ShapeArguments::*> kShapes[] = {
       {"box", &ShapeArguments::box},
       {"sphere", &ShapeArguments::sphere},
@@ -99,8 +99,8 @@ std::string RowsName(const Body& body) { return body.subject.has_robot() ? "join
 
 // Reads a line into the body given on the command line; if there is none, the line must name one.
 absl::Status ReadLine(const std::string& text, bool body_given, Body& body) {
-  Json line = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (line.is_array() && body_given) line = Json{{RowsName(body), line}};
+  BodyJson line = BodyJson::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (line.is_array() && body_given) line = BodyJson{{RowsName(body), line}};
   if (!line.is_object()) return absl::InvalidArgumentError("must be a JSON object");
   LineNames names;
   std::optional<std::string> rows;

@@ -114,7 +114,8 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
 }
 
 // The named robot, or the only one of the world; empty if there is none.
-absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::string& name) {
+absl::StatusOr<std::optional<pb::Robot>> FindRobotToImport(Session& session,
+                                                           const std::string& name) {
   pb::ListRobotsRequest request;
   request.set_world(session.world);
   request.set_name(name);
@@ -185,7 +186,7 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
   scene::ImportOptions options{.excluded = arguments.without};
   std::optional<pb::Robot> robot;
   if (scene::NeedsRobot(*file, options)) {
-    auto found = FindRobot(session, arguments.robot);
+    auto found = FindRobotToImport(session, arguments.robot);
     if (!found.ok()) return found.status();
     robot = *std::move(found);
     if (robot) options.robot = &*robot;

@@ -12,9 +12,9 @@ namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-using Names = google::protobuf::RepeatedPtrField<std::string>;
+using NameList = google::protobuf::RepeatedPtrField<std::string>;
 
-void PrintNames(const std::string& what, const Names& names, std::ostream& out) {
+void PrintNames(const std::string& what, const NameList& names, std::ostream& out) {
   if (!names.empty()) out << what << ": " << absl::StrJoin(names, ", ") << "\n";
 }
 

@@ -8,14 +8,14 @@
 namespace cwm::cli {
 namespace {
 
-using Numbers = std::vector<double>;
+using NumberList = std::vector<double>;
 using cwm::v1::PlacedShape;
 
 struct ShapeOption {
   std::string ShapeArguments::*text;
   NumberSpec spec;
   std::string help;
-  std::function<void(const Numbers&, PlacedShape&)> fill;
+  std::function<void(const NumberList&, PlacedShape&)> fill;
 };
 
 const std::vector<ShapeOption>& ShapeOptions() {
@@ -23,7 +23,7 @@ const std::vector<ShapeOption>& ShapeOptions() {
       {&ShapeArguments::box,
        {"--box", "X,Y,Z", 3},
        "a box of these edge lengths (m)",
-       [](const Numbers& n, PlacedShape& shape) {
+       [](const NumberList& n, PlacedShape& shape) {
          shape.mutable_box()->set_size_x_m(n[0]);
          shape.mutable_box()->set_size_y_m(n[1]);
          shape.mutable_box()->set_size_z_m(n[2]);
@@ -31,18 +31,18 @@ const std::vector<ShapeOption>& ShapeOptions() {
       {&ShapeArguments::sphere,
        {"--sphere", "R", 1},
        "a sphere of this radius (m)",
-       [](const Numbers& n, PlacedShape& shape) { shape.mutable_sphere()->set_radius_m(n[0]); }},
+       [](const NumberList& n, PlacedShape& shape) { shape.mutable_sphere()->set_radius_m(n[0]); }},
       {&ShapeArguments::cylinder,
        {"--cylinder", "R,L", 2},
        "a cylinder along z: radius, length (m)",
-       [](const Numbers& n, PlacedShape& shape) {
+       [](const NumberList& n, PlacedShape& shape) {
          shape.mutable_cylinder()->set_radius_m(n[0]);
          shape.mutable_cylinder()->set_length_m(n[1]);
        }},
       {&ShapeArguments::cone,
        {"--cone", "RB,RT,L", 3},
        "a cone along z: radius at the bottom, at the top, length (m)",
-       [](const Numbers& n, PlacedShape& shape) {
+       [](const NumberList& n, PlacedShape& shape) {
          shape.mutable_cone()->set_radius_bottom_m(n[0]);
          shape.mutable_cone()->set_radius_top_m(n[1]);
          shape.mutable_cone()->set_length_m(n[2]);
@@ -50,7 +50,7 @@ const std::vector<ShapeOption>& ShapeOptions() {
       {&ShapeArguments::capsule,
        {"--capsule", "R,L", 2},
        "a capsule along z: radius, length between the centres (m)",
-       [](const Numbers& n, PlacedShape& shape) {
+       [](const NumberList& n, PlacedShape& shape) {
          shape.mutable_capsule()->set_radius_m(n[0]);
          shape.mutable_capsule()->set_length_m(n[1]);
        }},

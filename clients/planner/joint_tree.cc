@@ -8,7 +8,7 @@
 namespace cwm::planner {
 namespace {
 
-constexpr float kTurn_rad = 2 * std::numbers::pi_v<float>;
+constexpr float kFullTurn_rad = 2 * std::numbers::pi_v<float>;
 constexpr float kFarAway = 1e15f;  // its square is finite
 
 void AddSquares(const std::vector<float>& column, float value, std::vector<float>& sums) {
@@ -22,7 +22,7 @@ void AddSquares(const std::vector<float>& column, float value, std::vector<float
 void AddSquaresOfShortWay(const std::vector<float>& column, float value, std::vector<float>& sums) {
   for (std::size_t i = 0; i < column.size(); ++i) {
     const float way = std::abs(column[i] - value);
-    const float difference = std::min(way, std::abs(kTurn_rad - way));
+    const float difference = std::min(way, std::abs(kFullTurn_rad - way));
     sums[i] += difference * difference;
   }
 }

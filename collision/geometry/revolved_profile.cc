@@ -10,7 +10,7 @@ namespace {
 // Share of the shape's size. Nearer to a sharp edge than this, the direction away from the edge is
 // lost in the rounding of poses (2^-52 of coordinates that may be thousands of sizes), and a face's
 // normal is used instead.
-constexpr double kRoundoff = 1e-11;
+constexpr double kProfileRoundoff = 1e-11;
 
 // The nearest point on the sides that were tried so far.
 struct Nearest {
@@ -77,7 +77,7 @@ RevolvedSurfacePoint NearestOnRevolvedProfile(std::span<const Vector2> profile, 
     if (side) at.Try(*side, static_cast<int>(i), query);
   }
   const double distance_m = at.Distance_m();
-  const bool away = !at.inside && distance_m > kRoundoff * size;
+  const bool away = !at.inside && distance_m > kProfileRoundoff * size;
   const Vector2 normal = away ? Vector2((query - at.nearest) / distance_m) : at.outward;
   const auto lift = [&direction](const Vector2& v) {
     return Vector3(v.x() * direction.x(), v.x() * direction.y(), v.y());

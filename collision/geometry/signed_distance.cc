@@ -19,7 +19,7 @@ Triple TripleOf(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 // Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
 // the rounding of poses (2^-52 of coordinates that may be thousands of sizes) and a face's normal
 // is used instead.
-constexpr double kRoundoff = 1e-11;
+constexpr double kDistanceRoundoff = 1e-11;
 
 // The border of a plate's outline or holes nearest to a point, and the direction away from the
 // solid there.
@@ -90,7 +90,7 @@ BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
   }
   const double distance = std::sqrt(at.squared_m2);
   const double sign = inside ? -1 : 1;
-  if (distance > kRoundoff * SizeOf(plate)) {
+  if (distance > kDistanceRoundoff * SizeOf(plate)) {
     return {sign * distance, at.nearest, sign * TowardsPoint(at, p)};
   }
   return {sign * distance, at.nearest,
@@ -110,7 +110,7 @@ SurfacePoint NearestSurfacePoint(const Box& box, const Vector3& p) {
   const Vector3 half = 0.5 * box.size_m;
   const Vector3 nearest = p.cwiseMax(-half).cwiseMin(half);
   const double distance = formula::DistanceToBox_m(TripleOf(p), TripleOf(half));
-  if (distance > kRoundoff * half.maxCoeff()) {
+  if (distance > kDistanceRoundoff * half.maxCoeff()) {
     return {distance, nearest, (p - nearest) / distance};
   }
   Eigen::Index axis;
@@ -162,7 +162,7 @@ SurfacePoint NearestSurfacePoint(const Plate& plate, const Vector3& p) {
   }
   const double distance = std::hypot(border.signed_distance_m, face_distance);
   const Vector3 normal =
-      distance > kRoundoff * SizeOf(plate)
+      distance > kDistanceRoundoff * SizeOf(plate)
           ? Vector3((border.signed_distance_m * side_normal + face_distance * face_normal) /
                     distance)
           : face_normal;

@@ -38,7 +38,7 @@ struct Candidate {
   double gap_m() const { return of_b_m - of_a_m; }
 };
 using Candidates = absl::InlinedVector<Candidate, 64>;
-using Corners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kMaxCorners>;
+using PatchCorners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kMaxCorners>;
 
 double Cross(const Vector2& u, const Vector2& v) { return u.x() * v.y() - u.y() * v.x(); }
 
@@ -62,7 +62,7 @@ class Foreground {
   bool IsEndless() const { return shadow_.empty(); }
   bool IsPoint() const { return shadow_.size() == 1; }
   bool IsLine() const { return shadow_.size() == 2; }
-  const Corners& shadow() const { return shadow_; }
+  const PatchCorners& shadow() const { return shadow_; }
   double reach_m() const {
     return IsEndless() ? std::numeric_limits<double>::infinity() : reach_m_;
   }
@@ -79,16 +79,17 @@ class Foreground {
  private:
   ContactFeature feature_;
   Vector3 normal_ = Vector3::UnitZ();
-  Corners shadow_;  // projection onto the plane; empty for a half-space
+  PatchCorners shadow_;  // projection onto the plane; empty for a half-space
   double height_m_ = 0;
   double reach_m_ = 0;
 };
 
 // The part of a segment or convex polygon on the left of the line through two points (Sutherland
 // and Hodgman 1974).
-Corners LeftOf(const Vector2& from, const Vector2& to, const Corners& subject, double border_m) {
+PatchCorners LeftOf(const Vector2& from, const Vector2& to, const PatchCorners& subject,
+                    double border_m) {
   const Vector2 along = (to - from).normalized();
-  Corners kept;
+  PatchCorners kept;
   for (std::size_t i = 0; i < subject.size(); ++i) {
     const Vector2 &p = subject[i], &q = subject[(i + 1) % subject.size()];
     const double of_p = Cross(along, p - from), of_q = Cross(along, q - from);
@@ -100,7 +101,7 @@ Corners LeftOf(const Vector2& from, const Vector2& to, const Corners& subject, d
   return kept;
 }
 
-Corners Within(const Corners& polygon, Corners subject, double border_m) {
+PatchCorners Within(const PatchCorners& polygon, PatchCorners subject, double border_m) {
   double twice_area_m2 = 0;
   for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
     twice_area_m2 += Cross(polygon[i] - polygon[0], polygon[i + 1] - polygon[0]);
@@ -114,7 +115,7 @@ Corners Within(const Corners& polygon, Corners subject, double border_m) {
 }
 
 // The intersection of two collinear segments; empty for others.
-Corners CommonLine(const Corners& a, const Corners& b, double border_m) {
+PatchCorners CommonLine(const PatchCorners& a, const PatchCorners& b, double border_m) {
   const Vector2 along = (a[1] - a[0]).normalized();
   const auto at = [&](const Vector2& p) { return along.dot(p - a[0]); };
   const auto off_m = [&](const Vector2& p) { return std::abs(Cross(along, p - a[0])); };
@@ -125,13 +126,13 @@ Corners CommonLine(const Corners& a, const Corners& b, double border_m) {
 }
 
 // The point if a face lies opposite to it, else empty.
-Corners OnFace(const Foreground& point, const Foreground& face) {
+PatchCorners OnFace(const Foreground& point, const Foreground& face) {
   if (face.IsEndless()) return point.shadow();
   if (face.IsPoint() || face.IsLine()) return {};
   return Within(face.shadow(), point.shadow(), kBorderShare * face.reach_m());
 }
 
-Corners Common(const Foreground& a, const Foreground& b) {
+PatchCorners Common(const Foreground& a, const Foreground& b) {
   if (a.IsPoint()) return OnFace(a, b);
   if (b.IsPoint()) return OnFace(b, a);
   if (a.IsEndless()) return b.shadow();

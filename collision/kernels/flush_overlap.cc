@@ -19,11 +19,12 @@ constexpr double kPlaceOnLine = 0.47;
 constexpr std::size_t kMaxPairs = 128;  // tested pairs, spread evenly over those that touch
 constexpr int kMaxDoublings = 24;       // from kOffsetAlongFace to beyond any mesh
 
-using Corners = std::vector<Vector3>;
+using PolygonCorners = std::vector<Vector3>;
 
 // The part of a polygon behind a plane, that is on the side opposite to the normal.
-Corners ClippedBehind(const Corners& polygon, const Vector3& on_plane, const Vector3& normal) {
-  Corners kept;
+PolygonCorners ClippedBehind(const PolygonCorners& polygon, const Vector3& on_plane,
+                             const Vector3& normal) {
+  PolygonCorners kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
     const double of_p = normal.dot(p - on_plane), of_q = normal.dot(q - on_plane);
@@ -38,9 +39,9 @@ Corners ClippedBehind(const Corners& polygon, const Vector3& on_plane, const Vec
 Vector3 CrossOf(const TrianglePoints& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
 
 // The contact of two triangles: the part of `b` that lies within `near_m` of `a`.
-Corners ContactOf(const TouchingTriangles& pair, double near_m) {
+PolygonCorners ContactOf(const TouchingTriangles& pair, double near_m) {
   const Vector3 normal = CrossOf(pair.a).stableNormalized();
-  Corners polygon(pair.b.begin(), pair.b.end());
+  PolygonCorners polygon(pair.b.begin(), pair.b.end());
   for (const double side : {1.0, -1.0}) {
     polygon = ClippedBehind(polygon, pair.a[0] + side * near_m * normal, side * normal);
   }
@@ -51,9 +52,9 @@ Corners ContactOf(const TouchingTriangles& pair, double near_m) {
   return polygon;
 }
 
-class Search {
+class FlushOverlapSearch {
  public:
-  Search(const ClosedPair& pair, WorkCounter* work)
+  FlushOverlapSearch(const ClosedPair& pair, WorkCounter* work)
       : pair_(pair),
         X_BA_(pair.X_AB.inverse(Eigen::Isometry)),
         size_m_(pair.a.nodes().front().radius_m + pair.b.nodes().front().radius_m),
@@ -64,7 +65,7 @@ class Search {
                                CrossOf(touching.b).stableNormalized()};
     // Coordinates are rounded in proportion to their distance from the frame's origin.
     const double near_m = kTouching * (size_m_ + touching.a[0].cwiseAbs().maxCoeff());
-    const Corners contact = ContactOf(touching, near_m);
+    const PolygonCorners contact = ContactOf(touching, near_m);
     for (std::size_t i = 0; i < contact.size(); ++i) {
       const Vector3 line = contact[(i + 1) % contact.size()] - contact[i];
       if (line.norm() < kMinLineLength * size_m_) continue;
@@ -110,7 +111,7 @@ class Search {
 std::optional<Vector3> FindPointInBoth(const ClosedPair& pair,
                                        std::span<const TouchingTriangles> touching,
                                        WorkCounter* work) {
-  const Search search(pair, work);
+  const FlushOverlapSearch search(pair, work);
   const std::size_t stride = (touching.size() + kMaxPairs - 1) / kMaxPairs;
   for (std::size_t i = 0; i < touching.size(); i += stride) {
     if (const auto found = search.Beside(touching[i])) return found;

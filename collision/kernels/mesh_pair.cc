@@ -70,25 +70,25 @@ std::size_t StepsOf(const ConvexCore& piece) {
   return kStepsPerConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
 }
 
-using Corners = std::array<Vector3, 3>;
+using CornerPoints = std::array<Vector3, 3>;
 
-Vector3 MiddleOf(const Corners& c) { return (c[0] + c[1] + c[2]) / 3.0; }
+Vector3 MiddleOf(const CornerPoints& c) { return (c[0] + c[1] + c[2]) / 3.0; }
 
-double RadiusAbout(const Vector3& middle, const Corners& c) {
+double RadiusAbout(const Vector3& middle, const CornerPoints& c) {
   return std::sqrt(std::max({(c[0] - middle).squaredNorm(), (c[1] - middle).squaredNorm(),
                              (c[2] - middle).squaredNorm()}));
 }
 
 // The separation of two triangles along a direction; for a unit direction a lower bound of their
 // distance.
-double Separation(const Corners& a, const Corners& b, const Vector3& d) {
+double Separation(const CornerPoints& a, const CornerPoints& b, const Vector3& d) {
   return std::min({d.dot(b[0]), d.dot(b[1]), d.dot(b[2])}) -
          std::max({d.dot(a[0]), d.dot(a[1]), d.dot(a[2])});
 }
 
 // True if the projections onto the line between their middles prove that two triangles are farther
 // apart than a limit.
-bool AreFartherThan(double limit_m, const Corners& a, const Corners& b) {
+bool AreFartherThan(double limit_m, const CornerPoints& a, const CornerPoints& b) {
   const Vector3 between = MiddleOf(b) - MiddleOf(a);
   const double separation = Separation(a, b, between);
   const double limit = std::max(limit_m, 0.0);
@@ -232,8 +232,8 @@ class DualSearch {
 
   void VisitLeaves(const TriangleTree::Node& a, const TriangleTree::Node& b) {
     for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
-      const Corners& own = b_.triangle(j).corners;
-      const Corners in_A = {X_AB_ * own[0], X_AB_ * own[1], X_AB_ * own[2]};
+      const CornerPoints& own = b_.triangle(j).corners;
+      const CornerPoints in_A = {X_AB_ * own[0], X_AB_ * own[1], X_AB_ * own[2]};
       const ConvexCore core = CoreOf(std::span<const Vector3>(own));
       for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
         const bool is_far = AreFartherThan(limit_m_, a_.triangle(i).corners, in_A);

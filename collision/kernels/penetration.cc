@@ -20,9 +20,9 @@ constexpr double kFlatShare = 1e-13;
 
 using Vertex = CoreDifference::Vertex;
 
-class Search {
+class PolytopeSearch {
  public:
-  explicit Search(const CoreDifference& difference)
+  explicit PolytopeSearch(const CoreDifference& difference)
       : difference_(difference), size_(difference.extent_m()), polytope_(kFlatShare * size_) {}
 
   Penetration Run() {
@@ -122,6 +122,8 @@ class Search {
 
 }  // namespace
 
-Penetration FindPenetration(const CoreDifference& difference) { return Search(difference).Run(); }
+Penetration FindPenetration(const CoreDifference& difference) {
+  return PolytopeSearch(difference).Run();
+}
 
 }  // namespace cwm::collision

@@ -10,7 +10,7 @@ namespace {
 
 // Share of the size. Nearer to a corner than this, the direction away from it is lost in the
 // rounding of poses (as in signed_distance.cc).
-constexpr double kRoundoff = 1e-11;
+constexpr double kProfileRoundoff = 1e-11;
 
 Vector2 OutwardNormal(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
 
@@ -80,7 +80,7 @@ bool PlaneProfile::IsLocallyNearest(const ProfileEdge& edge, const Projection& p
 Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Projection& projection,
                                  double sign) const {
   const bool at_corner = projection.way < 0 || projection.way > 1;
-  if (at_corner && projection.distance_m > kRoundoff * size_m_) {
+  if (at_corner && projection.distance_m > kProfileRoundoff * size_m_) {
     return sign * projection.offset / projection.distance_m;
   }
   return OutwardNormal(edge);

@@ -10,7 +10,7 @@ namespace {
 
 // Axes at a smaller sine count as parallel: over a length of 10 m they diverge by a hundredth of a
 // nanometre.
-constexpr double kParallelSine = 1e-12;
+constexpr double kParallelAxesSine = 1e-12;
 
 // The slanted side of a core's profile, bottom to top, as (radial, z).
 struct Side {
@@ -46,7 +46,7 @@ Vector2 ShareOfA(const Side& a, int side, double share, double radial_share, boo
 }  // namespace
 
 bool AxesAreParallel(const Pose& X_AB) {
-  return X_AB.linear().col(2).head<2>().norm() <= kParallelSine;
+  return X_AB.linear().col(2).head<2>().norm() <= kParallelAxesSine;
 }
 
 bool IsRevolved(const ConvexCore& core) {

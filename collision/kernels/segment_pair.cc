@@ -16,7 +16,7 @@ constexpr double kMeetingShare = 1e-13;
 
 // chosen: share of the gap by which a plane across it must separate the two. If it does not,
 // rounding has destroyed the direction.
-constexpr double kMinCertified = 0.9;
+constexpr double kMinCertifiedShare = 0.9;
 
 struct NearestPair {
   Vector3 on_a, on_b;
@@ -147,7 +147,7 @@ PairDistance SegmentToSegment(const Segment& a, const Segment& b) {
       const Vector3 n = (a.b - a.a).cross(b.b - b.a).normalized();
       answer.normal = n.dot(answer.normal) < 0 ? Vector3(-n) : n;
     }
-    if (GapAlong(a, b, answer.normal) < kMinCertified * distance) {
+    if (GapAlong(a, b, answer.normal) < kMinCertifiedShare * distance) {
       answer.normal = ParticularNormal(a, b);
       answer.point_b = answer.point_a + distance * answer.normal;
     }
@@ -166,7 +166,7 @@ PairDistance BoxToSegment(const Box& box, const Segment& segment) {
   const double distance = (on_segment - on_box).norm();
   if (distance > kMeetingShare * half.maxCoeff()) {
     const Vector3 normal = (on_segment - on_box) / distance;
-    if (GapAlong(half, segment, normal) >= kMinCertified * distance) {
+    if (GapAlong(half, segment, normal) >= kMinCertifiedShare * distance) {
       return {distance, on_box, on_segment, normal};
     }
   }

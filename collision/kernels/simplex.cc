@@ -10,9 +10,9 @@ namespace {
 // lengths: a dozen roundings of double precision.
 constexpr double kRounding = 4e-15;
 
-using Corners = std::array<Vector3, 4>;
+using SimplexCorners = std::array<Vector3, 4>;
 
-SimplexFeature AtCorner(const Corners& corners, int i) {
+SimplexFeature AtCorner(const SimplexCorners& corners, int i) {
   SimplexFeature feature;
   feature.index[0] = i;
   feature.nearest = corners[i];
@@ -20,7 +20,7 @@ SimplexFeature AtCorner(const Corners& corners, int i) {
   return feature;
 }
 
-SimplexFeature OnEdge(const Corners& corners, int i, int j) {
+SimplexFeature OnEdge(const SimplexCorners& corners, int i, int j) {
   const Vector3 &a = corners[i], &b = corners[j];
   const Vector3 ab = b - a;
   const double length_squared = ab.squaredNorm();
@@ -41,7 +41,7 @@ const SimplexFeature& Nearer(const SimplexFeature& a, const SimplexFeature& b) {
   return b.distance_squared < a.distance_squared ? b : a;
 }
 
-SimplexFeature OnTriangle(const Corners& corners, int i, int j, int k) {
+SimplexFeature OnTriangle(const SimplexCorners& corners, int i, int j, int k) {
   const Vector3 &a = corners[i], &b = corners[j], &c = corners[k];
   const Vector3 n = (b - a).cross(c - a);
   const double nn = n.squaredNorm();
@@ -64,7 +64,7 @@ SimplexFeature OnTriangle(const Corners& corners, int i, int j, int k) {
   return Nearer(Nearer(ab, bc), ca);
 }
 
-SimplexFeature OnTetrahedron(const Corners& corners) {
+SimplexFeature OnTetrahedron(const SimplexCorners& corners) {
   static constexpr int kFaces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
   SimplexFeature best;
   bool outside = false;
@@ -93,7 +93,7 @@ SimplexFeature OnTetrahedron(const Corners& corners) {
 
 }  // namespace
 
-SimplexFeature NearestToOrigin(const Corners& corners, int count) {
+SimplexFeature NearestToOrigin(const SimplexCorners& corners, int count) {
   switch (count) {
     case 1:
       return AtCorner(corners, 0);

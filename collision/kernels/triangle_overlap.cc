@@ -8,9 +8,9 @@ namespace {
 
 // chosen: share of the size of both within which a pair counts as nearly touching. Far above the
 // rounding of coordinates, below any gap that matters in practice.
-constexpr double kUnsure = 1e-10;
+constexpr double kUndecidedOverlap = 1e-10;
 // A cross product shorter than this share of its factors' lengths has no direction.
-constexpr double kNoDirection = 1e-12;
+constexpr double kDegenerateNormal = 1e-12;
 
 struct Interval {
   double low = 0, high = 0;
@@ -30,14 +30,14 @@ class Axes {
   // whose cross product is the axis.
   bool Try(const Vector3& axis, double made_of, const Interval& a, const Interval& b) {
     const double squared = axis.squaredNorm();
-    if (squared <= kNoDirection * kNoDirection * made_of * made_of) return true;
-    const double unsure = kUnsure * size_ * std::sqrt(squared);
+    if (squared <= kDegenerateNormal * kDegenerateNormal * made_of * made_of) return true;
+    const double unsure = kUndecidedOverlap * size_ * std::sqrt(squared);
     const double gap = std::max(a.low - b.high, b.low - a.high);
     if (gap > unsure) {
       verdict_ = Overlap::kNo;
       return false;
     }
-    if (gap > -unsure) verdict_ = Overlap::kUnsure;
+    if (gap > -unsure) verdict_ = Overlap::kUndecidedOverlap;
     return true;
   }
   Overlap verdict() const { return verdict_; }

@@ -20,7 +20,7 @@ namespace {
 using Affine = Eigen::Affine3d;
 
 // chosen: far deeper than any part of a robot, far below what a thread's stack holds.
-constexpr int kDeepest = 100;
+constexpr int kMaxNodeDepth = 100;
 // chosen: after unfolding, with each node counted as often as it is used, a file may have this many
 // elements plus one for each of its bytes. This many take some ten milliseconds to process; an
 // element takes at least four bytes.
@@ -90,7 +90,8 @@ class ColladaReader {
   }
 
   absl::Status AddNode(const XmlElement& node, const Affine& X_FP, int depth) {
-    if (depth > kDeepest) return node.Fault("nodes must not nest deeper than 100, nor in a circle");
+    if (depth > kMaxNodeDepth)
+      return node.Fault("nodes must not nest deeper than 100, nor in a circle");
     Affine X_FN = X_FP;
     const std::vector<XmlElement> children = node.Children();
     elements_ += 1 + children.size();

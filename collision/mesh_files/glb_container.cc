@@ -22,7 +22,7 @@ constexpr std::size_t kMaxJsonBytes = std::size_t{4} << 20;
 constexpr std::size_t kMaxJsonValues = 250'000;
 constexpr std::size_t kMaxJsonDepth = 64;  // glTF itself nests about ten deep
 
-absl::Status Fault(const std::string& rule) { return absl::InvalidArgumentError(rule); }
+absl::Status InvalidGlb(const std::string& rule) { return absl::InvalidArgumentError(rule); }
 
 std::uint32_t WordAt(std::string_view bytes, std::size_t at) {
   std::uint32_t word = 0;
@@ -81,15 +81,15 @@ class JsonCheck final : public nlohmann::json_sax<Json> {
 
 absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes) {
   if (bytes.size() < kGlbHeaderBytes + kGlbChunkHeaderBytes || !bytes.starts_with("glTF")) {
-    return Fault("must begin with the header of a GLB file");
+    return InvalidGlb("must begin with the header of a GLB file");
   }
   if (WordAt(bytes, 4) != kGlbVersion) {
-    return Fault(absl::StrCat("is glTF ", WordAt(bytes, 4), ", must be glTF 2"));
+    return InvalidGlb(absl::StrCat("is glTF ", WordAt(bytes, 4), ", must be glTF 2"));
   }
   const std::size_t json_bytes = WordAt(bytes, 12);
   if (WordAt(bytes, 8) != bytes.size() || WordAt(bytes, 16) != kGlbJsonChunk ||
       json_bytes > bytes.size() - kGlbHeaderBytes - kGlbChunkHeaderBytes) {
-    return Fault("must be as long as its header says and begin with a JSON chunk inside it");
+    return InvalidGlb("must be as long as its header says and begin with a JSON chunk inside it");
   }
   GlbChunks chunks{.json = bytes.substr(kGlbHeaderBytes + kGlbChunkHeaderBytes, json_bytes),
                    .binary = {}};
@@ -97,19 +97,19 @@ absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes) {
   if (rest.empty()) return chunks;
   if (rest.size() < kGlbChunkHeaderBytes || WordAt(rest, 4) != kGlbBinaryChunk ||
       WordAt(rest, 0) > rest.size() - kGlbChunkHeaderBytes) {
-    return Fault("must hold a binary chunk after the JSON chunk, inside the file");
+    return InvalidGlb("must hold a binary chunk after the JSON chunk, inside the file");
   }
   chunks.binary = rest.substr(kGlbChunkHeaderBytes, WordAt(rest, 0));
   return chunks;
 }
 
 absl::StatusOr<Json> ParseGlbJson(std::string_view text) {
-  if (text.size() > kMaxJsonBytes) return Fault("must have at most 4 MiB of JSON");
+  if (text.size() > kMaxJsonBytes) return InvalidGlb("must have at most 4 MiB of JSON");
   JsonCheck check;
   Json::sax_parse(text.begin(), text.end(), &check);
-  if (check.fault() != nullptr) return Fault(check.fault());
+  if (check.fault() != nullptr) return InvalidGlb(check.fault());
   Json json = Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return Fault("must have a JSON object");
+  if (!json.is_object()) return InvalidGlb("must have a JSON object");
   return json;
 }
 

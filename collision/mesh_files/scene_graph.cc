@@ -8,7 +8,7 @@ namespace cwm::collision {
 namespace {
 
 // chosen: far deeper than any part of a robot, far below what a thread's stack holds.
-constexpr int kDeepest = 100;
+constexpr int kMaxGraphDepth = 100;
 
 class Unfolding {
  public:
@@ -38,10 +38,11 @@ class Unfolding {
     int height = 1;
   };
 
-  // Measures the tree below a node. The recursion is at most kDeepest deep.
+  // Measures the tree below a node. The recursion is at most kMaxGraphDepth deep.
   absl::Status Measure(int node, int depth) {
-    if (size_[node].has_value() && depth + height_[node] - 1 <= kDeepest) return absl::OkStatus();
-    if (depth > kDeepest || size_[node].has_value()) {
+    if (size_[node].has_value() && depth + height_[node] - 1 <= kMaxGraphDepth)
+      return absl::OkStatus();
+    if (depth > kMaxGraphDepth || size_[node].has_value()) {
       return absl::InvalidArgumentError("nodes must not nest deeper than 100, nor in a circle");
     }
     Measured measured;

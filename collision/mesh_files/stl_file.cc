@@ -19,7 +19,7 @@ constexpr std::size_t kHeader = 84;    // 80 bytes of arbitrary content and the 
 constexpr std::size_t kTriangle = 50;  // a normal and three corners as floats, two arbitrary bytes
 constexpr std::size_t kCorners = 12;   // offset of the corners in a triangle
 
-absl::Status Fault(const std::string& rule) { return absl::InvalidArgumentError(rule); }
+absl::Status InvalidStl(const std::string& rule) { return absl::InvalidArgumentError(rule); }
 
 std::uint32_t CountIn(std::string_view bytes) {
   std::uint32_t count = 0;
@@ -48,7 +48,7 @@ class TextReader {
     while (lines.Next()) {
       if (absl::Status status = ReadLine(lines); !status.ok()) return status;
     }
-    if (is_open_) return Fault("must close its last facet");
+    if (is_open_) return InvalidStl("must close its last facet");
     return std::move(mesh_).Finish();
   }
 
@@ -67,13 +67,14 @@ class TextReader {
     for (const char* known : {"solid", "outer", "endloop", "endsolid"}) {
       if (line.Is(known)) return absl::OkStatus();
     }
-    return line.Fault("must be part of a facet with three vertices");
+    return line.InvalidStl("must be part of a facet with three vertices");
   }
 
   absl::Status AddCorner(const LineReader& line) {
     const std::optional<Vector3> corner = line.VectorAt(1);
-    if (!corner.has_value() || line.words() != 4) return line.Fault("must have three numbers");
-    if (!is_open_ || corners_.size() == 3) return line.Fault("must be one of three of a facet");
+    if (!corner.has_value() || line.words() != 4) return line.InvalidStl("must have three numbers");
+    if (!is_open_ || corners_.size() == 3)
+      return line.InvalidStl("must be one of three of a facet");
     corners_.push_back(*corner);
     return absl::OkStatus();
   }
@@ -91,10 +92,10 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, const MeshFileLimit
     return ReadBinary(bytes, limits);
   }
   if (bytes.starts_with("solid")) return TextReader(limits).Read(bytes);
-  return Fault(absl::StrCat("must begin with \"solid\" (STL as text) or be ",
-                            kHeader + kTriangle * std::size_t{count}, " bytes long, ", kHeader,
-                            " and ", kTriangle, " for each of the ", count,
-                            " triangles that it says it has, is ", bytes.size(), " bytes long"));
+  return InvalidStl(absl::StrCat(
+      "must begin with \"solid\" (STL as text) or be ", kHeader + kTriangle * std::size_t{count},
+      " bytes long, ", kHeader, " and ", kTriangle, " for each of the ", count,
+      " triangles that it says it has, is ", bytes.size(), " bytes long"));
 }
 
 }  // namespace cwm::collision

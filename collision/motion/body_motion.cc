@@ -47,7 +47,7 @@ bool IsCyclic(const RobotModel& model, std::size_t variable) {
   }
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {
     const bool is_mimic = link.is_mimic && link.variable == static_cast<int>(variable);
-    return !follows || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));
+    return !is_mimic || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));
   });
 }
 

@@ -53,7 +53,7 @@ void Resize(std::size_t rays, RayColumns& columns) {
 }
 
 // The query and its result.
-struct Batch {
+struct RayBatch {
   const WorldSnapshot& world;
   std::span<const RayRow> rays;
   const QueryOptions& options;
@@ -65,7 +65,7 @@ struct Batch {
 
 class Caster : public ChunkWorker {
  public:
-  explicit Caster(Batch& batch)
+  explicit Caster(RayBatch& batch)
       : batch_(batch), interrupt_(batch.stop, batch.limit), ranks_(batch.world) {}
 
   ChunkResult Process(const RowChunk& chunk) override {
@@ -108,7 +108,7 @@ class Caster : public ChunkWorker {
     columns.object_part[row] = nearest.part;
   }
 
-  Batch& batch_;
+  RayBatch& batch_;
   Interrupt interrupt_;
   ObjectRanks ranks_;
 };
@@ -121,13 +121,13 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
     return absl::UnimplementedError(absl::StrCat("engine ", std::string(NameOf(options.engine)),
                                                  " does not answer rays, AUTO and EXACT do"));
   }
-  Batch batch{.world = world,
-              .rays = rays,
-              .options = options,
-              .stop = std::move(stop),
-              .limit = TimeLimit(options),
-              .filter = WorldFilter(world, options),
-              .columns = {}};
+  RayBatch batch{.world = world,
+                 .rays = rays,
+                 .options = options,
+                 .stop = std::move(stop),
+                 .limit = TimeLimit(options),
+                 .filter = WorldFilter(world, options),
+                 .columns = {}};
   Resize(rays.size(), batch.columns);
   const auto completed = ProcessChunks(EqualChunks(rays.size(), kRaysPerChunk), options.threads,
                                        [&] { return std::make_unique<Caster>(batch); });

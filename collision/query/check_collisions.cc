@@ -188,7 +188,7 @@ void ResetRows(std::size_t first, std::size_t rows, CollisionColumns& columns) {
 }
 
 // The query and its result.
-struct Batch {
+struct CollisionBatch {
   const WorldSnapshot& world;
   const QueryBody& body;
   const BodyRows& rows;
@@ -201,7 +201,7 @@ struct Batch {
 
 class Checker : public ChunkWorker {
  public:
-  explicit Checker(Batch& batch)
+  explicit Checker(CollisionBatch& batch)
       : batch_(batch),
         search_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}),
         ranks_(batch.world),
@@ -281,7 +281,7 @@ class Checker : public ChunkWorker {
     columns.object_part[row] = result.pair.object_part;
   }
 
-  Batch& batch_;
+  CollisionBatch& batch_;
   BodySearch search_;
   ObjectRanks ranks_;
   std::optional<SphereCheck> spheres_;
@@ -302,14 +302,14 @@ void NameVariables(const BodyRows& rows, CollisionColumns& columns) {
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop) {
-  Batch batch{.world = world,
-              .body = body,
-              .rows = rows,
-              .options = options,
-              .stop = std::move(stop),
-              .limit = TimeLimit(options),
-              .spheres = SphereCheck::Make(world, body, rows, options),
-              .columns = {}};
+  CollisionBatch batch{.world = world,
+                       .body = body,
+                       .rows = rows,
+                       .options = options,
+                       .stop = std::move(stop),
+                       .limit = TimeLimit(options),
+                       .spheres = SphereCheck::Make(world, body, rows, options),
+                       .columns = {}};
   ResetRows(0, rows.size(), batch.columns);
   const bool is_spheres = batch.spheres && batch.spheres->decides_collisions();
   const auto completed =

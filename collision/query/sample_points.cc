@@ -35,7 +35,7 @@ void Resize(std::size_t point_count, PointColumns& columns) {
   columns.accuracy.resize(point_count);
 }
 
-void Keep(std::size_t completed, PointColumns& columns) {
+void KeepCompleted(std::size_t completed, PointColumns& columns) {
   Resize(completed, columns);
   std::sort(columns.bounds.begin(), columns.bounds.end(),
             [](const auto& a, const auto& b) { return a.row < b.row; });
@@ -44,7 +44,7 @@ void Keep(std::size_t completed, PointColumns& columns) {
 }
 
 // The query and its result.
-struct Batch {
+struct PointBatch {
   const WorldSnapshot& world;
   std::span<const Vector3> points;
   const QueryOptions& options;
@@ -58,7 +58,7 @@ struct Batch {
 
 class Sampler : public ChunkWorker {
  public:
-  explicit Sampler(Batch& batch)
+  explicit Sampler(PointBatch& batch)
       : batch_(batch),
         sampler_(batch.world, batch.filter, batch.options.max_distance_m,
                  {batch.stop, batch.limit}) {}
@@ -80,7 +80,7 @@ class Sampler : public ChunkWorker {
   }
 
  private:
-  Batch& batch_;
+  PointBatch& batch_;
   PointSampler sampler_;
 };
 
@@ -93,21 +93,21 @@ absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
     return absl::UnimplementedError(absl::StrCat("engine ", std::string(NameOf(options.engine)),
                                                  " does not sample points, AUTO and EXACT do"));
   }
-  Batch batch{.world = world,
-              .points = points,
-              .options = options,
-              .stop = std::move(stop),
-              .limit = TimeLimit(options),
-              .filter = WorldFilter(world, options),
-              .columns = {},
-              .mutex = {},
-              .bounds = {}};
+  PointBatch batch{.world = world,
+                   .points = points,
+                   .options = options,
+                   .stop = std::move(stop),
+                   .limit = TimeLimit(options),
+                   .filter = WorldFilter(world, options),
+                   .columns = {},
+                   .mutex = {},
+                   .bounds = {}};
   Resize(points.size(), batch.columns);
   const auto completed = ProcessChunks(ChunksOf(points.size()), options.threads,
                                        [&] { return std::make_unique<Sampler>(batch); });
   if (!completed.ok()) return completed.status();
   batch.columns.bounds = std::move(batch.bounds);
-  Keep(*completed, batch.columns);
+  KeepCompleted(*completed, batch.columns);
   return std::move(batch.columns);
 }
 

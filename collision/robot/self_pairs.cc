@@ -9,9 +9,9 @@ namespace cwm::collision {
 namespace {
 
 // A symmetric matrix over links: true for pairs that are left out.
-class SkippedElements {
+class SkippedPairs {
  public:
-  explicit SkippedElements(const RobotModel& model)
+  explicit SkippedPairs(const RobotModel& model)
       : model_(model), size_(model.links.size()), is_left_out_(size_ * size_, false) {}
 
   bool operator()(int a, int b) const { return is_left_out_[At(a, b)]; }
@@ -42,13 +42,13 @@ class SkippedElements {
 };
 
 // Applies MoveIt's order: defaults of links, enabled pairs, disabled pairs.
-void LeaveOutDisabled(const SemanticDescription& semantic, SkippedElements& left_out) {
+void LeaveOutDisabled(const SemanticDescription& semantic, SkippedPairs& left_out) {
   for (const std::string& link : semantic.disabled_links) left_out.SetAllOf(link);
   left_out.Set(semantic.enabled_pairs, false);
   left_out.Set(semantic.disabled_pairs, true);
 }
 
-void LeaveOutNeighbours(const RobotModel& model, SkippedElements& left_out) {
+void LeaveOutNeighbours(const RobotModel& model, SkippedPairs& left_out) {
   for (std::size_t i = 1; i < model.links.size(); ++i) {
     int above = model.links[i].parent;
     while (above != 0 && model.links[above].collisions.empty()) above = model.links[above].parent;
@@ -59,7 +59,7 @@ void LeaveOutNeighbours(const RobotModel& model, SkippedElements& left_out) {
 }  // namespace
 
 std::vector<LinkPair> SelfPairs(const RobotModel& model, const SemanticDescription* semantic) {
-  SkippedElements left_out(model);
+  SkippedPairs left_out(model);
   if (semantic != nullptr) {
     LeaveOutDisabled(*semantic, left_out);
   } else {

@@ -24,12 +24,12 @@ constexpr double kWidest_m = 0.1;
 // chosen: the largest ratio of thickness to width of a flat patch, rms.
 constexpr double kFlat = 0.3;
 
-using Neighbour = std::pair<float, std::uint32_t>;  // squared distance, index
+using NearPoint = std::pair<float, std::uint32_t>;  // squared distance, index
 
 // The nearest of `among` to a point, without the point itself.
-std::vector<Neighbour> NearestOf(const OrientedPoints& points,
+std::vector<NearPoint> NearestOf(const OrientedPoints& points,
                                  const std::vector<std::uint32_t>& among, std::uint32_t middle) {
-  std::vector<Neighbour> heap(kNeighbours, {std::numeric_limits<float>::infinity(), 0});
+  std::vector<NearPoint> heap(kNeighbours, {std::numeric_limits<float>::infinity(), 0});
   const Eigen::Vector3f& p = points.points[middle];
   for (const std::uint32_t i : among) {
     const float m2 = (points.points[i] - p).squaredNorm();
@@ -43,7 +43,7 @@ std::vector<Neighbour> NearestOf(const OrientedPoints& points,
 
 std::optional<LocalPlane> FitAround(const OrientedPoints& points,
                                     const std::vector<std::uint32_t>& among, std::uint32_t middle) {
-  const std::vector<Neighbour> near = NearestOf(points, among, middle);
+  const std::vector<NearPoint> near = NearestOf(points, among, middle);
   if (near.front().first > kWidest_m * kWidest_m) return std::nullopt;
   const Vector3 p = points.points[middle].cast<double>();
   Vector3 mean = Vector3::Zero();

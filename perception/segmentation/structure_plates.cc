@@ -12,12 +12,12 @@
 namespace cwm::perception {
 namespace {
 
-using NodeList = std::vector<std::uint32_t>;
+using NodeIndices = std::vector<std::uint32_t>;
 
 // chosen: the faces of one structure: a cabinet with doors and drawers that stand out from it.
 constexpr std::size_t kMaxPlates = 4;
 
-SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseCloud& coarse) {
+SupportPlane FaceOn(const Plane& plane, const NodeIndices& members, const CoarseCloud& coarse) {
   SupportPlane face{.plane = plane, .cells = {}, .area_m2 = 0};
   for (std::uint32_t i : members) face.cells.push_back(coarse.grid.CellOfPoint(i));
   std::sort(face.cells.begin(), face.cells.end());
@@ -30,9 +30,9 @@ SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseClo
 }
 
 // The plane of the larger part of the members; empty if they are too few for a face.
-std::optional<Plane> PlaneOfMost(const NodeList& members, const CoarseCloud& coarse,
+std::optional<Plane> PlaneOfMost(const NodeIndices& members, const CoarseCloud& coarse,
                                  const OrientedPoints& nodes) {
-  NodeList sample;
+  NodeIndices sample;
   const std::size_t stride = (members.size() + kMaxSamples - 1) / kMaxSamples;
   for (std::size_t k = 0; k < members.size(); k += stride) sample.push_back(members[k]);
   if (sample.empty()) return std::nullopt;
@@ -48,7 +48,7 @@ std::optional<Plane> PlaneOfMost(const NodeList& members, const CoarseCloud& coa
 std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const CoarseCloud& coarse,
                                              const OrientedPoints& nodes, const SightMap* sight) {
   std::vector<Placed<Plate>> plates;
-  NodeList left = segment.nodes;
+  NodeIndices left = segment.nodes;
   std::optional<Plane> plane = segment.plane;
   for (std::size_t k = 0; plane && k < kMaxPlates; ++k) {
     const SupportPlane face = FaceOn(*plane, left, coarse);

@@ -22,7 +22,7 @@ std::vector<float> Ranges(const OrientedPoints& nodes, const Work& work) {
   return range_m;
 }
 
-float Square(float x) { return x * x; }
+float Squared(float x) { return x * x; }
 
 }  // namespace
 
@@ -121,8 +121,8 @@ void SurfaceGraph::LinkCells(const Work& work) {
 // straight across, at least 150 degrees apart.
 SurfaceGraph::CellPairs SurfaceGraph::PairsOfCell(std::size_t cell) const {
   constexpr float kAcross_cos = -std::numbers::sqrt3_v<float> / 2;
-  const float nearest_m2 = Square(1.9f * grid_->edge_m());
-  const float farthest_m2 = Square(3.1f * grid_->edge_m());
+  const float nearest_m2 = Squared(1.9f * grid_->edge_m());
+  const float farthest_m2 = Squared(3.1f * grid_->edge_m());
   std::array<std::uint32_t, kMaxAround> around;
   std::array<Eigen::Vector3f, kMaxAround> towards;
   std::array<float, kMaxAround> best;

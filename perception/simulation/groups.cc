@@ -6,13 +6,12 @@
 #include <optional>
 #include <utility>
 
+#include "perception/simulation/angles.h"
 #include "perception/simulation/hull_distance.h"
 #include "perception/simulation/vessel_meshes.h"
 
 namespace cwm::perception {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 Pose TurnedAt(const Vector3& place, double yaw_rad) {
   return MakePose(place, Quaternion(Eigen::AngleAxisd(yaw_rad, Vector3::UnitZ())));

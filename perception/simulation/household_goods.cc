@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "collision/geometry/aabb.h"
+#include "perception/simulation/angles.h"
 
 namespace cwm::perception {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 Quaternion AboutY(double angle_rad) {
   return Quaternion(Eigen::AngleAxisd(angle_rad, Vector3::UnitY()));

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
+#include "perception/simulation/angles.h"
 #include "perception/simulation/furniture.h"
 #include "perception/simulation/household_goods.h"
 #include "perception/simulation/look_at.h"
@@ -14,8 +14,6 @@
 
 namespace cwm::perception {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 // The counter's front edge is at x = 0 and the wall at x = kDepth_m. The counter runs along y from
 // -kHalfLength_m to the side table.
@@ -93,7 +91,7 @@ PinholeCamera DrawCamera(RandomDraws& draws) {
   return camera;
 }
 
-SimulatedObject DrawObject(RandomDraws& draws) {
+SimulatedObject DrawKitchenObject(RandomDraws& draws) {
   constexpr double kVessels = 0.5;
   if (draws.Uniform() < kVessels) {
     return DrawVessel(DrawVesselKind(draws), draws);
@@ -110,7 +108,7 @@ int Fill(int wanted, const RestingArea& area, Arrangement& arrangement, RandomDr
                   .radius_m = 0.5 * area.area_W.diagonal().norm()};
   int added = 0;
   for (int i = 0; i < 4 * wanted && added < wanted; ++i) {
-    const SimulatedObject object = DrawObject(draws);
+    const SimulatedObject object = DrawKitchenObject(draws);
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       auto proposal = ProposeWithin(over, arrangement, area, object, draws);
       if (!proposal) continue;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "perception/simulation/angles.h"
 #include "perception/simulation/furniture.h"
 #include "perception/simulation/random_draws.h"
 
@@ -17,8 +18,6 @@ namespace {
 constexpr double kCounterHeight_m = 0.9;  // usual for kitchens
 constexpr double kViewDistance_m = 0.9;   // from the camera to the middle of the objects
 constexpr double kViewCenter_x_m = 0.64;  // = 0.9 cos 45 degrees: the camera is above the origin
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 struct Place {
   double x_m = 0;

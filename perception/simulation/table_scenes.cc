@@ -41,15 +41,11 @@ bool Leans(const SimulatedObject& object) {
          upright < 1 - kRounding;
 }
 
-constexpr int kAttempts = 40;  // a table with room for an object has it within a few
-// Draws per wanted object; objects without a place are left out.
-constexpr int kDrawsPerObject = 6;
-
 // Adds separate objects.
 void FillTable(int wanted, Table& table, RandomDraws& draws) {
   for (int i = 0, added = 0; i < kDrawsPerObject * wanted && added < wanted; ++i) {
     const SimulatedObject object = DrawObject(draws);
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPlacementAttempts; ++attempt) {
       auto proposal =
           Leans(object) ? ProposeLeaning(table.arrangement, table.area, object, draws)
                         : ProposeWithin(table.spread, table.arrangement, table.area, object, draws);
@@ -84,7 +80,7 @@ void FillClutter(int wanted, Table& table, RandomDraws& draws) {
   for (int i = 0, added = 0; i < kDrawsPerObject * wanted && added < wanted; ++i) {
     const SimulatedObject object = DrawObject(draws);
     std::optional<Placement> best;
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPlacementAttempts; ++attempt) {
       auto proposal = ProposeInClutter(table, object, draws);
       if (proposal && (!best || CountHidden(*proposal) > CountHidden(*best))) best = proposal;
     }
@@ -110,7 +106,7 @@ void FillVessels(int wanted, Table& table, RandomDraws& draws) {
     const bool is_vessel = added < vessels;
     const SimulatedObject object =
         is_vessel ? DrawVessel(DrawVesselKind(draws), draws) : DrawSmallBox(draws);
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPlacementAttempts; ++attempt) {
       auto proposal =
           is_vessel ? ProposeWithin(table.spread, table.arrangement, table.area, object, draws)
                     : ProposeTouching(table.arrangement.furniture_count() +

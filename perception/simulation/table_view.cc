@@ -1,15 +1,13 @@
 #include "perception/simulation/table_view.h"
 
-#include <numbers>
 #include <utility>
 
+#include "perception/simulation/angles.h"
 #include "perception/simulation/furniture.h"
 #include "perception/simulation/look_at.h"
 
 namespace cwm::perception {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 Eigen::AlignedBox2d Centred(const Vector2& middle, const Vector2& size_m) {
   return {middle - 0.5 * size_m, middle + 0.5 * size_m};

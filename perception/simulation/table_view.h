@@ -10,6 +10,11 @@
 
 namespace cwm::perception {
 
+// Places that are tried for an object; a table with room has one within a few.
+inline constexpr int kPlacementAttempts = 40;
+// Draws per wanted object. Objects without a place are left out.
+inline constexpr int kDrawsPerObject = 6;
+
 struct Table {
   RestingArea area;
   Disc spread;  // where objects go

@@ -13,8 +13,6 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kAttempts = 40;       // a table with room for an object has it within a few
-constexpr int kDrawsPerObject = 6;  // objects without a place are left out
 constexpr ArrangementRules kTouching{.min_gap_m = 0.01, .max_hidden = 0.8};
 
 SimulatedObject DrawSingle(RandomDraws& draws) {
@@ -23,7 +21,7 @@ SimulatedObject DrawSingle(RandomDraws& draws) {
 }
 
 bool AddSingle(const SimulatedObject& object, Table& table, RandomDraws& draws) {
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kPlacementAttempts; ++attempt) {
     auto proposal = ProposeWithin(table.spread, table.arrangement, table.area, object, draws);
     if (!proposal) continue;
     AddNumbered(*std::move(proposal), table.arrangement);
@@ -35,7 +33,7 @@ bool AddSingle(const SimulatedObject& object, Table& table, RandomDraws& draws) 
 // Adds the whole group, or nothing if a member would hardly be visible.
 bool AddGroup(const Group& group, Table& table, RandomDraws& draws) {
   const SimulatedObject one = MergedObject(group);
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kPlacementAttempts; ++attempt) {
     auto proposal = ProposeWithin(table.spread, table.arrangement, table.area, one, draws);
     if (!proposal) continue;
     Arrangement with_group = table.arrangement;
@@ -88,7 +86,7 @@ std::optional<SimulatedObject> PutAtEdge(SimulatedObject object, const Table& ta
 void FillEdge(int wanted, Table& table, RandomDraws& draws) {
   for (int i = 0, added = 0; i < kDrawsPerObject * wanted && added < wanted; ++i) {
     const SimulatedObject drawn = DrawSingle(draws);
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPlacementAttempts; ++attempt) {
       auto object = PutAtEdge(drawn, table, draws);
       if (!object) continue;
       auto shares = table.arrangement.HiddenSharesWith(*object, std::nullopt);

@@ -7,12 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "perception/simulation/angles.h"
 #include "perception/simulation/vessel_meshes.h"
 
 namespace cwm::perception {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 constexpr int kBowPoints = 25;
 

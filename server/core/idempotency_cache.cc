@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMaxRequestIdBytes = 128;
 // chosen: ids are freed one by one as they age, hundreds in a second at the rate that fills the
 // memory.
-constexpr double kRetryAfter_s = 1;
+constexpr double kInProgressRetry_s = 1;
 
 // A record with its id twice, its digest and the table's blocks.
 constexpr std::int64_t kRecordBytes = 400;
@@ -28,7 +28,7 @@ std::int64_t BytesOf(const IngestOutcome& outcome) {
   return bytes;
 }
 
-absl::Status Reused(const std::string& id) {
+absl::Status ReusedForOtherContent(const std::string& id) {
   return MakeError(absl::StatusCode::kFailedPrecondition,
                    absl::StrCat("request_id: \"", id, "\" was used before for other content"),
                    {.reason = "REQUEST_ID_REUSED", .metadata = {{"request_id", id}}});
@@ -48,7 +48,7 @@ absl::Status Exhausted(std::int64_t limit) {
                    absl::StrCat("request_id: ", limit, " are remembered, must be at most ", limit),
                    {.reason = "REQUEST_IDS_EXHAUSTED",
                     .metadata = {{"limit", std::to_string(limit)}},
-                    .retry_after_s = kRetryAfter_s});
+                    .retry_after_s = kInProgressRetry_s});
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ absl::StatusOr<std::optional<WriteOutcome>> IdempotencyCache::Find(const WriteOp
     return std::nullopt;
   }
   const Record& record = found->second;
-  if (record.digest != options.request_digest) return Reused(id);
+  if (record.digest != options.request_digest) return ReusedForOtherContent(id);
   if (record.was_ingest && record.reply == nullptr) return ReplyCompacted(id, record.revision);
   return WriteOutcome{.revision = record.revision, .replayed = true, .ingest = record.reply};
 }

@@ -84,7 +84,7 @@ absl::Status Unknown(const std::string& name) {
                    {.reason = "WORLD_UNKNOWN", .metadata = {{"world", name}}});
 }
 
-absl::Status Reused(const std::string& request_id) {
+absl::Status ReusedForOtherWorld(const std::string& request_id) {
   return MakeError(
       absl::StatusCode::kFailedPrecondition,
       absl::StrCat("request_id: \"", request_id, "\" was used before for another world_uid"),
@@ -269,7 +269,7 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   {
     std::lock_guard lock(state_->mutex);
     if (const DeletionCache::Record* first = state_->deletions.Find(key, state_->now())) {
-      if (first->requested_uid != uid) return Reused(request_id);
+      if (first->requested_uid != uid) return ReusedForOtherWorld(request_id);
       return first->reply;
     }
     world = state_->Find(key.world, uid);

@@ -13,7 +13,7 @@ namespace {
 // chosen: an idle watch sends its position this often.
 constexpr auto kBookmarkPeriod = std::chrono::seconds(5);
 // chosen: smaller messages fit into the buffers of a socket.
-constexpr std::int64_t kMinChargedBytes = 64 << 10;
+constexpr std::int64_t kMinChargedEventBytes = 64 << 10;
 
 absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
   const FieldPath root;
@@ -157,7 +157,7 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
   if (!serialized.ok()) return absl::InternalError(serialized.error_message());
   // Charged until the client has read it.
   const auto size = static_cast<std::int64_t>(message_.Length());
-  const absl::Status charged = charge_.Resize(size < kMinChargedBytes ? 0 : size);
+  const absl::Status charged = charge_.Resize(size < kMinChargedEventBytes ? 0 : size);
   if (!charged.ok()) return charged;
   return true;
 }

@@ -12,7 +12,7 @@
 namespace cwm::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 // Formats 1234567 as "1 234 567".
 std::string Grouped(double value) {
@@ -110,16 +110,16 @@ void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out) 
     out << "\n" << bottleneck << "\n";
 }
 
-Json BenchLineToJson(const BenchLine& line) {
+OrderedJson BenchLineToJson(const BenchLine& line) {
   const Measurement& measured = line.measured;
-  Json json = {{"of", line.name},
-               {"through", line.method},
-               {"unit", line.unit},
-               {"rows_per_call", line.rows_per_call},
-               {"calls", measured.calls},
-               {"elapsed_s", measured.elapsed_s},
-               {"repetitions", kRepetitions},
-               {"p50_ms", measured.p50_ms}};
+  OrderedJson json = {{"of", line.name},
+                      {"through", line.method},
+                      {"unit", line.unit},
+                      {"rows_per_call", line.rows_per_call},
+                      {"calls", measured.calls},
+                      {"elapsed_s", measured.elapsed_s},
+                      {"repetitions", kRepetitions},
+                      {"p50_ms", measured.p50_ms}};
   if (measured.p99_ms) json["p99_ms"] = *measured.p99_ms;
   json["rows_per_s"] = measured.rows_per_s;
   json["least_rows_per_s"] = measured.min_rows_per_s;
@@ -129,20 +129,20 @@ Json BenchLineToJson(const BenchLine& line) {
   return json;
 }
 
-Json BenchReportToJson(const BenchReport& report) {
-  Json json = {{"address", report.address},
-               {"transport", TransportOf(report.address)},
-               {"is_local_address", IsLocal(report.address)},
-               {"server_version", report.server.version()},
-               {"server_uptime_s", report.server.uptime_s()},
-               {"client_version", report.client_version},
-               {"client_cores", report.cores}};
+OrderedJson BenchReportToJson(const BenchReport& report) {
+  OrderedJson json = {{"address", report.address},
+                      {"transport", TransportOf(report.address)},
+                      {"is_local_address", IsLocal(report.address)},
+                      {"server_version", report.server.version()},
+                      {"server_uptime_s", report.server.uptime_s()},
+                      {"client_version", report.client_version},
+                      {"client_cores", report.cores}};
   if (report.load) json["client_load"] = *report.load;
   json["world"] = report.world;
   json["is_own_world"] = report.is_own_world;
   json["object_count"] = report.object_count;
   json["robot_count"] = report.robot_count;
-  json["measurements"] = Json::array();
+  json["measurements"] = OrderedJson::array();
   for (const BenchLine& line : report.lines) json["measurements"].push_back(BenchLineToJson(line));
   return json;
 }

@@ -10,7 +10,7 @@ namespace cwm::perception {
 namespace {
 
 // Indices of a proposal's products.
-enum : std::size_t { kOwner, kTaker };
+enum : std::size_t { kFromOwner, kToTaker };
 
 // True if the owner stands on something, and the taker on the same support or on nothing.
 bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
@@ -72,7 +72,7 @@ std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
       if (handles.empty() || handles.size() == taker->points.size()) continue;
       if (VisibilityBetween(state, handles, owner->points).IsContradicted()) continue;
       const std::size_t nodes = NodesOf(*taker, handles.size());
-      proposals.push_back({.consumes = {{owner->id, kOwner}, {taker->id, kTaker}},
+      proposals.push_back({.consumes = {{owner->id, kFromOwner}, {taker->id, kToTaker}},
                            .products = {With(*owner, handles, nodes), Without(*taker, handles)}});
     }
   }
@@ -81,19 +81,19 @@ std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
 
 bool ReturnHandles::Admits(const SceneState&, const Proposal&, std::size_t product,
                            const ObjectModel& found) const {
-  return product == kTaker || IsSingleSolid(found);
+  return product == kToTaker || IsSingleSolid(found);
 }
 
 // The number of points that the owner received and its solid explains, if that is most of them;
 // else 0.
 double ReturnHandles::Gain(const ModelledProposal& modelled) const {
-  const PointSet& before = modelled.state.Get(modelled.proposal.consumes[kOwner].id).points;
-  const PointSet& after = modelled.proposal.products[kOwner].points;
+  const PointSet& before = modelled.state.Get(modelled.proposal.consumes[kFromOwner].id).points;
+  const PointSet& after = modelled.proposal.products[kFromOwner].points;
   std::size_t got = 0, explained = 0;
   for (std::size_t k = 0; k < after.size(); ++k) {
     if (std::ranges::binary_search(before, after[k])) continue;
     ++got;
-    explained += modelled.products[kOwner]->part_of_point()[k] == 0;
+    explained += modelled.products[kFromOwner]->part_of_point()[k] == 0;
   }
   const bool accounts = static_cast<double>(explained) >= kMainShare * static_cast<double>(got);
   return accounts ? static_cast<double>(explained) : 0;

@@ -1,4 +1,5 @@
 #include "tests/benchmarks/quality/handle_matching.h"
+#include "tests/benchmarks/quality/point_labels.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -9,9 +10,6 @@ namespace cwm::benchmarks {
 namespace {
 
 using Id = std::pair<std::int32_t, std::int32_t>;  // object and part, true or found
-
-constexpr std::uint32_t kFirstObjectLabel = 20, kLabelsPerObject = 10;
-constexpr std::size_t kTellableParts = 9;
 
 bool IsTrueHandle(const perception::SimulatedScene& scene, const Id& id) {
   return scene.objects[static_cast<std::size_t>(id.first)].RoleOf(

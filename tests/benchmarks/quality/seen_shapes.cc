@@ -5,13 +5,10 @@
 #include <limits>
 
 #include "collision/geometry/signed_distance.h"
+#include "tests/benchmarks/quality/point_labels.h"
 
 namespace cwm::benchmarks {
 namespace {
-
-// As SceneInterpretation::labels promises: 10 (i + 1) + part for object i counted from 1.
-constexpr std::uint32_t kFirstObjectLabel = 20, kLabelsPerObject = 10;
-constexpr std::size_t kTellableParts = 9;
 
 bool IsComparable(ShapeKind kind) {
   return kind == ShapeKind::kBox || kind == ShapeKind::kCylinder || kind == ShapeKind::kSphere ||

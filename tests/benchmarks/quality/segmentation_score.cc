@@ -9,12 +9,12 @@
 namespace cwm::benchmarks {
 namespace {
 
-constexpr std::uint32_t kFirstObjectLabel = 10, kLabelsPerObject = 10;
+constexpr std::uint32_t kFirstTrueLabel = 10, kLabelsPerTrueObject = 10;
 
 // The group of a label; 0 for labels that are no object.
 std::uint32_t TrueGroup(std::uint32_t label, TruthLevel level) {
-  if (label < kFirstObjectLabel) return 0;
-  return level == TruthLevel::kObjects ? label / kLabelsPerObject : label;
+  if (label < kFirstTrueLabel) return 0;
+  return level == TruthLevel::kObjects ? label / kLabelsPerTrueObject : label;
 }
 
 std::uint32_t FoundGroup(std::uint32_t label) { return TrueGroup(label, TruthLevel::kObjects); }
