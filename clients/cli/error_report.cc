@@ -52,7 +52,7 @@ std::string HintForReason(const std::string& reason) {
 
 std::string Hint(const absl::Status& status, const client::ErrorDetails& details,
                  const FailedCommand& command) {
-  if (command.suggestion) return absl::StrCat("did you mean ", *command.meant, "?");
+  if (command.suggestion) return absl::StrCat("did you mean ", *command.suggestion, "?");
   if (const std::string hint = HintForReason(details.reason); !hint.empty()) return hint;
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "perception/simulation/random_scenes.h"
@@ -22,5 +23,8 @@ absl::StatusOr<perception::SimulatedView> ReadScene(const std::string& path);
 // rounding of their quaternion. Meshes and hulls are written beside it as PLY files, named after
 // the scene file, the object and the part.
 absl::Status WriteScene(const std::string& path, const perception::SimulatedView& view);
+
+// The word for a role in scene files and in the ground truth: body, handle or spout.
+std::string_view PieceRoleName(perception::PieceRole role);
 
 }  // namespace cwm::simulator

@@ -48,18 +48,6 @@ void EmitPose(YAML::Emitter& out, const Pose& pose) {
   out << YAML::EndMap;
 }
 
-std::string_view NameOf(PieceRole role) {
-  switch (role) {
-    case PieceRole::kBody:
-      return "body";
-    case PieceRole::kHandle:
-      return "handle";
-    case PieceRole::kSpout:
-      return "spout";
-  }
-  return "body";
-}
-
 formats::MeshFile ToFile(const TriangleMesh& mesh) {
   formats::MeshFile file;
   for (const Vector3& p : mesh.vertices) file.vertices.push_back({p.x(), p.y(), p.z()});
@@ -161,7 +149,7 @@ absl::Status EmitObject(YAML::Emitter& out, const SimulatedObject& object,
     out << YAML::EndMap;
     EmitPose(out, part.X_FS);
     if (object.RoleOf(i) != PieceRole::kBody) {
-      out << YAML::Key << "role" << YAML::Value << std::string(NameOf(object.RoleOf(i)));
+      out << YAML::Key << "role" << YAML::Value << std::string(PieceRoleName(object.RoleOf(i)));
     }
     out << YAML::EndMap;
   }
@@ -170,6 +158,18 @@ absl::Status EmitObject(YAML::Emitter& out, const SimulatedObject& object,
 }
 
 }  // namespace
+
+std::string_view PieceRoleName(PieceRole role) {
+  switch (role) {
+    case PieceRole::kBody:
+      return "body";
+    case PieceRole::kHandle:
+      return "handle";
+    case PieceRole::kSpout:
+      return "spout";
+  }
+  return "body";
+}
 
 absl::Status WriteScene(const std::string& path, const SimulatedView& view) {
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "clients/simulator/scene_file.h"
 #include "collision/geometry/aabb.h"
 #include "perception/simulation/hidden_shares.h"
 
@@ -122,18 +123,6 @@ PointCounts CountPoints(const perception::SimulatedCloud& scan) {
   return counts;
 }
 
-std::string_view NameOf(perception::PieceRole role) {
-  switch (role) {
-    case perception::PieceRole::kBody:
-      return "body";
-    case perception::PieceRole::kHandle:
-      return "handle";
-    case perception::PieceRole::kSpout:
-      return "spout";
-  }
-  return "body";
-}
-
 // The offset of a part's label from its object's label.
 std::uint32_t PartLabel(const perception::SimulatedObject& object, std::size_t part) {
   if (object.is_support || object.parts.size() == 1) return 0;
@@ -162,7 +151,7 @@ Json ObjectJson(const perception::SimulatedObject& object, const ObjectTruth& tr
     const auto found = counts.find({truth.index, static_cast<std::int32_t>(part)});
     const std::int64_t count = found == counts.end() ? 0 : found->second;
     Json json = PartJson(object.parts[part], count);
-    json["role"] = std::string(NameOf(object.RoleOf(part)));
+    json["role"] = std::string(PieceRoleName(object.RoleOf(part)));
     json["label"] = truth.label + PartLabel(object, part);
     parts.push_back(std::move(json));
     visible_points += count;

@@ -22,10 +22,10 @@ constexpr double kRelativeGap = 1e-14;
 constexpr double kNearRatio = 1e-6;
 constexpr double kMinCertified = 0.9;
 
-class Solver {
+class GjkSolver {
  public:
   // The search ends once the distance is known to be at most `enough_m`.
-  Solver(const CoreDifference& difference, double max_distance_m, double enough_m)
+  GjkSolver(const CoreDifference& difference, double max_distance_m, double enough_m)
       : difference_(difference),
         max_distance_m_(max_distance_m),
         enough_m_(enough_m),
@@ -140,7 +140,7 @@ class Solver {
 }  // namespace
 
 GjkResult GjkDistance(const CoreDifference& difference, double max_distance_m) {
-  return Solver(difference, max_distance_m, 0).Run(difference.CentreOffset());
+  return GjkSolver(difference, max_distance_m, 0).Run(difference.CentreOffset());
 }
 
 std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits& limits) {
@@ -148,7 +148,7 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits
   const double far_m = limits.far_m + rounding_m, near_m = limits.near_m - rounding_m;
   Vector3 offset = difference.NearOffset();
   if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
-  const GjkResult answer = Solver(difference, far_m, near_m).Run(offset);
+  const GjkResult answer = GjkSolver(difference, far_m, near_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;

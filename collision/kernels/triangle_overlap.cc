@@ -37,7 +37,7 @@ class Axes {
       verdict_ = Overlap::kNo;
       return false;
     }
-    if (gap > -unsure) verdict_ = Overlap::kUndecidedOverlap;
+    if (gap > -unsure) verdict_ = Overlap::kUnsure;
     return true;
   }
   Overlap verdict() const { return verdict_; }

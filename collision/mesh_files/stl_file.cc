@@ -67,14 +67,13 @@ class TextReader {
     for (const char* known : {"solid", "outer", "endloop", "endsolid"}) {
       if (line.Is(known)) return absl::OkStatus();
     }
-    return line.InvalidStl("must be part of a facet with three vertices");
+    return line.Fault("must be part of a facet with three vertices");
   }
 
   absl::Status AddCorner(const LineReader& line) {
     const std::optional<Vector3> corner = line.VectorAt(1);
-    if (!corner.has_value() || line.words() != 4) return line.InvalidStl("must have three numbers");
-    if (!is_open_ || corners_.size() == 3)
-      return line.InvalidStl("must be one of three of a facet");
+    if (!corner.has_value() || line.words() != 4) return line.Fault("must have three numbers");
+    if (!is_open_ || corners_.size() == 3) return line.Fault("must be one of three of a facet");
     corners_.push_back(*corner);
     return absl::OkStatus();
   }

@@ -401,7 +401,8 @@ class StateChecker {
   // Calls `find`, instantiated for the obstacle's form and alignment.
   template <typename Find>
   static Lane Dispatch(const LaneObstacle& obstacle, const Find& find) {
-    return obstacle.is_aligned ? Of<true>(obstacle.form, find) : Of<false>(obstacle.form, find);
+    return obstacle.is_aligned ? Dispatch<true>(obstacle.form, find)
+                               : Dispatch<false>(obstacle.form, find);
   }
   template <bool kIsAligned, typename Find>
   static Lane Dispatch(LaneObstacle::Form form, const Find& find) {

@@ -43,7 +43,7 @@ class PointSample {
   };
   // The sampled points around the s-th in the order, including it.
   static Around AroundSampled(std::size_t s, std::size_t count);
-  // The index of the one of them that is nearest to the k-th member.
+  // The index of the sampled point that is nearest to the k-th member.
   std::size_t NearestSampled(std::size_t k, const Around& around) const;
 
   const OrientedPoints& all_;

@@ -43,8 +43,8 @@ struct Bow {
   double reach_m = 0;  // of the centre line, out of the wall
 };
 
-// From the wall at the upper height outwards and back to the wall at the lower height. The ends are
-// in the middle of the wall: they are not visible inside the vessel, and leave no gap outside.
+// A bow leaves the wall at the upper height and returns to it at the lower one. Its ends lie within
+// the wall: they are not visible inside the vessel, and leave no gap outside.
 TriangleMesh MakeBow(const VesselWall& wall, const Bow& bow, const Grip& grip) {
   std::vector<TubePoint> points;
   for (int i = 0; i < kBowPoints; ++i) {
