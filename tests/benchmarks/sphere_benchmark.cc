@@ -45,7 +45,7 @@ void Compare(const PandaProblems& all, const QueryBody& body, const PandaProblem
   tally.set_up_s += ThreadSeconds() - start_s;
   for (std::size_t first = 0; first < rows.size(); first += kAtOnce) {
     start_s = ThreadSeconds();
-    const std::span<const Verdict> verdicts = core->Judge(first, kAtOnce);
+    const std::span<const Verdict> verdicts = core->Check(first, kAtOnce);
     tally.core_s += ThreadSeconds() - start_s;
     tally.undecided += static_cast<std::size_t>(std::ranges::count(verdicts, Verdict::kUndecided));
   }

@@ -25,7 +25,7 @@ SimulatedObject Carton(const Vector3& size_m, double y_m, double turned_rad) {
   return MakeObject("carton", Box{size_m}, X_WO);
 }
 
-Pose Lying(double x_m, double y_m, double turned_rad, double radius_m) {
+Pose LyingCylinderAt(double x_m, double y_m, double turned_rad, double radius_m) {
   Pose X_WO = MakeTranslation(x_m, y_m, radius_m);
   X_WO.rotate(Eigen::AngleAxisd(turned_rad, Vector3::UnitZ()));
   X_WO.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitX()));
@@ -112,16 +112,16 @@ TEST(SplitStandingSolids, WhatStandsOnAnotherPartStaysWithIt) {
 }
 
 TEST(ContinuesSurface, RodsOnOneAxisDo) {
-  const ShapePart rod{Lying(0, 0, 0, 0.04), Cylinder{0.04, 0.08}};
+  const ShapePart rod{LyingCylinderAt(0, 0, 0, 0.04), Cylinder{0.04, 0.08}};
   const auto carries_on = [&](const ShapePart& other) {
     EXPECT_EQ(ContinuesSurface(rod, other, Pose::Identity()),
               ContinuesSurface(other, rod, Pose::Identity()));
     return ContinuesSurface(rod, other, Pose::Identity());
   };
-  EXPECT_TRUE(carries_on({Lying(0.003, 0.15, 0.05, 0.042), Cylinder{0.042, 0.06}}));
-  EXPECT_FALSE(carries_on({Lying(0.003, 0.15, 0.05, 0.05), Cylinder{0.05, 0.06}}));
-  EXPECT_FALSE(carries_on({Lying(0.03, 0.15, 0.05, 0.04), Cylinder{0.04, 0.06}}));
-  EXPECT_FALSE(carries_on({Lying(0.003, 0.15, 0.5, 0.04), Cylinder{0.04, 0.06}}));
+  EXPECT_TRUE(carries_on({LyingCylinderAt(0.003, 0.15, 0.05, 0.042), Cylinder{0.042, 0.06}}));
+  EXPECT_FALSE(carries_on({LyingCylinderAt(0.003, 0.15, 0.05, 0.05), Cylinder{0.05, 0.06}}));
+  EXPECT_FALSE(carries_on({LyingCylinderAt(0.03, 0.15, 0.05, 0.04), Cylinder{0.04, 0.06}}));
+  EXPECT_FALSE(carries_on({LyingCylinderAt(0.003, 0.15, 0.5, 0.04), Cylinder{0.04, 0.06}}));
   EXPECT_FALSE(carries_on({MakeTranslation(0, 0.08, 0.04), Sphere{0.04}}));
 }
 

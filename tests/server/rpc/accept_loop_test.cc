@@ -23,7 +23,7 @@ namespace cwm::server {
 namespace {
 
 using std::chrono::milliseconds;
-using testing::Http2Beginning;
+using testing::Http2ClientPreface;
 using testing::Http2Frame;
 using testing::RawPeer;
 

@@ -13,7 +13,7 @@ namespace cwm::server {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::Http2Beginning;
+using testing::Http2ClientPreface;
 using testing::RawPeer;
 
 constexpr auto kSoon = std::chrono::seconds(10);
