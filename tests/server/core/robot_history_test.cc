@@ -18,7 +18,7 @@ using collision::RemoveRobot;
 using collision::Revision;
 using collision::testing::Arm;
 using collision::testing::ArmUrdf;
-using collision::testing::Of;
+using collision::testing::MakeChange;
 using collision::testing::PutArm;
 using collision::testing::SetElbow;
 
@@ -31,12 +31,12 @@ class RobotHistory : public ::testing::Test {
   // Six revisions: a robot is put with an object, moved, made anew, joined by another one, replaced
   // and removed.
   void WriteAll() {
-    Write({Of(PutArm("arm")), Put("a")});
-    Write({Of(SetElbow("arm", 0.5))});
-    Write({Of(PutArm("arm", Arm(ArmUrdf("arm", "0.2")))), Move("a", 1)});
-    Write({Of(PutArm("bench"))});
-    Write({Of(RemoveRobot{"arm"}), Of(PutArm("arm"))});
-    Write({Of(RemoveRobot{"bench"}), Remove("a")});
+    Write({MakeChange(PutArm("arm")), Put("a")});
+    Write({MakeChange(SetElbow("arm", 0.5))});
+    Write({MakeChange(PutArm("arm", Arm(ArmUrdf("arm", "0.2")))), Move("a", 1)});
+    Write({MakeChange(PutArm("bench"))});
+    Write({MakeChange(RemoveRobot{"arm"}), MakeChange(PutArm("arm"))});
+    Write({MakeChange(RemoveRobot{"bench"}), Remove("a")});
   }
   absl::Status Refusal(const std::vector<Change>& changes) {
     return world.Apply(changes, {}).status();
@@ -50,11 +50,11 @@ TEST_F(RobotHistory, UndoingEventsLeadsBackToEachSnapshot) {
   History history({}, std::make_shared<const collision::WorldSnapshot>());
   SnapshotPtr latest = history.SnapshotAt({0});
   for (const auto& changes :
-       std::vector<std::vector<Change>>{{Of(PutArm("arm")), Put("a")},
-                                        {Of(SetElbow("arm", 0.5))},
-                                        {Of(RemoveRobot{"arm"}), Of(PutArm("arm"))},
-                                        {Of(PutArm("bench")), Remove("a")},
-                                        {Of(RemoveRobot{"arm"})}}) {
+       std::vector<std::vector<Change>>{{MakeChange(PutArm("arm")), Put("a")},
+                                        {MakeChange(SetElbow("arm", 0.5))},
+                                        {MakeChange(RemoveRobot{"arm"}), MakeChange(PutArm("arm"))},
+                                        {MakeChange(PutArm("bench")), Remove("a")},
+                                        {MakeChange(RemoveRobot{"arm"})}}) {
     SnapshotPtr next = *collision::Apply(latest, changes);
     const auto deltas = collision::Difference(*latest, *next);
     history.Append(
@@ -98,12 +98,12 @@ TEST_F(RobotHistory, WatchesOfBothModesTellRobotsFromEveryRevision) {
 }
 
 TEST_F(RobotHistory, ARevisionOfARobotAloneIsAnEventAndNoBookmark) {
-  Write({Of(PutArm("arm"))});
+  Write({MakeChange(PutArm("arm"))});
   for (const WatchMode mode : {WatchMode::kLossless, WatchMode::kCoalesced}) {
     const auto watch = world.Watch({.mode = mode}, [] {});
     EXPECT_EQ((**(*watch)->Next()).snapshot->robots().size(), 1u);
     const double elbow = mode == WatchMode::kLossless ? 0.1 : 0.2;
-    Write({Of(SetElbow("arm", elbow))});
+    Write({MakeChange(SetElbow("arm", elbow))});
     const WatchStep step = **(*watch)->Next();
     EXPECT_EQ(step.kind, WatchStep::Kind::kEvents);
     ASSERT_EQ(step.robot_deltas.size(), 1u);
@@ -116,9 +116,9 @@ TEST_F(RobotHistory, CountsWhatItAloneHolds) {
     const collision::RobotDelta one{std::move(before), std::move(after)};
     return ApproximateSupersededBytes(std::span(&one, 1));
   };
-  Write({Of(PutArm("arm"))});
+  Write({MakeChange(PutArm("arm"))});
   const auto first = world.Snapshot()->FindRobot("arm");
-  Write({Of(SetElbow("arm", 0.5))});
+  Write({MakeChange(SetElbow("arm", 0.5))});
   const auto moved = world.Snapshot()->FindRobot("arm");
   EXPECT_EQ(delta(nullptr, first), 0);
   EXPECT_GT(delta(first, moved), 0);
@@ -128,30 +128,30 @@ TEST_F(RobotHistory, CountsWhatItAloneHolds) {
 
 TEST_F(RobotHistory, EventsOfRobotsCountAmongThoseThatAreKept) {
   World busy{"w", "uid", {.watch_events = 3}, clock.now()};
-  ASSERT_TRUE(busy.Apply(std::vector{Of(PutArm("arm"))}, {}).ok());
+  ASSERT_TRUE(busy.Apply(std::vector{MakeChange(PutArm("arm"))}, {}).ok());
   for (int i = 1; i <= 5; ++i) {
-    ASSERT_TRUE(busy.Apply(std::vector{Of(SetElbow("arm", 0.1 * i))}, {}).ok());
+    ASSERT_TRUE(busy.Apply(std::vector{MakeChange(SetElbow("arm", 0.1 * i))}, {}).ok());
   }
   EXPECT_EQ(busy.oldest_watch(), Revision{3});
 }
 
 TEST_F(RobotHistory, NextNamesAreThoseOfNoRobot) {
-  Write({Of(PutArm("object_1"))});
+  Write({MakeChange(PutArm("object_1"))});
   EXPECT_EQ(world.ReserveName("object"), "object_2");
 }
 
 TEST_F(RobotHistory, RefusalsSayThatTheyAreAboutARobot) {
-  const ErrorDetails unknown = DetailsOf(Refusal({Of(SetElbow("ghost", 0))}));
+  const ErrorDetails unknown = DetailsOf(Refusal({MakeChange(SetElbow("ghost", 0))}));
   EXPECT_EQ(unknown.reason, "ROBOT_UNKNOWN");
   EXPECT_EQ(unknown.metadata.at("robot"), "ghost");
   EXPECT_EQ(unknown.metadata.at("change_index"), "0");
-  Write({Of(PutArm("arm"))});
-  Change late = Of(SetElbow("arm", 0.5));
+  Write({MakeChange(PutArm("arm"))});
+  Change late = MakeChange(SetElbow("arm", 0.5));
   late.expected_object_revision = Revision{7};
   const ErrorDetails mismatch = DetailsOf(Refusal({late}));
   EXPECT_EQ(mismatch.reason, "OBJECT_REVISION_MISMATCH");
   EXPECT_EQ(mismatch.metadata.at("actual_revision"), "1");
-  const ErrorDetails joint = DetailsOf(Refusal({Put("a"), Of(SetElbow("arm", 1e7))}));
+  const ErrorDetails joint = DetailsOf(Refusal({Put("a"), MakeChange(SetElbow("arm", 1e7))}));
   ASSERT_EQ(joint.fields.size(), 1u);
   EXPECT_EQ(joint.fields[0].field, "changes[1].robot_state.joints.values[0].value");
 }
