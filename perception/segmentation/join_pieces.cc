@@ -91,13 +91,13 @@ void ReturnPatches(const Pieces& pieces, DisjointSets& objects) {
 
 }  // namespace
 
-Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight,
+Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap* sight,
                   const Work& work) {
   const auto count = static_cast<std::size_t>(pieces.piece_count);
   DisjointSets objects(count);
   const PieceSummaries views = SummarizePieces(graph, pieces, work);
   JoinVessels(graph.nodes(), views, objects);
-  JoinAcrossOccluders(graph.nodes(), views, sight, objects);
+  if (sight != nullptr) JoinAcrossOccluders(graph.nodes(), views, *sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);
   ReturnPatches(pieces, objects);
   std::vector<std::int32_t> number(count);

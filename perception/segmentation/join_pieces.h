@@ -10,8 +10,10 @@
 
 namespace cwm::perception {
 
-// Returns the same nodes with one piece per object.
-Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight,
+// Returns the same nodes with one piece per object. `sight` is null if the points were seen from
+// several places: their rays do not tell hidden places from empty ones, so nothing is joined across
+// occluders.
+Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap* sight,
                   const Work& work = {});
 
 }  // namespace cwm::perception

@@ -362,7 +362,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
       CutIntoPieces(graph, surface->crease, coarse, supports.planes, from_one_place, work);
   options.stage_done("clusters");
   work.Poll();
-  pieces = JoinPieces(graph, std::move(pieces), sight, work);
+  pieces = JoinPieces(graph, std::move(pieces), from_one_place, work);
   Regions regions =
       FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight, work);
   if (options.clustering == Clustering::kNone) MergeOnSupports(regions);

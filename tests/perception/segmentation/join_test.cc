@@ -298,7 +298,7 @@ class Cells {
   void IsPatch(std::int32_t piece) { patch_of_[piece] = kSupport; }
 
   // The object of each piece, in the order in which the pieces were added.
-  std::vector<std::int32_t> Join() const {
+  std::vector<std::int32_t> Join(bool from_one_place = true) const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
     const OrientedPoints nodes = Downsample(points_, grid, kSerialWork);
     const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kSerialWork);
@@ -309,7 +309,8 @@ class Cells {
     pieces.support_count = 1;
     pieces.piece_count = count_;
     pieces.patch_of = patch_of_;
-    const Pieces joined = JoinPieces(graph, pieces, SightMap(graph.nodes(), kPitch_rad));
+    const SightMap sight(graph.nodes(), kPitch_rad);
+    const Pieces joined = JoinPieces(graph, pieces, from_one_place ? &sight : nullptr);
     std::vector<std::int32_t> object_of(static_cast<std::size_t>(count_), -1);
     for (std::size_t c = 0; c < grid.size(); ++c) {
       object_of[static_cast<std::size_t>(pieces.of_node[c])] = joined.of_node[c];
@@ -354,6 +355,19 @@ TEST(JoinPieces, LeavesASmallBoxOnTopOfALargeOneToItself) {
   const auto object_of = cells.Join();
   EXPECT_NE(object_of[static_cast<std::size_t>(small)], object_of[static_cast<std::size_t>(top)]);
   EXPECT_NE(object_of[static_cast<std::size_t>(small)], object_of[1]);
+}
+
+// Rays of merged views do not tell what is hidden.
+TEST(JoinPieces, JoinsAcrossAnOccluderOnlyWhatWasSeenFromOnePlace) {
+  for (const bool from_one_place : {true, false}) {
+    Cells cells;
+    cells.Add(Top(-0.7, {0.7, 0.9}, {-0.1, 0.1}));
+    const auto left = static_cast<std::size_t>(cells.Add(Face(1, kLeft, kHeights)));
+    const auto right = static_cast<std::size_t>(cells.Add(Face(1, kRight, kHeights)));
+    cells.Add(Face(0.7, {-0.03, 0.03}, {-0.5, -0.3}));
+    const auto object_of = cells.Join(from_one_place);
+    EXPECT_EQ(object_of[left] == object_of[right], from_one_place);
+  }
 }
 
 TEST(JoinPieces, GivesAScrapToItsLongestBorder) {
