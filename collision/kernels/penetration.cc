@@ -67,9 +67,10 @@ class PolytopeSearch {
   // best_, if D is flat.
   bool Start() {
     std::array<Vertex, 6> far;
-    for (int i = 0; i < 3; ++i) {
-      far[static_cast<std::size_t>(2 * i)] = difference_.Support(Vector3::Unit(i));
-      far[static_cast<std::size_t>(2 * i + 1)] = difference_.Support(-Vector3::Unit(i));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector3 axis = Vector3::Unit(static_cast<Eigen::Index>(i));
+      far[2 * i] = difference_.Support(axis);
+      far[2 * i + 1] = difference_.Support(-axis);
     }
     Vertex a = far[0], b = far[1];
     for (std::size_t i = 2; i < 6; i += 2) {

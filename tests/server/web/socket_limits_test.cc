@@ -300,11 +300,13 @@ TEST_F(SmallBurst, ABurstIsBoundedToo) {
 // bytes wait than are allowed for long.
 class SteadyReader : public FewBytes {
  protected:
-  SteadyReader() : FewBytes(Limits(kPause)) {}
+  // Long enough that a machine with other work to do keeps it as well.
+  static constexpr auto kMaxLag = 3 * kPause;
+  SteadyReader() : FewBytes(Limits(kMaxLag)) {}
 };
 
 TEST_F(SteadyReader, APageThatKeepsUpIsServedHoweverMuchThereIs) {
-  constexpr std::size_t kMessages = 8;
+  constexpr std::size_t kMessages = 16;
   const auto stored =
       application_.geometry.Put(BlobFormat::kLabelsU32, std::string(kMessages << 20, 'a'));
   ASSERT_TRUE(stored.ok());
@@ -317,7 +319,7 @@ TEST_F(SteadyReader, APageThatKeepsUpIsServedHoweverMuchThereIs) {
   }
   const Outcome outcome = TakeAll(page, milliseconds(25));
   EXPECT_EQ(outcome.whole, kCalls) << outcome.why;
-  EXPECT_GT(std::chrono::steady_clock::now() - start, kPause) << "longer than may be";
+  EXPECT_GT(std::chrono::steady_clock::now() - start, kMaxLag) << "longer than may be";
 }
 
 // Each refusal is an answer: without a limit, a page that never reads would fill the memory.
