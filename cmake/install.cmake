@@ -17,7 +17,7 @@ endforeach()
 # other, below one folder; <cwm/client.h> includes them all.
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/cwm)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/cwm)
-foreach(library client formats glb proto transfer)
+foreach(library client formats proto transfer)
   set_target_properties(cwm_${library} PROPERTIES EXPORT_NAME ${library})
   install(TARGETS cwm_${library} EXPORT cwm
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT client-dev

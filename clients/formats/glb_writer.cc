@@ -3,8 +3,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/formats/glb.h"
-#include "collision/mesh_files/glb_format.h"
-#include "collision/mesh_files/glb_writer.h"
+#include "proto/transfer/glb_format.h"
+#include "proto/transfer/glb_writer.h"
 
 namespace cwm::formats {
 namespace {
@@ -44,13 +44,12 @@ std::string Describe(const MeshFile& mesh, const std::vector<Coordinates>& verti
       // A rotation by -90 degrees about x: the world's Z becomes glTF's Y.
       R"("nodes":[{"mesh":0,"rotation":[-0.70710678,0,0,0.70710678]}],)",
       R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)",
-      R"("accessors":[{"bufferView":0,"componentType":)", collision::kGltfFloat,
-      R"(,"type":"VEC3","count":)", vertices.size(), ",", BoundsText(vertices),
-      R"(},{"bufferView":1,"componentType":)", collision::kGltfUnsignedInt,
-      R"(,"type":"SCALAR","count":)", 3 * mesh.triangles.size(),
+      R"("accessors":[{"bufferView":0,"componentType":)", kGltfFloat, R"(,"type":"VEC3","count":)",
+      vertices.size(), ",", BoundsText(vertices), R"(},{"bufferView":1,"componentType":)",
+      kGltfUnsignedInt, R"(,"type":"SCALAR","count":)", 3 * mesh.triangles.size(),
       R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)", vertex_bytes,
-      R"(,"target":)", collision::kGltfArrayBuffer, R"(},{"buffer":0,"byteOffset":)", vertex_bytes,
-      R"(,"byteLength":)", index_bytes, R"(,"target":)", collision::kGltfElementArrayBuffer,
+      R"(,"target":)", kGltfArrayBuffer, R"(},{"buffer":0,"byteOffset":)", vertex_bytes,
+      R"(,"byteLength":)", index_bytes, R"(,"target":)", kGltfElementArrayBuffer,
       R"(}],"buffers":[{"byteLength":)", vertex_bytes + index_bytes, "}]}");
 }
 
@@ -62,7 +61,7 @@ std::string FormatGlbMesh(const MeshFile& mesh) {
                      vertices.size() * sizeof(Coordinates));
   binary.append(reinterpret_cast<const char*>(mesh.triangles.data()),
                 mesh.triangles.size() * sizeof(mesh.triangles[0]));
-  return collision::JoinGlb(Describe(mesh, vertices), binary);
+  return JoinGlb(Describe(mesh, vertices), binary);
 }
 
 }  // namespace cwm::formats

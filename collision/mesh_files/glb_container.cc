@@ -9,12 +9,18 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "collision/mesh_files/glb_format.h"
 
 namespace cwm::collision {
 namespace {
 
 using Json = nlohmann::json;
+
+// cited: glTF 2.0, section 4.4 (the container).
+constexpr std::uint32_t kGlbVersion = 2;
+constexpr std::uint32_t kGlbJsonChunk = 0x4E4F534A;
+constexpr std::uint32_t kGlbBinaryChunk = 0x004E4942;
+constexpr std::size_t kGlbHeaderBytes = 12;
+constexpr std::size_t kGlbChunkHeaderBytes = 8;
 
 // measured: a mesh takes some hundred bytes of JSON, and a parsed document thirty times the size of
 // its text. chosen: the parser cannot be interrupted, and takes some 20 ms for this much.

@@ -15,7 +15,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/mesh_files/glb_container.h"
-#include "collision/mesh_files/glb_format.h"
 #include "collision/mesh_files/mesh_builder.h"
 #include "collision/mesh_files/scene_graph.h"
 #include "collision/xml/xml_element.h"
@@ -225,13 +224,13 @@ class GlbReader {
       Fail("every primitive must have attributes");
       return read;
     }
-    read.positions = ReadElements(CountAt(*attributes, "POSITION"), "VEC3", {{kGltfFloat, 12}},
+    read.positions = ReadElements(CountAt(*attributes, "POSITION"), "VEC3", {{5126, 12}},
                                   "positions must be an accessor of three floats");
     std::size_t corners = read.positions.count;
     if (json.contains("indices")) {
-      read.indices = ReadElements(CountAt(json, "indices"), "SCALAR",
-                                  {{5121, 1}, {5123, 2}, {kGltfUnsignedInt, 4}},
-                                  "indices must be an accessor of unsigned integers");
+      read.indices =
+          ReadElements(CountAt(json, "indices"), "SCALAR", {{5121, 1}, {5123, 2}, {5125, 4}},
+                       "indices must be an accessor of unsigned integers");
       corners = read.indices->count;
     }
     if (!status_.ok()) return read;

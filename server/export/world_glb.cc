@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "collision/mesh_files/glb_format.h"
-#include "collision/mesh_files/glb_writer.h"
+#include "proto/transfer/glb_format.h"
+#include "proto/transfer/glb_writer.h"
 #include "server/export/drawn_world.h"
 #include "server/export/file_bytes.h"
 
@@ -92,7 +92,7 @@ class Document {
     }
     json += "}";
     if (absl::Status status = check_cancelled_(); !status.ok()) return status;
-    return collision::JoinGlb(json, binary_);
+    return JoinGlb(json, binary_);
   }
 
  private:
@@ -158,8 +158,8 @@ class Document {
     };
     absl::Status status = ForEachRange(mesh.vertices.size(), check_cancelled_, append);
     if (!status.ok()) return status;
-    return AddAccessor(begin, collision::kGltfArrayBuffer,
-                       {{"componentType", collision::kGltfFloat},
+    return AddAccessor(begin, kGltfArrayBuffer,
+                       {{"componentType", kGltfFloat},
                         {"type", "VEC3"},
                         {"count", mesh.vertices.size()},
                         {"min", min},
@@ -175,8 +175,8 @@ class Document {
     };
     absl::Status status = ForEachRange(mesh.triangles.size(), check_cancelled_, append);
     if (!status.ok()) return status;
-    return AddAccessor(begin, collision::kGltfElementArrayBuffer,
-                       {{"componentType", collision::kGltfUnsignedInt},
+    return AddAccessor(begin, kGltfElementArrayBuffer,
+                       {{"componentType", kGltfUnsignedInt},
                         {"type", "SCALAR"},
                         {"count", 3 * mesh.triangles.size()}});
   }

@@ -1,11 +1,11 @@
-#include "collision/mesh_files/glb_writer.h"
+#include "proto/transfer/glb_writer.h"
 
 #include <bit>
 #include <cstring>
 
-#include "collision/mesh_files/glb_format.h"
+#include "proto/transfer/glb_format.h"
 
-namespace cwm::collision {
+namespace cwm {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
@@ -43,4 +43,4 @@ std::string JoinGlb(std::string_view json, std::string_view binary) {
   return file;
 }
 
-}  // namespace cwm::collision
+}  // namespace cwm

@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace cwm::collision {
+namespace cwm {
 
-// Joins the chunks that SplitGlb splits. The file has no binary chunk if `binary` is empty.
+// Returns a GLB file of the two chunks. It has no binary chunk if `binary` is empty.
 std::string JoinGlb(std::string_view json, std::string_view binary);
 
-}  // namespace cwm::collision
+}  // namespace cwm

@@ -1,10 +1,10 @@
-// The numbers of binary glTF 2.0, for its reader and its writers.
+// The numbers of binary glTF 2.0 (GLB) that its writers need.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-namespace cwm::collision {
+namespace cwm {
 
 // cited: glTF 2.0, section 4.4 (the container).
 inline constexpr std::uint32_t kGlbMagic = 0x46546C67;  // "glTF"
@@ -20,4 +20,4 @@ inline constexpr int kGltfFloat = 5126;
 inline constexpr int kGltfArrayBuffer = 34962;
 inline constexpr int kGltfElementArrayBuffer = 34963;
 
-}  // namespace cwm::collision
+}  // namespace cwm
