@@ -37,7 +37,7 @@ constexpr float kCell_sigma = 2.7f;
 constexpr float kMinCell_m = 0.002f;
 // derived: cells grow until they have half of the neighbours that a cell on a surface without gaps
 // has.
-constexpr double kMinNeighbours = std::size(kNeighbourOffsets) / 2;
+constexpr double kMinNeighbours = std::size(kNeighbourOffsets) / 2.0;
 // chosen: the share of cells on slanted surfaces, whose points lie farther apart.
 constexpr double kSlantedShare = 0.25;
 // chosen: steps by a factor of 1.5 each, 25 in total.
