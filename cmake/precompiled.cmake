@@ -1,7 +1,8 @@
 # Headers of libraries are compiled once for all targets, because they take longer than our own
 # sources. The libraries that a target links select them: Eigen's; gRPC's and the protos' as well;
-# GoogleTest's beside either. A source must still include all that it uses: the presets dev and tidy
-# do not precompile.
+# GoogleTest's beside either. Those for targets with cwm_light_options are compiled with these, as
+# g++ compiles what follows with the options of the precompiled headers. A source must still include
+# all that it uses: the presets dev and tidy do not precompile.
 
 set(std_headers
     <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <cstdint> <cstring> <deque> <filesystem> <fstream>
@@ -14,7 +15,8 @@ set(headers_grpc ${headers_eigen} <grpcpp/grpcpp.h> <cwm/v1/admin.pb.h> <cwm/v1/
 set(headers_test <gmock/gmock.h> <gtest/gtest.h>)
 set(links_eigen Eigen3::Eigen)
 set(links_grpc Eigen3::Eigen cwm_proto)
-set(links_test cwm_test_options GTest::gmock)
+set(links_light cwm_light_options)
+set(links_test GTest::gmock)
 
 # Sets RESULT to TRUE if TARGET links any of NAMES, directly or through public links of other
 # targets.
@@ -40,8 +42,8 @@ function(cwm_links result target names)
   endforeach()
 endfunction()
 
-# Sets RESULT to the target that holds the precompiled headers of KINDS (eigen or grpc, and test
-# beside it), with or without sanitizers; it is made on first use.
+# Sets RESULT to the target that holds the precompiled headers of KINDS (eigen or grpc, and light
+# and test beside it), with or without sanitizers; it is made on first use.
 function(cwm_precompiled_headers result kinds unsanitized)
   list(JOIN kinds _ name)
   set(name cwm_headers_${name})
@@ -62,20 +64,26 @@ function(cwm_precompiled_headers result kinds unsanitized)
   endif()
   foreach(kind ${kinds})
     target_link_libraries(${name} PRIVATE ${links_${kind}})
-    target_precompile_headers(${name} PRIVATE ${headers_${kind}})
+    if(headers_${kind})
+      target_precompile_headers(${name} PRIVATE ${headers_${kind}})
+    endif()
   endforeach()
 endfunction()
 
 function(cwm_precompile target)
   cwm_links(grpc ${target} cwm_proto)
   cwm_links(eigen ${target} Eigen3::Eigen)
-  cwm_links(test ${target} cwm_test_options)
+  cwm_links(light ${target} cwm_light_options)
+  cwm_links(test ${target} GTest::gmock)
   if(grpc)
     set(kinds grpc)
   elseif(eigen OR test)
     set(kinds eigen)
   else()
     return()
+  endif()
+  if(light AND CMAKE_BUILD_TYPE STREQUAL Release)
+    list(APPEND kinds light)
   endif()
   if(test)
     list(APPEND kinds test)

@@ -11,7 +11,6 @@
 #include "perception/refinement/split/split_stacked_boxes.h"
 #include "perception/refinement/split/split_stacked_rounds.h"
 #include "perception/refinement/split/split_standing_solids.h"
-#include "perception/refinement/split/split_unexplained_parts.h"
 
 namespace cwm::perception {
 const Passes& RefinementPasses() {
@@ -25,7 +24,6 @@ const Passes& RefinementPasses() {
     made.push_back(MakeSplitRows());
     made.push_back(MakeSplitStandingSolids());
     made.push_back(MakeSplitStackedBoxes());
-    made.push_back(MakeSplitUnexplainedParts());
     made.push_back(MakeMergeTrayWalls());
     return made;
   }();

@@ -26,6 +26,8 @@ SimulatedView RandomScene(SceneFamily family, std::uint64_t seed) {
       return RandomLidView(seed);
     case SceneFamily::kEdges:
       return RandomEdgeView(seed);
+    case SceneFamily::kContainers:
+      return RandomContainerView(seed);
   }
   return RandomTableView(seed);
 }

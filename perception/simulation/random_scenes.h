@@ -25,7 +25,10 @@ namespace cwm::perception {
 // kRows     a table with one or two rows of objects of equal height, and single objects.
 // kLids     a table with four to eight cans, jars and boxes with lids.
 // kEdges    standing goods at and over an edge of the table, with their middle above the table.
-// Up to four fifths of an object is hidden in kStacks, kHeaps and kRows.
+// kContainers  a table with one or two open boxes, most with goods in them, and vessels that lie on
+//           their side (containers.h).
+// Up to four fifths of an object is hidden in kStacks, kHeaps, kRows and
+// kContainers.
 enum class SceneFamily {
   kTable,
   kClutter,
@@ -35,22 +38,25 @@ enum class SceneFamily {
   kHeaps,
   kRows,
   kLids,
-  kEdges
+  kEdges,
+  kContainers
 };
 
 struct NamedFamily {
   std::string_view name;  // as on the command line and in figures
   SceneFamily family = SceneFamily::kTable;
 };
-inline constexpr std::array<NamedFamily, 9> kSceneFamilies = {{{"table", SceneFamily::kTable},
-                                                               {"clutter", SceneFamily::kClutter},
-                                                               {"kitchen", SceneFamily::kKitchen},
-                                                               {"vessels", SceneFamily::kVessels},
-                                                               {"stacks", SceneFamily::kStacks},
-                                                               {"heaps", SceneFamily::kHeaps},
-                                                               {"rows", SceneFamily::kRows},
-                                                               {"lids", SceneFamily::kLids},
-                                                               {"edges", SceneFamily::kEdges}}};
+inline constexpr std::array<NamedFamily, 10> kSceneFamilies = {
+    {{"table", SceneFamily::kTable},
+     {"clutter", SceneFamily::kClutter},
+     {"kitchen", SceneFamily::kKitchen},
+     {"vessels", SceneFamily::kVessels},
+     {"stacks", SceneFamily::kStacks},
+     {"heaps", SceneFamily::kHeaps},
+     {"rows", SceneFamily::kRows},
+     {"lids", SceneFamily::kLids},
+     {"edges", SceneFamily::kEdges},
+     {"containers", SceneFamily::kContainers}}};
 
 struct SimulatedView {
   SimulatedScene scene;

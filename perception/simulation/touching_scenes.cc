@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "perception/simulation/containers.h"
 #include "perception/simulation/groups.h"
 #include "perception/simulation/household_goods.h"
 #include "perception/simulation/table_view.h"
@@ -141,6 +142,18 @@ SimulatedView RandomLidView(std::uint64_t seed) {
 SimulatedView RandomEdgeView(std::uint64_t seed) {
   return DrawTableView(SceneFamily::kEdges, seed, {.min = 3, .max = 7},
                        {.min_gap_m = 0.02, .max_hidden = 0.35}, FillEdge, TableMiddle::kEdgeInView);
+}
+
+SimulatedView RandomContainerView(std::uint64_t seed) {
+  return DrawTableView(
+      SceneFamily::kContainers, seed, {.min = 3, .max = 10}, kTouching,
+      [](int, Table& table, RandomDraws& draws) {
+        Fill({.groups = 1 + draws.Below(2), .singles = 0}, DrawOpenBox, table, draws);
+        const int vessels = 2 + draws.Below(3);
+        for (int i = 0, added = 0; i < kDrawsPerObject * vessels && added < vessels; ++i) {
+          added += AddSingle(DrawLyingVessel(draws), table, draws);
+        }
+      });
 }
 
 }  // namespace cwm::perception

@@ -1,4 +1,4 @@
-// Tables with objects that touch (stacks, heaps, rows), objects with lids, or objects at an edge.
+// Tables with objects that touch (stacks, heaps, rows, filled boxes), objects with lids, or objects at an edge.
 #pragma once
 
 #include "perception/simulation/random_scenes.h"
@@ -11,5 +11,6 @@ SimulatedView RandomHeapView(std::uint64_t seed);
 SimulatedView RandomRowView(std::uint64_t seed);
 SimulatedView RandomLidView(std::uint64_t seed);
 SimulatedView RandomEdgeView(std::uint64_t seed);
+SimulatedView RandomContainerView(std::uint64_t seed);
 
 }  // namespace cwm::perception

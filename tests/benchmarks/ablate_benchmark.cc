@@ -217,7 +217,7 @@ void MeasureAblationOn(const Seeds& seeds, const std::string& only, Report& repo
     (IsTuned(names[k].family) ? tuned : others).push_back(std::move(ablated[k]));
   }
   PrintTable("table, clutter, kitchen, vessels", tuned, passes, report);
-  PrintTable("stacks, heaps, rows, lids, edges", others, passes, report);
+  PrintTable("stacks, heaps, rows, lids, edges, containers", others, passes, report);
   PrintTable("labelled Kinect scans (mosd/learn; objects alone)", labelled, passes, report);
 }
 

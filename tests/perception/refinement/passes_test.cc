@@ -129,63 +129,6 @@ TEST(SplitStackedBoxes, LeavesOneBoxAlone) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{box}}), "split.stacked_boxes"), IsEmpty());
 }
 
-// A model in which the points of the second solid form a handle of the first.
-SceneState WithHandle(const HandBuilt& scene, const Placed<>& host, const Placed<>& handle) {
-  const SceneState state = scene.StateWith({{host, handle}});
-  auto model = std::make_shared<HypothesisModel>(*state.hypotheses().front()->model);
-  model->object.shapes.pop_back();
-  Handle& added = model->object.handles.emplace_back();
-  added.point_count = static_cast<int>(std::ranges::count(model->part_of_point(), 1));
-  const std::vector<ModelPtr> models = {model};
-  return state.WithModels(models);
-}
-
-TEST(SplitUnexplainedParts, MakesAnObjectOfABallBesideACan) {
-  HandBuilt scene;
-  const Placed<> can = Standing(Cylinder{0.035, 0.11}, 0, 0);
-  const Placed<> ball = Standing(Sphere{0.03}, 0, -0.066);
-  scene.Add({can, ball});
-  const RefinedScene refined = RunAlone(WithHandle(scene, can, ball), "split.unexplained_parts");
-  ExpectSound(refined);
-  EXPECT_THAT(refined.state.objects(), SizeIs(2));
-}
-
-TEST(SplitUnexplainedParts, LeavesWhatDoesNotStand) {
-  HandBuilt scene;
-  const Placed<> can = Standing(Cylinder{0.035, 0.11}, 0, 0);
-  const Placed<> knob = Standing(Sphere{0.02}, 0, -0.056, 0.05);
-  scene.Add({can, knob});
-  EXPECT_THAT(RunAlone(WithHandle(scene, can, knob), "split.unexplained_parts").state.objects(),
-              SizeIs(1));
-}
-
-// Only the sides of the lower box show, below the upper one; the model of both as one box hides
-// that there are two.
-TEST(SplitUnexplainedParts, FindsTheBoxUnderOneThatOverhangs) {
-  HandBuilt scene;
-  const Placed<> low = Standing(Box{{0.08, 0.07, 0.06}}, 0, 0);
-  const Placed<> high = Standing(Box{{0.16, 0.15, 0.05}}, 0, 0, 0.06);
-  const Placed<> both = Standing(Box{{0.16, 0.15, 0.11}}, 0, 0);
-  scene.Add({low, high});
-  const RefinedScene refined = RunAlone(scene.StateWith({{both}}), "split.unexplained_parts");
-  ExpectSound(refined);
-  ASSERT_THAT(refined.state.objects(), SizeIs(2));
-  const auto upper = std::ranges::find_if(refined.state.objects(), [](const HypothesisPtr& one) {
-    return one->resting.on.has_value();
-  });
-  ASSERT_NE(upper, refined.state.objects().end());
-  EXPECT_NEAR((*upper)->resting.foot_height_m, 0.06, 0.004);
-}
-
-// Noise and warp lift the table around an object's foot off its plane.
-TEST(SplitUnexplainedParts, LeavesWhatDoesNotRise) {
-  HandBuilt scene;
-  const Placed<> can = Standing(Cylinder{0.05, 0.11}, 0, 0);
-  const Placed<> beside = Standing(Box{{0.06, 0.06, 0.008}}, 0, -0.09);
-  scene.Add({can, beside});
-  EXPECT_THAT(ProposalsOf(scene.StateWith({{can}}), "split.unexplained_parts"), IsEmpty());
-}
-
 // Points of one hypothesis that the other explains change their owner.
 TEST(ReassignPoints, GivesPointsBackToTheirSolid) {
   HandBuilt scene;

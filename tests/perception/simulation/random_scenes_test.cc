@@ -179,11 +179,16 @@ TEST_P(TouchingObjects, RestOnASupportOrOnOneAnother) {
     for (const SimulatedObject& object : scene.objects) {
       if (!IsObject(object) || object.name.rfind("nested", 0) == 0) continue;
       const Aabb bounds = BoundsInWorld(object);
-      const auto carries = [&](const SimulatedObject& below) {
-        const Aabb other = BoundsInWorld(below);
+      const auto carries_on = [&](const Aabb& other) {
         return std::abs(bounds.min().z() - other.max().z()) <= kRounding_m &&
                (bounds.center().head<2>().array() >= other.min().head<2>().array()).all() &&
                (bounds.center().head<2>().array() <= other.max().head<2>().array()).all();
+      };
+      const auto carries = [&](const SimulatedObject& below) {
+        return carries_on(BoundsInWorld(below)) ||
+               std::ranges::any_of(below.parts, [&](const Placed<>& part) {
+                 return carries_on(TightBounds(part.shape, below.X_WO * part.X_FS));
+               });
       };
       const auto below = std::ranges::find_if(scene.objects, carries);
       ASSERT_NE(below, scene.objects.end()) << "seed " << seed << ": " << object.name;
@@ -205,7 +210,8 @@ const auto kTouchingFamilies =
     ::testing::Values(FamilyOfScenes{SceneFamily::kStacks, "stacks", 4, 19, 12},
                       FamilyOfScenes{SceneFamily::kHeaps, "heaps", 4, 17, 6},
                       FamilyOfScenes{SceneFamily::kRows, "rows", 3, 15},
-                      FamilyOfScenes{SceneFamily::kEdges, "edges", 3, 7});
+                      FamilyOfScenes{SceneFamily::kEdges, "edges", 3, 7},
+                      FamilyOfScenes{SceneFamily::kContainers, "containers", 3, 12, 4});
 const auto kNameOfFamily = [](const auto& info) { return info.param.name; };
 INSTANTIATE_TEST_SUITE_P(Separate, RandomScenes, kSeparateFamilies, kNameOfFamily);
 INSTANTIATE_TEST_SUITE_P(Touching, RandomScenes, kTouchingFamilies, kNameOfFamily);

@@ -1,13 +1,12 @@
 // The parts of objects that an occluder leaves visible beside other objects, seen by the virtual
 // scanner.
-#include "perception/refinement/split/split_unexplained_parts.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <map>
 
+#include "perception/interpret_scene.h"
 #include "perception/simulation/random_scenes.h"
 #include "perception/simulation/virtual_scanner.h"
 
@@ -45,7 +44,7 @@ Seen See(SceneFamily family, std::uint64_t seed) {
 }
 
 // Something hides all of the ball except a crescent that begins at a larger ball.
-TEST(SplitUnexplainedParts, ABallBesideABallIsAnObject) {
+TEST(TouchingSolids, ABallBesideABallIsAnObject) {
   constexpr std::size_t kSmall = 5, kLarge = 6;
   const Seen seen = See(SceneFamily::kClutter, 38);
   const DetectedObject &small = seen.Of(kSmall), &large = seen.Of(kLarge);
@@ -64,7 +63,7 @@ TEST(SplitUnexplainedParts, ABallBesideABallIsAnObject) {
 }
 
 // Mugs, pans and jugs keep their handles.
-TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
+TEST(TouchingSolids, LeavesHandlesOfVesselsAlone) {
   int with_handle = 0;
   for (std::uint64_t seed = 2; seed < 10; seed += 2) {
     const Seen seen = See(SceneFamily::kVessels, seed);
@@ -77,7 +76,7 @@ TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
 
 // A box of the same size and tilt fits the cylinder's few points equally well, apart from their
 // noise.
-TEST(ModelObject, ALeaningCylinderIsNoTiltedBox) {
+TEST(TouchingSolids, ALeaningCylinderIsNoTiltedBox) {
   constexpr std::size_t kLeaning = 7;
   for (const std::uint64_t seed : {7120U, 7222U}) {
     const Seen seen = See(SceneFamily::kTable, seed);
