@@ -6,8 +6,8 @@
 
 namespace cwm::cli {
 
-// The assets are the parts of the page and must outlive the line. Without them the command reports
-// that this program cannot make pages.
+// Adds `cwm report`. `assets` are the scripts and styles of its pages; they must outlive `line`. If
+// they are empty, the command says that this program was built without pages.
 void AddReportCommand(CommandLine& line, const report::PageAssets& assets);
 
 }  // namespace cwm::cli

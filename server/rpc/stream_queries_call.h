@@ -70,8 +70,8 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   StallTimers::Guard reading_;             // while the client reads an answer
 
   enum class SlotState { kEmpty, kInProgress, kDone };
-  // The data of a place in progress belongs to the one who works on it. The mutex is held during
-  // StartRead, StartWrite and Finish, in which gRPC never calls a reaction.
+  // While a slot is kInProgress, only the thread that fills it accesses its data. The mutex may be
+  // held while StartRead, StartWrite or Finish runs, because gRPC calls no reaction within them.
   std::mutex mutex_;
   SlotState read_ = SlotState::kEmpty;
   SlotState answer_ = SlotState::kEmpty;

@@ -59,7 +59,7 @@ TEST_F(AttachCommand, AttachesAsksAndDetaches) {
 }
 
 TEST_F(AttachCommand, TakesAPoseAndLinksThatMayTouch) {
-  // Around the base.
+  // At this pose the box encloses the base of the robot.
   CwmJson({"attach", "box", "--robot", "arm", "--link", "hand", "--pose", "0,0,0"});
   EXPECT_EQ(CheckedRow("0").at("object_link"), "base");
   CwmJson({"attach", "box", "--robot", "arm", "--link", "hand", "--pose", "0,0,0", "--touch-links",

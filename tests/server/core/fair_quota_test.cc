@@ -20,8 +20,9 @@ std::int64_t TakeAll(FairQuota& quota, const ClientId& client) {
 
 TEST(FairQuota, LeavesRoomForNewcomersHoweverManyAreGreedy) {
   FairQuota quota({.limit = 1'000, .member_share = 1});
-  // Each client takes as much as it leaves: first of the total, then of its group's three quarters
-  // and of the free amount.
+  // A client may hold as much as it leaves free: client 1 half of the limit. It may also hold as
+  // much as its group may still take, which is three times the free amount less what the group
+  // holds: client 2 has 200 when 300 are free and the group holds 700.
   EXPECT_EQ(TakeAll(quota, Client(1, 7)), 500);
   EXPECT_EQ(TakeAll(quota, Client(2, 7)), 200);
   EXPECT_GT(TakeAll(quota, Client(3, 7)), 20);
