@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/format_error.h"
@@ -13,9 +14,46 @@
 namespace cwm::formats {
 namespace {
 
+// The mark of UTF-8 that Windows' editors put before a text.
+std::string_view WithoutByteOrderMark(std::string_view bytes) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  return bytes.starts_with(kMark) ? bytes.substr(kMark.size()) : bytes;
+}
+
+// The name of a kind of file that is no cloud but often given as one, and what to do.
+struct KnownKind {
+  std::string_view begin;
+  std::string_view rule;
+};
+constexpr KnownKind kKnownKinds[] = {
+    {"PK\x03\x04", "is a zip archive or .npz: save one array of points with numpy.save"},
+    {"# Octomap", "is an octree of OctoMap: convert it to points, e.g. by octree2pointcloud"},
+    {"\x89PNG", "is a PNG image: make points of its depths first"},
+    {"\x89HDF", "is an HDF5 file: save its points with numpy.save"},
+    {"#ROSBAG", "is a bag of ROS: export its cloud as PCD, e.g. by pcl_ros bag_to_pcd"},
+    {"LASF", "is a LAS or LAZ file: convert it, e.g. by pdal translate to .pcd"},
+    {"\x1F\x8B", "is compressed by gzip: unpack it first"}};
+
+bool IsWebPage(std::string_view bytes) {
+  const std::size_t begin = bytes.find_first_not_of(" \t\r\n");
+  if (begin == std::string_view::npos) return false;
+  const std::string text = absl::AsciiStrToLower(std::string(bytes.substr(begin, 14)));
+  return text.starts_with("<!doctype html") || text.starts_with("<html");
+}
+
+// Says what a file is that is no cloud; empty if it is of no known kind.
+std::optional<std::string> KindOf(std::string_view bytes) {
+  for (const KnownKind& kind : kKnownKinds) {
+    if (bytes.starts_with(kind.begin)) return std::string(kind.rule);
+  }
+  if (IsWebPage(bytes)) return "is a web page: the download of the file failed or needs a login";
+  return std::nullopt;
+}
+
 absl::StatusOr<CloudFile> ParseAny(std::string_view bytes, const std::string& file) {
   const auto format = DetectCloudFormat(bytes);
   if (!format) {
+    if (const auto kind = KindOf(bytes)) return FileError(file, {"the file", "", *kind});
     const std::string_view first = bytes.substr(0, std::min<std::size_t>(bytes.find('\n'), 12));
     return FileError(file,
                      {"first line", std::string(first),
@@ -38,6 +76,7 @@ absl::StatusOr<CloudFile> ParseAny(std::string_view bytes, const std::string& fi
 }  // namespace
 
 std::optional<CloudFormat> DetectCloudFormat(std::string_view bytes) {
+  bytes = WithoutByteOrderMark(bytes);
   const std::string_view magic = bytes.substr(0, 3);
   if (magic == "ply") return CloudFormat::kPly;
   if (magic == "# ." || magic == "VER") return CloudFormat::kPcd;
@@ -47,7 +86,7 @@ std::optional<CloudFormat> DetectCloudFormat(std::string_view bytes) {
 }
 
 absl::StatusOr<CloudFile> ParseCloud(std::string_view bytes, const std::string& file) {
-  auto cloud = ParseAny(bytes, file);
+  auto cloud = ParseAny(WithoutByteOrderMark(bytes), file);
   if (!cloud.ok()) return cloud;
   for (const char* axis : {"x", "y", "z"}) {
     const CloudField* field = cloud->Find(axis);

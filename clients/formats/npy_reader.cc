@@ -55,7 +55,11 @@ std::string ShapeText(const std::vector<std::int64_t>& shape) {
   return absl::StrCat("(", absl::StrJoin(shape, ", "), ")");
 }
 
-// A field of the cloud with its place in the file's points.
+// chosen: a plain array has at most so many columns, as a point has few numbers; an image of depths
+// has more.
+constexpr std::int64_t kMaxColumns = 16;
+
+// A field of the cloud with its place in the file: in each point, or in an array of its own.
 struct Column {
   CloudField field;
   std::size_t file_offset = 0;
@@ -69,11 +73,9 @@ class NpyReader {
   absl::StatusOr<CloudFile> Read() {
     const auto header = ParseNpyHeader(bytes_, file_);
     if (!header.ok()) return header.status();
-    if (header->fortran_order) {
-      return Error("fortran_order", "True", "must be False: save numpy.ascontiguousarray(points)");
-    }
     absl::Status status = header->members.empty() ? PlainColumns(*header) : Members(*header);
     if (status.ok()) status = Points(*header);
+    if (status.ok() && header->fortran_order) OrderByColumns(*header);
     if (!status.ok()) return status;
     return Cloud(bytes_.substr(header->data_begin));
   }
@@ -90,7 +92,7 @@ class NpyReader {
     return Error(field, type, absl::StrCat(rule, ": objects are pickled and never read"));
   }
 
-  // The columns x y z of a plain array.
+  // The columns x y z of a plain array; further ones are skipped.
   absl::Status PlainColumns(const NpyHeader& header) {
     const auto type = NumberType(header.type);
     if (!type || (type->type != Scalar::kF32 && type->type != Scalar::kF64)) {
@@ -98,14 +100,17 @@ class NpyReader {
                        "must be <f4, <f8, >f4 or >f8, or a structure with x, y and z");
     }
     const std::vector<std::int64_t>& shape = header.shape;
-    if ((shape.size() != 2 && shape.size() != 3) || shape.back() != 3) {
+    if ((shape.size() != 2 && shape.size() != 3) || shape.back() < 3 ||
+        shape.back() > kMaxColumns) {
       return Error("shape", ShapeText(shape),
-                   "must be (N, 3), or (H, W, 3) for an image of points");
+                   absl::StrCat("must be (N, 3), or (H, W, 3) for an image of points; with up to ",
+                                kMaxColumns, " columns, of which the first three are x y z"));
     }
     for (const char* axis : {"x", "y", "z"}) {
       columns_.push_back({{.name = axis, .type = type->type}, file_step_, type->big_endian});
       file_step_ += SizeOf(type->type);
     }
+    file_step_ = static_cast<std::size_t>(shape.back()) * SizeOf(type->type);
     point_dimensions_ = shape.size() - 1;
     return absl::OkStatus();
   }
@@ -198,6 +203,22 @@ class NpyReader {
                               " bytes are not the ", have, " bytes that there are"));
   }
 
+  // Fortran order: the first index runs fastest. Plain arrays have one column after the other.
+  void OrderByColumns(const NpyHeader& header) {
+    by_columns_ = true;
+    if (!header.members.empty()) return;
+    const auto points = static_cast<std::size_t>(width_ * height_);
+    file_step_ = SizeOf(columns_.front().field.type);
+    for (Column& column : columns_) column.file_offset *= points;
+  }
+
+  // The place in the file's order of point p, which counts row by row.
+  std::size_t PlaceOf(std::size_t p) const {
+    if (!by_columns_) return p;
+    const auto width = static_cast<std::size_t>(width_), height = static_cast<std::size_t>(height_);
+    return p % width * height + p / width;
+  }
+
   CloudFile Cloud(std::string_view data) const {
     CloudFile cloud{.width = width_, .height = height_};
     for (const Column& column : columns_) cloud.fields.push_back(column.field);
@@ -208,7 +229,8 @@ class NpyReader {
       const CloudField& to = cloud.fields[c];
       for (std::size_t p = 0; p < points; ++p) {
         char* out = &cloud.bytes[p * cloud.point_step + to.offset];
-        std::memcpy(out, data.data() + p * file_step_ + columns_[c].file_offset, to.size());
+        std::memcpy(out, data.data() + PlaceOf(p) * file_step_ + columns_[c].file_offset,
+                    to.size());
         if (!columns_[c].big_endian) continue;
         const std::size_t each = SizeOf(to.type);
         for (char* number = out; number < out + to.size(); number += each) {
@@ -222,7 +244,8 @@ class NpyReader {
   std::string_view bytes_;
   const std::string& file_;
   std::vector<Column> columns_;
-  std::size_t file_step_ = 0;  // bytes per point in the file
+  std::size_t file_step_ = 0;  // bytes from point to point in the file
+  bool by_columns_ = false;
   std::size_t point_dimensions_ = 0;
   std::int64_t width_ = 0, height_ = 1;
 };

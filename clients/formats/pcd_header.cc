@@ -198,7 +198,7 @@ absl::Status ParseEncoding(const HeaderEntries& entries, PcdHeader& header) {
 
 absl::Status CheckVersion(const HeaderEntries& entries) {
   const auto words = entries.Get("VERSION");
-  if (!words.ok()) return words.status();
+  if (!words.ok()) return absl::OkStatus();  // as PCL reads it: the first line says PCD
   const std::string version = words->size() == 1 ? std::string(words->front()) : "";
   if (version == "0.7" || version == ".7") return absl::OkStatus();
   return entries.Error("VERSION", version, "must be 0.7");

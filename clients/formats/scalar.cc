@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <limits>
+#include <optional>
 
 namespace cwm::formats {
 namespace {
@@ -38,6 +40,22 @@ auto Visit(Scalar type, F&& f) {
   return f(double{});
 }
 
+// Text of a number that is not finite as Microsoft's C library wrote it until 2015: "1.#QNAN",
+// "-1.#IND", "1.#INF00".
+std::optional<double> MicrosoftNonFinite(std::string_view text) {
+  const bool is_negative = text.starts_with('-');
+  if (is_negative) text.remove_prefix(1);
+  if (!text.starts_with("1.#")) return std::nullopt;
+  text.remove_prefix(3);
+  while (text.ends_with('0')) text.remove_suffix(1);
+  if (text == "QNAN" || text == "SNAN" || text == "IND") {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const double infinity = std::numeric_limits<double>::infinity();
+  if (text == "INF") return is_negative ? -infinity : infinity;
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::size_t SizeOf(Scalar type) {
@@ -55,7 +73,11 @@ bool ParseScalar(std::string_view text, Scalar type, char* bytes) {
   return Visit(type, [&](auto value) {
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end) return false;
+    if (error != std::errc() || stop != end) {
+      const auto non_finite = MicrosoftNonFinite(text);
+      if (!std::is_floating_point_v<decltype(value)> || !non_finite) return false;
+      value = static_cast<decltype(value)>(*non_finite);
+    }
     std::memcpy(bytes, &value, sizeof(value));
     return true;
   });

@@ -10,8 +10,8 @@
 
 namespace cwm::formats {
 
-// True if the first line that is neither empty nor a comment begins with three numbers, or names
-// columns x, y and z.
+// True if the first line that is neither empty, a comment nor a count begins with three numbers, or
+// names columns x, y and z.
 bool LooksLikeXyz(std::string_view bytes);
 
 // Reads one point per line: numbers separated by blanks, commas or semicolons, in double precision.
@@ -21,6 +21,8 @@ bool LooksLikeXyz(std::string_view bytes);
 //   in lower case; nx ny nz are normal_x normal_y normal_z. Every line must have as many numbers.
 //   At most 256 columns may be named.
 // - Otherwise the first three numbers of a line are x y z, and further ones are ignored.
+// A line of one whole number before the points counts those that follow, and must be right. The
+// first column may have an empty name: an index.
 // "nan" marks an unmeasured point. The cloud is not organised.
 absl::StatusOr<CloudFile> ParseXyz(std::string_view bytes, const std::string& file);
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstring>
 #include <optional>
 #include <set>
 
@@ -71,6 +72,7 @@ bool IsFieldName(const std::string& name) {
 std::optional<std::vector<std::string>> ColumnNames(const Words& words) {
   std::vector<std::string> names;
   for (const std::string_view word : words) names.push_back(FieldName(word));
+  if (!names.empty() && names.front().empty()) names.front() = "index";  // as pandas writes it
   for (const std::string_view axis : kAxes) {
     if (std::find(names.begin(), names.end(), axis) == names.end()) return std::nullopt;
   }
@@ -85,6 +87,15 @@ bool BeginsWithPoint(const Words& words) {
          });
 }
 
+// A line of one whole number: the count of the points that follow (PTS, CloudCompare's ASC).
+std::optional<std::int64_t> CountIn(const Words& words) {
+  std::int64_t count = 0;
+  char bytes[sizeof(count)];
+  if (words.size() != 1 || !ParseScalar(words.front(), Scalar::kI64, bytes)) return std::nullopt;
+  std::memcpy(&count, bytes, sizeof(count));
+  return count < 0 ? std::nullopt : std::optional(count);
+}
+
 class XyzReader {
  public:
   explicit XyzReader(const std::string& file) : file_(file) {}
@@ -94,6 +105,10 @@ class XyzReader {
     while (const auto line = cursor.NextLine()) {
       ++line_;
       if (absl::Status status = ReadLine(Trimmed(*line)); !status.ok()) return status;
+    }
+    if (expected_ && *expected_ != cloud_.width) {
+      return FileError(file_, {"number of points", absl::StrCat(cloud_.width),
+                               absl::StrCat("must be ", *expected_, ", as the file counts them")});
     }
     if (cloud_.width == 0) {
       return FileError(file_, {"the file", "", "must hold at least one line with a point"});
@@ -113,6 +128,10 @@ class XyzReader {
       }
     }
     if (comment) return absl::OkStatus();
+    if (const auto count = CountIn(words); count && (!begun_ || expected_ == cloud_.width)) {
+      expected_ = cloud_.width + *count;  // another scan begins where the last one ends
+      return absl::OkStatus();
+    }
     if (!begun_) {
       if (absl::Status status = Begin(); !status.ok()) return status;
     }
@@ -165,9 +184,10 @@ class XyzReader {
 
   const std::string& file_;
   CloudFile cloud_;
-  std::vector<std::string> names_;  // of the columns
-  bool exact_ = false;              // the header defines the number of columns
-  bool begun_ = false;              // a point was read
+  std::vector<std::string> names_;        // of the columns
+  bool exact_ = false;                    // the header defines the number of columns
+  bool begun_ = false;                    // a point was read
+  std::optional<std::int64_t> expected_;  // points up to here, if a line counts them
   std::int64_t line_ = 0;
 };
 
@@ -179,6 +199,7 @@ bool LooksLikeXyz(std::string_view bytes) {
     const std::string_view line = Trimmed(*next);
     if (line.empty() || CommentOf(line)) continue;
     const Words words = SplitColumns(line);
+    if (CountIn(words)) continue;
     return BeginsWithPoint(words) || ColumnNames(words).has_value();
   }
   return false;

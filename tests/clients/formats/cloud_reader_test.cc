@@ -36,6 +36,36 @@ TEST(ParseCloud, TellsPointsInTextFromOtherText) {
   EXPECT_EQ(ParseCloud("1 2 3\n", "a.pcd")->size(), 1);
 }
 
+TEST(ParseCloud, SkipsTheMarkOfUtf8) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(ParseCloud(mark + "1 2 3\n", "a.xyz")->size(), 1);
+  EXPECT_EQ(ParseCloud(mark + "# .PCD v.7\nVERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n"
+                              "WIDTH 1\nHEIGHT 1\nDATA ascii\n1 2 3\n",
+                       "a.pcd")
+                ->size(),
+            1);
+}
+
+// The version is missing from PCDs of many programs; the first line names the format.
+TEST(ParseCloud, ReadsAPcdWithoutVersion) {
+  const auto cloud = ParseCloud(
+      "# .PCD v.7 - Point Cloud Data file format\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n"
+      "WIDTH 1\nHEIGHT 1\nDATA ascii\n1 2 3\n",
+      "a.pcd");
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_EQ(cloud->size(), 1);
+}
+
+TEST(ParseCloud, SaysWhatAFileIsThatIsNoCloud) {
+  const auto refusal = [](const std::string& bytes) {
+    return std::string(ParseCloud(bytes, "file").status().message());
+  };
+  EXPECT_THAT(refusal("PK\x03\x04 ..."), HasSubstr("zip archive or .npz"));
+  EXPECT_THAT(refusal("# Octomap OcTree binary file\nid OcTree\nsize 5\n"), HasSubstr("OctoMap"));
+  EXPECT_THAT(refusal("\n<!DOCTYPE html>\n<html>"), HasSubstr("web page"));
+  EXPECT_THAT(refusal("\x89PNG\r\n"), HasSubstr("PNG image"));
+}
+
 // Any input gives a cloud whose bytes match its points, or an error.
 TEST(ParseCloud, ReadsOrRefusesFilesWithBytesChangedAtRandom) {
   const std::string ply =

@@ -48,10 +48,35 @@ TEST(Xyz, TakesTheColumnsThatAHeaderNames) {
 }
 
 TEST(Xyz, KeepsPointsThatWereNotMeasured) {
-  const auto cloud = ParseXyz("nan nan nan\n1 2 3\n", "a.xyz");
+  for (const char* text : {"nan nan nan\n1 2 3\n", "1.#QNAN -1.#IND 1.#QNAN0\n1 2 3\n"}) {
+    const auto cloud = ParseXyz(text, "a.xyz");
+    ASSERT_TRUE(cloud.ok()) << cloud.status();
+    EXPECT_TRUE(std::isnan(At(*cloud, 0, "y")));
+    EXPECT_EQ(cloud->size(), 2);
+  }
+  const auto infinite = ParseXyz("1.#INF -1.#INF00 0\n", "a.xyz");
+  ASSERT_TRUE(infinite.ok()) << infinite.status();
+  EXPECT_EQ(At(*infinite, 0, "x"), INFINITY);
+  EXPECT_EQ(At(*infinite, 0, "y"), -INFINITY);
+}
+
+// As Leica's PTS and CloudCompare's ASC write it; a PTS may hold several scans.
+TEST(Xyz, ChecksTheCountThatAFileBeginsWith) {
+  for (const char* text :
+       {"2\n1 2 3\n4 5 6\n", "//X Y Z\n2\n1 2 3\n4 5 6\n", "1\n1 2 3 -900\n1\n4 5 6 -900\n"}) {
+    EXPECT_TRUE(LooksLikeXyz(text)) << text;
+    const auto cloud = ParseXyz(text, "a.pts");
+    ASSERT_TRUE(cloud.ok()) << text << cloud.status();
+    ASSERT_EQ(cloud->size(), 2) << text;
+    EXPECT_EQ(At(*cloud, 1, "z"), 6);
+  }
+}
+
+TEST(Xyz, TakesAColumnWithoutANameForAnIndex) {
+  const auto cloud = ParseXyz(",x,y,z\n0,1,2,3\n1,4,5,6\n", "pandas.csv");
   ASSERT_TRUE(cloud.ok()) << cloud.status();
-  EXPECT_TRUE(std::isnan(At(*cloud, 0, "y")));
-  EXPECT_EQ(cloud->size(), 2);
+  ASSERT_EQ(cloud->size(), 2);
+  EXPECT_EQ(At(*cloud, 1, "x"), 4);
 }
 
 TEST(Xyz, DoesNotTakeOtherTextForPoints) {
@@ -84,6 +109,10 @@ INSTANTIATE_TEST_SUITE_P(
         InvalidFile{"AHeaderLater", "1 2 3\nx y z\n", "line 2 x is \"x\"", "must be a number"},
         InvalidFile{"ZeroByte", "1 2 3\n\x01 2 3\n", "line 2 x is \"?\"", "must be a number"},
         InvalidFile{"TooLarge", "1e999 2 3\n", "line 1 x is \"1e999\"", "must be a number"},
+        InvalidFile{"FewerPointsThanCounted", "3\n1 2 3\n4 5 6\n", "number of points is 2",
+                    "must be 3, as the file counts them"},
+        InvalidFile{"MorePointsThanCounted", "1\n1 2 3\n4 5 6\n", "number of points is 2",
+                    "must be 1"},
         InvalidFile{"AColumnTwice", "x y z x\n1 2 3 4\n", "line 2 column is x",
                     "must not be named twice"}),
     [](const ::testing::TestParamInfo<InvalidFile>& info) { return std::string(info.param.name); });
