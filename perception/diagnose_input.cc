@@ -101,7 +101,7 @@ void DiagnoseUp(const SegmentedScene& scene, const InterpretOptions& options,
 
 void DiagnoseLevel(const SegmentedScene& scene, const InterpretOptions& options,
                    std::vector<std::string>& diagnostics) {
-  if (!scene.alternative_up) return;
+  if (!scene.alternative_up || scene.up_source != UpSource::kGiven) return;
   const double angle_rad = std::acos(std::clamp(scene.alternative_up->z(), -1.0, 1.0));
   if (angle_rad <= kMaxUpError_rad) return;
   diagnostics.push_back(absl::StrCat("what looks most like a support is ",

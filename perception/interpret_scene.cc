@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "perception/assemble_interpretation.h"
 #include "perception/cloud/measured_points.h"
@@ -66,6 +67,11 @@ WorldFloor FloorOf(const InterpretOptions& options) {
   return given ? WorldFloor::kKnown : WorldFloor::kUnknown;
 }
 
+std::string InSensorFrame(const SegmentedScene& scene, const Vector3& direction_L) {
+  const Vector3 direction_C = scene.R_LC.transpose() * direction_L;
+  return absl::StrFormat("(%.2f, %.2f, %.2f)", direction_C.x(), direction_C.y(), direction_C.z());
+}
+
 void WarnOfSegmentation(const SegmentedScene& scene, InterpretReport& report) {
   if (scene.up_source == UpSource::kNoPlane) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
@@ -73,6 +79,12 @@ void WarnOfSegmentation(const SegmentedScene& scene, InterpretReport& report) {
   if (scene.up_source == UpSource::kBarePlane) {
     report.warnings.push_back(
         "up is taken from a plane that nothing stands on and that may be a wall");
+  }
+  if (scene.up_source == UpSource::kDoubtful) {
+    report.warnings.push_back(
+        absl::StrCat("up is taken as ", InSensorFrame(scene, Vector3::UnitZ()),
+                     " in the sensor's frame, but ", InSensorFrame(scene, *scene.alternative_up),
+                     " is nearly as likely: give up, or the sensor's pose, to settle it"));
   }
   if (scene.supports.empty()) {
     report.warnings.push_back("no support found: all points are residual geometry");
@@ -165,7 +177,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   result.X_WC.linear() = scene->R_LC;
   if (options.X_WC) result.X_WC = *options.X_WC;
   result.pose_is_guess =
-      scene->up_source == UpSource::kBarePlane || scene->up_source == UpSource::kNoPlane;
+      scene->up_source != UpSource::kGiven && scene->up_source != UpSource::kSupport;
   const SceneState segmented =
       AttachCutOffParts(SceneState(*std::move(scene)), options, work, result.report);
   const SegmentedScene& measured = segmented.measured();

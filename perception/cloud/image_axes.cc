@@ -10,9 +10,12 @@ namespace {
 
 using Eigen::Vector3f;
 
-// derived: the mean ray of a camera of up to 120 degrees is longer than this; that of a scan all
-// around vanishes.
-constexpr float kMinMeanRay = 0.5f;
+Vector3f Without(Vector3f direction, const Vector3& axis) {
+  direction -= direction.dot(axis.cast<float>()) * axis.cast<float>();
+  return direction;
+}
+
+}  // namespace
 
 Vector3 NearestAxis(const Vector3f& direction) {
   Eigen::Index axis = 0;
@@ -21,13 +24,6 @@ Vector3 NearestAxis(const Vector3f& direction) {
   unit[axis] = direction[axis] < 0 ? -1 : 1;
   return unit;
 }
-
-Vector3f Without(Vector3f direction, const Vector3& axis) {
-  direction -= direction.dot(axis.cast<float>()) * axis.cast<float>();
-  return direction;
-}
-
-}  // namespace
 
 ImageAxes AxesOf(const MeasuredPoints& image) {
   const std::size_t stride = SampleStride(image.image.size());

@@ -13,6 +13,13 @@ struct ImageAxes {
   bool is_all_around = false;  // no camera's image
 };
 
+// derived: the mean ray of a camera of up to 120 degrees is longer than this; that of a scan all
+// around vanishes.
+inline constexpr float kMinMeanRay = 0.5f;
+
+// The coordinate axis, or its opposite, nearest to a direction.
+Vector3 NearestAxis(const Eigen::Vector3f& direction);
+
 // Returns the axes in the frame of the points; those of an optical frame if the rays do not
 // determine them. An image all around looks along x, or along z if x is up.
 ImageAxes AxesOf(const MeasuredPoints& image);

@@ -168,9 +168,10 @@ struct LevelFrame {
   Matrix3 R_LC = Matrix3::Identity();
   UpSource up_source = UpSource::kGiven;
   UpVerdict up_verdict = UpVerdict::kPlausible;
+  std::optional<Vector3> alternative_up_C;
 };
 
-// The level frame as given by the caller, or estimated from the largest plane. The points are in
+// The level frame as given by the caller, or estimated from the planes of the scene. The points are in
 // frame C, or in L if `turned_to_level`.
 LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& options,
                           bool turned_to_level, const Work& work) {
@@ -180,7 +181,7 @@ LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& 
   if (options.R_LC) {
     const Vector3 up =
         turned_to_level ? Vector3(Vector3::UnitZ()) : Vector3(options.R_LC->row(2).transpose());
-    return {*options.R_LC, UpSource::kGiven, CheckUp(cells, up, image)};
+    return {*options.R_LC, UpSource::kGiven, CheckUp(cells, up, image), std::nullopt};
   }
   LevelFrame level;
   Vector3 up = image ? image->up : Vector3(Vector3::UnitZ());
@@ -188,7 +189,8 @@ LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& 
     level.up_verdict = CheckUp(cells, *options.up_C, image);
     up = level.up_verdict == UpVerdict::kReversed ? Vector3(-*options.up_C) : *options.up_C;
   } else if (const std::optional<UpEstimate> estimate = EstimateUp(cells, image)) {
-    level.up_source = estimate->shows_in_image ? UpSource::kSupport : UpSource::kBarePlane;
+    level.up_source = estimate->source;
+    level.alternative_up_C = estimate->alternative;
     up = estimate->up;
   } else {
     level.up_source = UpSource::kNoPlane;
@@ -317,7 +319,7 @@ UpSource ConfirmedUpSource(const SegmentedScene& scene) {
 std::optional<Vector3> AlternativeUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
   if (!measured.organised()) return std::nullopt;
   const std::optional<UpEstimate> estimate = EstimateUp(coarse, AxesOf(measured));
-  if (!estimate || !estimate->shows_in_image) return std::nullopt;
+  if (!estimate || estimate->source != UpSource::kSupport) return std::nullopt;
   return estimate->up;
 }
 
@@ -329,6 +331,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   scene.R_LC = level.R_LC;
   scene.up_source = level.up_source;
   scene.up_verdict = level.up_verdict;
+  if (level.alternative_up_C) scene.alternative_up = level.R_LC * *level.alternative_up_C;
   const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
   OrientedPoints& nodes = cells_of_cloud ? cells_of_cloud->nodes : measured.oriented;
 

@@ -49,7 +49,8 @@ struct SegmentedScene {
   // The verdict on a given up. A vector that is kReversed was used with the opposite sign; an
   // orientation is used as it is.
   UpVerdict up_verdict = UpVerdict::kPlausible;
-  // The up that EstimateUp would choose, in the level frame, if up was given and no support found.
+  // In the level frame: the up that is nearly as likely as the estimated one, if that is kDoubtful;
+  // the up that EstimateUp would choose, if up was given and no support found.
   std::optional<Vector3> alternative_up;
   OrientedPoints points;
   std::vector<SegmentedSupport> supports;       // largest first

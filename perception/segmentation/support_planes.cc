@@ -271,19 +271,21 @@ std::vector<SupportPlane> WithoutTopsOfSolids(const CellView& coarse,
 
 }  // namespace
 
-CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
-  const float edge_m = CoarseCell_m(EveryNth(nodes.sigma_m, SampleStride(nodes.size())));
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work, float max_cell_m) {
+  const float edge_m =
+      std::min(max_cell_m, CoarseCell_m(EveryNth(nodes.sigma_m, SampleStride(nodes.size()))));
   CoarseCloud coarse{VoxelGrid::Build(nodes.points, edge_m, work), {}};
   coarse.cells = Downsample(nodes, coarse.grid, work);
   return coarse;
 }
 
-CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work) {
+CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work,
+                                      float max_cell_m) {
   const OrientedPoints& all = image.oriented;
   const std::size_t sampled = SampleStride(all.size());
   std::vector<float> ranges_m;
   for (std::size_t i = 0; i < all.size(); i += sampled) ranges_m.push_back(all.points[i].norm());
-  const float edge_m = CoarseCell_m(EveryNth(all.sigma_m, sampled));
+  const float edge_m = std::min(max_cell_m, CoarseCell_m(EveryNth(all.sigma_m, sampled)));
   const float across_px = edge_m / (Median(std::move(ranges_m)) * image.pixel_angle_rad);
   const std::size_t stride = static_cast<std::size_t>(
       std::clamp(across_px * across_px / kSampledPointsPerCell, 1.0f, kMaxSampleStride));

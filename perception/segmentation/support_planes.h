@@ -1,6 +1,7 @@
 // The level planes that objects stand on (paper, section III steps 2 to 4).
 #pragma once
 
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -19,10 +20,13 @@ struct CoarseCloud {
   VoxelGrid grid;        // over the graph's nodes
   OrientedPoints cells;  // one per cell
 };
-CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {});
+// Cells as wide as the noise requires, but not wider than `max_cell_m`.
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {},
+                            float max_cell_m = std::numeric_limits<float>::infinity());
 
 // The same cells of an image, from a subset of its points that suffices to find planes.
-CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work = {});
+CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& work = {},
+                                      float max_cell_m = std::numeric_limits<float>::infinity());
 
 // chosen: the largest angle between a level cell's normal and up: normals of cells scatter by a few
 // degrees, and floors and given ups are inclined by as much.

@@ -8,26 +8,23 @@
 #include "perception/cloud/voxel_grid.h"
 #include "perception/segmentation/cell_clusters.h"
 #include "perception/segmentation/footprint.h"
+#include "perception/segmentation/up_evidence.h"
 
 namespace cwm::perception {
 namespace {
 
 using Eigen::Vector3f;
 
-// chosen: the largest angle between the normals of neighbouring cells of one surface.
-constexpr double kSmoothTurn_rad = 10 * kDegree;
 // chosen: the sine of 10 degrees above the horizontal plane of the optical axis.
 constexpr double kMinUpComponent = 0.17;
 // chosen: the least share of all cells of a plane that determines up.
 constexpr double kMinPlaneShare = 0.02;
-// chosen: the weight of a plane's area if its normal is across the image's up, like the normals of
-// walls, and of tables seen from straight above or by a camera on its side. Such tables are larger
-// than the side of any box on them, and walls seldom more than three times as large as the objects
-// before them.
-constexpr double kAcrossWeight = 1.0 / 3;
-// chosen: the weight if the normal points against the image's up: walls seen by a camera that looks
-// down, and tables seen by one that hangs upside down, which are fewer.
-constexpr double kAgainstWeight = 0.1;
+// chosen: the largest cell, in which the smallest things still have three cells.
+constexpr float kMaxCellForUp_m = 0.04f;
+// tuned: the least difference of log odds that decides; a fourth of the wrong directions have more,
+// and 5 % of the right ones less.
+constexpr double kDecisiveUp = 2;
+constexpr double kOpposite_cos = -0.99;  // derived: 8 degrees, within which directions are one
 
 // chosen: the number of points of an unorganised cloud to use: three images of a Kinect, a tenth of
 // a second.
@@ -43,11 +40,6 @@ constexpr double kMinBelowRatio = 3;
 constexpr double kHighestStanding_m = 0.3;
 // chosen: the least share of a support's area that objects cover. Lamps cover less of a ceiling.
 constexpr double kMinStandingShare = 0.05;
-
-double WeightOf(double image_up) {
-  if (image_up >= kMinUpComponent) return 1;
-  return image_up > -kMinUpComponent ? kAcrossWeight : kAgainstWeight;
-}
 
 struct LevelCells {
   std::vector<std::uint32_t> from_below;  // ascending
@@ -109,42 +101,34 @@ BesidePlane CountBeside(const CoarseCloud& coarse, const Plane& plane,
 }  // namespace
 
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
-  if (measured.organised()) return MakeSubsampledCoarseCloud(measured, work);
+  if (measured.organised()) return MakeSubsampledCoarseCloud(measured, work, kMaxCellForUp_m);
   const OrientedPoints& all = measured.oriented;
-  if (all.size() <= kMaxPointsForUp) return MakeCoarseCloud(all, work);
+  if (all.size() <= kMaxPointsForUp) return MakeCoarseCloud(all, work, kMaxCellForUp_m);
   std::vector<std::uint32_t> some;
   const std::size_t stride = all.size() / kMaxPointsForUp + 1;
   for (std::size_t i = 0; i < all.size(); i += stride) {
     some.push_back(static_cast<std::uint32_t>(i));
   }
-  return MakeCoarseCloud(Subset(all, some), work);
+  return MakeCoarseCloud(Subset(all, some), work, kMaxCellForUp_m);
 }
 
 std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
                                      const std::optional<ImageAxes>& image) {
-  const float turn_cos = static_cast<float>(std::cos(kSmoothTurn_rad));
-  const std::vector<Vector3f>& normals = coarse.cells.normals;
-  const auto clusters = ClusterCells(
-      {coarse.grid, coarse.cells}, [&](std::uint32_t c) { return !normals[c].isZero(); },
-      [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
-  std::optional<UpEstimate> best;
-  double best_score = 0;
-  const double min_cells = kMinPlaneShare * static_cast<double>(coarse.cells.size());
-  for (const auto& cluster : clusters) {
-    if (static_cast<double>(cluster.size()) < min_cells || cluster.size() < 3) break;
-    const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
-    if (!plane) continue;
-    const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
-    // Given normals may point either way; an image shows surfaces from the sensor's side.
-    const bool turned = image && plane->Height_m(coarse.cells.viewpoint) < 0;
-    const Vector3 up = turned ? Vector3(-plane->normal) : plane->normal;
-    const double image_up = image ? image->up.dot(up) : 0;
-    const double score = area * (image ? WeightOf(image_up) : 1);
-    if (score <= best_score) continue;
-    best = {.up = up, .shows_in_image = image_up >= kMinUpComponent};
-    best_score = score;
+  const std::vector<UpEvidence> ups = WeighUps(coarse, image ? *image : AxesOfList(coarse.cells));
+  if (ups.empty()) return std::nullopt;
+  const UpEvidence& best = ups.front();
+  UpEstimate estimate{.up = best.up, .alternative = std::nullopt};
+  const bool is_bare = best.thing_cells == 0 && best.image_cos < kMinUpComponent;
+  if (is_bare) estimate.source = UpSource::kBarePlane;
+  if (ups.size() > 1 && best.LogOdds() - ups[1].LogOdds() < kDecisiveUp) {
+    // A bare plane is a wall, a floor or a ceiling: its other side says nothing new.
+    const bool is_opposite = ups[1].up.dot(best.up) < kOpposite_cos;
+    if (!is_bare || !is_opposite) {
+      estimate.source = UpSource::kDoubtful;
+      estimate.alternative = ups[1].up;
+    }
   }
-  return best;
+  return estimate;
 }
 
 UpVerdict CheckUp(const CoarseCloud& coarse, const Vector3& up,

@@ -16,20 +16,22 @@ CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work = {});
 // The source of up.
 enum class UpSource {
   kGiven,
-  kSupport,    // estimated: a plane that lies in the image as supports do, or that objects stand on
-  kBarePlane,  // estimated: a plane that may be a wall
+  kSupport,    // estimated: a plane that objects stand on, or that lies in the image as supports do
+  kBarePlane,  // estimated: a plane that nothing stands on and that may be a wall
+  kDoubtful,   // estimated, but another direction is nearly as likely
   kNoPlane     // the sensor's own axes, as there is no plane
 };
 
 struct UpEstimate {
   Vector3 up = Vector3::UnitZ();  // unit
-  bool shows_in_image = false;    // along the image's up, as the normals of supports do
+  UpSource source = UpSource::kSupport;
+  std::optional<Vector3> alternative;  // unit; nearly as likely, so that the source is kDoubtful
 };
 
-// Returns the normal of the largest plane in the view. In an image, planes with normals across the
-// image's up count for a third of their area, and those with normals against it for a tenth: walls
-// are not supports, but cameras that look straight down or lie on their side show tables as they
-// show walls. Empty if the cloud shows no plane.
+// Returns the likeliest of the normals of the large planes and their opposites (up_evidence.h): by
+// the area of level planes, by things that stand on them, by upright surfaces, and by the axes of
+// the image, or those that a list of points shows by where it lies. Empty if the cloud shows no
+// plane.
 std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
                                      const std::optional<ImageAxes>& image);
 

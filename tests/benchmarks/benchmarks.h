@@ -55,6 +55,7 @@ inline constexpr Seeds kSeedsOfFamilies{0, 40};
 inline constexpr Seeds kSeedsOfAblation{2000, 20};
 inline constexpr Seeds kSeedsOfGrasps{1000, 60};
 inline constexpr Seeds kSeedsOfSensors{0, 20};
+inline constexpr Seeds kSeedsOfUp{0, 8};
 void MeasureShapesOn(const Seeds& seeds, Report& report);
 void MeasureHandlesOn(const Seeds& seeds, Report& report);
 
@@ -62,6 +63,11 @@ void MeasureHandlesOn(const Seeds& seeds, Report& report);
 // objects_f1_SENSOR_FAMILY. `only` names one family; empty means all.
 void MeasureFamilies(Report& report);
 void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& report);
+
+// Up as it is found without help, in simulated settings of all kinds: up_within_2deg, up_unwarned,
+// up_false_alarms.
+void MeasureUp(Report& report);
+void MeasureUpOn(const Seeds& seeds, Report& report);
 
 // The value of each refinement pass on scenes of each family: a table of paired differences with
 // confidence intervals. `only` names one family; empty means all.

@@ -23,7 +23,7 @@ const std::map<std::string, void (*)(Report&)>& Parts() {
       {"quick", MeasureShapesQuickly},    {"shapes", MeasureShapes},
       {"handles", MeasureHandles},        {"claims", MeasureClaims},
       {"families", MeasureFamilies},      {"ablate", MeasureAblation},
-      {"labelled", MeasureLabelledScans},
+      {"labelled", MeasureLabelledScans}, {"up", MeasureUp},
   };
   return parts;
 }
@@ -33,6 +33,7 @@ const std::map<std::string, SeededPart>& SeededParts() {
       {"quick", {kSeedsOfShapesQuickly, MeasureShapesOn}},
       {"shapes", {kSeedsOfShapes, MeasureShapesOn}},
       {"handles", {kSeedsOfHandles, MeasureHandlesOn}},
+      {"up", {kSeedsOfUp, MeasureUpOn}},
   };
   return parts;
 }
@@ -87,10 +88,8 @@ void Run(const Call& call, Report& report) {
   } else {
     report.Fail(
         "takes quick, shapes, sensors [SENSOR], families [FAMILY], ablate [FAMILY], handles, "
-        "claims, labelled, or scene FAMILY SEED [SENSOR]; seeds with quick, shapes, sensors, "
-        "families, "
-        "ablate "
-        "or handles alone");
+        "up, claims, labelled, or scene FAMILY SEED [SENSOR]; seeds with quick, shapes, sensors, "
+        "families, ablate, handles or up alone");
   }
 }
 
@@ -101,9 +100,10 @@ int main(int argc, char** argv) {
   // Rules tuned on some scenes count only if they hold on scenes that were never looked at.
   constexpr char kUsage[] =
       "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|ablate [FAMILY]|\n"
-      "                   handles|claims|labelled|scene FAMILY SEED [SENSOR]]\n"
+      "                   handles|up|claims|labelled|scene FAMILY SEED [SENSOR]]\n"
       "                  [--json FILE] [--first-seed N] [--seeds N]\n"
-      "The last two, of quick, shapes, sensors, families, ablate and handles, take other random "
+      "The last two, of quick, shapes, sensors, families, ablate, handles and up, take other "
+      "random "
       "scenes than those of the figures.\n";
   if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   const cwm::benchmarks::Call call = cwm::benchmarks::Parse(argc, argv);
