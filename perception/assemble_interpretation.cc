@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/mesh_hypothesis.h"
 
@@ -86,9 +85,6 @@ void AssembleInterpretation(const SceneState& state, const AssembleOptions& opti
     LabelObject(state, k, work, result.labels);
     result.report.points_explained += meshed[k].explained;
     result.objects.push_back(ObjectOf(state, hypothesis, std::move(meshed[k]), options.X_WL));
-    for (const std::string& note : hypothesis.model->object.notes) {
-      result.report.warnings.push_back(absl::StrCat("object ", k + 1, ": ", note));
-    }
   }
   result.report.points_rejected = state.measured().rejected.size();
 }

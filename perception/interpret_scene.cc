@@ -14,6 +14,7 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/diagnose_input.h"
 #include "perception/hypotheses/model_hypotheses.h"
+#include "perception/object_notes.h"
 #include "perception/refinement/attach/attach_handles.h"
 #include "perception/refinement/attach/attach_spouts.h"
 #include "perception/refinement/complete/complete_below.h"
@@ -156,12 +157,19 @@ SceneState Complete(SceneState state, const InterpretOptions& options, const Wor
   return state.WithModels(models);
 }
 
-void AddNotes(const RefinedScene& refined, InterpretReport& report) {
+// The limits that were reached for single objects.
+std::vector<std::string> LimitsReached(const RefinedScene& refined, const SceneState& completed) {
+  std::vector<ObjectNote> notes;
+  for (std::size_t k = 0; k < completed.hypotheses().size(); ++k) {
+    for (const std::string& note : completed.hypotheses()[k]->model->object.notes) {
+      notes.emplace_back(k + 1, note);
+    }
+  }
   for (const auto& [id, note] : refined.notes) {
     const bool lives = refined.state.Find(id) != nullptr;
-    report.warnings.push_back(
-        lives ? absl::StrCat("object ", refined.state.IndexOf(id) + 1, ": ", note) : note);
+    notes.emplace_back(lives ? refined.state.IndexOf(id) + 1 : 0, note);
   }
+  return NotesByKind(notes);
 }
 
 // Section III of the paper, step by step.
@@ -206,7 +214,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
                           .surface = options.surface},
                          work, result);
   watch.Done("shapes");
-  AddNotes(refined, result.report);
+  std::ranges::move(LimitsReached(refined, completed), std::back_inserter(result.report.warnings));
   std::ranges::move(diagnostics, std::back_inserter(result.report.warnings));
   WarnOfSegmentation(measured, result.report);
   std::ranges::move(modelled->warnings, std::back_inserter(result.report.warnings));
