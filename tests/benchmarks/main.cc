@@ -19,8 +19,8 @@ using cwm::benchmarks::Report;
 
 constexpr char kUsage[] =
     "cwm-bench [GROUP] [--json FILE]     figures of a group (default: main), also written to FILE\n"
-    "cwm-bench scene FAMILY SEED         one of the random scenes, shape by shape; FAMILY: table,\n"
-    "                                    clutter, kitchen, vessels\n"
+    "cwm-bench scene FAMILY SEED         one of the random scenes, shape by shape; families as of\n"
+    "                                    cwm-simulator --random\n"
     "cwm-bench REGEX                     micro-benchmarks whose names match\n";
 
 const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups() {
@@ -86,7 +86,7 @@ int RunMatching(char* program, const std::string& regex) {
 
 int Replay(const std::vector<std::string>& words) {
   if (words.size() != 3) {
-    std::printf("scene takes a family (table, clutter, kitchen or vessels) and a seed\n");
+    std::printf("scene takes a family, as of cwm-simulator --random, and a seed\n");
     return 1;
   }
   Report report;

@@ -347,8 +347,7 @@ void MeasureShapesQuickly(Report& report) { MeasureShapesOn(kSeedsOfShapesQuickl
 void ReplayScene(const std::string& family, std::uint64_t seed, const std::string& sensor,
                  Report& report) {
   const auto known = FamilyNamed(family);
-  if (!known)
-    return report.Fail("family is '" + family + "', must be table, clutter, kitchen or vessels");
+  if (!known) return report.Fail("family is '" + family + "', must be one of " + FamilyNames());
   const std::vector<OtherSensor>& others = OtherSensors();
   const auto other = std::find_if(others.begin(), others.end(),
                                   [&](const OtherSensor& o) { return o.key == sensor; });

@@ -46,6 +46,14 @@ std::optional<SceneFamily> FamilyNamed(std::string_view name) {
   return std::nullopt;
 }
 
+std::string FamilyNames() {
+  std::string names;
+  for (const auto& [text, family] : perception::kSceneFamilies) {
+    names += (names.empty() ? "" : ", ") + std::string(text);
+  }
+  return names;
+}
+
 SimulatedCase ScanCase(const CaseName& name, const CaseSensor& sensor) {
   SimulatedCase result;
   result.noise = sensor.noise;

@@ -26,6 +26,7 @@ std::vector<perception::SceneFamily> AllFamilies();
 bool IsFurniture(const perception::SimulatedObject& object);
 std::string_view FamilyName(perception::SceneFamily family);
 std::optional<perception::SceneFamily> FamilyNamed(std::string_view name);
+std::string FamilyNames();  // of all families, "table, clutter, ..."
 
 struct SimulatedCase {
   perception::SimulatedView simulated;
