@@ -21,9 +21,9 @@ constexpr double kMinUpComponent = 0.17;
 constexpr double kMinPlaneShare = 0.02;
 // chosen: the largest cell, in which the smallest things still have three cells.
 constexpr float kMaxCellForUp_m = 0.04f;
-// tuned: the least difference of log odds that decides; a fourth of the wrong directions have more,
-// and 5 % of the right ones less.
-constexpr double kDecisiveUp = 2;
+// tuned: the least difference of log odds that decides; half of the wrong directions have more, and
+// 7 % of the right ones less.
+constexpr double kDecisiveUp = 1.5;
 constexpr double kOpposite_cos = -0.99;  // derived: 8 degrees, within which directions are one
 
 // chosen: the number of points of an unorganised cloud to use: three images of a Kinect, a tenth of

@@ -92,9 +92,10 @@ void MeasureUpOn(const Seeds& seeds, Report& report) {
   }
   for (const auto& [name, tally] : parts) report.Detail(LineOf(name, tally));
   report.Attach("up_settings.txt", remarks);
-  const std::string how = "of " + std::to_string(total.all) +
-                          " simulated settings: rooms, bins, shelves, tables, single things; "
-                          "images and lists";
+  const std::string how =
+      "of " + std::to_string(total.all) +
+      " simulated settings: rooms, bins, shelves, tables, single things, kitchens; "
+      "images and lists";
   const double wrong = std::max(1, total.all - total.right);
   report.Add({.key = "up_within_2deg",
               .value = static_cast<double>(total.right) / std::max(1, total.all),

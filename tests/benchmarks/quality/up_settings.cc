@@ -163,6 +163,7 @@ Setup MakeSetup(Place place, std::uint64_t seed, RandomDraws& draws) {
     case Place::kTable:
       return MakeTable(seed);
     case Place::kSingle:
+    case Place::kKitchen:
       break;
   }
   return MakeSingle(draws);
@@ -196,6 +197,29 @@ Matrix3 FromOptical(SensorAxes axes) {
   return R;
 }
 
+SimulatedView ViewOf(const UpSetting& setting) {
+  RandomDraws draws(setting.seed * 25 + static_cast<std::uint64_t>(setting.place) * 5 +
+                        static_cast<std::uint64_t>(setting.mounting),
+                    kStream);
+  const Attitude attitude = DrawAttitude(setting.mounting, draws);
+  if (setting.place == Place::kKitchen) {
+    SimulatedView kitchen = RandomScene(SceneFamily::kKitchen, setting.seed);
+    const double roll_deg =
+        setting.mounting == Mounting::kOverhead ? 0.25 * attitude.roll_deg : attitude.roll_deg;
+    kitchen.camera.X_WC.rotate(Eigen::AngleAxisd(Radians(roll_deg), Vector3::UnitZ()));
+    return kitchen;
+  }
+  Setup setup = MakeSetup(setting.place, setting.seed, draws);
+  const ViewingDirection view{
+      .distance_m = draws.Uniform(setup.min_distance_m, setup.max_distance_m),
+      .down_rad = Radians(attitude.down_deg),
+      .azimuth_rad = draws.Uniform(-setup.max_azimuth_rad, setup.max_azimuth_rad)};
+  PinholeCamera camera;
+  camera.X_WC = LookAt(setup.target_W, view);
+  camera.X_WC.rotate(Eigen::AngleAxisd(Radians(attitude.roll_deg), Vector3::UnitZ()));
+  return {.scene = std::move(setup.scene), .camera = camera};
+}
+
 }  // namespace
 
 std::string UpSetting::name() const {
@@ -225,26 +249,15 @@ std::vector<UpSetting> UpSettings(std::uint64_t first_seed, int seeds) {
 }
 
 UpScan ScanSetting(const UpSetting& setting) {
-  RandomDraws draws(setting.seed * 25 + static_cast<std::uint64_t>(setting.place) * 5 +
-                        static_cast<std::uint64_t>(setting.mounting),
-                    kStream);
-  const Setup setup = MakeSetup(setting.place, setting.seed, draws);
-  const Attitude attitude = DrawAttitude(setting.mounting, draws);
-  const ViewingDirection view{
-      .distance_m = draws.Uniform(setup.min_distance_m, setup.max_distance_m),
-      .down_rad = Radians(attitude.down_deg),
-      .azimuth_rad = draws.Uniform(-setup.max_azimuth_rad, setup.max_azimuth_rad)};
-  PinholeCamera camera;
-  camera.X_WC = LookAt(setup.target_W, view);
-  camera.X_WC.rotate(Eigen::AngleAxisd(Radians(attitude.roll_deg), Vector3::UnitZ()));
-  SimulatedCloud scan = Scan(setup.scene, camera, {.seed = setting.seed});
+  const SimulatedView view = ViewOf(setting);
+  SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = setting.seed});
   if (setting.is_list) scan = Shuffled(scan, setting.seed);
   const Matrix3 R_PC = FromOptical(setting.axes);
   const Eigen::Matrix3f rotation = R_PC.cast<float>();
   for (Eigen::Vector3f& point : scan.cloud.points) point = rotation * point;
   for (Eigen::Vector3f& normal : scan.cloud.normals) normal = rotation * normal;
   return {.cloud = std::move(scan.cloud),
-          .up_C = R_PC * camera.X_WC.linear().transpose() * Vector3::UnitZ()};
+          .up_C = R_PC * view.camera.X_WC.linear().transpose() * Vector3::UnitZ()};
 }
 
 }  // namespace cwm::benchmarks

@@ -17,9 +17,11 @@ namespace cwm::benchmarks {
 // kShelf    boards with goods before a back wall
 // kTable    the goods of a random table (SceneFamily::kTable)
 // kSingle   one thing on a table
-enum class Place { kRoom, kBin, kShelf, kTable, kSingle };
-inline constexpr std::array<std::string_view, 5> kPlaceNames = {"room", "bin", "shelf", "table",
-                                                                "single"};
+// kKitchen  a random kitchen (SceneFamily::kKitchen) in its own view, which is rolled alone: by up
+//           to 45 degrees as kOverhead
+enum class Place { kRoom, kBin, kShelf, kTable, kSingle, kKitchen };
+inline constexpr std::array<std::string_view, 6> kPlaceNames = {"room",  "bin",    "shelf",
+                                                                "table", "single", "kitchen"};
 
 // kUpright     looks 10 to 40 degrees down, rolled by up to 5
 // kTilted      looks 40 to 60 degrees down, rolled by up to 30
