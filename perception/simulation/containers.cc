@@ -83,8 +83,8 @@ Group DrawOpenBox(RandomDraws& draws) {
   const OpenBox box = DrawSizes(draws);
   Group group;
   group.members.push_back(Built(box));
-  const auto wanted = static_cast<std::size_t>(1 + draws.Below(kMaxGoods + 1));
-  for (int i = 0; i < kAttempts && group.members.size() < wanted; ++i) {
+  const int wanted = 1 + draws.Below(kMaxGoods + 1);
+  for (int i = 0; i < kAttempts && static_cast<int>(group.members.size()) < wanted; ++i) {
     const auto kind = static_cast<GoodsKind>(draws.Below(kGoodsKindCount));
     SimulatedObject goods = DrawGoods(kind, RestPose::kStanding, draws);
     if (auto put = PutInto(box, group, std::move(goods), draws)) {
