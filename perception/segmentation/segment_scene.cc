@@ -171,7 +171,7 @@ struct LevelFrame {
   std::optional<Vector3> alternative_up_C;
 };
 
-// The level frame as given by the caller, or estimated from the planes of the scene. The points are in
+// The level frame as given by the caller, or estimated from the scene's planes. The points are in
 // frame C, or in L if `turned_to_level`.
 LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& options,
                           bool turned_to_level, const Work& work) {

@@ -29,9 +29,9 @@ struct UpEstimate {
 };
 
 // Returns the likeliest of the normals of the large planes and their opposites (up_evidence.h): by
-// the area of level planes, by things that stand on them, by upright surfaces, and by the axes of
-// the image, or those that a list of points shows by where it lies. Empty if the cloud shows no
-// plane.
+// the area of level planes, by things that stand and loose parts that rest on what faces up, and by
+// the axes of the image, or those that a list of points shows by where it lies. Empty if the cloud
+// shows no plane.
 std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
                                      const std::optional<ImageAxes>& image);
 

@@ -32,7 +32,7 @@ constexpr std::size_t kMinThingCells = 3;
 // derived: a cell that touches its support, as cells are cut at any height.
 constexpr double kTouching_cells = 1.5;
 
-// derived: a cell that touches another one, as cells are cut at any height.
+// derived: cells this far apart touch, if the one between them has too few points.
 constexpr int kBeside_cells = 2;
 // chosen: the least cells of a surface that something rests on, and of what rests.
 constexpr std::size_t kMinSurfaceCells = 8, kMinRestingCells = 4;

@@ -15,8 +15,8 @@ struct UpEvidence {
   double facing_share = 0;      // of all cells: on large planes that face up, as supports do
   double hanging_share = 0;     // on large planes that face down, as ceilings do
   std::size_t thing_cells = 0;  // of things that stand on the planes that face up
-  // Of the cells that lie on no large plane, the share in connected sets whose lowest end lies on a
-  // surface that faces up: things rest, and do not float.
+  // The share of loose cells, on no large plane, in connected sets whose lowest end lies on a surface
+  // that faces up: things rest, and do not float.
   double resting_share = 0;
   double image_cos = 0;    // cosine of the angle between up and the image's up
   double forward_cos = 0;  // and the axis along which the sensor looks

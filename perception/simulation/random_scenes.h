@@ -27,8 +27,7 @@ namespace cwm::perception {
 // kEdges    standing goods at and over an edge of the table, with their middle above the table.
 // kContainers  a table with one or two open boxes, most with goods in them, and vessels that lie on
 //           their side (containers.h).
-// Up to four fifths of an object is hidden in kStacks, kHeaps, kRows and
-// kContainers.
+// Up to four fifths of an object is hidden in kStacks, kHeaps, kRows and kContainers.
 enum class SceneFamily {
   kTable,
   kClutter,

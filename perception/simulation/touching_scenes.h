@@ -1,4 +1,5 @@
-// Tables with objects that touch (stacks, heaps, rows, filled boxes), objects with lids, or objects at an edge.
+// Tables with objects that touch (stacks, heaps, rows, filled boxes), objects with lids, or objects
+// at an edge.
 #pragma once
 
 #include "perception/simulation/random_scenes.h"
