@@ -57,7 +57,8 @@ struct InterpretReport {
 
 struct SceneInterpretation {
   Pose X_WC = Pose::Identity();  // given or estimated
-  // X_WC was estimated without confirmation: no plane determines up, or the plane may be a wall.
+  // X_WC was estimated without confirmation: no plane determines up, the plane may be a wall, or
+  // another up is nearly as likely.
   // Such a pose is only valid for this scan.
   bool pose_is_guess = false;
   std::vector<DetectedSupport> supports;
