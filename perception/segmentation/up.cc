@@ -116,16 +116,20 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
                                      const std::optional<ImageAxes>& image) {
   const std::vector<UpEvidence> ups = WeighUps(coarse, image ? *image : AxesOfList(coarse.cells));
   if (ups.empty()) return std::nullopt;
-  const UpEvidence& best = ups.front();
+  const bool is_close = ups.size() > 1 && ups[0].LogOdds() - ups[1].LogOdds() < kDecisiveUp;
+  // Of two close ones the one nearer to the image's up is taken: most sensors stand upright.
+  const std::size_t taken = is_close && ups[1].image_cos > ups[0].image_cos ? 1 : 0;
+  const UpEvidence& best = ups[taken];
   UpEstimate estimate{.up = best.up, .alternative = std::nullopt};
   const bool is_bare = best.thing_cells == 0 && best.image_cos < kMinUpComponent;
   if (is_bare) estimate.source = UpSource::kBarePlane;
-  if (ups.size() > 1 && best.LogOdds() - ups[1].LogOdds() < kDecisiveUp) {
+  if (is_close) {
+    const UpEvidence& other = ups[1 - taken];
     // A bare plane is a wall, a floor or a ceiling: its other side says nothing new.
-    const bool is_opposite = ups[1].up.dot(best.up) < kOpposite_cos;
+    const bool is_opposite = other.up.dot(best.up) < kOpposite_cos;
     if (!is_bare || !is_opposite) {
       estimate.source = UpSource::kDoubtful;
-      estimate.alternative = ups[1].up;
+      estimate.alternative = other.up;
     }
   }
   return estimate;
