@@ -36,6 +36,7 @@ constexpr std::size_t kMaxSceneBytes = std::size_t{64} << 20;
 
 // Kinds of files, and the names of the option groups that apply to them.
 constexpr char kCloud[] = "Clouds", kMesh[] = "Meshes", kScene[] = "Scenes";
+constexpr char kCloudOrMesh[] = "Clouds and meshes";
 
 struct ImportArguments {
   std::string file, robot, world_frame, name, at = "0,0,0";
@@ -72,9 +73,12 @@ absl::Status CheckOptions(const CLI::App& command, const ImportArguments& argume
                           const std::string& content) {
   for (const CLI::Option* option : command.get_options()) {
     const std::string& group = option->get_group();
-    const bool of_files = group == kCloud || group == kMesh || group == kScene;
+    const bool of_files =
+        group == kCloud || group == kMesh || group == kScene || group == kCloudOrMesh;
     const bool of_changes = option->check_name("--expected-revision");
-    const bool fits = of_changes ? content != kCloud : !of_files || group == content;
+    const bool fits =
+        of_changes ? content != kCloud
+                   : !of_files || group == content || (group == kCloudOrMesh && content != kScene);
     if (option->count() == 0 || fits) continue;
     return UsageError(absl::StrCat(option->get_name(), " does not go with ", arguments.file,
                                    ", which is read as ", NameOf(content)));
@@ -88,7 +92,8 @@ absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
   if (!header.ok()) return header.status();
   header->set_mode(pb::INGEST_MODE_UPDATE);
   header->set_request_id(arguments.change.request_id);
-  return IngestScan(session, *header, {.bytes = bytes, .name = arguments.file});
+  if (arguments.mesh.scale != 1) header->set_scale(arguments.mesh.scale);
+  return IngestScan(session, arguments.scan, *header, {.bytes = bytes, .name = arguments.file});
 }
 
 absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
@@ -262,6 +267,8 @@ void AddImportCommand(CommandLine& line) {
       ->type_name("X,Y,Z[,QX,QY,QZ,QW]")
       ->group(kMesh);
   AddMeshOptions(command, kMesh, arguments->mesh);
+  command.get_option("--scale")->description("metres per unit: 0.001 for millimetres");
+  command.get_option("--scale")->group(kCloudOrMesh);
   const std::size_t before_scan = command.get_options().size();
   AddScanOptions(command, arguments->scan);
   const std::vector<CLI::Option*> options = command.get_options({});

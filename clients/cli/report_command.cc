@@ -15,7 +15,6 @@
 #include "clients/cli/scan_arguments.h"
 #include "clients/cpp/cloud_upload.h"
 #include "clients/cpp/geometry_transfer.h"
-#include "clients/formats/cloud_reader.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/report/scan_page.h"
 
@@ -65,10 +64,8 @@ absl::StatusOr<Meshes> FetchMeshes(Session& session, const pb::IngestCloudRespon
 
 // The server's result for the scan in the page's form.
 absl::StatusOr<report::ScanRecord> Record(Session& session, const ReportArguments& arguments,
-                                          const formats::CloudFile& cloud,
+                                          const report::LabelledCloud& scan,
                                           pb::IngestCloudResponse response) {
-  const auto labels = client::ReadLabels(session.connection(), response, cloud.size());
-  if (!labels.ok()) return labels.status();
   response.clear_labels();  // they are sent with the points
   auto meshes = FetchMeshes(session, response);
   if (!meshes.ok()) return meshes.status();
@@ -79,7 +76,7 @@ absl::StatusOr<report::ScanRecord> Record(Session& session, const ReportArgument
       .program = "cwm " CWM_VERSION,
       .sensor_model = arguments.scan.sensor_model.empty() ? "kinect" : arguments.scan.sensor_model,
       .response_json = ToJson(response, JsonStyle::kOneLine),
-      .points = report::PackPoints({.cloud = cloud, .labels = *labels}),
+      .points = report::PackPoints(scan),
       .meshes = *std::move(meshes)};
 }
 
@@ -94,11 +91,17 @@ absl::Status Report(Session& session, const ReportArguments& arguments,
   if (!header.ok()) return header.status();
   header->set_mode(pb::INGEST_MODE_SEGMENT_ONLY);
   header->set_want_point_labels(true);
-  const auto cloud = formats::ReadCloud(arguments.scan_file);
+  const auto bytes = formats::ReadFileBytes(arguments.scan_file);
+  if (!bytes.ok()) return bytes.status();
+  const auto cloud = ParseScan(*bytes, arguments.scan_file, arguments.scan, *header);
   if (!cloud.ok()) return cloud.status();
   auto response = SendScan(session, *header, *cloud, arguments.scan_file);
   if (!response.ok()) return response.status();
-  const auto record = Record(session, arguments, *cloud, *response);
+  const auto labels = client::ReadLabels(session.connection(), *response, cloud->size());
+  if (!labels.ok()) return labels.status();
+  const double scale = header->scale() > 0 ? header->scale() : 1;
+  const auto record =
+      Record(session, arguments, {.cloud = *cloud, .labels = *labels, .scale = scale}, *response);
   if (!record.ok()) return record.status();
   const std::string page = report::FormatScanPage(*record, assets);
   absl::Status written = formats::WriteFileBytes(arguments.page_file, page);
@@ -128,9 +131,11 @@ void AddReportCommand(CommandLine& line, const report::PageAssets& assets) {
        "counts and the\n"
        "time of each stage. The page needs a browser with WebGL 2 and no network."},
       [arguments, assets](Session& session) { return Report(session, *arguments, assets); });
-  command.add_option("SCAN", arguments->scan_file, "a PCD or PLY file")->required();
+  command.add_option("SCAN", arguments->scan_file, "a PCD, PLY, XYZ or NPY file, or a depth image")
+      ->required();
   command.add_option("OUT", arguments->page_file, "the page, *.html")->required();
   AddScanOptions(command, arguments->scan);
+  AddScaleOption(command, arguments->scan);
 }
 
 }  // namespace cwm::cli

@@ -1,12 +1,14 @@
 #include "clients/cli/scan_arguments.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <system_error>
 
 #include "absl/strings/ascii.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/cli/enum_names.h"
@@ -14,6 +16,8 @@
 #include "clients/cli/number_list.h"
 #include "clients/cli/progress.h"
 #include "clients/cpp/cloud_upload.h"
+#include "clients/formats/cloud_reader.h"
+#include "clients/formats/depth_image.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/pcd.h"
 
@@ -26,20 +30,31 @@ absl::StatusOr<pb::SensorModel> ParseSensorModel(const std::string& text) {
   static const std::map<std::string, pb::SensorModel::Kind> kModels =
       ShortNames<pb::SensorModel::Kind>();
   pb::SensorModel model;
-  if (const auto named = kModels.find(text); named != kModels.end() && text != "constant") {
+  if (const auto named = kModels.find(text);
+      named != kModels.end() && text != "constant" && text != "quadratic") {
     model.set_kind(named->second);
     return model;
   }
-  double sigma_m = 0;
-  if (!absl::SimpleAtod(text, &sigma_m) || !std::isfinite(sigma_m) || sigma_m <= 0) {
+  const auto numbers = ParseNumbers(text, "--sensor-model", "SIGMA[,QUADRATIC]");
+  const auto is_valid = [](double number) { return std::isfinite(number) && number >= 0; };
+  if (!numbers.ok() || numbers->size() > 2 || !std::ranges::all_of(*numbers, is_valid) ||
+      std::ranges::all_of(*numbers, [](double number) { return number == 0; })) {
     return UsageError(
         absl::StrCat("--sensor-model: \"", text,
-                     "\" must be kinect, realsense, time_of_flight, tilting_laser or a "
-                     "standard deviation in metres"));
+                     "\" must be kinect, realsense, time_of_flight, tilting_laser, a standard "
+                     "deviation in metres, or A,B for A + B z^2 metres at depth z"));
   }
-  model.set_kind(pb::SensorModel::KIND_CONSTANT);
-  model.set_sigma_m(sigma_m);
+  model.set_kind(numbers->size() == 1 ? pb::SensorModel::KIND_CONSTANT
+                                      : pb::SensorModel::KIND_QUADRATIC);
+  model.set_sigma_m(numbers->front());
+  if (numbers->size() == 2) model.set_quadratic_per_m(numbers->back());
   return model;
+}
+
+absl::StatusOr<pb::CloudFrame> ParseFrame(const std::string& text) {
+  static const std::map<std::string, pb::CloudFrame> kNames = ShortNames<pb::CloudFrame>();
+  if (const auto named = kNames.find(text); named != kNames.end()) return named->second;
+  return UsageError(absl::StrCat("--frame: \"", text, "\" must be sensor or world"));
 }
 
 absl::StatusOr<pb::Clustering> ParseClustering(const std::string& text) {
@@ -68,14 +83,38 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
       ->type_name("auto|X,Y,Z");
   command
       .add_option("--sensor-model", scan.sensor_model,
-                  "kinect (default), realsense, time_of_flight, tilting_laser, or sigma in m")
-      ->type_name("MODEL|SIGMA");
+                  "kinect (default), realsense, time_of_flight, tilting_laser, sigma in m, or A,B: "
+                  "sigma = A + B z^2 at depth z")
+      ->type_name("MODEL|SIGMA|A,B");
   command.add_option("--sensor", scan.sensor, "names the sensor whose estimated pose is kept")
       ->type_name("NAME");
   command
       .add_option("--clusters", scan.clusters,
                   "objects (default), or none: clutter that nothing tells apart")
       ->type_name("objects|none");
+  command
+      .add_option("--frame", scan.frame,
+                  "of the points: sensor (default), or world: z is up and no pose is needed")
+      ->type_name("sensor|world");
+  command
+      .add_option("--viewpoint", scan.viewpoint,
+                  "where the points were seen from, in their frame (m); default: its origin, or "
+                  "unknown in the world's frame")
+      ->type_name("X,Y,Z");
+  command
+      .add_option("--intrinsics", scan.intrinsics,
+                  "of a depth image, in pixels or as a file (JSON, YAML); default: the camera.json "
+                  "beside it")
+      ->type_name("FX,FY,CX,CY|FILE");
+}
+
+void AddScaleOption(CLI::App& command, ScanArguments& scan) {
+  command
+      .add_option(
+          "--scale", scan.scale,
+          "metres per unit of the coordinates: 0.001 for millimetres, which depth images of "
+          "integers have without it")
+      ->type_name("FACTOR");
 }
 
 absl::StatusOr<pb::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
@@ -93,6 +132,15 @@ absl::StatusOr<pb::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
     if (!up.ok()) return up.status();
     *header.mutable_up() = *up;
   }
+  const auto frame = ParseFrame(scan.frame);
+  if (!frame.ok()) return frame.status();
+  header.set_frame(*frame);
+  if (!scan.viewpoint.empty()) {
+    const auto viewpoint = ParseVector(scan.viewpoint, "--viewpoint");
+    if (!viewpoint.ok()) return viewpoint.status();
+    *header.mutable_viewpoint() = *viewpoint;
+  }
+  header.set_scale(scan.scale);
   if (!scan.sensor_model.empty()) {
     const auto model = ParseSensorModel(scan.sensor_model);
     if (!model.ok()) return model.status();
@@ -108,18 +156,73 @@ absl::StatusOr<pb::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
 
 namespace {
 
-// Programs disagree about the meaning of VIEWPOINT for a file's points, so it is not used as a
-// pose.
+bool HasViewpoint(const formats::CloudFile& cloud) {
+  return cloud.viewpoint != formats::CloudFile{}.viewpoint;
+}
+
+// Programs disagree about the meaning of VIEWPOINT for a file's points: some turn the points by it
+// for display, in others it is a place in the points' own frame. So it is not used by itself.
 void WarnAboutViewpoint(Session& session, const formats::CloudFile& cloud,
                         const std::string& file) {
   const std::array<double, 7>& v = cloud.viewpoint;
-  if (v == formats::CloudFile{}.viewpoint) return;
-  session.Warn(absl::StrCat(file, ": VIEWPOINT is not taken for the sensor's pose; if it is, say ",
-                            "--x-world-sensor ",
-                            absl::StrJoin({v[0], v[1], v[2], v[4], v[5], v[6], v[3]}, ",")));
+  if (!HasViewpoint(cloud)) return;
+  session.Warn(absl::StrCat(
+      file, ": VIEWPOINT is not used; if it is the sensor's pose and the points are in its frame, ",
+      "say --x-world-sensor ", absl::StrJoin({v[0], v[1], v[2], v[4], v[5], v[6], v[3]}, ","),
+      "; if the points are in the world's frame, say --frame world"));
+}
+
+absl::StatusOr<formats::DepthCamera> ReadCamera(const std::string& path) {
+  const auto text = formats::ReadFileBytes(path);
+  if (!text.ok()) return text.status();
+  return formats::ParseDepthCamera(*text, path);
+}
+
+absl::StatusOr<formats::DepthCamera> CameraOf(const std::string& image, const ScanArguments& scan) {
+  if (scan.intrinsics.empty()) {
+    const std::filesystem::path beside = std::filesystem::path(image).parent_path() / "camera.json";
+    std::error_code absent;
+    if (std::filesystem::exists(beside, absent)) return ReadCamera(beside.string());
+    return UsageError(absl::StrCat(image,
+                                   " is a depth image: give --intrinsics FX,FY,CX,CY in "
+                                   "pixels, or its camera's file"));
+  }
+  if (!StartsWithNumber(scan.intrinsics)) return ReadCamera(scan.intrinsics);
+  const auto k = ParseNumbers(scan.intrinsics, {"--intrinsics", "FX,FY,CX,CY (pixels)", 4});
+  if (!k.ok()) return k.status();
+  const bool finite = std::ranges::all_of(*k, [](double number) { return std::isfinite(number); });
+  if (!finite || (*k)[0] <= 0 || (*k)[1] <= 0) {
+    return UsageError(
+        absl::StrCat("--intrinsics: \"", scan.intrinsics, "\" must be finite, FX and FY positive"));
+  }
+  return formats::DepthCamera{
+      .fx_px = (*k)[0], .fy_px = (*k)[1], .cx_px = (*k)[2], .cy_px = (*k)[3]};
 }
 
 }  // namespace
+
+absl::StatusOr<formats::CloudFile> ParseScan(std::string_view bytes, const std::string& path,
+                                             const ScanArguments& scan,
+                                             pb::IngestCloudHeader& header) {
+  if (formats::IsDepthImage(bytes)) {
+    const auto camera = CameraOf(path, scan);
+    if (!camera.ok()) return camera.status();
+    header.clear_scale();
+    const auto unit_m = scan.scale > 0 ? std::optional(scan.scale) : std::nullopt;
+    return formats::ParseDepthImage(bytes, path, *camera, unit_m);
+  }
+  if (!scan.intrinsics.empty()) {
+    return UsageError(absl::StrCat("--intrinsics: ", path, " is no depth image"));
+  }
+  auto cloud = formats::ParseCloud(bytes, path);
+  if (!cloud.ok()) return cloud.status();
+  if (header.frame() == pb::CLOUD_FRAME_WORLD && !header.has_viewpoint() && HasViewpoint(*cloud)) {
+    header.mutable_viewpoint()->set_x(cloud->viewpoint[0]);
+    header.mutable_viewpoint()->set_y(cloud->viewpoint[1]);
+    header.mutable_viewpoint()->set_z(cloud->viewpoint[2]);
+  }
+  return cloud;
+}
 
 absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const pb::IngestCloudHeader& header,
@@ -127,7 +230,8 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const std::string& file) {
   const auto geometry = client::SelectGeometry(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
-  if (!header.has_x_world_sensor()) WarnAboutViewpoint(session, cloud, file);
+  const bool is_placed = header.has_x_world_sensor() || header.has_viewpoint();
+  if (!is_placed) WarnAboutViewpoint(session, cloud, file);
   Progress progress(session);
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total) {

@@ -1,4 +1,4 @@
-// Options of scans: the sensor's pose and noise.
+// Options of scans: the frame and unit of their points, the sensor's pose and noise.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,13 +17,25 @@ struct ScanArguments {
   std::string sensor_model;  // empty: kinect
   std::string sensor;
   std::string clusters;  // empty: objects
+  std::string frame = "sensor";
+  std::string viewpoint;   // empty: the frame's origin, unknown in the world's frame
+  double scale = 0;        // metres per unit; 0: 1, or that of a depth image
+  std::string intrinsics;  // of a depth image; empty: in the camera.json beside it
 };
 
 void AddScanOptions(CLI::App& command, ScanArguments& scan);
+// `cwm import` has an option of this name for all of its files.
+void AddScaleOption(CLI::App& command, ScanArguments& scan);
 
-// World, sensor pose, up direction and noise. A usage error if they cannot be parsed.
+// World, frame, scale, sensor pose, up direction and noise. A usage error if they cannot be parsed.
 absl::StatusOr<cwm::v1::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
                                                            const Session& session);
+
+// The cloud of a scan's file. A depth image becomes a cloud in metres, so that the header's scale is
+// cleared. A cloud in the world's frame whose file tells its viewpoint gets it in the header.
+absl::StatusOr<formats::CloudFile> ParseScan(std::string_view bytes, const std::string& path,
+                                             const ScanArguments& scan,
+                                             cwm::v1::IngestCloudHeader& header);
 
 // Sends a cloud with the file's geometry to the server, with progress on a terminal.
 absl::StatusOr<cwm::v1::IngestCloudResponse> SendScan(Session& session,

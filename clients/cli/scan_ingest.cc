@@ -3,16 +3,14 @@
 #include <ostream>
 
 #include "absl/strings/str_cat.h"
-#include "clients/cli/scan_arguments.h"
 #include "clients/cli/scan_report.h"
-#include "clients/formats/cloud_reader.h"
 #include "clients/formats/ply.h"
 
 namespace cwm::cli {
 
-absl::Status IngestScan(Session& session, const cwm::v1::IngestCloudHeader& header,
-                        const ScanFile& file) {
-  const auto cloud = formats::ParseCloud(file.bytes, file.name);
+absl::Status IngestScan(Session& session, const ScanArguments& scan,
+                        cwm::v1::IngestCloudHeader header, const ScanFile& file) {
+  const auto cloud = ParseScan(file.bytes, file.name, scan, header);
   if (!cloud.ok()) return cloud.status();
   if (formats::HasPlyFaces(file.bytes)) {
     session.Warn(absl::StrCat(file.name,

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "clients/cli/scan_arguments.h"
 #include "clients/cli/session.h"
 #include "cwm/v1/perception.pb.h"
 
@@ -18,9 +19,9 @@ struct ScanFile {
   std::string labels_path = {};  // the path of the labelled cloud; empty: none
 };
 
-// Sends the cloud with the header and prints the result. The vertices of a PLY with faces are used
-// as a cloud, with a warning.
-absl::Status IngestScan(Session& session, const cwm::v1::IngestCloudHeader& header,
-                        const ScanFile& file);
+// Sends the cloud with the header, made of the options `scan`, and prints the result. The vertices
+// of a PLY with faces are used as a cloud, with a warning.
+absl::Status IngestScan(Session& session, const ScanArguments& scan,
+                        cwm::v1::IngestCloudHeader header, const ScanFile& file);
 
 }  // namespace cwm::cli

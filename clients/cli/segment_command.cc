@@ -5,7 +5,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/scan_arguments.h"
 #include "clients/cli/scan_report.h"
-#include "clients/formats/cloud_reader.h"
+#include "clients/formats/file_bytes.h"
 
 namespace cwm::cli {
 namespace {
@@ -22,7 +22,9 @@ absl::Status Segment(Session& session, const SegmentArguments& arguments) {
   if (!header.ok()) return header.status();
   header->set_mode(cwm::v1::INGEST_MODE_SEGMENT_ONLY);
   header->set_want_point_labels(true);
-  const auto cloud = formats::ReadCloud(arguments.input);
+  const auto bytes = formats::ReadFileBytes(arguments.input);
+  if (!bytes.ok()) return bytes.status();
+  const auto cloud = ParseScan(*bytes, arguments.input, arguments.scan, *header);
   if (!cloud.ok()) return cloud.status();
   auto response = SendScan(session, *header, *cloud, arguments.input);
   if (!response.ok()) return response.status();
@@ -50,9 +52,11 @@ void AddSegmentCommand(CommandLine& line) {
                   "label of the input is\n"
                   "ignored and replaced."},
                  [arguments](Session& session) { return Segment(session, *arguments); });
-  command.add_option("IN", arguments->input, "a PCD, PLY, XYZ or NPY file")->required();
+  command.add_option("IN", arguments->input, "a PCD, PLY, XYZ or NPY file, or a depth image")
+      ->required();
   command.add_option("OUT", arguments->output, "the labelled PCD file")->required();
   AddScanOptions(command, arguments->scan);
+  AddScaleOption(command, arguments->scan);
 }
 
 }  // namespace cwm::cli

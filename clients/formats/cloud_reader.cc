@@ -28,7 +28,7 @@ struct KnownKind {
 constexpr KnownKind kKnownKinds[] = {
     {"PK\x03\x04", "is a zip archive or .npz: save one array of points with numpy.save"},
     {"# Octomap", "is an octree of OctoMap: convert it to points, e.g. by octree2pointcloud"},
-    {"\x89PNG", "is a PNG image: make points of its depths first"},
+    {"\x89PNG", "is an image: a depth image needs the camera's --intrinsics"},
     {"\x89HDF", "is an HDF5 file: save its points with numpy.save"},
     {"#ROSBAG", "is a bag of ROS: export its cloud as PCD, e.g. by pcl_ros bag_to_pcd"},
     {"LASF", "is a LAS or LAZ file: convert it, e.g. by pdal translate to .pcd"},

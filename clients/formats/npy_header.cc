@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cstring>
+#include <map>
 #include <set>
 
 #include "absl/strings/str_cat.h"
@@ -219,6 +220,21 @@ absl::StatusOr<NpyHeader> ParseNpyHeader(std::string_view bytes, const std::stri
   PythonLiteralReader in(bytes.substr(0, header.data_begin), begin, file);
   if (absl::Status status = ReadDictionary(in, header); !status.ok()) return status;
   return header;
+}
+
+std::optional<NpyType> NumberType(std::string_view text) {
+  static const std::map<std::string_view, Scalar> kTypes = {
+      {"i1", Scalar::kI8},  {"u1", Scalar::kU8},  {"i2", Scalar::kI16}, {"u2", Scalar::kU16},
+      {"i4", Scalar::kI32}, {"u4", Scalar::kU32}, {"i8", Scalar::kI64}, {"u8", Scalar::kU64},
+      {"f4", Scalar::kF32}, {"f8", Scalar::kF64}};
+  if (text.empty()) return std::nullopt;
+  const char order = text.front();
+  const auto found = kTypes.find(text.substr(1));
+  if (found == kTypes.end()) return std::nullopt;
+  if (order != '<' && order != '>' && !(order == '|' && SizeOf(found->second) == 1)) {
+    return std::nullopt;
+  }
+  return NpyType{found->second, order == '>'};
 }
 
 }  // namespace cwm::formats

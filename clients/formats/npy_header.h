@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "clients/formats/scalar.h"
 
 namespace cwm::formats {
 
@@ -24,6 +26,18 @@ struct NpyHeader {
   std::vector<std::int64_t> shape;
   std::size_t data_begin = 0;  // offset in the file
 };
+
+// The type of numbers in a file: "<f4".
+struct NpyType {
+  Scalar type;
+  bool big_endian = false;
+};
+// Empty for anything but integers and floats of 1 to 8 bytes.
+std::optional<NpyType> NumberType(std::string_view text);
+
+// chosen: a plain array has at most so many columns, as a point has few numbers; an image of depths
+// has more.
+inline constexpr std::int64_t kMaxNpyColumns = 16;
 
 // Numbers of shapes are at least 0. INVALID_ARGUMENT with the byte offset where the dictionary is
 // not as numpy writes it.

@@ -19,27 +19,6 @@ namespace {
 constexpr std::size_t kMaxPointBytes = 1 << 16;
 constexpr std::int64_t kMaxAside = std::numeric_limits<std::int32_t>::max();
 
-// The type of numbers in a file: "<f4".
-struct NpyType {
-  Scalar type;
-  bool big_endian = false;
-};
-
-std::optional<NpyType> NumberType(std::string_view text) {
-  static const std::map<std::string_view, Scalar> kTypes = {
-      {"i1", Scalar::kI8},  {"u1", Scalar::kU8},  {"i2", Scalar::kI16}, {"u2", Scalar::kU16},
-      {"i4", Scalar::kI32}, {"u4", Scalar::kU32}, {"i8", Scalar::kI64}, {"u8", Scalar::kU64},
-      {"f4", Scalar::kF32}, {"f8", Scalar::kF64}};
-  if (text.empty()) return std::nullopt;
-  const char order = text.front();
-  const auto found = kTypes.find(text.substr(1));
-  if (found == kTypes.end()) return std::nullopt;
-  if (order != '<' && order != '>' && !(order == '|' && SizeOf(found->second) == 1)) {
-    return std::nullopt;
-  }
-  return NpyType{found->second, order == '>'};
-}
-
 // The number of padding bytes in a type such as "|V4"; empty for other types.
 std::optional<std::size_t> PaddingBytes(std::string_view type) {
   if (!type.starts_with("|V")) return std::nullopt;
@@ -54,10 +33,6 @@ std::optional<std::size_t> PaddingBytes(std::string_view type) {
 std::string ShapeText(const std::vector<std::int64_t>& shape) {
   return absl::StrCat("(", absl::StrJoin(shape, ", "), ")");
 }
-
-// chosen: a plain array has at most so many columns, as a point has few numbers; an image of depths
-// has more.
-constexpr std::int64_t kMaxColumns = 16;
 
 // A field of the cloud with its place in the file: in each point, or in an array of its own.
 struct Column {
@@ -101,10 +76,10 @@ class NpyReader {
     }
     const std::vector<std::int64_t>& shape = header.shape;
     if ((shape.size() != 2 && shape.size() != 3) || shape.back() < 3 ||
-        shape.back() > kMaxColumns) {
+        shape.back() > kMaxNpyColumns) {
       return Error("shape", ShapeText(shape),
                    absl::StrCat("must be (N, 3), or (H, W, 3) for an image of points; with up to ",
-                                kMaxColumns, " columns, of which the first three are x y z"));
+                                kMaxNpyColumns, " columns, of which the first three are x y z"));
     }
     for (const char* axis : {"x", "y", "z"}) {
       columns_.push_back({{.name = axis, .type = type->type}, file_step_, type->big_endian});

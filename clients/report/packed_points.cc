@@ -22,7 +22,7 @@ std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud&
     const char* bytes = cloud.bytes.data() + i * cloud.point_step;
     Point p;
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = formats::ToDouble(bytes + fields[k]->offset, fields[k]->type);
+      p[k] = scan.scale * formats::ToDouble(bytes + fields[k]->offset, fields[k]->type);
     }
     // The same rule as the server's: a point that is not finite or all zeros is no return.
     const bool is_finite = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);

@@ -35,6 +35,7 @@ struct PackedPoints {
 struct LabelledCloud {
   const formats::CloudFile& cloud;           // must have the fields x y z, one number each
   const std::vector<std::uint32_t>& labels;  // one per point
+  double scale = 1;                          // metres per unit of the coordinates
 };
 
 // Each label keeps its first point and every n-th after it. A cloud without measured points has no

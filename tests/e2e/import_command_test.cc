@@ -223,8 +223,8 @@ TEST_F(ImportCommand, RefusesBadFilesAndOptionsThatDoNotFit) {
   ExpectRefused({"import", File("wedge.obj"), "--up", "0,0,1"}, kUsage, "--up");
   ExpectRefused({"import", File("wedge.obj"), "--scale", "0"}, kUsage, "--scale is 0");
   ExpectRefused({"import", File("wedge.obj"), "--up-axis", "w"}, kUsage, "must be x, y or z");
-  ExpectRefused({"import", Write("c.xyz", "1 2 3\n"), "--scale", "2"}, kUsage,
-                "--scale does not go with " + File("c.xyz") + ", which is read as a cloud");
+  ExpectRefused({"import", Write("c.xyz", "1 2 3\n"), "--up-axis", "z"}, kUsage,
+                "--up-axis does not go with " + File("c.xyz") + ", which is read as a cloud");
   ExpectRefused({"import", File("c.xyz"), "--expected-revision", "1"}, kUsage,
                 "--expected-revision");
   EXPECT_EQ(RevisionOf("default"), 1) << "bad input changed the world";

@@ -63,7 +63,7 @@ TEST(ParseCloud, SaysWhatAFileIsThatIsNoCloud) {
   EXPECT_THAT(refusal("PK\x03\x04 ..."), HasSubstr("zip archive or .npz"));
   EXPECT_THAT(refusal("# Octomap OcTree binary file\nid OcTree\nsize 5\n"), HasSubstr("OctoMap"));
   EXPECT_THAT(refusal("\n<!DOCTYPE html>\n<html>"), HasSubstr("web page"));
-  EXPECT_THAT(refusal("\x89PNG\r\n"), HasSubstr("PNG image"));
+  EXPECT_THAT(refusal("\x89PNG\r\n"), HasSubstr("is an image: a depth image needs"));
 }
 
 // Any input gives a cloud whose bytes match its points, or an error.
