@@ -1,5 +1,7 @@
 #include "server/core/ingest.h"
 
+#include <algorithm>
+#include <chrono>
 #include <map>
 #include <utility>
 
@@ -7,6 +9,7 @@
 #include "perception/sensor_up.h"
 #include "server/core/error.h"
 #include "server/core/ingest_plan.h"
+#include "server/core/scan_plausibility.h"
 
 namespace cwm::server {
 namespace {
@@ -101,11 +104,15 @@ class IngestRun {
   // Empty if the sensor got another pose since the scan was interpreted.
   absl::StatusOr<std::optional<IngestOutcome>> Write() {
     for (int attempt = 1;; ++attempt) {
-      match_ = MatchScene(world_.Snapshot(), scene_, request_.cloud, request_.options.noise);
+      Match(world_.Snapshot());
+      StageClock preparing(geometry_ms_);
       const absl::Status prepared =
           geometry_.PrepareFor(match_, request_.mode, WorkOf(request_.options, stop_));
       if (!prepared.ok()) return prepared;
+      preparing.Stop();
       refusal_ = Refusal::kNone;
+      StageClock publishing(publish_ms_);
+      const double matched_ms = association_ms_;
       absl::StatusOr<WriteOutcome> written = world_.Update(
           [&](const SnapshotPtr& latest) {
             return Changes(latest,
@@ -121,6 +128,8 @@ class IngestRun {
                [&](const WriteOutcome& done) {
                  return std::make_shared<const IngestOutcome>(Outcome(done));
                }});
+      publishing.Stop();
+      publish_ms_ -= association_ms_ - matched_ms;  // it was matched again within the turn
       if (refusal_ == Refusal::kOtherPose) return std::nullopt;
       if (refusal_ == Refusal::kStale) continue;
       if (!written.ok()) return written.status();
@@ -145,6 +154,27 @@ class IngestRun {
   enum class IfStale { kRefuse, kMatchAgain };
   enum class Refusal { kNone, kStale, kOtherPose };
 
+  // Adds the time until it is stopped to a stage.
+  class StageClock {
+   public:
+    explicit StageClock(double& sum_ms) : sum_ms_(sum_ms) {}
+    void Stop() {
+      const std::chrono::duration<double, std::milli> elapsed =
+          std::chrono::steady_clock::now() - start_;
+      sum_ms_ += elapsed.count();
+    }
+
+   private:
+    double& sum_ms_;
+    const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  };
+
+  void Match(SnapshotPtr snapshot) {
+    StageClock matching(association_ms_);
+    match_ = MatchScene(std::move(snapshot), scene_, request_.cloud, request_.options.noise);
+    matching.Stop();
+  }
+
   // Must be called under the writer's turn.
   absl::StatusOr<std::vector<collision::Change>> Changes(const SnapshotPtr& latest,
                                                          IfStale if_stale) {
@@ -158,8 +188,9 @@ class IngestRun {
         refusal_ = Refusal::kStale;
         return absl::AbortedError("the world moved on");
       }
-      match_ = MatchScene(latest, scene_, request_.cloud, request_.options.noise);
+      Match(latest);
     }
+    if (const absl::Status plausible = CheckScan(); !plausible.ok()) return plausible;
     absl::StatusOr<IngestPlan> plan =
         PlanIngest(match_, detections_, request_.mode, geometry_,
                    [&](const std::string& stem) { return world_.ReserveName(stem); });
@@ -168,11 +199,37 @@ class IngestRun {
     return plan_.changes;
   }
 
+  // True if the sender states what was only estimated before: then what the world knows was placed
+  // by the estimate, and may all be wrong.
+  bool CorrectsPose() const {
+    const bool states = request_.options.X_WC.has_value()
+                            ? !request_.in_world_frame
+                            : request_.options.up_C.has_value() && origin_ == PoseOrigin::kThisScan;
+    if (!states || kept_pose_.has_value()) return states && !kept_pose_->given;
+    // A sensor without a kept pose, but with a scan, had one that was only a guess.
+    const std::vector<KeptScan> scans = world_.scans().List();
+    return std::ranges::any_of(
+        scans, [&](const KeptScan& scan) { return scan.sensor == request_.sensor; });
+  }
+
+  // Adding scans do not change what is there, so that only their scale is a danger.
+  absl::Status CheckScan() const {
+    if (request_.force || (CorrectsPose() && !scene_.scale_is_implausible)) return absl::OkStatus();
+    const bool by_estimate = origin_ == PoseOrigin::kTold && kept_pose_ && !kept_pose_->given;
+    if (by_estimate && !request_.options.X_WC && !scene_.seen_from_origin) {
+      const absl::Status confirmed = CheckConfirmsSupport(match_);
+      if (!confirmed.ok()) return confirmed;
+    }
+    if (request_.mode == IngestMode::kAdd && !scene_.scale_is_implausible) return absl::OkStatus();
+    return CheckPlausible(match_, scene_);
+  }
+
   void SetSensorPose() {
+    if (request_.in_world_frame) return;
     if (request_.options.X_WC.has_value()) {
       world_.SetSensorPose(request_.sensor, {*request_.options.X_WC, true});
     } else if (origin_ == PoseOrigin::kThisScan && !scene_.pose_is_guess) {
-      world_.SetSensorPose(request_.sensor, {scene_.X_WC, false});
+      world_.SetSensorPose(request_.sensor, {X_WC(), false});
     }
   }
 
@@ -195,10 +252,13 @@ class IngestRun {
         seen, stamped ? request_.frame_stamp : std::chrono::system_clock::now(), next);
   }
 
+  // Pose of the frame of the sender's points. The scene's frame has its origin at the viewpoint.
+  Pose X_WC() const { return scene_.X_WC * Eigen::Translation3d(-request_.viewpoint_C); }
+
   IngestOutcome Start(collision::Revision revision) const {
     IngestOutcome outcome;
     outcome.revision = revision;
-    outcome.X_WC = scene_.X_WC;
+    outcome.X_WC = X_WC();
     outcome.report = scene_.report;
     outcome.labels = scene_.labels;
     for (const perception::DetectedSupport& support : scene_.supports) {
@@ -217,6 +277,14 @@ class IngestRun {
       const std::string& name = plan_.names[static_cast<std::size_t>(d)];
       WorldObjectPtr object = name.empty() ? nullptr : written.snapshot->Find(name);
       Append(outcome, d, object != nullptr ? object : ProvisionalObject(name, detections_, d, ""));
+    }
+    for (const auto& [stage, elapsed_ms] : {std::pair{"association", association_ms_},
+                                            {"geometry", geometry_ms_},
+                                            {"publish", publish_ms_}}) {
+      outcome.report.stages.push_back({stage, elapsed_ms});
+    }
+    if (const auto drift = DriftWarning(match_); drift && request_.mode == IngestMode::kUpdate) {
+      outcome.report.warnings.push_back(*drift);
     }
     outcome.added = plan_.added;
     outcome.moved = plan_.moved;
@@ -237,6 +305,7 @@ class IngestRun {
   DetectionGeometry geometry_;
   SceneMatch match_;
   IngestPlan plan_;
+  double association_ms_ = 0, geometry_ms_ = 0, publish_ms_ = 0;
   Refusal refusal_ = Refusal::kNone;
 };
 
@@ -247,7 +316,7 @@ absl::StatusOr<SceneInterpretation> InterpretWith(const std::optional<SensorPose
   perception::InterpretOptions options = request.options;
   using Source = perception::InterpretOptions::PoseSource;
   if (pose.has_value()) {
-    options.X_WC = pose->X_WC;
+    options.X_WC = pose->X_WC * Eigen::Translation3d(request.viewpoint_C);
     options.X_WC_source = pose->given ? Source::kGiven : Source::kEstimated;
   }
   absl::StatusOr<SceneInterpretation> scene = interpret(request.cloud, options, stop);

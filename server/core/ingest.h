@@ -17,9 +17,12 @@ namespace cwm::server {
 enum class IngestMode { kUpdate, kAdd, kSegmentOnly };
 
 struct IngestRequest {
-  perception::PointCloud cloud;
+  perception::PointCloud cloud;  // its origin is viewpoint_C, its axes are those of frame C
+  Vector3 viewpoint_C = Vector3::Zero();  // in the frame C of the sender's points
   std::string sensor;
-  perception::InterpretOptions options;  // X_WC is set if the sensor's pose was given
+  perception::InterpretOptions options;  // X_WC is set if the pose of C was given
+  bool in_world_frame = false;           // C is the world's frame, and tells no sensor's pose
+  bool force = false;                    // takes a scan that contradicts the world
   IngestMode mode = IngestMode::kUpdate;
   std::chrono::system_clock::time_point frame_stamp;  // the epoch means unknown: now is used
   WriteOptions write;
@@ -27,8 +30,8 @@ struct IngestRequest {
 
 struct IngestOutcome {
   collision::Revision revision;
-  bool replayed = false;  // a retry: this is the outcome of the first try
-  Pose X_WC = Pose::Identity();
+  bool replayed = false;         // a retry: this is the outcome of the first try
+  Pose X_WC = Pose::Identity();  // of the frame of the sender's points
   perception::InterpretReport report;
   // The world's objects behind the labels: supports, then objects in label order. For kSegmentOnly
   // they are provisional objects that belong to no world (empty uid, geometry with a model but no
@@ -48,7 +51,8 @@ using Interpreter = std::function<absl::StatusOr<perception::SceneInterpretation
     const perception::PointCloud&, const perception::InterpretOptions&, std::stop_token)>;
 
 // Publishes at most one revision; none if nothing changed. InvalidArgument from the interpreter;
-// the errors of World::Update; Cancelled when stopped, with nothing written; Aborted
+// the errors of World::Update; FailedPrecondition SCAN_CONTRADICTS_WORLD (scan_plausibility.h)
+// unless forced; Cancelled when stopped, with nothing written; Aborted
 // SENSOR_POSE_CHANGED if the sensor's pose changed again and again meanwhile. The sensor's pose is
 // kept in the world: a given pose replaces the kept one; an estimated pose stays until a pose is
 // given or an up direction contradicts it; a guess is not kept. kSegmentOnly uses a kept pose only

@@ -29,13 +29,14 @@ Columns Subsample(const IngestRequest& request, const IngestOutcome& outcome, st
   columns.labels.resize(static_cast<std::size_t>(kept) * sizeof(std::uint32_t));
   char* point_out = columns.points.data();
   char* label_out = columns.labels.data();
+  const Pose X_WV = outcome.X_WC * Eigen::Translation3d(request.viewpoint_C);
   std::int64_t met = 0;
   for (std::size_t i = 0; i < request.cloud.points.size(); ++i) {
-    const Eigen::Vector3f& p_CP = request.cloud.points[i];
-    if (!perception::IsReturn(p_CP)) continue;
+    const Eigen::Vector3f& p_VP = request.cloud.points[i];
+    if (!perception::IsReturn(p_VP)) continue;
     const std::int64_t before = met++ * kept / returns;
     if (met * kept / returns == before) continue;
-    const Eigen::Vector3f p_WP = (outcome.X_WC * p_CP.cast<double>()).cast<float>();
+    const Eigen::Vector3f p_WP = (X_WV * p_VP.cast<double>()).cast<float>();
     std::memcpy(point_out, p_WP.data(), 3 * sizeof(float));
     std::memcpy(label_out, &outcome.labels[i], sizeof(std::uint32_t));
     point_out += 3 * sizeof(float);

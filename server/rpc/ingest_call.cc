@@ -127,9 +127,10 @@ absl::StatusOr<IngestRequest> IngestCall::MakeRequest() {
   }
   IngestRequest request = plan_->request;
   if (!request.write.request_id.empty()) request.write.request_digest = DigestOf(header_, actual);
-  auto cloud = DecodeCloud(*plan_, bytes);
-  if (!cloud.ok()) return cloud.status();
-  request.cloud = *std::move(cloud);
+  auto decoded = DecodeCloud(*plan_, bytes);
+  if (!decoded.ok()) return decoded.status();
+  request.cloud = std::move(decoded->cloud);
+  request.viewpoint_C = decoded->viewpoint_C;
   return request;
 }
 
@@ -157,9 +158,11 @@ absl::Status IngestCall::Interpret() {
   auto charged = work_.Resize(kInterpretingBytesPerPoint * plan_->point_count);
   if (!charged.ok()) return charged;
   Application& application = runtime_.application;
+  const Clock::time_point received = Clock::now();
   auto request = MakeRequest();
   if (!request.ok()) return request.status();
   upload_.reset();  // its bytes were converted to the cloud
+  const Clock::time_point decoded = Clock::now();
   line_.points = static_cast<std::int64_t>(request->cloud.points.size());
   auto lease = application.worlds.AcquireLease(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
@@ -170,6 +173,14 @@ absl::Status IngestCall::Interpret() {
   auto outcome = Ingest(**lease, *request, application.interpret, call_.stop);
   if (!outcome.ok()) {
     return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();
+  }
+  if (!outcome->replayed) {
+    const auto milliseconds = [](Clock::duration time) {
+      return std::chrono::duration<double, std::milli>(time).count();
+    };
+    std::vector<perception::StageTime>& stages = outcome->report.stages;
+    stages.insert(stages.begin(), {{"receive", milliseconds(received - begin_)},
+                                   {"decode", milliseconds(decoded - received)}});
   }
   line_.objects = static_cast<std::int64_t>(outcome->objects.size());
   line_.revision = outcome->revision.value;

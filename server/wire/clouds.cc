@@ -1,8 +1,6 @@
 #include "server/wire/clouds.h"
 
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -15,13 +13,14 @@
 namespace cwm::server {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "cloud bytes are read as they lie");
-
 // chosen: drivers pad points to 16, 32 or 48 bytes; LiDARs with many channels stay below 256.
 constexpr int kMaxPointBytes = 1'024;
 constexpr int kMaxFields = 256;
 // chosen: no range sensor has a constant sigma above a metre.
 constexpr double kMaxSigma_m = 1;
+constexpr double kMaxQuadratic_per_m = 1;  // a metre at a metre
+// chosen: units from a nanometre to a thousand kilometres.
+constexpr double kMinScale = 1e-9, kMaxScale = 1e6;
 constexpr std::array<std::string_view, 3> kCoordinates = {"x", "y", "z"};
 constexpr std::array<std::string_view, 3> kNormals = {"normal_x", "normal_y", "normal_z"};
 
@@ -122,6 +121,24 @@ absl::Status CheckCounts(const v1::IngestCloudHeader& header, const Limits& limi
   return absl::OkStatus();
 }
 
+absl::StatusOr<perception::SensorNoise> QuadraticNoise(const v1::SensorModel& model,
+                                                       const FieldPath& path) {
+  if (!(model.sigma_m() >= 0 && model.sigma_m() <= kMaxSigma_m)) {
+    return path.Field("sigma_m").Error(
+        absl::StrCat("is ", model.sigma_m(), ", must be from 0 to ", kMaxSigma_m));
+  }
+  const double quadratic_per_m = model.quadratic_per_m();
+  if (!(quadratic_per_m >= 0 && quadratic_per_m <= kMaxQuadratic_per_m) ||
+      (quadratic_per_m == 0 && model.sigma_m() == 0)) {
+    return path.Field("quadratic_per_m")
+        .Error(absl::StrCat("is ", quadratic_per_m, " with sigma_m ", model.sigma_m(),
+                            ", must be from 0 to ", kMaxQuadratic_per_m, ", not both 0"));
+  }
+  return perception::SensorNoise{.model = perception::SensorModel::kGiven,
+                                 .given_sigma_m = model.sigma_m(),
+                                 .given_quadratic_per_m = quadratic_per_m};
+}
+
 absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorModel& model,
                                                              const FieldPath& path) {
   perception::SensorNoise noise;
@@ -141,6 +158,8 @@ absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorMod
       return noise;
     case v1::SensorModel::KIND_CONSTANT:
       break;
+    case v1::SensorModel::KIND_QUADRATIC:
+      return QuadraticNoise(model, path);
     default:
       return path.Field("kind").Error(absl::StrCat("is ", static_cast<int>(model.kind()),
                                                    ", must be a known SensorModel.Kind"));
@@ -149,8 +168,8 @@ absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorMod
     return path.Field("sigma_m").Error(
         absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kMaxSigma_m));
   }
-  noise.model = perception::SensorModel::kConstant;
-  noise.constant_sigma_m = model.sigma_m();
+  noise.model = perception::SensorModel::kGiven;
+  noise.given_sigma_m = model.sigma_m();
   return noise;
 }
 
@@ -218,6 +237,46 @@ absl::StatusOr<IngestMode> IngestModeFromProto(v1::IngestMode mode, const FieldP
   }
 }
 
+absl::Status TakeFrame(const v1::IngestCloudHeader& header, const FieldPath& path,
+                       IngestRequest& request) {
+  switch (header.frame()) {
+    case v1::CLOUD_FRAME_UNSPECIFIED:
+    case v1::CLOUD_FRAME_SENSOR:
+      return absl::OkStatus();
+    case v1::CLOUD_FRAME_WORLD:
+      break;
+    default:
+      return path.Field("frame").Error(
+          absl::StrCat("is ", static_cast<int>(header.frame()), ", must be a known CloudFrame"));
+  }
+  for (const auto& [is_set, field] : {std::pair{header.has_x_world_sensor(), "x_world_sensor"},
+                                      std::pair{header.has_up(), "up"}}) {
+    if (!is_set) continue;
+    return path.Field(field).Error(
+        "is set, must be absent with CLOUD_FRAME_WORLD: the points' frame is the world's, z is up");
+  }
+  request.in_world_frame = true;
+  request.options.X_WC = Pose::Identity();
+  request.cloud.seen_from_origin = header.has_viewpoint();
+  return absl::OkStatus();
+}
+
+// Sets the scale and the viewpoint.
+absl::Status TakePlacing(const v1::IngestCloudHeader& header, const FieldPath& path,
+                         CloudPlan& plan) {
+  plan.scale = header.scale() == 0 ? 1 : header.scale();
+  if (!(plan.scale >= kMinScale && plan.scale <= kMaxScale)) {
+    return path.Field("scale").Error(absl::StrCat("is ", header.scale(), ", must be from ",
+                                                  kMinScale, " to ", kMaxScale,
+                                                  " metres per unit, or 0 for 1"));
+  }
+  if (!header.has_viewpoint()) return absl::OkStatus();
+  auto viewpoint = VectorFromProto(header.viewpoint(), path.Field("viewpoint"));
+  if (!viewpoint.ok()) return viewpoint.status();
+  plan.viewpoint_C = *viewpoint;
+  return absl::OkStatus();
+}
+
 absl::StatusOr<IngestRequest> IngestRequestFromProto(const v1::IngestCloudHeader& header,
                                                      const FieldPath& path) {
   constexpr std::int64_t kMaxIdBytes = 128;
@@ -237,6 +296,8 @@ absl::StatusOr<IngestRequest> IngestRequestFromProto(const v1::IngestCloudHeader
   auto mode = IngestModeFromProto(header.mode(), path.Field("mode"));
   if (!mode.ok()) return mode.status();
   request.mode = *mode;
+  request.force = header.force();
+  if (auto status = TakeFrame(header, path, request); !status.ok()) return status;
   request.frame_stamp = std::chrono::system_clock::now();
   if (header.has_frame_stamp()) {
     auto stamp = TimePointFromProto(header.frame_stamp(), path.Field("frame_stamp"));
@@ -263,6 +324,7 @@ absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header
                  .request = *std::move(request),
                  .time_budget = std::nullopt,
                  .want_point_labels = header.want_point_labels()};
+  if (auto status = TakePlacing(header, path, plan); !status.ok()) return status;
   const bool organised = header.height() > 1;
   plan.request.cloud.width = organised ? header.width() : static_cast<int>(header.point_count());
   plan.request.cloud.height = organised ? header.height() : 1;
@@ -272,97 +334,6 @@ absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header
     plan.time_budget = *budget;
   }
   return plan;
-}
-
-namespace {
-
-double ReadScalar(const char* point, const ScalarField& field) {
-  if (field.is_double) {
-    double value;
-    std::memcpy(&value, point + field.offset, sizeof(value));
-    return value;
-  }
-  float value;
-  std::memcpy(&value, point + field.offset, sizeof(value));
-  return value;
-}
-
-// True if the three fields are consecutive F32, which are copied as they are.
-bool IsPacked(const VectorField& field) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const int expected = field[0].offset + axis * static_cast<int>(sizeof(float));
-    if (field[axis].is_double || field[axis].offset != expected) return false;
-  }
-  return true;
-}
-
-void ReadPacked(std::string_view bytes, int step, int offset, std::vector<Eigen::Vector3f>& out) {
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    std::memcpy(out[i].data(), bytes.data() + i * step + offset, 3 * sizeof(float));
-  }
-}
-
-void ReadVectors(std::string_view bytes, int step, const VectorField& field,
-                 std::vector<Eigen::Vector3f>& out) {
-  if (IsPacked(field)) return ReadPacked(bytes, step, field[0].offset, out);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      out[i][axis] = static_cast<float>(ReadScalar(bytes.data() + i * step, field[axis]));
-    }
-  }
-}
-
-absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const ScalarField& field = plan.layout.xyz[axis];
-    if (!field.is_double) continue;
-    for (std::int64_t i = 0; i < plan.point_count; ++i) {
-      const double value = ReadScalar(bytes.data() + i * plan.layout.point_step, field);
-      if (!std::isfinite(value) || std::abs(value) <= kMaxPointDistance_m) continue;
-      const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
-      return FieldPath::OfRequest(name).Error(
-          absl::StrCat("is ", value, ", must be within ", kMaxPointDistance_m,
-                       " m of the sensor: coordinates are metres in its frame; are these "
-                       "millimetres? Else give the offset in x_world_sensor"));
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckPoints(const std::vector<Eigen::Vector3f>& points) {
-  bool any_finite = false;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3f& point = points[i];
-    if (!point.allFinite()) continue;
-    any_finite = true;
-    Eigen::Index axis = 0;
-    if (point.cwiseAbs().maxCoeff(&axis) <= kMaxCoordinate_m) continue;
-    const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
-    return FieldPath::OfRequest(name).Error(
-        absl::StrCat("is ", point[axis], ", must be within ", kMaxCoordinate_m));
-  }
-  if (any_finite) return absl::OkStatus();
-  const FieldPath root;
-  const FieldPath chunk = root.Field("chunk");
-  return chunk.Field("data").Error(
-      absl::StrCat("holds ", points.size(), " points, none of them finite, must hold one"));
-}
-
-}  // namespace
-
-absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes) {
-  if (auto status = CheckPrecision(plan, bytes); !status.ok()) return status;
-  perception::PointCloud cloud;
-  cloud.width = plan.request.cloud.width;
-  cloud.height = plan.request.cloud.height;
-  cloud.points.resize(plan.point_count);
-  ReadVectors(bytes, plan.layout.point_step, plan.layout.xyz, cloud.points);
-  if (auto status = CheckPoints(cloud.points); !status.ok()) return status;
-  if (plan.layout.normal.has_value()) {
-    cloud.normals.resize(plan.point_count);
-    ReadVectors(bytes, plan.layout.point_step, *plan.layout.normal, cloud.normals);
-  }
-  return cloud;
 }
 
 }  // namespace cwm::server

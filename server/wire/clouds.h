@@ -19,8 +19,8 @@
 
 namespace cwm::server {
 
-// Coordinates are in the sensor's frame and stored in single precision. Up to this distance from
-// the sensor its spacing is at most 0.25 mm, below the noise of every sensor at a hundredth of the
+// Coordinates are stored relative to the viewpoint, in single precision. Up to this distance from
+// it the spacing is at most 0.25 mm, below the noise of every sensor at a hundredth of the
 // distance. F64 coordinates beyond are refused rather than rounded: a map's offset belongs into
 // x_world_sensor, which stays in double precision.
 inline constexpr double kMaxPointDistance_m = 4096;
@@ -45,7 +45,9 @@ struct CloudPlan {
   CloudLayout layout;
   std::int64_t point_count = 0;
   std::int64_t total_bytes = 0;
-  IngestRequest request;  // all but the points and the write's digest
+  double scale = 1;  // metres per unit of the coordinates
+  std::optional<Vector3> viewpoint_C = {};
+  IngestRequest request;  // all but the points, their viewpoint and the write's digest
   std::optional<std::chrono::nanoseconds> time_budget;
   bool want_point_labels = false;
 };
@@ -55,10 +57,18 @@ struct CloudPlan {
 absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
                                              const Limits& limits, const FieldPath& path);
 
+struct DecodedCloud {
+  perception::PointCloud cloud;  // metres, relative to the viewpoint
+  Vector3 viewpoint_C = Vector3::Zero();
+};
+
 // Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return), but
 // at least one point must be finite ("chunk.data"). InvalidArgument with the field "point 17.x" for
 // an F64 coordinate beyond kMaxPointDistance_m and for any beyond kMaxCoordinate_m.
-absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
+// Points of the world's frame without a viewpoint were seen from unknown places; the viewpoint is
+// then kUnknownHeight_m above their mean, as if seen by a sensor that looks down at a table.
+absl::StatusOr<DecodedCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
+inline constexpr double kUnknownHeight_m = 1.5;
 
 struct IngestReply {
   const IngestOutcome& outcome;

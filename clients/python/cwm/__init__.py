@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING
 from cwm.addresses import default_address
 from cwm.changes import Allow, Attach, Change, Detach, Margin, Move, Put, Remove, SetState
 from cwm.enums import (
+    CloudFrame,
     Clustering,
     Engine,
     ExportFormat,
@@ -66,6 +67,7 @@ from cwm.errors import (
     ResourceExhausted,
     RevisionCompacted,
     RevisionConflict,
+    ScanRefused,
     Unavailable,
     WorldReplaced,
 )
@@ -124,6 +126,7 @@ if TYPE_CHECKING:
         "Change",
         "Changes",
         "CheckResult",
+        "CloudFrame",
         "Clustering",
         "Cone",
         "Convex",
@@ -191,6 +194,7 @@ if TYPE_CHECKING:
         "RuleSet",
         "SampleResult",
         "SampleState",
+        "ScanRefused",
         "SensorModel",
         "Server",
         "ServerInfo",

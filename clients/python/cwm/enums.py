@@ -152,6 +152,13 @@ class SensorModel(enum.IntEnum):
     TILTING_LASER = 4
 
 
+class CloudFrame(enum.IntEnum):
+    """The frame of a scan's points: the sensor's, or the world's, where z is up."""
+
+    SENSOR = 1
+    WORLD = 2
+
+
 class Clustering(enum.IntEnum):
     """OBJECTS divides what stands on a support before shapes are searched; NONE does not, for
     dense clutter.

@@ -86,6 +86,12 @@ class WorldReplaced(FailedPrecondition):
     """
 
 
+class ScanRefused(FailedPrecondition):
+    """The scan contradicts the world: another unit, another pose of its sensor. Nothing was changed;
+    `ingest(..., force=True)` takes it all the same.
+    """
+
+
 class OutOfRange(Error):
     """A revision that is in the future, or no longer kept."""
 
@@ -141,6 +147,7 @@ _BY_REASON: dict[str, type[Error]] = {
     "OBJECT_REVISION_MISMATCH": RevisionConflict,
     "REVISION_COMPACTED": RevisionCompacted,
     "WORLD_REPLACED": WorldReplaced,
+    "SCAN_CONTRADICTS_WORLD": ScanRefused,
 }
 
 

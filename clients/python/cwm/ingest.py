@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Iterator
+from typing import TYPE_CHECKING, Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -122,11 +122,21 @@ def make_header(
 
 
 def set_sensor(
-    header: perception_pb2.IngestCloudHeader, sensor: enums.SensorModel | str | float
+    header: perception_pb2.IngestCloudHeader,
+    sensor: enums.SensorModel | str | float | Sequence[float],
 ) -> None:
-    """A model by its name, or the standard deviation of a constant noise in metres."""
+    """A model by its name, the standard deviation of a constant noise in metres, or a and b of
+    a + b z^2.
+    """
     if isinstance(sensor, (str, enums.SensorModel)):
         header.sensor_model.kind = enums.word(enums.SensorModel, sensor, "sensor")
+        return
+    if np.ndim(sensor) == 1:
+        a_m, b_per_m = arrays.vector(sensor, "sensor", 2).tolist()
+        if a_m < 0 or b_per_m < 0 or a_m + b_per_m == 0:
+            raise ValueError(f"sensor is {sensor!r}, a and b must be at least 0, not both 0")
+        header.sensor_model.kind = perception_pb2.SensorModel.KIND_QUADRATIC
+        header.sensor_model.sigma_m, header.sensor_model.quadratic_per_m = a_m, b_per_m
         return
     sigma_m = arrays.number(sensor, "sensor")
     if sigma_m <= 0:
@@ -146,6 +156,14 @@ def set_pose(
         header.x_world_sensor.CopyFrom(poses.to_proto(x_world_sensor, "x_world_sensor"))
     if up is not None:
         header.up.x, header.up.y, header.up.z = arrays.vector(up, "up").tolist()
+
+
+def set_viewpoint(
+    header: perception_pb2.IngestCloudHeader, viewpoint: npt.ArrayLike | None
+) -> None:
+    if viewpoint is not None:
+        place = arrays.vector(viewpoint, "viewpoint").tolist()
+        header.viewpoint.x, header.viewpoint.y, header.viewpoint.z = place
 
 
 def messages(

@@ -41,13 +41,17 @@ class World(WorldView):
         x_world_sensor: npt.ArrayLike | None = None,
         *,
         up: npt.ArrayLike | None = None,
-        sensor: enums.SensorModel | str | float = "kinect",
+        sensor: enums.SensorModel | str | float | Sequence[float] = "kinect",
         sensor_name: str = "",
         normals: npt.ArrayLike | None = None,
         mode: enums.IngestMode | str = "update",
         labels: bool = True,
         clustering: enums.Clustering | str = "objects",
         search: Sequence[str] = _SEARCHES,
+        frame: enums.CloudFrame | str = "sensor",
+        viewpoint: npt.ArrayLike | None = None,
+        scale: float = 1.0,
+        force: bool = False,
         time_budget_s: float | None = None,
         expected_revision: int | None = None,
     ) -> ingest.IngestResult:
@@ -58,9 +62,14 @@ class World(WorldView):
         once for each `sensor_name`, with `up` (3,), in the sensor's frame, if given; an `up` that
         contradicts that estimate makes another one. sensor: "kinect", "realsense",
         "time_of_flight", "tilting_laser", or the standard deviation of its noise in metres; of
-        views that were put together with the error of their registration.
+        views that were put together with the error of their registration; or (a, b) for
+        a + b z^2 metres at depth z.
         normals: like points. search: kinds of shapes, of "planes", "cylinders", "spheres" and
-        "cones".
+        "cones". frame: "sensor", or "world", where z is up and neither a pose nor `up` is given.
+        viewpoint: (3,), where the points were seen from, in their frame; None: its origin, or
+        unknown in the world's frame. scale: metres per unit of points and not of viewpoint; 0.001
+        for millimetres. force: take a scan that contradicts the world; it raises ScanRefused
+        otherwise, as all supports would go or everything moved alike.
         """
         header, cloud = ingest.make_header(points, normals)
         header.world = self.name
@@ -77,6 +86,10 @@ class World(WorldView):
             setattr(header.options, f"search_{kind}", kind in search)
         ingest.set_sensor(header, sensor)
         ingest.set_pose(header, x_world_sensor, up)
+        header.frame = enums.word(enums.CloudFrame, frame, "frame")
+        ingest.set_viewpoint(header, viewpoint)
+        header.scale = arrays.number(scale, "scale", low=0)
+        header.force = bool(force)
         if time_budget_s is not None:
             header.time_budget.FromNanoseconds(
                 round(1e9 * arrays.number(time_budget_s, "time_budget_s", low=0))

@@ -147,6 +147,33 @@ class Scans(ServerCase):
             provisional.objects[0].mesh()
         self.assertEqual(len(provisional.objects), 2)
 
+    def test_in_the_worlds_frame_give_the_same_objects_and_no_pose(self):
+        expected = self.world.ingest(self.points, self.pose)
+        rotation, place = self.pose[:3, :3], self.pose[:3, 3]
+        in_world = self.points.reshape(-1, 3) @ rotation.T + place
+        for scale, points in ((1.0, in_world), (0.001, 1000 * in_world)):
+            scan = self.world.ingest(
+                points, frame="world", viewpoint=place, scale=scale, mode="segment_only"
+            )
+            np.testing.assert_allclose(scan.pose, np.eye(4), atol=1e-12)
+            self.assertEqual(len(scan.objects), len(expected.objects))
+            for found, known in zip(scan.objects, expected.objects):
+                np.testing.assert_allclose(
+                    found.pose[:3, 3], known.pose[:3, 3], atol=0.01
+                )
+        with self.assertRaisesRegex(cwm.InvalidArgument, "x_world_sensor: is set, must be absent"):
+            self.world.ingest(in_world, self.pose, frame="world")
+
+    def test_that_contradict_the_world_are_refused_unless_forced(self):
+        before = self.world.ingest(self.points, self.pose).revision
+        for wrong in (1000 * self.points, 3 * self.points):
+            with self.assertRaises(cwm.ScanRefused) as refused:
+                self.world.ingest(wrong, self.pose)
+            self.assertIn(refused.exception.metadata["contradiction"], ("SCALE", "SUPPORTS_GONE"))
+        self.assertEqual(self.world.ingest(self.points, self.pose).revision, before)
+        forced = self.world.ingest(3 * self.points, self.pose, force=True)
+        self.assertIn("support_1", forced.changes.removed)
+
     def test_that_cannot_be_are_refused(self):
         cases = [
             (dict(points=np.ones((5, 2))), ValueError, r"points has the shape \(5, 2\)"),
@@ -157,6 +184,9 @@ class Scans(ServerCase):
                 ValueError,
                 "sensor is -0.1, must be the name of a model or a standard deviation",
             ),
+            (dict(sensor=(0.001, -1)), ValueError, "a and b must be at least 0"),
+            (dict(frame="here"), ValueError, "frame is 'here', must be one of sensor, world"),
+            (dict(scale=-1), ValueError, "scale is -1, must be finite and at least 0"),
             (
                 dict(mode="often"),
                 ValueError,

@@ -45,12 +45,12 @@ TEST(WireCloud, PackedPointsAreReadAsTheyLie) {
   ASSERT_TRUE(plan.ok()) << plan.status();
   const auto cloud = DecodeCloud(*plan, BytesOf<float>({1, 2, 3, kNanF, kNanF, kNanF, 7, 8, 9}));
   ASSERT_TRUE(cloud.ok());
-  ASSERT_EQ(cloud->size(), 3u);
-  EXPECT_EQ(cloud->points[0], Eigen::Vector3f(1, 2, 3));
-  EXPECT_TRUE(std::isnan(cloud->points[1].x()));
-  EXPECT_EQ(cloud->points[2], Eigen::Vector3f(7, 8, 9));
-  EXPECT_FALSE(cloud->organised());
-  EXPECT_TRUE(cloud->normals.empty());
+  ASSERT_EQ(cloud->cloud.size(), 3u);
+  EXPECT_EQ(cloud->cloud.points[0], Eigen::Vector3f(1, 2, 3));
+  EXPECT_TRUE(std::isnan(cloud->cloud.points[1].x()));
+  EXPECT_EQ(cloud->cloud.points[2], Eigen::Vector3f(7, 8, 9));
+  EXPECT_FALSE(cloud->cloud.organised());
+  EXPECT_TRUE(cloud->cloud.normals.empty());
 }
 
 TEST(WireCloud, MixedLayoutsAreReadFieldByField) {
@@ -75,8 +75,8 @@ TEST(WireCloud, MixedLayoutsAreReadFieldByField) {
   }
   const auto cloud = DecodeCloud(*plan, bytes);
   ASSERT_TRUE(cloud.ok());
-  EXPECT_EQ(cloud->points[1], Eigen::Vector3f(10, 11, 12));
-  EXPECT_EQ(cloud->normals[1], Eigen::Vector3f(0, 0, 10));
+  EXPECT_EQ(cloud->cloud.points[1], Eigen::Vector3f(10, 11, 12));
+  EXPECT_EQ(cloud->cloud.normals[1], Eigen::Vector3f(0, 0, 10));
 }
 
 TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
@@ -93,10 +93,66 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
       DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0.99 * kMaxPointDistance_m, 0, 1})).ok());
   const auto refused = DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0, 4.5e6, 1}));
   EXPECT_EQ(FieldAtFault(refused.status()), "point 1.y");
-  EXPECT_THAT(TextOf(refused.status()), HasSubstr("give the offset in x_world_sensor"));
-  EXPECT_THAT(TextOf(refused.status()), HasSubstr("are these millimetres?"));
+  EXPECT_THAT(TextOf(refused.status()),
+              HasSubstr("for a map's offset the viewpoint or x_world_sensor"));
+  EXPECT_THAT(TextOf(refused.status()), HasSubstr("for millimetres give a scale of 0.001"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({nan, nan, nan, 0, 0, 1})).ok());
+}
+
+// Coordinates times the scale, less the viewpoint.
+TEST(WireCloud, PointsBecomeMetresRelativeToTheirViewpoint) {
+  v1::IngestCloudHeader header = PackedHeader(3);
+  header.set_scale(0.001);
+  header.mutable_viewpoint()->set_x(1);
+  header.mutable_viewpoint()->set_z(2);
+  const auto plan = Convert(header);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  const auto decoded =
+      DecodeCloud(*plan, BytesOf<float>({1500, 250, 1000, 0, 0, 0, 1000, 0, 2000}));
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_TRUE(decoded->cloud.points[0].isApprox(Eigen::Vector3f(0.5F, 0.25F, -1)));
+  EXPECT_TRUE(decoded->cloud.points[1].isZero(0)) << "no return, as the driver says it";
+  EXPECT_TRUE(decoded->cloud.points[2].isZero(0)) << "a no-return that was turned into a frame";
+  EXPECT_EQ(decoded->viewpoint_C, Vector3(1, 0, 2));
+  EXPECT_TRUE(decoded->cloud.seen_from_origin);
+}
+
+TEST(WireCloud, PointsOfTheWorldHaveNoPoseAndMayHaveBeenSeenFromAnywhere) {
+  v1::IngestCloudHeader header = PackedHeader(2);
+  header.set_frame(v1::CLOUD_FRAME_WORLD);
+  const auto plan = Convert(header);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  EXPECT_TRUE(plan->request.in_world_frame);
+  EXPECT_TRUE(plan->request.options.X_WC->isApprox(Pose::Identity()));
+  const auto decoded = DecodeCloud(*plan, BytesOf<float>({1000, 4, 1, 1002, 4, 1}));
+  ASSERT_TRUE(decoded.ok());
+  EXPECT_EQ(decoded->viewpoint_C, Vector3(1001, 4, 1 + kUnknownHeight_m));
+  EXPECT_TRUE(decoded->cloud.points[0].isApprox(Eigen::Vector3f(-1, 0, -1.5F)));
+  EXPECT_FALSE(decoded->cloud.seen_from_origin);
+  header.mutable_viewpoint()->set_z(3);
+  EXPECT_TRUE(Convert(header)->request.cloud.seen_from_origin);
+  header.mutable_up()->set_z(1);
+  EXPECT_EQ(FieldAtFault(Convert(header).status()), "header.up");
+}
+
+TEST(WireCloud, ScalesFramesAndNoiseAreCheckedByTheirFields) {
+  v1::IngestCloudHeader header = PackedHeader(1);
+  header.set_scale(-1);
+  EXPECT_EQ(FieldAtFault(Convert(header).status()), "header.scale");
+  header.set_scale(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(FieldAtFault(Convert(header).status()), "header.scale");
+  header.set_scale(0);
+  header.set_frame(static_cast<v1::CloudFrame>(7));
+  EXPECT_EQ(FieldAtFault(Convert(header).status()), "header.frame");
+  header.clear_frame();
+  header.mutable_sensor_model()->set_kind(v1::SensorModel::KIND_QUADRATIC);
+  EXPECT_EQ(FieldAtFault(Convert(header).status()), "header.sensor_model.quadratic_per_m");
+  header.mutable_sensor_model()->set_sigma_m(0.001);
+  header.mutable_sensor_model()->set_quadratic_per_m(0.002);
+  const auto plan = Convert(header);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  EXPECT_DOUBLE_EQ(plan->request.options.noise.AxialSigma_m(2), 0.009);
 }
 
 // The interpreter judges the unit from the whole cloud, and single precision can hold the values.
@@ -189,7 +245,7 @@ TEST(WireCloud, OptionsReachTheInterpreter) {
   EXPECT_EQ(plan->request.mode, IngestMode::kSegmentOnly);
   EXPECT_EQ(plan->request.options.up_C, Vector3(0, -2, 0));
   EXPECT_TRUE(plan->request.options.X_WC.has_value());
-  EXPECT_EQ(plan->request.options.noise.constant_sigma_m, 0.004);
+  EXPECT_EQ(plan->request.options.noise.given_sigma_m, 0.004);
   EXPECT_EQ(plan->time_budget, std::chrono::seconds(2));
   EXPECT_EQ(plan->request.frame_stamp.time_since_epoch(), std::chrono::seconds(1'000));
 }
