@@ -22,6 +22,7 @@
 #include "perception/segmentation/support_planes.h"
 #include "perception/segmentation/support_polygon.h"
 #include "perception/segmentation/surface_graph.h"
+#include "perception/segmentation/thin_things.h"
 
 namespace cwm::perception {
 namespace {
@@ -346,7 +347,9 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
     ParallelInvoke(
         work, [&] { coarse_cloud = MakeCoarseCloud(nodes, work); },
         [&] { sight_map = MakeSightMap(measured, cells); });
-    if (!cells || IsSeenFromOnePlace(nodes, sight_map->pitch_rad())) from_one_place = &*sight_map;
+    const bool seen =
+        measured.seen_from_origin && (!cells || IsSeenFromOnePlace(measured.oriented));
+    if (seen) from_one_place = &*sight_map;
     if (from_one_place != nullptr) {
       turned = ReorientLevelPatches(Vector3f::UnitZ(), *coarse_cloud, work);
     }
@@ -366,6 +369,10 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   options.stage_done("clusters");
   work.Poll();
   pieces = JoinPieces(graph, std::move(pieces), from_one_place, work);
+  if (from_one_place == nullptr) {
+    nodes.warp_m = std::hypot(nodes.warp_m, static_cast<float>(kRegistration_m));
+  }
+  SeparateThinThings(graph, supports.planes, pieces, work);
   Regions regions =
       FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight, work);
   if (options.clustering == Clustering::kNone) MergeOnSupports(regions);

@@ -56,9 +56,8 @@ PlacesBetween CountBetween(const SightMap& sight, const OrientedPoints& points,
 // view of a Kinect at 1 m these are two per cell of its footprint, for one below 30 cm there all.
 inline constexpr std::size_t kMaxTestedNodes = 20'000;
 
-// True if all points may have been seen from the viewpoint: few of them lie behind others in its
-// view, unlike in clouds merged from several views. `pitch_rad` is that of a sight map of the
-// points.
-bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad);
+// True if all points may have been seen from the viewpoint: a ray has one return, so that hardly any
+// two points lie in one direction at different ranges, unlike in clouds merged from several views.
+bool IsSeenFromOnePlace(const OrientedPoints& points);
 
 }  // namespace cwm::perception

@@ -22,6 +22,8 @@ namespace {
 // round lids would share 0.2 to 0.46, the faces of eight boxes share 0.56 to 0.66. Also the least
 // share of a hull that its points fill, which an L does not, and that is above the ground.
 constexpr double kMinOutline = 0.55;
+// chosen: that share where no ray can tell whether the rest is empty.
+constexpr double kMinFillWithoutRays = 0.85;
 // derived: six points per cell on average, so chance leaves one cell in 500 empty.
 constexpr double kFillSpacings = 2.5;
 
@@ -304,7 +306,8 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const double hull_area = SignedArea_m2(hull);
   const double thickness_m = Thickness_m(plane, ground);
   const double filled_m2 = FilledArea_m2(flat, kFillSpacings * context.points.spacing_m);
-  const bool is_filled = filled_m2 >= kMinOutline * hull_area;  // a thin L is not filled
+  const double min_fill = context.options.from_viewpoint ? kMinOutline : kMinFillWithoutRays;
+  const bool is_filled = filled_m2 >= min_fill * hull_area;  // a thin L is not filled
   Solid solid = PlateBehind(face, fit, hull, thickness_m, context);
   if (!is_filled && IsOpen(solid, plane, context)) return std::nullopt;
   const Rectangle smallest = SmallestRectangle(hull);

@@ -54,8 +54,8 @@ OrientedPoints WallBehindABoard(bool is_seen) {
 }
 
 TEST(SeenFromOnePlace, IsNotWhatLiesBehindAnother) {
-  EXPECT_TRUE(IsSeenFromOnePlace(WallBehindABoard(false), kPitch_rad));
-  EXPECT_FALSE(IsSeenFromOnePlace(WallBehindABoard(true), kPitch_rad));
+  EXPECT_TRUE(IsSeenFromOnePlace(WallBehindABoard(false)));
+  EXPECT_FALSE(IsSeenFromOnePlace(WallBehindABoard(true)));
 }
 
 // The top of a table 1 m below the sensor at the origin, seen at |y| > `half_gap_m`. In the gap,
