@@ -86,7 +86,7 @@ void AssembleInterpretation(const SceneState& state, const AssembleOptions& opti
     result.report.points_explained += meshed[k].explained;
     result.objects.push_back(ObjectOf(state, hypothesis, std::move(meshed[k]), options.X_WL));
   }
-  result.report.points_rejected = state.measured().rejected.size();
+  result.report.points_rejected += state.measured().rejected.size();
 }
 
 }  // namespace cwm::perception

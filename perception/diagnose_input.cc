@@ -13,33 +13,6 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: the largest range of points in merged views. Few points lie beyond a sensor's range, and
-// a scene that is 100 times too large lies there completely. Maps of many views have their origin
-// anywhere in a building.
-constexpr double kWidestMap_m = 100;
-struct WorkingRange {
-  const char* sensor;
-  double nearest_m, farthest_m;
-};
-
-WorkingRange RangeOf(SensorModel model) {
-  switch (model) {
-    case SensorModel::kKinect:
-      return {"a Kinect", 0.4, 10};
-    case SensorModel::kRealSense:
-      return {"a RealSense", 0.1, 20};
-    case SensorModel::kTimeOfFlight:
-      return {"a time of flight camera", 0.1, 20};
-    case SensorModel::kTiltingLaser:
-      return {"a tilting laser", 0.1, 60};
-    case SensorModel::kSickLms400:
-      return {"a SICK LMS400", 0.1, 10};
-    case SensorModel::kConstant:
-      break;
-  }
-  return {"a sensor of that sigma", 0, kWidestMap_m};
-}
-
 // chosen: the share of a sensor's least range below which points are too near. In a body's frame,
 // points near the origin may be far from the sensor, which is beside it.
 constexpr double kTooNear = 0.25;
@@ -55,7 +28,8 @@ constexpr double kContradiction_rad = std::numbers::pi / 4;
 // chosen: the least number of patches for a statement.
 constexpr std::size_t kMinPatches = 16;
 
-void DiagnoseUnits(const SegmentedScene& scene, SensorModel model,
+// Returns true if the scale is implausible.
+bool DiagnoseUnits(const SegmentedScene& scene, SensorModel model,
                    std::vector<std::string>& diagnostics) {
   const OrientedPoints& points = scene.points;
   WorkingRange range = RangeOf(model);
@@ -70,13 +44,24 @@ void DiagnoseUnits(const SegmentedScene& scene, SensorModel model,
   if (2 * far > points.size()) {
     diagnostics.push_back(absl::StrCat(
         "half of the points are farther away than ", range.farthest_m, " m, where ", range.sensor,
-        " sees nothing: coordinates are ", "metres, are these centimetres or millimetres?"));
+        " sees nothing: coordinates are metres; for millimetres give a scale of 0.001"));
   }
   if (2 * near > points.size()) {
     diagnostics.push_back(absl::StrCat("half of the points are nearer than ", too_near_m,
                                        " m, where ", range.sensor,
                                        " sees nothing: coordinates are metres"));
   }
+  return 2 * std::max(far, near) > points.size();
+}
+
+// Says that not all points were seen from the origin, unless the sender said so.
+void DiagnoseViewpoint(const PointCloud& cloud, const SegmentedScene& scene,
+                       std::vector<std::string>& diagnostics) {
+  if (scene.sight || !cloud.seen_from_origin) return;
+  diagnostics.emplace_back(
+      "points hide each other from where they should have been seen, the origin of their frame: "
+      "nothing is known about the space before them. If they were seen from one other place, give "
+      "viewpoint; if their coordinates are the world's, give frame world");
 }
 
 // Checks a given up; warnings call it by its name in the API.
@@ -140,7 +125,7 @@ void DiagnoseNoise(const std::vector<LocalPlane>& patches, const OrientedPoints&
         "it another sensor's, or sigma too small?",
         scatter_mm, median));
   }
-  if (noise.model == SensorModel::kConstant && median < kMinScatter_sigma) {
+  if (noise.model == SensorModel::kGiven && median < kMinScatter_sigma) {
     diagnostics.push_back(absl::StrFormat(
         "points scatter by %.2g mm about flat patches, %.2g of the sigma that was given: small "
         "objects may be missed",
@@ -170,17 +155,19 @@ void DiagnoseNormals(const std::vector<LocalPlane>& patches, const PointCloud& c
 
 }  // namespace
 
-std::vector<std::string> DiagnoseInput(const PointCloud& cloud, const SegmentedScene& scene,
-                                       const InterpretOptions& options) {
-  std::vector<std::string> diagnostics;
-  DiagnoseUnits(scene, options.noise.model, diagnostics);
+InputDiagnosis DiagnoseInput(const PointCloud& cloud, const SegmentedScene& scene,
+                             const InterpretOptions& options) {
+  InputDiagnosis diagnosis;
+  std::vector<std::string>& diagnostics = diagnosis.warnings;
+  diagnosis.scale_is_implausible = DiagnoseUnits(scene, options.noise.model, diagnostics);
+  DiagnoseViewpoint(cloud, scene, diagnostics);
   DiagnoseUp(scene, options, diagnostics);
   DiagnoseLevel(scene, options, diagnostics);
   DiagnosePose(options, diagnostics);
   const std::vector<LocalPlane> patches = SampleLocalPlanes(scene.points);
   DiagnoseNoise(patches, scene.points, options.noise, diagnostics);
   DiagnoseNormals(patches, cloud, scene.points, diagnostics);
-  return diagnostics;
+  return diagnosis;
 }
 
 }  // namespace cwm::perception

@@ -11,8 +11,13 @@
 
 namespace cwm::perception {
 
-// Returns one warning for each contradiction. `scene` is the segmented cloud.
-std::vector<std::string> DiagnoseInput(const PointCloud& cloud, const SegmentedScene& scene,
-                                       const InterpretOptions& options);
+struct InputDiagnosis {
+  std::vector<std::string> warnings;  // one for each contradiction
+  bool scale_is_implausible = false;  // SceneInterpretation::scale_is_implausible
+};
+
+// `scene` is the segmented cloud.
+InputDiagnosis DiagnoseInput(const PointCloud& cloud, const SegmentedScene& scene,
+                             const InterpretOptions& options);
 
 }  // namespace cwm::perception

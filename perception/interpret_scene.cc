@@ -99,7 +99,14 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
   absl::StatusOr<MeasuredPoints> measured = CollectMeasured(cloud, options.noise, work);
   if (!measured.ok()) return measured.status();
   report.points_in = cloud.size();
-  report.points_finite = measured->oriented.size();
+  report.points_finite = measured->oriented.size() + measured->beyond_range;
+  report.points_rejected = measured->beyond_range;
+  if (measured->beyond_range > 0) {
+    report.warnings.push_back(absl::StrFormat(
+        "%d points lie beyond the range of %s, %g m: they belong to nothing",
+        measured->beyond_range, RangeOf(options.noise.model).sensor,
+        cloud.organised() ? RangeOf(options.noise.model).farthest_m : kWidestMap_m));
+  }
   const auto at_sensor =
       std::ranges::count_if(cloud.points, [](const Eigen::Vector3f& p) { return p.isZero(0); });
   if (at_sensor > 0) {
@@ -189,16 +196,17 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   const SceneState segmented =
       AttachCutOffParts(SceneState(*std::move(scene)), options, work, result.report);
   const SegmentedScene& measured = segmented.measured();
+  result.seen_from_origin = measured.sight.has_value();
 
   // Steps 6 and 7: shapes and handles, and refinement of the hypotheses by them.
   const ModelingOptions modeling = ModelingOptionsOf(options, measured);
   options.noise = modeling.noise;
   const HypothesisModeler modeler(measured, work);
   std::optional<ModelledScene> modelled;
-  std::vector<std::string> diagnostics;
+  InputDiagnosis diagnosis;
   ParallelInvoke(
       work, [&] { modelled = ModelHypotheses(segmented, modeler, modeling, work); },
-      [&] { diagnostics = DiagnoseInput(cloud, measured, options); });
+      [&] { diagnosis = DiagnoseInput(cloud, measured, options); });
   RefinedScene refined{.state = modelled->state};
   if (!modelled->is_shapeless && options.clustering != Clustering::kNone) {
     refined = Refine(modelled->state, RefinementPasses(), options.disabled_passes,
@@ -215,7 +223,8 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
                          work, result);
   watch.Done("shapes");
   std::ranges::move(LimitsReached(refined, completed), std::back_inserter(result.report.warnings));
-  std::ranges::move(diagnostics, std::back_inserter(result.report.warnings));
+  std::ranges::move(diagnosis.warnings, std::back_inserter(result.report.warnings));
+  result.scale_is_implausible = diagnosis.scale_is_implausible;
   WarnOfSegmentation(measured, result.report);
   std::ranges::move(modelled->warnings, std::back_inserter(result.report.warnings));
   return result;

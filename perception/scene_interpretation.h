@@ -40,7 +40,9 @@ struct DetectedObject {
 };
 
 struct StageTime {
-  std::string stage;  // "normals", "supports", "clusters", "split", or "shapes" (surfaces included)
+  // "normals", "supports", "clusters", "split", or "shapes" (surfaces included); the server adds
+  // its own.
+  std::string stage;
   double elapsed_ms = 0;
 };
 
@@ -50,7 +52,8 @@ struct InterpretReport {
   // Number of points within tolerance of a support, shape, handle or surface. For an object that is
   // sampled, the share of its sample times all its points.
   std::uint64_t points_explained = 0;
-  std::uint64_t points_rejected = 0;  // finite, labelled 0: isolated points
+  // Finite points with label 0: isolated, or beyond the sensor's range.
+  std::uint64_t points_rejected = 0;
   std::vector<std::string> warnings;
   std::vector<StageTime> stages;
 };
@@ -61,6 +64,10 @@ struct SceneInterpretation {
   // another up is nearly as likely.
   // Such a pose is only valid for this scan.
   bool pose_is_guess = false;
+  // False: not all points were seen from the origin of C, so that no ray is evidence of free space.
+  bool seen_from_origin = true;
+  // Half of the points lie where the sensor sees nothing: their unit is another one than metres.
+  bool scale_is_implausible = false;
   std::vector<DetectedSupport> supports;
   std::vector<DetectedObject> objects;  // objects first, then residuals
   // One label per input point: 0 none, 1-9 supports, 10 * (i + 1) + part for object i (from 1, in

@@ -33,6 +33,7 @@ OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid, c
   cells.viewpoint = points.viewpoint;
   cells.spread = points.spread;
   cells.points_per_sample = points.points_per_sample;
+  cells.warp_m = points.warp_m;
   cells.points.resize(grid.size());
   cells.normals.assign(grid.size(), Eigen::Vector3f::Zero());
   cells.sigma_m.resize(grid.size());

@@ -1,6 +1,7 @@
 #include "perception/cloud/measured_points.h"
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,6 +22,8 @@ using namespace std::chrono_literals;
 
 // chosen: a cloud whose neighbouring rays are farther apart is no image (a 64-line laser has 0.01).
 constexpr float kMaxPixelAngle_rad = 0.05f;
+// chosen: saturated pixels are fewer; more points were measured by another sensor than told.
+constexpr double kSaturatedShare = 0.01;
 constexpr std::size_t kPointsPerRange = ItemsPerChunk(50ns);  // derived: one piece of work
 
 absl::Status CheckLayout(const PointCloud& cloud) {
@@ -74,28 +77,52 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
   return std::isfinite(norm) && norm > 1e-6f ? Eigen::Vector3f(v / norm) : Eigen::Vector3f::Zero();
 }
 
+bool IsTooFar(const Eigen::Vector3f& p, float farthest_m) { return p.norm() > farthest_m; }
+
 // A range of kPointsPerRange points of a cloud.
 struct Range {
   std::size_t finite = 0;
-  std::size_t first = 0;              // number of finite points in the ranges before
+  std::size_t too_far = 0;            // of the finite
+  std::size_t first = 0;              // number of measured points in the ranges before
   std::optional<std::size_t> beyond;  // the first point farther than kMaxCoordinate_m
 };
 
-std::vector<Range> CountFinite(const PointCloud& cloud, const Work& work) {
+std::vector<Range> CountFinite(const PointCloud& cloud, float farthest_m, const Work& work) {
   std::vector<Range> ranges((cloud.size() + kPointsPerRange - 1) / kPointsPerRange);
   ParallelFor(cloud.size(), kPointsPerRange, work, [&](std::size_t begin, std::size_t end) {
     Range& range = ranges[begin / kPointsPerRange];
     for (std::size_t i = begin; i < end; ++i) {
       if (!IsReturn(cloud.points[i])) continue;
       ++range.finite;
+      range.too_far += IsTooFar(cloud.points[i], farthest_m);
       const bool is_beyond = cloud.points[i].cwiseAbs().maxCoeff() > kMaxCoordinate_m;
       if (is_beyond && !range.beyond) range.beyond = i;
     }
   });
-  for (std::size_t r = 1; r < ranges.size(); ++r) {
-    ranges[r].first = ranges[r - 1].first + ranges[r - 1].finite;
-  }
   return ranges;
+}
+
+// The range beyond which points are left out, if they are few.
+float FarthestOf(const PointCloud& cloud, const SensorNoise& noise) {
+  if (!cloud.seen_from_origin) return std::numeric_limits<float>::infinity();
+  return static_cast<float>(cloud.organised() ? RangeOf(noise.model).farthest_m : kWidestMap_m);
+}
+
+// Sets the places of the ranges' points; returns the number of points left out.
+std::size_t PlaceRanges(std::vector<Range>& ranges, float& farthest_m) {
+  std::size_t finite = 0, too_far = 0;
+  for (const Range& range : ranges) {
+    finite += range.finite;
+    too_far += range.too_far;
+  }
+  const auto most = kSaturatedShare * static_cast<double>(finite);
+  if (static_cast<double>(too_far) > most) farthest_m = std::numeric_limits<float>::infinity();
+  const bool leaves_out = farthest_m < std::numeric_limits<float>::infinity();
+  for (std::size_t r = 0; r < ranges.size(); ++r) {
+    if (leaves_out) ranges[r].finite -= ranges[r].too_far;
+    if (r > 0) ranges[r].first = ranges[r - 1].first + ranges[r - 1].finite;
+  }
+  return leaves_out ? too_far : 0;
 }
 
 absl::Status CheckExtent(const PointCloud& cloud, const std::vector<Range>& ranges) {
@@ -119,7 +146,8 @@ void Resize(std::size_t count, OrientedPoints& points) {
 
 struct Batch {
   std::size_t begin, end;  // indices into the cloud
-  std::size_t first;       // index of its first finite point
+  std::size_t first;       // index of its first measured point
+  float farthest_m;
 };
 
 void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measured) {
@@ -127,8 +155,8 @@ void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measur
   std::size_t k = batch.first;
   for (std::size_t i = batch.begin; i < batch.end; ++i) {
     const Eigen::Vector3f& p = cloud.points[i];
-    const bool is_return = IsReturn(p);
-    if (cloud.organised()) {
+    const bool is_return = IsReturn(p) && !IsTooFar(p, batch.farthest_m);
+    if (measured.organised()) {
       measured.image[i] = is_return ? static_cast<std::int32_t>(k) : kNoIndex;
     }
     if (!is_return) continue;
@@ -163,21 +191,25 @@ void SetSigmas(const SensorNoise& noise, const Work& work, MeasuredPoints& measu
 absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise,
                                                const Work& work) {
   if (absl::Status status = CheckLayout(cloud); !status.ok()) return status;
-  const std::vector<Range> ranges = CountFinite(cloud, work);
+  float farthest_m = FarthestOf(cloud, noise);
+  std::vector<Range> ranges = CountFinite(cloud, farthest_m, work);
   if (absl::Status status = CheckExtent(cloud, ranges); !status.ok()) return status;
   MeasuredPoints measured;
-  if (cloud.organised()) {
+  measured.beyond_range = PlaceRanges(ranges, farthest_m);
+  measured.seen_from_origin = cloud.seen_from_origin;
+  if (cloud.organised() && cloud.seen_from_origin) {
     measured.width = cloud.width;
     measured.height = cloud.height;
     measured.image.resize(cloud.size());
   }
   Resize(ranges.back().first + ranges.back().finite, measured.oriented);
   ParallelFor(cloud.size(), kPointsPerRange, work, [&](std::size_t begin, std::size_t end) {
-    Collect(cloud, {begin, end, ranges[begin / kPointsPerRange].first}, measured);
+    Collect(cloud, {begin, end, ranges[begin / kPointsPerRange].first, farthest_m}, measured);
   });
   OrientedPoints& out = measured.oriented;
   out.spread = noise.SpreadAboutPlanes();
   out.points_per_sample = static_cast<float>(noise.PointsPerSample());
+  out.warp_m = static_cast<float>(noise.WarpSigma_m());
   if (out.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "cloud.points has ", cloud.size(),

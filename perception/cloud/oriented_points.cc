@@ -7,6 +7,7 @@ OrientedPoints Subset(const OrientedPoints& all, std::span<const std::uint32_t> 
   some.viewpoint = all.viewpoint;
   some.spread = all.spread;
   some.points_per_sample = all.points_per_sample;
+  some.warp_m = all.warp_m;
   some.points.reserve(members.size());
   some.normals.reserve(members.size());
   some.sigma_m.reserve(members.size());

@@ -27,6 +27,7 @@ struct OrientedPoints {
   PlaneSpread spread = {};                 // of the sensor's points about planes
   // SensorNoise::PointsPerSample of the sensor.
   float points_per_sample = static_cast<float>(kPointsPerIndependentSample);
+  float warp_m = 0;  // SensorNoise::WarpSigma_m of the sensor
 
   std::size_t size() const { return points.size(); }
 

@@ -19,6 +19,9 @@ struct PointCloud {
       normals;     // empty, or one per point; non-finite or zero where unknown
   int width = 0;   // width of an organised cloud; else points.size()
   int height = 1;  // 1: not organised
+  // False: the places that points were seen from are unknown, as in maps and merged views. Points
+  // then say nothing about the space before them, and the rows of an image are not used.
+  bool seen_from_origin = true;
 
   std::size_t size() const { return points.size(); }
   bool organised() const { return height > 1; }

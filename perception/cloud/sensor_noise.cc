@@ -57,10 +57,10 @@ double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
       return std::max(0.018, 0.0015 + 0.0006 * z);
     case SensorModel::kSickLms400:
       return 0.0065;
-    case SensorModel::kConstant:
+    case SensorModel::kGiven:
       break;
   }
-  return std::max(kMinNoise_m, constant_sigma_m);
+  return std::max(kMinNoise_m, given_sigma_m + given_quadratic_per_m * z * z);
 }
 
 double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
@@ -77,10 +77,28 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kTiltingLaser:
     case SensorModel::kSickLms400:
       return 0.001 * z;
-    case SensorModel::kConstant:
-      return constant_sigma_m;
+    case SensorModel::kGiven:
+      break;
   }
-  return constant_sigma_m;
+  return AxialSigma_m(z);
+}
+
+WorkingRange RangeOf(SensorModel model) {
+  switch (model) {
+    case SensorModel::kKinect:
+      return {"a Kinect", 0.4, 10};
+    case SensorModel::kRealSense:
+      return {"a RealSense", 0.1, 20};
+    case SensorModel::kTimeOfFlight:
+      return {"a time of flight camera", 0.1, 20};
+    case SensorModel::kTiltingLaser:
+      return {"a tilting laser", 0.1, 60};
+    case SensorModel::kSickLms400:
+      return {"a SICK LMS400", 0.1, 10};
+    case SensorModel::kGiven:
+      break;
+  }
+  return {"a sensor of that sigma", 0, kWidestMap_m};
 }
 
 SensorNoise NoiseIn(const PointCloud& cloud, SensorNoise noise) {
@@ -99,7 +117,7 @@ PlaneSpread SensorNoise::SpreadAboutPlanes() const {
     case SensorModel::kRealSense:
       return {.wide = 6, .usual = 4};
     case SensorModel::kTimeOfFlight:
-    case SensorModel::kConstant:
+    case SensorModel::kGiven:
       return {.wide = 4.5F, .usual = 3.5F};
     case SensorModel::kTiltingLaser:
     case SensorModel::kSickLms400:

@@ -11,14 +11,7 @@ namespace cwm::perception {
 
 struct PointCloud;
 
-enum class SensorModel {
-  kKinect,
-  kRealSense,
-  kTimeOfFlight,
-  kTiltingLaser,
-  kSickLms400,
-  kConstant
-};
+enum class SensorModel { kKinect, kRealSense, kTimeOfFlight, kTiltingLaser, kSickLms400, kGiven };
 
 // True for depth cameras that measure range by triangulation; their errors also have a slow warp.
 bool Triangulates(SensorModel model);
@@ -33,9 +26,10 @@ struct PlaneSpread {
 
 struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
-  double constant_sigma_m = 0.002;  // used by kConstant only; at least 1e-5
-  int image_width_px = 640;         // used by kRealSense only; see NoiseIn
-  double registration_sigma_m = 0;  // for views merged in one cloud; see kRegistration_m
+  double given_sigma_m = 0.002;      // used by kGiven only; at least 1e-5
+  double given_quadratic_per_m = 0;  // used by kGiven only; at least 0
+  int image_width_px = 640;          // used by kRealSense only; see NoiseIn
+  double registration_sigma_m = 0;   // for views merged in one cloud; see kRegistration_m
 
   // One standard deviation along the ray, metres, at depth z (distance along the optical axis) and
   // incidence angle theta (between ray and surface normal).
@@ -45,6 +39,7 @@ struct SensorNoise {
   //   kTimeOfFlight  0.01 z
   //   kTiltingLaser  max(0.018, 0.0015 + 0.0006 range), Hokuyo UTM-30LX
   //   kSickLms400    0.0065, between 0.003 on bright and 0.010 on dark surfaces
+  //   kGiven         given_sigma_m + given_quadratic_per_m z^2
   double AxialSigma_m(double depth_m, double incidence_rad = 0) const;
 
   // One standard deviation across the ray, metres (Kinect: 0.8 + 0.035 theta / (pi/2 - theta)
@@ -68,6 +63,13 @@ struct SensorNoise {
   PlaneSpread SpreadAboutPlanes() const;
 };
 
+// The least and greatest range of a sensor, metres.
+struct WorkingRange {
+  const char* sensor;  // "a Kinect"
+  double nearest_m, farthest_m;
+};
+WorkingRange RangeOf(SensorModel model);
+
 // The noise model with the image width of an organised cloud; unchanged for other clouds. An
 // organised cloud is assumed to be a whole image, because the width that it may have been cropped
 // from is unknown.
@@ -86,6 +88,10 @@ inline constexpr double kRegistration_m = 0.003;
 // derived: the warps of two points d apart correlate like exp(-d^2 / (2 l^2)) with this l, which
 // has the curvature at d = 0 of waves of 0.2 to 0.6 m, all equally likely.
 inline constexpr double kWarpCorrelation_m = 0.078;
+
+// chosen: the largest distance of points from the origin of a map. Maps merged of many views have
+// their origin anywhere in a building.
+inline constexpr double kWidestMap_m = 100;
 
 // chosen: this many standard deviations hold all but 0.3 % of independent errors.
 inline constexpr double kGate_sigma = 3;

@@ -64,14 +64,22 @@ std::vector<Segment> NodesOfStructures(const Pieces& pieces, const Structures& s
   return segments;
 }
 
-// True if the larger part of the nodes is below the top of the support. Such a piece is linked to
-// the edge of a board that something on the board juts over.
+// True if the larger part of the nodes is below the top of the support, or if their mean is by more
+// than its error. Such a piece is linked to the edge of a board that something on the board juts
+// over, or it is that edge.
 bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const OrientedPoints& nodes) {
   const Pose X_SL = plate.X_FS.inverse(Eigen::Isometry);
-  const auto below = std::ranges::count_if(members, [&](std::uint32_t i) {
-    return (X_SL * nodes.points[i].cast<double>()).z() < -kGate_sigma * nodes.sigma_m[i];
-  });
-  return static_cast<double>(below) > kMajority * static_cast<double>(members.size());
+  const auto count = static_cast<double>(members.size());
+  double below = 0, sum_m = 0, sum_sigma_m = 0;
+  for (std::uint32_t i : members) {
+    const double height_m = (X_SL * nodes.points[i].cast<double>()).z();
+    below += height_m < -kGate_sigma * nodes.sigma_m[i];
+    sum_m += height_m;
+    sum_sigma_m += nodes.sigma_m[i];
+  }
+  const double samples = std::max(1.0, count / double{nodes.points_per_sample});
+  const double error_m = std::hypot(sum_sigma_m / count / std::sqrt(samples), double{nodes.warp_m});
+  return below > kMajority * count || sum_m / count < -kGate_sigma * error_m;
 }
 
 // The nodes of the region that may stand on the support: those of pieces that do not lie below it.

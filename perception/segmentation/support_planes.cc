@@ -293,6 +293,7 @@ CoarseCloud MakeSubsampledCoarseCloud(const MeasuredPoints& image, const Work& w
   some.viewpoint = all.viewpoint;
   some.spread = all.spread;
   some.points_per_sample = all.points_per_sample;
+  some.warp_m = all.warp_m;
   some.points = EveryNth(all.points, stride);
   some.normals = EveryNth(all.normals, stride);
   some.sigma_m = EveryNth(all.sigma_m, stride);

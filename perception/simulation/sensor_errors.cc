@@ -196,7 +196,7 @@ SensorErrors DrawErrors(const SensorNoise& noise, const RangeImage& image,
         MatchWindows(image, camera, seed, errors);
       }
       break;
-    case SensorModel::kConstant:
+    case SensorModel::kGiven:
       DrawCameraErrors(noise, camera, seed, errors);
       break;
     case SensorModel::kTiltingLaser:

@@ -24,7 +24,7 @@ std::vector<Association> Associate(const std::vector<KnownObject>& known,
                                    const SceneInterpretation& scene, const PointCloud& cloud,
                                    const SensorNoise& noise) {
   if (known.empty()) return AllNew(scene);  // no known object to find in the cloud
-  const ScanEvidence scan(cloud, scene.X_WC, noise);
+  const ScanEvidence scan(cloud, scene.X_WC, noise, scene.seen_from_origin);
   std::vector<Association> result = AssociateSupports(known, scene, scan);
   const std::vector<Association> objects = AssociateObjects(known, scene, scan);
   result.insert(result.end(), objects.begin(), objects.end());

@@ -33,11 +33,11 @@ bool DetectedPoints::AnyWithin(const Vector3& p_L, double distance_m) const {
   });
 }
 
-ScanEvidence::ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise)
-    : p_WL_(X_WC.translation()),
-      R_CL_(X_WC.linear().transpose()),
-      noise_(NoiseIn(cloud, noise)),
-      view_(cloud) {}
+ScanEvidence::ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise,
+                           bool seen_from_origin)
+    : p_WL_(X_WC.translation()), R_CL_(X_WC.linear().transpose()), noise_(NoiseIn(cloud, noise)) {
+  if (seen_from_origin) view_.emplace(cloud);
+}
 
 Pose ScanEvidence::InLevelFrame(Pose X_WO) const {
   X_WO.translation() -= p_WL_;
@@ -88,7 +88,7 @@ bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_LO) co
 }
 
 RayVerdict ScanEvidence::VerdictAt(const Vector3& p_L) const {
-  return view_.VerdictAt(R_CL_ * p_L, Tolerance_m(p_L));
+  return view_ ? view_->VerdictAt(R_CL_ * p_L, Tolerance_m(p_L)) : RayVerdict::kUnknown;
 }
 
 std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_L,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "collision/geometry/aabb.h"
@@ -27,12 +28,14 @@ struct DetectedPoints {
   bool AnyWithin(const Vector3& p_L, double distance_m) const;  // up to the grid's edge
 };
 
-// Immutable: one cloud, seen from one place. Tracking works in the scan's level frame L, with the
+// Immutable: one cloud. Unless it was seen from the origin of C, its rays are no evidence, and all
+// their verdicts are kUnknown. Tracking works in the scan's level frame L, with the
 // world's axes and its origin at the sensor: coordinates stay small, and floats precise, at any
 // distance from the world's origin.
 class ScanEvidence {
  public:
-  ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise);
+  ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise,
+               bool seen_from_origin = true);
 
   Pose InLevelFrame(Pose X_WO) const;  // X_LO
   Pose InWorld(Pose X_LO) const;       // X_WO
@@ -55,7 +58,7 @@ class ScanEvidence {
   Vector3 p_WL_;
   Matrix3 R_CL_;
   SensorNoise noise_;
-  RangeView view_;
+  std::optional<RangeView> view_;  // empty: not seen from the origin
 };
 
 // Per point, whether it is within its distance `within_m` of the surface placed at X_LO.

@@ -26,7 +26,7 @@ struct Seen {
 void PrintTo(const Seen& seen, std::ostream* out) { *out << seen.name; }
 
 SensorNoise Given(double sigma_m) {
-  return {.model = SensorModel::kConstant, .constant_sigma_m = sigma_m};
+  return {.model = SensorModel::kGiven, .given_sigma_m = sigma_m};
 }
 
 std::vector<Seen> AllSensors() {

@@ -30,7 +30,7 @@ SimulatedScene BoxAndCan() {
 }
 
 SensorNoise OfSigma(double sigma_m) {
-  return {.model = SensorModel::kConstant, .constant_sigma_m = sigma_m};
+  return {.model = SensorModel::kGiven, .given_sigma_m = sigma_m};
 }
 
 SimulatedCloud SeenBy(const SensorNoise& noise) {
@@ -91,7 +91,8 @@ TEST(DiagnoseInput, DoubtsUnitsByWhatTheSensorSees) {
     for (Eigen::Vector3f& p : cloud.points) p *= scale;
     return WarningsSaidToBeOf({}, cloud);
   };
-  const auto too_far = Contains(HasSubstr("a Kinect sees nothing: coordinates are metres, are"));
+  const auto too_far =
+      Contains(HasSubstr("a Kinect sees nothing: coordinates are metres; for millimetres"));
   const auto too_near = Contains(ContainsRegex("nearer than 0.1 m, where a Kinect sees nothing"));
   for (const float scale : {100.0f, 1000.0f}) EXPECT_THAT(warnings_at(scale), too_far) << scale;
   EXPECT_THAT(warnings_at(0.001f), too_near);

@@ -48,6 +48,29 @@ TEST(CollectMeasured, KeepsTheIndexOfEachFinitePoint) {
   EXPECT_FALSE(measured->organised());
 }
 
+// An image of a wall at 1 m with some pixels at 65 m, more than a Kinect sees.
+TEST(CollectMeasured, LeavesOutTheFewPixelsBeyondTheSensorsRange) {
+  PointCloud image;
+  image.width = 40;
+  image.height = 30;
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      const float z = v == 0 && u < 2 ? 65 : 1;
+      image.points.emplace_back(z * 0.002F * static_cast<float>(u - 20),
+                                z * 0.002F * static_cast<float>(v - 15), z);
+    }
+  }
+  const auto measured = CollectMeasured(image, {});
+  ASSERT_TRUE(measured.ok());
+  EXPECT_EQ(measured->beyond_range, 2u);
+  EXPECT_EQ(measured->oriented.size(), 1198u);
+  EXPECT_EQ(measured->oriented.cloud_index.front(), 2u);
+  for (std::size_t i = 0; i < 600; ++i) image.points[i] *= 65;
+  EXPECT_EQ(CollectMeasured(image, {})->beyond_range, 0u) << "they are not few";
+  image.seen_from_origin = false;
+  EXPECT_FALSE(CollectMeasured(image, {})->organised()) << "pixels are no rays";
+}
+
 TEST(SensorNoise, FollowsThePublishedKinectModel) {
   const SensorNoise noise;
   EXPECT_NEAR(noise.AxialSigma_m(0.8), 0.0012 + 0.0019 * 0.16, 1e-9);
@@ -58,11 +81,13 @@ TEST(SensorNoise, FollowsThePublishedKinectModel) {
 
 TEST(SensorNoise, ThatIsGivenIsNoLessThanFloatsResolve) {
   const auto sigma_m = [](double given_m) {
-    return SensorNoise{.model = SensorModel::kConstant, .constant_sigma_m = given_m}.AxialSigma_m(
-        2);
+    return SensorNoise{.model = SensorModel::kGiven, .given_sigma_m = given_m}.AxialSigma_m(2);
   };
   EXPECT_EQ(sigma_m(1e-9), 1e-5);
   EXPECT_EQ(sigma_m(3e-4), 3e-4);
+  const SensorNoise stereo{
+      .model = SensorModel::kGiven, .given_sigma_m = 0.001, .given_quadratic_per_m = 0.002};
+  EXPECT_DOUBLE_EQ(stereo.AxialSigma_m(3), 0.019);
 }
 
 // The expected distance of a flat support's points from its plane depends on the sensor: a Kinect

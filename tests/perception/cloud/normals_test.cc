@@ -41,7 +41,7 @@ MeasuredPoints Image(Depth&& depth, double noise_m, const SensorNoise& told) {
 template <class Depth>
 MeasuredPoints Image(const Depth& depth, double noise_m, double told_sigma_m = kNoise_m) {
   return Image(depth, noise_m,
-               SensorNoise{.model = SensorModel::kConstant, .constant_sigma_m = told_sigma_m});
+               SensorNoise{.model = SensorModel::kGiven, .given_sigma_m = told_sigma_m});
 }
 
 double Angle_rad(const Vector3f& a, const Vector3f& b) {

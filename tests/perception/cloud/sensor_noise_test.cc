@@ -12,7 +12,7 @@ TEST(SlowErrors, AreTheWarpOfTriangulatingCamerasAndTheMultipathOfTimeOfFlight) 
   EXPECT_DOUBLE_EQ(SensorNoise{.model = SensorModel::kRealSense}.WarpSigma_m(), kSlowWarp_m);
   EXPECT_DOUBLE_EQ(SensorNoise{.model = SensorModel::kTimeOfFlight}.WarpSigma_m(), kMultipath_m);
   for (const SensorModel model :
-       {SensorModel::kTiltingLaser, SensorModel::kSickLms400, SensorModel::kConstant}) {
+       {SensorModel::kTiltingLaser, SensorModel::kSickLms400, SensorModel::kGiven}) {
     EXPECT_EQ(SensorNoise{.model = model}.WarpSigma_m(), 0);
   }
 }
@@ -20,7 +20,7 @@ TEST(SlowErrors, AreTheWarpOfTriangulatingCamerasAndTheMultipathOfTimeOfFlight) 
 TEST(SlowErrors, OfViewsInOneCloudHoldTheirRegistration) {
   const SensorNoise kinect{.model = SensorModel::kKinect, .registration_sigma_m = kRegistration_m};
   EXPECT_DOUBLE_EQ(kinect.WarpSigma_m(), std::hypot(kSlowWarp_m, kRegistration_m));
-  const SensorNoise given{.model = SensorModel::kConstant, .registration_sigma_m = kRegistration_m};
+  const SensorNoise given{.model = SensorModel::kGiven, .registration_sigma_m = kRegistration_m};
   EXPECT_DOUBLE_EQ(given.WarpSigma_m(), kRegistration_m);
 }
 

@@ -13,7 +13,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr float kClaimed_m = 0.002f;
-const SensorNoise kWithoutWarp{.model = SensorModel::kConstant, .constant_sigma_m = 0.002};
+const SensorNoise kWithoutWarp{.model = SensorModel::kGiven, .given_sigma_m = 0.002};
 
 ShapePart SphereAround(const Vector3& middle) {
   return {.X_OS = MakeTranslation(middle.x(), middle.y(), middle.z()), .shape = Sphere{0.1}};

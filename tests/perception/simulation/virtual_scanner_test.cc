@@ -135,7 +135,7 @@ TEST(VirtualScanner, AddsTheWarpOfTriangulatingCameras) {
 
 TEST(VirtualScanner, CorrelatesNeighboursAsRealSensorsDo) {
   const SimulatedScene wall = Wall(1.2, 0);
-  const SensorNoise noise{.model = SensorModel::kConstant, .constant_sigma_m = 0.002};
+  const SensorNoise noise{.model = SensorModel::kGiven, .given_sigma_m = 0.002};
   const ErrorImage image = ErrorsOn(wall, Scan(wall, NarrowCamera(), {.noise = noise}));
   const double variance = MeanProduct(image, 0, 0);
   const double tolerance = 3 / std::sqrt(IndependentDraws(image));
@@ -161,7 +161,7 @@ TEST(VirtualScanner, MakesSlantedSurfacesNoisierByTheLateralNoise) {
 
 double ReturnedShare(double tilt_deg) {
   const SimulatedScene wall = Wall(1.2, tilt_deg * std::numbers::pi / 180);
-  const SensorNoise noise{.model = SensorModel::kConstant, .constant_sigma_m = 0.001};
+  const SensorNoise noise{.model = SensorModel::kGiven, .given_sigma_m = 0.001};
   PinholeCamera camera = NarrowCamera();
   camera.focal_px *= 10;  // the angle of incidence is the same within 0.02 degrees
   const SimulatedCloud scan = Scan(wall, camera, {.noise = noise});

@@ -39,7 +39,7 @@ HeadOnScan::HeadOnScan(std::vector<HeadOnBox> boxes)
     : boxes_(std::move(boxes)),
       image_(See(boxes_)),
       evidence_(image_.cloud, MakePose(kHeadOnSensor_W, Quaternion::Identity()),
-                {.model = SensorModel::kConstant, .constant_sigma_m = 0.002}) {}
+                {.model = SensorModel::kGiven, .given_sigma_m = 0.002}) {}
 
 HeadOnScan::Image HeadOnScan::See(const std::vector<HeadOnBox>& boxes) {
   Image image;

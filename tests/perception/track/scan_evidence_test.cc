@@ -17,8 +17,8 @@ ScanEvidence EvidenceOf(const SensorNoise& noise) {
 
 TEST(ScanEvidence, GatesOfSensorsWithoutSlowErrorsHoldNoWarp) {
   for (const SensorModel model :
-       {SensorModel::kTiltingLaser, SensorModel::kSickLms400, SensorModel::kConstant}) {
-    const SensorNoise noise{.model = model, .constant_sigma_m = 0.0005};
+       {SensorModel::kTiltingLaser, SensorModel::kSickLms400, SensorModel::kGiven}) {
+    const SensorNoise noise{.model = model, .given_sigma_m = 0.0005};
     EXPECT_DOUBLE_EQ(EvidenceOf(noise).Gate_m(kPlace_L), 3 * noise.AxialSigma_m(1.5));
   }
 }
@@ -43,7 +43,7 @@ TEST(ScanEvidence, ASmallestMoveIsTheLargerOfWarpAndWhatAFitLeavesOfTheNoise) {
   };
   EXPECT_DOUBLE_EQ(smallest({.model = SensorModel::kKinect}), 3 * std::sqrt(2) * kSlowWarp_m);
   // The noise of a fit to kMinInformed independent samples.
-  const SensorNoise fine{.model = SensorModel::kConstant, .constant_sigma_m = 0.0003};
+  const SensorNoise fine{.model = SensorModel::kGiven, .given_sigma_m = 0.0003};
   EXPECT_NEAR(smallest(fine), 3 * std::sqrt(2) * 0.0003 / std::sqrt(kMinInformed), 1e-9);
   EXPECT_GT(smallest({.model = SensorModel::kTimeOfFlight}), 3 * std::sqrt(2) * kSlowWarp_m);
 }
