@@ -60,9 +60,9 @@ absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
     noise.model = found->second;
     return absl::OkStatus();
   }
-  noise.model = SensorModel::kConstant;
-  if (absl::SimpleAtod(text, &noise.constant_sigma_m) && std::isfinite(noise.constant_sigma_m) &&
-      noise.constant_sigma_m > 0) {
+  noise.model = SensorModel::kGiven;
+  if (absl::SimpleAtod(text, &noise.given_sigma_m) && std::isfinite(noise.given_sigma_m) &&
+      noise.given_sigma_m > 0) {
     return absl::OkStatus();
   }
   return absl::InvalidArgumentError(

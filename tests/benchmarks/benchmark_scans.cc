@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "clients/formats/cloud_reader.h"
+#include "clients/formats/depth_image.h"
+#include "clients/formats/file_bytes.h"
 #include "perception/simulation/virtual_scanner.h"
 #include "tests/support/outside_data.h"
 
@@ -67,6 +69,23 @@ std::vector<LabelledScan> LoadLabelledScans() {
     if (scan) scans.push_back(*std::move(scan));
   }
   return scans;
+}
+
+std::vector<NamedCloud> LoadRealSenseImages() {
+  const auto directory = testing::OutsideData("real/realsense_clutter");
+  if (!directory) return {};
+  const auto text = formats::ReadFileBytes(*directory + "/camera.json");
+  if (!text.ok()) return {};
+  const auto camera = formats::ParseDepthCamera(*text, "camera.json");
+  if (!camera.ok()) return {};
+  std::vector<NamedCloud> images;
+  for (int i = 0;; ++i) {
+    const std::string name = "0" + std::to_string(i) + "-depth.png";
+    const auto bytes = formats::ReadFileBytes(*directory + "/" + name);
+    if (!bytes.ok()) return images;
+    const auto file = formats::ParseDepthImage(*bytes, name, *camera);
+    if (file.ok()) images.push_back({name, ToPointCloud(*file)});
+  }
 }
 
 BenchmarkScans LoadBenchmarkScans() {

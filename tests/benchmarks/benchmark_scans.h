@@ -29,4 +29,13 @@ struct LabelledScan {
 // All of them in order; empty if mosd/learn is not in CWM_DATA.
 std::vector<LabelledScan> LoadLabelledScans();
 
+struct NamedCloud {
+  std::string name;
+  perception::PointCloud cloud;
+};
+
+// The depth images of heaps that a RealSense took; empty if real/realsense_clutter is not in
+// CWM_DATA.
+std::vector<NamedCloud> LoadRealSenseImages();
+
 }  // namespace cwm::benchmarks

@@ -56,6 +56,9 @@ inline constexpr Seeds kSeedsOfAblation{2000, 20};
 inline constexpr Seeds kSeedsOfGrasps{1000, 60};
 inline constexpr Seeds kSeedsOfSensors{0, 20};
 inline constexpr Seeds kSeedsOfUp{0, 8};
+inline constexpr Seeds kSeedsOfLists{0, 4};
+inline constexpr Seeds kSeedsOfThin{0, 60};
+inline constexpr Seeds kSeedsOfHidden{0, 20};
 void MeasureShapesOn(const Seeds& seeds, Report& report);
 void MeasureHandlesOn(const Seeds& seeds, Report& report);
 
@@ -68,6 +71,22 @@ void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& repo
 // up_false_alarms.
 void MeasureUp(Report& report);
 void MeasureUpOn(const Seeds& seeds, Report& report);
+
+// Claims that the rays of a list of points refute: list_free_space_violation.
+void MeasureLists(Report& report);
+void MeasureListsOn(const Seeds& seeds, Report& report);
+
+// Thin things on tables, and bare tables: thin_found, thin_phantoms.
+void MeasureThin(Report& report);
+void MeasureThinOn(const Seeds& seeds, Report& report);
+
+// The hidden insides of things: hidden_centres_free_exact, completed_excess.
+void MeasureHidden(Report& report);
+void MeasureHiddenOn(const Seeds& seeds, Report& report);
+
+// The processor time of RealSense images beside Kinect scans: cpu_per_point_ratio,
+// cpu_per_point_us.
+void MeasureCost(Report& report);
 
 // The value of each refinement pass on scenes of each family: a table of paired differences with
 // confidence intervals. `only` names one family; empty means all.

@@ -35,7 +35,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-handles", {MeasureHandles}},
       {"perception-families", {MeasureFamilies}},
       {"perception-ablate", {MeasureAblation}},
-      {"strangers", {MeasureUp}},
+      {"strangers", {MeasureUp, MeasureLists, MeasureHidden, MeasureThin, MeasureCost}},
       {"perception-labelled", {MeasureLabelledScans}},
       {"perception-scans", {MeasureScans}},
       {"perception-claims", {MeasureClaims}},

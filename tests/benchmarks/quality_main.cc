@@ -20,10 +20,18 @@ struct SeededPart {
 
 const std::map<std::string, void (*)(Report&)>& Parts() {
   static const std::map<std::string, void (*)(Report&)> parts = {
-      {"quick", MeasureShapesQuickly},    {"shapes", MeasureShapes},
-      {"handles", MeasureHandles},        {"claims", MeasureClaims},
-      {"families", MeasureFamilies},      {"ablate", MeasureAblation},
-      {"labelled", MeasureLabelledScans}, {"up", MeasureUp},
+      {"quick", MeasureShapesQuickly},
+      {"shapes", MeasureShapes},
+      {"handles", MeasureHandles},
+      {"claims", MeasureClaims},
+      {"families", MeasureFamilies},
+      {"ablate", MeasureAblation},
+      {"labelled", MeasureLabelledScans},
+      {"up", MeasureUp},
+      {"cost", MeasureCost},
+      {"hidden", MeasureHidden},
+      {"lists", MeasureLists},
+      {"thin", MeasureThin},
   };
   return parts;
 }
@@ -34,6 +42,9 @@ const std::map<std::string, SeededPart>& SeededParts() {
       {"shapes", {kSeedsOfShapes, MeasureShapesOn}},
       {"handles", {kSeedsOfHandles, MeasureHandlesOn}},
       {"up", {kSeedsOfUp, MeasureUpOn}},
+      {"hidden", {kSeedsOfHidden, MeasureHiddenOn}},
+      {"lists", {kSeedsOfLists, MeasureListsOn}},
+      {"thin", {kSeedsOfThin, MeasureThinOn}},
   };
   return parts;
 }
@@ -88,8 +99,10 @@ void Run(const Call& call, Report& report) {
   } else {
     report.Fail(
         "takes quick, shapes, sensors [SENSOR], families [FAMILY], ablate [FAMILY], handles, "
-        "up, claims, labelled, or scene FAMILY SEED [SENSOR]; seeds with quick, shapes, sensors, "
-        "families, ablate, handles or up alone");
+        "up, hidden, lists, thin, cost, claims, labelled, or scene FAMILY SEED [SENSOR]; seeds "
+        "with all "
+        "but "
+        "cost, claims, labelled and scene");
   }
 }
 
@@ -100,11 +113,11 @@ int main(int argc, char** argv) {
   // Rules tuned on some scenes count only if they hold on scenes that were never looked at.
   constexpr char kUsage[] =
       "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|ablate [FAMILY]|\n"
-      "                   handles|up|claims|labelled|scene FAMILY SEED [SENSOR]]\n"
+      "                   handles|up|hidden|lists|thin|cost|claims|labelled|scene FAMILY SEED "
+      "[SENSOR]]\n"
       "                  [--json FILE] [--first-seed N] [--seeds N]\n"
-      "The last two, of quick, shapes, sensors, families, ablate, handles and up, take other "
-      "random "
-      "scenes than those of the figures.\n";
+      "The last two, of all but cost, claims, labelled and scene, take other random scenes than\n"
+      "those of the figures.\n";
   if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   const cwm::benchmarks::Call call = cwm::benchmarks::Parse(argc, argv);
   cwm::benchmarks::Report report;

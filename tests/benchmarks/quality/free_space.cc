@@ -8,7 +8,6 @@
 
 #include "collision/geometry/signed_distance.h"
 #include "tests/benchmarks/quality/cell_index.h"
-#include "tests/benchmarks/quality/coverage.h"
 
 namespace cwm::benchmarks {
 namespace {
@@ -29,10 +28,15 @@ struct FreeRay {
 
 class Cloud {
  public:
-  Cloud(const perception::PointCloud& cloud) : cloud_(cloud) {
-    for (std::uint32_t i = 0; i < cloud.size(); ++i) {
-      if (!cloud.points[i].allFinite()) continue;
-      const Vector3 p_C = cloud.points[i].cast<double>();
+  Cloud(const perception::PointCloud& cloud, const OtherMeasurements& other)
+      : cloud_(cloud),
+        noise_(other.noise),
+        before_sigma_(other.before_sigma),
+        measured_(other.points) {
+    measured_.insert(measured_.end(), cloud.points.begin(), cloud.points.end());
+    for (std::uint32_t i = 0; i < measured_.size(); ++i) {
+      if (!measured_[i].allFinite()) continue;
+      const Vector3 p_C = measured_[i].cast<double>();
       index_.Insert(Aabb(p_C, p_C), i);
     }
   }
@@ -43,19 +47,24 @@ class Cloud {
     const double range_m = hit_C->norm();
     const Vector3 direction_C = *hit_C / range_m;
     const double cosine = std::abs(NormalAt(u, v, *hit_C).dot(direction_C));
-    const double length_m = range_m - kBeforeHit_m / std::max(cosine, kMinCosine);
+    const double before_m = std::max(kBeforeHit_m, before_sigma_ * noise_.AxialSigma_m(hit_C->z()));
+    const double length_m = range_m - before_m / std::max(cosine, kMinCosine);
     if (length_m <= 0) return std::nullopt;
     return FreeRay{direction_C, length_m};
   }
 
   bool IsMeasuredNear(const Vector3& p_C) const {
-    const double tolerance_m = Tolerance_m(p_C);
+    const double tolerance_m = ToleranceAt_m(p_C);
     return index_.AnyNear(p_C, tolerance_m, [&](std::uint32_t i) {
-      return (cloud_.points[i].cast<double>() - p_C).norm() <= tolerance_m;
+      return (measured_[i].cast<double>() - p_C).norm() <= tolerance_m;
     });
   }
 
  private:
+  double ToleranceAt_m(const Vector3& p_C) const {
+    return perception::ExplainedWithin_m(noise_.AxialSigma_m(p_C.z()));
+  }
+
   std::optional<Vector3> At(int u, int v) const {
     if (u < 0 || v < 0 || u >= cloud_.width || v >= cloud_.height) return std::nullopt;
     const Eigen::Vector3f& p = cloud_.points[static_cast<std::size_t>(v) * cloud_.width + u];
@@ -67,7 +76,7 @@ class Cloud {
   // are none.
   Vector3 NormalAt(int u, int v, const Vector3& hit_C) const {
     constexpr int kHalfWindow = 4;
-    const double same_surface_m = 0.02 + Tolerance_m(hit_C);
+    const double same_surface_m = 0.02 + ToleranceAt_m(hit_C);
     Vector3 mean = Vector3::Zero();
     Matrix3 square = Matrix3::Zero();
     int count = 0;
@@ -89,6 +98,9 @@ class Cloud {
   }
 
   const perception::PointCloud& cloud_;
+  const perception::SensorNoise noise_;
+  const double before_sigma_;
+  std::vector<Eigen::Vector3f> measured_;
   CellIndex index_;
 };
 
@@ -232,8 +244,9 @@ void FreeSpace::Add(const FreeSpace& other) {
 }
 
 FreeSpace MeasureFreeSpace(const ClaimedGeometry& claims, const perception::PointCloud& cloud,
-                           const perception::PinholeCamera& camera, int stride) {
-  const Cloud measured(cloud);
+                           const perception::PinholeCamera& camera, int stride,
+                           const OtherMeasurements& other) {
+  const Cloud measured(cloud, other);
   const TriangleImage triangles(claims.triangles, camera);
   FreeSpace result;
   for (int v = 0; v < cloud.height; v += stride) {

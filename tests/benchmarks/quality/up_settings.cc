@@ -197,6 +197,15 @@ Matrix3 FromOptical(SensorAxes axes) {
   return R;
 }
 
+}  // namespace
+
+std::string UpSetting::name() const {
+  return std::string(kPlaceNames[static_cast<std::size_t>(place)]) + ", " +
+         std::string(kMountingNames[static_cast<std::size_t>(mounting)]) + ", " +
+         (is_list ? "list" : "image") + ", " +
+         std::string(kAxesNames[static_cast<std::size_t>(axes)]) + ", seed " + std::to_string(seed);
+}
+
 SimulatedView ViewOf(const UpSetting& setting) {
   RandomDraws draws(setting.seed * 25 + static_cast<std::uint64_t>(setting.place) * 5 +
                         static_cast<std::uint64_t>(setting.mounting),
@@ -218,15 +227,6 @@ SimulatedView ViewOf(const UpSetting& setting) {
   camera.X_WC = LookAt(setup.target_W, view);
   camera.X_WC.rotate(Eigen::AngleAxisd(Radians(attitude.roll_deg), Vector3::UnitZ()));
   return {.scene = std::move(setup.scene), .camera = camera};
-}
-
-}  // namespace
-
-std::string UpSetting::name() const {
-  return std::string(kPlaceNames[static_cast<std::size_t>(place)]) + ", " +
-         std::string(kMountingNames[static_cast<std::size_t>(mounting)]) + ", " +
-         (is_list ? "list" : "image") + ", " +
-         std::string(kAxesNames[static_cast<std::size_t>(axes)]) + ", seed " + std::to_string(seed);
 }
 
 std::vector<UpSetting> UpSettings(std::uint64_t first_seed, int seeds) {

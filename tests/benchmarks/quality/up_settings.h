@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "perception/cloud/point_cloud.h"
+#include "perception/simulation/random_scenes.h"
 #include "perception/simulation/simulated_scene.h"
 
 namespace cwm::benchmarks {
@@ -55,6 +56,9 @@ struct UpScan {
   perception::PointCloud cloud;
   Vector3 up_C = Vector3::UnitZ();  // the true up in the frame of the points
 };
+
+// The scene of a setting and the camera that looks at it.
+perception::SimulatedView ViewOf(const UpSetting& setting);
 
 // The setting as a Kinect sees it. The same setting gives the same bytes.
 UpScan ScanSetting(const UpSetting& setting);
