@@ -4,11 +4,14 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <set>
+#include <span>
 #include <utility>
 
 #include "perception/cloud/tolerances.h"
 #include "perception/solids/box_solid.h"
 #include "perception/solids/free_space.h"
+#include "perception/solids/observed.h"
 #include "perception/solids/plane_solid.h"
 #include "perception/solids/round_solid.h"
 
@@ -19,11 +22,61 @@ namespace {
 // surface that is better meshed as a whole.
 constexpr double kMinLoneShare = 0.08;
 
+// Where no ray can tell whether a solid is filled:
+// chosen: the least share of its surface that points show.
+constexpr double kMinObserved = 0.4;
+// chosen: the least share of the top of a box. Sensors look down on things: a box whose sides they
+// saw, but not its top, has none.
+constexpr double kMinTopObserved = 0.5;
+// chosen: deeper points are inside. The walls of bins and shelves are thinner.
+constexpr double kInside_m = 0.02;
+
+// The share of the box's top that points show.
+double ObservedTop(const Box& box, const Vector3& up_S, std::span<const Eigen::Vector3f> on_S,
+                   double cell_m) {
+  Eigen::Index axis = 2;
+  up_S.cwiseAbs().maxCoeff(&axis);
+  const Eigen::Index across = (axis + 1) % 3, beside = (axis + 2) % 3;
+  const double top_m = 0.5 * box.size_m[axis], sign = up_S[axis] > 0 ? 1 : -1;
+  std::set<std::pair<long, long>> cells;
+  for (const Eigen::Vector3f& p : on_S) {
+    if (std::abs(sign * double{p[axis]} - top_m) > cell_m) continue;
+    cells.emplace(std::lround(p[across] / cell_m), std::lround(p[beside] / cell_m));
+  }
+  const double area_m2 = box.size_m[across] * box.size_m[beside];
+  return static_cast<double>(cells.size()) * cell_m * cell_m / std::max(area_m2, cell_m * cell_m);
+}
+
+// True if too little of the surface was seen to call its inside filled, or if there are points in
+// it.
+bool IsUnproven(const Solid& solid, const FitContext& c) {
+  if (IsLoneFace(solid.shape) || std::holds_alternative<Plate>(solid.shape)) return false;
+  const ModelPoints& points = c.points;
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  std::vector<Eigen::Vector3f> on_S;
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3 p_S = X_SM * points.p[i];
+    const double distance_m = SignedDistance_m(solid, p_S);
+    if (std::abs(distance_m) <= points.gate_m[i]) on_S.push_back(p_S.cast<float>());
+    inside += distance_m < -std::max(kInside_m, points.gate_m[i]);
+  }
+  if (static_cast<double>(inside) > kMaxPassing * static_cast<double>(on_S.size())) return true;
+  const double cell_m = CoverCell_m(points.spacing_m);
+  const auto* box = std::get_if<Box>(&solid.shape);
+  if (box != nullptr && c.ground.known) {
+    const Vector3 up_S = X_SM.linear() * c.ground.up;
+    const bool stands = up_S.cwiseAbs().maxCoeff() > std::cos(kSameDirection_rad);
+    if (stands && ObservedTop(*box, up_S, on_S, cell_m) < kMinTopObserved) return true;
+  }
+  return ObservedFraction(solid.shape, on_S, cell_m) < kMinObserved;
+}
+
 }  // namespace
 
 bool IsCrossed(const Solid& solid, const FitContext& context) {
   context.work.Poll();
-  if (!context.options.from_viewpoint) return false;
+  if (!context.options.from_viewpoint) return IsUnproven(solid, context);
   const Contradiction found = FindContradiction(solid, context.points);
   // The limit is relative to the solid's own points, so that a small solid in a large object counts
   // too.

@@ -26,7 +26,8 @@ inline constexpr std::string_view kSeenFromBothSides =
     "a curved wall is seen from both sides: meshed, not filled";
 
 // True if more rays cross a solid than mixed pixels and a few outliers explain, counting rays to
-// the object's own points and rays that passed it.
+// the object's own points and rays that passed it. Without rays, true if points show too little of
+// its surface.
 bool IsCrossed(const Solid& solid, const FitContext& context);
 
 // Builds round solids with their caps first, then boxes, then thin solids from the remaining faces.

@@ -5,15 +5,10 @@
 
 #include "collision/geometry/tessellate.h"
 #include "collision/geometry/triangle.h"
-#include "perception/cloud/morton.h"
 #include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
-
-// chosen: the largest number of cells that one triangle may fill; larger triangles belong to
-// shapes, not to scanned meshes. It only affects the time.
-constexpr int kMaxCellsOfTriangle = 64;
 
 // Takes one sample for each full `area_m2` that accumulates over the triangles.
 class Sampler {
@@ -81,90 +76,51 @@ std::vector<PlacedMesh> MeshesOf(const HybridModel& model) {
   return meshes;
 }
 
+void Append(const Mesh& mesh, const Pose& X_OM, TriangleMesh& all) {
+  if (mesh.mesh == nullptr) return;
+  const auto first = static_cast<std::uint32_t>(all.vertices.size());
+  for (const Vector3& p : mesh.mesh->vertices) all.vertices.push_back(X_OM * p);
+  for (const auto& [a, b, c] : mesh.mesh->triangles) {
+    all.triangles.push_back({first + a, first + b, first + c});
+  }
+}
+
 }  // namespace
 
 ModelSurface::ModelSurface(const HybridModel& model, double reach_m)
     : model_(model), reach_m_(reach_m) {
+  TriangleMesh all;
   for (const ShapePart& part : model.shapes) {
-    if (const Mesh* mesh = std::get_if<Mesh>(&part.shape)) AddMesh(*mesh->mesh, part.X_OS);
+    if (const Mesh* mesh = std::get_if<Mesh>(&part.shape)) Append(*mesh, part.X_OS, all);
   }
-  for (const SurfacePart& part : model.surfaces) {
-    if (part.surface.mesh != nullptr) AddMesh(*part.surface.mesh, Pose::Identity());
-  }
-  for (const Handle& handle : model.handles) {
-    if (handle.surface.mesh != nullptr) AddMesh(*handle.surface.mesh, Pose::Identity());
-  }
+  for (const SurfacePart& part : model.surfaces) Append(part.surface, Pose::Identity(), all);
+  for (const Handle& handle : model.handles) Append(handle.surface, Pose::Identity(), all);
+  if (!all.triangles.empty()) tree_.emplace(all);
 }
 
-std::uint64_t ModelSurface::Key(const Eigen::Vector3i& cell) {
-  const Eigen::Matrix<std::uint32_t, 3, 1> at = cell.cast<std::uint32_t>();  // the lowest bits
-  return MortonKey(at.x(), at.y(), at.z());
-}
-
-Eigen::Vector3i ModelSurface::CellOf(const Vector3& p_O) const {
-  // Meshes are a few metres large; places far outside share cells, which only costs time.
-  const double farthest = 1 << (kMortonBitsPerAxis - 1);
-  return (p_O / reach_m_).array().floor().max(-farthest).min(farthest).cast<int>();
-}
-
-void ModelSurface::AddMesh(const TriangleMesh& mesh, const Pose& X_OM) {
-  for (const auto& [a, b, c] : mesh.triangles) {
-    AddTriangle({X_OM * mesh.vertices[a], X_OM * mesh.vertices[b], X_OM * mesh.vertices[c]});
-  }
-}
-
-void ModelSurface::AddTriangle(const MeshTriangle& triangle) {
-  const auto index = static_cast<std::uint32_t>(triangles_.size());
-  triangles_.push_back(triangle);
-  const Eigen::Vector3i low = CellOf(triangle.a.cwiseMin(triangle.b).cwiseMin(triangle.c));
-  const Eigen::Vector3i high = CellOf(triangle.a.cwiseMax(triangle.b).cwiseMax(triangle.c));
-  const auto count = (high - low + Eigen::Vector3i::Ones()).cast<double>().prod();
-  if (count > static_cast<double>(kMaxCellsOfTriangle)) {
-    large_.push_back(index);
-    return;
-  }
-  for (int x = low.x(); x <= high.x(); ++x) {
-    for (int y = low.y(); y <= high.y(); ++y) {
-      for (int z = low.z(); z <= high.z(); ++z) cells_[Key({x, y, z})].push_back(index);
-    }
-  }
-}
-
-std::optional<SurfacePoint> ModelSurface::Nearest(const Vector3& p_O) const {
+std::optional<SurfacePoint> ModelSurface::Nearest(const Vector3& p_O, double max_distance_m) const {
   std::optional<SurfacePoint> nearest;
-  const auto offer = [&](const SurfacePoint& point) {
-    if (nearest && std::abs(nearest->signed_distance_m) <= std::abs(point.signed_distance_m)) {
-      return;
-    }
-    nearest = point;
-  };
   for (const ShapePart& part : model_.shapes) {
-    if (std::holds_alternative<Mesh>(part.shape)) continue;  // meshes are in the hash
-    const SurfacePoint point_S = NearestSurfacePoint(part.shape, part.X_OS.inverse() * p_O);
-    offer({.signed_distance_m = point_S.signed_distance_m,
-           .nearest = part.X_OS * point_S.nearest,
-           .normal = part.X_OS.linear() * point_S.normal});
-  }
-  const auto offer_triangles = [&](const std::vector<std::uint32_t>& indices) {
-    for (const std::uint32_t index : indices) {
-      const auto& [a, b, c] = triangles_[index];
-      const Vector3 q = NearestOnTriangle(a, b, c, p_O);
-      const double distance_m = (p_O - q).norm();
-      if (nearest && std::abs(nearest->signed_distance_m) <= distance_m) continue;
-      const Vector3 normal =
-          distance_m > 0 ? Vector3((p_O - q) / distance_m) : TriangleNormal(a, b, c);
-      nearest = {.signed_distance_m = distance_m, .nearest = q, .normal = normal};
+    if (std::holds_alternative<Mesh>(part.shape)) continue;  // meshes are in the tree
+    const SurfacePoint point_S =
+        NearestSurfacePoint(part.shape, part.X_OS.inverse(Eigen::Isometry) * p_O);
+    if (nearest && std::abs(nearest->signed_distance_m) <= std::abs(point_S.signed_distance_m)) {
+      continue;
     }
-  };
-  offer_triangles(large_);
-  if (cells_.empty()) return nearest;
-  const Eigen::Vector3i center = CellOf(p_O);
-  for (int i = 0; i < 27; ++i) {
-    const Eigen::Vector3i beside(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-    const auto cell = cells_.find(Key(center + beside));
-    if (cell != cells_.end()) offer_triangles(cell->second);
+    nearest = {.signed_distance_m = point_S.signed_distance_m,
+               .nearest = part.X_OS * point_S.nearest,
+               .normal = part.X_OS.linear() * point_S.normal};
   }
-  return nearest;
+  if (!tree_) return nearest;
+  double limit_m = std::min(reach_m_, max_distance_m);
+  if (nearest) limit_m = std::min(limit_m, std::abs(nearest->signed_distance_m));
+  const collision::TriangleTree::Nearest on_mesh = tree_->NearestPoint(p_O, limit_m);
+  if (!std::isfinite(on_mesh.distance_m)) return nearest;
+  const Vector3 normal = on_mesh.distance_m > 0
+                             ? Vector3((p_O - on_mesh.point) / on_mesh.distance_m)
+                             : on_mesh.face_normal;
+  return SurfacePoint{
+      .signed_distance_m = on_mesh.distance_m, .nearest = on_mesh.point, .normal = normal};
 }
 
 std::vector<SurfaceSample> ModelSurface::Samples(int count) const {

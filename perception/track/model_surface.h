@@ -2,14 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
+#include <limits>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/hybrid_model.h"
 #include "collision/geometry/signed_distance.h"
+#include "collision/kernels/triangle_tree.h"
 
 namespace cwm::perception {
 
@@ -23,35 +23,24 @@ struct SurfaceSample {
   bool two_sided = false;               // of an open mesh: seen from either side
 };
 
-// Immutable. Distances are exact. The triangles of all meshes are in a spatial hash, so that a
-// query takes the same time for large and small meshes.
+// Immutable. Distances are exact. The triangles of all meshes are in one tree.
 class ModelSurface {
  public:
   // Distances beyond `reach_m` (positive) are not found for meshes. The model must outlive this.
   ModelSurface(const HybridModel& model, double reach_m);
 
   // The nearest point over all parts, by unsigned distance. Empty if there are only meshes and none
-  // is within reach.
-  std::optional<SurfacePoint> Nearest(const Vector3& p_O) const;
+  // is within reach, or within `max_distance_m` if that is less.
+  std::optional<SurfacePoint> Nearest(
+      const Vector3& p_O, double max_distance_m = std::numeric_limits<double>::infinity()) const;
 
   // About `count` samples, evenly over all parts. Deterministic.
   std::vector<SurfaceSample> Samples(int count) const;
 
  private:
-  struct MeshTriangle {
-    Vector3 a, b, c;
-  };
-
-  void AddMesh(const TriangleMesh& mesh, const Pose& X_OM);
-  void AddTriangle(const MeshTriangle& triangle);
-  static std::uint64_t Key(const Eigen::Vector3i& cell);
-  Eigen::Vector3i CellOf(const Vector3& p_O) const;
-
   const HybridModel& model_;
   double reach_m_;
-  std::vector<MeshTriangle> triangles_;
-  std::vector<std::uint32_t> large_;  // triangles that fill too many cells
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+  std::optional<collision::TriangleTree> tree_;  // of all meshes; empty without one
 };
 
 }  // namespace cwm::perception

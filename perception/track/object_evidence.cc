@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "perception/cloud/tolerances.h"
+#include "perception/track/alignment.h"
 #include "perception/track/ray_classification.h"
 
 namespace cwm::perception {
@@ -31,7 +32,7 @@ Aabb Inflated(const Aabb& bounds, double by_m) {
 
 ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
                                const SceneInterpretation& scene, const ScanEvidence& scan)
-    : scan_(scan), reach_m_(kExplainedWithin_m) {
+    : scan_(scan), reach_m_(std::max(kExplainedWithin_m, kAlignmentReach_m)) {
   for (const DetectedSupport& support : scene.supports) {
     const Aabb bounds = TightBounds(ModelOrEmpty(support.model), Pose::Identity());
     supports_.push_back(

@@ -15,6 +15,9 @@ namespace {
 // chosen: guesses about the vertical, 30 degrees apart: one is near enough for the alignment.
 constexpr int kTurns = 12;
 constexpr int kRefined = 3;  // chosen: the best guesses to align; time grows with it
+// chosen: the mean distance of the points from the model at a guess that is aligned, half of the
+// alignment's reach: more than 15 degrees of turn make on things of arm's length.
+constexpr double kMaxStart_m = kAlignmentReach_m / 2;
 // chosen: a later guess must score better by this much, so that noise does not turn a can.
 constexpr double kTurnMargin = 0.03;
 // measured: five times the 95th percentile of the error of a fitted radius under Kinect noise; a
@@ -83,7 +86,7 @@ std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
   if (detected.points.points_L.empty() || !SizesAgree(*known.model, *detected.model)) {
     return std::nullopt;
   }
-  const ModelSurface surface(*known.model, kAlignmentReach_m);
+  const ModelSurface& surface = known.surface;
   const std::vector<Eigen::Vector3f> points_L = Subsample(detected.points.points_L);
   const double gate_m = scan.Gate_m(detected.X_LO.translation());
   std::vector<std::pair<double, Pose>> ranked;
@@ -95,7 +98,12 @@ std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::optional<Relocation> best;
   for (int i = 0; i <= kRefined; ++i) {
+    if (ranked[i].first > kMaxStart_m) continue;
     const Pose X_LO = Align(points_L, surface, ranked[i].second, gate_m);
+    // Most poses are wrong, which a part of the points shows.
+    const std::vector<double> within_m(points_L.size(), gate_m);
+    const double share = ShareOf(Explained(points_L, within_m, surface, X_LO));
+    if (share < kMajority * std::min(kNearlyAll, detected.own_share)) continue;
     const PlacedFit fit = evidence.FitAt(k, X_LO, d);
     // The detection must cover the larger part of the model's seen surface at the new place.
     if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kMajority) continue;

@@ -97,7 +97,7 @@ std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_L,
   const Pose X_OL = X_LO.inverse();
   std::vector<char> mask;
   for (std::size_t i = 0; i < points_L.size(); ++i) {
-    const auto nearest = surface.Nearest(X_OL * points_L[i].cast<double>());
+    const auto nearest = surface.Nearest(X_OL * points_L[i].cast<double>(), within_m[i]);
     mask.push_back(nearest && std::abs(nearest->signed_distance_m) <= within_m[i]);
   }
   return mask;

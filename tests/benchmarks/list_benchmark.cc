@@ -182,8 +182,7 @@ void MeasureListsOn(const Seeds& seeds, Report& report) {
     by_kind[static_cast<std::size_t>(cases[k].kind)].Add(outcome.free_space);
     by_place[static_cast<std::size_t>(cases[k].setting.place)].Add(outcome.free_space);
     lines.push_back(LineOf(std::string(kListNames[static_cast<std::size_t>(cases[k].kind)]) + ", " +
-                               cases[k].setting.name() +
-                               (outcome.has_rays ? "" : ", no rays"),
+                               cases[k].setting.name() + (outcome.has_rays ? "" : ", no rays"),
                            outcome.free_space));
   }
   for (std::size_t i = 0; i < kListNames.size(); ++i) {
