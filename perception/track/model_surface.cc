@@ -17,7 +17,7 @@ class Sampler {
       : area_m2_(area_m2), samples_(samples) {}
 
   // Small triangles are sampled at their centre, large ones at the centres of equal divisions.
-  void Add(const Vector3& a, const Vector3& b, const Vector3& c, bool two_sided) {
+  void Add(const Vector3& a, const Vector3& b, const Vector3& c, bool two_sided, int part) {
     const double triangle_m2 = 0.5 * (b - a).cross(c - a).norm();
     const int divisions =
         std::clamp(static_cast<int>(std::ceil(std::sqrt(triangle_m2 / area_m2_))), 1, 100);
@@ -27,7 +27,7 @@ class Sampler {
       if (waiting_m2_ < area_m2_) return;
       waiting_m2_ -= area_m2_;
       const Vector3 p = a + (i * (b - a) + j * (c - a)) / divisions;
-      samples_.push_back({.p_O = p, .normal_O = normal, .two_sided = two_sided});
+      samples_.push_back({.p_O = p, .normal_O = normal, .two_sided = two_sided, .part = part});
     };
     for (int i = 0; i < divisions; ++i) {
       for (int j = 0; i + j < divisions; ++j) {
@@ -130,10 +130,11 @@ std::vector<SurfaceSample> ModelSurface::Samples(int count) const {
   std::vector<SurfaceSample> samples;
   if (!(area_m2 > 0)) return samples;
   Sampler sampler(area_m2 / count, samples);
-  for (const PlacedMesh& placed : meshes) {
+  for (std::size_t part = 0; part < meshes.size(); ++part) {
+    const PlacedMesh& placed = meshes[part];
     for (const auto& [a, b, c] : placed.mesh.triangles) {
       sampler.Add(placed.X_OS * placed.mesh.vertices[a], placed.X_OS * placed.mesh.vertices[b],
-                  placed.X_OS * placed.mesh.vertices[c], placed.two_sided);
+                  placed.X_OS * placed.mesh.vertices[c], placed.two_sided, static_cast<int>(part));
     }
   }
   return samples;

@@ -21,6 +21,7 @@ struct SurfaceSample {
   Vector3 p_O = Vector3::Zero();
   Vector3 normal_O = Vector3::UnitZ();  // outward
   bool two_sided = false;               // of an open mesh: seen from either side
+  int part = 0;                         // of the model: shapes, surfaces, then handles
 };
 
 // Immutable. Distances are exact. The triangles of all meshes are in one tree.

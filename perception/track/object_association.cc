@@ -89,6 +89,7 @@ class ObjectMatcher {
       for (int d = 0; d < DetectedCount(); ++d) {
         const PlacedFit* fit = evidence_.FitInPlace(k, d);
         if (fit == nullptr || !evidence_.IsAsGoodAsDetected(*fit, d)) continue;
+        if (evidence_.HasLostPart(k, d)) continue;
         pairs.push_back({k, d, fit->Score()});
       }
     }
@@ -134,6 +135,7 @@ class ObjectMatcher {
       const Pose& X_WO_old = ObjectOf(pair.known).X_WO;
       const bool at_rest =
           evidence_.LargestShift_m(pair.known, X_LO) < scan_.SmallestMove_m(X_LO.translation());
+      if (at_rest && evidence_.HasLostPart(pair.known, pair.detected)) return;  // it is replaced
       Take(at_rest ? Outcome::kKeep : Outcome::kMove, pair,
            at_rest ? X_WO_old : scan_.InWorld(X_LO));
     });

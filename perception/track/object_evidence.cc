@@ -15,6 +15,10 @@ namespace {
 // derived: a surface in view has a thinned point within twice the spacing, besides the noise.
 constexpr double kPointDistance_m = kThinningSpacing_m * 2;
 
+// chosen: the share of a part's visible surface that rays pass through once it is gone. A part that
+// the model completed a little too far is passed at its border.
+constexpr double kLostShare = 0.8;
+
 const HybridModel& ModelOrEmpty(const std::shared_ptr<const HybridModel>& model) {
   static const HybridModel kEmpty;
   return model ? *model : kEmpty;
@@ -78,7 +82,8 @@ void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
                       .model = &model,
                       .points = std::move(points),
                       .own_share = ShareOf(own),
-                      .own_through_share = SightsOf(samples, X_LO).ThroughShare()});
+                      .own_through_share = SightsOf(samples, X_LO).ThroughShare(),
+                      .lost_part = LosesPart(samples, X_LO)});
 }
 
 void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
@@ -95,6 +100,7 @@ void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
   KnownEvidence& added = known.back();
   added.samples = added.surface.Samples(kSurfaceSamples);
   added.sights = SightsOf(added.samples, X_LO);
+  added.lost_part = LosesPart(added.samples, X_LO);
   const Aabb bounds_L = Inflated(TightBounds(model, X_LO), reach_m_);
   for (int d = 0; d < static_cast<int>(detected.size()); ++d) {
     const DetectedPoints& points = detected[d].points;
@@ -127,6 +133,16 @@ SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
     if (!OnSupport(p_L)) above.Add(verdict);
   }
   return above.informed() > 0 ? above : all;  // a very flat object lies on its support entirely
+}
+
+bool ObjectEvidence::LosesPart(const std::vector<SurfaceSample>& samples, const Pose& X_LO) const {
+  std::map<int, std::vector<SurfaceSample>> by_part;
+  for (const SurfaceSample& sample : samples) by_part[sample.part].push_back(sample);
+  if (by_part.size() < 2) return false;
+  return std::ranges::any_of(by_part, [&](const auto& part) {
+    const SightCounts sights = SightsOf(part.second, X_LO);
+    return sights.visible() >= kMinInformed && sights.ThroughShare() >= kLostShare;
+  });
 }
 
 PlacedFit ObjectEvidence::FitAt(int k, const Pose& X_LO, int d) const {
@@ -190,6 +206,7 @@ void ObjectEvidence::MarkPresent(const std::vector<KnownObject>& objects) {
   by_present_ = by_users_;
   for (const auto& [pair, in_place] : in_place_) {
     if (ClassifyByRays(known[pair.first].sights) != Association::Outcome::kKeep) continue;
+    if (HasLostPart(pair.first, pair.second)) continue;  // the detection is what is left of it
     Merge(in_place.explained, by_present_[pair.second]);
   }
   // The rest of a known support explains residual geometry, but not a flat object on the support.

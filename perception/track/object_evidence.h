@@ -20,7 +20,8 @@ struct KnownEvidence {
   const HybridModel* model = nullptr;  // never null
   ModelSurface surface;
   std::vector<SurfaceSample> samples;
-  SightCounts sights;  // at X_LO
+  SightCounts sights;      // at X_LO
+  bool lost_part = false;  // rays pass through a whole part at X_LO
 };
 
 struct DetectedEvidence {
@@ -31,6 +32,7 @@ struct DetectedEvidence {
   DetectedPoints points;
   double own_share = 0;          // share of its points that its own model explains
   double own_through_share = 0;  // share of its own model's visible part that rays pass through
+  bool lost_part = false;        // rays pass through a whole part of its own model
 };
 
 // A known object's model at some place, compared with a detection.
@@ -56,6 +58,10 @@ class ObjectEvidence {
   // The known object at its old place; null if it is far away from the detection.
   const PlacedFit* FitInPlace(int k, int d) const;
   PlacedFit FitAt(int k, const Pose& X_LO, int d) const;
+
+  // True if a part of the known object is gone that is not part of the detection either: a thing
+  // that was seen as one with it.
+  bool HasLostPart(int k, int d) const { return known[k].lost_part && !detected[d].lost_part; }
 
   // True if the known model explains the detection within noise, or about as well as the model
   // fitted to the detection: no other model is needed.
@@ -83,6 +89,7 @@ class ObjectEvidence {
   bool OnSupport(const Vector3& p_L) const;
   PlacedFit FitOf(int k, const Pose& X_LO, int d, double explained_share,
                   const SightCounts& sights) const;
+  bool LosesPart(const std::vector<SurfaceSample>& samples, const Pose& X_LO) const;
   SightCounts SightsOf(const std::vector<SurfaceSample>& samples, const Pose& X_LO) const;
 
   const ScanEvidence& scan_;

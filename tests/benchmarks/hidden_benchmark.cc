@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "collision/geometry/signed_distance.h"
+#include "collision/geometry/triangle.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/interpret_scene.h"
 #include "perception/simulation/virtual_scanner.h"
@@ -55,6 +56,13 @@ struct TrueSolid {
   bool is_seen = false;
 };
 
+// Walls, legs and the sides of shelves and bins, whose other side nobody asks for.
+bool IsStructure(const SimulatedObject& object) {
+  const std::string& name = object.name;
+  return IsFurniture(object) || name.ends_with("wall") || name == "leg" || name == "side" ||
+         name == "bin_floor";
+}
+
 std::vector<TrueSolid> SolidsOf(const SimulatedScene& scene, const PinholeCamera& camera,
                                 const SimulatedCloud& scan) {
   std::map<std::pair<std::int32_t, std::int32_t>, int> seen;
@@ -62,7 +70,7 @@ std::vector<TrueSolid> SolidsOf(const SimulatedScene& scene, const PinholeCamera
   std::vector<TrueSolid> solids;
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const SimulatedObject& object = scene.objects[o];
-    if (IsFurniture(object)) continue;
+    if (IsStructure(object)) continue;
     for (std::size_t p = 0; p < object.parts.size(); ++p) {
       const Placed<>& part = object.parts[p];
       if (!IsSolid(part.shape) || object.RoleOf(p) != PieceRole::kBody) continue;
@@ -90,6 +98,14 @@ struct ClaimedInside {
     return least_m;
   }
 };
+
+// True if a triangle of a surface is nearer than this: answers then say that they know no inside.
+bool IsNearerToSurface(const ClaimedGeometry& claims, const Vector3& p_C, double distance_m) {
+  return std::ranges::any_of(claims.triangles, [&](const ClaimedTriangle& triangle) {
+    const auto& [a, b, c] = triangle.corners_C;
+    return (NearestOnTriangle(a, b, c, p_C) - p_C).norm() < distance_m;
+  });
+}
 
 template <class Visit>
 void ForEachPlace(const Aabb& bounds, const Visit& visit) {
@@ -132,7 +148,7 @@ HiddenTally JudgeHidden(const std::string& name, const SimulatedView& view, std:
     if (!solid.is_seen) continue;
     ++tally.solids;
     const double distance_m = inside.Distance_m(solid.X_CS.translation());
-    if (distance_m > 0) {
+    if (distance_m > 0 && !IsNearerToSurface(claims, solid.X_CS.translation(), distance_m)) {
       ++tally.free;
       const Vector3 size_m = TightBounds(solid.shape, Pose::Identity()).sizes();
       char text[160];

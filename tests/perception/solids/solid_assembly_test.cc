@@ -21,6 +21,22 @@ struct SeenBlock {
   Solid solid;
 };
 
+// Merged views show free space to nobody: what is filled, they show by its sides.
+TEST(IsCrossed, WithoutRaysUnlessMostOfTheSurfaceIsSeen) {
+  SeenBlock block;
+  block.seen.options.from_viewpoint = false;
+  EXPECT_TRUE(IsCrossed(block.solid, block.seen.Context())) << "a part of the top alone is seen";
+  block.seen.AddFace({-0.1, -0.1, 0}, {0.2, 0, 0}, {0, 0.2, 0});
+  block.seen.AddFace({-0.1, -0.1, -0.1}, {0.2, 0, 0}, {0, 0, 0.1});
+  block.seen.AddFace({-0.1, 0.1, -0.1}, {0.2, 0, 0}, {0, 0, 0.1});
+  block.seen.AddFace({-0.1, -0.1, -0.1}, {0, 0.2, 0}, {0, 0, 0.1});
+  EXPECT_FALSE(IsCrossed(block.solid, block.seen.Context())) << "the top and three sides are seen";
+  for (int k = 0; k < 400; ++k) {
+    block.seen.AddPoint({0.0002 * k, 0, -0.05}, Vector3::UnitZ());
+  }
+  EXPECT_TRUE(IsCrossed(block.solid, block.seen.Context())) << "points lie in it";
+}
+
 // A twentieth of its 441 points, and three more, may be measured inside the block; as many rays may
 // cross it.
 TEST(IsCrossed, ByMoreRaysThanMixedPixelsExplain) {
@@ -29,8 +45,6 @@ TEST(IsCrossed, ByMoreRaysThanMixedPixelsExplain) {
   EXPECT_FALSE(IsCrossed(block.solid, block.seen.Context()));
   for (int k = 0; k < 20; ++k) block.seen.AddPoint({0.002 * k, 0.01, -0.05}, Vector3::UnitZ());
   EXPECT_TRUE(IsCrossed(block.solid, block.seen.Context()));
-  block.seen.options.from_viewpoint = false;
-  EXPECT_FALSE(IsCrossed(block.solid, block.seen.Context()));
   SeenBlock passed;
   FreeRays free;
   const auto add = [&](int rays) {

@@ -303,6 +303,25 @@ TEST_F(TrackingTheKitchen, KeepsTwoObjectsThatWereSeenAsOne) {
   EXPECT_EQ(verdicts, AllKept(known_));
 }
 
+// A small thing on a large one leaves most of the surface of both where it was.
+TEST_F(TrackingTheKitchen, ReplacesWhatLostAThingThatWasSeenAsOneWithIt) {
+  std::vector<KnownObject> known = known_;
+  const int large = IndexOf(known, "cereal"), small = IndexOf(known, "cup");
+  HybridModel both = *known[large].model;
+  const Pose X_LargeSmall = known[large].X_WO.inverse() * known[small].X_WO;
+  for (ShapePart part : known[small].model->shapes) {
+    part.X_OS = X_LargeSmall * part.X_OS;
+    both.shapes.push_back(std::move(part));
+  }
+  known[large].model = std::make_shared<const HybridModel>(std::move(both));
+  known.erase(known.begin() + small);
+  SimulatedScene without = before_;
+  without.objects.erase(without.objects.begin() + IndexOf(without, "cup"));
+  auto expected = AllKept(known);
+  expected["cereal"] = "replace";
+  EXPECT_EQ(Verdicts(known, ScanAndInterpret(without, camera_, 2)), expected);
+}
+
 // Moves the known objects and the scan, with its sensor, together.
 void Shift(const Vector3& by, std::vector<KnownObject>& known, SceneInterpretation& scene) {
   for (KnownObject& object : known) object.X_WO.translation() += by;
