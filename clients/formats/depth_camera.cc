@@ -85,7 +85,7 @@ class CameraReader {
 
 absl::StatusOr<DepthCamera> ParseDepthCamera(std::string_view text, const std::string& file) {
   // A camera's file has some hundred bytes; a larger one is another file.
-  constexpr std::size_t kMaxBytes = 64 * 1024;
+  constexpr std::size_t kMaxBytes = 65'536;
   if (text.size() > kMaxBytes) {
     return FileError(file, {"the file", absl::StrCat(text.size(), " bytes"),
                             "must have at most 65536, as a camera's"});
