@@ -48,12 +48,13 @@ bool IsSolid(const Shape& shape) {
          std::holds_alternative<Sphere>(shape) || std::holds_alternative<Cone>(shape);
 }
 
-// A convex solid of the truth in the camera's frame.
+// A solid of the truth in the camera's frame.
 struct TrueSolid {
   Pose X_CS = Pose::Identity();
   Shape shape = {};
   std::string name = {};
   bool is_seen = false;
+  bool is_thing = false;  // convex, and no structure
 };
 
 // Walls, legs and the sides of shelves and bins, whose other side nobody asks for.
@@ -70,15 +71,16 @@ std::vector<TrueSolid> SolidsOf(const SimulatedScene& scene, const PinholeCamera
   std::vector<TrueSolid> solids;
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const SimulatedObject& object = scene.objects[o];
-    if (IsStructure(object)) continue;
     for (std::size_t p = 0; p < object.parts.size(); ++p) {
       const Placed<>& part = object.parts[p];
-      if (!IsSolid(part.shape) || object.RoleOf(p) != PieceRole::kBody) continue;
+      const bool is_thing =
+          !IsStructure(object) && IsSolid(part.shape) && object.RoleOf(p) == PieceRole::kBody;
       const auto points = seen.find({static_cast<std::int32_t>(o), static_cast<std::int32_t>(p)});
       solids.push_back({.X_CS = camera.X_WC.inverse() * object.X_WO * part.X_FS,
                         .shape = part.shape,
                         .name = object.name,
-                        .is_seen = points != seen.end() && points->second >= kMinSeen});
+                        .is_seen = points != seen.end() && points->second >= kMinSeen,
+                        .is_thing = is_thing});
     }
   }
   return solids;
@@ -145,7 +147,7 @@ HiddenTally JudgeHidden(const std::string& name, const SimulatedView& view, std:
   const ClaimedInside inside{claims};
   const std::vector<TrueSolid> solids = SolidsOf(view.scene, view.camera, scan);
   for (const TrueSolid& solid : solids) {
-    if (!solid.is_seen) continue;
+    if (!solid.is_seen || !solid.is_thing) continue;
     ++tally.solids;
     const double distance_m = inside.Distance_m(solid.X_CS.translation());
     if (distance_m > 0 && !IsNearerToSurface(claims, solid.X_CS.translation(), distance_m)) {
