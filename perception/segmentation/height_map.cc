@@ -116,8 +116,8 @@ HeightMap::MeanHeights HeightMap::Smoothed(int reach, double points_per_sample) 
   const RectangleSums sums(width_, height_, [&](std::size_t i) { return cells_[i].sum_m; });
   const RectangleSums variances(width_, height_,
                                 [&](std::size_t i) { return cells_[i].variance_m2; });
-  MeanHeights smooth{std::vector<float>(cells_.size(), 0.0F),
-                     std::vector<float>(cells_.size(), 0.0F)};
+  MeanHeights smooth{.height_m = std::vector<float>(cells_.size(), 0.0F),
+                     .sigma_m = std::vector<float>(cells_.size(), 0.0F)};
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     if (!cells_[i].has_data()) continue;
     const CellRange around{std::max(0, u(i) - reach), std::min(width_, u(i) + reach + 1),

@@ -49,6 +49,7 @@ class HeightMap {
   struct MeanHeights {
     std::vector<float> height_m;
     std::vector<float> sigma_m;  // of the mean
+    float sigma_scale = 1;       // of all sigmas, where heights show more noise than is told
   };
   // Means over the points within `reach` cells of each cell with data; 0 elsewhere. Of
   // `points_per_sample` points one error is independent.

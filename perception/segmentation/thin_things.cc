@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/segmentation/height_map.h"
 
@@ -151,10 +152,17 @@ class ThinSearch {
         raised_(map.Smoothed(reach_, per_sample)),
         others_m_(others_m),
         taken_(taken) {
+    std::vector<float> heights_m, sigmas_m;
+    const std::size_t stride = SampleStride(map_.size());
     for (std::size_t i = 0; i < map_.size(); ++i) {
       raised_.height_m[i] -= level_[i];
-      data_ += map_.At(i).has_data();
+      if (!map_.At(i).has_data()) continue;
+      if (data_++ % stride != 0) continue;
+      heights_m.push_back(raised_.height_m[i]);
+      sigmas_m.push_back(raised_.sigma_m[i]);
     }
+    per_sample_ *= CorrelationOf(heights_m, Median(std::move(sigmas_m)));
+    raised_.sigma_scale = static_cast<float>(std::sqrt(per_sample_ / per_sample));
   }
 
   void Find(const Work& work, std::vector<CellList>& found) {
@@ -170,6 +178,18 @@ class ThinSearch {
   }
 
  private:
+  // How much larger the variance of the smoothed heights is than their noise and warp: matching of
+  // windows, for one, correlates the errors of more neighbours. At least 1. Things only raise
+  // heights, so that the lower ones tell the spread of the surface.
+  double CorrelationOf(const std::vector<float>& heights_m, float sigma_m) const {
+    constexpr double kUpper = 0.3, kLower = 0.05;  // quantiles
+    constexpr double kSigmasBetween = 1.12;        // of a normal distribution
+    const double shown_m =
+        double{Quantile(heights_m, kUpper) - Quantile(heights_m, kLower)} / kSigmasBetween;
+    const double noise_m2 = shown_m * shown_m - warp_m_ * warp_m_;
+    return std::max(1.0, noise_m2 / std::max(1e-12, double{sigma_m} * double{sigma_m}));
+  }
+
   bool IsAbove(std::size_t i, double cut_m) const {
     return map_.At(i).has_data() && taken_[i] == 0 && raised_.height_m[i] > cut_m;
   }
@@ -199,7 +219,7 @@ class ThinSearch {
     double points = 0, sum_sigma_m = 0;
     for (std::size_t i : patch) {
       points += map_.At(i).points;
-      sum_sigma_m += raised_.sigma_m[i];
+      sum_sigma_m += raised_.sigma_scale * raised_.sigma_m[i];
     }
     const auto cells = static_cast<double>(patch.size());
     return points >= kMinSamples * per_sample_ && cells <= kMaxShare * static_cast<double>(data_) &&
@@ -353,7 +373,8 @@ class ThinSearch {
   }
 
   const HeightMap& map_;
-  const double per_sample_, warp_m_;
+  double per_sample_;  // points whose errors are alike
+  const double warp_m_;
   const int reach_;  // cells
   const std::vector<float>& level_;
   HeightMap::MeanHeights raised_;       // smoothed heights above the level

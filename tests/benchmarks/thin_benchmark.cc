@@ -34,11 +34,15 @@ constexpr std::uint32_t kFirstObject = 20;  // the least label of an object
 struct ThinSensor {
   std::string_view name;
   SensorNoise noise;
+  // Its errors are alike over whole windows, so that the error of a mean is more than told: its
+  // things are printed apart, and only its phantoms count.
+  bool matches_windows = false;
 };
-const std::array<ThinSensor, 3>& ThinSensors() {
-  static const std::array<ThinSensor, 3> sensors = {
+const std::array<ThinSensor, 4>& ThinSensors() {
+  static const std::array<ThinSensor, 4> sensors = {
       {{"kinect", {.model = SensorModel::kKinect}},
        {"realsense", {.model = SensorModel::kRealSense}},
+       {"realsense, windows", {.model = SensorModel::kRealSense}, true},
        {"0.5 mm + 0.8 mm z^2",
         {.model = SensorModel::kGiven, .given_sigma_m = 5e-4, .given_quadratic_per_m = 8e-4}}}};
   return sensors;
@@ -110,9 +114,12 @@ bool IsFound(const std::vector<std::uint32_t>& labels, const std::vector<std::si
   return false;
 }
 
-ThinTally JudgeThin(const SensorNoise& noise, int count, std::uint64_t seed) {
+ThinTally JudgeThin(const ThinSensor& sensor, int count, std::uint64_t seed) {
+  const SensorNoise& noise = sensor.noise;
   const ThinScene made = MakeThinScene(count, seed);
-  const SimulatedCloud scan = Scan(made.scene, made.camera, {.noise = noise, .seed = seed});
+  const SimulatedCloud scan =
+      Scan(made.scene, made.camera,
+           {.noise = noise, .matches_windows = sensor.matches_windows, .seed = seed});
   InterpretOptions options;
   options.noise = noise;
   options.max_threads = 1;
@@ -188,21 +195,23 @@ void MeasureThinOn(const Seeds& seeds, Report& report) {
   ParallelFor(
       tallies.size(), 1, {.max_threads = kThinThreads}, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
-          tallies[k] = JudgeThin(sensors[k % sensors.size()].noise, k % 2 == 0 ? kThings : 0,
-                                 seeds.first + k / (2 * sensors.size()));
+          tallies[k] =
+              JudgeThin(sensors[k % sensors.size()], k / sensors.size() % 2 == 0 ? kThings : 0,
+                        seeds.first + k / (2 * sensors.size()));
         }
       });
   ThinTally total;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     ThinTally of_sensor;
     for (std::size_t k = s; k < tallies.size(); k += sensors.size()) of_sensor.Add(tallies[k]);
-    total.Add(of_sensor);
     char text[160];
     std::snprintf(text, sizeof(text),
                   "  %-20s %4d of %4d thin things; %d phantoms on %d bare tables",
                   std::string(sensors[s].name).c_str(), of_sensor.found, of_sensor.asked,
                   of_sensor.phantoms, of_sensor.bare);
     report.Detail(text);
+    if (sensors[s].matches_windows) of_sensor.asked = of_sensor.found = 0;
+    total.Add(of_sensor);
   }
   report.Attach("thin_things.txt", total.remarks);
   report.Add({.key = "thin_found",
