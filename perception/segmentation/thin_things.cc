@@ -26,12 +26,12 @@ constexpr double kCut_sigma = 4;
 constexpr double kHeight_sigma = 8;
 // chosen: the step along the outline is this many standard deviations of its noise.
 constexpr double kStep_sigma = 4;
-// derived: the warp's shortest waves, of length L = 0.2 m, lose at half of their height 6.5 d / L of
-// their mean height over a distance d. A thing loses more, by this share.
+// derived: the warp's shortest waves, of length L = 0.2 m, lose at half of their height 6.5 d / L
+// of their mean height over a distance d. A thing loses more, by this share.
 constexpr double kShortestWarp_m = 0.2;
 constexpr double kWarpSlope = 6.5, kMaxOfWarp = 0.65, kBeyondWarp = 0.2;
-// chosen: no warp is as high as this many of its standard deviations; what is ends in a step of half
-// its height, for smoothing rounds its corners.
+// chosen: no warp is as high as this many of its standard deviations; what is ends in a step of
+// half its height, for smoothing rounds its corners.
 constexpr double kMaxWarp_sigma = 5;
 constexpr double kMinStepShare = 0.5;
 // chosen: of that step, on each side that shows the support; and the share of such sides.
