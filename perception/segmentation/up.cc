@@ -117,7 +117,7 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
   const std::vector<UpEvidence> ups = WeighUps(coarse, image ? *image : AxesOfList(coarse.cells));
   if (ups.empty()) return std::nullopt;
   const bool is_close = ups.size() > 1 && ups[0].LogOdds() - ups[1].LogOdds() < kDecisiveUp;
-  // Of two close ones the one nearer to the image's up is taken: most sensors stand upright.
+  // The nearer one to the image's up is taken of two close ones: most sensors stand upright.
   const std::size_t taken = is_close && ups[1].image_cos > ups[0].image_cos ? 1 : 0;
   const UpEvidence& best = ups[taken];
   UpEstimate estimate{.up = best.up, .alternative = std::nullopt};

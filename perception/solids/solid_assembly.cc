@@ -22,7 +22,7 @@ namespace {
 // surface that is better meshed as a whole.
 constexpr double kMinLoneShare = 0.08;
 
-// Where no ray can tell whether a solid is filled:
+// The constants below judge solids without rays, which would tell whether they are filled.
 // chosen: the least share of its surface that points show.
 constexpr double kMinObserved = 0.4;
 // chosen: the least share of the top of a box. Sensors look down on things: a box whose sides they

@@ -24,7 +24,7 @@ struct FreeSpace {
   void Add(const FreeSpace& other);
 };
 
-// What was measured beside the image whose rays are judged.
+// Measurements besides the image whose rays are judged.
 struct OtherMeasurements {
   std::vector<Eigen::Vector3f> points;  // of other views, in the camera's frame
   perception::SensorNoise noise = {};

@@ -31,7 +31,7 @@ class ScanPlausibility : public ::testing::Test {
     if (change) change(request);
     return Ingest(world, request, TruthOf(scan), {});
   }
-  // What the refusal of the scan names; empty if the scan was taken.
+  // The contradiction that the refusal names; empty if the scan was taken.
   std::string Contradiction(const TableScan& scan,
                             const std::function<void(IngestRequest&)>& change = {}) {
     const collision::Revision before = world.Snapshot()->revision();
