@@ -106,9 +106,11 @@ bool IsFound(const std::vector<std::uint32_t>& labels, const std::vector<std::si
   for (const std::size_t i : points) {
     if (labels[i] >= kFirstObject) ++counts[labels[i] / 10];
   }
-  for (const auto& [object, count] : counts) {
-    const auto all =
-        std::ranges::count_if(labels, [&](std::uint32_t label) { return label / 10 == object; });
+  for (const auto& entry : counts) {
+    const std::uint32_t object = entry.first;
+    const std::size_t count = entry.second;
+    const auto all = std::ranges::count_if(
+        labels, [object](std::uint32_t label) { return label / 10 == object; });
     if (2 * count >= points.size() && 2 * count >= static_cast<std::size_t>(all)) return true;
   }
   return false;
