@@ -6,8 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "collision/geometry/polygon.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
+#include "perception/hidden_depth.h"
 #include "perception/mesh_hypothesis.h"
+#include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 namespace {
@@ -43,6 +47,53 @@ void LabelObject(const SceneState& state, std::uint32_t index, const Work& work,
   });
 }
 
+// The solids of all objects whose depth was measured.
+std::vector<SolidOfObject> SolidsOf(const std::vector<MeshedObject>& meshed) {
+  std::vector<SolidOfObject> solids;
+  for (std::size_t k = 0; k < meshed.size(); ++k) {
+    for (const ShapePart& part : meshed[k].model->shapes) {
+      if (IsFace(part.shape)) continue;
+      const Pose X_LS = meshed[k].X_LO * part.X_OS;
+      solids.push_back({k, X_LS, &part, TightBounds(part.shape, X_LS)});
+    }
+  }
+  return solids;
+}
+
+// The plane that the object stands on, else the highest support below its origin.
+std::optional<Pose> GroundOf(const SceneState& state, const Resting& resting, const Pose& X_LO) {
+  std::optional<Pose> X_LBelow = X_LGround(state.measured(), resting);
+  if (X_LBelow) return X_LBelow;
+  for (std::size_t s = 0; s < state.support_count(); ++s) {
+    const Placed<Plate>& plate = state.support(s).plate;
+    const Vector3 p_S = plate.X_FS.inverse(Eigen::Isometry) * X_LO.translation();
+    if (p_S.z() < 0 || !Contains(plate.shape.outline, p_S.head<2>())) continue;
+    const bool is_higher = !X_LBelow || plate.X_FS.translation().z() > X_LBelow->translation().z();
+    if (is_higher) X_LBelow = plate.X_FS;
+  }
+  return X_LBelow;
+}
+
+// Nobody asks what is behind a wall or a front, so that they hide nothing.
+void FindHidden(const SceneState& state, const Work& work, std::vector<MeshedObject>& meshed) {
+  const std::vector<SolidOfObject> solids = SolidsOf(meshed);
+  ParallelFor(meshed.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const ObjectHypothesis& hypothesis = *state.hypotheses()[k];
+      if (!hypothesis.plates.empty()) continue;
+      std::vector<float> sigma_m;
+      for (const std::uint32_t i : hypothesis.points) sigma_m.push_back(state.points().sigma_m[i]);
+      FindHiddenDepth(meshed[k].X_LO,
+                      {.sight = state.sight() ? &*state.sight() : nullptr,
+                       .X_LGround = GroundOf(state, hypothesis.resting, meshed[k].X_LO),
+                       .tolerance_m = MaxJump_m(Median(std::move(sigma_m))),
+                       .solids = solids,
+                       .object = k},
+                      meshed[k].model->shapes);
+    }
+  });
+}
+
 DetectedObject ObjectOf(const SceneState& state, const ObjectHypothesis& hypothesis,
                         MeshedObject meshed, const Pose& X_WL) {
   const Resting& resting = hypothesis.resting;
@@ -74,6 +125,8 @@ void AssembleInterpretation(const SceneState& state, const AssembleOptions& opti
       }
     }
   });
+
+  FindHidden(state, work, meshed);
 
   LabelSupports(state, work, result.labels);
   for (DescribedSupport& support : supports) {

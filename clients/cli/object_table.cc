@@ -2,6 +2,8 @@
 
 #include <google/protobuf/util/time_util.h>
 
+#include <algorithm>
+#include <array>
 #include <ostream>
 
 #include "absl/strings/str_cat.h"
@@ -97,6 +99,17 @@ void PrintLine(const std::string& name, const std::string& value, std::ostream& 
   if (!value.empty()) out << name << std::string(14 - name.size(), ' ') << value << "\n";
 }
 
+// How much farther the part may extend where nothing was seen. A size of 0 is not compared.
+std::string HiddenText(const pb::ShapePart& part, const std::array<double, 3>& size_m) {
+  const pb::Box& hidden = part.hidden().box();
+  const std::array<double, 3> sizes_m = {hidden.size_x_m(), hidden.size_y_m(), hidden.size_z_m()};
+  double more_m = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (size_m[k] > 0) more_m = std::max(more_m, sizes_m[k] - size_m[k]);
+  }
+  return absl::StrCat(", up to ", FormatLength(more_m), " more unseen");
+}
+
 // A completed plate with a fit is a support: measured on top, completed below.
 std::string PlateText(const pb::ShapePart& part) {
   const pb::Plate& plate = part.plate();
@@ -105,6 +118,7 @@ std::string PlateText(const pb::ShapePart& part) {
     absl::StrAppend(&text, holes, holes == 1 ? " hole, " : " holes, ");
   }
   absl::StrAppend(&text, FormatLength(plate.thickness_m()), " thick");
+  if (part.has_hidden()) return text + HiddenText(part, {0, 0, plate.thickness_m()});
   if (part.role() == pb::PART_ROLE_COMPLETED && part.has_fit()) text += " (completed)";
   return text;
 }
@@ -123,8 +137,14 @@ std::string FormatShape(const pb::ShapePart& part) {
   switch (part.shape_case()) {
     case pb::ShapePart::kSphere:
       return absl::StrCat("sphere r ", FormatLength(part.sphere().radius_m()));
-    case pb::ShapePart::kBox:
-      return absl::StrCat("box ", FormatSize(part.box()));
+    case pb::ShapePart::kBox: {
+      const pb::Box& box = part.box();
+      std::string text = absl::StrCat("box ", FormatSize(box));
+      if (part.has_hidden()) {
+        text += HiddenText(part, {box.size_x_m(), box.size_y_m(), box.size_z_m()});
+      }
+      return text;
+    }
     case pb::ShapePart::kCylinder:
       return absl::StrCat("cylinder r ", FormatLength(part.cylinder().radius_m()), ", l ",
                           FormatLength(part.cylinder().length_m()));

@@ -1,11 +1,20 @@
 #include "collision/geometry/hybrid_model.h"
 
+#include <algorithm>
+
 #include "collision/geometry/signed_distance.h"
 
 namespace cwm {
 
 double SignedDistance_m(const ShapePart& part, const Vector3& p) {
   return part.vessel ? SignedDistance_m(*part.vessel, p) : SignedDistance_m(part.shape, p);
+}
+
+double HiddenDepth_m(const ShapePart& part) {
+  if (!part.hidden) return 0;
+  const Pose X_BS = part.hidden->X_FS.inverse(Eigen::Isometry) * part.X_OS;
+  const Vector3 seen_m = TightBounds(part.shape, X_BS).sizes();
+  return std::max(0.0, (part.hidden->shape.size_m - seen_m).maxCoeff());
 }
 
 Aabb TightBounds(const HybridModel& model, const Pose& X_FO) {

@@ -91,14 +91,21 @@ class EdgeSearch {
 
   EdgeResult Run() {
     Gather();
-    for (std::size_t next : order_) {
-      if (search_.ended()) break;
-      Track(candidates_[next]);
+    if (!FindContactAtStart()) {
+      for (std::size_t next : order_) {
+        if (search_.ended()) break;
+        Track(candidates_[next]);
+      }
     }
     if (result_.verdict != MotionVerdict::kFree) result_.clearance_m = 0;
     const bool is_of_all_pairs =
         result_.verdict == MotionVerdict::kFree || result_.verdict == MotionVerdict::kGrazing;
     if (is_of_all_pairs) result_.accuracy = weakest_;
+    if (search_.MeetsHidden() && result_.accuracy == Accuracy::kExact) {
+      search_.PlaceBody(EdgeRow(motion_, 0), 0);
+      result_.accuracy = search_.HiddenAccuracy(
+          [&](std::int32_t body_part) { return motion_.Travel_m(body_part); });
+    }
     return result_;
   }
 
@@ -179,6 +186,25 @@ class EdgeSearch {
     return SquaredDistance_m2(search_.BoundsOf_W(pair.id.body_part), theirs_W) <= reach_m * reach_m;
   }
 
+  // Asks all pairs for contact at the start, which decides the edge, before any pair is certified.
+  bool FindContactAtStart() {
+    for (const std::size_t next : order_) {
+      const Candidate& candidate = candidates_[next];
+      if (search_.ended()) return false;
+      if (candidate.gap_m > 0) continue;
+      const BodySearch::Pair& pair = candidate.pair;
+      if (IsSlow(pair) && pair.margin_m == 0) {
+        search_.CountPair(pair);
+        if (!pair.engine.Collides(pair.body, pair.object, pair.work)) continue;
+      }
+      const PairState start = Measure(candidate, 0, 1);
+      if (!start.contact) continue;
+      result_ = Contact(0, start, pair.id);
+      return true;
+    }
+    return false;
+  }
+
   void Track(const Candidate& candidate) {
     measurements_ = 0;
     const double end = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
@@ -221,7 +247,7 @@ class EdgeSearch {
   double StepByHulls(const Candidate& candidate, double fraction) {
     const BodySearch::Pair& pair = candidate.pair;
     if (MustEnd(pair.work, kStepsByHulls)) return 0;
-    search_.PlaceBody(EdgeRow(motion_, fraction), 0);
+    search_.PlaceBody(EdgeRow(motion_, fraction), 0, search_.FramesOf(pair.id));
     const std::optional<double> min_m = LowerBound_m(pair.body, pair.object);
     if (!min_m) return 0;
     const double room_m = *min_m - std::max(0.0, pair.margin_m) - kMaxClearance_m;
@@ -343,8 +369,8 @@ class EdgeSearch {
   // pair can close in `width` need not be exact.
   PairState Measure(const Candidate& candidate, double fraction, double width) {
     ++measurements_;
-    search_.PlaceBody(EdgeRow(motion_, fraction), 0);
     const BodySearch::Pair& pair = candidate.pair;
+    search_.PlaceBody(EdgeRow(motion_, fraction), 0, search_.FramesOf(pair.id));
     // The reach is slightly larger, so that rounding does not decide.
     const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazingTolerance_m;
     PairState state{.fraction = fraction};

@@ -136,6 +136,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .bounds_W = Aabb()});
     has_parts_ = has_parts_ || !parts_.back().skipped;
   }
+  if (tests_world()) hidden_ = HiddenSpacesOf(world, filter_);
   max_margin_m_ += sigmas_ * (body.geometry->max_sigma_m + world.objects().max_sigma_m());
   X_WF_.resize(static_cast<std::size_t>(body.TotalFrames()), Pose::Identity());
   frames_of_pair_.resize(kTags, 0);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "collision/query/hidden_spaces.h"
 #include "collision/query/interrupt.h"
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/query.h"
@@ -83,6 +84,16 @@ class BodySearch {
   // The same if the row's frames, except those of attached objects, are already known.
   void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const UnresolvedTags& open);
   static constexpr UnresolvedTags kAllUnresolved{~std::uint64_t{0}, ~std::uint64_t{0}};
+  // Opens only the frames of the pair's parts of the body, to place no others.
+  UnresolvedTags FramesOf(const PairId& pair) const {
+    const auto bit = [this](std::int32_t part) {
+      return std::uint64_t{1} << (parts_[static_cast<std::size_t>(part)].frame % kTags);
+    };
+    UnresolvedTags open;
+    open.worlds = bit(pair.body_part);
+    if (pair.IsSelfPair()) open.worlds |= bit(pair.object_part);
+    return open;
+  }
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and the obstacle that no rule allows to
@@ -105,6 +116,18 @@ class BodySearch {
   // The least squared distance between boxes of parts, a lower bound for the row's body and the
   // obstacle.
   double MinBoxDistance_m2(const Obstacle& object);
+  // Calls visit(space, body_part, gap_m) for each hidden space of the world and each part of the
+  // body that no rule allows to collide with its object. `gap_m` is a lower bound of the distance
+  // from the space, less the pair's margin if `from` is kMargin.
+  template <class Visit>
+  void ForEachHiddenSpace(From from, Visit&& visit);
+  // True if there is something that ForEachHiddenSpace would visit, or the body itself may extend
+  // into space that no sensor saw.
+  bool MeetsHidden() const { return body_.hidden_m > 0 || !hidden_.empty(); }
+  // The label of a proven verdict: kBounded if the body may extend unseen, or if a hidden space is
+  // nearer than the margin and reach_m(body_part), the way that the part goes; else kExact.
+  template <class Reach>
+  Accuracy HiddenAccuracy(const Reach& reach_m);
   // Upper bound of the margins of all pairs of the body and the world.
   double max_margin_m() const { return max_margin_m_; }
   bool tests_world() const { return body_.tests_world && has_parts_; }
@@ -205,6 +228,7 @@ class BodySearch {
   const WorldSnapshot& world_;
   const QueryBody& body_;
   WorldFilter filter_;
+  std::vector<HiddenSpace> hidden_;  // empty if the world is not tested
   PairRuleLookup rules_;
   double request_margin_m_;
   double support_tolerance_m_;
@@ -265,6 +289,35 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
       if (interrupt_.CountWork(pair->weight)) return;
     }
   }
+}
+
+template <class Visit>
+void BodySearch::ForEachHiddenSpace(From from, Visit&& visit) {
+  for (const HiddenSpace& space : hidden_) {
+    const ObstacleRules rules = rules_.RulesOf(*space.object);
+    const double more_m = sigmas_ * space.object->geometry->max_sigma_m;
+    for (std::size_t b = 0; b < parts_.size(); ++b) {
+      const BodyPart& mine = parts_[b];
+      if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+      double margin_m = DefaultMargin_m(mine, space.object->name, space.object->margin_m);
+      if (!rules.empty()) {
+        const EffectiveRule& rule = rules.At(mine.frame, static_cast<std::size_t>(space.part));
+        if (rule.allowed) continue;
+        margin_m = rule.Margin_m(margin_m);
+      }
+      const double start_m = Start_m(from, margin_m + mine.inflation_m, more_m);
+      visit(space, static_cast<std::int32_t>(b), space.LowerBound_m(mine.bounds_W) - start_m);
+    }
+  }
+}
+
+template <class Reach>
+Accuracy BodySearch::HiddenAccuracy(const Reach& reach_m) {
+  Accuracy accuracy = body_.hidden_m > 0 ? Accuracy::kBounded : Accuracy::kExact;
+  ForEachHiddenSpace(From::kMargin, [&](const HiddenSpace&, std::int32_t part, double gap_m) {
+    if (gap_m <= reach_m(part)) accuracy = Accuracy::kBounded;
+  });
+  return accuracy;
 }
 
 template <class Visit>

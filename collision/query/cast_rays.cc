@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "collision/engines/exact_engine.h"
+#include "collision/query/hidden_spaces.h"
 #include "collision/query/interrupt.h"
 #include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
@@ -50,6 +52,7 @@ void Resize(std::size_t rays, RayColumns& columns) {
   columns.normal.resize(3 * rays);
   columns.object.resize(rays);
   columns.object_part.resize(rays);
+  columns.accuracy.resize(rays, Accuracy::kExact);
 }
 
 // The query and its result.
@@ -60,6 +63,7 @@ struct RayBatch {
   std::stop_token stop;
   TimeLimit limit;
   WorldFilter filter;
+  std::vector<HiddenSpace> hidden;
   RayColumns columns;
 };
 
@@ -74,6 +78,9 @@ class Caster : public ChunkWorker {
       const std::optional<NearestHit> nearest = Cast(batch_.rays[chunk.first + k]);
       if (has_ended()) break;
       if (nearest.has_value()) Write(chunk.first + k, *nearest);
+      if (PassesHidden(batch_.rays[chunk.first + k], nearest)) {
+        batch_.columns.accuracy[chunk.first + k] = Accuracy::kBounded;
+      }
     }
     batch_.limit.Count(k);
     if (interrupt_.reason() != Interrupt::Reason::kStopped) return {k};
@@ -95,6 +102,14 @@ class Caster : public ChunkWorker {
           return nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
         });
     return nearest;
+  }
+
+  // True if the ray enters a hidden space before its hit.
+  bool PassesHidden(const RayRow& ray, const std::optional<NearestHit>& nearest) const {
+    const double end_m = nearest ? nearest->hit.distance_m - kExactTolerance_m : ray.max_distance_m;
+    return std::ranges::any_of(batch_.hidden, [&](const HiddenSpace& space) {
+      return space.Entry_m(ray.origin, ray.direction) < end_m;
+    });
   }
 
   void Write(std::size_t row, const NearestHit& nearest) {
@@ -127,7 +142,9 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
                  .stop = std::move(stop),
                  .limit = TimeLimit(options),
                  .filter = WorldFilter(world, options),
+                 .hidden = {},
                  .columns = {}};
+  batch.hidden = HiddenSpacesOf(world, batch.filter);
   Resize(rays.size(), batch.columns);
   const auto completed = ProcessChunks(EqualChunks(rays.size(), kRaysPerChunk), options.threads,
                                        [&] { return std::make_unique<Caster>(batch); });

@@ -120,10 +120,18 @@ void ForEachNearPair(BodySearch& search, Add&& add) {
                                         std::max(0.0, search.max_margin_m()), visit);
 }
 
+// The accuracy of a free row whose pairs have the given one.
+Accuracy WithHidden(BodySearch& search, Accuracy accuracy) {
+  if (accuracy != Accuracy::kExact || !search.MeetsHidden()) return accuracy;
+  return search.HiddenAccuracy([](std::int32_t) { return 0.0; });
+}
+
 RowVerdict EvaluateRow(BodySearch& search, UnseenSpace unseen) {
   RowVerdictBuilder builder(unseen);
   ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return builder.Add(pair); });
-  return builder.row();
+  RowVerdict row = builder.row();
+  if (row.verdict == Verdict::kFree) row.accuracy = WithHidden(search, row.accuracy);
+  return row;
 }
 
 // The accuracy that EvaluateRow would return for a free row with the exact kernels, found without
@@ -134,7 +142,7 @@ Accuracy FreeRowAccuracy(BodySearch& search) {
     accuracy = std::max(accuracy, pair.ProofAccuracy());
     return accuracy >= Accuracy::kSurfaceOnly ? -1 : 0;
   });
-  return accuracy;
+  return WithHidden(search, accuracy);
 }
 
 // Rows of a chunk. measured: sphere states take 0.1 us each by SIMD, which gains from sorting many

@@ -12,12 +12,6 @@
 namespace cwm::collision {
 namespace {
 
-// The minimum translation along an axis of the world that separates two overlapping boxes, an upper
-// bound of the depth of their contents.
-double MinSeparation_m(const Aabb& a, const Aabb& b) {
-  return (a.max() - b.min()).cwiseMin(b.max() - a.min()).minCoeff();
-}
-
 // Labels the depth of the deepest of several parts, which is a lower bound of the depth of the
 // whole.
 void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer) {

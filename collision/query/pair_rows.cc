@@ -22,6 +22,7 @@ class PairWorker : public ChunkWorker {
         search_(query.world, query.body, query.options, {query.stop, limit}),
         finder_(make_finder(search_)),
         ranks_(query.world),
+        hidden_m_(query.body.hidden_m),
         limit_(limit),
         results_(result) {}
 
@@ -32,18 +33,42 @@ class PairWorker : public ChunkWorker {
       search_.PlaceBody(rows_, chunk.first + columns.completed);
       const std::vector<FoundPair>& pairs = finder_->Find();
       if (search_.ended()) break;
-      AppendRow(columns, pairs, ranks_);
+      if (search_.MeetsHidden()) {
+        labelled_ = pairs;
+        LabelHidden(labelled_);
+      }
+      AppendRow(columns, search_.MeetsHidden() ? labelled_ : pairs, ranks_);
       limit_.Count(pairs.size());
     }
     return {columns.completed, search_.Finish()};
   }
 
  private:
+  // Bounds the answers of a row, which are sorted, by what may be nearer or deeper unseen: hidden
+  // spaces of the named object, for the first answer those of all objects.
+  void LabelHidden(std::vector<FoundPair>& pairs) {
+    for (FoundPair& pair : pairs) {
+      double least_m = pair.answer.distance_m;
+      search_.ForEachHiddenSpace(
+          BodySearch::From::kSurface, [&](const HiddenSpace& space, std::int32_t, double gap_m) {
+            if (space.object != pair.id.object && &pair != &pairs.front()) return;
+            const double depth_m = MinSeparation_m(search_.body_bounds_W(), space.bounds_W);
+            least_m = std::min(least_m, gap_m > 0 ? gap_m : -depth_m);
+          });
+      least_m -= hidden_m_;
+      if (least_m >= pair.answer.distance_m) continue;
+      pair.answer.accuracy = std::max(pair.answer.accuracy, Accuracy::kBounded);
+      pair.answer.bound_m = std::max(pair.answer.bound_m, pair.answer.distance_m - least_m);
+    }
+  }
+
   const BodyRows& rows_;
   const std::size_t per_row_;
   BodySearch search_;
   std::unique_ptr<RowFinder> finder_;
   ObjectRanks ranks_;
+  const double hidden_m_;
+  std::vector<FoundPair> labelled_;
   TimeLimit& limit_;
   std::vector<PairColumns>& results_;
 };

@@ -204,12 +204,29 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
   columns.object_part[row] = part.id().part;
   columns.accuracy[row] = part.is_open() ? Accuracy::kSurfaceOnly : Accuracy::kExact;
   const bool is_alone = nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m;
-  if (!sample.nearest_is_interior && (sample.distance_m >= 0 || is_alone)) return;
-  const Depth depth = DepthOf(lane, sample);
+  const bool is_known = !sample.nearest_is_interior && (sample.distance_m >= 0 || is_alone);
+  Depth depth{columns.accuracy[row], 0};
+  if (!is_known) depth = DepthOf(lane, sample);
+  const double least_m = HiddenDistance_m(lane, sample.distance_m);
+  if (least_m < sample.distance_m && depth.accuracy <= Accuracy::kBounded) {
+    depth = {Accuracy::kBounded, std::max(depth.bound_m, sample.distance_m - least_m)};
+  }
   columns.accuracy[row] = depth.accuracy;
   if (depth.accuracy == Accuracy::kBounded) {
     bounds_.push_back({static_cast<std::uint32_t>(row), depth.bound_m});
   }
+}
+
+double PointSampler::HiddenDistance_m(int lane, double distance_m) const {
+  const Vector3 p_W = PointOf(lane);
+  const Aabb at_W(p_W, p_W);
+  double least_m = distance_m;
+  for (const HiddenSpace& space : hidden_) {
+    if (SquaredDistance_m2(space.bounds_W, at_W) > std::max(0.0, least_m) * std::max(0.0, least_m))
+      continue;
+    least_m = std::min(least_m, space.Distance_m(p_W));
+  }
+  return least_m;
 }
 
 bool PointSampler::HasCompetingGradient(int lane, const PointSample& sample) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/query/hidden_spaces.h"
 #include "collision/query/interrupt.h"
 #include "collision/query/point_order.h"
 #include "collision/query/query.h"
@@ -20,7 +21,11 @@ class PointSampler {
   // `limit_m` is QueryOptions::max_distance_m.
   PointSampler(const WorldSnapshot& world, const WorldFilter& filter, double limit_m,
                Interrupt interrupt)
-      : world_(world), limit_m_(limit_m), parts_(world, filter), interrupt_(std::move(interrupt)) {}
+      : world_(world),
+        limit_m_(limit_m),
+        parts_(world, filter),
+        hidden_(HiddenSpacesOf(world, filter)),
+        interrupt_(std::move(interrupt)) {}
 
   // Writes the answers for points [first, first + count) into columns sized for all of `points`.
   // False if interrupted, which leaves them undefined.
@@ -51,6 +56,8 @@ class PointSampler {
   PointSample SampleOf(const Candidate& candidate, int lane);
   void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
   bool HasCompetingGradient(int lane, const PointSample& sample);
+  // The least distance that the point may have because of hidden spaces.
+  double HiddenDistance_m(int lane, double distance_m) const;
   Depth DepthOf(int lane, const PointSample& sample);
   std::optional<double> ExitDistance_m(int lane, const PointSample& sample,
                                        const Vector3& direction_W);
@@ -61,6 +68,7 @@ class PointSampler {
   const WorldSnapshot& world_;
   double limit_m_;
   SampledParts parts_;
+  const std::vector<HiddenSpace> hidden_;
   Interrupt interrupt_;
   PointOrder order_;
   BlockPoints points_;

@@ -67,6 +67,9 @@ struct QueryBody {
   std::string supported_by = {};                           // support of the object `self`
   std::shared_ptr<const Attachment> attachment = nullptr;  // attachment of the object `self`
   std::shared_ptr<const RobotModel> robot = nullptr;       // the robot whose links are the frames
+  // How far the body may extend beyond its parts where no sensor saw it (HiddenDepth_m): the answers
+  // are kBounded, their bounds larger by this.
+  double hidden_m = 0;
   // No answer gets a better label. DEGRADED for a body that only approximates another one.
   Accuracy best_accuracy = Accuracy::kExact;
   // Spheres by frame that together contain the parts (an open mesh with its whole box). With them
@@ -215,6 +218,8 @@ struct RayColumns {
   std::vector<double> normal;  // x y z, outward
   std::vector<std::int32_t> object;
   std::vector<std::int32_t> object_part;
+  // kBounded if something unseen may lie before the hit, or in the way of a ray that hits nothing.
+  std::vector<Accuracy> accuracy;
   std::size_t completed = 0;
 };
 
@@ -235,7 +240,7 @@ struct PointColumns {
   std::vector<std::int32_t> object;
   std::vector<std::int32_t> object_part;
   std::vector<Accuracy> accuracy;
-  // How much deeper the point may be, for the rows that are kBounded, ordered by row.
+  // How much less the distance may be, for the rows that are kBounded, ordered by row.
   struct Bound {
     std::uint32_t row;
     double bound_m;

@@ -21,7 +21,8 @@ QueryBody BodyFromObject(const WorldObject& object) {
           .self = object.name,
           .margin_m = object.margin_m,
           .supported_by = object.supported_by,
-          .attachment = object.attachment};
+          .attachment = object.attachment,
+          .hidden_m = object.geometry->max_hidden_m};
 }
 
 }  // namespace cwm::collision

@@ -191,7 +191,10 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
                          .tags_for_accuracy = {}};
   if (body.best_accuracy < Accuracy::kSurfaceOnly) {
     if (!is_the_body) of_lanes.tags_for_accuracy = PairsWithOpenMesh(body, filter, frame_pairs);
-    if (body.tests_world && ReachesOpenMeshes(world, filter, *program, X_WB, margin_m)) {
+    const bool reaches_uncertain =
+        body.tests_world && (ReachesOpenMeshes(world, filter, *program, X_WB, margin_m) ||
+                             ReachesHiddenSpaces(world, filter, *program, X_WB, margin_m));
+    if (body.hidden_m > 0 || reaches_uncertain) {
       of_lanes.tags_for_accuracy.worlds = BodySearch::kAllUnresolved.worlds;
     }
   }

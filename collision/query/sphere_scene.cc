@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/query/body_search.h"
+#include "collision/query/hidden_spaces.h"
 
 namespace cwm::collision {
 namespace {
@@ -281,24 +282,42 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
   return compiler.Take();
 }
 
-bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
-                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
+namespace {
+
+// The box that the boxes of the robot's parts, with the largest margin, can reach.
+Aabb ReachedBox(const WorldSnapshot& world, const SphereProgram& program, const Pose& X_WB,
+                double margin_m) {
   const double max_margin_m = world.objects().max_margin_m() + margin_m;
   // derived: a part lies within its spheres. The bounds of its rotated box exceed them along each
   // axis by a factor of at most sqrt(3).
   constexpr double kBoxOfBox = 2;
   const SceneCompiler compiler(program, X_WB, max_margin_m);
   const Vector3 reach = Vector3::Constant(kBoxOfBox * compiler.reach_m());
-  const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
+  return {X_WB.translation() - reach, X_WB.translation() + reach};
+}
+
+}  // namespace
+
+bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
+                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
   bool meets = false;
-  world.bounds().ForEachWithin(around_W, 0, [&](const Obstacle& object) {
-    if (filter.Skips(object)) return true;
-    meets = std::ranges::any_of(object.geometry->parts, [&](const PreparedPart& part) {
-      return IsOpenMesh(part.shape) && !filter.SkipsPart(object, part.source);
-    });
-    return !meets;
-  });
+  world.bounds().ForEachWithin(
+      ReachedBox(world, program, X_WB, margin_m), 0, [&](const Obstacle& object) {
+        if (filter.Skips(object)) return true;
+        meets = std::ranges::any_of(object.geometry->parts, [&](const PreparedPart& part) {
+          return IsOpenMesh(part.shape) && !filter.SkipsPart(object, part.source);
+        });
+        return !meets;
+      });
   return meets;
+}
+
+bool ReachesHiddenSpaces(const WorldSnapshot& world, const WorldFilter& filter,
+                         const SphereProgram& program, const Pose& X_WB, double margin_m) {
+  const Aabb reached_W = ReachedBox(world, program, X_WB, margin_m);
+  return std::ranges::any_of(HiddenSpacesOf(world, filter), [&](const HiddenSpace& space) {
+    return space.bounds_W.intersects(reached_W);
+  });
 }
 
 LaneScene EmptyScene(const SphereProgram& program) {

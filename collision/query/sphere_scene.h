@@ -17,6 +17,10 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
 bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
                        const SphereProgram& program, const Pose& X_WB, double margin_m);
 
+// True if those boxes can reach a hidden space, which no scene contains.
+bool ReachesHiddenSpaces(const WorldSnapshot& world, const WorldFilter& filter,
+                         const SphereProgram& program, const Pose& X_WB, double margin_m);
+
 // The scene without obstacles, for self-collision checks.
 LaneScene EmptyScene(const SphereProgram& program);
 

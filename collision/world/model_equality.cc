@@ -9,9 +9,14 @@ bool SameVessel(const VesselShell* a, const VesselShell* b) {
   return a == b || (a != nullptr && b != nullptr && *a == *b);
 }
 
+bool SameHidden(const std::optional<Placed<Box>>& a, const std::optional<Placed<Box>>& b) {
+  return a.has_value() == b.has_value() &&
+         (!a || (SamePose(a->X_FS, b->X_FS) && a->shape == b->shape));
+}
+
 bool Same(const ShapePart& a, const ShapePart& b) {
   return SamePose(a.X_OS, b.X_OS) && a.shape == b.shape && a.role == b.role && a.fit == b.fit &&
-         SameVessel(a.vessel.get(), b.vessel.get());
+         SameVessel(a.vessel.get(), b.vessel.get()) && SameHidden(a.hidden, b.hidden);
 }
 
 bool Same(const SurfacePart& a, const SurfacePart& b) {

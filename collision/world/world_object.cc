@@ -123,6 +123,7 @@ std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> 
     if (!preparation.Add(PartSource::kShape, i, part.X_OS, part.shape)) return nullptr;
     prepared->parts.back().sigma_m = SurfaceSigma_m(part);
     prepared->max_sigma_m = std::max(prepared->max_sigma_m, prepared->parts.back().sigma_m);
+    prepared->max_hidden_m = std::max(prepared->max_hidden_m, HiddenDepth_m(part));
   }
   for (int i = 0; i < static_cast<int>(model->surfaces.size()); ++i) {
     const Mesh& surface = model->surfaces[i].surface;

@@ -57,6 +57,7 @@ struct PreparedModel {
   std::vector<PreparedPart>
       parts;                // shapes, then surfaces, then handles, each in the model's order
   double max_sigma_m = 0;   // the largest of all parts
+  double max_hidden_m = 0;  // the largest HiddenDepth_m of all shapes
   std::int64_t weight = 0;  // the sum over all parts, see QueryCost
 };
 

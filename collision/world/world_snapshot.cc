@@ -21,21 +21,37 @@ bool IsAttached(const WorldObjectPtr& object) {
   return object != nullptr && object->attachment != nullptr;
 }
 
-std::vector<WorldObjectPtr> AttachedOf(std::span<const WorldObjectPtr> objects) {
-  std::vector<WorldObjectPtr> attached;
-  std::copy_if(objects.begin(), objects.end(), std::back_inserter(attached), IsAttached);
-  return attached;
+bool HidesSpace(const WorldObjectPtr& object) {
+  return object != nullptr && object->geometry->max_hidden_m > 0;
 }
 
-std::vector<WorldObjectPtr> AttachedAfter(std::vector<WorldObjectPtr> attached,
-                                          std::span<const ObjectDelta> deltas) {
-  for (const auto& [before, after] : deltas) {
-    if (IsAttached(before)) std::erase(attached, before);
-    if (IsAttached(after)) attached.push_back(after);
+using Objects = std::vector<WorldObjectPtr>;
+
+template <class Predicate>
+std::shared_ptr<const Objects> Filtered(std::span<const WorldObjectPtr> objects,
+                                        const Predicate& predicate) {
+  Objects filtered;
+  std::copy_if(objects.begin(), objects.end(), std::back_inserter(filtered), predicate);
+  return std::make_shared<const Objects>(std::move(filtered));
+}
+
+// The objects of a predicate, ordered by name, after the deltas.
+template <class Predicate>
+std::shared_ptr<const Objects> FilteredAfter(std::shared_ptr<const Objects> filtered,
+                                             std::span<const ObjectDelta> deltas,
+                                             const Predicate& predicate) {
+  const bool is_same = std::none_of(deltas.begin(), deltas.end(), [&](const auto& delta) {
+    return predicate(delta.before) || predicate(delta.after);
+  });
+  if (is_same) return filtered;
+  Objects after(*filtered);
+  for (const ObjectDelta& delta : deltas) {
+    if (predicate(delta.before)) std::erase(after, delta.before);
+    if (predicate(delta.after)) after.push_back(delta.after);
   }
-  std::sort(attached.begin(), attached.end(),
+  std::sort(after.begin(), after.end(),
             [](const WorldObjectPtr& a, const WorldObjectPtr& b) { return a->name < b->name; });
-  return attached;
+  return std::make_shared<const Objects>(std::move(after));
 }
 
 // The first robot whose name is not less.
@@ -68,7 +84,8 @@ WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> 
     : revision_(revision),
       objects_(objects_by_name),
       bounds_(TreeOver(objects_by_name, robots_by_name)),
-      attached_(std::make_shared<const std::vector<WorldObjectPtr>>(AttachedOf(objects_by_name))),
+      attached_(Filtered(objects_by_name, IsAttached)),
+      with_hidden_(Filtered(objects_by_name, HidesSpace)),
       robots_(std::make_shared<const Robots>(std::move(robots_by_name))),
       pair_rules_(std::make_shared<const PairRules>(std::move(pair_rules))) {
   [[maybe_unused]] const auto precedes = [](const auto& a, const auto& b) {
@@ -101,13 +118,8 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
       next.objects_ = next.objects_.Without(before->name);
     }
   }
-  const bool other_attached = std::any_of(deltas.begin(), deltas.end(), [](const auto& delta) {
-    return IsAttached(delta.before) || IsAttached(delta.after);
-  });
-  if (other_attached) {
-    next.attached_ =
-        std::make_shared<const std::vector<WorldObjectPtr>>(AttachedAfter(*attached_, deltas));
-  }
+  next.attached_ = FilteredAfter(attached_, deltas, IsAttached);
+  next.with_hidden_ = FilteredAfter(with_hidden_, deltas, HidesSpace);
   for (const auto& [before, after] : robot_deltas) {
     if (before != nullptr) {
       next.bounds_ = next.bounds_.Without(before->body);

@@ -54,6 +54,8 @@ class WorldSnapshot {
   const BoundsTree<Obstacle>& bounds() const { return bounds_; }
   // Attached objects, ordered by name. There are few; shared by all snapshots with the same ones.
   const std::vector<WorldObjectPtr>& attached() const { return *attached_; }
+  // Objects that may extend into space that no sensor saw (ShapePart::hidden), ordered by name.
+  const std::vector<WorldObjectPtr>& with_hidden() const { return *with_hidden_; }
   // The obstacle with this index in answers: objects by rank, then robots.
   const Obstacle& ObstacleAt(std::size_t index) const;
   // The index of an obstacle of this snapshot.
@@ -78,6 +80,8 @@ class WorldSnapshot {
   ObjectTable objects_;
   BoundsTree<Obstacle> bounds_;  // refers to items that objects_ and robots_ keep alive
   std::shared_ptr<const std::vector<WorldObjectPtr>> attached_ =
+      std::make_shared<const std::vector<WorldObjectPtr>>();
+  std::shared_ptr<const std::vector<WorldObjectPtr>> with_hidden_ =
       std::make_shared<const std::vector<WorldObjectPtr>>();
   std::shared_ptr<const Robots> robots_ = std::make_shared<const Robots>();
   std::shared_ptr<const PairRules> pair_rules_ = std::make_shared<const PairRules>();

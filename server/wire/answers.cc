@@ -372,10 +372,10 @@ void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerC
 
 namespace {
 
-// Rays are cast by the exact kernels, but an open surface has no outward side.
+// An open surface that a ray hits has no outward side.
 std::vector<collision::Accuracy> TrustOf(const collision::RayColumns& answers,
                                          const collision::WorldSnapshot& snapshot) {
-  std::vector<collision::Accuracy> trust(answers.completed, collision::Accuracy::kExact);
+  std::vector<collision::Accuracy> trust = answers.accuracy;
   for (std::size_t i = 0; i < answers.completed; ++i) {
     if (answers.hit[i] == 0) continue;
     const collision::Obstacle& met =

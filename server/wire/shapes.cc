@@ -243,6 +243,21 @@ absl::StatusOr<Placed<>> PlacedShapeFromProto(const v1::PlacedShape& placed,
   return Placed<>{*X_BS, *std::move(shape)};
 }
 
+namespace {
+
+absl::StatusOr<Placed<Box>> OrientedBoxFromProto(const v1::OrientedBox& proto,
+                                                 const FieldPath& path, WorkBudget* budget) {
+  auto X_OB =
+      OptionalPose(proto.has_x_object_box(), proto.x_object_box(), path.Field("x_object_box"));
+  if (!X_OB.ok()) return X_OB.status();
+  const v1::Box& box = proto.box();
+  auto shape = Validated(Box{{box.size_x_m(), box.size_y_m(), box.size_z_m()}}, path, budget);
+  if (!shape.ok()) return shape.status();
+  return Placed<Box>{.X_FS = *X_OB, .shape = std::get<Box>(*shape)};
+}
+
+}  // namespace
+
 absl::StatusOr<ShapePart> ShapePartFromProto(const v1::ShapePart& part, const GeometryStore& store,
                                              const FieldPath& path, WorkBudget* budget) {
   auto X_OS =
@@ -254,11 +269,17 @@ absl::StatusOr<ShapePart> ShapePartFromProto(const v1::ShapePart& part, const Ge
     return path.Field("role").Error(absl::StrCat(
         "is ", static_cast<int>(part.role()), ", must be PART_ROLE_FITTED or PART_ROLE_COMPLETED"));
   }
-  return ShapePart{
+  ShapePart result{
       .X_OS = *X_OS,
       .shape = *std::move(shape),
       .role = part.role() == v1::PART_ROLE_COMPLETED ? PartRole::kCompleted : PartRole::kFitted,
       .fit = std::nullopt};
+  if (part.has_hidden()) {
+    auto hidden = OrientedBoxFromProto(part.hidden(), path.Field("hidden"), budget);
+    if (!hidden.ok()) return hidden.status();
+    result.hidden = *std::move(hidden);
+  }
+  return result;
 }
 
 absl::StatusOr<SurfacePart> SurfacePartFromProto(const v1::SurfacePart& part,
@@ -286,6 +307,7 @@ v1::ShapePart ShapePartToProto(const ShapePart& part, GeometryStore& store) {
   proto.mutable_coefficients()->Assign(coefficients.begin(), coefficients.end());
   if (part.fit.has_value()) *proto.mutable_fit() = FitToProto(*part.fit);
   if (part.vessel != nullptr) *proto.mutable_vessel() = VesselToProto(*part.vessel);
+  if (part.hidden) *proto.mutable_hidden() = OrientedBoxToProto(*part.hidden);
   return proto;
 }
 

@@ -29,15 +29,19 @@ constexpr int kHiddenThreads = 2;
 constexpr int kMinSeen = 200;
 // The grid on which volumes are counted.
 constexpr double kVolumeStep_m = 0.01;
+// Parts with more volume beyond the truth are named.
+constexpr double kRemarkedExcess_m3 = 0.001;
 
 struct HiddenTally {
-  int solids = 0, free = 0;  // true solids, and those with their centre free and exact
-  double excess_m3 = 0;      // of completed parts beyond the truth
-  double hidden_m3 = 0;      // of the truth beyond fitted parts
+  int solids = 0, free = 0;    // true solids, and those with their centre free and exact
+  int parts = 0, bounded = 0;  // boxes and plates, and those with something hidden
+  double excess_m3 = 0;        // of completed parts beyond the truth
+  double hidden_m3 = 0;        // of the truth beyond fitted parts
   std::vector<std::string> remarks = {};
 
   void Add(const HiddenTally& other) {
     solids += other.solids, free += other.free;
+    parts += other.parts, bounded += other.bounded;
     excess_m3 += other.excess_m3, hidden_m3 += other.hidden_m3;
     remarks.insert(remarks.end(), other.remarks.begin(), other.remarks.end());
   }
@@ -101,6 +105,18 @@ struct ClaimedInside {
   }
 };
 
+// True if answers about the place say that something may be hidden there.
+bool IsBounded(const SceneInterpretation& found, const Vector3& p_C) {
+  const Vector3 p_W = found.X_WC * p_C;
+  return std::ranges::any_of(found.objects, [&](const DetectedObject& object) {
+    const Vector3 p_O = object.X_WO.inverse(Eigen::Isometry) * p_W;
+    return std::ranges::any_of(object.model->shapes, [&](const ShapePart& part) {
+      return part.hidden && SignedDistance_m(part.hidden->shape,
+                                             part.hidden->X_FS.inverse(Eigen::Isometry) * p_O) <= 0;
+    });
+  });
+}
+
 // True if a triangle of a surface is nearer than this: answers then say that they know no inside.
 bool IsNearerToSurface(const ClaimedGeometry& claims, const Vector3& p_C, double distance_m) {
   return std::ranges::any_of(claims.triangles, [&](const ClaimedTriangle& triangle) {
@@ -133,6 +149,24 @@ double TruthDistance_m(const std::vector<TrueSolid>& all, const Vector3& p_C) {
   return least_m;
 }
 
+// Counts the volume of a completed part that is in no true solid.
+void AddExcess(const std::string& name, const Shape& shape, const Pose& X_CS,
+               const std::vector<TrueSolid>& solids, HiddenTally& tally) {
+  double excess_m3 = 0;
+  ForEachPlace(TightBounds(shape, X_CS), [&](const Vector3& p_C, double volume_m3) {
+    if (SignedDistance_m(shape, X_CS.inverse(Eigen::Isometry) * p_C) > 0) return;
+    if (TruthDistance_m(solids, p_C) > 0) excess_m3 += volume_m3;
+  });
+  tally.excess_m3 += excess_m3;
+  if (excess_m3 < kRemarkedExcess_m3) return;
+  const Vector3 size_m = TightBounds(shape, Pose::Identity()).sizes();
+  char text[160];
+  std::snprintf(text, sizeof(text), "%s: %.1f l of a completed part of %.0f x %.0f x %.0f mm",
+                name.c_str(), 1000 * excess_m3, 1000 * size_m.x(), 1000 * size_m.y(),
+                1000 * size_m.z());
+  tally.remarks.emplace_back(text);
+}
+
 HiddenTally JudgeHidden(const std::string& name, const SimulatedView& view, std::uint64_t seed,
                         const SensorNoise& noise) {
   const SimulatedCloud scan = Scan(view.scene, view.camera, {.noise = noise, .seed = seed});
@@ -150,7 +184,8 @@ HiddenTally JudgeHidden(const std::string& name, const SimulatedView& view, std:
     if (!solid.is_seen || !solid.is_thing) continue;
     ++tally.solids;
     const double distance_m = inside.Distance_m(solid.X_CS.translation());
-    if (distance_m > 0 && !IsNearerToSurface(claims, solid.X_CS.translation(), distance_m)) {
+    if (distance_m > 0 && !IsBounded(*found, solid.X_CS.translation()) &&
+        !IsNearerToSurface(claims, solid.X_CS.translation(), distance_m)) {
       ++tally.free;
       const Vector3 size_m = TightBounds(solid.shape, Pose::Identity()).sizes();
       char text[160];
@@ -164,12 +199,17 @@ HiddenTally JudgeHidden(const std::string& name, const SimulatedView& view, std:
       if (inside.Distance_m(p_C, Claim::kFitted) > 0) tally.hidden_m3 += volume_m3;
     });
   }
-  for (const ClaimedSolid& claimed : claims.solids) {
-    if (claimed.claim != Claim::kCompleted) continue;
-    ForEachPlace(claimed.bounds_C, [&](const Vector3& p_C, double volume_m3) {
-      if (SignedDistance_m(claimed.shape, claimed.X_CS.inverse(Eigen::Isometry) * p_C) > 0) return;
-      if (TruthDistance_m(solids, p_C) > 0) tally.excess_m3 += volume_m3;
-    });
+  for (const DetectedObject& object : found->objects) {
+    for (const ShapePart& part : object.model->shapes) {
+      const bool is_flat =
+          std::holds_alternative<Box>(part.shape) || std::holds_alternative<Plate>(part.shape);
+      tally.parts += is_flat;
+      tally.bounded += part.hidden.has_value();
+      // The plates of walls are residual, and as far off as the sensor is warped at their range.
+      if (part.role != PartRole::kCompleted || object.kind != DetectedKind::kObject) continue;
+      const Pose X_CS = found->X_WC.inverse(Eigen::Isometry) * object.X_WO * part.X_OS;
+      AddExcess(name, part.shape, X_CS, solids, tally);
+    }
   }
   return tally;
 }
@@ -218,10 +258,12 @@ void MeasureHiddenOn(const Seeds& seeds, Report& report) {
   }
   for (const auto& [name, tally] : parts) {
     char text[160];
-    std::snprintf(text, sizeof(text),
-                  "  %-12s %4d solids, %3d with a free centre; %.1f l hidden, %.1f l in excess",
-                  name.c_str(), tally.solids, tally.free, 1000 * tally.hidden_m3,
-                  1000 * tally.excess_m3);
+    std::snprintf(
+        text, sizeof(text),
+        "  %-12s %4d solids, %3d with a free centre; of %d flat parts %d hide something; %.1f l "
+        "hidden, %.1f l in excess",
+        name.c_str(), tally.solids, tally.free, tally.parts, tally.bounded, 1000 * tally.hidden_m3,
+        1000 * tally.excess_m3);
     report.Detail(text);
   }
   report.Attach("hidden_solids.txt", total.remarks);
@@ -233,8 +275,9 @@ void MeasureHiddenOn(const Seeds& seeds, Report& report) {
   report.Add({.key = "completed_excess",
               .value = total.excess_m3 / std::max(1e-9, total.hidden_m3),
               .unit = "1",
-              .how = "volume of completed parts beyond the truth, over that of the truth beyond "
-                     "fitted parts"});
+              .how =
+                  "volume of completed parts of objects beyond the truth, over that of the truth "
+                  "beyond fitted parts"});
 }
 
 void MeasureHidden(Report& report) { MeasureHiddenOn(kSeedsOfHidden, report); }

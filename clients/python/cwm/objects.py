@@ -85,6 +85,8 @@ class Part:
     coefficients: dict[str, float] = field(default_factory=dict, hash=False)
     fit: FitQuality | None = None  # None: a user gave the shape
     vessel: Vessel | None = None
+    # Space in the object's frame that no sensor saw and into which the part may extend.
+    hidden: "OrientedBox | None" = None
 
 
 @dataclass(frozen=True)
@@ -221,6 +223,7 @@ def part_from_proto(message: world_pb2.ShapePart) -> Part:
         dict(zip(names, message.coefficients)),
         fit,
         _vessel(message.vessel) if message.HasField("vessel") else None,
+        _oriented_box(message.hidden) if message.HasField("hidden") else None,
     )
 
 

@@ -338,12 +338,14 @@ TEST_F(MotionAnswers, RowsSayWhatTheirVerdictKnows) {
 }
 
 TEST_F(Answers, RaysThatMissNameNothing) {
-  const collision::RayColumns answers{.hit = {0, 1},
-                                      .distance_m = {0, 2},
-                                      .normal = {0, 0, 0, 0, 0, 1},
-                                      .object = {0, 2},
-                                      .object_part = {0, 1},
-                                      .completed = 2};
+  const collision::RayColumns answers{
+      .hit = {0, 1},
+      .distance_m = {0, 2},
+      .normal = {0, 0, 0, 0, 0, 1},
+      .object = {0, 2},
+      .object_part = {0, 1},
+      .accuracy = {collision::Accuracy::kBounded, collision::Accuracy::kExact},
+      .completed = 2};
   const std::vector<collision::RayRow> rays = {{.origin = {0, 0, 5}, .direction = {1, 0, 0}},
                                                {.origin = {0, 0, 5}, .direction = {0, 0, -1}}};
   v1::CastRaysResponse columns;
@@ -351,6 +353,7 @@ TEST_F(Answers, RaysThatMissNameNothing) {
   ASSERT_EQ(columns.objects_size(), 1);
   EXPECT_EQ(columns.objects(0).name(), "c");
   EXPECT_THAT(NumbersIn<std::int32_t>(columns.object_index()), ElementsAre(-1, 0));
+  EXPECT_EQ(columns.trust()[0], v1::TRUST_BOUNDED) << "of a ray that passes hidden space";
   v1::CastRaysResponse rows;
   RayAnswersToProto(answers, rays, Context(Form::kRows), &rows);
   EXPECT_FALSE(rows.rows(0).hit() || rows.rows(0).has_distance_m() || rows.rows(0).has_object());

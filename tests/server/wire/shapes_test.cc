@@ -88,6 +88,27 @@ TEST(WireShape, PartsKeepTheirRoleAndLoseTheirFit) {
   EXPECT_FALSE(back->fit.has_value());  // a client's shape is not a measurement
 }
 
+TEST(WireShape, PartsKeepTheirHiddenSpace) {
+  GeometryStore store(kStoreBytes);
+  const ShapePart part{
+      .X_OS = Pose::Identity(),
+      .shape = Box{{0.1, 0.2, 0.005}},
+      .hidden = Placed<Box>{.X_FS = MakeTranslation(0, 0, -0.1), .shape = {{0.1, 0.2, 0.2}}}};
+  v1::ShapePart proto = ShapePartToProto(part, store);
+  EXPECT_EQ(proto.hidden().box().size_z_m(), 0.2);
+  EXPECT_EQ(proto.hidden().x_object_box().tz_m(), -0.1);
+  const auto back = ShapePartFromProto(proto, store, {});
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_TRUE(back->hidden);
+  EXPECT_EQ(back->hidden->shape, part.hidden->shape);
+  EXPECT_EQ(back->hidden->X_FS.translation(), part.hidden->X_FS.translation());
+  proto.mutable_hidden()->mutable_box()->set_size_z_m(-1);
+  const FieldPath root;
+  const auto refused = ShapePartFromProto(proto, store, root.Field("part"));
+  EXPECT_THAT(refused.status().message(), ::testing::HasSubstr("part.hidden.box"));
+  EXPECT_THAT(refused.status().message(), ::testing::HasSubstr("-1"));
+}
+
 TEST(WireShape, RefusesBrokenDimensionsByTheirField) {
   struct Case {
     std::function<void(v1::PlacedShape&)> make;
