@@ -24,15 +24,35 @@ Enclosure EnclosureOf(const ExactGeometry& geometry) {
   return {geometry.enclosure(), geometry.X_SE()};
 }
 
+// The outer hull of a mesh that has one, else EnclosureOf.
+Enclosure TightestAround(const ExactGeometry& geometry) {
+  const MeshHulls* const hulls = geometry.hulls();
+  if (hulls != nullptr) return {hulls->outer_hull(), Pose::Identity()};
+  return EnclosureOf(geometry);
+}
+
+// A convex solid within the geometry, in its frame; nullptr if none is known.
+const ConvexCore* WithinOf(const ExactGeometry& geometry) {
+  if (IsConvex(geometry.kind())) return &geometry.pieces().front();
+  const MeshHulls* const hulls = geometry.hulls();
+  return hulls != nullptr ? hulls->inner_hull() : nullptr;
+}
+
 }  // namespace
 
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,
                             const ExactGeometry& b, const Pose& X_AB) {
   PairDistance answer = deepest_part;
-  const Enclosure around_a = EnclosureOf(a), around_b = EnclosureOf(b);
+  const ConvexCore* const within_a = WithinOf(a);
+  const ConvexCore* const within_b = WithinOf(b);
+  if (within_a != nullptr && within_b != nullptr) {
+    const PairDistance within = ConvexDistance(*within_a, *within_b, X_AB);
+    if (within.distance_m < answer.distance_m) answer = within;
+  }
+  const Enclosure around_a = TightestAround(a), around_b = TightestAround(b);
   const Pose X_EaEb = around_a.X_SE.inverse() * X_AB * around_b.X_SE;
-  const PairDistance hulls = ConvexDistance(around_a.core, around_b.core, X_EaEb);
-  answer.bound_m = std::max(answer.distance_m - hulls.distance_m, 0.0) + deepest_part.bound_m;
+  const PairDistance around = ConvexDistance(around_a.core, around_b.core, X_EaEb);
+  answer.bound_m += std::max(answer.distance_m - around.distance_m, 0.0) + around.bound_m;
   answer.accuracy = answer.bound_m <= kExactTolerance_m ? Accuracy::kExact : Accuracy::kBounded;
   if (answer.accuracy == Accuracy::kExact) answer.bound_m = 0;
   if (a.IsOpen() || b.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
@@ -41,12 +61,7 @@ PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometr
 
 std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const ExactGeometry& b,
                                                const Pose& X_AB) {
-  const auto around = [](const ExactGeometry& geometry) {
-    const MeshHulls* const hulls = geometry.hulls();
-    return hulls != nullptr ? Enclosure{hulls->outer_hull(), Pose::Identity()}
-                            : EnclosureOf(geometry);
-  };
-  const Enclosure around_a = around(a), around_b = around(b);
+  const Enclosure around_a = TightestAround(a), around_b = TightestAround(b);
   const CoreDifference difference(around_a.core, around_b.core,
                                   around_a.X_SE.inverse() * X_AB * around_b.X_SE);
   const GjkResult result = GjkDistance(difference);

@@ -17,7 +17,7 @@ constexpr std::size_t kMaxVertices = 2048;
 constexpr std::size_t kMaxCorners = 2048;
 // chosen: additional shrinking of the inner hull, as a share of the extent. With it, meshes whose
 // inner hulls overlap also overlap by their triangles, whatever the rounding.
-constexpr double kFurtherShrinking = 1e-5;
+constexpr double kFurtherShrinking = 1e-6;
 // chosen: smallest scale of an inner hull. A smaller one decides no faster than a walk through the
 // tree.
 constexpr double kMinScale = 0.5;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "collision/geometry/triangle.h"
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/compound_pair.h"
 #include "collision/kernels/convex_pair.h"
@@ -214,11 +215,30 @@ class DualSearch {
                     between.norm() - a.radius_m - b.radius_m);
   }
 
+  Vector3 InB(const Vector3& p_A) const {
+    return X_AB_.linear().transpose() * (p_A - X_AB_.translation());
+  }
+  // True if all triangles of a leaf are farther than `distance_m` from the point.
+  static bool IsFartherThan(const TriangleTree& tree, const TriangleTree::Node& leaf,
+                            const Vector3& point, double distance_m) {
+    for (std::int32_t k = leaf.first; k < leaf.first + leaf.count; ++k) {
+      const auto& [a, b, c] = tree.triangle(k).corners;
+      if ((NearestOnTriangle(a, b, c, point) - point).squaredNorm() <= distance_m * distance_m) {
+        return false;
+      }
+    }
+    return true;
+  }
+
   void Visit(std::int32_t i, std::int32_t j, double gap) {
     if (limit_m_ == TriangleTree::kEnd || gap > std::max(limit_m_, 0.0)) return;
     if (MustEnd(work_, 1)) limit_m_ = TriangleTree::kEnd;
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     if (a.count > 0 && b.count > 0) return VisitLeaves(a, b);
+    // A long triangle has a box and a ball much larger than itself.
+    const double room_m = std::max(limit_m_, 0.0);
+    if (b.count > 0 && IsFartherThan(b_, b, InB(a.bounds.center()), a.radius_m + room_m)) return;
+    if (a.count > 0 && IsFartherThan(a_, a, X_AB_ * b.bounds.center(), b.radius_m + room_m)) return;
     const bool open_a =
         b.count > 0 || (a.count == 0 && a.bounds.sizes().norm() >= b.bounds.sizes().norm());
     const std::array<std::array<std::int32_t, 2>, 2> next = {
