@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
@@ -18,6 +19,8 @@ using tinyxml2::XMLElement;
 constexpr std::string_view kPackage = "package://";
 constexpr std::string_view kFile = "file://";
 constexpr int kFoldersAbove = 3;
+// chosen: workspaces nest repositories and stacks of packages, not much more.
+constexpr int kMaxDepth = 5;
 
 void AddUri(const XMLElement& collision, std::vector<std::string>& uris) {
   const XMLElement* geometry = collision.FirstChildElement("geometry");
@@ -54,16 +57,44 @@ bool IsPackage(const fs::path& folder, std::string_view package) {
   return text != nullptr && text == package;
 }
 
+// The first folder below this one, by path, whose package.xml has the name. Like catkin and colcon,
+// the search does not enter packages.
+std::optional<fs::path> PackageBelow(const fs::path& folder, std::string_view package,
+                                     int depth = 0) {
+  std::error_code unreadable;  // then the folder counts as empty
+  std::vector<fs::path> folders;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, unreadable)) {
+    const bool is_hidden = entry.path().filename().string().starts_with(".");
+    if (!is_hidden && entry.is_directory(unreadable)) folders.push_back(entry.path());
+  }
+  std::ranges::sort(folders);
+  for (const fs::path& below : folders) {
+    const bool has_package = fs::exists(below / "package.xml", unreadable);
+    if (has_package && IsPackage(below, package)) return below;
+    if (has_package || depth >= kMaxDepth) continue;
+    if (std::optional<fs::path> found = PackageBelow(below, package, depth + 1)) return found;
+  }
+  return std::nullopt;
+}
+
 std::vector<fs::path> CandidatesOf(std::string_view uri, const RobotFolders& folders) {
   if (uri.starts_with(kFile)) return {fs::path(uri.substr(kFile.size()))};
   if (!uri.starts_with(kPackage)) return {fs::path(folders.urdf_folder) / fs::path(uri)};
-  const std::string_view path = uri.substr(kPackage.size());
+  std::string_view path = uri.substr(kPackage.size());
+  path.remove_prefix(std::min(path.find_first_not_of('/'), path.size()));  // "package:///NAME"
   const std::string_view package = path.substr(0, path.find('/'));
   std::vector<fs::path> candidates;
+  const bool has_rest = package.size() < path.size();
+  const fs::path rest(has_rest ? path.substr(package.size() + 1) : std::string_view());
   for (const fs::path& folder : PackageFolders(folders)) {
     candidates.push_back(folder / fs::path(path));
-    if (package.size() == path.size() || !IsPackage(folder, package)) continue;
-    candidates.push_back(folder / fs::path(path.substr(package.size() + 1)));
+    if (has_rest && IsPackage(folder, package)) candidates.push_back(folder / rest);
+  }
+  if (!has_rest) return candidates;
+  // A checkout may lie deeper, below a folder of another name.
+  for (const std::string& folder : folders.package_folders) {
+    const std::optional<fs::path> found = PackageBelow(folder, package);
+    if (found) candidates.push_back(*found / rest);
   }
   return candidates;
 }

@@ -67,6 +67,7 @@ struct RobotDescription {
   std::string name;
   std::vector<Link> links;
   std::vector<Joint> joints;
+  std::vector<std::string> left_out;  // one line for each part of the file that has no effect
 };
 
 }  // namespace cwm::collision

@@ -48,7 +48,11 @@ class ModelMaker {
       model_->all.variables[i] = static_cast<int>(i);
     }
     FinishGroup(model_->all);
-    if (semantic_ != nullptr) model_->left_out = semantic_->left_out;
+    model_->left_out = robot_.left_out;
+    if (semantic_ != nullptr) {
+      model_->left_out.insert(model_->left_out.end(), semantic_->left_out.begin(),
+                              semantic_->left_out.end());
+    }
     if (absl::Status status = AddGroups(); !status.ok()) return status;
     model_->self_pairs = SelfPairs(*model_, semantic_);
     return std::shared_ptr<const RobotModel>(std::move(model_));

@@ -91,8 +91,8 @@ struct RobotModel {
   // disables are left out. Without one, each link and the next link above it with geometry are left
   // out, because such neighbours touch at their joint.
   std::vector<LinkPair> self_pairs;
-  // The lines of SemanticDescription::left_out, and those for its states that MakeNamedState leaves
-  // out.
+  // The lines of RobotDescription::left_out and of SemanticDescription::left_out, and those for its
+  // states that MakeNamedState leaves out.
   std::vector<std::string> left_out;
   // Mimic joints whose limits narrow those of their source's variable, and mimic joints whose
   // limits contradict those and are ignored. Users should know of both.

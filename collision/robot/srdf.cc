@@ -155,12 +155,17 @@ class SrdfReader {
     }
     const Joint& known = robot_.joints[**joint];
     if (known.kind == JointKind::kFixed) return Unknown(element, "name", "must not be fixed");
-    for (const JointPosition& other : state.positions) {
-      if (other.joint == known.name) return element.Fault("must not appear twice in a state");
-    }
     absl::StatusOr<std::vector<double>> values =
         element.Numbers("value", static_cast<std::size_t>(VariableCount(known.kind)));
     if (!values.ok()) return values.status();
+    for (const JointPosition& other : state.positions) {
+      if (other.joint != known.name) continue;
+      if (other.values != *values) {
+        return element.Fault("must not appear twice in a state with different values");
+      }
+      left_out_.Add(absl::StrCat(element.place(), ": appears twice in the state, once is enough"));
+      return absl::OkStatus();
+    }
     state.positions.push_back({.joint = known.name, .values = *std::move(values)});
     return absl::OkStatus();
   }
@@ -240,7 +245,7 @@ absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDe
                                              const RobotLimits& limits,
                                              const std::stop_token& stop) {
   const absl::StatusOr<XmlDocument> document =
-      XmlDocument::Parse(xml, "srdf", limits.max_xml_bytes);
+      XmlDocument::Parse(XmlDocument::WithoutTrailingZeros(xml), "srdf", limits.max_xml_bytes);
   if (!document.ok()) return document.status();
   return SrdfReader(robot, limits, stop).Read(document->root());
 }

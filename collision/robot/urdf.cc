@@ -1,6 +1,9 @@
 #include "collision/robot/urdf.h"
 
 #include <array>
+#include <set>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,14 +30,18 @@ bool HasLimits(JointKind kind) {
   return kind == JointKind::kRevolute || kind == JointKind::kPrismatic;
 }
 
-absl::StatusOr<Vector3> ReadAxis(const XmlElement& joint) {
-  const absl::StatusOr<std::optional<XmlElement>> axis = joint.AtMostOne("axis");
-  if (!axis.ok()) return axis.status();
-  if (!axis->has_value()) return Vector3::UnitX();
-  const absl::StatusOr<Vector3> xyz = (*axis)->VectorOr("xyz", Vector3::UnitX());
+// Of several axes the first counts, as in ROS.
+absl::StatusOr<Vector3> ReadAxis(const XmlElement& joint, std::vector<std::string>& left_out) {
+  const std::vector<XmlElement> axes = joint.Children("axis");
+  if (axes.empty()) return Vector3::UnitX();
+  const absl::StatusOr<Vector3> xyz = axes.front().VectorOr("xyz", Vector3::UnitX());
   if (!xyz.ok()) return xyz.status();
   const Vector3 unit = xyz->stableNormalized();  // squares of very long axes overflow
-  if (!(unit.norm() > 0.5)) return (*axis)->FaultOf("xyz", "must have positive length");
+  if (!(unit.norm() > 0.5)) return axes.front().FaultOf("xyz", "must have positive length");
+  if (axes.size() > 1) {
+    left_out.push_back(absl::StrCat(joint.place(), ": has ", axes.size(),
+                                    " elements <axis>; the first counts, remove the others"));
+  }
   return unit;
 }
 
@@ -109,9 +116,10 @@ absl::Status ReadEnds(const XmlElement& element, Joint& joint) {
 }
 
 // Reads the parts of a joint that depend on its kind.
-absl::Status ReadMotion(const XmlElement& element, Joint& joint) {
+absl::Status ReadMotion(const XmlElement& element, Joint& joint,
+                        std::vector<std::string>& left_out) {
   if (HasAxis(joint.kind)) {
-    const absl::StatusOr<Vector3> axis_J = ReadAxis(element);
+    const absl::StatusOr<Vector3> axis_J = ReadAxis(element, left_out);
     if (!axis_J.ok()) return axis_J.status();
     joint.axis_J = *axis_J;
   }
@@ -125,7 +133,7 @@ absl::Status ReadMotion(const XmlElement& element, Joint& joint) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Joint> ReadJoint(const XmlElement& element) {
+absl::StatusOr<Joint> ReadJoint(const XmlElement& element, std::vector<std::string>& left_out) {
   Joint joint;
   absl::StatusOr<std::string> name = ExpandedName(element, "name");
   if (!name.ok()) return name.status();
@@ -137,7 +145,7 @@ absl::StatusOr<Joint> ReadJoint(const XmlElement& element) {
   const absl::StatusOr<Pose> X_PJ = ReadOrigin(element);
   if (!X_PJ.ok()) return X_PJ.status();
   joint.X_PJ = *X_PJ;
-  if (absl::Status status = ReadMotion(element, joint); !status.ok()) return status;
+  if (absl::Status status = ReadMotion(element, joint, left_out); !status.ok()) return status;
   return joint;
 }
 
@@ -157,9 +165,7 @@ class UrdfReader {
       return root.Fault(
           absl::StrCat("has the root element <", std::string(root.tag()), ">, must have <robot>"));
     }
-    absl::StatusOr<std::string> name = root.Name("name");
-    if (!name.ok()) return name.status();
-    robot_.name = *std::move(name);
+    if (absl::Status status = ReadName(root); !status.ok()) return status;
     // Meshes are read last, so that a robot that is refused for another reason costs less.
     const std::vector<XmlElement> children = root.Children();
     if (absl::Status status = ReadTree(children); !status.ok()) return status;
@@ -183,7 +189,34 @@ class UrdfReader {
       if (!status.ok()) return status;
     }
     if (absl::Status status = MakeKinematicTree(robot_).status(); !status.ok()) return status;
+    DropUnknownMimics();
     return ResolveMimics(robot_).status();
+  }
+
+  absl::Status ReadName(const XmlElement& root) {
+    if (root.Has("name") && root.Text("name")->empty()) {
+      robot_.name = "robot";
+      robot_.left_out.emplace_back(
+          "urdf: robot name is \"\": the robot is called \"robot\", give it a name");
+      return absl::OkStatus();
+    }
+    absl::StatusOr<std::string> name = root.Name("name");
+    if (name.ok()) robot_.name = *std::move(name);
+    return name.status();
+  }
+
+  // A joint that follows one that the robot does not have moves by itself, as in MoveIt.
+  void DropUnknownMimics() {
+    std::set<std::string_view> names;
+    for (const Joint& joint : robot_.joints) names.insert(joint.name);
+    for (Joint& joint : robot_.joints) {
+      if (!joint.mimic || names.contains(joint.mimic->joint)) continue;
+      robot_.left_out.push_back(absl::StrCat(
+          "urdf: joint ", Quoted(joint.name), ": mimic joint is ", Quoted(joint.mimic->joint),
+          ", which the robot does not have: the joint moves by itself; correct the name or remove "
+          "<mimic>"));
+      joint.mimic.reset();
+    }
   }
 
   absl::Status AddLink(const XmlElement& element) {
@@ -197,7 +230,7 @@ class UrdfReader {
   }
 
   absl::Status AddJoint(const XmlElement& element) {
-    absl::StatusOr<Joint> joint = ReadJoint(element);
+    absl::StatusOr<Joint> joint = ReadJoint(element, robot_.left_out);
     if (!joint.ok()) return joint.status();
     robot_.joints.push_back(*std::move(joint));
     return absl::OkStatus();
@@ -231,7 +264,7 @@ class UrdfReader {
 absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
                                           const RobotLimits& limits, const std::stop_token& stop) {
   const absl::StatusOr<XmlDocument> document =
-      XmlDocument::Parse(xml, "urdf", limits.max_xml_bytes);
+      XmlDocument::Parse(XmlDocument::WithoutTrailingZeros(xml), "urdf", limits.max_xml_bytes);
   if (!document.ok()) return document.status();
   return UrdfReader(xml.size(), meshes, limits, stop).Read(document->root());
 }

@@ -188,6 +188,11 @@ std::string ParseRule(const tinyxml2::XMLDocument& document) {
 
 }  // namespace
 
+std::string_view XmlDocument::WithoutTrailingZeros(std::string_view xml) {
+  const std::size_t last = xml.find_last_not_of('\0');
+  return xml.substr(0, last == std::string_view::npos ? 0 : last + 1);
+}
+
 std::string Quoted(std::string_view text) {
   constexpr std::size_t kMaxShown = 60;  // a line of a terminal, less the rest of the message
   std::string shown(text.substr(0, kMaxShown));

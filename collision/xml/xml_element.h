@@ -74,6 +74,9 @@ class XmlElement {
 
 class XmlDocument {
  public:
+  // The document without zero bytes at its end, which some programs write after the text.
+  static std::string_view WithoutTrailingZeros(std::string_view xml);
+
   // Parses a document. Refuses malformed XML, with its line; a DOCTYPE; references to entities
   // other than the five of XML; elements that nest deeper than 100 or have more than 32 attributes;
   // and documents longer than `max_bytes` or with more than 250,000 tags and attributes, because

@@ -136,7 +136,7 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
   if (!has_srdf) {
     warnings.push_back(
         "no SRDF was given: there are no groups, and all pairs of links are checked but "
-        "neighbours");
+        "neighbours; load it with its SRDF");
   }
   std::vector<std::string> open, bare;
   for (const ModelLink& link : robot.model->links) {
@@ -150,17 +150,21 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
   AddWarning("joint", robot.model->narrowing,
              "with limits that narrow those of the joint it follows", warnings);
   AddWarning("joint", robot.model->contradicting,
-             "with limits that contradict those of the joint it follows: they are not kept",
+             "with limits that contradict those of the joint it follows: not kept; correct them",
              warnings);
   AddWarning("named state", StatesOutOfLimits(*robot.model),
-             "out of limits: the verdict about such a state is OUT_OF_LIMITS", warnings);
+             "out of limits: the verdict about such a state is OUT_OF_LIMITS; correct it",
+             warnings);
   std::vector<std::string> still;
   for (const collision::JointGroup& group : robot.model->groups) {
     if (group.variables.empty()) still.push_back(group.name);
   }
   AddWarning("group", still, "without a joint that moves: there is one state of it", warnings);
-  AddWarning("link", open, "with an open mesh: surfaces alone, without an inside", warnings);
-  AddWarning("link", bare, "without collision geometry: never in collision", warnings);
+  AddWarning("link", open, "with an open mesh: surfaces alone, without an inside; close the mesh",
+             warnings);
+  AddWarning("link", bare,
+             "without collision geometry: never in collision; add a <collision> if it has a body",
+             warnings);
   return warnings;
 }
 

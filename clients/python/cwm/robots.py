@@ -18,6 +18,8 @@ PathOrText = Union[str, os.PathLike]
 # A URDF is usually in PACKAGE/urdf: packages are searched in its folder and this many folders
 # above.
 _FOLDERS_ABOVE = 3
+# Workspaces nest repositories and stacks of packages, not much more.
+_MAX_DEPTH = 5
 _PACKAGE, _FILE = "package://", "file://"
 
 
@@ -211,6 +213,28 @@ def _is_package(folder: pathlib.Path, package: str) -> bool:
     return root.findtext("name") == package
 
 
+def _package_below(
+    folder: pathlib.Path, package: str, depth: int = 0
+) -> pathlib.Path | None:
+    """The first folder below, by path, whose package.xml has the name; like catkin and colcon,
+    the search does not enter packages.
+    """
+    try:
+        below = sorted(p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
+    except OSError:
+        return None
+    for path in below:
+        has_package = (path / "package.xml").exists()
+        if has_package and _is_package(path, package):
+            return path
+        if has_package or depth >= _MAX_DEPTH:
+            continue
+        found = _package_below(path, package, depth + 1)
+        if found is not None:
+            return found
+    return None
+
+
 def find_mesh(uri: str, folder: pathlib.Path, package_dirs: Sequence[PathOrText]) -> pathlib.Path:
     """The file of a mesh URI; FileNotFoundError says where it was looked for."""
     if uri.startswith(_FILE):
@@ -221,12 +245,16 @@ def find_mesh(uri: str, folder: pathlib.Path, package_dirs: Sequence[PathOrText]
             above,
             *list(above.parents)[:_FOLDERS_ABOVE],
         ]
-        package, _, rest = uri[len(_PACKAGE) :].partition("/")
+        package, _, rest = uri[len(_PACKAGE) :].lstrip("/").partition("/")
         candidates = []
         for root in roots:
             candidates.append(root / package / rest)
             if rest and _is_package(root, package):
                 candidates.append(root / rest)
+        for root in map(pathlib.Path, package_dirs if rest else ()):
+            found = _package_below(root, package)
+            if found is not None:
+                candidates.append(found / rest)
     elif "://" in uri:
         raise FileNotFoundError(
             f"mesh {uri} of the URDF must be at {_PACKAGE}, at {_FILE} or a path"

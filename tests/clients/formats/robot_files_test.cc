@@ -72,6 +72,27 @@ TEST_F(FindMesh, KnowsAFolderThatIsThePackage) {
   EXPECT_THAT(find_as("another"), HasSubstr("was not found"));
 }
 
+TEST_F(FindMesh, FindsAPackageByTheNameInItsXmlBelowAGivenFolder) {
+  const std::string uri = "package://robot_description/meshes/a.stl";
+  EXPECT_THAT(Find(uri, {scratch_.path()}), HasSubstr("was not found"));
+  std::ofstream(scratch_ / "ws/arm/package.xml")
+      << "<package format=\"2\"><name>robot_description</name></package>";
+  EXPECT_EQ(Find(uri, {scratch_.path()}), "a.stl") << "two levels below";
+  EXPECT_EQ(Find(uri, {scratch_ / "no", scratch_.path()}), "a.stl");
+  EXPECT_THAT(Find("package://another/meshes/a.stl", {scratch_.path()}),
+              HasSubstr("was not found"));
+  // A package has no packages in it.
+  std::filesystem::create_directories(scratch_ / "ws/arm/inner/meshes");
+  std::ofstream(scratch_ / "ws/arm/inner/package.xml") << "<package><name>inner</name></package>";
+  std::ofstream(scratch_ / "ws/arm/inner/meshes/a.stl") << "x";
+  EXPECT_THAT(Find("package://inner/meshes/a.stl", {scratch_.path()}), HasSubstr("was not found"));
+}
+
+TEST_F(FindMesh, TakesAThirdSlashForNothing) {
+  EXPECT_EQ(Find("package:///arm/meshes/a.stl", {scratch_ / "ws"}), "a.stl");
+  EXPECT_THAT(Find("package://"), HasSubstr("was not found"));
+}
+
 TEST_F(FindMesh, NamesTheUriAndWhereItWasNot) {
   EXPECT_THAT(Find("package://arm/meshes/a.stl", {"/nowhere"}),
               HasSubstr("package://arm/meshes/a.stl"));

@@ -174,9 +174,15 @@ class Robots(ServerCase):
             with self.assertRaisesRegex(FileNotFoundError, "was not found"):
                 self.world.load_robot(urdf)
             (checkout / "package.xml").write_text("<package><name>my_robot</name></package>")
-            for dirs in ((), (checkout,)):
+            slashes = urdf.read_text().replace("package://", "package:///")
+            for robot, dirs in (
+                (urdf, ()),
+                (urdf, (checkout,)),
+                (urdf.read_text(), (folder,)),  # below, by the name in its package.xml
+                (slashes, (folder,)),
+            ):
                 self.assertEqual(
-                    self.world.load_robot(urdf, package_dirs=dirs).links[0].triangle_count, 4
+                    self.world.load_robot(robot, package_dirs=dirs).links[0].triangle_count, 4
                 )
         self.world.delete_robot("box")
         self.assertEqual([robot.name for robot in self.world.robots()], ["arm"])

@@ -207,7 +207,15 @@ TEST(Srdf, NamesMustNotAppearTwice) {
             "none");
   EXPECT_THAT(RefusalOf("<group name=\"g\"/><group_state name=\"s\" group=\"g\"><joint name=\"ab\" "
                         "value=\"0\"/><joint name=\"ab\" value=\"1\"/></group_state>"),
-              HasSubstr("must not appear twice in a state"));
+              HasSubstr("must not appear twice in a state with different values"));
+  const auto repeated = ReadSrdf(
+      "<robot name=\"r\"><group name=\"g\"/><group_state name=\"s\" group=\"g\"><joint "
+      "name=\"ab\" value=\"1\"/><joint name=\"ab\" value=\"1.0\"/></group_state></robot>",
+      Tree());
+  ASSERT_TRUE(repeated.ok()) << repeated.status();
+  ASSERT_EQ(repeated->states.size(), 1u);
+  EXPECT_EQ(repeated->states[0].positions.size(), 1u);
+  EXPECT_THAT(repeated->left_out, ::testing::Contains(HasSubstr("appears twice in the state")));
   EXPECT_THAT(RefusalOf("<virtual_joint name=\"ab\" type=\"fixed\" parent_frame=\"w\" "
                         "child_link=\"a\"/>"),
               HasSubstr("must not have the name of another joint"));

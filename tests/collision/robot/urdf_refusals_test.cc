@@ -58,7 +58,7 @@ TEST(UrdfRefusals, MalformedXmlIsToldWithItsLine) {
               HasSubstr("urdf: line 2: malformed XML"));
   EXPECT_THAT(RefusalOfText(Robot(Links("a")).substr(0, 50)), HasSubstr("urdf: line"));
   EXPECT_EQ(RefusalOfText("<?xml version=\"1.0\"?>"), "urdf: must have a root element");
-  EXPECT_EQ(RefusalOfText(Robot(Links("a")) + std::string(1, '\0')),
+  EXPECT_EQ(RefusalOfText(Robot(Links("a")) + std::string(1, '\0') + " "),
             "urdf: must not hold the byte 0");
 }
 
@@ -253,8 +253,6 @@ TEST(UrdfRefusals, MimicsMustLeadToAJointWithOneVariable) {
   const auto mimic = [](const std::string& joint) {
     return "<limit lower=\"-1\" upper=\"1\"/><mimic joint=\"" + joint + "\"/>";
   };
-  EXPECT_EQ(RefusalOfJoint("revolute", mimic("x")),
-            "urdf: joint \"elbow\": mimic joint is \"x\": must be a joint of the robot");
   EXPECT_EQ(RefusalOfJoint("revolute", mimic("elbow")),
             "urdf: joint \"elbow\": mimic joint is \"elbow\": must not lead back to itself");
   EXPECT_THAT(RefusalOf(Links("abc") + JointText("j", "revolute", "a", "b", mimic("k")) +
@@ -274,10 +272,14 @@ TEST(UrdfRefusals, MimicsMustNotMultiplyBeyondAllGears) {
   const auto mimic = [](const std::string& numbers) {
     return "<limit/><mimic joint=\"j\" " + numbers + "/>";
   };
+  const auto follower = [&](const std::string& kind, const std::string& numbers) {
+    return RefusalOf(Links("abc") + JointText("j", "revolute", "a", "b") +
+                     JointText("elbow", kind, "b", "c", mimic(numbers)));
+  };
   EXPECT_EQ(
-      RefusalOfJoint("revolute", mimic("multiplier=\"-1e305\"")),
+      follower("revolute", "multiplier=\"-1e305\""),
       "urdf: joint \"elbow\": mimic multiplier is -1e+305: must be at most 1e+06 in magnitude");
-  EXPECT_EQ(RefusalOfJoint("prismatic", mimic("offset=\"1.5e6\"")),
+  EXPECT_EQ(follower("prismatic", "offset=\"1.5e6\""),
             "urdf: joint \"elbow\": mimic offset is 1.5e+06: must be at most 1e+06 in magnitude");
   const auto chain = [&](const std::string& first, const std::string& second) {
     return RefusalOf(

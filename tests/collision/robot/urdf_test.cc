@@ -13,6 +13,7 @@ namespace {
 
 using testing::BoxMesh;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using testing::JointText;
 using testing::Links;
 using testing::NoMeshes;
@@ -50,6 +51,44 @@ TEST(Urdf, ReadsEveryShape) {
   EXPECT_EQ(shape("<sphere radius=\"0.5\"/>"), Shape(Sphere{0.5}));
   EXPECT_EQ(shape("<cylinder radius=\"5e-1\" length=\"+2\"/>"), Shape(Cylinder{0.5, 2}));
   EXPECT_EQ(shape("<capsule radius=\"0.5\" length=\"2\"/>"), Shape(Capsule{0.5, 2}));
+}
+
+TEST(Urdf, AJointThatFollowsAnUnknownOneMovesByItself) {
+  const RobotDescription robot =
+      Read(Links("ab") + JointText("j", "revolute", "a", "b",
+                                   "<limit lower=\"-1\" upper=\"1\"/><mimic joint=\"x\"/>"));
+  ASSERT_EQ(robot.joints.size(), 1u);
+  EXPECT_FALSE(robot.joints[0].mimic);
+  ASSERT_EQ(robot.left_out.size(), 1u);
+  EXPECT_THAT(robot.left_out[0], HasSubstr("urdf: joint \"j\": mimic joint is \"x\""));
+  EXPECT_THAT(robot.left_out[0], HasSubstr("moves by itself"));
+}
+
+TEST(Urdf, OfSeveralAxesTheFirstCounts) {
+  const RobotDescription robot =
+      Read(Links("ab") +
+           JointText("j", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/><axis xyz=\"0 1 0\"/>"));
+  ASSERT_EQ(robot.joints.size(), 1u);
+  EXPECT_EQ(robot.joints[0].axis_J, Vector3::UnitZ());
+  EXPECT_THAT(robot.left_out,
+              ElementsAre("urdf: joint \"j\": has 2 elements <axis>; the first counts, remove the "
+                          "others"));
+}
+
+TEST(Urdf, ARobotWithoutANameIsCalledRobot) {
+  const auto robot = ReadUrdf("<robot name=\"\"><link name=\"a\"/></robot>", NoMeshes);
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  EXPECT_EQ(robot->name, "robot");
+  EXPECT_EQ(robot->left_out.size(), 1u);
+  EXPECT_FALSE(ReadUrdf("<robot><link name=\"a\"/></robot>", NoMeshes).ok()) << "no name at all";
+}
+
+TEST(Urdf, EndsBeforeTrailingZeroBytes) {
+  const auto robot = ReadUrdf(Robot(Links("a")) + std::string(2, '\0'), NoMeshes);
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  EXPECT_EQ(robot->links.size(), 1u);
+  EXPECT_FALSE(ReadUrdf(std::string(3, '\0'), NoMeshes).ok());
+  EXPECT_FALSE(ReadUrdf("", NoMeshes).ok());
 }
 
 TEST(Urdf, KeepsCollisionsInOrderWithTheirNamesAndLeavesVisualsOut) {

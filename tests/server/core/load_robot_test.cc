@@ -151,7 +151,8 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
   const auto robot = ReadRobot(files, {}, {});
   ASSERT_TRUE(robot.ok()) << robot.status();
   EXPECT_THAT(WarningsOf(**robot, true),
-              ElementsAre("link b with an open mesh: surfaces alone, without an inside"));
+              ElementsAre("link b with an open mesh: surfaces alone, without an inside; close the "
+                          "mesh"));
   EXPECT_EQ(WarningsOf(**robot, false).size(), 2u);
   EXPECT_THAT(
       WarningsOf(*Arm(ArmUrdf(), "<robot name=\"arm\"><group name=\"none\"/></robot>"), true),
