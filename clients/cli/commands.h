@@ -19,6 +19,7 @@ void AddRobotCommands(CommandLine& line);      // robot load, list, get, remove
 void AddPairCommands(CommandLine& line);       // distance, contacts
 void AddCheckCommand(CommandLine& line);       // check
 void AddMotionCommand(CommandLine& line);      // motion
+void AddSolveCommand(CommandLine& line);       // solve
 void AddRayCommand(CommandLine& line);         // ray
 void AddSampleCommand(CommandLine& line);      // sample
 void AddWatchCommand(CommandLine& line);       // watch

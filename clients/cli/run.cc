@@ -76,6 +76,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddPairCommands(line);
   AddCheckCommand(line);
   AddMotionCommand(line);
+  AddSolveCommand(line);
   AddRayCommand(line);
   AddSampleCommand(line);
   AddWatchCommand(line);

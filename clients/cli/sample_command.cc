@@ -74,7 +74,8 @@ std::string StateName(const pb::SampleRow& row) {
   if (row.state() == pb::SAMPLE_STATE_KINK) return "kink";
   switch (row.trust()) {
     case pb::TRUST_BOUNDED:
-      return absl::StrCat("up to ", FormatFixed(1000 * row.bound_m(), 3), " mm deeper");
+      return absl::StrCat("up to ", FormatFixed(1000 * row.bound_m(), 3), " mm ",
+                          row.distance_m() < 0 ? "deeper" : "nearer");
     case pb::TRUST_SURFACE_ONLY:
       return "surface only";
     case pb::TRUST_DEGRADED:

@@ -181,6 +181,20 @@ class ModelMaker {
           is_moved[link.parent] || (link.kind != JointKind::kFixed && is_varied[link.variable]);
       if (is_moved[i]) group.moved_links.push_back(static_cast<int>(i));
     }
+    group.tool_link = ToolLinkOf(group, is_moved);
+  }
+
+  std::optional<int> ToolLinkOf(const JointGroup& group, const std::vector<bool>& is_moved) const {
+    for (const EndEffector& effector :
+         semantic_ != nullptr ? semantic_->end_effectors : std::vector<EndEffector>()) {
+      const std::optional<int> link = model_->FindLink(effector.parent_link);
+      if (!link || !is_moved[*link] || effector.group == group.name) continue;
+      if (effector.parent_group == group.name || effector.parent_group.empty()) return link;
+    }
+    std::vector<bool> is_end = is_moved;
+    for (const int link : group.moved_links) is_end[model_->links[link].parent] = false;
+    if (std::ranges::count(is_end, true) != 1) return std::nullopt;
+    return static_cast<int>(std::ranges::find(is_end, true) - is_end.begin());
   }
 
   absl::Status AddStates() {

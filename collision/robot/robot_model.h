@@ -68,6 +68,10 @@ struct JointGroup {
   // joint that mimics one of the group, whether or not it is in the group itself.
   std::vector<int> moved_links;
   std::vector<NamedState> states;
+  // The link that carries the group's tool: the parent link of the end effector that the SRDF names
+  // for the group, or whose parent link the group moves; else the only end of the links that it
+  // moves. Empty if there are several.
+  std::optional<int> tool_link = {};
 };
 
 // Two links by index, in the order of the URDF.

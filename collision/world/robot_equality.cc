@@ -45,7 +45,7 @@ bool Same(const ModelLink& a, const ModelLink& b) {
 
 bool Same(const JointGroup& a, const JointGroup& b) {
   return a.name == b.name && a.variables == b.variables && a.joints == b.joints &&
-         a.moved_links == b.moved_links && Same(a.states, b.states);
+         a.moved_links == b.moved_links && a.tool_link == b.tool_link && Same(a.states, b.states);
 }
 
 bool Same(const RobotModel& a, const RobotModel& b) {

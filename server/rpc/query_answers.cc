@@ -28,6 +28,11 @@ AnswerSize SizeOfAnswer(const v1::CheckCollisionsRequest&) { return {0, 14}; }
 AnswerSize SizeOfAnswer(const v1::GetDistancesRequest&) { return {11, 13}; }
 AnswerSize SizeOfAnswer(const v1::GetContactsRequest&) { return {11, 13}; }
 AnswerSize SizeOfAnswer(const v1::CheckMotionsRequest&) { return {3, 18}; }
+AnswerSize SizeOfAnswer(const v1::SolvePosesRequest& request) {
+  constexpr int kJoints = 9;  // of an arm, with the two errors
+  return {std::max(1, request.max_solutions()) * kJoints, 5};
+}
+AnswerSize SizeOfAnswer(const v1::GetLinkPosesRequest&) { return {7, 0}; }
 AnswerSize SizeOfAnswer(const v1::CastRaysRequest&) { return {4, 10}; }
 AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 
@@ -262,6 +267,51 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& reques
                                        motions->paths, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();
   MotionAnswersToProto(*answers, parsed->Context(BodyNamesOf(query)), response);
+  return absl::OkStatus();
+}
+
+absl::Status AnswerQuery(Runtime& runtime, const v1::SolvePosesRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::SolvePosesResponse* response) {
+  auto parsed = ParseQuery(runtime, request, call, memory);
+  if (!parsed.ok()) return parsed.status();
+  const Application& application = runtime.application;
+  auto query =
+      PoseQueryFromProto(request, {*parsed->snapshot, application.geometry, application.limits,
+                                   parsed->options.query.ignore, &parsed->budget});
+  if (!query.ok()) return query.status();
+  const collision::PoseBatch batch = BatchOf(*query);
+  auto status = CheckForm(parsed->options.form, query->X_WT.size(), application.limits);
+  if (status.ok()) {
+    status = CheckAnswers({"max_solutions", batch.max_solutions, query->X_WT.size()},
+                          parsed->options.form, application.limits);
+  }
+  if (!status.ok()) return status;
+  const CoreShare share(runtime, IsBatch(runtime, request));
+  parsed->options.query.threads = share.threads();
+  const collision::JointRows states = JointRowsOf(std::get<RobotStates>(query->query.states));
+  auto answers = collision::SolvePoses(*parsed->snapshot, query->query.body, query->chain, states,
+                                       batch, parsed->options.query, call.stop);
+  if (!answers.ok()) return answers.status();
+  PoseAnswersToProto(*answers, *query, parsed->Context(), response);
+  return absl::OkStatus();
+}
+
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetLinkPosesRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetLinkPosesResponse* response) {
+  auto parsed = ParseQuery(runtime, request, call, memory);
+  if (!parsed.ok()) return parsed.status();
+  const Application& application = runtime.application;
+  const auto query =
+      RobotQueryFromProto(request.robot(),
+                          {*parsed->snapshot, application.geometry, application.limits,
+                           parsed->options.query.ignore, &parsed->budget},
+                          FieldPath::OfRequest("robot"));
+  if (!query.ok()) return query.status();
+  const auto links = LinksFromProto(request, *query);
+  if (!links.ok()) return links.status();
+  LinkPosesToProto(*query, *links, parsed->Context(), response);
   return absl::OkStatus();
 }
 

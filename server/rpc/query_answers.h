@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "cwm/v1/query.pb.h"
+#include "cwm/v1/robot.pb.h"
 #include "server/rpc/call.h"
 #include "server/rpc/stream_overlay.h"
 
@@ -34,6 +35,12 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::GetContactsRequest& request
 absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& request,
                          const CallContext& call, StreamMemory* memory,
                          v1::CheckMotionsResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::SolvePosesRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::SolvePosesResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetLinkPosesRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetLinkPosesResponse* response);
 absl::Status AnswerQuery(Runtime& runtime, const v1::CastRaysRequest& request,
                          const CallContext& call, StreamMemory* memory,
                          v1::CastRaysResponse* response);

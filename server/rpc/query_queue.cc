@@ -54,6 +54,12 @@ std::size_t RowBytes(const v1::CheckCollisionsRequest& request) {
 std::size_t RowBytes(const v1::GetDistancesRequest& request) { return RowBytes(request.subject()); }
 std::size_t RowBytes(const v1::GetContactsRequest& request) { return RowBytes(request.subject()); }
 std::size_t RowBytes(const v1::CheckMotionsRequest& request) { return RowBytes(request.subject()); }
+std::size_t RowBytes(const v1::SolvePosesRequest& request) {
+  return request.x_world_tool().data().size();
+}
+std::size_t RowBytes(const v1::GetLinkPosesRequest& request) {
+  return request.robot().rows().data().size();
+}
 std::size_t RowBytes(const v1::CastRaysRequest& request) { return request.rays().data().size(); }
 std::size_t RowBytes(const v1::SamplePointsRequest& request) {
   return request.points().data().size();

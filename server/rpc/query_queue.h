@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "cwm/v1/query.pb.h"
+#include "cwm/v1/robot.pb.h"
 #include "server/rpc/call.h"
 #include "server/rpc/runtime.h"
 #include "server/wire/request_cost.h"
@@ -31,6 +32,8 @@ std::size_t RowBytes(const v1::CheckCollisionsRequest& request);
 std::size_t RowBytes(const v1::GetDistancesRequest& request);
 std::size_t RowBytes(const v1::GetContactsRequest& request);
 std::size_t RowBytes(const v1::CheckMotionsRequest& request);
+std::size_t RowBytes(const v1::SolvePosesRequest& request);
+std::size_t RowBytes(const v1::GetLinkPosesRequest& request);
 std::size_t RowBytes(const v1::CastRaysRequest& request);
 std::size_t RowBytes(const v1::SamplePointsRequest& request);
 

@@ -13,8 +13,9 @@ using RawQueryService = v1::QueryService::WithRawCallbackMethod_CheckCollisions<
             v1::QueryService::WithRawCallbackMethod_CheckMotions<
                 v1::QueryService::WithRawCallbackMethod_CastRays<
                     v1::QueryService::WithRawCallbackMethod_SamplePoints<
-                        v1::QueryService::WithRawCallbackMethod_StreamQueries<
-                            v1::QueryService::Service>>>>>>>;
+                        v1::QueryService::WithRawCallbackMethod_SolvePoses<
+                            v1::QueryService::WithRawCallbackMethod_StreamQueries<
+                                v1::QueryService::Service>>>>>>>>;
 
 class QueryService final : public RawQueryService {
  public:
@@ -38,6 +39,9 @@ class QueryService final : public RawQueryService {
   grpc::ServerUnaryReactor* SamplePoints(grpc::CallbackServerContext* context,
                                          const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* SolvePoses(grpc::CallbackServerContext* context,
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamQueries(
       grpc::CallbackServerContext* context) override;
 

@@ -8,6 +8,7 @@
 #include "server/rpc/call.h"
 #include "server/rpc/load_robot_call.h"
 #include "server/rpc/robot_pages.h"
+#include "server/rpc/start_query.h"
 #include "server/rpc/unary_methods.h"
 #include "server/wire/objects.h"
 #include "server/wire/queries.h"
@@ -80,6 +81,13 @@ grpc::ServerUnaryReactor* RobotService::GetRobotLinks(grpc::CallbackServerContex
       context, runtime_, request, response,
       [this](const v1::GetRobotLinksRequest& parsed, const CallContext& call,
              v1::GetRobotLinksResponse* reply) { return GetLinks(runtime_, parsed, call, reply); });
+}
+
+grpc::ServerUnaryReactor* RobotService::GetLinkPoses(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  return StartQuery<v1::GetLinkPosesRequest, v1::GetLinkPosesResponse>(context, runtime_, request,
+                                                                       response);
 }
 
 grpc::ServerUnaryReactor* RobotService::DeleteRobot(grpc::CallbackServerContext* context,

@@ -9,8 +9,9 @@ namespace cwm::server {
 // Messages of raw methods are parsed by our own code (messages.h).
 using RawRobotService = v1::RobotService::WithRawCallbackMethod_ListRobots<
     v1::RobotService::WithRawCallbackMethod_GetRobotLinks<
-        v1::RobotService::WithRawCallbackMethod_DeleteRobot<
-            v1::RobotService::WithRawCallbackMethod_LoadRobot<v1::RobotService::Service>>>>;
+        v1::RobotService::WithRawCallbackMethod_GetLinkPoses<
+            v1::RobotService::WithRawCallbackMethod_DeleteRobot<
+                v1::RobotService::WithRawCallbackMethod_LoadRobot<v1::RobotService::Service>>>>>;
 
 class RobotService final : public RawRobotService {
  public:
@@ -24,6 +25,9 @@ class RobotService final : public RawRobotService {
   grpc::ServerUnaryReactor* GetRobotLinks(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetLinkPoses(grpc::CallbackServerContext* context,
+                                         const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* DeleteRobot(grpc::CallbackServerContext* context,
                                         const grpc::ByteBuffer* request,
                                         grpc::ByteBuffer* response) override;

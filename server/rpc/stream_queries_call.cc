@@ -30,6 +30,8 @@ Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result
       return use(request.sample_points());
     case v1::StreamQueriesRequest::kCheckMotions:
       return use(request.check_motions());
+    case v1::StreamQueriesRequest::kSolvePoses:
+      return use(request.solve_poses());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
@@ -298,12 +300,15 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
     case v1::StreamQueriesRequest::kCheckMotions:
       return AnswerQuery(runtime_, request_.check_motions(), call, &memory_,
                          response_.mutable_check_motions());
+    case v1::StreamQueriesRequest::kSolvePoses:
+      return AnswerQuery(runtime_, request_.solve_poses(), call, &memory_,
+                         response_.mutable_solve_poses());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
   return InvalidField("query",
                       "is absent, must be one of check_collisions, get_distances, get_contacts, "
-                      "cast_rays, sample_points, check_motions");
+                      "cast_rays, sample_points, check_motions, solve_poses");
 }
 
 void StreamQueriesCall::OnAnswered(const absl::Status& status) {

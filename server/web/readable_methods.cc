@@ -10,6 +10,7 @@ constexpr std::string_view kMethods[] = {
     "cwm.v1.QueryService/CastRays",      "cwm.v1.QueryService/CheckCollisions",
     "cwm.v1.QueryService/CheckMotions",  "cwm.v1.QueryService/GetContacts",
     "cwm.v1.QueryService/GetDistances",  "cwm.v1.QueryService/SamplePoints",
+    "cwm.v1.QueryService/SolvePoses",    "cwm.v1.RobotService/GetLinkPoses",
     "cwm.v1.RobotService/GetRobotLinks", "cwm.v1.RobotService/ListRobots",
     "cwm.v1.WorldService/GetObject",     "cwm.v1.WorldService/GetWorld",
     "cwm.v1.WorldService/ListObjects",   "cwm.v1.WorldService/ListWorlds",

@@ -9,6 +9,7 @@
 #include "collision/motion/check_motions.h"
 #include "collision/query/query.h"
 #include "cwm/v1/query.pb.h"
+#include "cwm/v1/robot.pb.h"
 #include "server/wire/queries.h"
 
 namespace cwm::server {
@@ -36,6 +37,13 @@ void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerC
 void RayAnswersToProto(const collision::RayColumns& answers,
                        std::span<const collision::RayRow> rays, const AnswerContext& context,
                        v1::CastRaysResponse* response);
+
+void PoseAnswersToProto(const collision::PoseColumns& answers, const PoseQuery& query,
+                        const AnswerContext& context, v1::SolvePosesResponse* response);
+
+// The poses of links in the rows of a robot.
+void LinkPosesToProto(const StateQuery& query, std::span<const int> links,
+                      const AnswerContext& context, v1::GetLinkPosesResponse* response);
 
 void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerContext& context,
                           v1::SamplePointsResponse* response);

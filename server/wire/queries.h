@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "collision/inverse_kinematics/solve_poses.h"
 #include "collision/motion/check_paths.h"
 #include "collision/query/query.h"
 #include "cwm/v1/query.pb.h"
+#include "cwm/v1/robot.pb.h"
 #include "server/core/geometry_store.h"
 #include "server/core/limits.h"
 #include "server/core/world.h"
@@ -97,6 +99,25 @@ struct MotionQuery {
 // Refuses points as subject.
 absl::StatusOr<MotionQuery> MotionQueryFromProto(const v1::CheckMotionsRequest& request,
                                                  const QuerySource& source);
+
+// Poses of a robot's tool, to be solved for states.
+struct PoseQuery {
+  StateQuery query;  // its rows are the seeds
+  collision::IkChain chain = {};
+  std::vector<Pose> X_WT = {};
+  std::string tool_link = {};
+  collision::PoseBatch batch = {};  // without what refers to the members above, see BatchOf
+};
+absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& request,
+                                             const QuerySource& source);
+// The batch with poses and seeds, which refer to the query, and the states for verdicts.
+collision::PoseBatch BatchOf(const PoseQuery& query);
+collision::JointRows JointRowsOf(const RobotStates& states);
+
+// The links whose poses are asked for, by index; all of them, in the order of the URDF, if none is
+// named.
+absl::StatusOr<std::vector<int>> LinksFromProto(const v1::GetLinkPosesRequest& request,
+                                                const StateQuery& query);
 
 // Refuses RESULT_FORM_ROWS for more than limits.max_rows_as_messages rows.
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);

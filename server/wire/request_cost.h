@@ -5,6 +5,7 @@
 #include "absl/status/status.h"
 #include "collision/world/world_snapshot.h"
 #include "cwm/v1/query.pb.h"
+#include "cwm/v1/robot.pb.h"
 #include "cwm/v1/world.pb.h"
 #include "server/core/geometry_store.h"
 #include "server/core/limits.h"
@@ -25,6 +26,8 @@ double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSour
 double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::CheckMotionsRequest& request, const CostSource& source);
+double EstimatedCost_s(const v1::SolvePosesRequest& request, const CostSource& source);
+double EstimatedCost_s(const v1::GetLinkPosesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::CastRaysRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::SamplePointsRequest& request, const CostSource& source);
 // The cost of the overlay and the query.

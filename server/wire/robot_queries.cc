@@ -267,12 +267,6 @@ absl::StatusOr<std::vector<double>> BaseFromProto(const v1::RobotJointState& joi
   return rule ? path.Field(rule->field).Error(rule->rule) : state.status();
 }
 
-collision::JointRows JointRowsOf(const RobotStates& states) {
-  return {states.robot->model(),
-          *states.group,
-          {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
-}
-
 // Refuses states in which a link's pose is out of range or not finite, since no answer would be
 // meaningful.
 absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBudget* budget) {
@@ -322,6 +316,12 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
   if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok())
     return status;
   return StateQuery{std::move(body), std::move(states)};
+}
+
+collision::JointRows JointRowsOf(const RobotStates& states) {
+  return {states.robot->model(),
+          *states.group,
+          {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
 }
 
 std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query) {

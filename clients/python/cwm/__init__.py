@@ -13,7 +13,8 @@ Metres, radians, seconds; world Z up; poses are (4, 4) arrays X_a_b, the frame b
                ServerInfo, WorldInfo
     shapes     Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh, Placed
     queries    RobotSubject, QueryOptions (the keyword arguments of all of them), QueryStream
-    answers    CheckResult, PairResult, MotionResult, RayResult, SampleResult, Verdict, Trust
+    answers    CheckResult, PairResult, MotionResult, RayResult, SampleResult, PoseResult,
+               LinkPoses, Verdict, Trust
     scans      IngestResult, IngestReport, IngestChanges
     world      Object, Part, FitQuality, Handle, Surface, Vessel, OrientedBox, Attachment,
                PairRule, Robot, Group, Link, Variable, ExportedWorld
@@ -42,6 +43,7 @@ from cwm.enums import (
     ObjectView,
     Owner,
     PartRole,
+    PoseStatus,
     Representation,
     RobotGeometry,
     RobotScope,
@@ -73,6 +75,7 @@ from cwm.errors import (
 )
 from cwm.exports import ExportedWorld
 from cwm.ingest import IngestChanges, IngestReport, IngestResult
+from cwm.kinematics import LinkPoses, PoseResult
 from cwm.objects import Attachment, FitQuality, Handle, Object, OrientedBox, Part, Surface, Vessel
 from cwm.poses import pose
 from cwm.queries import QueryOptions
@@ -152,6 +155,7 @@ if TYPE_CHECKING:
         "InvalidArgument",
         "JointKind",
         "Link",
+        "LinkPoses",
         "Margin",
         "Mesh",
         "MotionResult",
@@ -175,6 +179,8 @@ if TYPE_CHECKING:
         "PermissionDenied",
         "Placed",
         "Plate",
+        "PoseResult",
+        "PoseStatus",
         "Put",
         "QueryOptions",
         "QueryStream",

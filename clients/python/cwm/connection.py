@@ -17,6 +17,7 @@ from cwm.v1 import (
     admin_pb2_grpc,
     perception_pb2_grpc,
     query_pb2,
+    robot_pb2,
     robot_pb2_grpc,
     world_pb2,
     world_pb2_grpc,
@@ -96,6 +97,11 @@ class Connection:
             response_deserializer=query_pb2.StreamQueriesResponse.FromString,
         )
         self.robots = robot_pb2_grpc.RobotServiceStub(self._channel)
+        # Takes requests as bytes, like the methods of QueryService.
+        self.link_poses = self._channel.unary_unary(
+            "/cwm.v1.RobotService/GetLinkPoses",
+            response_deserializer=robot_pb2.GetLinkPosesResponse.FromString,
+        )
         self.admin = admin_pb2_grpc.AdminServiceStub(self._channel)
         self._limits: admin_pb2.Limits | None = None
         self._held: set[str] = set()  # hashes of meshes that were sent

@@ -64,6 +64,18 @@ class MotionVerdict(enum.IntEnum):
     OUT_OF_LIMITS = 6
 
 
+class PoseStatus(enum.IntEnum):
+    """Of a pose of a robot's tool. UNREACHABLE: not reached from any start, which proves nothing;
+    IN_COLLISION: no solution that was found is free.
+    """
+
+    SOLVED = 1
+    UNREACHABLE = 2
+    OUT_OF_LIMITS = 3
+    IN_COLLISION = 4
+    NOT_COMPUTED = 5
+
+
 class Trust(enum.IntEnum):
     """How far an answer may be believed: BOUNDED is off by at most bound_m, SURFACE_ONLY is of
     open geometry without an inside, DEGRADED has no known bound.

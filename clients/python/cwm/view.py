@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Iterator, Sequence, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from cwm import arrays, enums, exports, objects, queries, results, robots, shapes, watch
+from cwm import arrays, enums, exports, kinematics, objects, queries, results, robots, shapes, watch
 from cwm.bulk import Bulk
 from cwm.changes import Change, changes_to_proto
 from cwm.connection import Connection
@@ -427,6 +427,55 @@ class WorldView:
             verdict=merged.column("verdicts", "u1"),
             trust=merged.column("trust", "u1"),
         )
+
+    def solve(
+        self,
+        robot: RobotSubject | str,
+        poses: npt.ArrayLike,
+        *,
+        tool_link: str = "",
+        tool: npt.ArrayLike | None = None,
+        seeds: npt.ArrayLike | None = None,
+        max_solutions: int = 1,
+        position_tolerance_m: float = 1e-6,
+        rotation_tolerance_rad: float = 1e-6,
+        avoid_collision: bool = False,
+        same_branch: bool = False,
+        max_steps: int = 0,
+        **options: Unpack[QueryOptions],
+    ) -> kinematics.PoseResult:
+        """Inverse kinematics: joint values of the robot's group for poses (N, 4, 4) of a tool in
+        the world.
+
+        The tool is at `tool`, (4, 4), in the frame of `tool_link`; by default of the link that the
+        SRDF names for the group. seeds: (dof,) or (N, dof), by default where the robot is; the
+        search begins there and at values drawn within the limits, with same_branch at the seed
+        alone. avoid_collision leaves out states that `check` does not call free, with the same
+        options. max_solutions: at most 64 of each pose, which differ by more than 0.1 rad or m.
+        The same call gives the same answer: it is bounded by max_steps (0: 2000), never by time.
+        """
+        request = kinematics.solve_request(
+            tool_link,
+            tool,
+            max_solutions,
+            (position_tolerance_m, rotation_tolerance_rad),
+            avoid_collision,
+            same_branch,
+            max_steps,
+        )
+        return kinematics.solve(self, robot, poses, request, seeds, options)
+
+    def link_poses(
+        self,
+        robot: RobotSubject | str,
+        rows: npt.ArrayLike | None = None,
+        links: Sequence[str] = (),
+        **options: Unpack[QueryOptions],
+    ) -> kinematics.LinkPoses:
+        """Forward kinematics: the poses X_world_link of links (all, in the order of the URDF) for
+        rows (N, dof), by default where the robot is.
+        """
+        return kinematics.link_poses(self, robot, rows, links, options)
 
     def rays(
         self, origins: npt.ArrayLike, directions: npt.ArrayLike, **options: Unpack[QueryOptions]

@@ -71,6 +71,56 @@ class Robots(ServerCase):
         with self.assertWarnsRegex(UserWarning, "has neither groups nor pairs"):
             self.world.load_robot(URDF, srdf=URDF, name="mistaken")
 
+    def test_tell_where_links_are_and_which_states_bring_them_there(self):
+        rows = np.array([[0.3, 0.9], [-1, 0.5]])
+        links = self.world.link_poses(cwm.RobotSubject("arm", "both"), rows)
+        self.assertEqual(links.links, ("base", "upper", "lower"))
+        self.assertEqual(links.poses.shape, (2, 3, 4, 4))
+        elbow = 0.5 * np.column_stack([np.cos(rows[:, 0]), np.sin(rows[:, 0])])
+        np.testing.assert_allclose(links["lower"][:, :2, 3], elbow, atol=1e-12)
+        np.testing.assert_allclose(links["lower"][:, 0, 0], np.cos(rows.sum(axis=1)), atol=1e-12)
+        tool = cwm.pose([0.5, 0, 0])  # where the sphere of the lower link is
+        wanted = links["lower"] @ tool
+        np.testing.assert_allclose(wanted[:, :2, 3], hands(rows), atol=1e-12)
+        solved = self.world.solve(cwm.RobotSubject("arm", "both"), wanted, tool=tool)
+        self.assertTrue(solved.solved.all())
+        self.assertEqual(solved.tool_link, "lower")
+        self.assertEqual(solved.variables, ("shoulder", "elbow"))
+        np.testing.assert_allclose(solved.best, rows, atol=1e-5)
+        with self.world.stream() as stream:
+            again = stream.solve(cwm.RobotSubject("arm", "both"), wanted, tool=tool)
+        np.testing.assert_array_equal(again.rows, solved.rows)
+
+    def test_tell_why_a_pose_is_not_solved(self):
+        subject = cwm.RobotSubject("arm", "both", scope="world")
+        far, blocked = cwm.pose([3, 0, 0]), cwm.pose([1, 0, 0])
+        self.world.put("post", cwm.Box(0.1, 0.1, 0.1), blocked)
+        result = self.world.solve(
+            subject,
+            np.stack([far, blocked]),
+            tool=cwm.pose([0.5, 0, 0]),
+            avoid_collision=True,
+            max_steps=200,
+        )
+        self.assertEqual(
+            list(result.status), [cwm.PoseStatus.UNREACHABLE, cwm.PoseStatus.IN_COLLISION]
+        )
+        self.assertAlmostEqual(result.position_error_m[0], 2, places=3)
+        self.assertTrue(np.isnan(result.best).all())
+        self.assertEqual(result.solutions(1).shape, (0, 2))
+        free = self.world.what_if(cwm.Remove("post")).solve(
+            subject, blocked, tool=cwm.pose([0.5, 0, 0]), avoid_collision=True
+        )
+        np.testing.assert_allclose(free.best, [[0, 0]], atol=1e-5)
+        with self.assertRaisesRegex(cwm.InvalidArgument, 'tool_link: is "hand", must be a link'):
+            self.world.solve(subject, far, tool_link="hand")
+        with self.assertRaisesRegex(cwm.InvalidArgument, "no joint of group .* moves link"):
+            self.world.solve(subject, far, tool_link="base")
+        with self.assertRaisesRegex(ValueError, "seeds has 3 rows, must have 1"):
+            self.world.solve(subject, far, seeds=np.zeros((3, 2)))
+        with self.assertRaisesRegex(cwm.InvalidArgument, 'links.0.: is "hand"'):
+            self.world.link_poses("arm", links=["hand"])
+
     def test_are_asked_about_many_states(self):
         self.world.put("ball", cwm.Sphere(0.2), cwm.pose([0.6, 0.5, 0]))
         states = np.random.default_rng(8).uniform([-3, -2], [3, 2], (70_000, 2))

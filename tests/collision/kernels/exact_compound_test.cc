@@ -70,6 +70,23 @@ TEST(ExactMesh, AgreesWithTheSolidThatItTessellates) {
   }
 }
 
+TEST(ExactMesh, BoundsDepthsByTheHullsWithinAndAround) {
+  // A box of 60 mm in the middle of a mesh of 0.2 x 0.3 x 0.4 m: 0.1 + 0.03 m along x, less the
+  // 0.02 m by which it is off.
+  const Mesh mesh = MakeMesh(Tessellate(Box{{0.2, 0.3, 0.4}}));
+  const PairDistance answer =
+      Solve(mesh, kHere, Box{{0.06, 0.06, 0.06}}, MakeTranslation(0.02, 0.01, 0.03));
+  EXPECT_NEAR(answer.distance_m, -0.11, 1e-6);
+  EXPECT_LE(answer.bound_m, 1e-6);
+  EXPECT_NEAR(answer.normal.x(), 1, 1e-6);
+  // A cylinder of 48 sides, as deep as its radius and the box.
+  const Mesh round = MakeMesh(Tessellate(Cylinder{0.1, 0.4}));
+  const PairDistance in_round =
+      Solve(round, kHere, Box{{0.06, 0.06, 0.06}}, MakeTranslation(0.05, 0, 0));
+  EXPECT_LE(in_round.bound_m, 2e-6);
+  EXPECT_NEAR(in_round.distance_m, -0.08, 5e-4) << "less than that by what the sides cut off";
+}
+
 TEST(ExactMesh, HoldsWhatLiesInside) {
   const Mesh room = MakeMesh(Tessellate(Box{{2, 2, 2}}));
   const Mesh crate = MakeMesh(Tessellate(Box{{0.2, 0.2, 0.2}}));
