@@ -49,6 +49,12 @@ std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, con
   return ExactRay(Placed(exact, X_WS), ray, work);
 }
 
+PairDistance DistanceWithin(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                            double slack, WorkCounter* work) {
+  return ExactDistanceWithin(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), max_distance_m,
+                             slack, work);
+}
+
 std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b) {
   return ExactLowerBound_m(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS));
 }

@@ -29,6 +29,10 @@ class ExactEngine final : public Engine {
 std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray,
                               WorkCounter* work = nullptr);
 
+// ExactDistanceWithin of two geometries that ExactEngine prepared.
+PairDistance DistanceWithin(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                            double slack, WorkCounter* work = nullptr);
+
 // ExactLowerBound_m of two geometries that ExactEngine prepared.
 std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b);
 

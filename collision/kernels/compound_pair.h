@@ -14,6 +14,9 @@ namespace cwm::collision {
 struct SearchLimits {
   double max_distance_m = std::numeric_limits<double>::infinity();
   WorkCounter* work = nullptr;
+  // Searches over triangles leave out pairs that are nearer than the best one by less than this
+  // factor, which is at least 1: the distance found is at most so many times the least one.
+  double slack = 1;
 };
 
 // The distance of a half-space A and any bounded B, in the frame of A. Exact, also as the least

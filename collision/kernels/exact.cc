@@ -98,15 +98,34 @@ double WayTo_m(const ExactGeometry& shape, const Ray& ray_S) {
 
 }  // namespace
 
-PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
-                           WorkCounter* work) {
-  const SearchLimits limits{max_distance_m, work};
+namespace {
+
+PairDistance DistanceWithin(const PlacedExact& a, const PlacedExact& b,
+                            const SearchLimits& limits) {
   const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
   if (FamilyOf(a.geometry) <= FamilyOf(b.geometry)) {
     return InFrame(a.X_FS, OrderedDistance(a.geometry, b.geometry, X_AB, limits));
   }
   const Pose X_BA = X_AB.inverse();
   return Swapped(InFrame(b.X_FS, OrderedDistance(b.geometry, a.geometry, X_BA, limits)));
+}
+
+}  // namespace
+
+PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
+                           WorkCounter* work) {
+  return DistanceWithin(a, b, {max_distance_m, work});
+}
+
+PairDistance ExactDistanceWithin(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
+                                 double slack, WorkCounter* work) {
+  PairDistance answer = DistanceWithin(a, b, {max_distance_m, work, slack});
+  const bool has_mesh =
+      FamilyOf(a.geometry) == Family::kMesh || FamilyOf(b.geometry) == Family::kMesh;
+  if (!has_mesh || !(answer.distance_m > 0) || answer.distance_m > max_distance_m) return answer;
+  answer.bound_m += answer.distance_m - answer.distance_m / slack;
+  answer.accuracy = std::max(answer.accuracy, Accuracy::kBounded);
+  return answer;
 }
 
 std::optional<double> ExactLowerBound_m(const PlacedExact& a, const PlacedExact& b) {

@@ -52,6 +52,11 @@ PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity(),
                            WorkCounter* work = nullptr);
 
+// The same, at most `slack` times as far as the least distance of a mesh, with the difference in
+// bound_m: much faster between large meshes. Other pairs, and overlaps, are as above.
+PairDistance ExactDistanceWithin(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
+                                 double slack, WorkCounter* work = nullptr);
+
 // A lower bound of the distance, by convex solids around meshes and plates: some microseconds for
 // any number of triangles, once the hulls of the meshes are built. Empty if these solids meet, if
 // one of the shapes is a half-space, or if both are convex, so that the distance itself is as

@@ -9,9 +9,9 @@
 namespace cwm::collision {
 namespace {
 
-// Largest number of vertices of a mesh with hulls. measured: quickhull takes some tens of
-// milliseconds for so many if all lie on the hull, else some milliseconds; once per mesh.
-constexpr std::size_t kMaxVertices = 2048;
+// Largest number of vertices of a mesh with hulls. measured: quickhull takes some hundred
+// milliseconds for so many; once per mesh.
+constexpr std::size_t kMaxVertices = std::size_t{1} << 16;
 // Largest number of corners of a hull. With more, finding the farthest corner costs as much as a
 // walk through the triangles.
 constexpr std::size_t kMaxCorners = 2048;

@@ -25,7 +25,8 @@ constexpr int kMaxDepths = 64;
 // overlaps, for the deepest.
 class Best {
  public:
-  explicit Best(double max_distance_m) : max_distance_m_(max_distance_m) {}
+  explicit Best(double max_distance_m, double slack = 1)
+      : max_distance_m_(max_distance_m), slack_(slack) {}
 
   void Offer(const PairDistance& answer) {
     if (answer.distance_m < answer_.distance_m) answer_ = answer;
@@ -33,13 +34,16 @@ class Best {
   }
 
   // The distance below which further pairs still matter; negative if only overlaps do.
-  double limit_m() const { return std::min(answer_.distance_m, max_distance_m_); }
+  double limit_m() const {
+    const double found_m = answer_.distance_m;
+    return std::min(found_m > 0 ? found_m / slack_ : found_m, max_distance_m_);
+  }
   bool IsDone() const { return overlaps_ >= kMaxDepths; }
   const PairDistance& answer() const { return answer_; }
   bool IsOverlapping() const { return answer_.distance_m < 0; }
 
  private:
-  const double max_distance_m_;
+  const double max_distance_m_, slack_;
   int overlaps_ = 0;
   PairDistance answer_{.distance_m = std::numeric_limits<double>::infinity()};
 };
@@ -134,7 +138,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
     if (a.IsOpen()) answer.accuracy = Accuracy::kSurfaceOnly;
     return answer;
   }
-  Best best(max_distance_m);
+  Best best(max_distance_m, limits.slack);
   const Pose X_BA = X_AB.inverse(Eigen::Isometry);
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
     const ConvexCore& piece = b.pieces()[j];
@@ -304,7 +308,7 @@ void OfferCommon(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_A
 PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                                   const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
-  Best best(max_distance_m);
+  Best best(max_distance_m, limits.slack);
   const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   DualSearch(*a.tree(), *b.tree(), X_AB, limits,
              [&](const TriangleCorners& triangle, const ConvexCore& core) {
@@ -343,7 +347,8 @@ PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Po
     const std::optional<double> reach_m = Reach_m(*a.hulls(), *b.hulls(), X_AB, max_distance_m);
     if (!reach_m) return FartherThan(max_distance_m);
     if (*reach_m < max_distance_m) {
-      const PairDistance answer = TrianglesToTriangles(a, b, X_AB, {*reach_m, limits.work});
+      const PairDistance answer =
+          TrianglesToTriangles(a, b, X_AB, {*reach_m, limits.work, limits.slack});
       if (answer.distance_m <= *reach_m) return answer;
     }
   }

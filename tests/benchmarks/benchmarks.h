@@ -67,6 +67,11 @@ void MeasureHandlesOn(const Seeds& seeds, Report& report);
 void MeasureFamilies(Report& report);
 void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& report);
 
+// Inverse kinematics beside KDL: ik_success, ik_wrong, ik_us, ik_us_p99.
+void MeasureInverseKinematics(Report& report);
+// Certified edges: edge_exact_ms_ARM, edge_spheres_ratio.
+void MeasureEdges(Report& report);
+
 // Up as it is found without help, in simulated settings of all kinds: up_within_2deg, up_unwarned,
 // up_false_alarms.
 void MeasureUp(Report& report);

@@ -36,6 +36,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-families", {MeasureFamilies}},
       {"perception-ablate", {MeasureAblation}},
       {"strangers", {MeasureUp, MeasureLists, MeasureHidden, MeasureThin, MeasureCost}},
+      {"planners", {MeasureInverseKinematics, MeasureEdges}},
       {"perception-labelled", {MeasureLabelledScans}},
       {"perception-scans", {MeasureScans}},
       {"perception-claims", {MeasureClaims}},

@@ -9,7 +9,7 @@
 
 int main(int argc, char** argv) {
   constexpr char kUsage[] =
-      "cwm-bench-robots [meshes|differences|motions|spheres|stream|latency|large|python] "
+      "cwm-bench-robots [meshes|differences|motions|edges|ik|spheres|stream|latency|large|python] "
       "[--json FILE]\n";
   if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   std::string part = "spheres", json;
@@ -30,6 +30,10 @@ int main(int argc, char** argv) {
     cwm::benchmarks::MeasureSpheres(report);
   } else if (part == "motions") {
     cwm::benchmarks::MeasureMotions(report);
+  } else if (part == "edges") {
+    cwm::benchmarks::MeasureEdges(report);
+  } else if (part == "ik") {
+    cwm::benchmarks::MeasureInverseKinematics(report);
   } else if (part == "stream") {
     cwm::benchmarks::MeasureRobotStream(report);
   } else if (part == "latency") {
@@ -39,7 +43,8 @@ int main(int argc, char** argv) {
   } else if (part == "python") {
     cwm::benchmarks::MeasurePython(report);
   } else {
-    report.Fail("takes meshes, differences, motions, spheres, stream, latency, large or python");
+    report.Fail(
+        "takes meshes, differences, motions, edges, ik, spheres, stream, latency, large or python");
   }
   report.Print();
   if (!json.empty()) report.WriteJson(json);
