@@ -24,6 +24,8 @@
 #include "clients/meshes/mesh_reading.h"
 #include "clients/scene/scene_import.h"
 #include "clients/scene/scene_objects.h"
+#include "collision/geometry/mesh_closing.h"
+#include "collision/geometry/triangle_mesh.h"
 
 namespace cwm::cli {
 namespace {
@@ -96,6 +98,20 @@ absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
   return IngestScan(session, arguments.scan, *header, {.bytes = bytes, .name = arguments.file});
 }
 
+// What the mesh is as a solid, for the line about it. Warns of one without an inside.
+std::string ClosingOf(const TriangleMesh& mesh, const std::string& file, Session& session) {
+  if (IsWatertight(mesh)) return ", closed";
+  const std::optional<ClosedMesh> closed = Close(mesh);
+  if (closed) {
+    return absl::StrCat(", closed: ", closed->repeated, " repeated triangles left out, ",
+                        closed->split_edges, " edges split at vertices on them");
+  }
+  session.Warn(absl::StrCat(file,
+                            ": the mesh is open: a surface without an inside, so that what "
+                            "does not touch it is free even within it; close its holes"));
+  return ", open";
+}
+
 absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                         std::string_view bytes) {
   const auto pose = ParsePose(arguments.at, "--at");
@@ -103,6 +119,7 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
   const auto mesh = ParseMeshFile(bytes, arguments.file, arguments.mesh);
   if (!mesh.ok()) return mesh.status();
   if (const auto warning = SizeWarning(*mesh, arguments.file)) session.Warn(*warning);
+  const std::string closing = ClosingOf(*mesh, arguments.file, session);
   const auto part = UploadMesh(session, *mesh);
   if (!part.ok()) return part.status();
   pb::Change change;
@@ -115,7 +132,7 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
   *object.add_shapes() = *part;
   return Apply(session, arguments.change, {change},
                absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
-                            mesh->triangles.size() == 1 ? " triangle" : " triangles"));
+                            mesh->triangles.size() == 1 ? " triangle" : " triangles", closing));
 }
 
 // The named robot, or the only one of the world; empty if there is none.

@@ -18,33 +18,6 @@ std::vector<std::uint32_t> Filled(std::size_t count, std::uint32_t value, WorkCo
   return filled;
 }
 
-// For each vertex the index of a vertex at the same position, one index for all vertices there.
-std::vector<std::uint32_t> WeldVertices(const std::vector<Vector3>& vertices, WorkCounter* work) {
-  std::vector<std::uint32_t> order;
-  order.reserve(vertices.size());
-  const bool is_filled =
-      ForEachBlock(vertices.size(), work, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) order.push_back(static_cast<std::uint32_t>(i));
-      });
-  if (!is_filled) return {};
-  const auto before = [&](std::uint32_t a, std::uint32_t b) {
-    const Vector3 &p = vertices[a], &q = vertices[b];
-    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
-  };
-  InterruptibleSort(order, before, work);
-  if (HasEnded(work)) return {};
-  std::vector<std::uint32_t> welded = Filled(vertices.size(), 0, work);
-  if (HasEnded(work)) return {};
-  const bool is_welded = ForEachBlock(order.size(), work, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const bool is_same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
-      welded[order[i]] = is_same ? welded[order[i - 1]] : order[i];
-    }
-  });
-  if (!is_welded) return {};
-  return welded;
-}
-
 // An edge as a key: its ends, the smaller index first, and in the lowest bit the direction in which
 // a triangle runs through it. Indices are below 2^31, since that many vertices take 48 GB.
 std::uint64_t EdgeOf(std::uint64_t from, std::uint64_t to) {
@@ -84,6 +57,32 @@ bool IsEveryEdgePaired(const std::vector<TriangleMesh::Triangle>& triangles, Wor
 
 }  // namespace
 
+std::vector<std::uint32_t> WeldedVertices(const std::vector<Vector3>& vertices, WorkCounter* work) {
+  std::vector<std::uint32_t> order;
+  order.reserve(vertices.size());
+  const bool is_filled =
+      ForEachBlock(vertices.size(), work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) order.push_back(static_cast<std::uint32_t>(i));
+      });
+  if (!is_filled) return {};
+  const auto before = [&](std::uint32_t a, std::uint32_t b) {
+    const Vector3 &p = vertices[a], &q = vertices[b];
+    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+  };
+  InterruptibleSort(order, before, work);
+  if (HasEnded(work)) return {};
+  std::vector<std::uint32_t> welded = Filled(vertices.size(), 0, work);
+  if (HasEnded(work)) return {};
+  const bool is_welded = ForEachBlock(order.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const bool is_same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
+      welded[order[i]] = is_same ? welded[order[i - 1]] : order[i];
+    }
+  });
+  if (!is_welded) return {};
+  return welded;
+}
+
 bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work) {
   return IsEveryEdgePaired(mesh.triangles, work);
 }
@@ -92,7 +91,7 @@ bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work) {
 // share the positions of that edge.
 bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
   if (IsWatertightByIndex(mesh, work)) return true;
-  const std::vector<std::uint32_t> welded = WeldVertices(mesh.vertices, work);
+  const std::vector<std::uint32_t> welded = WeldedVertices(mesh.vertices, work);
   if (HasEnded(work)) return false;
   std::vector<TriangleMesh::Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
@@ -110,7 +109,7 @@ bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
 }
 
 std::vector<std::uint32_t> ConnectedComponents(const TriangleMesh& mesh, WorkCounter* work) {
-  std::vector<std::uint32_t> parent = WeldVertices(mesh.vertices, work);
+  std::vector<std::uint32_t> parent = WeldedVertices(mesh.vertices, work);
   if (HasEnded(work)) return {};
   const auto root = [&parent](std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];

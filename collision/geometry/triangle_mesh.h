@@ -28,6 +28,11 @@ bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 // The same test by indices alone, as hulls satisfy it. It implies IsWatertight.
 bool IsWatertightByIndex(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
+// For each vertex the index of a vertex at the same position, one index for all vertices there.
+// Empty if `work` ended the search.
+std::vector<std::uint32_t> WeldedVertices(const std::vector<Vector3>& vertices,
+                                          WorkCounter* work = nullptr);
+
 // One vertex of each connected component of the surface. Vertices at the same position are
 // connected whether or not they share an index. Vertices without a triangle belong to no component.
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh, WorkCounter* work = nullptr);

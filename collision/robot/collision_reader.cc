@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "collision/geometry/mesh_closing.h"
 #include "collision/geometry/validation.h"
 #include "collision/mesh_files/mesh_file.h"
 
@@ -48,14 +49,23 @@ absl::Status CheckShape(const XmlElement& element, const Shape& shape) {
       "filename", absl::StrCat(violation->field, " is ", violation->value, ": ", violation->rule));
 }
 
+// The mesh of a file, closed if only a defect of the file opens it.
+Mesh ClosedOrOpen(std::shared_ptr<const TriangleMesh> file) {
+  if (IsWatertight(*file)) return {.mesh = std::move(file), .watertight = true};
+  std::optional<ClosedMesh> closed = Close(*file);
+  if (!closed) return {.mesh = std::move(file), .watertight = false};
+  return {.mesh = std::make_shared<const TriangleMesh>(std::move(closed->mesh)),
+          .watertight = true};
+}
+
 Mesh Scaled(const std::shared_ptr<const TriangleMesh>& file, const Vector3& scale) {
-  if (scale == Vector3::Ones()) return {.mesh = file, .watertight = IsWatertight(*file)};
+  if (scale == Vector3::Ones()) return ClosedOrOpen(file);
   TriangleMesh mesh = *file;
   for (Vector3& p : mesh.vertices) p = p.cwiseProduct(scale);
   if (scale.prod() < 0) {
     for (TriangleMesh::Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   }
-  return MakeMesh(std::move(mesh));
+  return ClosedOrOpen(std::make_shared<const TriangleMesh>(std::move(mesh)));
 }
 
 std::string Message(const absl::Status& status) { return std::string(status.message()); }

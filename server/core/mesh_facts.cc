@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/geometry/mesh_closing.h"
 #include "collision/geometry/validation.h"
 
 namespace cwm::server {
@@ -33,6 +34,18 @@ std::optional<bool> MeshFacts::IsWatertight(const TriangleMesh& mesh, WorkCounte
       },
       work);
   return known != nullptr ? std::optional(*known) : std::nullopt;
+}
+
+const std::shared_ptr<const TriangleMesh>* MeshFacts::ClosedOf(const TriangleMesh& mesh,
+                                                               WorkCounter* work) const {
+  return closed_.Get(
+      [&]() -> std::shared_ptr<const TriangleMesh> {
+        ++computed_;
+        std::optional<ClosedMesh> closed = Close(mesh, work);
+        if (!closed) return nullptr;
+        return std::make_shared<const TriangleMesh>(std::move(closed->mesh));
+      },
+      work);
 }
 
 const MeshHull* MeshFacts::HullOf(const std::shared_ptr<const TriangleMesh>& mesh,

@@ -27,6 +27,9 @@ struct MeshHull {
 class MeshFacts {
  public:
   std::optional<bool> IsWatertight(const TriangleMesh& mesh, WorkCounter* work) const;
+  // The mesh closed by what has one meaning (Close); holds nullptr for one that stays open.
+  const std::shared_ptr<const TriangleMesh>* ClosedOf(const TriangleMesh& mesh,
+                                                      WorkCounter* work) const;
   // The mesh must have at most kMaxHullInputVertices vertices. The result lives as long as this.
   const MeshHull* HullOf(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounter* work) const;
 
@@ -35,6 +38,7 @@ class MeshFacts {
 
  private:
   Lazy<bool> watertight_;
+  Lazy<std::shared_ptr<const TriangleMesh>> closed_;
   Lazy<MeshHull> hull_;
   mutable std::atomic<int> computed_ = 0;
 };

@@ -84,7 +84,11 @@ absl::StatusOr<Mesh> MeshOf(const std::string& hash, const GeometryStore& store,
   if (!stored.ok()) return stored.status();
   const std::optional<bool> watertight = stored->facts->IsWatertight(*stored->mesh, budget);
   if (!watertight.has_value()) return budget->status();
-  return Mesh{.mesh = stored->mesh, .watertight = *watertight};
+  if (*watertight) return Mesh{.mesh = stored->mesh, .watertight = true};
+  const auto* const closed = stored->facts->ClosedOf(*stored->mesh, budget);
+  if (closed == nullptr) return budget->status();
+  if (*closed != nullptr) return Mesh{.mesh = *closed, .watertight = true};
+  return Mesh{.mesh = stored->mesh, .watertight = false};
 }
 
 Shape PlateOf(const v1::Plate& plate) {
