@@ -192,20 +192,35 @@ class Quickhull {
     return false;
   }
 
+  // The first face that the point lies outside of, found in pieces that `work` can end.
+  std::vector<int>::iterator FirstSeenBy(int index) {
+    auto first = faces_live_.begin();
+    while (first != faces_live_.end()) {
+      const std::ptrdiff_t count =
+          std::min<std::ptrdiff_t>(kFacesPerReview, faces_live_.end() - first);
+      if (CountHeights(static_cast<std::size_t>(count))) break;
+      const auto seen = std::find_if(first, first + count,
+                                     [&](int f) { return Height(F(f), index) > tolerance_; });
+      if (seen != first + count) return seen;
+      first += count;
+    }
+    return faces_live_.end();
+  }
+
   // Assigns the unclaimed points to the faces that they lie outside of and drops the others: the
   // hull only grows, so they stay inside. One review for all points, because a search through all
   // faces after each step would take cubic time.
   void ReassignPoints() {
     std::erase_if(faces_live_, [this](int f) { return !F(f).alive; });
-    if (CountHeights(faces_.size() - live_until_)) return;
     for (std::size_t f = live_until_; f < faces_.size(); ++f) {
+      const bool begins_block = (f - live_until_) % kFacesPerReview == 0;
+      if (begins_block && CountHeights(std::min(kFacesPerReview, faces_.size() - f))) return;
       if (faces_[f].alive) faces_live_.push_back(static_cast<int>(f));
     }
     live_until_ = faces_.size();
     for (const int index : unassigned_) {
-      if (CountHeights(faces_live_.size())) return;
-      const auto seen = std::find_if(faces_live_.begin(), faces_live_.end(),
-                                     [&](int f) { return Height(F(f), index) > tolerance_; });
+      const auto seen = FirstSeenBy(index);
+      if (HasEnded(work_)) return;
       if (seen == faces_live_.end()) continue;
       if (F(*seen).outside.empty()) pending_.push_back(*seen);
       F(*seen).outside.push_back(index);
@@ -223,7 +238,7 @@ class Quickhull {
     RemoveVisible(seed, apex, horizon, orphans);
     std::erase(orphans, apex);
     Cap(apex, horizon);
-    if (CountHeights(kHeightsOfFace * horizon.size())) return;
+    if (HasEnded(work_)) return;
     Distribute(orphans, faces_.size() - horizon.size());
   }
 
@@ -254,7 +269,8 @@ class Quickhull {
     }
   }
 
-  // Adds a fan of faces from the horizon, which is one simple loop, to the apex.
+  // Adds a fan of faces from the horizon, which is one simple loop, to the apex. The faces are void
+  // if `work` ended it.
   void Cap(int apex, const std::vector<HorizonEdge>& horizon) {
     const int base = static_cast<int>(faces_.size());
     std::unordered_map<int, int> starting_at, ending_at;
@@ -264,6 +280,9 @@ class Quickhull {
       ending_at.emplace(horizon[i].to, index);
     }
     for (std::size_t i = 0; i < horizon.size(); ++i) {
+      const std::size_t left = horizon.size() - i;
+      const bool begins_block = i % kFacesPerCount == 0;
+      if (begins_block && CountHeights(kHeightsOfFace * std::min(left, kFacesPerCount))) return;
       const HorizonEdge& edge = horizon[i];
       faces_.push_back(MakeFace({edge.from, edge.to, apex},
                                 {edge.beyond, starting_at.at(edge.to), ending_at.at(edge.from)}));
@@ -296,6 +315,8 @@ class Quickhull {
 
   static constexpr std::size_t kFacesOfPoint = 8;  // faces made per point if all points are corners
   static constexpr std::size_t kHeightsPerStep = 8;
+  // Work is counted in pieces of so many faces, made or reviewed.
+  static constexpr std::size_t kFacesPerCount = 256, kFacesPerReview = 8192;
   static constexpr std::size_t kHeightsOfFace = 64;  // cost of making one face, in heights
 
   const std::vector<Vector3>& points_;

@@ -390,10 +390,17 @@ class EdgeSearch {
       state.accuracy = pair.ProofAccuracy();
       return state;
     }
-    const PairDistance answer =
-        IsSlow(pair) && width >= kMinSlackWidth
-            ? DistanceWithin(pair.body, pair.object, reach_m, kSlack, pair.work)
-            : pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
+    PairDistance answer;
+    if (IsSlow(pair) && width >= kMinSlackWidth) {
+      answer = DistanceWithin(pair.body, pair.object, reach_m, kSlack, pair.work);
+      search_.CountPair(pair);
+      SetGap(pair, answer, reach_m, state);
+      if (state.certain && !state.contact) {
+        state.accuracy = pair.ProofAccuracy();
+        return state;
+      }
+    }
+    answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
     SetGap(pair, answer, reach_m, state);
     const bool is_yes_or_no = state.contact ? ProvesContact(pair, answer) : state.certain;

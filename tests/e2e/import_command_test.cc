@@ -126,7 +126,7 @@ TEST_F(ImportCommand, TellsOnATerminalHowFarTheMeshesOfASceneAre) {
 TEST_F(ImportCommand, TakesWhatWasExportedAndAnswersTheSame) {
   const ProcessResult imported = Cwm({"import", Write("wedge.obj", kWedge)});
   ASSERT_EQ(imported.exit_code, 0) << imported.err;
-  EXPECT_THAT(imported.out, HasSubstr("imported wedge, a mesh of 4 triangles, revision 1"));
+  EXPECT_THAT(imported.out, HasSubstr("imported wedge, a mesh of 4 triangles, closed, revision 1"));
   ASSERT_EQ(Cwm({"export", File("all.glb")}).exit_code, 0);
   ASSERT_EQ(Cwm({"export", File("all.ply")}).exit_code, 0);
   ASSERT_EQ(Cwm({"get", "wedge", "--mesh", File("one.glb")}).exit_code, 0);

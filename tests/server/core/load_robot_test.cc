@@ -144,7 +144,7 @@ TEST(ReadRobot, EndsWhenItIsStopped) {
 TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
   EXPECT_THAT(WarningsOf(*Arm(), true),
               ElementsAre("links fore, left, right, free without collision geometry: never in "
-                          "collision"));
+                          "collision; add a <collision> if it has a body"));
   RobotFiles files{.urdf = Robot(MeshLink("a", "a.obj") + MeshLink("b", "b.obj") +
                                  JointText("j", "fixed", "a", "b")),
                    .meshes = {{"a.obj", kTetrahedron}, {"b.obj", kTriangle}}};
@@ -167,7 +167,7 @@ TEST(WarningsOfARobot, TellOfNamedStatesOutOfLimits) {
   EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1")), true).size(), 1u) << "at the limit is within";
   EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1.5")), true)[0],
             "named state ready of reach (elbow is 1.5, must be from -1 to 1) out of limits: the "
-            "verdict about such a state is OUT_OF_LIMITS");
+            "verdict about such a state is OUT_OF_LIMITS; correct it");
   const std::string still =
       "<robot name=\"arm\"><group name=\"g\"><joint name=\"float\"/></group><group_state "
       "name=\"s\" "
@@ -185,8 +185,8 @@ TEST(WarningsOfARobot, TellWhatTheLimitsOfFollowersDo) {
   EXPECT_EQ(WarningsOf(*arm_with("<limit lower=\"-0.02\" upper=\"0\"/>"), true)[0],
             "joint other with limits that narrow those of the joint it follows");
   EXPECT_EQ(WarningsOf(*arm_with("<limit effort=\"10\"/>"), true)[0],
-            "joint other with limits that contradict those of the joint it follows: they are not "
-            "kept");
+            "joint other with limits that contradict those of the joint it follows: not kept; "
+            "correct them");
 }
 
 TEST(LoadRobot, MakesOneRevisionAndNoneTheSecondTime) {
