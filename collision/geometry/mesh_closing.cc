@@ -21,7 +21,7 @@ constexpr int kMaxRounds = 4;
 
 // The triangle with its smallest index first, which keeps its winding.
 Triangle Rotated(Triangle t) {
-  std::ranges::rotate(t, std::ranges::min_element(t));
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   return t;
 }
 
