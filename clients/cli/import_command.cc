@@ -103,8 +103,13 @@ std::string ClosingOf(const TriangleMesh& mesh, const std::string& file, Session
   if (IsWatertight(mesh)) return ", closed";
   const std::optional<ClosedMesh> closed = Close(mesh);
   if (closed) {
-    return absl::StrCat(", closed: ", closed->repeated, " repeated triangles left out, ",
-                        closed->split_edges, " edges split at vertices on them");
+    std::vector<std::string> mended;
+    const auto add = [&](std::size_t count, const char* one, const char* many) {
+      if (count > 0) mended.push_back(count == 1 ? one : absl::StrCat(count, many));
+    };
+    add(closed->repeated, "a repeated triangle left out", " repeated triangles left out");
+    add(closed->split_edges, "an edge split at vertices on it", " edges split at vertices on them");
+    return absl::StrCat(", closed (", absl::StrJoin(mended, ", "), ")");
   }
   session.Warn(absl::StrCat(file,
                             ": the mesh is open: a surface without an inside, so that what "

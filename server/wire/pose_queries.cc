@@ -34,9 +34,11 @@ absl::StatusOr<int> ToolLinkOf(const RobotStates& states, const std::string& nam
   const collision::RobotModel& model = states.robot->model();
   if (!name.empty()) return LinkOf(model, name, path);
   if (states.group->tool_link) return *states.group->tool_link;
-  return path.Error(absl::StrCat(
-      "is empty, must name the link that carries the tool: group ", Quoted(states.group->name),
-      " has no end effector in the SRDF, and moves several ends or none"));
+  const std::string who = states.group->name.empty()
+                              ? "the whole robot"
+                              : absl::StrCat("group ", Quoted(states.group->name));
+  return path.Error(absl::StrCat("is empty, must name the link that carries the tool: ", who,
+                                 " has no end effector in the SRDF and not just one end"));
 }
 
 absl::StatusOr<double> ToleranceOf(double tolerance, const FieldPath& path) {

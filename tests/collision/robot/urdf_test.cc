@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "tests/collision/mesh_files/mesh_bytes.h"
 #include "tests/collision/robot/robot_text.h"
 
@@ -19,7 +17,6 @@ using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kRounding = 1e-15;
 
 RobotDescription Read(const std::string& elements, const MeshSource& meshes = NoMeshes) {

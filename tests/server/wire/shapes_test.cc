@@ -150,6 +150,26 @@ TEST(WireShape, RefusesBrokenDimensionsByTheirField) {
   }
 }
 
+TEST(WireShape, AMeshThatOnlyARepeatedTriangleOpensIsASolid) {
+  GeometryStore store(kStoreBytes);
+  const auto put = [&](const TriangleMesh& mesh) {
+    const auto held = std::make_shared<const TriangleMesh>(mesh);
+    v1::PlacedShape shape;
+    shape.mutable_mesh()->set_hash(store.RegisterMesh(held));
+    const FieldPath root;
+    const auto placed = PlacedShapeFromProto(shape, store, root.Field("s"));
+    EXPECT_TRUE(placed.ok()) << placed.status();
+    return std::get<Mesh>(placed->shape);
+  };
+  TriangleMesh mesh = Tetrahedron();
+  mesh.triangles.push_back(mesh.triangles.front());
+  const Mesh closed = put(mesh);
+  EXPECT_TRUE(closed.watertight);
+  EXPECT_EQ(closed.mesh->triangles.size(), 4u);
+  mesh.triangles.resize(3);
+  EXPECT_FALSE(put(mesh).watertight) << "a hole stays one";
+}
+
 TEST(WireShape, UnknownGeometryIsNotFoundAndNamed) {
   GeometryStore store(kStoreBytes);
   v1::PlacedShape shape;
