@@ -106,7 +106,7 @@ Aabb BoundsWithHidden(const ShapePart& part, const Pose& X_LS,
   const Aabb seen_S = bounds_S;
   Eigen::Index thin = 2;
   if (!std::holds_alternative<Plate>(part.shape)) seen_S.sizes().minCoeff(&thin);
-  // The frame's origin stands for a sensor that is not known, as it did when the normals were chosen.
+  // The frame's origin stands for a sensor that is not known, as it did for the normals.
   Vector3 viewpoint_L = Vector3::Zero();
   if (evidence.sight != nullptr) viewpoint_L = evidence.sight->viewpoint().cast<double>();
   const Vector3 viewpoint_S = X_LS.inverse(Eigen::Isometry) * viewpoint_L;

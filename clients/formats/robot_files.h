@@ -21,10 +21,11 @@ struct RobotFolders {
   std::vector<std::string> package_folders;
 };
 
-// The file of "package://PACKAGE/REST", "file:///PATH", or a path relative to the URDF. Of a package
-// it is PACKAGE/REST below the first package folder that has it; REST if the folder itself is
-// PACKAGE, by its name or its package.xml; else REST in a folder up to six levels below a given
-// package folder whose package.xml names PACKAGE. The Python client has the same rules. INVALID_ARGUMENT with the URI and the searched paths.
+// The file of "package://PACKAGE/REST", "file:///PATH", or a path relative to the URDF. Of a
+// package it is PACKAGE/REST below the first package folder that has it; REST if the folder itself
+// is PACKAGE, by its name or its package.xml; else REST in a folder up to six levels below a given
+// package folder whose package.xml names PACKAGE. The Python client has the same rules.
+// INVALID_ARGUMENT with the URI and the searched paths.
 absl::StatusOr<std::string> FindMeshFile(std::string_view uri, const RobotFolders& folders);
 
 }  // namespace cwm::formats

@@ -25,9 +25,9 @@ struct ShapePart {
   std::optional<FitQuality> fit = std::nullopt;  // absent if a user supplied the shape
   // The profile of an open vessel; `shape` is then its watertight mesh. nullptr for other shapes.
   std::shared_ptr<const VesselShell> vessel = nullptr;
-  // Space in the object's frame, around the shape, that no sensor saw and into which the body of the
-  // part may extend: behind a face whose other side was not seen, as deep as no ray shows it free.
-  // Answers about it are bounded, not exact. Absent where nothing is hidden.
+  // Space in the object's frame, around the shape, that no sensor saw and into which the body of
+  // the part may extend: behind a face whose other side was not seen, as deep as no ray shows it
+  // free. Answers about it are bounded, not exact. Absent where nothing is hidden.
   std::optional<Placed<Box>> hidden = std::nullopt;
 };
 
@@ -35,8 +35,8 @@ struct ShapePart {
 // A vessel is evaluated by its profile, which is exact and much faster than its mesh.
 double SignedDistance_m(const ShapePart& part, const Vector3& p);
 
-// How far the body of the part may extend beyond its shape: the largest difference between the sizes
-// of the hidden space and of the shape, in metres. 0 if nothing is hidden.
+// How far the body of the part may extend beyond its shape: the largest difference between the
+// sizes of the hidden space and of the shape, in metres. 0 if nothing is hidden.
 double HiddenDepth_m(const ShapePart& part);
 
 // An open or closed mesh over points that no shape explains, vertices in the object's frame.

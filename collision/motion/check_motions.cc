@@ -1,3 +1,4 @@
+// This file is longer than 500 lines: the search of one edge is one state machine over its pairs.
 #include "collision/motion/check_motions.h"
 
 #include <algorithm>
@@ -30,8 +31,8 @@ constexpr double kMinProvenGap_m = 5e-8;
 // which cost more than a separating plane.
 constexpr double kMaxPlaneGapShare = 1.0 / 64;
 
-// chosen: distances of meshes are searched up to this factor, since a certificate needs a lower bound
-// only. The clearance that is told may be as much lower.
+// chosen: distances of meshes are searched up to this factor, since a certificate needs a lower
+// bound only. The clearance that is told may be as much lower.
 constexpr double kSlack = 1.25;
 // chosen: as a share of the edge. In narrower intervals, near a contact, exact distances save more
 // measurements than they cost.

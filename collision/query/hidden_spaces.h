@@ -1,5 +1,5 @@
-// Spaces of the world that no sensor saw and into which objects may extend (ShapePart::hidden). They
-// are no obstacles; answers that they could change are labelled kBounded instead of kExact.
+// Spaces of the world that no sensor saw and into which objects may extend (ShapePart::hidden).
+// They are no obstacles; answers that they could change are labelled kBounded instead of kExact.
 #pragma once
 
 #include <cstdint>

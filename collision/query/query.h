@@ -67,8 +67,8 @@ struct QueryBody {
   std::string supported_by = {};                           // support of the object `self`
   std::shared_ptr<const Attachment> attachment = nullptr;  // attachment of the object `self`
   std::shared_ptr<const RobotModel> robot = nullptr;       // the robot whose links are the frames
-  // How far the body may extend beyond its parts where no sensor saw it (HiddenDepth_m): the answers
-  // are kBounded, their bounds larger by this.
+  // How far the body may extend beyond its parts where no sensor saw it (HiddenDepth_m): the
+  // answers are kBounded, their bounds larger by this.
   double hidden_m = 0;
   // No answer gets a better label. DEGRADED for a body that only approximates another one.
   Accuracy best_accuracy = Accuracy::kExact;

@@ -1,4 +1,4 @@
-// Arms of other kinds than the Panda: six joints with large meshes, and fourteen joints of two arms.
+// Arms of other kinds than the Panda: six joints with large meshes, and two arms of seven joints.
 #pragma once
 
 #include <memory>

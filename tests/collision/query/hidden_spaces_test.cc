@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 
 constexpr double kRadius_m = 0.01;
 
-// A face that was seen from x < 0, from x = 0 to 0.005, behind which something may be up to x = 0.2.
+// A face from x = 0 to 0.005 that was seen from x < 0; behind it something may reach to x = 0.2.
 std::shared_ptr<const PreparedModel> FaceWithHiddenDepth() {
   HybridModel model;
   model.shapes.push_back(
