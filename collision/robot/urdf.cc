@@ -201,8 +201,9 @@ class UrdfReader {
       return absl::OkStatus();
     }
     absl::StatusOr<std::string> name = root.Name("name");
-    if (name.ok()) robot_.name = *std::move(name);
-    return name.status();
+    if (!name.ok()) return name.status();
+    robot_.name = *std::move(name);
+    return absl::OkStatus();
   }
 
   // A joint that follows one that the robot does not have moves by itself, as in MoveIt.

@@ -318,7 +318,7 @@ absl::StatusOr<std::optional<XmlElement>> XmlElement::AtMostOne(const char* tag)
   if (children.size() > 1) {
     return Fault(absl::StrCat("has ", children.size(), " elements <", tag, ">, must have one"));
   }
-  return std::optional<XmlElement>(std::move(children.front()));
+  return std::optional<XmlElement>(children.front());
 }
 
 absl::StatusOr<XmlElement> XmlElement::ExactlyOne(const char* tag) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "collision/inverse_kinematics/pose_solver.h"
 #include "collision/query/query.h"
 #include "server/core/error.h"
 
