@@ -1,7 +1,6 @@
 #include "perception/hidden_depth.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 #include "collision/geometry/aabb.h"

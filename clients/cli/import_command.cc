@@ -22,10 +22,9 @@
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/scene_file.h"
 #include "clients/meshes/mesh_reading.h"
+#include "clients/meshes/mesh_solid.h"
 #include "clients/scene/scene_import.h"
 #include "clients/scene/scene_objects.h"
-#include "collision/geometry/mesh_closing.h"
-#include "collision/geometry/triangle_mesh.h"
 
 namespace cwm::cli {
 namespace {
@@ -98,25 +97,6 @@ absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
   return IngestScan(session, arguments.scan, *header, {.bytes = bytes, .name = arguments.file});
 }
 
-// What the mesh is as a solid, for the line about it. Warns of one without an inside.
-std::string ClosingOf(const TriangleMesh& mesh, const std::string& file, Session& session) {
-  if (IsWatertight(mesh)) return ", closed";
-  const std::optional<ClosedMesh> closed = Close(mesh);
-  if (closed) {
-    std::vector<std::string> mended;
-    const auto add = [&](std::size_t count, const char* one, const char* many) {
-      if (count > 0) mended.push_back(count == 1 ? one : absl::StrCat(count, many));
-    };
-    add(closed->repeated, "a repeated triangle left out", " repeated triangles left out");
-    add(closed->split_edges, "an edge split at vertices on it", " edges split at vertices on them");
-    return absl::StrCat(", closed (", absl::StrJoin(mended, ", "), ")");
-  }
-  session.Warn(absl::StrCat(file,
-                            ": the mesh is open: a surface without an inside, so that what "
-                            "does not touch it is free even within it; close its holes"));
-  return ", open";
-}
-
 absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                         std::string_view bytes) {
   const auto pose = ParsePose(arguments.at, "--at");
@@ -124,7 +104,12 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
   const auto mesh = ParseMeshFile(bytes, arguments.file, arguments.mesh);
   if (!mesh.ok()) return mesh.status();
   if (const auto warning = SizeWarning(*mesh, arguments.file)) session.Warn(*warning);
-  const std::string closing = ClosingOf(*mesh, arguments.file, session);
+  const meshes::MeshSolid solid = meshes::DescribeSolid(*mesh);
+  if (solid.is_open) {
+    session.Warn(absl::StrCat(arguments.file,
+                              ": the mesh is open, a surface without an inside: what does not "
+                              "touch it is free even within it; close its holes"));
+  }
   const auto part = UploadMesh(session, *mesh);
   if (!part.ok()) return part.status();
   pb::Change change;
@@ -135,9 +120,10 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
   object.set_kind(pb::OBJECT_KIND_USER);
   *object.mutable_x_world_object() = PoseToProto(*pose);
   *object.add_shapes() = *part;
-  return Apply(session, arguments.change, {change},
-               absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
-                            mesh->triangles.size() == 1 ? " triangle" : " triangles", closing));
+  return Apply(
+      session, arguments.change, {change},
+      absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
+                   mesh->triangles.size() == 1 ? " triangle, " : " triangles, ", solid.text));
 }
 
 // The named robot, or the only one of the world; empty if there is none.

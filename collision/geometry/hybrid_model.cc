@@ -13,8 +13,9 @@ double SignedDistance_m(const ShapePart& part, const Vector3& p) {
 double HiddenDepth_m(const ShapePart& part) {
   if (!part.hidden) return 0;
   const Pose X_BS = part.hidden->X_FS.inverse(Eigen::Isometry) * part.X_OS;
-  const Vector3 seen_m = TightBounds(part.shape, X_BS).sizes();
-  return std::max(0.0, (part.hidden->shape.size_m - seen_m).maxCoeff());
+  const Aabb seen_B = TightBounds(part.shape, X_BS);
+  const Vector3 half_m = 0.5 * part.hidden->shape.size_m;
+  return std::max({0.0, (half_m - seen_B.max()).maxCoeff(), (half_m + seen_B.min()).maxCoeff()});
 }
 
 Aabb TightBounds(const HybridModel& model, const Pose& X_FO) {

@@ -35,8 +35,8 @@ struct ShapePart {
 // A vessel is evaluated by its profile, which is exact and much faster than its mesh.
 double SignedDistance_m(const ShapePart& part, const Vector3& p);
 
-// How far the body of the part may extend beyond its shape: the largest difference between the
-// sizes of the hidden space and of the shape, in metres. 0 if nothing is hidden.
+// How far the hidden space reaches beyond the shape's bounds along its own axes, at most, in metres.
+// 0 if nothing is hidden.
 double HiddenDepth_m(const ShapePart& part);
 
 // An open or closed mesh over points that no shape explains, vertices in the object's frame.

@@ -1,10 +1,12 @@
 #include "collision/geometry/mesh_closing.h"
 
 #include <algorithm>
-#include <map>
+#include <functional>
 #include <set>
 #include <utility>
 #include <vector>
+
+#include "collision/geometry/interruptible_sort.h"
 
 namespace cwm {
 namespace {
@@ -26,37 +28,59 @@ Triangle Rotated(Triangle t) {
 }
 
 // Triangles by vertices at distinct positions, without those that collapse and those that repeat
-// another. Sets the number of repeated ones.
+// another. Sets the number of repeated ones. Void if `work` ended it.
 std::vector<Triangle> Distinct(const TriangleMesh& mesh, const std::vector<std::uint32_t>& welded,
-                               std::size_t& repeated) {
+                               std::size_t& repeated, WorkCounter* work) {
   std::vector<Triangle> triangles;
-  std::set<Triangle> known;
-  for (const auto& [i, j, k] : mesh.triangles) {
-    const Triangle t = Rotated({welded[i], welded[j], welded[k]});
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
-    if (known.insert(t).second) {
-      triangles.push_back(t);
-    } else {
-      ++repeated;
+  triangles.reserve(mesh.triangles.size());
+  ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      const Triangle t = Rotated({welded[a], welded[b], welded[c]});
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
-  }
+  });
+  if (HasEnded(work)) return {};
+  InterruptibleSort(triangles, std::less<>(), work);
+  if (HasEnded(work)) return {};
+  const auto end = std::unique(triangles.begin(), triangles.end());
+  repeated = static_cast<std::size_t>(triangles.end() - end);
+  triangles.erase(end, triangles.end());
   return triangles;
 }
 
-// The edges that are not run through as often in the other direction.
-std::set<MeshEdge> OpenEdges(const std::vector<Triangle>& triangles) {
-  std::map<MeshEdge, int> surplus;  // of the direction from the smaller to the larger index
-  for (const Triangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = t[k], to = t[(k + 1) % 3];
-      surplus[std::minmax(from, to)] += from < to ? 1 : -1;
+// The edges that are not run through as often in the other direction, ordered. Void if `work` ended
+// it; ends early with more than kMaxOpenEdges.
+std::vector<MeshEdge> OpenEdges(const std::vector<Triangle>& triangles, WorkCounter* work) {
+  // From the smaller to the larger index, and whether the triangle runs so.
+  struct Side {
+    MeshEdge edge;
+    bool forward = true;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.size());
+  ForEachBlock(triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = triangles[i][k], to = triangles[i][(k + 1) % 3];
+        sides.push_back({std::minmax(from, to), from < to});
+      }
     }
+  });
+  if (HasEnded(work)) return {};
+  InterruptibleSort(
+      sides, [](const Side& a, const Side& b) { return a.edge < b.edge; }, work);
+  if (HasEnded(work)) return {};
+  std::vector<MeshEdge> open;
+  for (std::size_t i = 0; i < sides.size() && open.size() <= kMaxOpenEdges;) {
+    const MeshEdge edge = sides[i].edge;
+    int surplus = 0;  // of the direction from the smaller to the larger index
+    for (; i < sides.size() && sides[i].edge == edge; ++i) surplus += sides[i].forward ? 1 : -1;
+    if (surplus > 0) open.push_back(edge);
+    if (surplus < 0) open.emplace_back(edge.second, edge.first);
+    if (MustEnd(work, 1)) return {};
   }
-  std::set<MeshEdge> open;
-  for (const auto& [edge, count] : surplus) {
-    if (count > 0) open.insert(edge);
-    if (count < 0) open.insert({edge.second, edge.first});
-  }
+  std::ranges::sort(open);
   return open;
 }
 
@@ -66,16 +90,17 @@ class EdgeSplitter {
   EdgeSplitter(const std::vector<Vector3>& vertices, double tolerance_m)
       : vertices_(vertices), tolerance_m_(tolerance_m) {}
 
-  std::size_t Split(const std::set<MeshEdge>& open, std::vector<Triangle>& triangles,
+  std::size_t Split(const std::vector<MeshEdge>& open, std::vector<Triangle>& triangles,
                     WorkCounter* work) const {
     std::set<std::uint32_t> ends;
     for (const auto& [from, to] : open) ends.insert({from, to});
     std::size_t count = 0;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
+      if (MustEnd(work, 1)) return count;
       for (std::size_t k = 0; k < 3; ++k) {
         const Triangle t = triangles[i];
         const MeshEdge edge{t[k], t[(k + 1) % 3]};
-        if (!open.contains(edge)) continue;
+        if (!std::ranges::binary_search(open, edge)) continue;
         if (MustEnd(work, ends.size())) return count;
         const std::vector<std::uint32_t> on_edge = VerticesOn(edge, ends);
         if (on_edge.empty()) continue;
@@ -133,18 +158,19 @@ std::optional<ClosedMesh> Close(const TriangleMesh& mesh, WorkCounter* work) {
   const std::vector<std::uint32_t> welded = WeldedVertices(mesh.vertices, work);
   if (HasEnded(work)) return std::nullopt;
   ClosedMesh closed;
-  std::vector<Triangle> triangles = Distinct(mesh, welded, closed.repeated);
+  std::vector<Triangle> triangles = Distinct(mesh, welded, closed.repeated, work);
   const EdgeSplitter splitter(mesh.vertices, kOnEdge * Extent_m(mesh.vertices));
-  std::set<MeshEdge> open = OpenEdges(triangles);
+  std::vector<MeshEdge> open = OpenEdges(triangles, work);
   for (int round = 0; round < kMaxRounds && !open.empty(); ++round) {
     if (open.size() > kMaxOpenEdges) return std::nullopt;
     const std::size_t split = splitter.Split(open, triangles, work);
     if (split == 0 || HasEnded(work)) return std::nullopt;
     closed.split_edges += split;
-    open = OpenEdges(triangles);
+    open = OpenEdges(triangles, work);
   }
+  if (HasEnded(work) || !open.empty()) return std::nullopt;
   closed.mesh = {.vertices = mesh.vertices, .triangles = std::move(triangles)};
-  if (!open.empty() || !IsWatertight(closed.mesh, work)) return std::nullopt;
+  if (!IsWatertight(closed.mesh, work)) return std::nullopt;
   return closed;
 }
 

@@ -1,7 +1,6 @@
 #include "collision/inverse_kinematics/solve_poses.h"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <utility>

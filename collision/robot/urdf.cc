@@ -30,7 +30,7 @@ bool HasLimits(JointKind kind) {
   return kind == JointKind::kRevolute || kind == JointKind::kPrismatic;
 }
 
-// Of several axes the first counts, as in ROS.
+// The first of several axes counts, as in ROS.
 absl::StatusOr<Vector3> ReadAxis(const XmlElement& joint, std::vector<std::string>& left_out) {
   const std::vector<XmlElement> axes = joint.Children("axis");
   if (axes.empty()) return Vector3::UnitX();

@@ -165,7 +165,7 @@ struct BodyQuery {
                                       const collision::QueryBody& body,
                                       const collision::BodyRows& rows,
                                       const collision::QueryOptions& options, std::stop_token stop);
-  // The option that limits the number of answers per row, and the resulting number.
+  // The field that limits the number of answers per row, and the resulting number.
   std::string_view field;
   std::int64_t (*per_row)(const collision::QueryOptions& options,
                           const collision::WorldSnapshot& world);
@@ -234,7 +234,7 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::GetDistancesRequest& reques
   return AnswerBody(
       runtime, request, call, memory,
       BodyQuery<collision::PairColumns, v1::GetDistancesResponse>{
-          collision::GetDistances, "max_results", ResultsPerRow, DistanceAnswersToProto},
+          collision::GetDistances, "options.max_results", ResultsPerRow, DistanceAnswersToProto},
       response);
 }
 
@@ -244,7 +244,7 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::GetContactsRequest& request
   return AnswerBody(
       runtime, request, call, memory,
       BodyQuery<collision::PairColumns, v1::GetContactsResponse>{
-          collision::GetContacts, "max_contacts", ContactsPerRow, ContactAnswersToProto},
+          collision::GetContacts, "options.max_contacts", ContactsPerRow, ContactAnswersToProto},
       response);
 }
 
@@ -311,8 +311,13 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::GetLinkPosesRequest& reques
   if (!query.ok()) return query.status();
   const auto links = LinksFromProto(request, *query);
   if (!links.ok()) return links.status();
-  LinkPosesToProto(*query, *links, parsed->Context(), response);
-  return absl::OkStatus();
+  const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*query);
+  const auto per_row = static_cast<std::int64_t>(links->size());
+  auto status = CheckAnswers({"links", per_row, rows->size()}, Form::kColumns, application.limits);
+  if (!status.ok()) return status;
+  LinkPosesToProto(*query, *links, parsed->Context(), &parsed->budget, response);
+  return call.stop.stop_requested() ? absl::CancelledError("the question was cancelled")
+                                    : absl::OkStatus();
 }
 
 absl::Status AnswerQuery(Runtime& runtime, const v1::CastRaysRequest& request,

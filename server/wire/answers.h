@@ -41,9 +41,10 @@ void RayAnswersToProto(const collision::RayColumns& answers,
 void PoseAnswersToProto(const collision::PoseColumns& answers, const PoseQuery& query,
                         const AnswerContext& context, v1::SolvePosesResponse* response);
 
-// The poses of links in the rows of a robot.
+// The poses of links in the rows of a robot, as many rows as there is budget for.
 void LinkPosesToProto(const StateQuery& query, std::span<const int> links,
-                      const AnswerContext& context, v1::GetLinkPosesResponse* response);
+                      const AnswerContext& context, WorkBudget* budget,
+                      v1::GetLinkPosesResponse* response);
 
 void SampleAnswersToProto(const collision::PointColumns& answers, const AnswerContext& context,
                           v1::SamplePointsResponse* response);

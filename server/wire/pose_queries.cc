@@ -219,19 +219,21 @@ absl::StatusOr<std::vector<int>> LinksFromProto(const v1::GetLinkPosesRequest& r
 }
 
 void LinkPosesToProto(const StateQuery& query, std::span<const int> links,
-                      const AnswerContext& context, v1::GetLinkPosesResponse* response) {
+                      const AnswerContext& context, WorkBudget* budget,
+                      v1::GetLinkPosesResponse* response) {
   const auto& states = std::get<RobotStates>(query.states);
   const collision::RobotModel& model = states.robot->model();
   const collision::JointRows rows = JointRowsOf(states);
   std::vector<Pose> X_WL(model.links.size());
   std::vector<double> numbers;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
+  std::size_t row = 0;
+  for (; row < rows.size() && !MustEnd(budget, 2 * X_WL.size()); ++row) {
     collision::LinkPoses(model, states.X_WB, rows.State(row), X_WL);
     for (const int link : links) Append(X_WL[static_cast<std::size_t>(link)], numbers);
   }
   response->set_world_uid(context.world_uid);
   response->set_revision(context.revision.value);
-  response->set_completed_count(static_cast<std::int64_t>(rows.size()));
+  response->set_completed_count(static_cast<std::int64_t>(row));
   for (const int link : links) {
     response->add_links(model.links[static_cast<std::size_t>(link)].name);
   }

@@ -263,8 +263,7 @@ absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& lim
   const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(bound.row_count));
   if (bound.per_row <= max_answers / rows) return absl::OkStatus();
   const FieldPath root;
-  const FieldPath options = root.Field("options");
-  return options.Field(bound.field)
+  return root.Field(bound.field)
       .Error(absl::StrCat("is ", bound.per_row, " for ", rows, " rows, must be at most ",
                           max_answers / rows, ": a batch has at most ", max_answers,
                           form == Form::kRows ? " answers as RESULT_FORM_ROWS" : " answers"));

@@ -123,7 +123,7 @@ absl::StatusOr<std::vector<int>> LinksFromProto(const v1::GetLinkPosesRequest& r
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);
 
 // Checks the largest possible number of answers of a batch against the limit of the form. `per_row`
-// is the most answers per row, `field` the option that sets it.
+// is the most answers per row, `field` the field of the request that sets it.
 struct AnswerBound {
   std::string_view field;
   std::int64_t per_row;

@@ -129,14 +129,15 @@ BenchmarkArm FourteenJointArms() {
   return {builder.Take(), {left, right}};
 }
 
-RobotDescription WithFinerMeshes(RobotDescription robot, std::size_t triangles) {
-  for (Link& link : robot.links) {
+std::shared_ptr<const RobotModel> WithFinerMeshes(const RobotModel& robot, std::size_t triangles) {
+  auto finer = std::make_shared<RobotModel>(robot);
+  for (ModelLink& link : finer->links) {
     for (CollisionGeometry& geometry : link.collisions) {
       const auto* mesh = std::get_if<Mesh>(&geometry.shape);
       if (mesh != nullptr) geometry.shape = MakeMesh(Refined(*mesh->mesh, triangles));
     }
   }
-  return robot;
+  return finer;
 }
 
 }  // namespace cwm::benchmarks

@@ -21,7 +21,7 @@ BenchmarkArm SixJointArm();
 BenchmarkArm FourteenJointArms();
 
 // The robot with the triangles of its meshes split in four until each has at least so many.
-collision::RobotDescription WithFinerMeshes(collision::RobotDescription robot,
-                                            std::size_t triangles);
+std::shared_ptr<const collision::RobotModel> WithFinerMeshes(const collision::RobotModel& robot,
+                                                             std::size_t triangles);
 
 }  // namespace cwm::benchmarks

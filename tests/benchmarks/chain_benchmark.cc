@@ -1,5 +1,5 @@
-// What motion planners ask of a robot: inverse kinematics beside KDL, and certified edges of exact
-// and of sphere robots.
+// Questions of motion planners: inverse kinematics beside KDL, and certified edges of robots with
+// exact geometry and of robots of spheres.
 #include <time.h>
 
 #include <algorithm>
@@ -322,6 +322,9 @@ void MeasureEdges(Report& report) {
   const RobotModel& model = *panda->robot->model;
   const QueryBody exact = BodyFromRobot(*panda->robot, RobotScope::kBoth);
   AddEdges({"panda", model, *panda->arm, exact, *world}, "edge_exact_ms_panda", report);
+  constexpr std::size_t kFineTriangles = 40'000;
+  const auto fine = WithFinerMeshes(model, kFineTriangles);
+  add("panda_fine", fine, *fine->FindGroup("panda_arm"));
   const QueryBody spheres =
       BodyFromSpheres(*panda->robot, *panda->robot->prepared_spheres_as_given, RobotScope::kBoth);
   const EdgeTally tally =

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from cwm.view import WorldView
 
 _MAX_SOLUTIONS = 64
+# More links than most robots have: batches are cut by it where all links are asked for.
+_MANY_LINKS = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +191,9 @@ def link_poses(
         view.connection.link_poses,
         robot_pb2.GetLinkPosesRequest,
         fill,
-        queries.rows_of(Bulk(subject.bulk.rows, ("robot", "rows", "data"))),
+        queries.rows_of(
+            Bulk(subject.bulk.rows, ("robot", "rows", "data")), len(names) or _MANY_LINKS
+        ),
         options,
     )
     count = len(replies[0].links)

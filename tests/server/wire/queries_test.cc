@@ -169,15 +169,15 @@ TEST_F(Subjects, RowsAreForFewRows) {
 
 // Every row of the largest batch may have the default number of contacts, but not one more.
 TEST_F(Subjects, ABatchHasALimitOfAnswersThatTheErrorNames) {
-  EXPECT_TRUE(CheckAnswers({"max_contacts", 16, 65'536}, Form::kColumns, limits_).ok());
-  const auto refused = CheckAnswers({"max_contacts", 17, 65'536}, Form::kColumns, limits_);
+  EXPECT_TRUE(CheckAnswers({"options.max_contacts", 16, 65'536}, Form::kColumns, limits_).ok());
+  const auto refused = CheckAnswers({"options.max_contacts", 17, 65'536}, Form::kColumns, limits_);
   EXPECT_EQ(FieldAtFault(refused), "options.max_contacts");
   EXPECT_EQ(refused.message(),
             "options.max_contacts: is 17 for 65536 rows, must be at most 16: a batch has at most "
             "1048576 answers");
-  EXPECT_TRUE(CheckAnswers({"max_results", 64, 1'024}, Form::kRows, limits_).ok());
-  EXPECT_FALSE(CheckAnswers({"max_results", 65, 1'024}, Form::kRows, limits_).ok());
-  EXPECT_TRUE(CheckAnswers({"max_contacts", 1'024, 0}, Form::kColumns, limits_).ok());
+  EXPECT_TRUE(CheckAnswers({"options.max_results", 64, 1'024}, Form::kRows, limits_).ok());
+  EXPECT_FALSE(CheckAnswers({"options.max_results", 65, 1'024}, Form::kRows, limits_).ok());
+  EXPECT_TRUE(CheckAnswers({"options.max_contacts", 1'024, 0}, Form::kColumns, limits_).ok());
 }
 
 TEST(WireTime, SurvivesARoundTripAlsoBefore1970) {
