@@ -11,25 +11,25 @@
 namespace cwm::collision {
 namespace {
 
-absl::StatusOr<Shape> ReadSphere(const XmlElement& element) {
+absl::StatusOr<Shape> ReadSphere(const XmlElement& element, double scale) {
   const absl::StatusOr<double> radius_m = element.Number("radius");
   if (!radius_m.ok()) return radius_m.status();
-  return Sphere{*radius_m};
+  return Sphere{scale * *radius_m};
 }
 
-absl::StatusOr<Shape> ReadBox(const XmlElement& element) {
+absl::StatusOr<Shape> ReadBox(const XmlElement& element, double scale) {
   const absl::StatusOr<std::vector<double>> size_m = element.Numbers("size", 3);
   if (!size_m.ok()) return size_m.status();
-  return Box{{(*size_m)[0], (*size_m)[1], (*size_m)[2]}};
+  return Box{scale * Vector3((*size_m)[0], (*size_m)[1], (*size_m)[2])};
 }
 
 template <class S>  // Cylinder or Capsule
-absl::StatusOr<Shape> ReadRound(const XmlElement& element) {
+absl::StatusOr<Shape> ReadRound(const XmlElement& element, double scale) {
   const absl::StatusOr<double> radius_m = element.Number("radius");
   if (!radius_m.ok()) return radius_m.status();
   const absl::StatusOr<double> length_m = element.Number("length");
   if (!length_m.ok()) return length_m.status();
-  return S{*radius_m, *length_m};
+  return S{scale * *radius_m, scale * *length_m};
 }
 
 // The attribute from which a field of a shape was read.
@@ -49,23 +49,15 @@ absl::Status CheckShape(const XmlElement& element, const Shape& shape) {
       "filename", absl::StrCat(violation->field, " is ", violation->value, ": ", violation->rule));
 }
 
-// The mesh of a file, closed if only a defect of the file opens it.
-Mesh ClosedOrOpen(std::shared_ptr<const TriangleMesh> file) {
-  if (IsWatertight(*file)) return {.mesh = std::move(file), .watertight = true};
-  std::optional<ClosedMesh> closed = Close(*file);
-  if (!closed) return {.mesh = std::move(file), .watertight = false};
-  return {.mesh = std::make_shared<const TriangleMesh>(std::move(closed->mesh)),
-          .watertight = true};
-}
-
+// The mesh of a file as a shape, scaled before it is closed.
 Mesh Scaled(const std::shared_ptr<const TriangleMesh>& file, const Vector3& scale) {
-  if (scale == Vector3::Ones()) return ClosedOrOpen(file);
+  if (scale == Vector3::Ones()) return *SolidOf(file);
   TriangleMesh mesh = *file;
   for (Vector3& p : mesh.vertices) p = p.cwiseProduct(scale);
   if (scale.prod() < 0) {
     for (TriangleMesh::Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   }
-  return ClosedOrOpen(std::make_shared<const TriangleMesh>(std::move(mesh)));
+  return *SolidOf(std::make_shared<const TriangleMesh>(std::move(mesh)));
 }
 
 std::string Message(const absl::Status& status) { return std::string(status.message()); }
@@ -111,7 +103,7 @@ absl::StatusOr<std::string> ExpandedName(const XmlElement& element, const char* 
 }
 
 absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collision,
-                                                        std::size_t before) {
+                                                        std::size_t before, double scale) {
   CollisionGeometry read;
   if (collision.Has("name") && !collision.Text("name")->empty()) {
     const absl::StatusOr<std::string> name = collision.Name("name");
@@ -123,7 +115,7 @@ absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collis
   read.X_LG = *X_LG;
   const absl::StatusOr<XmlElement> geometry = collision.ExactlyOne("geometry");
   if (!geometry.ok()) return geometry.status();
-  absl::StatusOr<Shape> shape = ReadShape(*geometry);
+  absl::StatusOr<Shape> shape = ReadShape(*geometry, scale);
   if (!shape.ok()) return shape.status();
   if (absl::Status status = budget_.TakeShape(*shape, before); !status.ok()) {
     return ExcessAt(collision.place(), Message(status));
@@ -132,29 +124,30 @@ absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collis
   return read;
 }
 
-absl::StatusOr<Shape> CollisionReader::ReadShape(const XmlElement& geometry) {
+absl::StatusOr<Shape> CollisionReader::ReadShape(const XmlElement& geometry, double scale) {
   constexpr char kRule[] = "must have one element <box>, <cylinder>, <sphere>, <capsule> or <mesh>";
   const std::vector<XmlElement> children = geometry.Children();
   if (children.size() != 1) return geometry.Fault(kRule);
   const XmlElement& element = children.front();
-  if (element.tag() == "mesh") return ReadMesh(element);
+  if (element.tag() == "mesh") return ReadMesh(element, scale);
   absl::StatusOr<Shape> shape = geometry.Fault(kRule);
-  if (element.tag() == "sphere") shape = ReadSphere(element);
-  if (element.tag() == "box") shape = ReadBox(element);
-  if (element.tag() == "cylinder") shape = ReadRound<Cylinder>(element);
-  if (element.tag() == "capsule") shape = ReadRound<Capsule>(element);
+  if (element.tag() == "sphere") shape = ReadSphere(element, scale);
+  if (element.tag() == "box") shape = ReadBox(element, scale);
+  if (element.tag() == "cylinder") shape = ReadRound<Cylinder>(element, scale);
+  if (element.tag() == "capsule") shape = ReadRound<Capsule>(element, scale);
   if (!shape.ok()) return shape;
   if (absl::Status status = CheckShape(element, *shape); !status.ok()) return status;
   return shape;
 }
 
-absl::StatusOr<Shape> CollisionReader::ReadMesh(const XmlElement& element) {
+absl::StatusOr<Shape> CollisionReader::ReadMesh(const XmlElement& element, double link_scale) {
   const absl::StatusOr<std::string> uri = ExpandedName(element, "filename");
   if (!uri.ok()) return uri.status();
   const absl::StatusOr<Vector3> scale = element.VectorOr("scale", Vector3::Ones());
   if (!scale.ok()) return scale.status();
   if ((scale->array() == 0).any()) return element.FaultOf("scale", "must not be 0 along any axis");
-  const Scale key = {scale->x(), scale->y(), scale->z()};
+  const Vector3 total = link_scale * *scale;
+  const Scale key = {total.x(), total.y(), total.z()};
   const auto known = meshes_.find({*uri, key});
   if (known != meshes_.end()) return Shape(known->second);
   const absl::StatusOr<std::shared_ptr<const TriangleMesh>> file = FileOf(element, *uri);
@@ -164,7 +157,7 @@ absl::StatusOr<Shape> CollisionReader::ReadMesh(const XmlElement& element) {
   if (absl::Status status = budget_.TakeTriangles((*file)->triangles.size()); !status.ok()) {
     return FileFault(element, status);
   }
-  const Shape shape = Scaled(*file, *scale);
+  const Shape shape = Scaled(*file, total);
   if (absl::Status status = CheckShape(element, shape); !status.ok()) return status;
   meshes_.emplace(std::pair(*uri, key), std::get<Mesh>(shape));
   return shape;

@@ -31,14 +31,16 @@ class CollisionReader {
   CollisionReader(const MeshSource& source, const RobotLimits& limits, PreparedBudget& budget)
       : source_(source), limits_(limits), budget_(budget) {}
 
-  // Reads the next <collision> of a link, which already has `before` of them.
-  absl::StatusOr<CollisionGeometry> Read(const XmlElement& collision, std::size_t before);
+  // Reads the next <collision> of a link, which already has `before` of them, and multiplies its
+  // shape by `scale` about its own origin.
+  absl::StatusOr<CollisionGeometry> Read(const XmlElement& collision, std::size_t before,
+                                         double scale = 1);
 
  private:
   using Scale = std::array<double, 3>;
 
-  absl::StatusOr<Shape> ReadShape(const XmlElement& geometry);
-  absl::StatusOr<Shape> ReadMesh(const XmlElement& mesh);
+  absl::StatusOr<Shape> ReadShape(const XmlElement& geometry, double scale);
+  absl::StatusOr<Shape> ReadMesh(const XmlElement& mesh, double scale);
   absl::StatusOr<std::shared_ptr<const TriangleMesh>> FileOf(const XmlElement& mesh,
                                                              const std::string& uri);
   absl::Status CountTriangles(const XmlElement& mesh, std::size_t count);

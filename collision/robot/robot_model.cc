@@ -245,6 +245,11 @@ const JointGroup* RobotModel::FindGroup(std::string_view name) const {
   return group.has_value() ? &groups[*group] : nullptr;
 }
 
+const RobotTool* RobotModel::FindTool(std::string_view name) const {
+  const auto found = std::ranges::find(tools, name, &RobotTool::name);
+  return found == tools.end() ? nullptr : &*found;
+}
+
 absl::StatusOr<std::shared_ptr<const RobotModel>> MakeRobotModel(
     RobotDescription description, const SemanticDescription* semantic) {
   return ModelMaker(std::move(description), semantic).Make();

@@ -33,7 +33,10 @@ struct ModelLink {
   bool is_mimic = false;
   double multiplier = 1;
   double offset = 0;
-  std::vector<CollisionGeometry> collisions;
+  std::vector<CollisionGeometry> collisions;  // scaled
+  // Extra margin against the world, but not against the robot itself.
+  double padding_m = 0;
+  double scale = 1;  // with which the collision geometry was multiplied about its own origin
 };
 
 // One number of a state of the robot.
@@ -81,6 +84,14 @@ struct LinkPair {
   friend bool operator==(const LinkPair&, const LinkPair&) = default;
 };
 
+// A frame T in which a tool acts, fixed to a link.
+struct RobotTool {
+  std::string name;
+  int link = 0;
+  Pose X_LT = Pose::Identity();
+  std::string group = {};  // that moves the tool and uses it by default; empty: none
+};
+
 // Immutable once made. Every link comes after its parent, and links[0] is the root; a URDF with
 // parents first keeps its order. Variables are in the order of the links below their joints. Fixed
 // joints and mimic joints have none.
@@ -90,6 +101,7 @@ struct RobotModel {
   std::vector<Variable> variables;
   std::vector<JointGroup> groups;  // in the order of the SRDF
   JointGroup all;                  // all variables; has no name
+  std::vector<RobotTool> tools;    // as given with the robot
   // The pairs of links that self collision checks use, in the order of the URDF. Both links have
   // collision geometry and belong to different bodies. With an SRDF, only the pairs that it
   // disables are left out. Without one, each link and the next link above it with geometry are left
@@ -107,8 +119,9 @@ struct RobotModel {
   // The link below the joint.
   std::optional<int> FindJoint(std::string_view name) const;
   const JointGroup* FindGroup(std::string_view name) const;
+  const RobotTool* FindTool(std::string_view name) const;
 
-  // Indices by name, for the three functions above.
+  // Indices by name, for the first three functions above.
   std::map<std::string, int, std::less<>> link_index;
   std::map<std::string, int, std::less<>> joint_index;
   std::map<std::string, int, std::less<>> group_index;

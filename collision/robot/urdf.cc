@@ -152,9 +152,10 @@ absl::StatusOr<Joint> ReadJoint(const XmlElement& element, std::vector<std::stri
 class UrdfReader {
  public:
   UrdfReader(std::size_t bytes, const MeshSource& source, const RobotLimits& limits,
-             std::stop_token stop)
+             std::stop_token stop, const LinkValues& scale)
       : limits_(limits),
         stop_(std::move(stop)),
+        scale_(scale),
         budget_(limits),
         collisions_(source, limits, budget_) {
     budget_.AddFile(bytes);
@@ -241,10 +242,11 @@ class UrdfReader {
     auto link = robot_.links.begin();
     for (const XmlElement& child : children) {
       if (child.tag() != "link") continue;
+      const double scale = ValueOf(scale_, link->name, 1);
       for (const XmlElement& collision : child.Children("collision")) {
         if (stop_.stop_requested()) return absl::CancelledError();
         absl::StatusOr<CollisionGeometry> read =
-            collisions_.Read(collision, link->collisions.size());
+            collisions_.Read(collision, link->collisions.size(), scale);
         if (!read.ok()) return read.status();
         link->collisions.push_back(*std::move(read));
       }
@@ -255,6 +257,7 @@ class UrdfReader {
 
   const RobotLimits& limits_;
   const std::stop_token stop_;
+  const LinkValues& scale_;
   PreparedBudget budget_;
   CollisionReader collisions_;
   RobotDescription robot_;
@@ -263,11 +266,12 @@ class UrdfReader {
 }  // namespace
 
 absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
-                                          const RobotLimits& limits, const std::stop_token& stop) {
+                                          const RobotLimits& limits, const std::stop_token& stop,
+                                          const LinkValues& scale) {
   const absl::StatusOr<XmlDocument> document =
       XmlDocument::Parse(XmlDocument::WithoutTrailingZeros(xml), "urdf", limits.max_xml_bytes);
   if (!document.ok()) return document.status();
-  return UrdfReader(xml.size(), meshes, limits, stop).Read(document->root());
+  return UrdfReader(xml.size(), meshes, limits, stop, scale).Read(document->root());
 }
 
 }  // namespace cwm::collision

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "collision/robot/link_values.h"
 #include "collision/robot/robot_description.h"
 #include "collision/robot/robot_limits.h"
 
@@ -33,8 +34,12 @@ using MeshSource = std::function<absl::StatusOr<std::string>(std::string_view ur
 // unexpanded xacro, missing or unusable names, numbers and meshes, links that do not form a tree,
 // and mimics in a cycle. RESOURCE_EXHAUSTED for files that exceed RobotLimits. CANCELLED soon after
 // `stop` was requested. Thread safe.
+//
+// The collision geometry of a link is scaled by its value in `scale` about the geometry's own
+// origin: its size changes, its pose does not. The rules for shapes hold for the scaled ones.
 absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
                                           const RobotLimits& limits = {},
-                                          const std::stop_token& stop = {});
+                                          const std::stop_token& stop = {},
+                                          const LinkValues& scale = {});
 
 }  // namespace cwm::collision

@@ -26,8 +26,16 @@ absl::Status PairRuleTransaction::Allow(const AllowCollision& allow) {
     return InvalidFieldError("expires_after",
                              "is given, must be absent: what is withdrawn cannot expire");
   }
+  if (allow.check && allow.withdraw) {
+    return InvalidFieldError("check", "is true, must be false: what is withdrawn is not checked");
+  }
+  if (allow.check && allow.expires.has_value()) {
+    return InvalidFieldError("expires_after",
+                             "is given, must be absent: a check lasts until it is withdrawn");
+  }
   PairRule rule = Current(Ordered(allow.pair));
-  rule.allowed = !allow.withdraw;
+  rule.allowed = !allow.withdraw && !allow.check;
+  rule.check = allow.check && AreLinksOfOneRobot(allow.pair);
   rule.expires = allow.expires;
   return Touch(std::move(rule));
 }

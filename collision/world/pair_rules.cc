@@ -52,6 +52,11 @@ NamedPair Ordered(NamedPair pair) {
   return pair;
 }
 
+bool AreLinksOfOneRobot(const NamedPair& pair) {
+  return pair.a.name == pair.b.name && !pair.a.link.empty() && !pair.b.link.empty() &&
+         pair.a.link != pair.b.link;
+}
+
 int Specificity(const NamedPair& pair) {
   const auto of = [](const NamedThing& thing) {
     return (IsEverything(thing) ? 0 : 1) + (thing.link.empty() ? 0 : 1);

@@ -50,6 +50,9 @@ struct NamedPair {
 };
 NamedPair Ordered(NamedPair pair);
 
+// True if both are links of the robot of one name.
+bool AreLinksOfOneRobot(const NamedPair& pair);
+
 // The number of names, except kEverything, and of links in a pair: 0 to 4. If several rules have a
 // margin, the one with the highest number applies, and among equals the first in order.
 int Specificity(const NamedPair& pair);
@@ -71,7 +74,10 @@ struct PairRule {
   bool allowed = false;                 // the pair may collide: queries ignore it
   std::optional<Expiry> expires = {};   // the end of `allowed`; absent: never
   std::optional<double> margin_m = {};  // replaces the margins of both items and of the request
-  bool IsEmpty() const { return !allowed && !margin_m.has_value(); }
+  // The pair, two links of one robot, is checked although the SRDF disables it, or although they are
+  // fixed to each other. Never together with `allowed`.
+  bool check = false;
+  bool IsEmpty() const { return !allowed && !margin_m.has_value() && !check; }
   friend bool operator==(const PairRule&, const PairRule&) = default;
 };
 

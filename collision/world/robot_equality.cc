@@ -25,6 +25,7 @@ bool Same(const LinkSphere& a, const LinkSphere& b) {
 
 bool Same(const ModelLink& a, const ModelLink& b);
 bool Same(const JointGroup& a, const JointGroup& b);
+bool Same(const RobotTool& a, const RobotTool& b);
 
 template <class T>
 bool Same(const std::vector<T>& a, const std::vector<T>& b) {
@@ -40,7 +41,12 @@ bool SameJoint(const ModelLink& a, const ModelLink& b) {
 
 bool Same(const ModelLink& a, const ModelLink& b) {
   return a.name == b.name && a.urdf_index == b.urdf_index && a.parent == b.parent &&
-         a.body == b.body && SameJoint(a, b) && Same(a.collisions, b.collisions);
+         a.body == b.body && a.padding_m == b.padding_m && a.scale == b.scale && SameJoint(a, b) &&
+         Same(a.collisions, b.collisions);
+}
+
+bool Same(const RobotTool& a, const RobotTool& b) {
+  return a.name == b.name && a.link == b.link && SamePose(a.X_LT, b.X_LT) && a.group == b.group;
 }
 
 bool Same(const JointGroup& a, const JointGroup& b) {
@@ -50,7 +56,8 @@ bool Same(const JointGroup& a, const JointGroup& b) {
 
 bool Same(const RobotModel& a, const RobotModel& b) {
   return a.name == b.name && Same(a.links, b.links) && Same(a.variables, b.variables) &&
-         Same(a.groups, b.groups) && a.self_pairs == b.self_pairs && a.left_out == b.left_out;
+         Same(a.groups, b.groups) && Same(a.tools, b.tools) && a.self_pairs == b.self_pairs &&
+         a.left_out == b.left_out;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "collision/world/world_robot.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "collision/engines/exact_engine.h"
@@ -21,6 +22,16 @@ class StopCounter final : public WorkCounter {
  private:
   const std::stop_token& stop_;
 };
+
+std::vector<double> PaddingsOfParts_m(const RobotModel& model,
+                                      const std::vector<int>& link_of_part) {
+  std::vector<double> paddings_m;
+  for (const int link : link_of_part) {
+    paddings_m.push_back(model.links[static_cast<std::size_t>(link)].padding_m);
+  }
+  if (std::ranges::all_of(paddings_m, [](double padding_m) { return padding_m == 0; })) return {};
+  return paddings_m;
+}
 
 std::shared_ptr<const SphereModel> FitLinkSpheres(const RobotGeometry& robot, WorkCounter& work) {
   std::vector<std::vector<LinkPiece>> pieces(robot.model->links.size());
@@ -67,6 +78,7 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
       robot->link_of_part.push_back(link);
     }
   }
+  robot->padding_of_part_m = PaddingsOfParts_m(*model, robot->link_of_part);
   StopCounter work(stop);
   robot->geometry = Prepare(std::move(shapes), &work);
   if (robot->geometry == nullptr) return nullptr;

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -39,7 +40,20 @@ struct RobotGeometry {
   std::shared_ptr<const SphereModel> bounding_spheres;
   std::optional<PreparedSpheres> prepared_bounding_spheres;  // of bounding_spheres
   std::shared_ptr<ProgramCache> programs;                    // of queries about this robot
+  // ModelLink::padding_m by part of `geometry`; empty if no link has a padding.
+  std::vector<double> padding_of_part_m = {};
 };
+
+// The paddings of the obstacle's parts, which are added to its margin; empty if there are none.
+inline std::span<const double> PaddingsOf_m(const Obstacle& obstacle) {
+  if (obstacle.robot == nullptr) return {};
+  return obstacle.robot->padding_of_part_m;
+}
+// The margin of a part of the obstacle.
+inline double MarginOf_m(const Obstacle& obstacle, std::size_t part) {
+  const std::span<const double> paddings_m = PaddingsOf_m(obstacle);
+  return obstacle.margin_m + (paddings_m.empty() ? 0 : paddings_m[part]);
+}
 
 // Builds trees and hulls, which is slow; do not hold a lock. `model` is not null. Checks `stop`
 // every few milliseconds, and returns nullptr once it is requested.

@@ -142,6 +142,14 @@ WorldObjectPtr WorldSnapshot::Find(std::string_view name) const {
   return object != nullptr ? *object : nullptr;
 }
 
+double WorldSnapshot::max_margin_m() const {
+  double max_m = objects_.max_margin_m();
+  for (const WorldRobotPtr& robot : *robots_) {
+    for (const double padding_m : PaddingsOf_m(robot->body)) max_m = std::max(max_m, padding_m);
+  }
+  return max_m;
+}
+
 const Obstacle& WorldSnapshot::ObstacleAt(std::size_t index) const {
   if (index < objects_.size()) return *objects_[index];
   return (*robots_)[index - objects_.size()]->body;

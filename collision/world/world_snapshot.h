@@ -56,6 +56,8 @@ class WorldSnapshot {
   const std::vector<WorldObjectPtr>& attached() const { return *attached_; }
   // Objects that may extend into space that no sensor saw (ShapePart::hidden), ordered by name.
   const std::vector<WorldObjectPtr>& with_hidden() const { return *with_hidden_; }
+  // An upper bound of the margins of all parts of objects and robots (MarginOf_m).
+  double max_margin_m() const;
   // The obstacle with this index in answers: objects by rank, then robots.
   const Obstacle& ObstacleAt(std::size_t index) const;
   // The index of an obstacle of this snapshot.
@@ -145,8 +147,11 @@ struct SetRobotState {
 // items need not exist: a rule stays when they are removed.
 struct AllowCollision {
   NamedPair pair;                      // in either order
-  bool withdraw = false;               // ends the allowance of exactly this pair
+  bool withdraw = false;               // ends the allowance or the check of exactly this pair
   std::optional<Expiry> expires = {};  // absent: never
+  // Ends an allowance of exactly this pair. Two links of one robot are from then on checked against
+  // each other even if the SRDF disables the pair, or if they are fixed to each other.
+  bool check = false;
 };
 struct SetPairMargin {
   NamedPair pair;

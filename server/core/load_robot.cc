@@ -11,12 +11,14 @@
 #include "collision/robot/sphere_model.h"
 #include "collision/robot/srdf.h"
 #include "collision/robot/urdf.h"
+#include "collision/xml/xml_element.h"
 #include "server/core/error.h"
 
 namespace cwm::server {
 namespace {
 
 using collision::ModelLink;
+using collision::Quoted;
 using collision::RobotLimits;
 
 absl::Status Stopped() { return absl::CancelledError("the caller went away"); }
@@ -44,10 +46,45 @@ collision::MeshSource SourceOf(RobotFiles& files, const std::stop_token& stop) {
   };
 }
 
+// Refuses settings of links and groups that the robot does not have.
+absl::Status CheckSettings(const collision::RobotSettings& settings,
+                           const collision::RobotModel& model) {
+  const auto unknown = [&](const std::string& list, std::size_t i, const char* what,
+                           const std::string& name) {
+    return InvalidField(
+        absl::StrCat("header.", list, "[", i, "].", what),
+        absl::StrCat("is ", Quoted(name), ", must be a ", what, " of robot ", Quoted(model.name)));
+  };
+  const auto check = [&](const collision::LinkValues& values, const std::string& list) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::string& link = values[i].link;
+      if (link != collision::kOtherLinks && !model.FindLink(link)) {
+        return unknown(list, i, "link", link);
+      }
+    }
+    return absl::OkStatus();
+  };
+  if (auto status = check(settings.padding_m, "link_padding"); !status.ok()) return status;
+  if (auto status = check(settings.scale, "link_scale"); !status.ok()) return status;
+  for (std::size_t i = 0; i < settings.tools.size(); ++i) {
+    const collision::NamedTool& tool = settings.tools[i];
+    if (!model.FindLink(tool.link)) return unknown("tools", i, "link", tool.link);
+    if (tool.group.empty()) continue;
+    const collision::JointGroup* const group = model.FindGroup(tool.group);
+    if (group == nullptr) return unknown("tools", i, "group", tool.group);
+    if (std::ranges::binary_search(group->moved_links, *model.FindLink(tool.link))) continue;
+    return InvalidField(absl::StrCat("header.tools[", i, "].group"),
+                        absl::StrCat("is ", Quoted(tool.group), ", must be a group that moves ",
+                                     Quoted(tool.link)));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::shared_ptr<const collision::RobotModel>> ModelOf(RobotFiles& files,
                                                                      const RobotLimits& limits,
                                                                      const std::stop_token& stop) {
-  auto robot = collision::ReadUrdf(files.urdf, SourceOf(files, stop), limits, stop);
+  auto robot =
+      collision::ReadUrdf(files.urdf, SourceOf(files, stop), limits, stop, files.settings.scale);
   if (!robot.ok()) return InFile("header.urdf", robot.status());
   std::optional<collision::SemanticDescription> semantic;
   if (files.srdf.has_value()) {
@@ -57,7 +94,10 @@ absl::StatusOr<std::shared_ptr<const collision::RobotModel>> ModelOf(RobotFiles&
   }
   auto model = collision::MakeRobotModel(*std::move(robot), semantic ? &*semantic : nullptr);
   if (!model.ok()) return InFile("header.urdf", model.status());
-  return model;
+  if (auto status = CheckSettings(files.settings, **model); !status.ok()) return status;
+  auto with_settings = std::make_shared<collision::RobotModel>(**model);
+  collision::SetRobotSettings(files.settings, *with_settings);
+  return with_settings;
 }
 
 absl::StatusOr<std::optional<collision::SphereModel>> SpheresOf(RobotFiles& files,
@@ -65,7 +105,8 @@ absl::StatusOr<std::optional<collision::SphereModel>> SpheresOf(RobotFiles& file
                                                                 const RobotLimits& limits,
                                                                 const std::stop_token& stop) {
   if (!files.spheres.has_value()) return std::nullopt;
-  const auto spherized = collision::ReadUrdf(*files.spheres, SourceOf(files, stop), limits, stop);
+  const auto spherized = collision::ReadUrdf(*files.spheres, SourceOf(files, stop), limits, stop,
+                                             files.settings.scale);
   if (!spherized.ok()) return InFile("header.spheres", spherized.status());
   auto spheres = collision::SphereModelFromUrdf(*spherized, model);
   if (!spheres.ok()) return InFile("header.spheres", spheres.status());

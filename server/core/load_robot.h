@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "collision/robot/robot_settings.h"
 #include "server/core/limits.h"
 #include "server/core/world.h"
 
@@ -22,12 +23,14 @@ struct RobotFiles {
   std::optional<std::string> spheres = {};  // a spherized URDF
   // Mesh files by the URI that the URDF uses for them.
   std::map<std::string, std::string, std::less<>> meshes = {};
+  collision::RobotSettings settings = {};
 };
 
 // Reads and prepares a robot. Heavy, so no lock may be held. InvalidArgument INVALID_FIELD
 // ("header.urdf", "header.srdf" or "header.spheres") for an error in a file, with its place and the
-// rule; a mesh that is not among the files is named with its URI and link. ResourceExhausted
-// ROBOT_TOO_LARGE if `limits` are exceeded. Cancelled when stopped, which is checked before each
+// rule; a mesh that is not among the files is named with its URI and link. The same for settings of
+// links and groups that the robot does not have ("header.link_padding[0].link" and the like).
+// ResourceExhausted ROBOT_TOO_LARGE if `limits` are exceeded. Cancelled when stopped, which is checked before each
 // mesh and each stage.
 absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
     RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);

@@ -76,6 +76,13 @@ class MatrixMaker {
     return absl::OkStatus();
   }
 
+  // Checks a pair of links that AllowUncheckedLinks allowed.
+  void Check(const PairRule& rule) {
+    const auto a = index_.find(rule.pair.a.link), b = index_.find(rule.pair.b.link);
+    if (a == index_.end() || b == index_.end()) return;  // without geometry, or no longer there
+    allowed_[a->second][b->second] = allowed_[b->second][a->second] = false;
+  }
+
   // True if the rule concerns another robot, which the scene does not contain.
   bool IsOfAnother(const PairRule& rule) const {
     return IsOfAnother(rule.pair.a) || IsOfAnother(rule.pair.b);
@@ -160,6 +167,9 @@ absl::StatusOr<AllowedCollisionMatrix> MakeAllowedCollisionMatrix(
   }
   maker.LayOut();
   if (absl::Status status = maker.AllowUncheckedLinks(check_cancelled); !status.ok()) return status;
+  for (const PairRule& rule : snapshot.pair_rules()) {
+    if (rule.check && !maker.IsOfAnother(rule)) maker.Check(rule);
+  }
   Notes notes;
   for (const PairRule& rule : snapshot.pair_rules()) {
     if (absl::Status status = check_cancelled(); !status.ok()) return status;

@@ -38,8 +38,15 @@ absl::StatusOr<collision::AllowCollision> AllowCollisionFromProto(const v1::Allo
   auto pair = NamedPairFromProto(allow.pair(), path.Field("pair"));
   if (!pair.ok()) return pair.status();
   collision::AllowCollision result{.pair = *std::move(pair), .withdraw = allow.withdraw()};
+  result.check = allow.check();
+  if (allow.check() && allow.withdraw()) {
+    return path.Field("check").Error("is true, must be false: what is withdrawn is not checked");
+  }
   if (!allow.has_expires_after()) return result;
   const FieldPath field = path.Field("expires_after");
+  if (allow.check()) {
+    return field.Error("is given, must be absent: a check lasts until it is withdrawn");
+  }
   if (allow.withdraw()) {
     return field.Error("is given, must be absent: what is withdrawn cannot expire");
   }
@@ -70,6 +77,7 @@ v1::PairRule PairRuleToProto(const collision::PairRule& rule) {
   if (rule.expires.has_value())
     *proto.mutable_expires() = TimePointToProto(rule.expires->wall_time);
   if (rule.margin_m.has_value()) proto.set_margin_m(*rule.margin_m);
+  proto.set_check(rule.check);
   return proto;
 }
 

@@ -1,4 +1,5 @@
 // Poses of a tool, and poses of links; declared in queries.h and answers.h.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -39,6 +40,38 @@ absl::StatusOr<int> ToolLinkOf(const RobotStates& states, const std::string& nam
                               : absl::StrCat("group ", Quoted(states.group->name));
   return path.Error(absl::StrCat("is empty, must name the link that carries the tool: ", who,
                                  " has no end effector in the SRDF and not just one end"));
+}
+
+// The tool that the request names, or the only one of the group; nullptr: the request has a link.
+absl::StatusOr<const collision::RobotTool*> ToolOf(const v1::SolvePosesRequest& request,
+                                                   const RobotStates& states,
+                                                   const FieldPath& path) {
+  const collision::RobotModel& model = states.robot->model();
+  if (!request.tool().empty()) {
+    const char* const other = !request.tool_link().empty() ? "tool_link"
+                              : request.has_x_link_tool()  ? "x_link_tool"
+                                                           : nullptr;
+    if (other != nullptr) {
+      return path.Error(absl::StrCat("is ", Quoted(request.tool()), ", must be empty: ", other,
+                                     " is given, too"));
+    }
+    const collision::RobotTool* const tool = model.FindTool(request.tool());
+    if (tool != nullptr) return tool;
+    const std::string names =
+        absl::StrJoin(model.tools, ", ", [](std::string* out, const collision::RobotTool& each) {
+          absl::StrAppend(out, Quoted(each.name));
+        });
+    return path.Error(
+        absl::StrCat("is ", Quoted(request.tool()), ", must be ",
+                     model.tools.empty() ? "empty: no tools were loaded with " : "one of ", names,
+                     model.tools.empty() ? "" : " of ", Quoted(states.robot->name)));
+  }
+  const std::string& group = states.group->name;
+  if (!request.tool_link().empty() || group.empty()) return nullptr;
+  const auto is_default = [&](const collision::RobotTool& tool) { return tool.group == group; };
+  const auto found = std::ranges::find_if(model.tools, is_default);
+  if (std::ranges::count_if(model.tools, is_default) != 1) return nullptr;
+  return &*found;
 }
 
 absl::StatusOr<double> ToleranceOf(double tolerance, const FieldPath& path) {
@@ -143,11 +176,14 @@ absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& reques
   if (!states_query.ok()) return states_query.status();
   PoseQuery query{.query = *std::move(states_query)};
   const auto& states = std::get<RobotStates>(query.query.states);
-  const FieldPath tool = root.Field("tool_link");
-  const auto link = ToolLinkOf(states, request.tool_link(), tool);
+  const auto tool = ToolOf(request, states, root.Field("tool"));
+  if (!tool.ok()) return tool.status();
+  const FieldPath tool_link = root.Field(request.tool().empty() ? "tool_link" : "tool");
+  const auto link = *tool != nullptr ? absl::StatusOr<int>((*tool)->link)
+                                     : ToolLinkOf(states, request.tool_link(), tool_link);
   if (!link.ok()) return link.status();
   query.tool_link = states.robot->model().links[static_cast<std::size_t>(*link)].name;
-  Pose X_LT = Pose::Identity();
+  Pose X_LT = *tool != nullptr ? (*tool)->X_LT : Pose::Identity();
   if (request.has_x_link_tool()) {
     const auto given = PoseFromProto(request.x_link_tool(), root.Field("x_link_tool"));
     if (!given.ok()) return given.status();
@@ -155,7 +191,7 @@ absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& reques
   }
   auto chain = MakeIkChain(states.robot->model(), *states.group, states.base, *link, X_LT);
   if (!chain.ok()) {
-    return tool.Error(
+    return tool_link.Error(
         absl::StrCat("is ", Quoted(query.tool_link), ": ", std::string(chain.status().message())));
   }
   query.chain = *std::move(chain);

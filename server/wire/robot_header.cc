@@ -11,6 +11,7 @@
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
+#include "server/wire/robot_settings.h"
 
 namespace cwm::server {
 namespace {
@@ -62,6 +63,9 @@ absl::StatusOr<RobotPlan> RobotPlanFromProto(const v1::LoadRobotHeader& header,
   auto joints = JointValuesFromProto(header.initial_state(), path.Field("initial_state"));
   if (!joints.ok()) return joints.status();
   plan.initial_state = *std::move(joints);
+  auto settings = RobotSettingsFromProto(header, path);
+  if (!settings.ok()) return settings.status();
+  plan.settings = *std::move(settings);
   plan.write.request_id = header.request_id();
   if (header.has_expected_revision()) {
     plan.write.expected_revision = collision::Revision{header.expected_revision()};
@@ -81,6 +85,7 @@ absl::StatusOr<RobotFiles> MakeRobotFiles(const RobotPlan& plan, Files files,
   }
   if (!status.ok()) return status;
   result.meshes = std::move(files);
+  result.settings = plan.settings;
   return result;
 }
 

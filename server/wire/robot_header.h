@@ -27,6 +27,7 @@ struct RobotPlan {
   std::optional<TextSource> spheres;
   Pose X_WB = Pose::Identity();
   collision::JointValues initial_state;
+  collision::RobotSettings settings;
   WriteOptions write;
 };
 

@@ -7,6 +7,7 @@
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
+#include "server/wire/robot_settings.h"
 #include "server/wire/shapes.h"
 
 namespace cwm::server {
@@ -37,6 +38,8 @@ v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t ind
   if (robot.spheres_as_given.has_value()) {
     proto.set_sphere_count(static_cast<int>(robot.spheres_as_given->links[index].size()));
   }
+  proto.set_padding_m(link.padding_m);
+  proto.set_scale(link.scale);
   if (link.joint.empty()) return proto;  // the root link has no parent
   proto.set_parent(robot.model->links[link.parent].name);
   proto.set_joint(link.joint);
@@ -125,6 +128,9 @@ v1::Robot RobotToProto(const collision::WorldRobot& robot) {
   }
   for (const collision::JointGroup& group : model.groups) {
     *proto.add_groups() = GroupMessage(model, group);
+  }
+  for (const collision::RobotTool& tool : model.tools) {
+    *proto.add_tools() = RobotToolToProto(tool, model);
   }
   proto.set_self_pair_count(static_cast<std::int64_t>(model.self_pairs.size()));
   *proto.mutable_x_world_base() = PoseToProto(robot.X_WB);
