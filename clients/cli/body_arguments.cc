@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "clients/cli/body_lines.h"
+#include "clients/cli/command.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/pose_argument.h"
 
@@ -43,10 +44,15 @@ absl::StatusOr<std::vector<Body>> ReadRigidBody(const BodyArguments& arguments, 
 }
 
 absl::StatusOr<std::vector<Body>> ReadRobot(const BodyArguments& arguments, Session& session) {
-  if (HasShape(arguments.shape) || !arguments.object.empty() || !arguments.at.empty()) {
-    return UsageError("--robot: not together with a shape, --object or --at; see --x-world-base");
+  if (HasShape(arguments.shape) || !arguments.object.empty()) {
+    return UsageError("--robot: not together with a shape or --object");
   }
-  const auto subject = ParseRobotSubject(arguments.robot);
+  if (arguments.at.size() > 1 || arguments.at == kStdin) {
+    return UsageError("--at: of a robot one pose, that of its root link; its states are --joints");
+  }
+  RobotArguments robot = arguments.robot;
+  if (!arguments.at.empty()) robot.at = arguments.at.front();
+  const auto subject = ParseRobotSubject(session, robot, "--at");
   if (!subject.ok()) return subject.status();
   Body body;
   *body.subject.mutable_robot() = *subject;
@@ -66,17 +72,22 @@ void AddBodyOptions(CLI::App& command, BodyArguments& body) {
   AddShapeOptions(command, body.shape);
   command.add_option("--object", body.object, "an object of the world, itself left out")
       ->type_name("NAME");
-  command
-      .add_option("--at", body.at,
-                  "where it is, metres; may be repeated; \"-\": JSON lines on stdin")
-      ->allow_extra_args(false)
-      ->type_name(kPoseArgumentForm);
+  CLI::Option* const at =
+      command
+          .add_option(
+              "--at", body.at,
+              "where it is, metres; may be repeated; of a robot its root link, once; \"-\": "
+              "JSON lines on stdin")
+          ->allow_extra_args(false)
+          ->type_name(kPoseArgumentForm);
   AddRobotOptions(command, body.robot);
+  AddFormerName(command, "--x-world-base", body.robot.at, at);
 }
 
 absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session& session) {
   if (!body.robot.name.empty()) return ReadRobot(body, session);
-  if (HasRobotOptions(body.robot)) return UsageError("--robot is missing: whose joints they are");
+  if (HasRobotOptions(body.robot) || !body.robot.at.empty())
+    return UsageError("--robot is missing: whose joints they are");
   if (HasShape(body.shape) || !body.object.empty()) return ReadRigidBody(body, session);
   if (session.streams.in_is_terminal || !body.at.empty()) {
     return UsageError(

@@ -26,7 +26,7 @@ absl::StatusOr<cwm::v1::PlacedShape> ParseShape(const ShapeArguments& shape);
 struct BodyArguments {
   ShapeArguments shape;
   std::string object;           // instead of a shape
-  std::vector<std::string> at;  // poses of either; "-": JSON lines on stdin
+  std::vector<std::string> at;  // poses of either; "-": JSON lines on stdin; one of a robot
   RobotArguments robot;         // instead of a shape or an object
 };
 

@@ -8,6 +8,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/pose_argument.h"
 
 namespace cwm::cli {
 namespace {
@@ -47,8 +48,8 @@ absl::StatusOr<pb::Change> MoveBy(Session& session, const MoveArguments& argumen
   return change;
 }
 
-absl::StatusOr<pb::Change> MoveTo(const MoveArguments& arguments) {
-  const auto pose = ParsePose(arguments.at, "--to");
+absl::StatusOr<pb::Change> MoveTo(Session& session, const MoveArguments& arguments) {
+  const auto pose = ParsePoseArgument(session, arguments.at, "--at");
   if (!pose.ok()) return pose.status();
   pb::Change change;
   *change.mutable_move()->mutable_x_world_object() = PoseToProto(*pose);
@@ -56,8 +57,8 @@ absl::StatusOr<pb::Change> MoveTo(const MoveArguments& arguments) {
 }
 
 absl::Status Move(Session& session, const MoveArguments& arguments) {
-  if (arguments.at.empty() == arguments.by.empty()) return UsageError("one of --to and --by");
-  auto change = arguments.by.empty() ? MoveTo(arguments) : MoveBy(session, arguments);
+  if (arguments.at.empty() == arguments.by.empty()) return UsageError("one of --at and --by");
+  auto change = arguments.by.empty() ? MoveTo(session, arguments) : MoveBy(session, arguments);
   if (!change.ok()) return change.status();
   change->mutable_move()->set_name(arguments.name);
   return Apply(session, arguments.change, {*change}, absl::StrCat("moved ", arguments.name));
@@ -108,11 +109,12 @@ void AddChangeCommands(CommandLine& line) {
       line,
       {"move",
        "an object to another pose",
-       {"cwm move crate --to 0.5,0.1,0.02,0,0,0.7071068,0.7071068", "cwm move crate --by 0.1,0,0"}},
+       {"cwm move crate --at 0.5,0.1,0.02,0,0,0.7071068,0.7071068", "cwm move crate --by 0.1,0,0"}},
       [move](Session& session) { return Move(session, *move); });
   moving.add_option("NAME", move->name, "of the object")->required();
-  moving.add_option("--to,--at", move->at, "its new pose in the world (m)")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+  CLI::Option* const at = moving.add_option("--at", move->at, "its new pose in the world (m)")
+                              ->type_name(kPoseArgumentForm);
+  AddFormerName(moving, "--to", move->at, at);
   moving.add_option("--by", move->by, "how far, along the world's axes (m)")->type_name("DX,DY,DZ");
   AddChangeOptions(moving, move->change);
 

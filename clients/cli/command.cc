@@ -43,4 +43,15 @@ CLI::App& AddFamily(CommandLine& line, const CommandText& text) {
   return family;
 }
 
+void AddFormerName(CLI::App& command, const std::string& name, std::string& value,
+                   CLI::Option* option) {
+  const auto take = [&value, name, option](const std::string& text) {
+    if (option->count() > 0) {  // not `excludes`, which the help of both would show
+      throw CLI::ValidationError(name + " is the former name of " + option->get_name(), "give one");
+    }
+    value = text;
+  };
+  command.add_option_function<std::string>(name, take)->group("");
+}
+
 }  // namespace cwm::cli

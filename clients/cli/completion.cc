@@ -92,6 +92,7 @@ std::vector<Candidate> OptionsOf(const CLI::App* command) {
   std::vector<Candidate> options;
   for (; command != nullptr; command = command->get_parent()) {
     for (const CLI::Option* option : command->get_options()) {
+      if (option->get_group().empty()) continue;  // hidden
       for (const std::string& name : option->get_lnames()) {
         options.push_back({"--" + name, FirstLine(option->get_description())});
       }

@@ -44,10 +44,18 @@ std::string HintForReason(const std::string& reason) {
       {"REVISION_COMPACTED", "that revision is no longer kept: start from the latest"},
       {"REVISION_IN_FUTURE", "`cwm status` shows the present revision"},
       {"REQUEST_ID_REUSED", "use a new --request-id for a new change"},
+      {"SCAN_CONTRADICTS_WORLD", "`cwm ingest --force` takes it all the same"},
       {"WORLD_REPLACED", "the world was deleted and made anew: start from its present state"},
   };
   const auto found = kHints.find(reason);
   return found == kHints.end() ? "" : found->second;
+}
+
+// The message without a remedy in words of the API: the hint has that of the command line.
+std::string WithoutRemedy(const absl::Status& status, const client::ErrorDetails& details) {
+  const std::string message(status.message());
+  return details.reason == "SCAN_CONTRADICTS_WORLD" ? message.substr(0, message.rfind(';'))
+                                                    : message;
 }
 
 std::string Hint(const absl::Status& status, const client::ErrorDetails& details,
@@ -76,7 +84,8 @@ std::string Hint(const absl::Status& status, const client::ErrorDetails& details
 
 void ReportError(const absl::Status& status, const FailedCommand& command, std::ostream& err) {
   const client::ErrorDetails details = client::DetailsOf(status);
-  err << command.program << ": " << Category(status) << ": " << status.message() << "\n";
+  err << command.program << ": " << Category(status) << ": " << WithoutRemedy(status, details)
+      << "\n";
   for (const auto& [field, description] : details.fields) {
     const std::string line = absl::StrCat(field, ": ", description);
     if (line != status.message()) err << "  " << line << "\n";

@@ -15,6 +15,7 @@
 #include "clients/cli/mesh_arguments.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/pose_argument.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/scan_arguments.h"
 #include "clients/cli/scan_ingest.h"
@@ -99,7 +100,7 @@ absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
 
 absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                         std::string_view bytes) {
-  const auto pose = ParsePose(arguments.at, "--at");
+  const auto pose = ParsePoseArgument(session, arguments.at, "--at");
   if (!pose.ok()) return pose.status();
   const auto mesh = ParseMeshFile(bytes, arguments.file, arguments.mesh);
   if (!mesh.ok()) return mesh.status();
@@ -272,7 +273,7 @@ void AddImportCommand(CommandLine& line) {
       ->type_name("NAME")
       ->group(kMesh);
   command.add_option("--at", arguments->at, "its pose in the world (m); default: the origin")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]")
+      ->type_name(kPoseArgumentForm)
       ->group(kMesh);
   AddMeshOptions(command, kMesh, arguments->mesh);
   command.get_option("--scale")->description("metres per unit: 0.001 for millimetres");

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/cli/enum_names.h"
+#include "clients/cli/natural_order.h"
 #include "clients/cli/quantity.h"
 
 namespace cwm::cli {
@@ -31,12 +32,42 @@ const std::vector<Column>& Columns() {
   return kColumns;
 }
 
+// Adjacent coefficients of one name, such as the three of a direction.
+struct CoefficientName {
+  const char* name;
+  int count;
+};
+
+// In PCL's order, see `ShapePart.coefficients`.
+std::vector<CoefficientName> CoefficientNames(const pb::ShapePart& part) {
+  switch (part.shape_case()) {
+    case pb::ShapePart::kPlate:
+    case pb::ShapePart::kHalfSpace:
+      return {{"normal", 3}, {"d", 1}};
+    case pb::ShapePart::kSphere:
+      return {{"centre", 3}, {"radius", 1}};
+    case pb::ShapePart::kCylinder:
+      return {{"point on axis", 3}, {"axis", 3}, {"radius", 1}};
+    case pb::ShapePart::kCone:
+      return {{"apex", 3}, {"axis", 3}, {"half angle", 1}};
+    default:
+      return {};
+  }
+}
+
+// "coefficients: centre 0.0219 0.0022 -0.0265, radius 0.0495", in metres and radians in the
+// object's frame. Those of shapes that only a newer server has are named "others".
 std::string CoefficientText(const pb::ShapePart& part) {
-  if (part.coefficients().empty()) return "";
-  return absl::StrCat("coefficients ",
-                      absl::StrJoin(part.coefficients(), " ", [](std::string* out, double value) {
-                        absl::StrAppend(out, FormatFixed(value, 4));
-                      }));
+  std::string text;
+  int next = 0;
+  const auto append = [&](const char* name, int count) {
+    const int end = std::min(next + count, part.coefficients_size());
+    if (next < end) absl::StrAppend(&text, text.empty() ? "coefficients: " : ", ", name);
+    for (; next < end; ++next) absl::StrAppend(&text, " ", FormatFixed(part.coefficients(next), 4));
+  };
+  for (const auto& [name, count] : CoefficientNames(part)) append(name, count);
+  append("others", part.coefficients_size());
+  return text;
 }
 
 std::vector<std::string> FitCells(const pb::ShapePart& part) {
@@ -183,6 +214,10 @@ void PrintObjects(const google::protobuf::RepeatedPtrField<pb::Object>& objects,
                   std::ostream& out) {
   std::vector<LabelledObject> unlabelled;
   for (const pb::Object& object : objects) unlabelled.push_back({&object});
+  std::stable_sort(unlabelled.begin(), unlabelled.end(),
+                   [](const LabelledObject& a, const LabelledObject& b) {
+                     return NaturalLess(a.object->name(), b.object->name());
+                   });
   PrintObjects(unlabelled, style, out);
 }
 

@@ -8,6 +8,7 @@
 #include "clients/cli/exit_code.h"
 #include "clients/cli/mesh_arguments.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/pose_argument.h"
 #include "clients/formats/file_bytes.h"
 
 namespace cwm::cli {
@@ -55,7 +56,7 @@ absl::StatusOr<pb::ShapePart> ReadPart(Session& session, const PutArguments& arg
 }
 
 absl::Status Put(Session& session, const PutArguments& arguments) {
-  const auto pose = ParsePose(arguments.at, "--at");
+  const auto pose = ParsePoseArgument(session, arguments.at, "--at");
   if (!pose.ok()) return pose.status();
   const auto part = ReadPart(session, arguments);
   if (!part.ok()) return part.status();
@@ -91,7 +92,7 @@ void AddPutCommand(CommandLine& line) {
       ->type_name("FILE");
   AddMeshOptions(command, "Meshes", arguments->mesh_options);
   command.add_option("--at", arguments->at, "its pose in the world (m); default: the origin")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+      ->type_name(kPoseArgumentForm);
   command.add_option("--margin", arguments->margin_m, "its own collision margin (m)")
       ->type_name("M");
   command.add_option("--supported-by", arguments->supported_by, "what it stands on")

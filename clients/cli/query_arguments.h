@@ -173,7 +173,7 @@ std::string ObstacleName(const Row& row) {
 // The obstacle of a ray or point, with the link if it is a robot.
 template <class Row>
 std::string HitObstacleName(const Row& row) {
-  return row.has_object_link() ? row.object() + "/" + row.object_link() : row.object();
+  return row.has_object_link() ? row.object() + ":" + row.object_link() : row.object();
 }
 // The part of the body in contact: a robot's link, with the attached object if any.
 template <class Row>

@@ -9,6 +9,7 @@
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/pose_argument.h"
 
 namespace cwm::cli {
 namespace {
@@ -103,10 +104,6 @@ void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
           "names; default: as it stands; may be repeated; \"-\": JSON lines on stdin")
       ->allow_extra_args(false)
       ->type_name("V,V,...|STATE");
-  command
-      .add_option("--x-world-base", robot.x_world_base,
-                  "the robot's root link (m); default: where it stands")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
   command.add_option("--scope", robot.scope, "against what: both (default), world or self")
       ->transform(OneOf(ShortNames<pb::RobotScope>()))
       ->type_name("SCOPE");
@@ -118,19 +115,20 @@ void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
 }
 
 bool HasRobotOptions(const RobotArguments& robot) {
-  return !robot.group.empty() || !robot.joints.empty() || !robot.x_world_base.empty() ||
+  return !robot.group.empty() || !robot.joints.empty() ||
          robot.scope != pb::ROBOT_SCOPE_UNSPECIFIED ||
          robot.geometry != pb::ROBOT_GEOMETRY_UNSPECIFIED;
 }
 
-absl::StatusOr<pb::RobotSubject> ParseRobotSubject(const RobotArguments& robot) {
+absl::StatusOr<pb::RobotSubject> ParseRobotSubject(Session& session, const RobotArguments& robot,
+                                                   const std::string& at_option) {
   pb::RobotSubject subject;
   subject.set_robot(robot.name);
   subject.set_group(robot.group);
   subject.set_scope(robot.scope);
   subject.set_robot_geometry(robot.geometry);
-  if (robot.x_world_base.empty()) return subject;
-  const auto pose = ParsePose(robot.x_world_base, "--x-world-base");
+  if (robot.at.empty()) return subject;
+  const auto pose = ParsePoseArgument(session, robot.at, at_option);
   if (!pose.ok()) return pose.status();
   *subject.mutable_x_world_base() = PoseToProto(*pose);
   return subject;

@@ -14,17 +14,20 @@ namespace cwm::cli {
 struct RobotArguments {
   std::string name, group;
   std::vector<std::string> joints;  // states: numbers, or names; "-": JSON lines on stdin
-  std::string x_world_base;
+  std::string at;  // the place of the root link, see pose_argument.h; empty: where it stands
   cwm::v1::RobotScope scope = cwm::v1::ROBOT_SCOPE_UNSPECIFIED;
   cwm::v1::RobotGeometry geometry = cwm::v1::ROBOT_GEOMETRY_UNSPECIFIED;
 };
 
+// Adds no option for `at`: what --at places is the command's choice.
 void AddRobotOptions(CLI::App& command, RobotArguments& robot);
-// True if any option but the name is set.
+// True if any option but the name and `at` is set.
 bool HasRobotOptions(const RobotArguments& robot);
 
-// The subject without rows.
-absl::StatusOr<cwm::v1::RobotSubject> ParseRobotSubject(const RobotArguments& robot);
+// The subject without rows; `at_option` is named by errors of `at`.
+absl::StatusOr<cwm::v1::RobotSubject> ParseRobotSubject(Session& session,
+                                                        const RobotArguments& robot,
+                                                        const std::string& at_option);
 
 // A row of the subject's group: "0.1,0.2,..." unchanged (the server checks the count), or a state
 // that the SRDF names, in that group or, without a group, in any. The server is asked for it;

@@ -7,6 +7,7 @@
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/pose_argument.h"
 #include "clients/cli/query_arguments.h"
 #include "clients/cli/robot_arguments.h"
 #include "clients/cli/robot_load_command.h"
@@ -70,10 +71,10 @@ absl::Status Get(Session& session, const ShowArguments& arguments) {
 }
 
 absl::Status Set(Session& session, const SetArguments& arguments) {
-  if (arguments.joints.empty() && arguments.robot.x_world_base.empty()) {
-    return UsageError("--joints, --x-world-base or both");
+  if (arguments.joints.empty() && arguments.robot.at.empty()) {
+    return UsageError("--joints, --at or both");
   }
-  const auto subject = ParseRobotSubject(arguments.robot);
+  const auto subject = ParseRobotSubject(session, arguments.robot, "--at");
   if (!subject.ok()) return subject.status();
   pb::Change change;
   pb::SetRobotState& state = *change.mutable_robot_state();
@@ -136,7 +137,7 @@ void AddSetCommand(CommandLine& line, CLI::App& family) {
                  {"set",
                   "where a robot stands: its joints, its base; questions begin there",
                   {"cwm robot set panda --joints ready",
-                   "cwm robot set panda --group hand --joints 0.04 --x-world-base 0,0.5,0"},
+                   "cwm robot set panda --group hand --joints 0.04 --at 0,0.5,0"},
                   "What is not given stays. What is attached moves along."},
                  [arguments](Session& session) { return Set(session, *arguments); });
   command.add_option("NAME", arguments->robot.name, "of the robot")->required();
@@ -149,9 +150,10 @@ void AddSetCommand(CommandLine& line, CLI::App& family) {
       .add_option("--group", arguments->robot.group,
                   "the joints that --joints gives; default: all of the robot's")
       ->type_name("NAME");
-  command
-      .add_option("--x-world-base", arguments->robot.x_world_base, "the root link in the world (m)")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+  CLI::Option* const at =
+      command.add_option("--at", arguments->robot.at, "its root link in the world (m)")
+          ->type_name(kPoseArgumentForm);
+  AddFormerName(command, "--x-world-base", arguments->robot.at, at);
   AddChangeOptions(command, arguments->change);
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/pose_argument.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/robot_table.h"
 #include "clients/cpp/robot_upload.h"
@@ -19,13 +20,13 @@ namespace {
 namespace pb = cwm::v1;
 
 struct LoadArguments {
-  std::string urdf, srdf, spheres, name, x_world_base;
+  std::string urdf, srdf, spheres, name, at;
   std::vector<std::string> package_folders;
   ChangeArguments change;
 };
 
 absl::StatusOr<pb::LoadRobotHeader> ParseRobotHeader(const LoadArguments& arguments,
-                                                     const Session& session) {
+                                                     Session& session) {
   pb::LoadRobotHeader header;
   header.set_world(session.world);
   header.set_name(arguments.name);
@@ -40,8 +41,8 @@ absl::StatusOr<pb::LoadRobotHeader> ParseRobotHeader(const LoadArguments& argume
     if (text = formats::ReadFileBytes(arguments.spheres); !text.ok()) return text.status();
     header.set_spheres(*std::move(text));
   }
-  if (!arguments.x_world_base.empty()) {
-    const auto pose = ParsePose(arguments.x_world_base, "--x-world-base");
+  if (!arguments.at.empty()) {
+    const auto pose = ParsePoseArgument(session, arguments.at, "--at");
     if (!pose.ok()) return pose.status();
     *header.mutable_x_world_base() = PoseToProto(*pose);
   }
@@ -110,7 +111,7 @@ void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
       {"load",
        "a robot from its URDF, or another one in its place",
        {"cwm robot load panda.urdf --srdf panda.srdf",
-        "cwm robot load robot.urdf --package-dir ~/ros/src --name left --x-world-base 0,0.5,0"},
+        "cwm robot load robot.urdf --package-dir ~/ros/src --name left --at 0,0.5,0"},
        "Meshes are sent along. Those of \"package://PACKAGE/REST\" are PACKAGE/REST below a "
        "--package-dir,\n"
        "or REST below one that is PACKAGE by its name or its package.xml; without a --package-dir, "
@@ -132,10 +133,11 @@ void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
       ->type_name("DIR");
   command.add_option("--name", arguments->name, "in the world; default: the URDF's")
       ->type_name("NAME");
-  command
-      .add_option("--x-world-base", arguments->x_world_base,
-                  "the root link in the world (m); default: at its origin")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+  CLI::Option* const at =
+      command
+          .add_option("--at", arguments->at, "its root link in the world (m); default: the origin")
+          ->type_name(kPoseArgumentForm);
+  AddFormerName(command, "--x-world-base", arguments->at, at);
   AddChangeOptions(command, arguments->change);
 }
 

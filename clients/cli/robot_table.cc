@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "clients/cli/natural_order.h"
 #include "clients/cli/quantity.h"
 
 namespace cwm::cli {
@@ -95,6 +96,9 @@ void PrintRobots(const google::protobuf::RepeatedPtrField<pb::Robot>& robots, Ta
                  std::ostream& out) {
   std::vector<TableRow> rows;
   for (const pb::Robot& robot : robots) rows.push_back(RobotRow(robot));
+  std::stable_sort(rows.begin(), rows.end(), [](const TableRow& a, const TableRow& b) {
+    return NaturalLess(a.cells[0], b.cells[0]);
+  });
   PrintTable({{"ROBOT"},
               {"LINKS", Align::kRight},
               {"WITH SHAPES", Align::kRight},

@@ -1,4 +1,5 @@
 // cwm allow, cwm margin, cwm rules
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -8,6 +9,7 @@
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/natural_order.h"
 #include "clients/cli/pair_arguments.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/query_arguments.h"
@@ -102,6 +104,10 @@ void PrintRules(const pb::GetWorldResponse& world, TableStyle style, std::ostrea
     rows.push_back({.cells = {PairMemberText(rule.pair().a()), PairMemberText(rule.pair().b()),
                               FormatRule(rule)}});
   }
+  std::stable_sort(rows.begin(), rows.end(), [](const TableRow& a, const TableRow& b) {
+    return a.cells[0] == b.cells[0] ? NaturalLess(a.cells[1], b.cells[1])
+                                    : NaturalLess(a.cells[0], b.cells[0]);
+  });
   if (rows.empty()) {
     out << "no rules of pairs\n";
   } else {

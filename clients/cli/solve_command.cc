@@ -35,7 +35,7 @@ struct SolveArguments {
 absl::StatusOr<pb::SolvePosesRequest> RequestOf(Session& session, const SolveArguments& given) {
   if (given.robot.name.empty()) return UsageError("--robot is required");
   pb::SolvePosesRequest request;
-  auto robot = ParseRobotSubject(given.robot);
+  auto robot = ParseRobotSubject(session, given.robot, "--x-world-base");
   if (!robot.ok()) return robot.status();
   std::vector<double> seeds;
   for (const std::string& text : given.robot.joints) {
@@ -139,6 +139,10 @@ void AddSolveCommand(CommandLine& line) {
        "reach."},
       [arguments](Session& session) { return Solve(session, *arguments); });
   AddRobotOptions(command, arguments->robot);
+  command
+      .add_option("--x-world-base", arguments->robot.at,
+                  "the robot's root link in the world (m); default: where it stands")
+      ->type_name(kPoseArgumentForm);
   command.add_option("--at", arguments->at, "pose of the tool in the world (m); repeatable")
       ->type_name(kPoseArgumentForm);
   command.add_option("--tool-link", arguments->tool_link,

@@ -1,10 +1,12 @@
 // cwm status, cwm info
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/message_json.h"
+#include "clients/cli/natural_order.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/table.h"
 #include "grpc/health/v1/health.grpc.pb.h"
@@ -40,6 +42,9 @@ void PrintStatus(const std::string& health, const pb::GetServerInfoResponse& inf
     rows.push_back({{world.name(), absl::StrCat(world.revision()),
                      absl::StrCat(world.object_count()), world.world_uid()}});
   }
+  std::stable_sort(rows.begin(), rows.end(), [](const TableRow& a, const TableRow& b) {
+    return NaturalLess(a.cells[0], b.cells[0]);
+  });
   PrintTable({{"WORLD"}, {"REVISION", Align::kRight}, {"OBJECTS", Align::kRight}, {"UID"}}, rows,
              session.table_style(), out);
 }

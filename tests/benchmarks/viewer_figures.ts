@@ -81,7 +81,7 @@ async function move(server: RunningServer, page: OpenedPage): Promise<number[]> 
     await page.settle(i);
     await page.finishDrawing();
     const began = Date.now();
-    await server.cwm("move", "thing_0", "--to", `0,0,${0.2 + 0.01 * i}`);
+    await server.cwm("move", "thing_0", "--at", `0,0,${0.2 + 0.01 * i}`);
     await until("the move was drawn", async () => {
       const facts = await page.facts();
       return Number(facts.revision) === 1 + i && facts.last_update_ms >= began;

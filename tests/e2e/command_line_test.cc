@@ -149,7 +149,7 @@ TEST_F(CommandLine, AnObjectOfShapesAloneComesAsAMeshOfThem) {
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return bytes;
   };
-  ASSERT_EQ(Cwm({"move", "crate", "--to", "10,0,0"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"move", "crate", "--at", "10,0,0"}).exit_code, 0);
   const std::string ply = scratch() / "crate.ply";
   ASSERT_EQ(Cwm({"get", "crate", "--mesh", ply}).exit_code, 0);
   EXPECT_NE(first_bytes(ply).find("element vertex 8\n"), std::string::npos);

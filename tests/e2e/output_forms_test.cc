@@ -106,15 +106,15 @@ TEST_F(OutputForms, PutMoveAndRemoveTellTheRevisionThatTheyMade) {
   EXPECT_EQ(Table({"put", "a", "--sphere", "0.1", "--at", "3,0,0"}), "put a, revision 2\n");
   EXPECT_EQ(CwmJson({"put", "b", "--sphere", "0.1", "--at", "4,0,0"}).at("revision"), "3");
   EXPECT_EQ(Lines({"put", "c", "--sphere", "0.1", "--at", "5,0,0"}).at(0).at("revision"), "4");
-  EXPECT_EQ(Table({"move", "a", "--to", "3,1,0"}), "moved a, revision 5\n");
+  EXPECT_EQ(Table({"move", "a", "--at", "3,1,0"}), "moved a, revision 5\n");
   EXPECT_EQ(CwmJson({"move", "b", "--by", "0,1,0"}).at("revision"), "6");
-  EXPECT_EQ(Lines({"move", "c", "--to", "5,1,0"}).at(0).at("revision"), "7");
+  EXPECT_EQ(Lines({"move", "c", "--at", "5,1,0"}).at(0).at("revision"), "7");
   EXPECT_EQ(CwmJson({"get", "b"}).at("object").at("x_world_object").at("ty_m"), 1);
   EXPECT_EQ(Table({"remove", "a"}), "removed a, revision 8\n");
   EXPECT_EQ(CwmJson({"remove", "b"}).at("revision"), "9");
   EXPECT_EQ(Lines({"remove", "c"}).at(0).at("revision"), "10");
   ExpectExit({"put", "a", "--sphere", "-0.1"}, kBadInput, "radius_m");
-  ExpectExit({"move", "a", "--to", "0,0,0"}, kNotFound, "object 'a' does not exist");
+  ExpectExit({"move", "a", "--at", "0,0,0"}, kNotFound, "object 'a' does not exist");
   ExpectExit({"remove", "crate", "a"}, kNotFound, "object 'a' does not exist");
   ExpectExit({"remove", "crate", "--expected-revision", "9"}, kConflict, "REVISION_MISMATCH");
   EXPECT_EQ(RevisionOf("default"), 10) << "all or nothing";

@@ -37,7 +37,7 @@ class RobotCommand : public ServerTest {
 };
 
 TEST_F(RobotCommand, LoadsListsShowsAndRemovesARobot) {
-  const json loaded = CwmJson({"robot", "load", urdf(), "--x-world-base", "1,2,3"});
+  const json loaded = CwmJson({"robot", "load", urdf(), "--at", "1,2,3"});
   EXPECT_EQ(loaded.at("revision"), "1");
   EXPECT_EQ(loaded.at("robot").at("name"), "crane");
   EXPECT_EQ(loaded.at("robot").at("x_world_base").at("ty_m"), 2.0);
@@ -73,7 +73,7 @@ TEST_F(RobotCommand, SetsWhereARobotStands) {
   const auto crane = [&] { return CwmJson({"robot", "get", "crane"}).at("robots").at(0); };
   EXPECT_EQ(CwmJson({"robot", "set", "crane", "--joints", "out"}).at("revision"), "2");
   EXPECT_EQ(crane().at("state").at(0), 1.5);
-  EXPECT_THAT(Cwm({"robot", "set", "crane", "--x-world-base", "0,0,1"}).out,
+  EXPECT_THAT(Cwm({"robot", "set", "crane", "--at", "0,0,1"}).out,
               HasSubstr("set crane, revision 3"));
   EXPECT_EQ(crane().at("state").at(0), 1.5) << "what is not given stays";
   EXPECT_EQ(crane().at("x_world_base").at("tz_m"), 1.0);

@@ -122,7 +122,7 @@ TEST_F(SegmentLabels, ComeWithAReportInEveryForm) {
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_EQ(table.err, "") << "progress is for terminals";
   for (const char* words : {"307200 points, ", " explained (", "LABEL", "support_1", "object_1",
-                            "coefficients ", "stages (ms): "}) {
+                            "coefficients: ", "stages (ms): "}) {
     EXPECT_NE(table.out.find(words), std::string::npos) << words << " not in:\n" << table.out;
   }
   const ProcessResult line = Cwm({"-o", "ndjson", "ingest", cloud_});

@@ -32,6 +32,21 @@ TEST(ReadBatches, TakesAShapeAtSeveralPoses) {
   EXPECT_EQ(cone.length_m(), 0.1);
 }
 
+TEST(ReadBatches, PutsTheRootLinkOfARobotWhereAtSays) {
+  BodyArguments body;
+  body.robot.name = "panda";
+  body.at = {"1,2,3"};
+  const auto batches = Read(body, "");
+  ASSERT_TRUE(batches.ok()) << batches.status();
+  EXPECT_EQ(batches->front().subject.robot().x_world_base().ty_m(), 2);
+  body.at = {"1,2,3", "1,2,4"};
+  EXPECT_THAT(std::string(Read(body, "").status().message()),
+              HasSubstr("--at: of a robot one pose"));
+  body.at = {"-"};
+  EXPECT_THAT(std::string(Read(body, "").status().message()),
+              HasSubstr("--at: of a robot one pose"));
+}
+
 TEST(ReadBatches, AsksForAnObjectWhereItStands) {
   BodyArguments body;
   body.object = "cup";
@@ -100,7 +115,7 @@ TEST(ReadBatches, TakesARobotInStates) {
   body.robot = {.name = "arm",
                 .group = "reach",
                 .joints = {"0.1,-0.2", "3,4"},
-                .x_world_base = "1,2,3",
+                .at = "1,2,3",
                 .scope = cwm::v1::ROBOT_SCOPE_SELF,
                 .geometry = cwm::v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN};
   const auto batches = Read(body, "");
@@ -177,9 +192,9 @@ TEST(ReadBatches, RefusesRobotsThatSayTooMuchOrTooLittle) {
   body.robot.group = "reach";
   EXPECT_THAT(std::string(Read(body, "").status().message()), HasSubstr("--robot is missing"));
   body.robot.name = "arm";
-  body.at = {"1,2,3"};
+  body.object = "cup";
   EXPECT_THAT(std::string(Read(body, "").status().message()), HasSubstr("not together with"));
-  body.at.clear();
+  body.object.clear();
   body.robot.joints = {"1,2", "1"};
   EXPECT_THAT(std::string(Read(body, "").status().message()), HasSubstr("has 1 numbers"));
 }

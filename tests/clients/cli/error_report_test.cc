@@ -66,6 +66,23 @@ TEST(ReportError, SaysWhatWhyAndWhatToDoNext) {
             "hint: `cwm put --help` shows examples and units\n");
 }
 
+TEST(ReportError, NamesTheOptionThatTakesAScanAllTheSame) {
+  cwm::v1::ErrorInfo info;
+  info.set_reason("SCAN_CONTRADICTS_WORLD");
+  cwm::v1::Status packed;
+  packed.add_details()->set_type_url("type.googleapis.com/google.rpc.ErrorInfo");
+  packed.mutable_details(0)->set_value(info.SerializeAsString());
+  const std::string report = Report(client::StatusFromGrpc(
+      grpc::Status(grpc::StatusCode::FAILED_PRECONDITION,
+                   "the scan contradicts the world: all supports would go; to take it all the "
+                   "same, set force",
+                   packed.SerializeAsString())));
+  EXPECT_EQ(report,
+            "cwm: revision conflict: the scan contradicts the world: all supports would go\n"
+            "  reason: SCAN_CONTRADICTS_WORLD\n"
+            "hint: `cwm ingest --force` takes it all the same\n");
+}
+
 TEST(ReportError, NamesTheAddressThatDidNotAnswer) {
   EXPECT_THAT(Report(absl::UnavailableError("nobody")), HasSubstr("tried unix:here"));
 }

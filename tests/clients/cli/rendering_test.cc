@@ -7,6 +7,7 @@
 #include "clients/cli/enum_names.h"
 #include "clients/cli/mesh_frames.h"
 #include "clients/cli/message_json.h"
+#include "clients/cli/natural_order.h"
 #include "clients/cli/object_table.h"
 #include "clients/cli/quantity.h"
 #include "clients/formats/file_bytes.h"
@@ -68,11 +69,67 @@ TEST(ObjectTable, ShowsShapeQualitySizeSupportAndCoefficients) {
   can.mutable_bounds()->mutable_box()->set_size_x_m(0.066);
   std::ostringstream out;
   PrintObjectDetails(can, TableStyle::kPlain, out);
-  for (const char* text : {"object_1", "cylinder r 33.1 mm, l 101.0 mm", "1.2 mm", "2345", "45.0 %",
-                           "support_1", "coefficients 0.1000 0.2000 0.3000 0.0000"}) {
+  for (const char* text :
+       {"object_1", "cylinder r 33.1 mm, l 101.0 mm", "1.2 mm", "2345", "45.0 %", "support_1",
+        "coefficients: point on axis 0.1000 0.2000 0.3000, axis 0.0000 0.0000 "
+        "1.0000, radius 0.0331\n"}) {
     EXPECT_THAT(out.str(), HasSubstr(text));
   }
   EXPECT_THAT(out.str(), Not(HasSubstr("LABEL")));
+}
+
+TEST(ObjectTable, NamesEveryCoefficientOfEveryShape) {
+  cwm::v1::Object object;
+  const auto add = [&](std::initializer_list<double> coefficients) -> cwm::v1::ShapePart& {
+    cwm::v1::ShapePart& part = *object.add_shapes();
+    for (const double value : coefficients) part.add_coefficients(value);
+    return part;
+  };
+  add({0, 0, 1, -0.5}).mutable_half_space();
+  add({1, 2, 3, 0.25}).mutable_sphere();
+  add({1, 2, 3, 0, 1, 0, 0.5, 9}).mutable_cone();  // the last is of a newer server
+  add({}).mutable_box();
+  std::ostringstream out;
+  PrintObjectDetails(object, TableStyle::kPlain, out);
+  for (const char* text : {"coefficients: normal 0.0000 0.0000 1.0000, d -0.5000\n",
+                           "coefficients: centre 1.0000 2.0000 3.0000, radius 0.2500\n",
+                           "coefficients: apex 1.0000 2.0000 3.0000, axis 0.0000 1.0000 0.0000, "
+                           "half angle 0.5000, others 9.0000\n"}) {
+    EXPECT_THAT(out.str(), HasSubstr(text));
+  }
+}
+
+TEST(ObjectTable, ListsNamesInNaturalOrder) {
+  google::protobuf::RepeatedPtrField<cwm::v1::Object> objects;
+  for (const char* name : {"object_1", "object_10", "object_2"}) objects.Add()->set_name(name);
+  std::ostringstream out;
+  PrintObjects(objects, TableStyle::kPlain, out);
+  EXPECT_LT(out.str().find("object_2"), out.str().find("object_10"));
+}
+
+TEST(NaturalLess, ComparesDigitsAsNumbersAndAllElseByBytes) {
+  const std::vector<std::string> ordered = {"",
+                                            "01",
+                                            "1",
+                                            "2",
+                                            "10",
+                                            "a",
+                                            "a1b2",
+                                            "a1b10",
+                                            "a2b1",
+                                            "object",
+                                            "object_2",
+                                            "object_2_1",
+                                            "object_10",
+                                            "object_18446744073709551616",
+                                            "object_18446744073709551617",
+                                            "objects",
+                                            "\xc3\xa9"};
+  for (std::size_t i = 0; i < ordered.size(); ++i) {
+    for (std::size_t j = 0; j < ordered.size(); ++j) {
+      EXPECT_EQ(NaturalLess(ordered[i], ordered[j]), i < j) << ordered[i] << " and " << ordered[j];
+    }
+  }
 }
 
 TEST(MessageJson, PrintsDefaultsInSnakeCase) {

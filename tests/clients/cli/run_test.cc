@@ -142,6 +142,9 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"ray", "--from", "cup+0,0", "--direction", "0,0,1"},
       {"ray", "--from", "0,0,0", "--to", "1,1,1", "--direction", "1,0,0"},
       {"move", "cup"},
+      {"move", "cup", "--at", "0,0,1", "--to", "0,0,1"},
+      {"robot", "set", "panda"},
+      {"check", "--robot", "panda", "--at", "0,0,0", "--x-world-base", "0,0,0"},
       {"put", "cup"},
       {"segment", "in.pcd"},
       {"status", "--deadline", "-1"},
@@ -199,6 +202,21 @@ TEST(Run, SaysThatNoServerListensAndWhatToDo) {
     EXPECT_THAT(outcome.err, AllOf(HasSubstr("cwm: server unavailable"), HasSubstr(kNobody),
                                    HasSubstr("cwm-server")));
     EXPECT_EQ(outcome.out, "");
+  }
+}
+
+TEST(Run, TakesFormerNamesOfOptionsAndShowsThePresentOnes) {
+  const std::vector<std::vector<std::string>> commands = {
+      {"move", "cup", "--to", "0,0,1"},
+      {"robot", "set", "panda", "--x-world-base", "0,0,1"},
+      {"check", "--robot", "panda", "--x-world-base", "0,0,1"}};
+  for (const std::vector<std::string>& command : commands) {
+    EXPECT_EQ(RunWith(command).code, ExitCode::kUnavailable) << ::testing::PrintToString(command);
+    const std::string& former = command[command.size() - 2];
+    std::vector<std::string> help(command.begin(), command.end() - 2);
+    help.emplace_back("--help");
+    EXPECT_THAT(RunWith(help).out, AllOf(HasSubstr("--at "), Not(HasSubstr(former))));
+    EXPECT_THAT(RunWith({"__complete", command[0], "--"}).out, Not(HasSubstr(former)));
   }
 }
 

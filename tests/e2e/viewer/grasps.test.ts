@@ -152,7 +152,7 @@ test("grasps of what has moved, gone or was of another world are said to be stal
   await drawn(2);
   assert.deepEqual(await notes(), ["", ""]);
   assert.equal(await page.page.isVisible(".grasps .warning"), false);
-  await server.cwm("move", "can", "--to", "0.2,0,0.07");
+  await server.cwm("move", "can", "--at", "0.2,0,0.07");
   await until("it was said", async () => (await notes()).sort().join() === ",moved since");
   assert.match(await page.page.textContent(".grasps .warning") ?? "", /Planned at revision 3, shown is 4/);
   await page.settle(4);

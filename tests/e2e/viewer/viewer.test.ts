@@ -119,7 +119,7 @@ test("a change shows within 200 ms", async () => {
     await page.settle(i);
     await page.finishDrawing();
     const began = Date.now();
-    await server.cwm("move", "crate", "--to", `${0.05 * i},0,0.1`);
+    await server.cwm("move", "crate", "--at", `${0.05 * i},0,0.1`);
     await until("the move was drawn", async () => {
       const facts = await page.facts();
       return Number(facts.revision) === 1 + i && facts.last_update_ms >= began;
@@ -160,7 +160,7 @@ test("a restarted server is shown anew, and meanwhile the page says that it has 
   await until("the page noticed the silence", async () => /silent/.test(await connection()));
   server.goOn();
   await until("it was connected again", async () => await connection() === "Connected");
-  await server.cwm("move", "old", "--to", "0,0,2");
+  await server.cwm("move", "old", "--at", "0,0,2");
   await page.settle(2);
   await server.stop();
   await page.page.waitForFunction(() => document.querySelector(".dot.open") === null);
@@ -239,9 +239,9 @@ test("a click tells what was hit, and an older revision can be looked at", async
   for (const word of [/crate/, /user/, /0\.000\s*0\.000\s*0\.500/, /200\.0/, /Margin10\.0 mm/]) assert.match(details, word);
   // The focus on a button of the details stays there while the world changes.
   await page.page.focus(".details header button");
-  await server.cwm("move", "ball", "--to", "0.7,0,0.5");
+  await server.cwm("move", "ball", "--at", "0.7,0,0.5");
   await server.cwm("allow", "crate", "ball");
-  await server.cwm("move", "crate", "--to", "0,0,0.6");
+  await server.cwm("move", "crate", "--at", "0,0,0.6");
   await page.settle(5);
   assert.match(await page.page.textContent(".details") ?? "", /0\.600.*may touch ball/);
   assert.equal(await page.page.evaluate(() => document.activeElement?.textContent), "Frame");
@@ -304,7 +304,7 @@ test("what is unticked is not drawn, and the keys find what they promise", async
   await server.cwm("remove", "apple");
   await page.page.keyboard.press("End");
   assert.equal(await focused(), "crate");
-  await server.cwm("move", "ball", "--to", "0.6,0,0.6");
+  await server.cwm("move", "ball", "--at", "0.6,0,0.6");
   await page.settle(7);
   assert.deepEqual(await stops(), ["crate"]);
   await page.page.keyboard.press("Escape");
