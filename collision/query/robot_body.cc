@@ -1,5 +1,6 @@
 #include "collision/query/robot_body.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/container/inlined_vector.h"
@@ -24,26 +25,76 @@ Variables With(const std::vector<double>& base, const JointGroup& group,
   return variables;
 }
 
-// Sets the frames, one per link, and the self pairs of a body that already has its parts.
+using PartsOfLink = std::vector<std::vector<std::int32_t>>;
+
+PartsOfLink PartsOfLinks(const QueryBody& body) {
+  PartsOfLink parts(static_cast<std::size_t>(body.frame_count));
+  for (std::size_t part = 0; part < body.frame_of_part.size(); ++part) {
+    const int frame = body.frame_of_part[part];
+    if (frame >= body.frame_count) break;  // parts of attached objects come last
+    parts[static_cast<std::size_t>(frame)].push_back(static_cast<std::int32_t>(part));
+  }
+  return parts;
+}
+
+void AddSelfPairs(const PartsOfLink& parts, const LinkPair& links, QueryBody& body) {
+  for (std::int32_t a : parts[static_cast<std::size_t>(links.first)]) {
+    for (std::int32_t b : parts[static_cast<std::size_t>(links.second)]) {
+      body.self_pairs.push_back({a, b});
+    }
+  }
+}
+
+// Sets the paddings of all frames; none if all are 0.
+void SetFramePaddings(std::vector<double> paddings_m, QueryBody& body) {
+  const bool has_padding = std::ranges::any_of(paddings_m, [](double each) { return each > 0; });
+  body.frame_padding_m = has_padding ? std::move(paddings_m) : std::vector<double>();
+}
+
+// The pairs of the robot's links that the rules check although the robot does not.
+std::vector<LinkPair> UncheckedPairsOf(const RobotModel& model, std::string_view name,
+                                       const PairRules& rules) {
+  std::vector<LinkPair> pairs;
+  for (const PairRule& rule : rules) {
+    if (!rule.check || rule.pair.a.name != name) continue;
+    const std::optional<int> a = model.FindLink(rule.pair.a.link);
+    const std::optional<int> b = model.FindLink(rule.pair.b.link);
+    if (!a || !b) continue;  // the rule is about links of another model of this name
+    const bool in_order = model.links[static_cast<std::size_t>(*a)].urdf_index <
+                          model.links[static_cast<std::size_t>(*b)].urdf_index;
+    pairs.push_back(in_order ? LinkPair{*a, *b} : LinkPair{*b, *a});
+  }
+  if (pairs.empty()) return pairs;
+  const auto order = [](const LinkPair& x, const LinkPair& y) {
+    return std::pair(x.first, x.second) < std::pair(y.first, y.second);
+  };
+  std::ranges::sort(pairs, order);
+  std::vector<bool> is_checked(pairs.size(), false);
+  for (const LinkPair& pair : model.self_pairs) {
+    const auto at = std::ranges::lower_bound(pairs, pair, order);
+    if (at != pairs.end() && *at == pair) {
+      is_checked[static_cast<std::size_t>(at - pairs.begin())] = true;
+    }
+  }
+  std::size_t k = 0;
+  std::erase_if(pairs, [&](const LinkPair&) { return is_checked[k++]; });
+  return pairs;
+}
+
+// Sets the frames, one per link, their paddings and the self pairs of a body that already has its
+// parts.
 void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
   const RobotModel& model = *robot.model;
   body.robot = robot.model;
   body.programs = robot.programs;
   body.frame_count = static_cast<int>(model.links.size());
   body.tests_world = scope != RobotScope::kSelf;
+  std::vector<double> paddings_m;
+  for (const ModelLink& link : model.links) paddings_m.push_back(link.padding_m);
+  SetFramePaddings(std::move(paddings_m), body);
   if (scope == RobotScope::kWorld) return;
-  std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
-  for (std::size_t part = 0; part < body.frame_of_part.size(); ++part) {
-    parts_of_link[static_cast<std::size_t>(body.frame_of_part[part])].push_back(
-        static_cast<std::int32_t>(part));
-  }
-  for (const auto& [first, second] : model.self_pairs) {
-    for (std::int32_t a : parts_of_link[static_cast<std::size_t>(first)]) {
-      for (std::int32_t b : parts_of_link[static_cast<std::size_t>(second)]) {
-        body.self_pairs.push_back({a, b});
-      }
-    }
-  }
+  const PartsOfLink parts = PartsOfLinks(body);
+  for (const LinkPair& pair : model.self_pairs) AddSelfPairs(parts, pair, body);
 }
 
 }  // namespace
@@ -72,6 +123,24 @@ QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& sph
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres,
                           RobotScope scope) {
   return BodyFromSpheres(robot, PrepareSpheres(spheres), scope);
+}
+
+void SetPaddings(const LinkValues& paddings_m, QueryBody& body) {
+  std::vector<double> of_frames;
+  for (int link = 0; link < body.frame_count; ++link) {
+    const std::string& name = body.robot->links[static_cast<std::size_t>(link)].name;
+    of_frames.push_back(ValueOf(paddings_m, name, body.PaddingOf_m(link)));
+  }
+  SetFramePaddings(std::move(of_frames), body);
+}
+
+QueryBody WithCheckedPairs(QueryBody body, const PairRules& rules, RobotScope scope) {
+  if (scope == RobotScope::kWorld) return body;
+  const std::vector<LinkPair> pairs = UncheckedPairsOf(*body.robot, body.self, rules);
+  if (pairs.empty()) return body;
+  const PartsOfLink parts = PartsOfLinks(body);
+  for (const LinkPair& pair : pairs) AddSelfPairs(parts, pair, body);
+  return body;
 }
 
 JointRows::JointRows(const RobotModel& model, const JointGroup& group, States states)

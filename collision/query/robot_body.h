@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/query/query.h"
+#include "collision/robot/link_values.h"
 #include "collision/robot/robot_model.h"
 #include "collision/robot/state_range.h"
 #include "collision/world/world_robot.h"
@@ -30,6 +31,14 @@ QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope);
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
                           RobotScope scope);
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres, RobotScope scope);
+
+// Replaces the paddings of the links that are named, or all with kOtherLinks, in the body of a robot.
+void SetPaddings(const LinkValues& paddings_m, QueryBody& body);
+
+// Adds the pairs of links that a rule of the world checks although the robot does not
+// (PairRule::check), except those that are self pairs already. `body` is the body of a robot of the
+// world with its name; it is unchanged if the scope is kWorld.
+QueryBody WithCheckedPairs(QueryBody body, const PairRules& rules, RobotScope scope);
 
 // States of a robot that differ in the variables of one group.
 class JointRows : public BodyRows {

@@ -32,6 +32,9 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::GetDistancesRequest& reques
 absl::Status AnswerQuery(Runtime& runtime, const v1::GetContactsRequest& request,
                          const CallContext& call, StreamMemory* memory,
                          v1::GetContactsResponse* response);
+absl::Status AnswerQuery(Runtime& runtime, const v1::GetWorldContactsRequest& request,
+                         const CallContext& call, StreamMemory* memory,
+                         v1::GetWorldContactsResponse* response);
 absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& request,
                          const CallContext& call, StreamMemory* memory,
                          v1::CheckMotionsResponse* response);

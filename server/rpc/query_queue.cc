@@ -53,6 +53,7 @@ std::size_t RowBytes(const v1::CheckCollisionsRequest& request) {
 }
 std::size_t RowBytes(const v1::GetDistancesRequest& request) { return RowBytes(request.subject()); }
 std::size_t RowBytes(const v1::GetContactsRequest& request) { return RowBytes(request.subject()); }
+std::size_t RowBytes(const v1::GetWorldContactsRequest&) { return 0; }
 std::size_t RowBytes(const v1::CheckMotionsRequest& request) { return RowBytes(request.subject()); }
 std::size_t RowBytes(const v1::SolvePosesRequest& request) {
   return request.x_world_tool().data().size();

@@ -31,6 +31,7 @@ inline constexpr double kMaxShortQueryCost_s = 2e-3;
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request);
 std::size_t RowBytes(const v1::GetDistancesRequest& request);
 std::size_t RowBytes(const v1::GetContactsRequest& request);
+std::size_t RowBytes(const v1::GetWorldContactsRequest& request);
 std::size_t RowBytes(const v1::CheckMotionsRequest& request);
 std::size_t RowBytes(const v1::SolvePosesRequest& request);
 std::size_t RowBytes(const v1::GetLinkPosesRequest& request);

@@ -27,6 +27,13 @@ grpc::ServerUnaryReactor* QueryService::GetContacts(grpc::CallbackServerContext*
                                                                      response);
 }
 
+grpc::ServerUnaryReactor* QueryService::GetWorldContacts(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request,
+                                                         grpc::ByteBuffer* response) {
+  return StartQuery<v1::GetWorldContactsRequest, v1::GetWorldContactsResponse>(context, runtime_,
+                                                                               request, response);
+}
+
 grpc::ServerUnaryReactor* QueryService::CheckMotions(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {

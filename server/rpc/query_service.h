@@ -14,8 +14,9 @@ using RawQueryService = v1::QueryService::WithRawCallbackMethod_CheckCollisions<
                 v1::QueryService::WithRawCallbackMethod_CastRays<
                     v1::QueryService::WithRawCallbackMethod_SamplePoints<
                         v1::QueryService::WithRawCallbackMethod_SolvePoses<
-                            v1::QueryService::WithRawCallbackMethod_StreamQueries<
-                                v1::QueryService::Service>>>>>>>>;
+                            v1::QueryService::WithRawCallbackMethod_GetWorldContacts<
+                                v1::QueryService::WithRawCallbackMethod_StreamQueries<
+                                    v1::QueryService::Service>>>>>>>>>;
 
 class QueryService final : public RawQueryService {
  public:
@@ -33,6 +34,9 @@ class QueryService final : public RawQueryService {
   grpc::ServerUnaryReactor* CheckMotions(grpc::CallbackServerContext* context,
                                          const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetWorldContacts(grpc::CallbackServerContext* context,
+                                             const grpc::ByteBuffer* request,
+                                             grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* CastRays(grpc::CallbackServerContext* context,
                                      const grpc::ByteBuffer* request,
                                      grpc::ByteBuffer* response) override;

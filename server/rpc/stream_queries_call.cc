@@ -24,6 +24,8 @@ Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result
       return use(request.get_distances());
     case v1::StreamQueriesRequest::kGetContacts:
       return use(request.get_contacts());
+    case v1::StreamQueriesRequest::kGetWorldContacts:
+      return use(request.get_world_contacts());
     case v1::StreamQueriesRequest::kCastRays:
       return use(request.cast_rays());
     case v1::StreamQueriesRequest::kSamplePoints:
@@ -291,6 +293,9 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
     case v1::StreamQueriesRequest::kGetContacts:
       return AnswerQuery(runtime_, request_.get_contacts(), call, &memory_,
                          response_.mutable_get_contacts());
+    case v1::StreamQueriesRequest::kGetWorldContacts:
+      return AnswerQuery(runtime_, request_.get_world_contacts(), call, &memory_,
+                         response_.mutable_get_world_contacts());
     case v1::StreamQueriesRequest::kCastRays:
       return AnswerQuery(runtime_, request_.cast_rays(), call, &memory_,
                          response_.mutable_cast_rays());
@@ -308,7 +313,7 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
   }
   return InvalidField("query",
                       "is absent, must be one of check_collisions, get_distances, get_contacts, "
-                      "cast_rays, sample_points, check_motions, solve_poses");
+                      "cast_rays, sample_points, check_motions, solve_poses, get_world_contacts");
 }
 
 void StreamQueriesCall::OnAnswered(const absl::Status& status) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/motion/check_motions.h"
+#include "collision/query/get_world_contacts.h"
 #include "collision/query/query.h"
 #include "cwm/v1/query.pb.h"
 #include "cwm/v1/robot.pb.h"
@@ -30,6 +31,9 @@ void DistanceAnswersToProto(const collision::PairColumns& answers, const AnswerC
                             v1::GetDistancesResponse* response);
 void ContactAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
                            v1::GetContactsResponse* response);
+void WorldContactAnswersToProto(const collision::WorldContactColumns& answers,
+                                const AnswerContext& context,
+                                v1::GetWorldContactsResponse* response);
 // Single precision rounds `lo` and the clearance down and `hi` up, so that they stay bounds.
 void MotionAnswersToProto(const collision::MotionColumns& answers, const AnswerContext& context,
                           v1::CheckMotionsResponse* response);

@@ -16,8 +16,6 @@ namespace cwm::server {
 namespace {
 
 constexpr int kMaxResults = 64;
-constexpr int kMaxContacts = 1'024;
-constexpr int kDefaultContacts = 16;
 constexpr int kMaxIgnored = 65'536;
 constexpr double kMaxSupportTolerance_m = 0.1;
 constexpr double kMaxSigmas = 1'000;  // far beyond any confidence, without overflow
@@ -93,8 +91,8 @@ absl::Status SetForm(const v1::QueryOptions& options, const FieldPath& path,
   return absl::OkStatus();
 }
 
-absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
-                      collision::QueryOptions& query) {
+absl::Status SetQuery(const v1::QueryOptions& options, const ContactCount& count,
+                      const FieldPath& path, collision::QueryOptions& query) {
   auto engine = EngineFromProto(options.engine(), path.Field("engine"));
   if (!engine.ok()) return engine.status();
   query.engine = *engine;
@@ -114,7 +112,7 @@ absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
   if (!results.ok()) return results.status();
   query.max_results = *results;
   auto contacts =
-      CountOf(options.max_contacts(), kDefaultContacts, kMaxContacts, path.Field("max_contacts"));
+      CountOf(options.max_contacts(), count.otherwise, count.max, path.Field("max_contacts"));
   if (!contacts.ok()) return contacts.status();
   query.max_contacts = *contacts;
   status = CheckRange(options.ignore_size(), {0, kMaxIgnored}, path.Field("ignore"));
@@ -214,13 +212,14 @@ absl::StatusOr<RevisionRule> RevisionRuleFromProto(const v1::AtRevision& rule,
 }
 
 absl::StatusOr<ParsedQueryOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
-                                                         const FieldPath& path) {
+                                                         const FieldPath& path,
+                                                         const ContactCount& contacts) {
   ParsedQueryOptions result;
   auto rule = RevisionRuleFromProto(options.at_revision(), path.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   result.at_revision = *rule;
   result.world_uid = options.world_uid();
-  if (auto status = SetQuery(options, path, result.query); !status.ok()) return status;
+  if (auto status = SetQuery(options, contacts, path, result.query); !status.ok()) return status;
   if (auto status = SetPairs(options, path, result.query); !status.ok()) return status;
   if (auto status = SetForm(options, path, result); !status.ok()) return status;
   if (options.has_time_budget()) {

@@ -37,8 +37,16 @@ struct ParsedQueryOptions {
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
 };
+// The number of contacts of a query: 0 means `otherwise`.
+struct ContactCount {
+  int otherwise = 16;
+  int max = 1'024;
+};
+// The number of pairs of a world. A reply with the most of them has 10 MB.
+inline constexpr ContactCount kWorldContactCount{.otherwise = 65'536, .max = 65'536};
 absl::StatusOr<ParsedQueryOptions> QueryOptionsFromProto(const v1::QueryOptions& options,
-                                                         const FieldPath& path);
+                                                         const FieldPath& path,
+                                                         const ContactCount& contacts = {});
 
 // chosen: the most shapes of a body; each row checks every one of them.
 inline constexpr int kMaxBodyShapes = 1'024;

@@ -221,6 +221,18 @@ double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& 
   return BodyCost_s(request, source, kContactsFactor);
 }
 
+double EstimatedCost_s(const v1::GetWorldContactsRequest& request, const CostSource& source) {
+  // Each part is tested against an object nearby. chosen: one in ten parts is near another.
+  constexpr double kNearShare = 0.1;
+  const double changes_s = ChangesCost_s(request.options().overlay(), source.store);
+  if (source.snapshot == nullptr) return kRequestCost_s + changes_s;
+  const std::size_t count = source.snapshot->objects().size() + source.snapshot->robots().size();
+  const double part_cost_s =
+      kPlacingCost_s + kNearPartCost_s * kContactsFactor * kNearShare * NearWeight(source);
+  return kRequestCost_s + changes_s + kRowCost_s * static_cast<double>(count) +
+         part_cost_s * static_cast<double>(source.snapshot->weight());
+}
+
 double EstimatedCost_s(const v1::CheckMotionsRequest& request, const CostSource& source) {
   return BodyCost_s(request, source, kMotionFactor);
 }
@@ -275,6 +287,8 @@ double EstimatedCost_s(const v1::StreamQueriesRequest& request, const CostSource
       return overlay_s + EstimatedCost_s(request.get_distances(), source);
     case v1::StreamQueriesRequest::kGetContacts:
       return overlay_s + EstimatedCost_s(request.get_contacts(), source);
+    case v1::StreamQueriesRequest::kGetWorldContacts:
+      return overlay_s + EstimatedCost_s(request.get_world_contacts(), source);
     case v1::StreamQueriesRequest::kCastRays:
       return overlay_s + EstimatedCost_s(request.cast_rays(), source);
     case v1::StreamQueriesRequest::kSamplePoints:

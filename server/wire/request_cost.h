@@ -25,6 +25,7 @@ struct CostSource {
 double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source);
+double EstimatedCost_s(const v1::GetWorldContactsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::CheckMotionsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::SolvePosesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetLinkPosesRequest& request, const CostSource& source);

@@ -17,6 +17,7 @@
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
 #include "server/wire/queries.h"
+#include "server/wire/robot_settings.h"
 #include "server/wire/robots.h"
 
 namespace cwm::server {
@@ -68,6 +69,39 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
   return path.Field("scope").Error(absl::StrCat(
       "asks about ", pairs, " pairs of the robot's own parts, must be ROBOT_SCOPE_WORLD above ",
       kMaxSelfPairs));
+}
+
+// Sets the paddings of the request.
+absl::Status SetPaddings(const google::protobuf::RepeatedPtrField<v1::LinkPadding>& paddings,
+                         collision::QueryBody& body, const FieldPath& path) {
+  const auto values = LinkPaddingsFromProto(paddings, path);
+  if (!values.ok()) return values.status();
+  for (std::size_t i = 0; i < values->size(); ++i) {
+    const std::string& link = (*values)[i].link;
+    if (link == collision::kOtherLinks || body.robot->FindLink(link)) continue;
+    const FieldPath item = path.Item("link_padding", static_cast<int>(i));
+    return item.Field("link").Error(
+        absl::StrCat("is ", Quoted(link), ", must be a link of robot ", Quoted(body.robot->name)));
+  }
+  collision::SetPaddings(*values, body);
+  return absl::OkStatus();
+}
+
+// Adds the pairs that rules of the world check, and checks their number.
+absl::StatusOr<collision::QueryBody> WithChecked(collision::QueryBody bare,
+                                                 const QuerySource& source,
+                                                 collision::RobotScope scope,
+                                                 const FieldPath& path) {
+  const std::size_t before = bare.self_pairs.size();
+  collision::QueryBody body =
+      collision::WithCheckedPairs(std::move(bare), source.snapshot.pair_rules(), scope);
+  const auto pairs = static_cast<std::int64_t>(body.self_pairs.size());
+  if (body.self_pairs.size() == before || pairs <= kMaxSelfPairs) return body;
+  return path.Field("scope").Error(
+      absl::StrCat("asks about ", pairs,
+                   " pairs of the robot's own parts with those that rules check, must be "
+                   "ROBOT_SCOPE_WORLD above ",
+                   kMaxSelfPairs));
 }
 
 // Adds the attached objects to the robot's body and checks the sizes again.
@@ -293,10 +327,13 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
   if (!bare.ok()) return bare.status();
   const auto scope = RobotScopeFromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
-  auto with_attached = WithAttached(*std::move(bare), source, *states.robot, *scope, path);
-  if (!with_attached.ok()) return with_attached.status();
-  collision::QueryBody body = *std::move(with_attached);
-  body.self = states.robot->name;  // pair rules refer to this name
+  bare->self = states.robot->name;  // pair rules refer to this name
+  auto status = SetPaddings(subject.link_padding(), *bare, path);
+  if (!status.ok()) return status;
+  auto checked = WithChecked(*std::move(bare), source, *scope, path);
+  if (!checked.ok()) return checked.status();
+  auto body = WithAttached(*std::move(checked), source, *states.robot, *scope, path);
+  if (!body.ok()) return body.status();
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();
   states.group = *group;
@@ -313,9 +350,9 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
       RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
   if (!rows.ok()) return rows.status();
   states.rows = *std::move(rows);
-  if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok())
-    return status;
-  return StateQuery{std::move(body), std::move(states)};
+  status = CheckRange(states, path.Field("rows"), source.budget);
+  if (!status.ok()) return status;
+  return StateQuery{*std::move(body), std::move(states)};
 }
 
 collision::JointRows JointRowsOf(const RobotStates& states) {

@@ -18,18 +18,20 @@ using collision::Quoted;
 // chosen: one for each link that a robot may have (RobotLimits::max_links), and one for the others.
 constexpr std::int64_t kMaxLinkValues = 1'025;
 constexpr std::int64_t kMaxTools = 64;  // chosen: far more than a robot has flanges
-constexpr std::int64_t kMaxNameBytes = 1'024;
-constexpr double kMinScale = 0.01, kMaxScale = 100;
+constexpr std::int64_t kMaxNameInSettingBytes = 1'024;
+constexpr double kMinLinkScale = 0.01, kMaxLinkScale = 100;
 
 absl::Status CheckScale(double scale, const FieldPath& path) {
-  if (scale >= kMinScale && scale <= kMaxScale) return absl::OkStatus();
-  return path.Error(absl::StrCat("is ", scale, ", must be from ", kMinScale, " to ", kMaxScale));
+  if (scale >= kMinLinkScale && scale <= kMaxLinkScale) return absl::OkStatus();
+  return path.Error(
+      absl::StrCat("is ", scale, ", must be from ", kMinLinkScale, " to ", kMaxLinkScale));
 }
 
 absl::Status CheckOnce(const std::string& name, std::set<std::string>& known,
                        const FieldPath& path) {
   if (name.empty()) return path.Error("is empty, must be given");
-  if (auto status = CheckTextLength(name, kMaxNameBytes, path); !status.ok()) return status;
+  if (auto status = CheckTextLength(name, kMaxNameInSettingBytes, path); !status.ok())
+    return status;
   if (known.insert(name).second) return absl::OkStatus();
   return path.Error(absl::StrCat("is ", Quoted(name), ", must come once"));
 }
@@ -61,7 +63,8 @@ absl::StatusOr<collision::NamedTool> ToolFromProto(const v1::RobotTool& tool,
   if (auto status = CheckName(tool.name(), path.Field("name")); !status.ok()) return status;
   if (tool.link().empty()) return path.Field("link").Error("is empty, must be given");
   for (const auto& [text, field] : {std::pair(&tool.link(), "link"), {&tool.group(), "group"}}) {
-    if (auto status = CheckTextLength(*text, kMaxNameBytes, path.Field(field)); !status.ok()) {
+    if (auto status = CheckTextLength(*text, kMaxNameInSettingBytes, path.Field(field));
+        !status.ok()) {
       return status;
     }
   }
