@@ -49,6 +49,7 @@ class SharedForms {
     const TriangleMesh* mesh;
     ShapeKind kind;
     bool watertight;
+    const void* caps;
     friend auto operator<=>(const Key&, const Key&) = default;
   };
 
@@ -80,10 +81,11 @@ class SharedForms {
 std::shared_ptr<const LazyGeometries> FormsOf(const Shape& shape) {
   static auto* shared = new SharedForms;  // never destroyed: models may outlive static objects
   if (const auto* mesh = std::get_if<Mesh>(&shape)) {
-    return shared->Find({mesh->mesh.get(), ShapeKind::kMesh, mesh->watertight}, shape);
+    return shared->Find({mesh->mesh.get(), ShapeKind::kMesh, mesh->watertight, mesh->caps.get()},
+                        shape);
   }
   if (const auto* convex = std::get_if<Convex>(&shape)) {
-    return shared->Find({convex->hull.get(), ShapeKind::kConvex, true}, shape);
+    return shared->Find({convex->hull.get(), ShapeKind::kConvex, true, nullptr}, shape);
   }
   return std::make_shared<const LazyGeometries>(shape);
 }

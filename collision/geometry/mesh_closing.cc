@@ -2,17 +2,18 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "collision/geometry/interruptible_sort.h"
+#include "collision/geometry/mesh_holes.h"
 
 namespace cwm {
 namespace {
 
 using Triangle = TriangleMesh::Triangle;
-using MeshEdge = std::pair<std::uint32_t, std::uint32_t>;  // in the direction of a triangle
 
 // chosen: a mesh with more open edges has holes, and a search among all pairs of them is slow.
 constexpr std::size_t kMaxOpenEdges = 4096;
@@ -20,6 +21,11 @@ constexpr std::size_t kMaxOpenEdges = 4096;
 constexpr double kOnEdge = 1e-7;
 // chosen: splitting an edge opens none, so that one round is enough unless triangles share several.
 constexpr int kMaxRounds = 4;
+// chosen: each query that comes near a mesh with holes looks at every hole.
+constexpr std::size_t kMaxHoles = 64;
+// chosen: the largest share of holes in the area of a mesh. Vessels and sheets, which are meant to
+// be open, exceed it by far.
+constexpr double kMaxHoleShare = 0.01;
 
 // The triangle with its smallest index first, which keeps its winding.
 Triangle Rotated(Triangle t) {
@@ -152,26 +158,84 @@ double Extent_m(const std::vector<Vector3>& vertices) {
   return bounds.isEmpty() ? 0 : bounds.sizes().norm();
 }
 
+double Area_m2(const TriangleMesh& mesh, WorkCounter* work) {
+  double doubled_m2 = 0;
+  ForEachBlock(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      const Vector3& corner = mesh.vertices[a];
+      doubled_m2 += (mesh.vertices[b] - corner).cross(mesh.vertices[c] - corner).norm();
+    }
+  });
+  return 0.5 * doubled_m2;
+}
+
+// Closes the holes of a mesh if they are few and small, and says what they are. False if they are
+// not, or if `work` ended it; the mesh is void then.
+bool CloseHoles(const std::vector<MeshEdge>& open, ClosedMesh& closed, MeshOpening& opening,
+                WorkCounter* work) {
+  if (open.size() > kMaxOpenEdges) return false;
+  const auto loops = BoundaryLoops(open);
+  if (!loops) return false;
+  opening.holes = loops->size();
+  const double area_m2 = Area_m2(closed.mesh, work);
+  double of_holes_m2 = 0;
+  for (const BoundaryLoop& loop : *loops) {
+    const HoleFan fan = FanOf(loop, closed.mesh.vertices, work);
+    if (HasEnded(work)) return false;
+    closed.mesh.triangles.insert(closed.mesh.triangles.end(), fan.triangles.begin(),
+                                 fan.triangles.end());
+    closed.caps.push_back(fan.cap);
+    of_holes_m2 += fan.area_m2;
+    opening.largest_m = std::max(opening.largest_m, fan.cap.diameter_m);
+  }
+  opening.area_share = area_m2 > 0 ? of_holes_m2 / area_m2 : 1;
+  return loops->size() <= kMaxHoles && opening.area_share <= kMaxHoleShare;
+}
+
 }  // namespace
 
-std::optional<ClosedMesh> Close(const TriangleMesh& mesh, WorkCounter* work) {
+MeshClosing TryClose(const TriangleMesh& mesh, WorkCounter* work) {
+  MeshClosing result;
   const std::vector<std::uint32_t> welded = WeldedVertices(mesh.vertices, work);
-  if (HasEnded(work)) return std::nullopt;
+  if (HasEnded(work)) return result;
   ClosedMesh closed;
-  std::vector<Triangle> triangles = Distinct(mesh, welded, closed.repeated, work);
+  closed.mesh.vertices = mesh.vertices;
+  std::vector<Triangle>& triangles = closed.mesh.triangles;
+  triangles = Distinct(mesh, welded, closed.repeated, work);
   const EdgeSplitter splitter(mesh.vertices, kOnEdge * Extent_m(mesh.vertices));
   std::vector<MeshEdge> open = OpenEdges(triangles, work);
   for (int round = 0; round < kMaxRounds && !open.empty(); ++round) {
-    if (open.size() > kMaxOpenEdges) return std::nullopt;
+    if (open.size() > kMaxOpenEdges) break;
     const std::size_t split = splitter.Split(open, triangles, work);
-    if (split == 0 || HasEnded(work)) return std::nullopt;
+    if (split == 0 || HasEnded(work)) break;
     closed.split_edges += split;
     open = OpenEdges(triangles, work);
   }
-  if (HasEnded(work) || !open.empty()) return std::nullopt;
-  closed.mesh = {.vertices = mesh.vertices, .triangles = std::move(triangles)};
-  if (!IsWatertight(closed.mesh, work)) return std::nullopt;
-  return closed;
+  result.opening.edges = open.size();
+  const bool is_capped = open.empty() || CloseHoles(open, closed, result.opening, work);
+  if (HasEnded(work) || !is_capped || !IsWatertight(closed.mesh, work)) return result;
+  result.closed = std::move(closed);
+  return result;
+}
+
+std::optional<ClosedMesh> Close(const TriangleMesh& mesh, WorkCounter* work) {
+  return TryClose(mesh, work).closed;
+}
+
+std::optional<Mesh> SolidOf(std::shared_ptr<const TriangleMesh> mesh, WorkCounter* work) {
+  const bool watertight = IsWatertight(*mesh, work);
+  if (HasEnded(work)) return std::nullopt;
+  if (watertight) return Mesh{.mesh = std::move(mesh), .watertight = true};
+  std::optional<ClosedMesh> closed = Close(*mesh, work);
+  if (HasEnded(work)) return std::nullopt;
+  if (!closed) return Mesh{.mesh = std::move(mesh), .watertight = false};
+  Mesh solid{.mesh = std::make_shared<const TriangleMesh>(std::move(closed->mesh)),
+             .watertight = true};
+  if (!closed->caps.empty()) {
+    solid.caps = std::make_shared<const MeshCaps::element_type>(std::move(closed->caps));
+  }
+  return solid;
 }
 
 }  // namespace cwm

@@ -12,12 +12,16 @@ bool SameMesh(const std::shared_ptr<const TriangleMesh>& a,
   return a == b || (a != nullptr && b != nullptr && *a == *b);
 }
 
+bool SameCaps(const Mesh& a, const Mesh& b) {
+  return a.caps == b.caps || (a.caps != nullptr && b.caps != nullptr && *a.caps == *b.caps);
+}
+
 }  // namespace
 
 bool operator==(const Convex& a, const Convex& b) { return SameMesh(a.hull, b.hull); }
 
 bool operator==(const Mesh& a, const Mesh& b) {
-  return a.watertight == b.watertight && SameMesh(a.mesh, b.mesh);
+  return a.watertight == b.watertight && SameMesh(a.mesh, b.mesh) && SameCaps(a, b);
 }
 
 Mesh MakeMesh(TriangleMesh mesh) {

@@ -3,6 +3,7 @@
 // new shape breaks the build everywhere that must handle it.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string_view>
 #include <variant>
@@ -70,11 +71,29 @@ struct Convex {
   friend bool operator==(const Convex& a, const Convex& b);
 };
 
+// A hole of a mesh that triangles of no file close. The true surface there is unknown, but it is
+// taken to lie within the convex hull of the hole's boundary, and so within the capsule here.
+struct MeshCap {
+  std::array<Vector3, 2> axis = {Vector3::Zero(), Vector3::Zero()};  // the ends of the capsule's
+  double radius_m = 0;
+  double diameter_m = 0;  // the largest distance of two vertices of the boundary
+  // derived: every plane across the axis that meets the hull also meets the boundary, so that no
+  // point of the hull is farther from the boundary than the capsule is thick.
+  double bound_m() const { return 2 * radius_m; }
+  friend bool operator==(const MeshCap&, const MeshCap&) = default;
+};
+
+// nullptr: no hole was closed. Shared and immutable.
+using MeshCaps = std::shared_ptr<const std::vector<MeshCap>>;
+
 // An arbitrary mesh: solid if watertight, otherwise a surface without an inside. Shared and
 // immutable.
 struct Mesh {
   std::shared_ptr<const TriangleMesh> mesh;
   bool watertight = false;  // IsWatertight(*mesh), computed once by MakeMesh
+  // The holes of a watertight mesh that were closed with triangles of their own (Close). Answers
+  // that depend on these triangles are not exact.
+  MeshCaps caps = nullptr;
   friend bool operator==(const Mesh& a, const Mesh& b);
 };
 

@@ -1,5 +1,7 @@
 #include "collision/kernels/exact_geometry.h"
 
+#include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "collision/geometry/mesh_parts.h"
@@ -76,6 +78,20 @@ void ExactGeometry::AddMesh(const Mesh& mesh, WorkCounter* work) {
   if (HasEnded(work)) return;
   enclosure_ = CoreOf(Box{tree_->bounds().sizes()});
   X_SE_.translation() = tree_->bounds().center();
+  if (mesh.caps != nullptr) AddCaps(*mesh.caps);
+}
+
+void ExactGeometry::AddCaps(const std::vector<MeshCap>& caps) {
+  for (const MeshCap& cap : caps) {
+    const Vector3 along = cap.axis[1] - cap.axis[0];
+    Cap placed{.around = std::make_unique<const ExactGeometry>(
+                   Capsule{.radius_m = cap.radius_m, .length_m = along.norm()}),
+               .X_SC = MakePose(0.5 * (cap.axis[0] + cap.axis[1]),
+                                Quaternion::FromTwoVectors(Vector3::UnitZ(), along)),
+               .bound_m = cap.bound_m()};
+    caps_.push_back(std::move(placed));
+  }
+  std::ranges::sort(caps_, std::greater<>(), &Cap::bound_m);
 }
 
 bool ExactGeometry::IsOpen() const {

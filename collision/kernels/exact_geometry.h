@@ -36,6 +36,15 @@ class ExactGeometry {
   // The triangle tree of a mesh, nullptr for other shapes. Normals of a closed mesh point outward.
   const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
   bool IsOpen() const;
+  // A hole of a closed mesh that triangles of no file close (MeshCap), as the capsule around it in
+  // the shape's frame.
+  struct Cap {
+    std::unique_ptr<const ExactGeometry> around;
+    Pose X_SC = Pose::Identity();
+    double bound_m = 0;
+  };
+  // Those with the largest bound first. Empty for other shapes.
+  const std::vector<Cap>& caps() const { return caps_; }
   // The hulls of a mesh; nullptr for other shapes and for meshes without hulls, or if `work` ended
   // the building. The first caller builds them while others wait, since most meshes of a scan are
   // never tested.
@@ -44,6 +53,7 @@ class ExactGeometry {
  private:
   void AddPlate(const Plate& plate);
   void AddMesh(const Mesh& mesh, WorkCounter* work);
+  void AddCaps(const std::vector<MeshCap>& caps);
   // The core with VertexLanes if it has many vertices, which find the farthest one by SIMD.
   ConvexCore WithLanes(ConvexCore core);
 
@@ -56,6 +66,7 @@ class ExactGeometry {
   ConvexCore enclosure_;
   Pose X_SE_ = Pose::Identity();
   std::optional<TriangleTree> tree_;
+  std::vector<Cap> caps_;
   Lazy<std::unique_ptr<const MeshHulls>> hulls_;
 };
 

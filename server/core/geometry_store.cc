@@ -170,6 +170,7 @@ struct GeometryStore::State {
     bool was_used = false;                   // its mesh was used by an object or a query
     std::vector<WeakMesh> meshes;            // equal meshes that objects use; usually one
     std::shared_ptr<const MeshFacts> facts;  // of the meshes and the blob; nullptr: not computed
+    MeshCaps caps;                           // of the meshes, if the server closed them
 
     void Add(const std::shared_ptr<const TriangleMesh>& mesh) {
       std::erase_if(meshes, [](const WeakMesh& weak) { return weak.expired(); });
@@ -273,7 +274,7 @@ struct GeometryStore::State {
   // The facts of the entry's mesh, kept with the entry from now on.
   std::shared_ptr<const MeshFacts> FactsOf(const std::string& hash, Entry& entry) {
     if (entry.facts != nullptr) return entry.facts;
-    entry.facts = std::make_shared<const MeshFacts>();
+    entry.facts = std::make_shared<const MeshFacts>(entry.caps);
     if (entry.blob != nullptr) return entry.facts;
     facts_of_objects.push_back(hash);
     if (facts_of_objects.size() > kMaxFactsOfObjects) {
@@ -387,9 +388,15 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Renew(BlobFormat format, st
 }
 
 std::string GeometryStore::RegisterMesh(const std::shared_ptr<const TriangleMesh>& mesh) {
-  const std::string hash = HashOf(mesh);
+  return RegisterMesh(Mesh{.mesh = mesh});
+}
+
+std::string GeometryStore::RegisterMesh(const Mesh& solid) {
+  const std::string hash = HashOf(solid.mesh);
   std::lock_guard lock(state_->mutex);
-  state_->entries[hash].Add(mesh);
+  State::Entry& entry = state_->entries[hash];
+  entry.Add(solid.mesh);
+  if (solid.caps != nullptr) entry.caps = solid.caps;
   state_->PurgeDead();
   return hash;
 }

@@ -67,6 +67,8 @@ class GeometryStore {
                                WorkBudget* budget = nullptr);
   // Makes the mesh of an object readable by its hash; holds it weakly.
   std::string RegisterMesh(const std::shared_ptr<const TriangleMesh>& mesh);
+  // The same; a shape that names the hash while an object has the mesh gets its caps too.
+  std::string RegisterMesh(const Mesh& solid);
   // NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<std::shared_ptr<const Blob>> Get(std::string_view hash) const;
   // Only the mesh, which is a look-up: nothing is encoded. NotFound GEOMETRY_UNKNOWN.

@@ -26,26 +26,21 @@ MeshHull ComputeHull(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounte
 
 }  // namespace
 
-std::optional<bool> MeshFacts::IsWatertight(const TriangleMesh& mesh, WorkCounter* work) const {
-  const bool* const known = watertight_.Get(
+std::optional<Mesh> MeshFacts::SolidOf(const std::shared_ptr<const TriangleMesh>& mesh,
+                                       WorkCounter* work) const {
+  const Mesh* const known = solid_.Get(
       [&] {
         ++computed_;
-        return cwm::IsWatertight(mesh, work);
+        Mesh solid = cwm::SolidOf(mesh, work).value_or(Mesh{});
+        if (solid.mesh == mesh) solid.mesh = nullptr;
+        return solid;
       },
       work);
-  return known != nullptr ? std::optional(*known) : std::nullopt;
-}
-
-const std::shared_ptr<const TriangleMesh>* MeshFacts::ClosedOf(const TriangleMesh& mesh,
-                                                               WorkCounter* work) const {
-  return closed_.Get(
-      [&]() -> std::shared_ptr<const TriangleMesh> {
-        ++computed_;
-        std::optional<ClosedMesh> closed = Close(mesh, work);
-        if (!closed) return nullptr;
-        return std::make_shared<const TriangleMesh>(std::move(closed->mesh));
-      },
-      work);
+  if (known == nullptr) return std::nullopt;
+  Mesh solid = *known;
+  if (solid.mesh == nullptr) solid.mesh = mesh;
+  if (solid.watertight && caps_ != nullptr) solid.caps = caps_;
+  return solid;
 }
 
 const MeshHull* MeshFacts::HullOf(const std::shared_ptr<const TriangleMesh>& mesh,

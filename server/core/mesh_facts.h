@@ -6,9 +6,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "collision/geometry/lazy.h"
-#include "collision/geometry/triangle_mesh.h"
+#include "collision/geometry/shape.h"
 
 namespace cwm::server {
 
@@ -26,10 +27,12 @@ struct MeshHull {
 // the computation.
 class MeshFacts {
  public:
-  std::optional<bool> IsWatertight(const TriangleMesh& mesh, WorkCounter* work) const;
-  // The mesh closed by what has one meaning (Close); holds nullptr for one that stays open.
-  const std::shared_ptr<const TriangleMesh>* ClosedOf(const TriangleMesh& mesh,
-                                                      WorkCounter* work) const;
+  // `caps` of a mesh that the server closed itself; nullptr for others.
+  explicit MeshFacts(MeshCaps caps = nullptr) : caps_(std::move(caps)) {}
+
+  // The mesh as a shape, closed if it can be (geometry/mesh_closing.h).
+  std::optional<Mesh> SolidOf(const std::shared_ptr<const TriangleMesh>& mesh,
+                              WorkCounter* work) const;
   // The mesh must have at most kMaxHullInputVertices vertices. The result lives as long as this.
   const MeshHull* HullOf(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounter* work) const;
 
@@ -37,8 +40,8 @@ class MeshFacts {
   int computed() const { return computed_; }
 
  private:
-  Lazy<bool> watertight_;
-  Lazy<std::shared_ptr<const TriangleMesh>> closed_;
+  const MeshCaps caps_;
+  Lazy<Mesh> solid_;  // without the mesh if it is the one that was given, to keep none alive
   Lazy<MeshHull> hull_;
   mutable std::atomic<int> computed_ = 0;
 };

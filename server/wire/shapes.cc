@@ -82,13 +82,9 @@ absl::StatusOr<Mesh> MeshOf(const std::string& hash, const GeometryStore& store,
                             const FieldPath& path, WorkBudget* budget) {
   const auto stored = FindMesh(hash, store, path);
   if (!stored.ok()) return stored.status();
-  const std::optional<bool> watertight = stored->facts->IsWatertight(*stored->mesh, budget);
-  if (!watertight.has_value()) return budget->status();
-  if (*watertight) return Mesh{.mesh = stored->mesh, .watertight = true};
-  const auto* const closed = stored->facts->ClosedOf(*stored->mesh, budget);
-  if (closed == nullptr) return budget->status();
-  if (*closed != nullptr) return Mesh{.mesh = *closed, .watertight = true};
-  return Mesh{.mesh = stored->mesh, .watertight = false};
+  std::optional<Mesh> solid = stored->facts->SolidOf(stored->mesh, budget);
+  if (!solid) return budget->status();
+  return *std::move(solid);
 }
 
 Shape PlateOf(const v1::Plate& plate) {
@@ -196,7 +192,7 @@ void SetShape(const Shape& shape, GeometryStore& store, M* m) {
           [m, &store](const Convex& s) {
             m->mutable_convex()->set_hash(store.RegisterMesh(s.hull));
           },
-          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.RegisterMesh(s.mesh)); },
+          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.RegisterMesh(s)); },
       },
       shape);
 }

@@ -52,7 +52,7 @@ TEST(MeshFacts, AreComputedOncePerStoredMeshAndGoWithIt) {
   ASSERT_TRUE(first.ok() && second.ok());
   EXPECT_EQ(first->facts, second->facts);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(first->facts->IsWatertight(*first->mesh, nullptr), true);
+    EXPECT_TRUE(first->facts->SolidOf(first->mesh, nullptr)->watertight);
     EXPECT_TRUE(second->facts->HullOf(second->mesh, nullptr)->fault.empty());
   }
   EXPECT_EQ(first->facts->computed(), 2);  // one computation of each fact
@@ -64,8 +64,8 @@ TEST(MeshFacts, WhatWasEndedIsComputedAgain) {
   const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()));
   const auto found = store.FindMesh(stored->hash);
   EndsAtCheck at_once(1);
-  EXPECT_FALSE(found->facts->IsWatertight(*found->mesh, &at_once).has_value());
-  EXPECT_EQ(found->facts->IsWatertight(*found->mesh, nullptr), true);
+  EXPECT_FALSE(found->facts->SolidOf(found->mesh, &at_once).has_value());
+  EXPECT_TRUE(found->facts->SolidOf(found->mesh, nullptr)->watertight);
 }
 
 TEST(GeometryStore, AnUploadEndsWithItsBudgetAndStoresNothing) {
