@@ -162,39 +162,39 @@ absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const Fiel
 
 template <class M>
 void SetShape(const Shape& shape, GeometryStore& store, M* m) {
-  std::visit(
-      Overloaded{
-          [m](const Sphere& s) { m->mutable_sphere()->set_radius_m(s.radius_m); },
-          [m](const Box& s) {
-            m->mutable_box()->set_size_x_m(s.size_m.x());
-            m->mutable_box()->set_size_y_m(s.size_m.y());
-            m->mutable_box()->set_size_z_m(s.size_m.z());
-          },
-          [m](const Cylinder& s) {
-            m->mutable_cylinder()->set_radius_m(s.radius_m);
-            m->mutable_cylinder()->set_length_m(s.length_m);
-          },
-          [m](const Cone& s) {
-            m->mutable_cone()->set_radius_bottom_m(s.radius_bottom_m);
-            m->mutable_cone()->set_radius_top_m(s.radius_top_m);
-            m->mutable_cone()->set_length_m(s.length_m);
-          },
-          [m](const Capsule& s) {
-            m->mutable_capsule()->set_radius_m(s.radius_m);
-            m->mutable_capsule()->set_length_m(s.length_m);
-          },
-          [m](const HalfSpace&) { m->mutable_half_space(); },
-          [m](const Plate& s) {
-            SetPolygon(s.outline, m->mutable_plate()->mutable_outline());
-            for (const Polygon& hole : s.holes) SetPolygon(hole, m->mutable_plate()->add_holes());
-            m->mutable_plate()->set_thickness_m(s.thickness_m);
-          },
-          [m, &store](const Convex& s) {
-            m->mutable_convex()->set_hash(store.RegisterMesh(s.hull));
-          },
-          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.RegisterMesh(s)); },
-      },
-      shape);
+  std::visit(Overloaded{
+                 [m](const Sphere& s) { m->mutable_sphere()->set_radius_m(s.radius_m); },
+                 [m](const Box& s) {
+                   m->mutable_box()->set_size_x_m(s.size_m.x());
+                   m->mutable_box()->set_size_y_m(s.size_m.y());
+                   m->mutable_box()->set_size_z_m(s.size_m.z());
+                 },
+                 [m](const Cylinder& s) {
+                   m->mutable_cylinder()->set_radius_m(s.radius_m);
+                   m->mutable_cylinder()->set_length_m(s.length_m);
+                 },
+                 [m](const Cone& s) {
+                   m->mutable_cone()->set_radius_bottom_m(s.radius_bottom_m);
+                   m->mutable_cone()->set_radius_top_m(s.radius_top_m);
+                   m->mutable_cone()->set_length_m(s.length_m);
+                 },
+                 [m](const Capsule& s) {
+                   m->mutable_capsule()->set_radius_m(s.radius_m);
+                   m->mutable_capsule()->set_length_m(s.length_m);
+                 },
+                 [m](const HalfSpace&) { m->mutable_half_space(); },
+                 [m](const Plate& s) {
+                   SetPolygon(s.outline, m->mutable_plate()->mutable_outline());
+                   for (const Polygon& hole : s.holes)
+                     SetPolygon(hole, m->mutable_plate()->add_holes());
+                   m->mutable_plate()->set_thickness_m(s.thickness_m);
+                 },
+                 [m, &store](const Convex& s) {
+                   m->mutable_convex()->set_hash(store.RegisterMesh(s.hull));
+                 },
+                 [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.RegisterMesh(s)); },
+             },
+             shape);
 }
 
 v1::FitQuality FitToProto(const FitQuality& fit) {
