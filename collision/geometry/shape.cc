@@ -30,6 +30,11 @@ Mesh MakeMesh(TriangleMesh mesh) {
   return {.mesh = std::move(shared), .watertight = watertight};
 }
 
+bool HasCaps(const Shape& shape) {
+  const auto* mesh = std::get_if<Mesh>(&shape);
+  return mesh != nullptr && mesh->caps != nullptr;
+}
+
 std::string_view NameOf(ShapeKind kind) {
   switch (kind) {
     case ShapeKind::kSphere:

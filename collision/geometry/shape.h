@@ -101,6 +101,9 @@ Mesh MakeMesh(TriangleMesh mesh);
 
 using Shape = std::variant<Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh>;
 
+// True for a mesh whose holes were closed.
+bool HasCaps(const Shape& shape);
+
 // The alternatives in the order of the variant: ShapeKind(shape.index()).
 enum class ShapeKind {
   kSphere,

@@ -58,6 +58,7 @@ QueryBody WithAttachedObjects(QueryBody body, const WorldSnapshot& world, const 
     }
     geometry->parts.insert(geometry->parts.end(), added.parts.begin(), added.parts.end());
     geometry->max_sigma_m = std::max(geometry->max_sigma_m, added.max_sigma_m);
+    geometry->has_caps = geometry->has_caps || added.has_caps;
     body.hidden_m = std::max(body.hidden_m, added.max_hidden_m);
     body.frame_of_part.resize(geometry->parts.size(), body.frame_count + static_cast<int>(k));
   }

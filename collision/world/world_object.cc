@@ -35,6 +35,7 @@ class Preparation {
     if (MustEnd(work_, StepsOf(shape))) return false;
     part.bounds_O = BoundsAt(part, X_OP);
     prepared_.weight += QueryCost(shape);
+    prepared_.has_caps = prepared_.has_caps || HasCaps(shape);
     prepared_.parts.push_back(std::move(part));
     return true;
   }

@@ -58,6 +58,7 @@ struct PreparedModel {
       parts;                // shapes, then surfaces, then handles, each in the model's order
   double max_sigma_m = 0;   // the largest of all parts
   double max_hidden_m = 0;  // the largest HiddenDepth_m of all shapes
+  bool has_caps = false;    // true if holes of a mesh were closed (HasCaps)
   std::int64_t weight = 0;  // the sum over all parts, see QueryCost
 };
 

@@ -25,6 +25,10 @@ bool HidesSpace(const WorldObjectPtr& object) {
   return object != nullptr && object->geometry->max_hidden_m > 0;
 }
 
+bool HasCappedMesh(const WorldObjectPtr& object) {
+  return object != nullptr && object->geometry->has_caps;
+}
+
 using Objects = std::vector<WorldObjectPtr>;
 
 template <class Predicate>
@@ -86,6 +90,7 @@ WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> 
       bounds_(TreeOver(objects_by_name, robots_by_name)),
       attached_(Filtered(objects_by_name, IsAttached)),
       with_hidden_(Filtered(objects_by_name, HidesSpace)),
+      with_caps_(Filtered(objects_by_name, HasCappedMesh)),
       robots_(std::make_shared<const Robots>(std::move(robots_by_name))),
       pair_rules_(std::make_shared<const PairRules>(std::move(pair_rules))) {
   [[maybe_unused]] const auto precedes = [](const auto& a, const auto& b) {
@@ -120,6 +125,7 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
   }
   next.attached_ = FilteredAfter(attached_, deltas, IsAttached);
   next.with_hidden_ = FilteredAfter(with_hidden_, deltas, HidesSpace);
+  next.with_caps_ = FilteredAfter(with_caps_, deltas, HasCappedMesh);
   for (const auto& [before, after] : robot_deltas) {
     if (before != nullptr) {
       next.bounds_ = next.bounds_.Without(before->body);
@@ -140,6 +146,12 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
 WorldObjectPtr WorldSnapshot::Find(std::string_view name) const {
   const WorldObjectPtr* object = objects_.Find(name);
   return object != nullptr ? *object : nullptr;
+}
+
+bool WorldSnapshot::has_caps() const {
+  return !with_caps_->empty() || std::ranges::any_of(*robots_, [](const WorldRobotPtr& robot) {
+    return robot->body.geometry->has_caps;
+  });
 }
 
 double WorldSnapshot::max_margin_m() const {

@@ -56,6 +56,8 @@ class WorldSnapshot {
   const std::vector<WorldObjectPtr>& attached() const { return *attached_; }
   // Objects that may extend into space that no sensor saw (ShapePart::hidden), ordered by name.
   const std::vector<WorldObjectPtr>& with_hidden() const { return *with_hidden_; }
+  // True if holes of a mesh of some object or robot were closed (PreparedModel::has_caps).
+  bool has_caps() const;
   // An upper bound of the margins of all parts of objects and robots (MarginOf_m).
   double max_margin_m() const;
   // The obstacle with this index in answers: objects by rank, then robots.
@@ -84,6 +86,8 @@ class WorldSnapshot {
   std::shared_ptr<const std::vector<WorldObjectPtr>> attached_ =
       std::make_shared<const std::vector<WorldObjectPtr>>();
   std::shared_ptr<const std::vector<WorldObjectPtr>> with_hidden_ =
+      std::make_shared<const std::vector<WorldObjectPtr>>();
+  std::shared_ptr<const std::vector<WorldObjectPtr>> with_caps_ =
       std::make_shared<const std::vector<WorldObjectPtr>>();
   std::shared_ptr<const Robots> robots_ = std::make_shared<const Robots>();
   std::shared_ptr<const PairRules> pair_rules_ = std::make_shared<const PairRules>();
