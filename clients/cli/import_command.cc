@@ -23,7 +23,6 @@
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/scene_file.h"
 #include "clients/meshes/mesh_reading.h"
-#include "clients/meshes/mesh_solid.h"
 #include "clients/scene/scene_import.h"
 #include "clients/scene/scene_objects.h"
 
@@ -102,17 +101,8 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                         std::string_view bytes) {
   const auto pose = ParsePoseArgument(session, arguments.at, "--at");
   if (!pose.ok()) return pose.status();
-  const auto mesh = ParseMeshFile(bytes, arguments.file, arguments.mesh);
+  const auto mesh = SendMeshFile(session, bytes, arguments.file, arguments.mesh);
   if (!mesh.ok()) return mesh.status();
-  if (const auto warning = SizeWarning(*mesh, arguments.file)) session.Warn(*warning);
-  const meshes::MeshSolid solid = meshes::DescribeSolid(*mesh);
-  if (solid.is_open) {
-    session.Warn(absl::StrCat(arguments.file,
-                              ": the mesh is open, a surface without an inside: what does not "
-                              "touch it is free even within it; close its holes"));
-  }
-  const auto part = UploadMesh(session, *mesh);
-  if (!part.ok()) return part.status();
   pb::Change change;
   pb::Object& object = *change.mutable_put()->mutable_object();
   object.set_name(arguments.name.empty()
@@ -120,11 +110,9 @@ absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
                       : arguments.name);
   object.set_kind(pb::OBJECT_KIND_USER);
   *object.mutable_x_world_object() = PoseToProto(*pose);
-  *object.add_shapes() = *part;
-  return Apply(
-      session, arguments.change, {change},
-      absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
-                   mesh->triangles.size() == 1 ? " triangle, " : " triangles, ", solid.text));
+  *object.add_shapes() = mesh->part;
+  return Apply(session, arguments.change, {change},
+               absl::StrCat("imported ", object.name(), ", ", mesh->text));
 }
 
 // The named robot, or the only one of the world; empty if there is none.

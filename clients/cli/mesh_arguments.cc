@@ -12,6 +12,7 @@
 #include "clients/cli/one_of.h"
 #include "clients/cli/progress.h"
 #include "clients/cpp/geometry_transfer.h"
+#include "clients/meshes/mesh_solid.h"
 #include "proto/transfer/mesh_bytes.h"
 
 namespace cwm::cli {
@@ -83,6 +84,29 @@ absl::StatusOr<pb::ShapePart> UploadMesh(Session& session, const TriangleMesh& m
   pb::ShapePart part;
   part.mutable_mesh()->set_hash(*hash);
   return part;
+}
+
+absl::StatusOr<SentMesh> SendMeshFile(Session& session, std::string_view bytes,
+                                      const std::string& file, const MeshArguments& arguments) {
+  const auto mesh = ParseMeshFile(bytes, file, arguments);
+  if (!mesh.ok()) return mesh.status();
+  if (const auto warning = SizeWarning(*mesh, file)) session.Warn(*warning);
+  const meshes::MeshSolid solid = meshes::DescribeSolid(*mesh);
+  if (solid.is_open) {
+    session.Warn(absl::StrCat(file,
+                              ": the mesh is open, a surface without an inside: what does not "
+                              "touch it is free even within it; close its holes"));
+  }
+  if (solid.has_caps) {
+    session.Warn(absl::StrCat(file, ": the mesh is ", solid.text,
+                              ": answers near them are BOUNDED, others as of a solid"));
+  }
+  auto part = UploadMesh(session, *mesh);
+  if (!part.ok()) return part.status();
+  const std::size_t count = mesh->triangles.size();
+  return SentMesh{.part = *std::move(part),
+                  .text = absl::StrCat("a mesh of ", count,
+                                       count == 1 ? " triangle, " : " triangles, ", solid.text)};
 }
 
 }  // namespace cwm::cli

@@ -33,4 +33,14 @@ std::optional<std::string> SizeWarning(const TriangleMesh& mesh, const std::stri
 // Stores the mesh on the server and shows the progress.
 absl::StatusOr<cwm::v1::ShapePart> UploadMesh(Session& session, const TriangleMesh& mesh);
 
+// A mesh of a file that the server stores.
+struct SentMesh {
+  cwm::v1::ShapePart part;
+  std::string text;  // "a mesh of 12 triangles, closed", see MeshSolid
+};
+// Reads a file as ParseMeshFile does, sends the mesh and shows the progress. Warns of a mesh that is
+// too long, is open, or has holes that the server closes.
+absl::StatusOr<SentMesh> SendMeshFile(Session& session, std::string_view bytes,
+                                      const std::string& file, const MeshArguments& arguments);
+
 }  // namespace cwm::cli

@@ -36,23 +36,17 @@ pb::ShapePart ToPart(const pb::PlacedShape& shape) {
   return part;
 }
 
-absl::StatusOr<pb::ShapePart> ReadMeshPart(Session& session, const PutArguments& arguments) {
-  const auto bytes = formats::ReadFileBytes(arguments.mesh);
-  if (!bytes.ok()) return bytes.status();
-  const auto mesh = ParseMeshFile(*bytes, arguments.mesh, arguments.mesh_options);
-  if (!mesh.ok()) return mesh.status();
-  if (const auto warning = SizeWarning(*mesh, arguments.mesh)) session.Warn(*warning);
-  return UploadMesh(session, *mesh);
-}
-
-absl::StatusOr<pb::ShapePart> ReadPart(Session& session, const PutArguments& arguments) {
+// The shape, with words about a mesh.
+absl::StatusOr<SentMesh> ReadPart(Session& session, const PutArguments& arguments) {
   if (!arguments.mesh.empty()) {
     if (HasShape(arguments.shape)) return UsageError("--mesh: only one shape at a time");
-    return ReadMeshPart(session, arguments);
+    const auto bytes = formats::ReadFileBytes(arguments.mesh);
+    if (!bytes.ok()) return bytes.status();
+    return SendMeshFile(session, *bytes, arguments.mesh, arguments.mesh_options);
   }
   const auto shape = ParseShape(arguments.shape);
   if (!shape.ok()) return shape.status();
-  return ToPart(*shape);
+  return SentMesh{.part = ToPart(*shape), .text = {}};
 }
 
 absl::Status Put(Session& session, const PutArguments& arguments) {
@@ -65,10 +59,11 @@ absl::Status Put(Session& session, const PutArguments& arguments) {
   object.set_name(arguments.name);
   object.set_kind(arguments.unseen ? pb::OBJECT_KIND_UNSEEN : pb::OBJECT_KIND_USER);
   *object.mutable_x_world_object() = PoseToProto(*pose);
-  *object.add_shapes() = *part;
+  *object.add_shapes() = part->part;
   object.set_supported_by(arguments.supported_by);
   object.set_margin_m(arguments.margin_m);
-  return Apply(session, arguments.change, {change}, absl::StrCat("put ", arguments.name));
+  return Apply(session, arguments.change, {change},
+               absl::StrCat("put ", arguments.name, part->text.empty() ? "" : ", ", part->text));
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "collision/query/self_collisions.h"
 #include "collision/robot/kinematics.h"
 #include "collision/robot/sphere_model.h"
 #include "collision/robot/srdf.h"
@@ -120,6 +122,24 @@ bool HasOpenMesh(const ModelLink& link) {
   });
 }
 
+// "a hole of 9.0 mm" or "3 holes, the largest 9.0 mm" of the link's meshes; empty if none of them
+// has closed holes.
+std::string ClosedHoles(const ModelLink& link) {
+  std::size_t count = 0;
+  double largest_m = 0;
+  for (const auto& collision : link.collisions) {
+    if (!HasCaps(collision.shape)) continue;
+    for (const MeshCap& cap : *std::get<Mesh>(collision.shape).caps) {
+      ++count;
+      largest_m = std::max(largest_m, cap.diameter_m);
+    }
+  }
+  if (count == 0) return "";
+  const std::string size = absl::StrFormat("%.1f mm", 1e3 * largest_m);
+  return count == 1 ? absl::StrCat("a hole of ", size)
+                    : absl::StrCat(count, " holes, the largest ", size);
+}
+
 // Adds the warning "KIND(s) NAMES WHAT" with at most five names; adds none if there are no names.
 void AddWarning(const char* kind, const std::vector<std::string>& names, const std::string& what,
                 std::vector<std::string>& warnings) {
@@ -158,6 +178,35 @@ std::vector<std::string> StatesOutOfLimits(const collision::RobotModel& model) {
   return found;
 }
 
+void AddSelfCollisions(const collision::RobotGeometry& robot, std::span<const double> state,
+                       std::vector<std::string>& warnings) {
+  const auto found = collision::FindSelfCollisions(robot, state);
+  if (!found) return;
+  const auto name_of = [&](const collision::LinkPair& pair) {
+    const auto& links = robot.model->links;
+    return absl::StrCat(links[static_cast<std::size_t>(pair.first)].name, " with ",
+                        links[static_cast<std::size_t>(pair.second)].name);
+  };
+  std::vector<std::string> always, named;
+  for (const collision::LinkPair& pair : found->always) always.push_back(name_of(pair));
+  AddWarning("pair", always,
+             "always in collision, in each of the sampled states: no state is free; add "
+             "<disable_collisions> to the SRDF, or allow the links to collide",
+             warnings);
+  for (const collision::SelfCollisions::InState& each : found->states) {
+    if (each.state.empty()) {
+      warnings.push_back(absl::StrCat("the initial state is in self-collision, ",
+                                      name_of(each.links), ": give another initial state"));
+    } else {
+      named.push_back(absl::StrCat(each.state, " of ", each.group, " (", name_of(each.links), ")"));
+    }
+  }
+  AddWarning("named state", named,
+             "in self-collision, with the other joints at their defaults: correct it, or disable "
+             "the pair in the SRDF",
+             warnings);
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
@@ -172,16 +221,20 @@ absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
   return robot;
 }
 
-std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf) {
+std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf,
+                                    std::span<const double> state) {
   std::vector<std::string> warnings;
   if (!has_srdf) {
     warnings.push_back(
         "no SRDF was given: there are no groups, and all pairs of links are checked but "
         "neighbours; load it with its SRDF");
   }
-  std::vector<std::string> open, bare;
+  std::vector<std::string> open, capped, bare;
   for (const ModelLink& link : robot.model->links) {
     if (HasOpenMesh(link)) open.push_back(link.name);
+    if (const std::string holes = ClosedHoles(link); !holes.empty()) {
+      capped.push_back(absl::StrCat(link.name, " (", holes, ")"));
+    }
     // A frame fixed to its parent link needs no geometry of its own.
     const bool is_fixed = link.kind == collision::JointKind::kFixed;
     if (link.collisions.empty() && !is_fixed) bare.push_back(link.name);
@@ -201,7 +254,10 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
     if (group.variables.empty()) still.push_back(group.name);
   }
   AddWarning("group", still, "without a joint that moves: there is one state of it", warnings);
+  AddSelfCollisions(robot, state, warnings);
   AddWarning("link", open, "with an open mesh: surfaces alone, without an inside; close the mesh",
+             warnings);
+  AddWarning("link", capped, "with holes in a mesh that were closed: answers near them are BOUNDED",
              warnings);
   AddWarning("link", bare,
              "without collision geometry: never in collision; add a <collision> if it has a body",

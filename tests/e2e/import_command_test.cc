@@ -146,6 +146,41 @@ TEST_F(ImportCommand, TakesWhatWasExportedAndAnswersTheSame) {
   }
 }
 
+// A cube of 1 m with a vertex 1 mm beside an edge, on one side of the edge only.
+constexpr char kCrackedCube[] =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 0.001 0\n"
+    "f 1 4 3\nf 1 3 9\nf 3 2 9\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\n"
+    "f 3 8 7\nf 4 1 5\nf 4 5 8\n";
+
+TEST_F(ImportCommand, ClosesACrackAndSaysWhatAMeshIs) {
+  const std::string file = Write("cracked.obj", kCrackedCube);
+  const ProcessResult imported = Cwm({"import", file});
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_THAT(imported.out,
+              HasSubstr("a mesh of 13 triangles, closed by a cap of a hole of 1000.0 mm"));
+  EXPECT_THAT(imported.err, HasSubstr("answers near them are BOUNDED"));
+  const auto at = [&](const char* sphere, const char* position) {
+    return CwmJson({"check", "--sphere", sphere, "--at", position})["rows"][0];
+  };
+  EXPECT_EQ(at("0.1", "0.5,0.5,0.5").at("verdict"), "VERDICT_COLLISION");
+  EXPECT_EQ(at("0.1", "0.5,0.5,0.5").at("trust"), "TRUST_EXACT");
+  EXPECT_EQ(at("0.01", "0.5,0.001,0").at("verdict"), "VERDICT_COLLISION");
+  EXPECT_EQ(at("0.01", "0.5,0.001,0").at("trust"), "TRUST_BOUNDED");
+  EXPECT_EQ(at("0.1", "0.5,0.5,1.2").at("verdict"), "VERDICT_FREE");
+  const auto near = CwmJson({"distance", "--sphere", "0.01", "--at", "0.5,0,-0.02"});
+  const auto& answer = near["rows"][0]["answers"][0];
+  EXPECT_EQ(answer.at("trust"), "TRUST_BOUNDED");
+  EXPECT_NEAR(answer.at("bound_m").get<double>(), 0.001, 1e-6);
+  const ProcessResult put = Cwm({"put", "again", "--mesh", file, "--at", "0,0,5"});
+  ASSERT_EQ(put.exit_code, 0) << put.err;
+  EXPECT_THAT(put.out, HasSubstr("put again, a mesh of 13 triangles, closed by a cap"));
+  EXPECT_EQ(at("0.1", "0.5,0.5,5.5").at("verdict"), "VERDICT_COLLISION");
+  const ProcessResult open =
+      Cwm({"import", Write("lid.obj", "v 0 0 9\nv 1 0 9\nv 0 1 9\nf 1 2 3\n")});
+  EXPECT_THAT(open.out, HasSubstr("a mesh of 1 triangle, open: a hole of 1414.2 mm"));
+  EXPECT_THAT(open.err, HasSubstr("close its holes"));
+}
+
 TEST_F(ImportCommand, ScalesTurnsPlacesAndNames) {
   Write("wedge.obj", kWedge);
   CwmJson({"-w", "plain", "import", File("wedge.obj")});

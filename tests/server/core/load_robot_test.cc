@@ -154,6 +154,17 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
               ElementsAre("link b with an open mesh: surfaces alone, without an inside; close the "
                           "mesh"));
   EXPECT_EQ(WarningsOf(**robot, false).size(), 2u);
+  // A cube with a vertex 1 mm beside an edge on one side of it only.
+  constexpr char kCrackedCube[] =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 0.001 0\n"
+      "f 1 4 3\nf 1 3 9\nf 3 2 9\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\n"
+      "f 3 8 7\nf 4 1 5\nf 4 5 8\n";
+  const auto cracked = ReadRobot(
+      {.urdf = Robot(MeshLink("a", "a.obj")), .meshes = {{"a.obj", kCrackedCube}}}, {}, {});
+  ASSERT_TRUE(cracked.ok()) << cracked.status();
+  EXPECT_THAT(WarningsOf(**cracked, true),
+              ElementsAre("link a (a hole of 1000.0 mm) with holes in a mesh that were closed: "
+                          "answers near them are BOUNDED"));
   EXPECT_THAT(
       WarningsOf(*Arm(ArmUrdf(), "<robot name=\"arm\"><group name=\"none\"/></robot>"), true),
       Contains("group none without a joint that moves: there is one state of it"));
