@@ -2,6 +2,7 @@
 include(CMakeFindDependencyMacro)
 find_dependency(Threads)
 find_dependency(absl)
+find_dependency(Eigen3 3.4 NO_MODULE)
 find_dependency(OpenSSL)
 find_dependency(Protobuf)
 find_dependency(gRPC CONFIG)

@@ -3,31 +3,27 @@
 
 #include <grpcpp/support/status.h>
 
-#include <map>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "absl/status/status.h"
+#include "cwm/error.h"
 
 namespace cwm::client {
 
-struct FieldViolation {
-  std::string field;        // path in the request
-  std::string description;  // value and rule
-};
+// The reason, the fields, the metadata and the time to retry.
+using ErrorDetails = ErrorInfo;
 
-struct ErrorDetails {
-  std::string reason;  // UPPER_SNAKE, stable for programs; empty: none given
-  std::vector<FieldViolation> fields;
-  std::map<std::string, std::string> metadata;
-  std::optional<double> retry_after_s;
-};
-
-// The same code and message, with the reply's standard details as a payload.
+// The same code and message, with the reply's standard details. They are kept as text, so that
+// Status::ToString shows them as a person reads them.
 absl::Status StatusFromGrpc(const grpc::Status& status);
+absl::Status MakeStatus(absl::StatusCode code, const std::string& message,
+                        const ErrorDetails& details);
 
-// The details that StatusFromGrpc attached; empty for statuses that did not come from a call.
+// The details that these attached; empty for other statuses.
 ErrorDetails DetailsOf(const absl::Status& status);
+
+// The same error in both forms. The status must not be OK.
+Error ErrorFromStatus(const absl::Status& status);
+absl::Status StatusFromError(const Error& error);
 
 }  // namespace cwm::client

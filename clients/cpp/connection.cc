@@ -14,6 +14,8 @@ namespace {
 // chosen: the server answers pings of idle watches; 30 s detects a lost peer without waking a
 // laptop often.
 constexpr int kKeepaliveMs = 30'000;
+// chosen: a restarted local server is back soon.
+constexpr int kFirstReconnectMs = 100, kMaxReconnectMs = 2'000;
 
 grpc::ChannelArguments Arguments() {
   KeepGrpcInitialized();
@@ -21,6 +23,8 @@ grpc::ChannelArguments Arguments() {
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetMaxSendMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnectMs);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kMaxReconnectMs);
   // HTTP proxies are for the web, not for a local socket.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   // Each connection has a socket of its own, so that small calls do not wait behind another
@@ -54,14 +58,20 @@ std::shared_ptr<grpc::Channel> MakeChannel(std::string& address) {
 
 }  // namespace
 
-Connection::Connection(ConnectOptions options)
+Connection::Connection(ConnectOptions options) : Connection(options, nullptr) {}
+
+Connection::Connection(ConnectOptions options, std::shared_ptr<grpc::Channel> channel)
     : options_(std::move(options)),
-      channel_(MakeChannel(options_.address)),
+      channel_(channel ? std::move(channel) : MakeChannel(options_.address)),
       worlds_(cwm::v1::WorldService::NewStub(channel_)),
       perception_(cwm::v1::PerceptionService::NewStub(channel_)),
       queries_(cwm::v1::QueryService::NewStub(channel_)),
       robots_(cwm::v1::RobotService::NewStub(channel_)),
       admin_(cwm::v1::AdminService::NewStub(channel_)) {}
+
+Connection Connection::WithDeadline(std::optional<std::chrono::milliseconds> deadline) const {
+  return Connection({.address = options_.address, .deadline = deadline}, channel_);
+}
 
 void Connection::Prepare(grpc::ClientContext& context) const {
   if (options_.deadline) {

@@ -24,7 +24,7 @@ namespace cwm::client {
 struct ConnectOptions {
   std::string address = {};  // "unix:PATH" or "HOST:PORT"; empty: DefaultAddress(), checked
   // For every unary call and upload; empty: no deadline.
-  std::optional<std::chrono::milliseconds> deadline;
+  std::optional<std::chrono::milliseconds> deadline = {};
 };
 
 // Cheap to construct: the network is used by the first call. Thread safe. All calls share one
@@ -45,6 +45,9 @@ class Connection {
   cwm::v1::RobotService::Stub& robots() const { return *robots_; }
   cwm::v1::AdminService::Stub& admin() const { return *admin_; }
 
+  // The same connection with another deadline of its calls.
+  Connection WithDeadline(std::optional<std::chrono::milliseconds> deadline) const;
+
   // Sets the deadline of the options.
   void Prepare(grpc::ClientContext& context) const;
 
@@ -63,6 +66,8 @@ class Connection {
   }
 
  private:
+  Connection(ConnectOptions options, std::shared_ptr<grpc::Channel> channel);
+
   ConnectOptions options_;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<cwm::v1::WorldService::Stub> worlds_;

@@ -1,6 +1,6 @@
 #include "clients/cpp/call_error.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "cwm/v1/error_details.pb.h"
 
@@ -40,6 +40,31 @@ TEST(CallError, KeepsCodeMessageReasonFieldsAndRetry) {
   EXPECT_EQ(details.fields[0].field, "box.size_x_m");
   EXPECT_EQ(details.fields[0].description, "is -1, must be positive");
   EXPECT_EQ(details.retry_after_s, 2.5);
+  // People read all of it in the text of the status.
+  const std::string text = status.ToString();
+  for (const char* part : {"RESOURCE_EXHAUSTED: busy", "[reason='QUEUE_FULL']",
+                           "box.size_x_m='is -1, must be positive'", "[metadata queue='ingest']",
+                           "[retry_after_s='2.5']"}) {
+    EXPECT_THAT(text, ::testing::HasSubstr(part));
+  }
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("type.googleapis.com")));
+
+  const Error error = ErrorFromStatus(status);
+  EXPECT_EQ(error.code(), ErrorCode::kResourceExhausted);
+  EXPECT_STREQ(error.what(), "busy; box.size_x_m: is -1, must be positive (QUEUE_FULL)");
+  EXPECT_EQ(StatusFromError(error), status);
+}
+
+TEST(CallError, KeepsTheOrderOfManyFields) {
+  ErrorDetails given;
+  for (int i = 0; i < 30; ++i) given.fields.push_back({"rows", std::to_string(i)});
+  const ErrorDetails read =
+      DetailsOf(MakeStatus(absl::StatusCode::kInvalidArgument, "many", given));
+  ASSERT_EQ(read.fields.size(), given.fields.size());
+  for (std::size_t i = 0; i < given.fields.size(); ++i) {
+    EXPECT_EQ(read.fields[i].field, "rows");
+    EXPECT_EQ(read.fields[i].description, given.fields[i].description);
+  }
 }
 
 TEST(CallError, LivesWithoutAndWithBrokenDetails) {

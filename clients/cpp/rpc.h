@@ -1,4 +1,5 @@
-// The whole C++ client; installed as <cwm/client.h>.
+// What the C++ client is made of: stubs, messages and helpers for them, with the headers of gRPC and
+// Protobuf. Installed as <cwm/rpc.h>.
 #pragma once
 
 #include "clients/cpp/call_error.h"
