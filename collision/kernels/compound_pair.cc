@@ -35,7 +35,7 @@ Enclosure TightestAround(const ExactGeometry& geometry) {
 const ConvexCore* WithinOf(const ExactGeometry& geometry) {
   if (IsConvex(geometry.kind())) return &geometry.pieces().front();
   const MeshHulls* const hulls = geometry.hulls();
-  return hulls != nullptr ? hulls->inner_hull() : nullptr;
+  return hulls != nullptr ? hulls->depth_hull() : nullptr;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "collision/kernels/gjk.h"
+#include "collision/kernels/inner_hull.h"
 #include "collision/kernels/piece_distance.h"
 
 namespace cwm::collision {
@@ -21,45 +22,8 @@ constexpr double kFurtherShrinking = 1e-6;
 // chosen: smallest scale of an inner hull. A smaller one decides no faster than a walk through the
 // tree.
 constexpr double kMinScale = 0.5;
-// Number of planes compared in one step of a WorkCounter.
-constexpr std::size_t kPlanesPerStep = 32;
-
-// The planes of a hull around its centre, as points n / h of the polar set: a point p lies inside
-// the plane, shrunk by a scale, if p.dot(n / h) is below that scale. The height h is that of the
-// farthest vertex along n, so no vertex is outside a plane, even if n is the inaccurate normal of a
-// sliver.
-std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
-  std::vector<Vector3> spokes = hull.vertices;
-  for (Vector3& spoke : spokes) spoke -= centre;
-  const VertexLanes ends(spokes);
-  std::vector<Vector3> polar;
-  polar.reserve(hull.triangles.size());
-  for (const auto& [a, b, c] : hull.triangles) {
-    const Vector3& corner = hull.vertices[a];
-    const Vector3 normal = (hull.vertices[b] - corner).cross(hull.vertices[c] - corner);
-    const double height = normal.dot(spokes[ends.Farthest(normal)]);
-    if (height > 0) polar.push_back(normal / height);
-  }
-  return polar;
-}
-
-// The largest scale of the hull about its centre at which every triangle lies outside it, with all
-// three corners beyond one plane. Stops at the first scale below kMinScale.
-double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree,
-                   WorkCounter* work) {
-  const std::vector<Vector3> polar = PolarOf(hull, centre);
-  if (polar.empty()) return 0;
-  const VertexLanes lanes(polar);
-  double scale = 1;
-  for (const TriangleCorners& triangle : tree.triangles()) {
-    const auto& [a, b, c] = triangle.corners;
-    const Vector3 p = a - centre, q = b - centre, r = c - centre;
-    const Vector3& plane = polar[lanes.Farthest(p + q + r)];
-    scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
-    if (scale < kMinScale || MustEnd(work, 1 + polar.size() / kPlanesPerStep)) break;
-  }
-  return scale;
-}
+// derived: some thousands of roundings, so that no triangle is in the interior of the depth hull.
+constexpr double kDepthShrinking = 1e-12;
 
 // The vertices that triangles use.
 std::vector<Vector3> CornersOf(const TriangleMesh& mesh) {
@@ -94,12 +58,18 @@ std::unique_ptr<const MeshHulls> MeshHulls::Make(const Mesh& mesh, const Triangl
   hulls->inner_spheres_ =
       FindInnerSpheres(tree, kFurtherShrinking * hulls->outer_hull().extent_m, work);
   const Vector3& centre = hulls->outer_hull().centre;
-  const double scale = ScaleWithin(hull, centre, tree, work) - kFurtherShrinking;
+  const std::vector<Vector3> polar = PolarOf(hull, centre);
+  if (polar.empty()) return hulls;
+  std::vector<double> scales = PlaneScales(polar, centre, tree, kMinScale, work);
+  const double scale = *std::ranges::min_element(scales) - kFurtherShrinking;
   if (scale < kMinScale || !tree.Contains(centre, work)) return hulls;
   std::vector<Vector3> corners = hull.vertices;
   for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
   hulls->inner_hull_.emplace(std::move(corners));
   hulls->hull_gap_m_ = (1 - scale) * hulls->outer_hull().extent_m;
+  for (double& of_plane : scales) of_plane -= kDepthShrinking;
+  std::vector<Vector3> behind = CornersBehind(polar, scales, centre, work);
+  if (!behind.empty()) hulls->depth_hull_.emplace(std::move(behind));
   return hulls;
 }
 

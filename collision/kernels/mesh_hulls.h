@@ -43,6 +43,11 @@ class MeshHulls {
   // for an open mesh, or if the hull would have to shrink too far (a hollow in the middle).
   const ConvexCore* inner_hull() const { return inner_hull_ ? &inner_hull_->core() : nullptr; }
 
+  // A larger hull in the solid, without a triangle in its interior: each face of the outer hull is
+  // moved inwards by itself, no farther than its triangles need. It tells the depth of overlaps, but
+  // may touch triangles. nullptr if there is no inner hull.
+  const ConvexCore* depth_hull() const { return depth_hull_ ? &depth_hull_->core() : nullptr; }
+
   // Upper bound of the distance of any point of the outer hull from the inner one.
   double hull_gap_m() const { return hull_gap_m_; }
 
@@ -54,7 +59,7 @@ class MeshHulls {
   explicit MeshHulls(std::vector<Vector3> corners) : outer_hull_(std::move(corners)) {}
 
   HullCore outer_hull_;
-  std::optional<HullCore> inner_hull_;
+  std::optional<HullCore> inner_hull_, depth_hull_;
   double hull_gap_m_ = 0;
   std::vector<InnerSphere> inner_spheres_;
 };
