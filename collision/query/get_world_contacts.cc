@@ -1,6 +1,7 @@
 #include "collision/query/get_world_contacts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <compare>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "collision/engines/exact_engine.h"
 #include "collision/query/body_search.h"
 #include "collision/query/interrupt.h"
 #include "collision/query/object_ranks.h"
@@ -349,9 +351,30 @@ class ContactWorker : public ChunkWorker {
                          .part_a = static_cast<std::int32_t>(a),
                          .part_b = static_cast<std::int32_t>(b),
                          .answer = scratch_.front()};
+    LabelCaps(contact);
     LabelHidden(pair, contact.answer);
     found_.Add(contact);
     batch_.limit.Count(1);
+  }
+
+  // Bounds a distance by what closed holes of meshes leave open.
+  void LabelCaps(WorldContact& contact) {
+    const auto part_of = [](const Obstacle& obstacle, std::int32_t k) -> const PreparedPart& {
+      return obstacle.geometry->parts[static_cast<std::size_t>(k)];
+    };
+    const PreparedPart& a = part_of(*contact.a, contact.part_a);
+    const PreparedPart& b = part_of(*contact.b, contact.part_b);
+    if (!HasCaps(a.shape) && !HasCaps(b.shape)) return;
+    constexpr int kExactSlot = static_cast<int>(EngineKind::kExact);
+    const auto pose_of = [](const Obstacle& obstacle, std::int32_t k) -> const Pose& {
+      return obstacle.parts_W[static_cast<std::size_t>(k)].X_WP;
+    };
+    const double reach_m = std::abs(contact.answer.distance_m) + contact.answer.bound_m;
+    const CapError error =
+        CapErrorOf({KindOf(a.shape), *a.engines[kExactSlot], pose_of(*contact.a, contact.part_a)},
+                   {KindOf(b.shape), *b.engines[kExactSlot], pose_of(*contact.b, contact.part_b)},
+                   reach_m, &interrupt_);
+    contact.answer = WithCapError(contact.answer, error);
   }
 
   // Bounds a distance by how far the two may extend where no sensor saw them.

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -36,8 +37,10 @@ absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
     RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);
 
 // Warnings that a user should know before trusting answers about the robot: open meshes, moved
-// links without collision geometry, a missing SRDF, or parts of it that were ignored.
-std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf);
+// links without collision geometry, a missing SRDF, or parts of it that were ignored; pairs of links
+// that collide in every sampled state, and named states, or `state`, in self-collision.
+std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf,
+                                    std::span<const double> state);
 
 // Publishes one change. InvalidArgument INVALID_FIELD ("header.name") if an object has the name,
 // ResourceExhausted TOO_MANY_ROBOTS, the errors of World::Update.

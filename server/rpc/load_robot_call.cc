@@ -186,7 +186,8 @@ absl::Status LoadRobotCall::Reply(const World& world, const WriteOutcome& outcom
   }
   const collision::WorldRobotPtr robot = snapshot->FindRobot(name);
   *response_.mutable_robot() = RobotToProto(*robot);
-  for (const std::string& warning : WarningsOf(*robot->robot, plan_->srdf.has_value())) {
+  for (const std::string& warning :
+       WarningsOf(*robot->robot, plan_->srdf.has_value(), robot->state)) {
     response_.add_warnings(warning);
   }
   return absl::OkStatus();
