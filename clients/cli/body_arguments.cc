@@ -84,6 +84,11 @@ void AddBodyOptions(CLI::App& command, BodyArguments& body) {
   AddFormerName(command, "--x-world-base", body.robot.at, at);
 }
 
+bool HasBody(const BodyArguments& body) {
+  return HasShape(body.shape) || !body.object.empty() || !body.at.empty() ||
+         !body.robot.name.empty() || !body.robot.at.empty() || HasRobotOptions(body.robot);
+}
+
 absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session& session) {
   if (!body.robot.name.empty()) return ReadRobot(body, session);
   if (HasRobotOptions(body.robot) || !body.robot.at.empty())

@@ -31,6 +31,8 @@ struct BodyArguments {
 };
 
 void AddBodyOptions(CLI::App& command, BodyArguments& body);
+// True if any of these options is set.
+bool HasBody(const BodyArguments& body);
 
 // A body and its rows.
 struct Body {

@@ -54,6 +54,7 @@ std::string PairMemberText(const pb::NamedThing& member) {
 std::string FormatRule(const pb::PairRule& rule) {
   std::string text;
   if (rule.allowed()) text = "allowed";
+  if (rule.check()) text = "checked";
   if (rule.has_expires()) absl::StrAppend(&text, " until ", TimeText(rule.expires()));
   if (rule.has_margin_m()) {
     absl::StrAppend(&text, text.empty() ? "" : ", ", "margin ", FormatLength(rule.margin_m()));

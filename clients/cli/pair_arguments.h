@@ -17,7 +17,7 @@ absl::StatusOr<cwm::v1::NamedPair> ParsePair(const std::string& text, const std:
 
 // The form that ParsePairMember reads.
 std::string PairMemberText(const cwm::v1::NamedThing& member);
-// "allowed until 2026-11-22 14:08:12 UTC, margin 20.0 mm"; "no rule" for an empty rule.
+// "allowed until 2026-11-22 14:08:12 UTC, margin 20.0 mm"; "checked"; "no rule" for an empty rule.
 std::string FormatRule(const cwm::v1::PairRule& rule);
 
 }  // namespace cwm::cli

@@ -4,9 +4,11 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
+#include "clients/cli/exit_code.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/query_arguments.h"
 #include "clients/cli/table.h"
+#include "clients/cli/world_contacts.h"
 
 namespace cwm::cli {
 namespace {
@@ -16,6 +18,7 @@ namespace pb = cwm::v1;
 struct PairArguments {
   BodyArguments body;
   QueryArguments query;
+  bool all = false;  // of contacts: those of the whole world, without a body
 };
 
 std::string TrustText(const pb::PairRow& pair) {
@@ -64,6 +67,15 @@ absl::Status EvaluatePairs(Session& session, const PairArguments& arguments, Met
   return absl::OkStatus();
 }
 
+absl::Status EvaluateContacts(Session& session, const PairArguments& arguments) {
+  if (!arguments.all) {
+    return EvaluatePairs<pb::GetContactsRequest, pb::GetContactsResponse>(
+        session, arguments, &pb::QueryService::Stub::GetContacts);
+  }
+  if (HasBody(arguments.body)) return UsageError("--all: not together with a body");
+  return PrintWorldContacts(session, arguments.query);
+}
+
 constexpr char kLines[] =
     "Many questions: JSON lines on stdin, {\"box\": [x, y, z], \"at\": [x, y, z, qx, qy, qz, qw]}; "
     "\"at\"\n"
@@ -102,17 +114,18 @@ void AddPairCommands(CommandLine& line) {
       {"contacts",
        "where a body touches or penetrates the world",
        {"cwm contacts --sphere 0.05 --at 0.4,0,0.02", "cwm contacts --object mug --margin 0.005",
-        "cwm contacts --robot panda --joints ready --margin 0.01"},
+        "cwm contacts --robot panda --joints ready --margin 0.01", "cwm contacts --all"},
        kLines},
-      [contact](Session& session) {
-        return EvaluatePairs<pb::GetContactsRequest, pb::GetContactsResponse>(
-            session, *contact, &pb::QueryService::Stub::GetContacts);
-      });
+      [contact](Session& session) { return EvaluateContacts(session, *contact); });
   AddBodyOptions(contacts, contact->body);
+  contacts.add_flag("--all", contact->all,
+                    "without a body: all pairs of objects and robots of the world");
   AddQueryOptions(contacts, contact->query);
   AddMarginOption(contacts, contact->query);
   AddPairRuleOptions(contacts, contact->query);
-  contacts.add_option("--max-contacts", contact->query.max_contacts, "points a row; default 16")
+  contacts
+      .add_option("--max-contacts", contact->query.max_contacts,
+                  "points a row; default 16; with --all pairs, default 65536")
       ->type_name("N");
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/link_values.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/pose_argument.h"
@@ -104,6 +105,13 @@ void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
           "names; default: as it stands; may be repeated; \"-\": JSON lines on stdin")
       ->allow_extra_args(false)
       ->type_name("V,V,...|STATE");
+  command
+      .add_option(
+          "--padding", robot.paddings,
+          "the link's margin against the world, in place of that of its load (m; '*': of all "
+          "others); repeatable")
+      ->allow_extra_args(false)
+      ->type_name(kPaddingForm);
   command.add_option("--scope", robot.scope, "against what: both (default), world or self")
       ->transform(OneOf(ShortNames<pb::RobotScope>()))
       ->type_name("SCOPE");
@@ -115,7 +123,7 @@ void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
 }
 
 bool HasRobotOptions(const RobotArguments& robot) {
-  return !robot.group.empty() || !robot.joints.empty() ||
+  return !robot.group.empty() || !robot.joints.empty() || !robot.paddings.empty() ||
          robot.scope != pb::ROBOT_SCOPE_UNSPECIFIED ||
          robot.geometry != pb::ROBOT_GEOMETRY_UNSPECIFIED;
 }
@@ -127,6 +135,11 @@ absl::StatusOr<pb::RobotSubject> ParseRobotSubject(Session& session, const Robot
   subject.set_group(robot.group);
   subject.set_scope(robot.scope);
   subject.set_robot_geometry(robot.geometry);
+  for (const std::string& text : robot.paddings) {
+    const auto padding = ParseLinkPadding(text);
+    if (!padding.ok()) return padding.status();
+    *subject.add_link_padding() = *padding;
+  }
   if (robot.at.empty()) return subject;
   const auto pose = ParsePoseArgument(session, robot.at, at_option);
   if (!pose.ok()) return pose.status();

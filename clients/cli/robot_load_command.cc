@@ -6,6 +6,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/change_arguments.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/link_values.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/pose_argument.h"
 #include "clients/cli/progress.h"
@@ -22,8 +24,43 @@ namespace pb = cwm::v1;
 struct LoadArguments {
   std::string urdf, srdf, spheres, name, at;
   std::vector<std::string> package_folders;
+  std::vector<std::string> paddings, scales, tools, tool_groups;  // see link_values.h
   ChangeArguments change;
 };
+
+absl::Status SetToolGroup(const std::string& text, pb::LoadRobotHeader& header) {
+  const auto named = ParseToolGroup(text);
+  if (!named.ok()) return named.status();
+  for (pb::RobotTool& tool : *header.mutable_tools()) {
+    if (tool.name() != named->first) continue;
+    tool.set_group(named->second);
+    return absl::OkStatus();
+  }
+  return UsageError(
+      absl::StrCat("--tool-group: \"", named->first, "\" must be the name of a --tool"));
+}
+
+absl::Status SetSettings(const LoadArguments& arguments, pb::LoadRobotHeader& header) {
+  for (const std::string& text : arguments.paddings) {
+    const auto padding = ParseLinkPadding(text);
+    if (!padding.ok()) return padding.status();
+    *header.add_link_padding() = *padding;
+  }
+  for (const std::string& text : arguments.scales) {
+    const auto scale = ParseLinkScale(text);
+    if (!scale.ok()) return scale.status();
+    *header.add_link_scale() = *scale;
+  }
+  for (const std::string& text : arguments.tools) {
+    const auto tool = ParseTool(text);
+    if (!tool.ok()) return tool.status();
+    *header.add_tools() = *tool;
+  }
+  for (const std::string& text : arguments.tool_groups) {
+    if (auto status = SetToolGroup(text, header); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
 
 absl::StatusOr<pb::LoadRobotHeader> ParseRobotHeader(const LoadArguments& arguments,
                                                      Session& session) {
@@ -46,6 +83,7 @@ absl::StatusOr<pb::LoadRobotHeader> ParseRobotHeader(const LoadArguments& argume
     if (!pose.ok()) return pose.status();
     *header.mutable_x_world_base() = PoseToProto(*pose);
   }
+  if (auto status = SetSettings(arguments, header); !status.ok()) return status;
   header.set_request_id(arguments.change.request_id);
   if (arguments.change.expected_revision) {
     header.set_expected_revision(*arguments.change.expected_revision);
@@ -111,7 +149,9 @@ void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
       {"load",
        "a robot from its URDF, or another one in its place",
        {"cwm robot load panda.urdf --srdf panda.srdf",
-        "cwm robot load robot.urdf --package-dir ~/ros/src --name left --at 0,0.5,0"},
+        "cwm robot load robot.urdf --package-dir ~/ros/src --name left --at 0,0.5,0",
+        "cwm robot load panda.urdf --srdf panda.srdf --padding '*=0.01' --tool "
+        "grip=panda_hand@0,0,0.1034 --tool-group grip=panda_arm"},
        "Meshes are sent along. Those of \"package://PACKAGE/REST\" are PACKAGE/REST below a "
        "--package-dir,\n"
        "or REST below one that is PACKAGE by its name or its package.xml; without a --package-dir, "
@@ -131,6 +171,28 @@ void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
                   "holds packages, or is one; repeatable")
       ->allow_extra_args(false)
       ->type_name("DIR");
+  command
+      .add_option("--padding", arguments->paddings,
+                  "an extra margin of the link ('*': of all others) against the world, not against "
+                  "the robot itself (m); repeatable")
+      ->allow_extra_args(false)
+      ->type_name(kPaddingForm);
+  command
+      .add_option("--scale", arguments->scales,
+                  "multiplies the link's collision geometry about its own origin ('*': of all "
+                  "others); repeatable")
+      ->allow_extra_args(false)
+      ->type_name(kScaleForm);
+  command
+      .add_option("--tool", arguments->tools,
+                  "a frame in which a tool acts, in that of its link (m); repeatable")
+      ->allow_extra_args(false)
+      ->type_name(kToolForm);
+  command
+      .add_option("--tool-group", arguments->tool_groups,
+                  "the group that moves the tool: `cwm solve` uses it by default; repeatable")
+      ->allow_extra_args(false)
+      ->type_name(kToolGroupForm);
   command.add_option("--name", arguments->name, "in the world; default: the URDF's")
       ->type_name("NAME");
   CLI::Option* const at =

@@ -47,7 +47,9 @@ void PrintLinks(const pb::Robot& robot, TableStyle style, std::ostream& out) {
                                                     : absl::StrCat(KindText(link.joint_kind()),
                                                                    ", follows ", link.follows());
     rows.push_back({{link.name(), link.parent(), link.joint(), kind, Count(link.collision_count()),
-                     Count(link.triangle_count()), Count(link.sphere_count())}});
+                     Count(link.triangle_count()), Count(link.sphere_count()),
+                     link.padding_m() > 0 ? FormatLength(link.padding_m()) : "",
+                     link.scale() == 1 ? "" : FormatFixed(link.scale(), kDecimals)}});
   }
   PrintTable({{"LINK"},
               {"ON"},
@@ -55,8 +57,18 @@ void PrintLinks(const pb::Robot& robot, TableStyle style, std::ostream& out) {
               {"KIND"},
               {"SHAPES", Align::kRight},
               {"TRIANGLES", Align::kRight},
-              {"SPHERES", Align::kRight}},
+              {"SPHERES", Align::kRight},
+              {"PADDING", Align::kRight},
+              {"SCALE", Align::kRight}},
              rows, style, out);
+}
+
+void PrintTools(const pb::Robot& robot, TableStyle style, std::ostream& out) {
+  std::vector<TableRow> rows;
+  for (const pb::RobotTool& tool : robot.tools()) {
+    rows.push_back({{tool.name(), tool.link(), FormatPose(tool.x_link_tool()), tool.group()}});
+  }
+  PrintTable({{"TOOL"}, {"ON"}, {"IN ITS FRAME"}, {"GROUP"}}, rows, style, out);
 }
 
 void PrintVariables(const pb::Robot& robot, TableStyle style, std::ostream& out) {
@@ -121,9 +133,13 @@ void PrintRobotDetails(const pb::Robot& robot, TableStyle style, std::ostream& o
     out << "\n";
     PrintVariables(robot, style, out);
   }
-  if (robot.groups().empty()) return;
+  if (!robot.groups().empty()) {
+    out << "\n";
+    PrintGroups(robot, style, out);
+  }
+  if (robot.tools().empty()) return;
   out << "\n";
-  PrintGroups(robot, style, out);
+  PrintTools(robot, style, out);
 }
 
 std::string FormatJoints(const google::protobuf::RepeatedField<double>& values) {

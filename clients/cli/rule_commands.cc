@@ -34,7 +34,7 @@ struct RuleArguments {
 
 struct AllowArguments : RuleArguments {
   std::optional<double> for_s;
-  bool withdraw = false;
+  bool withdraw = false, check = false;
 };
 
 struct MarginArguments : RuleArguments {
@@ -70,8 +70,10 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
   pb::Change change;
   *change.mutable_allow()->mutable_pair() = *pair;
   change.mutable_allow()->set_withdraw(arguments.withdraw);
-  std::string done = absl::StrCat(FormatRulePair(arguments),
-                                  arguments.withdraw ? ": no longer allowed" : ": may collide");
+  change.mutable_allow()->set_check(arguments.check);
+  std::string done = absl::StrCat(FormatRulePair(arguments), arguments.withdraw ? ": withdrawn"
+                                                             : arguments.check  ? ": checked"
+                                                                                : ": may collide");
   if (arguments.for_s) {
     if (!(*arguments.for_s > 0 && *arguments.for_s <= kMaxDuration_s)) {  // false for NaN
       return UsageError(absl::StrCat("--for: is ", *arguments.for_s,
@@ -148,15 +150,24 @@ void AddRuleCommands(CommandLine& line) {
                                   {"allow",
                                    "two things to collide: no question sees the pair",
                                    {"cwm allow panda:panda_hand cup --for 5", "cwm allow cup tray",
-                                    "cwm allow cup tray --withdraw", "cwm allow crate '*'"},
+                                    "cwm allow cup tray --withdraw", "cwm allow crate '*'",
+                                    "cwm allow panda:panda_link5 panda:panda_link7 --check"},
                                    kPairMemberForms},
                                   [allow](Session& session) { return Allow(session, *allow); });
   AddPair(allowing, *allow);
   CLI::Option* const for_s =
       allowing.add_option("--for", allow->for_s, "ends by itself after so long (s)")
           ->type_name("SECONDS");
-  allowing.add_flag("--withdraw", allow->withdraw, "ends what was allowed of the very pair")
-      ->excludes(for_s);
+  CLI::Option* const withdraw =
+      allowing.add_flag("--withdraw", allow->withdraw, "ends what was said here of the very pair")
+          ->excludes(for_s);
+  allowing
+      .add_flag(
+          "--check", allow->check,
+          "the contrary: two links of one robot are checked, though its SRDF disables the pair "
+          "or they are fixed to each other")
+      ->excludes(for_s)
+      ->excludes(withdraw);
   AddChangeOptions(allowing, allow->change);
 
   const auto margin = std::make_shared<MarginArguments>();

@@ -23,7 +23,7 @@ namespace pb = cwm::v1;
 struct SolveArguments {
   RobotArguments robot;
   std::vector<std::string> at;
-  std::string tool_link, x_link_tool;
+  std::string tool, tool_link, x_link_tool;
   int max_solutions = 1;
   bool avoid_collision = false, same_branch = false;
   double position_tolerance_m = 0, rotation_tolerance_rad = 0;
@@ -47,6 +47,7 @@ absl::StatusOr<pb::SolvePosesRequest> RequestOf(Session& session, const SolveArg
   robot->mutable_rows()->set_scalar(pb::SCALAR_F64);
   robot->mutable_rows()->set_data(seeds.data(), seeds.size() * sizeof(double));
   *request.mutable_robot() = *std::move(robot);
+  request.set_tool(given.tool);
   request.set_tool_link(given.tool_link);
   if (!given.x_link_tool.empty()) {
     auto tool = ParsePoseArgument(session, given.x_link_tool, "--x-link-tool");
@@ -130,6 +131,7 @@ void AddSolveCommand(CommandLine& line) {
        {"cwm solve --robot panda --group panda_arm --at 0.4,0,0.5,1,0,0,0",
         "cwm solve --robot panda --group panda_arm --at mug+0,0,0.2 --x-link-tool 0,0,0.1034 "
         "--avoid-collision",
+        "cwm solve --robot panda --group panda_arm --tool grip --at 0.4,0,0.5,1,0,0,0",
         "cwm solve --robot panda --group panda_arm --joints ready --same-branch --at "
         "0.4,0,0.5,1,0,0,0"},
        "The search begins at --joints, by default where the robot is, and at values drawn within "
@@ -145,10 +147,18 @@ void AddSolveCommand(CommandLine& line) {
       ->type_name(kPoseArgumentForm);
   command.add_option("--at", arguments->at, "pose of the tool in the world (m); repeatable")
       ->type_name(kPoseArgumentForm);
-  command.add_option("--tool-link", arguments->tool_link,
-                     "the link that carries the tool; default: that of the group's end effector");
+  CLI::Option* const tool =
+      command
+          .add_option("--tool", arguments->tool,
+                      "a tool that the robot was loaded with; default: that of the group")
+          ->type_name("NAME");
+  command
+      .add_option("--tool-link", arguments->tool_link,
+                  "the link that carries the tool; default: that of the group's end effector")
+      ->excludes(tool);
   command.add_option("--x-link-tool", arguments->x_link_tool, "the tool in that link's frame (m)")
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+      ->type_name("X,Y,Z[,QX,QY,QZ,QW]")
+      ->excludes(tool);
   command.add_option("--max-solutions", arguments->max_solutions, "of each pose; default: 1");
   command.add_flag("--avoid-collision", arguments->avoid_collision,
                    "only states that are free of collisions");

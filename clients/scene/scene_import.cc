@@ -135,7 +135,7 @@ void PlanRemovals(const SceneFile& scene, const ImportOptions& options,
     plan.imported.push_back(FormatCount(gone.size(), "object") + " of before removed");
 }
 
-// Previously allowed pairs that the scene does not mention.
+// The pairs with a previous allowance or check that the scene does not mention.
 std::vector<pb::NamedPair> KeptPairs(const std::vector<pb::PairRule>& before,
                                      const SceneRules& rules) {
   const auto has = [](const std::vector<pb::NamedPair>& pairs, const pb::NamedPair& pair) {
@@ -149,8 +149,9 @@ std::vector<pb::NamedPair> KeptPairs(const std::vector<pb::PairRule>& before,
   };
   std::vector<pb::NamedPair> kept;
   for (const pb::PairRule& rule : before) {
-    const bool is_known = has(rules.pairs, rule.pair()) || has(rules.withdrawn, rule.pair());
-    if (rule.allowed() && !is_known) kept.push_back(rule.pair());
+    const bool is_known = has(rules.pairs, rule.pair()) || has(rules.checked, rule.pair()) ||
+                          has(rules.withdrawn, rule.pair());
+    if ((rule.allowed() || rule.check()) && !is_known) kept.push_back(rule.pair());
   }
   return kept;
 }
@@ -162,8 +163,8 @@ void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport
   if (options.previous == PreviousObjects::kRemove) {
     rules.withdrawn.insert(rules.withdrawn.end(), kept.begin(), kept.end());
   } else if (!kept.empty()) {
-    plan.warnings.push_back(absl::StrCat(FormatCount(kept.size(), "allowed pair"),
-                                         " of before, which the scene says nothing of, ",
+    plan.warnings.push_back(absl::StrCat(FormatCount(kept.size(), "rule"),
+                                         " of pairs of before, which the scene says nothing of, ",
                                          kept.size() == 1 ? "stays" : "stay", ": see `cwm rules`"));
   }
   for (const pb::NamedPair& pair : rules.withdrawn) {
@@ -172,7 +173,15 @@ void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport
     allow.set_withdraw(true);
   }
   if (!rules.withdrawn.empty()) {
-    plan.imported.push_back(FormatCount(rules.withdrawn.size(), "pair") + " no more allowed");
+    plan.imported.push_back(FormatCount(rules.withdrawn.size(), "rule") + " of pairs withdrawn");
+  }
+  for (const pb::NamedPair& pair : rules.checked) {
+    pb::AllowCollision& allow = *plan.changes.emplace_back().mutable_allow();
+    *allow.mutable_pair() = pair;
+    allow.set_check(true);
+  }
+  if (!rules.checked.empty()) {
+    plan.imported.push_back(FormatCount(rules.checked.size(), "checked pair"));
   }
   if (rules.pairs.empty()) return;
   for (const pb::NamedPair& pair : rules.pairs) {

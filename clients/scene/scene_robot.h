@@ -28,7 +28,8 @@ SceneState ConvertRobotState(const formats::SceneRobotState& state, const cwm::v
                              const std::string& field = "robot_state");
 
 struct SceneRules {
-  std::vector<cwm::v1::NamedPair> pairs;
+  std::vector<cwm::v1::NamedPair> pairs;    // that may collide
+  std::vector<cwm::v1::NamedPair> checked;  // of links, which the robot does not check by itself
   std::vector<cwm::v1::NamedPair> withdrawn;
   std::vector<std::string> warnings;
 };
@@ -37,8 +38,9 @@ struct SceneRules {
 // or of an object of the scene; others are ignored with a warning. A name that may touch everything
 // by default is allowed with "*" or, if the matrix makes exceptions, with each object or link of
 // the scene that it may touch. `withdrawn` has the pairs that `before`, the world's rules, allows
-// and for which the matrix says false; pairs that it does not have are unaffected. A warning
-// reports pairs of links for which the matrix and the robot disagree.
+// and for which the matrix says false; pairs that it does not have are unaffected. `checked` has the
+// pairs of links for which the matrix says false and which the robot does not check. Warnings report
+// pairs of links for which the matrix and the robot disagree.
 SceneRules ConvertRules(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
                         const std::vector<cwm::v1::PairRule>& before = {});
 

@@ -39,7 +39,7 @@ class RuleBuilder {
       if (rule.allowed() && Forbids(rule.pair())) rules_.withdrawn.push_back(rule.pair());
     }
     WarnAboutUnknownNames();
-    WarnAboutRobotPairs();
+    DecideRobotPairs();
     return std::move(rules_);
   }
 
@@ -151,11 +151,10 @@ class RuleBuilder {
                                            ": left out, no ", links, "objects of the scene"));
   }
 
-  // A pair is allowed by the robot's description or by the scene; neither can forbid what the other
-  // allows.
-  void WarnAboutRobotPairs() {
+  // The scene decides about pairs of links, whatever the robot's description says.
+  void DecideRobotPairs() {
     if (robot_ == nullptr) return;
-    std::vector<std::string> unchecked, allowed;
+    std::vector<std::string> checked, allowed;
     for (int a = 0; a < robot_->links_size(); ++a) {
       const auto& of_a = robot_->links(a).unchecked_links();
       for (int b = a + 1; b < robot_->links_size(); ++b) {
@@ -166,14 +165,19 @@ class RuleBuilder {
         const std::optional<bool> said = MatrixEntry(name_a, name_b);
         const bool is_checked = std::find(of_a.begin(), of_a.end(), b) == of_a.end();
         const std::string pair = absl::StrCat(name_a, " with ", name_b);
-        if (said == false && !is_checked) unchecked.push_back(pair);
+        if (said == false && !is_checked) {
+          checked.push_back(pair);
+          pb::NamedPair& named = rules_.checked.emplace_back();
+          *named.mutable_a() = members_.at(name_a);
+          *named.mutable_b() = members_.at(name_b);
+        }
         if (said == true && is_checked) allowed.push_back(pair);
       }
     }
-    if (!unchecked.empty()) {
+    if (!checked.empty()) {
       rules_.warnings.push_back(absl::StrCat(
-          "allowed_collision_matrix: false to ", FormatNames(unchecked), ", which ", robot_->name(),
-          " never checks, by its SRDF or as neighbours: that stays so"));
+          "allowed_collision_matrix: false to ", FormatNames(checked), ", which ", robot_->name(),
+          " does not check, by its SRDF or as neighbours: checked until withdrawn"));
     }
     if (!allowed.empty()) {
       rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: true to ",

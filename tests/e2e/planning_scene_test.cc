@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -121,8 +122,9 @@ TEST_F(PlanningSceneCommand, ImportWarnsWhereSceneAndRobotDifferAboutLinks) {
   EXPECT_THAT(import("[[false, true, false], [true, false, false], [false, false, false]]"),
               Not(HasSubstr("allowed_collision_matrix")));
   EXPECT_THAT(import("[[false, false, true], [false, false, false], [true, false, false]]"),
-              AllOf(HasSubstr("false to base with hand, which arm never checks"),
+              AllOf(HasSubstr("false to base with hand, which arm does not check"),
                     HasSubstr("true to base with tool, which arm would check")));
+  EXPECT_THAT(Cwm({"rules"}).out, ContainsRegex("arm:base +arm:hand +checked"));
 }
 
 TEST_F(PlanningSceneCommand, ImportTakesBackWhatWasAllowedBefore) {
@@ -140,9 +142,9 @@ TEST_F(PlanningSceneCommand, ImportTakesBackWhatWasAllowedBefore) {
   std::ofstream(scratch() / "second.yaml") << scene;
   const ProcessResult run = Cwm({"import", scratch() / "second.yaml"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out, HasSubstr("2 pairs no more allowed"));
+  EXPECT_THAT(run.out, HasSubstr("2 rules of pairs withdrawn"));
   EXPECT_THAT(run.err,
-              HasSubstr("1 allowed pair of before, which the scene says nothing of, stays"));
+              HasSubstr("1 rule of pairs of before, which the scene says nothing of, stays"));
   EXPECT_THAT(Cwm({"rules"}).out,
               AllOf(Not(HasSubstr("post")), HasSubstr("floor"), HasSubstr("arm:hand")));
 }
@@ -169,7 +171,7 @@ TEST_F(PlanningSceneCommand, ImportReplacesWhatWasPutBefore) {
   const ProcessResult run = Cwm({"import", scratch() / "second.yaml", "--replace"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("2 objects of before removed"),
-                             HasSubstr("2 pairs no more allowed")));
+                             HasSubstr("2 rules of pairs withdrawn")));
   EXPECT_THAT(run.err, Not(HasSubstr("of before")));
   // In one revision, and objects that no import has put remain.
   EXPECT_EQ(Revision(), revision + 1);

@@ -43,7 +43,7 @@ TEST_F(RuleCommand, SetsListsAndEndsRules) {
   EXPECT_EQ(rules[0].at("margin_m"), 0.06);
   const std::string table = Cwm({"rules"}).out;
   EXPECT_THAT(table, HasSubstr("allowed, margin 60.0 mm"));
-  EXPECT_THAT(Cwm({"allow", "crate", "*", "--withdraw"}).out, HasSubstr("no longer allowed"));
+  EXPECT_THAT(Cwm({"allow", "crate", "*", "--withdraw"}).out, HasSubstr("withdrawn"));
   EXPECT_EQ(CwmJson({"margin", "*", "crate", "--unset"}).at("revision"), "5");
   EXPECT_THAT(Cwm({"rules"}).out, HasSubstr("no rules of pairs"));
   EXPECT_EQ(Cwm({"allow", "panda:panda_hand", "not/there-yet.1"}).exit_code, 0);
