@@ -11,7 +11,18 @@
 namespace cwm::collision {
 namespace {
 
-const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query) {
+// The largest margin of a part of the body, without the request's margin.
+double MaxMargin_m(const QueryBody& body) {
+  double max_margin_m = body.margin_m + body.MaxPadding_m();
+  for (const AttachedObject& attached : body.attached) {
+    max_margin_m = std::max(max_margin_m, attached.object->margin_m);
+  }
+  return max_margin_m;
+}
+
+}  // namespace
+
+const Engine* ChosenEngine(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query) {
   const auto if_supported = [&](EngineKind kind) {
     const Engine& engine = GetEngine(kind);
     return engine.Supports(a, b, query) ? &engine : nullptr;
@@ -40,17 +51,6 @@ std::string_view NameOf(PartSource source) {
   }
   return "shapes";
 }
-
-// The largest margin of a part of the body, without the request's margin.
-double MaxMargin_m(const QueryBody& body) {
-  double max_margin_m = body.margin_m;
-  for (const AttachedObject& attached : body.attached) {
-    max_margin_m = std::max(max_margin_m, attached.object->margin_m);
-  }
-  return max_margin_m;
-}
-
-}  // namespace
 
 std::string_view NameOf(EngineChoice choice) {
   switch (choice) {
@@ -101,7 +101,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
       request_margin_m_(options.margin_m),
       support_tolerance_m_(options.support_tolerance_m),
       sigmas_(options.margin_sigma),
-      max_margin_m_(std::max(world.objects().max_margin_m() + MaxMargin_m(body) + options.margin_m,
+      max_margin_m_(std::max(world.max_margin_m() + MaxMargin_m(body) + options.margin_m,
                              rules_.max_margin_m())),
       choice_(options.engine),
       frame_pairs_(FramePairsOf(body)),
@@ -110,8 +110,8 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
     for (int b = 0; b < kShapeKindCount; ++b) {
       const auto kind_a = static_cast<ShapeKind>(a);
       const auto kind_b = static_cast<ShapeKind>(b);
-      engines_[0][a][b] = Chosen(choice_, kind_a, kind_b, QueryKind::kCollides);
-      engines_[1][a][b] = Chosen(choice_, kind_a, kind_b, QueryKind::kDistance);
+      engines_[0][a][b] = ChosenEngine(choice_, kind_a, kind_b, QueryKind::kCollides);
+      engines_[1][a][b] = ChosenEngine(choice_, kind_a, kind_b, QueryKind::kDistance);
     }
   }
   parts_.reserve(body.geometry->parts.size());
@@ -127,14 +127,16 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .open_mesh = IsOpenMesh(part.shape),
                       .at_frame = part.X_OP.matrix().isIdentity(0),
                       .skipped = filter_.SkipsPart(body, frame, part.source),
+                      .self_only = !body.TestsWorld(frame),
                       .weight = WeightOf(part.shape),
                       .frame = frame,
-                      .margin_m = attached != nullptr ? attached->object->margin_m : body.margin_m,
+                      .margin_m = attached != nullptr ? attached->object->margin_m
+                                                      : body.margin_m + body.PaddingOf_m(frame),
                       .supported_by = supported_by.empty() ? nullptr : &supported_by,
                       .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
-    has_parts_ = has_parts_ || !parts_.back().skipped;
+    has_parts_ = has_parts_ || !(parts_.back().skipped || parts_.back().self_only);
   }
   if (tests_world()) hidden_ = HiddenSpacesOf(world, filter_);
   max_margin_m_ += sigmas_ * (body.geometry->max_sigma_m + world.objects().max_sigma_m());
@@ -158,6 +160,17 @@ FramePairs FramePairsOf(const QueryBody& body) {
     of_body.of_self_pair.push_back(at->second);
   }
   return of_body;
+}
+
+UnresolvedTags BodySearch::TagsOf(const PairId& pair) const {
+  const auto frame_of = [this](std::int32_t part) {
+    return parts_[static_cast<std::size_t>(part)].frame;
+  };
+  const int frame = frame_of(pair.body_part);
+  if (!pair.IsSelfPair()) return {.worlds = std::uint64_t{1} << (frame % kTags)};
+  const LinkPair frames{frame, frame_of(pair.object_part)};
+  const auto at = std::ranges::find(frame_pairs_.pairs, frames) - frame_pairs_.pairs.begin();
+  return {.pairs = std::uint64_t{1} << (at % kTags)};
 }
 
 void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const UnresolvedTags& open) {
@@ -197,7 +210,7 @@ void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row,
     mine.X_WP = mine.at_frame ? X_WF : X_WF * mine.part->X_OP;
     mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)
                                       : BoundsOfBox(mine.part->bounds_O, X_WF);
-    if (IsOpen(open.worlds, mine.frame)) bounds_W_.extend(mine.bounds_W);
+    if (TestsWorld(mine)) bounds_W_.extend(mine.bounds_W);
   }
 }
 
@@ -247,18 +260,24 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
               &interrupt_};
 }
 
+std::optional<BodySearch::Pair> BodySearch::PairOf(const PairId& id, QueryKind query) {
+  if (id.IsSelfPair()) return SelfPairOf({id.body_part, id.object_part}, 0, query);
+  return PairOf(*id.object, static_cast<std::size_t>(id.body_part),
+                static_cast<std::size_t>(id.object_part), 0, query);
+}
+
 void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
   near_.clear();
   const ObstacleRules rules = rules_.RulesOf(object);
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
-    if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    if (!TestsWorld(mine)) continue;
     if (CountBoxes(object)) return near_.clear();
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       if (!rules.empty() && rules.At(mine.frame, o).allowed) continue;
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, object.parts_W[o].bounds_W);
       if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
-      if (filter_.SkipsPart(object, object.geometry->parts[o].source)) continue;
+      if (filter_.SkipsPart(object, o)) continue;
       near_.push_back({squared_m2, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)});
     }
   }
@@ -295,7 +314,7 @@ bool BodySearch::MakeHeap() {
 double BodySearch::MinBoxDistance_m2(const Obstacle& object) {
   double min_m2 = std::numeric_limits<double>::infinity();
   for (const BodyPart& mine : parts_) {
-    if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    if (!TestsWorld(mine)) continue;
     if (CountBoxes(object)) return min_m2;
     for (const PlacedPart& theirs : object.parts_W) {
       min_m2 = std::min(min_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));

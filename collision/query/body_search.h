@@ -8,9 +8,12 @@
 #include <compare>
 #include <limits>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "collision/geometry/interruptible_sort.h"
 #include "collision/query/hidden_spaces.h"
 #include "collision/query/interrupt.h"
 #include "collision/query/pair_rule_lookup.h"
@@ -94,6 +97,8 @@ class BodySearch {
     if (pair.IsSelfPair()) open.worlds |= bit(pair.object_part);
     return open;
   }
+  // The tags of the pair itself: of its frame, or of its pair of frames.
+  UnresolvedTags TagsOf(const PairId& pair) const;
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and the obstacle that no rule allows to
@@ -113,6 +118,21 @@ class BodySearch {
   void ForEachPairNearestFirst(const Obstacle& object, double reach_m, Visit&& visit);
   template <class Visit>
   void ForEachSelfPairNearestFirst(double reach_m, Visit&& visit);
+  // Pairs that are asked for together: the parts in a frame of the body with those of an object, or
+  // in a link of a robot (`other`); or the self pairs of two frames, first that of the lower part.
+  struct Group {
+    int frame = 0;
+    int other = 0;  // 0 for an object
+    friend auto operator<=>(const Group&, const Group&) = default;
+  };
+  // The same two searches, group by group in the order of their frames. begin(group) returns the
+  // reach at which its search begins, at most `reach_m`, and visit that for the rest of the group.
+  // The first part of a self pair is the lower one.
+  template <class Begin, class Visit>
+  void ForEachGroupNearestFirst(const Obstacle& object, double reach_m, Begin&& begin,
+                                Visit&& visit);
+  template <class Begin, class Visit>
+  void ForEachSelfGroupNearestFirst(double reach_m, Begin&& begin, Visit&& visit);
   // The least squared distance between boxes of parts, a lower bound for the row's body and the
   // obstacle.
   double MinBoxDistance_m2(const Obstacle& object);
@@ -133,6 +153,18 @@ class BodySearch {
   bool tests_world() const { return body_.tests_world && has_parts_; }
   bool tests_self() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
+  int FrameOf(std::int32_t body_part) const {
+    return parts_[static_cast<std::size_t>(body_part)].frame;
+  }
+  // True if the part is tested against the world in the current row.
+  bool TestsWorld(std::int32_t body_part) const {
+    return TestsWorld(parts_[static_cast<std::size_t>(body_part)]);
+  }
+  // The poses X_WF of the body's frames, after PlaceBody with the rows.
+  std::span<const Pose> frames_W() const { return X_WF_; }
+  // The pair of an answer at the last placement of PlaceBody; empty, with an error in Finish, if no
+  // engine supports it.
+  std::optional<Pair> PairOf(const PairId& id, QueryKind query);
   const Shape& ShapeOf(std::int32_t body_part) const {
     return parts_[static_cast<std::size_t>(body_part)].part->shape;
   }
@@ -160,11 +192,12 @@ class BodySearch {
     ShapeKind kind;
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
-    bool at_frame;  // true if its pose in the frame is the identity
-    bool skipped;   // true if the representation excludes it
-    int weight;     // see WeightOf
+    bool at_frame;   // true if its pose in the frame is the identity
+    bool skipped;    // true if the representation excludes it
+    bool self_only;  // true if it is only tested in self pairs
+    int weight;      // see WeightOf
     int frame;
-    double margin_m;                  // margin of its object
+    double margin_m;                  // margin of its object, or padding of its link
     const std::string* supported_by;  // support of its object; nullptr if it has none
     double inflation_m;
     Pose X_WP;
@@ -195,6 +228,11 @@ class BodySearch {
     return their_margin_m + mine.margin_m + request_margin_m_;
   }
   double DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
+  // The paddings of the obstacle's parts; none between a robot and an object that it carries.
+  std::span<const double> PaddingsOf_m(const Obstacle& object) const {
+    const bool carries_body = body_.attachment != nullptr && body_.attachment->robot == object.name;
+    return carries_body ? std::span<const double>() : collision::PaddingsOf_m(object);
+  }
   void ReportUnsupported(const PairId& id, QueryKind query);
   // The pair to be tested; empty, with an error in status_, if no engine supports it.
   std::optional<Pair> PairOf(const Obstacle& object, std::size_t b, std::size_t o, double margin_m,
@@ -210,10 +248,19 @@ class BodySearch {
     constexpr std::size_t kBoxesPerStep = 8;
     return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesPerStep);
   }
+  // The other side of a pair's group: the link of the obstacle's part, 0 for that of an object.
+  static int LinkOf(const Obstacle& object, std::int32_t part) {
+    return object.robot == nullptr ? 0 : object.robot->link_of_part[static_cast<std::size_t>(part)];
+  }
+  template <class OtherOf, class PairOfNear, class Begin, class Visit>
+  void EvaluateGroups(OtherOf&& other_of, PairOfNear&& pair_of, Begin&& begin, Visit&& visit);
   template <class PairOfNear, class Visit>
   void EvaluateNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
   static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
     return (tags >> (tag % kTags) & 1) != 0;
+  }
+  bool TestsWorld(const BodyPart& mine) const {
+    return !mine.skipped && !mine.self_only && IsOpen(open_.worlds, mine.frame);
   }
   const Engine* EngineFor(ShapeKind a, ShapeKind b, QueryKind query) const {
     return engines_[query == QueryKind::kCollides ? 0 : 1][static_cast<int>(a)]
@@ -237,7 +284,7 @@ class BodySearch {
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by QueryKind: kCollides, kDistance
   std::vector<BodyPart> parts_;
-  bool has_parts_ = false;  // true if some part is not skipped
+  bool has_parts_ = false;  // true if some part is tested against the world
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
   UnresolvedTags open_ = kAllUnresolved;
@@ -252,6 +299,11 @@ class BodySearch {
 
 bool IsOpenMesh(const Shape& shape);
 
+// The engine that answers the pair; nullptr if the chosen one does not.
+const Engine* ChosenEngine(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query);
+// "shapes", "surfaces" or "handles".
+std::string_view NameOf(PartSource source);
+
 // The cost that the shape adds to a pair, in units of Interrupt (about a microsecond), by its
 // number of corners.
 int WeightOf(const Shape& shape);
@@ -260,28 +312,32 @@ template <class Visit>
 void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
   const ObstacleRules rules = rules_.RulesOf(object);
+  const std::span<const double> paddings_m = PaddingsOf_m(object);
   const double more_m = sigmas_ * object.geometry->max_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
-    if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    if (!TestsWorld(mine)) continue;
     if (CountBoxes(object)) return;
-    const double default_m = DefaultMargin_m(mine, object.name, object.margin_m);
-    double margin_m = default_m + mine.inflation_m;
-    double start_m = Start_m(from, margin_m, more_m);
+    double margin_m = 0, start_m = 0;  // the same for all parts unless paddings or rules differ
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
-      if (!rules.empty() && (o == 0 || rules.by_part())) {
-        const EffectiveRule& rule = rules.At(mine.frame, o);
-        if (rule.allowed && !rules.by_part()) break;
-        if (rule.allowed) continue;
-        margin_m = rule.Margin_m(default_m) + mine.inflation_m;
+      if (o == 0 || rules.by_part() || !paddings_m.empty()) {
+        const double padding_m = paddings_m.empty() ? 0 : paddings_m[o];
+        margin_m = DefaultMargin_m(mine, object.name, object.margin_m + padding_m);
+        if (!rules.empty()) {
+          const EffectiveRule& rule = rules.At(mine.frame, o);
+          if (rule.allowed && !rules.by_part()) break;
+          if (rule.allowed) continue;
+          margin_m = rule.Margin_m(margin_m);
+        }
+        margin_m += mine.inflation_m;
         start_m = Start_m(from, margin_m, more_m);
       }
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
       const double near_m = start_m + reach_m;
       if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
       const PreparedPart& theirs = object.geometry->parts[o];
-      if (filter_.SkipsPart(object, theirs.source)) continue;
+      if (filter_.SkipsPart(object, o)) continue;
       const double pair_margin_m = margin_m + sigmas_ * theirs.sigma_m;
       const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, query);
       if (!pair) return;
@@ -298,7 +354,7 @@ void BodySearch::ForEachHiddenSpace(From from, Visit&& visit) {
     const double more_m = sigmas_ * space.object->geometry->max_sigma_m;
     for (std::size_t b = 0; b < parts_.size(); ++b) {
       const BodyPart& mine = parts_[b];
-      if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+      if (!TestsWorld(mine)) continue;
       double margin_m = DefaultMargin_m(mine, space.object->name, space.object->margin_m);
       if (!rules.empty()) {
         const EffectiveRule& rule = rules.At(mine.frame, static_cast<std::size_t>(space.part));
@@ -380,6 +436,54 @@ void BodySearch::ForEachSelfPairNearestFirst(double reach_m, Visit&& visit) {
         return SelfPairOf({near.first, near.second}, 0, QueryKind::kDistance);
       },
       visit);
+}
+
+template <class OtherOf, class PairOfNear, class Begin, class Visit>
+void BodySearch::EvaluateGroups(OtherOf&& other_of, PairOfNear&& pair_of, Begin&& begin,
+                                Visit&& visit) {
+  const auto group_of = [&](const NearPair& near) {
+    return Group{FrameOf(near.first), other_of(near.second)};
+  };
+  const auto comes_first = [&](const NearPair& a, const NearPair& b) {
+    const Group of_a = group_of(a), of_b = group_of(b);
+    return of_a != of_b ? of_a < of_b : b < a;  // in a group, the nearest first
+  };
+  InterruptibleSort(near_, comes_first, &interrupt_);
+  for (std::size_t i = 0; i < near_.size() && !ended();) {
+    const Group group = group_of(near_[i]);
+    double reach_m = begin(group);
+    for (; i < near_.size() && group_of(near_[i]) == group; ++i) {
+      if (reach_m < 0 || near_[i].squared_m2 > reach_m * reach_m) continue;
+      const std::optional<Pair> pair = pair_of(near_[i]);
+      if (!pair) return;
+      reach_m = visit(*pair);
+      if (interrupt_.CountWork(pair->weight)) return;
+    }
+  }
+}
+
+template <class Begin, class Visit>
+void BodySearch::ForEachGroupNearestFirst(const Obstacle& object, double reach_m, Begin&& begin,
+                                          Visit&& visit) {
+  GatherPairs(object, reach_m);
+  EvaluateGroups([&](std::int32_t part) { return LinkOf(object, part); },
+                 [&](const NearPair& near) {
+                   return PairOf({&object, near.first, near.second}, QueryKind::kDistance);
+                 },
+                 begin, visit);
+}
+
+template <class Begin, class Visit>
+void BodySearch::ForEachSelfGroupNearestFirst(double reach_m, Begin&& begin, Visit&& visit) {
+  GatherSelfPairs(reach_m);
+  for (NearPair& near : near_) {
+    if (near.first > near.second) std::swap(near.first, near.second);
+  }
+  EvaluateGroups([&](std::int32_t part) { return FrameOf(part); },
+                 [&](const NearPair& near) {
+                   return PairOf({nullptr, near.first, near.second}, QueryKind::kDistance);
+                 },
+                 begin, visit);
 }
 
 }  // namespace cwm::collision

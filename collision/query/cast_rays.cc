@@ -29,7 +29,7 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
   for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
     const PreparedPart& part = object.geometry->parts[k];
     const PlacedPart& placed = object.parts_W[k];
-    if (filter.SkipsPart(object, part.source)) continue;
+    if (filter.SkipsPart(object, k)) continue;
     const double limit_m = nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
     const double entry_m = slabs.Entry_m(placed.bounds_W);
     if (entry_m > limit_m || std::isinf(entry_m)) continue;

@@ -17,8 +17,13 @@ namespace {
 // pair.
 class ContactFinder : public RowFinder {
  public:
-  ContactFinder(BodySearch& search, int max_count)
-      : search_(search), max_count_(max_count), first_(max_count), further_(max_count) {}
+  ContactFinder(BodySearch& search, int max_count, int max_count_of_pair)
+      : search_(search),
+        max_count_(max_count),
+        max_count_of_pair_(max_count_of_pair > 0 ? std::min(max_count, max_count_of_pair)
+                                                 : max_count),
+        first_(max_count),
+        further_(max_count) {}
 
   const std::vector<FoundPair>& Find() override {
     FindAll();
@@ -50,7 +55,8 @@ class ContactFinder : public RowFinder {
   // Adds the contacts of a pair and returns the reach beyond the margins, which is always 0.
   double Add(const BodySearch::Pair& pair) {
     scratch_.clear();
-    pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_, scratch_, pair.work);
+    pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_of_pair_, scratch_,
+                         pair.work);
     for (std::size_t i = 0; i < scratch_.size(); ++i) {
       (i == 0 ? first_ : further_).Add({.answer = scratch_[i], .id = pair.id});
     }
@@ -58,7 +64,7 @@ class ContactFinder : public RowFinder {
   }
 
   BodySearch& search_;
-  const int max_count_;
+  const int max_count_, max_count_of_pair_;
   BestPairs first_, further_;  // deepest point of each pair, and further points
   std::vector<FoundPair> found_;
   std::vector<PairDistance> scratch_;
@@ -71,7 +77,8 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
                                         std::stop_token stop) {
   return FindPairs({world, body, rows, options, std::move(stop)}, options.max_contacts,
                    [&](BodySearch& search) -> std::unique_ptr<RowFinder> {
-                     return std::make_unique<ContactFinder>(search, options.max_contacts);
+                     return std::make_unique<ContactFinder>(search, options.max_contacts,
+                                                            options.max_contacts_per_pair);
                    });
 }
 

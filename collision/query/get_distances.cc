@@ -1,10 +1,12 @@
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "collision/query/body_search.h"
+#include "collision/query/joint_gradients.h"
+#include "collision/query/link_distances.h"
+#include "collision/query/nearest_pair.h"
 #include "collision/query/pair_columns.h"
 #include "collision/query/pair_rows.h"
 #include "collision/query/query.h"
@@ -12,47 +14,9 @@
 namespace cwm::collision {
 namespace {
 
-// Labels the depth of the deepest of several parts, which is a lower bound of the depth of the
-// whole.
-void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer) {
-  const double max_m = MinSeparation_m(body_W, object_W);
-  if (!std::isfinite(max_m)) {  // a tilted half-space has no bounds
-    answer.accuracy = Accuracy::kDegraded;
-    return;
-  }
-  answer.accuracy = std::max(answer.accuracy, Accuracy::kBounded);
-  answer.bound_m += std::max(0.0, max_m + answer.distance_m);
-}
-
-// Keeps the nearest of the pairs that a search visits, if it is within `limit_m`.
-class NearestPair {
- public:
-  explicit NearestPair(double limit_m) : limit_m_(limit_m) {}
-
-  double reach_m() const { return std::max(0.0, limit_m_); }
-  bool is_found() const { return is_found_; }
-  const FoundPair& found() const { return found_; }
-
-  double Add(const BodySearch::Pair& pair) {
-    const FoundPair result{
-        .answer = pair.engine.Distance(pair.body, pair.object, limit_m_, pair.work), .id = pair.id};
-    if (result.answer.distance_m <= limit_m_ && (!is_found_ || result < found_)) {
-      is_found_ = true;
-      found_ = result;
-      limit_m_ = result.answer.distance_m;
-    }
-    return reach_m();
-  }
-
- private:
-  double limit_m_;
-  bool is_found_ = false;
-  FoundPair found_;
-};
-
-void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit_m,
+void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit_m, double tie_m,
                         BestPairs& best) {
-  NearestPair nearest(limit_m);
+  NearestPair nearest(limit_m, tie_m);
   search.ForEachPairNearestFirst(object, nearest.reach_m(),
                                  [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
   if (!nearest.is_found()) return;
@@ -65,8 +29,8 @@ void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit
 }
 
 // Adds the nearest self pair. Its depth needs no bound, since the two parts can move independently.
-void AddNearestSelfPair(BodySearch& search, double limit_m, BestPairs& best) {
-  NearestPair nearest(limit_m);
+void AddNearestSelfPair(BodySearch& search, double limit_m, double tie_m, BestPairs& best) {
+  NearestPair nearest(limit_m, tie_m);
   search.ForEachSelfPairNearestFirst(
       nearest.reach_m(), [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
   if (nearest.is_found()) best.Add(nearest.found());
@@ -76,8 +40,8 @@ void AddNearestSelfPair(BodySearch& search, double limit_m, BestPairs& best) {
 // of little use, since it is as wide as the robot's reach and contains most objects around it.
 class NearestObjects {
  public:
-  NearestObjects(BodySearch& search, double max_distance_m, BestPairs& best)
-      : search_(search), max_distance_m_(max_distance_m), best_(best) {}
+  NearestObjects(BodySearch& search, double max_distance_m, double tie_m, BestPairs& best)
+      : search_(search), max_distance_m_(max_distance_m), tie_m_(tie_m), best_(best) {}
 
   void Find() {
     queue_.clear();
@@ -119,28 +83,32 @@ class NearestObjects {
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
       if (next.squared_m2 > reach_m() * reach_m()) return queue_.clear();
-      AddNearestOfObject(search_, *next.object, limit_m(), best_);
+      AddNearestOfObject(search_, *next.object, limit_m(), tie_m_, best_);
     }
   }
 
   BodySearch& search_;
   const double max_distance_m_;
+  const double tie_m_;
   BestPairs& best_;
   std::vector<QueueEntry> queue_;
 };
 
 class NearestFinder : public RowFinder {
  public:
-  NearestFinder(BodySearch& search, const QueryOptions& options)
+  NearestFinder(BodySearch& search, const QueryOptions& options, double tie_m)
       : search_(search),
         max_distance_m_(options.max_distance_m),
+        tie_m_(tie_m),
         best_(options.max_results),
-        objects_(search, max_distance_m_, best_) {}
+        objects_(search, max_distance_m_, tie_m, best_) {}
 
   const std::vector<FoundPair>& Find() override {
     best_.Clear();
     // Self pairs first: they can reduce the range of the search in the world.
-    if (search_.tests_self()) AddNearestSelfPair(search_, best_.Limit_m(max_distance_m_), best_);
+    if (search_.tests_self()) {
+      AddNearestSelfPair(search_, best_.Limit_m(max_distance_m_), tie_m_, best_);
+    }
     if (search_.tests_world() && !search_.ended()) objects_.Find();
     return best_.pairs();
   }
@@ -148,6 +116,7 @@ class NearestFinder : public RowFinder {
  private:
   BodySearch& search_;
   const double max_distance_m_;
+  const double tie_m_;
   BestPairs best_;
   NearestObjects objects_;
 };
@@ -157,9 +126,17 @@ class NearestFinder : public RowFinder {
 absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop) {
-  return FindPairs({world, body, rows, options, std::move(stop)}, options.max_results,
+  const PairQuery query{world, body, rows, options, std::move(stop)};
+  if (options.joint_gradients && JointRowsOf(query) == nullptr) {
+    return absl::InvalidArgumentError("joint gradients are of a robot in states of its joints");
+  }
+  const double tie_m = options.joint_gradients ? kTieTolerance_m : 0;
+  return FindPairs(query, std::max(1, options.max_results),
                    [&](BodySearch& search) -> std::unique_ptr<RowFinder> {
-                     return std::make_unique<NearestFinder>(search, options);
+                     if (options.pairs == DistancePairs::kLinks) {
+                       return MakeLinkPairFinder(search, options, tie_m);
+                     }
+                     return std::make_unique<NearestFinder>(search, options, tie_m);
                    });
 }
 

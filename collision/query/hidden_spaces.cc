@@ -42,10 +42,10 @@ double HiddenSpace::Entry_m(const Vector3& origin_W, const Vector3& direction_W)
 std::vector<HiddenSpace> HiddenSpacesOf(const WorldSnapshot& world, const WorldFilter& filter) {
   std::vector<HiddenSpace> spaces;
   for (const WorldObjectPtr& object : world.with_hidden()) {
-    if (filter.Skips(*object) || filter.SkipsPart(*object, PartSource::kShape)) continue;
+    if (filter.Skips(*object)) continue;
     const std::vector<ShapePart>& shapes = object->model().shapes;
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-      if (!shapes[k].hidden) continue;
+    for (std::size_t k = 0; k < shapes.size(); ++k) {  // shapes are the first parts
+      if (!shapes[k].hidden || filter.SkipsPart(*object, k)) continue;
       const Pose X_WB = object->X_WO * shapes[k].hidden->X_FS;
       const Box& box = shapes[k].hidden->shape;
       spaces.push_back({.object = object.get(),

@@ -28,6 +28,8 @@ void Append(PairColumns& columns, const PairColumns& more) {
   Append(columns.object_part, more.object_part);
   Append(columns.accuracy, more.accuracy);
   Append(columns.bound_m, more.bound_m);
+  Append(columns.joint_gradient, more.joint_gradient);
+  Append(columns.gradient_kink, more.gradient_kink);
   columns.completed += more.completed;
 }
 

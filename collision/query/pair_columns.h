@@ -13,6 +13,7 @@ namespace cwm::collision {
 struct FoundPair {
   PairDistance answer;
   PairId id;
+  bool is_tied = false;  // another pair that the answer stands for is as near
 
   // Nearest (deepest) first; ties by object name, then part.
   friend bool operator<(const FoundPair& a, const FoundPair& b) {

@@ -10,6 +10,7 @@
 #include "collision/query/body_search.h"
 #include "collision/query/pair_columns.h"
 #include "collision/query/query.h"
+#include "collision/query/robot_body.h"
 
 namespace cwm::collision {
 
@@ -28,6 +29,9 @@ struct PairQuery {
   const QueryOptions& options;
   std::stop_token stop;
 };
+
+// The rows as states of a robot's joints; nullptr if they are not.
+const JointRows* JointRowsOf(const PairQuery& query);
 
 // The pairs of all rows, at most `per_row` each. Runs on the number of threads in the options, each
 // with its own search and finder.

@@ -12,33 +12,21 @@ namespace {
 constexpr int kAllFrames = -1;
 constexpr int kOwnFrames = -2;
 
-// The combination of several rules about the same two parts.
-struct CombinedRule {
-  bool allowed = false;
-  const PairRule* margin = nullptr;  // the rule whose margin applies
+}  // namespace
 
-  void Add(const PairRule& rule) {
-    allowed |= rule.allowed;
-    if (rule.margin_m.has_value() && (margin == nullptr || Precedes(rule, *margin))) margin = &rule;
-  }
-  void Add(const CombinedRule& other) {
-    allowed |= other.allowed;
-    if (other.margin != nullptr) Add(*other.margin);
-  }
-  EffectiveRule Effective() const {
-    return {.allowed = allowed,
-            .has_margin = margin != nullptr,
-            .margin_m = margin != nullptr ? *margin->margin_m : 0};
-  }
-
- private:
-  static bool Precedes(const PairRule& a, const PairRule& b) {
+void CombinedRule::Add(const PairRule& rule) {
+  const auto precedes = [](const PairRule& a, const PairRule& b) {
     const int precision_a = Specificity(a.pair), precision_b = Specificity(b.pair);
     return precision_a != precision_b ? precision_a > precision_b : a.pair < b.pair;
-  }
-};
+  };
+  allowed |= rule.allowed;
+  if (rule.margin_m.has_value() && (margin == nullptr || precedes(rule, *margin))) margin = &rule;
+}
 
-}  // namespace
+void CombinedRule::Add(const CombinedRule& other) {
+  allowed |= other.allowed;
+  if (other.margin != nullptr) Add(*other.margin);
+}
 
 PairRuleLookup::PairRuleLookup(const WorldSnapshot& world, const QueryBody& body,
                                const QueryOptions& options)
@@ -47,8 +35,12 @@ PairRuleLookup::PairRuleLookup(const WorldSnapshot& world, const QueryBody& body
     ignored_.push_back({.pair = Ordered(pair), .allowed = true});
   }
   if (body.attachment != nullptr) AllowAttachment();
-  for (const PairRule& rule : world.pair_rules()) Add(rule);
+  for (const PairRule& rule : world.pair_rules()) {
+    // PairRule::check is the matter of WithCheckedPairs.
+    if (rule.allowed || rule.margin_m.has_value()) Add(rule);
+  }
   for (const PairRule& rule : ignored_) Add(rule);
+  AllowSelfOnlyFrames();
   if (!of_everything_.empty()) rules_of_everything_ = CombineRules(of_everything_, nullptr);
   if (!of_named_.empty()) FillBuckets();
   if (!of_itself_.empty()) ResolveSelfPairs();
@@ -96,6 +88,21 @@ std::optional<int> PairRuleLookup::FramesOf(const NamedThing& thing) const {
   return std::nullopt;
 }
 
+std::vector<int> PairRuleLookup::FrameClasses() const {
+  std::vector<int> classes(static_cast<std::size_t>(body_.TotalFrames()), 0);
+  if (!MayChangeWorldPairs()) return classes;
+  std::map<std::vector<bool>, int> known;
+  for (int frame = 0; frame < body_.TotalFrames(); ++frame) {
+    std::vector<bool> covered;
+    for (const auto* applied : {&of_everything_, &of_named_}) {
+      for (const AppliedRule& each : *applied) covered.push_back(Covers(each.frames, frame));
+    }
+    classes[static_cast<std::size_t>(frame)] =
+        known.try_emplace(std::move(covered), static_cast<int>(known.size())).first->second;
+  }
+  return classes;
+}
+
 bool PairRuleLookup::Covers(int frames, int frame) const {
   return frames == kAllFrames || frames == frame ||
          (frames == kOwnFrames && frame < body_.frame_count);
@@ -114,6 +121,15 @@ void PairRuleLookup::AllowAttachment() {
     const Attachment& of_other = *other->attachment;
     const bool is_there = of_other.robot == by.robot && of_other.link == by.link;
     if (is_there && other->name != body_.self) allow({other->name});
+  }
+}
+
+// Frames that are not tested against the world are allowed to collide with all of it.
+void PairRuleLookup::AllowSelfOnlyFrames() {
+  static const PairRule kAllowed{.pair = {{kEverything}, {kEverything}}, .allowed = true};
+  for (std::size_t frame = 0; frame < body_.self_only_frames.size(); ++frame) {
+    if (!body_.self_only_frames[frame]) continue;
+    of_everything_.push_back({static_cast<int>(frame), &kAllowed, &kAllowed.pair.b});
   }
 }
 

@@ -23,6 +23,20 @@ struct EffectiveRule {
   double Margin_m(double default_m) const { return has_margin ? margin_m : default_m; }
 };
 
+// The combination of several rules about the same two parts, which refers to them.
+struct CombinedRule {
+  bool allowed = false;
+  const PairRule* margin = nullptr;  // the rule whose margin applies
+
+  void Add(const PairRule& rule);
+  void Add(const CombinedRule& other);
+  EffectiveRule Effective() const {
+    return {.allowed = allowed,
+            .has_margin = margin != nullptr,
+            .margin_m = margin != nullptr ? *margin->margin_m : 0};
+  }
+};
+
 // The combined rules for the parts of a body and the parts of an obstacle. Valid as long as the
 // lookup.
 class ObstacleRules {
@@ -55,6 +69,8 @@ class PairRuleLookup {
   ObstacleRules RulesOf(const Obstacle& obstacle) {
     return of_everything_.empty() && of_named_.empty() ? ObstacleRules() : LookUp(obstacle);
   }
+  // By frame of the body: frames with the same number have the same rules for every obstacle.
+  std::vector<int> FrameClasses() const;
   // True if some rule applies to the body and an obstacle of the world.
   bool MayChangeWorldPairs() const { return !of_everything_.empty() || !of_named_.empty(); }
   // The rules for the self pairs of the body, by pair; empty if no rule applies to any.
@@ -80,6 +96,7 @@ class PairRuleLookup {
 
   bool Exists(const std::string& name) const;
   void AllowAttachment();
+  void AllowSelfOnlyFrames();
   void Add(const PairRule& rule);
   void Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs);
   std::optional<int> FramesOf(const NamedThing& thing) const;

@@ -6,8 +6,9 @@
 // distance of some pair is strictly less than the pair's margin. That is the margin of a pair rule,
 // else the sum of the margins of the object, of the query body (or of the attached object) and of
 // the request. In either case margin_sigma standard deviations of both parts' surfaces are added.
-// Robots and their links have no margins of their own. Between a querying or attached object and
-// its support the margin is -support_tolerance_m, since the object stands there.
+// Robots have no margins of their own, but their links may have paddings, which are added against
+// the world and not among the links and attached objects of one robot. Between a querying or
+// attached object and its support the margin is -support_tolerance_m, since the object stands there.
 //
 // A robot of the world is an obstacle in its current state, except to itself. Objects attached to a
 // robot are part of its query body and not obstacles to it.
@@ -16,6 +17,7 @@
 // queries. Rays and sampled points belong to no body, so no rule applies to them.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -60,10 +62,16 @@ struct QueryBody {
   std::vector<AttachedObject> attached = {};
   std::vector<PartPair> self_pairs = {};  // pairs of the body's own parts to be tested
   bool tests_world = true;                // false: only self pairs are tested
+  // By frame, attached objects included: true if its parts are only tested in self pairs. Empty: the
+  // parts of all frames are tested against the world.
+  std::vector<bool> self_only_frames = {};
   // Name of the querying object or robot of the world. It is left out of the world, and pair rules
   // refer to it by this name. If empty, only rules for everything apply.
   std::string self = {};
-  double margin_m = 0;                                     // margin of the object `self`
+  double margin_m = 0;  // margin of the object `self`
+  // Extra margins against the world by own frame, as of padded links; empty: none. Self pairs and
+  // attached objects have none.
+  std::vector<double> frame_padding_m = {};
   std::string supported_by = {};                           // support of the object `self`
   std::shared_ptr<const Attachment> attachment = nullptr;  // attachment of the object `self`
   std::shared_ptr<const RobotModel> robot = nullptr;       // the robot whose links are the frames
@@ -80,10 +88,27 @@ struct QueryBody {
   int FrameOf(std::int32_t part) const {
     return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];
   }
+  double PaddingOf_m(int frame) const {
+    const bool is_own = frame < frame_count && !frame_padding_m.empty();
+    return is_own ? frame_padding_m[static_cast<std::size_t>(frame)] : 0;
+  }
+  double MaxPadding_m() const {
+    return frame_padding_m.empty() ? 0 : std::ranges::max(frame_padding_m);
+  }
   int TotalFrames() const { return frame_count + static_cast<int>(attached.size()); }
   // The object attached in a frame; nullptr for a frame of the body itself.
   const AttachedObject* AttachedIn(int frame) const {
     return frame < frame_count ? nullptr : &attached[static_cast<std::size_t>(frame - frame_count)];
+  }
+  // False if the parts in the frame are only tested in self pairs.
+  bool TestsWorld(int frame) const {
+    const auto k = static_cast<std::size_t>(frame);
+    return tests_world && (self_only_frames.empty() || !self_only_frames[k]);
+  }
+  // True for the name of the body itself and of an object attached to it.
+  bool IsNamed(std::string_view name) const {
+    const auto is_attached = [&](const AttachedObject& each) { return each.object->name == name; };
+    return (!self.empty() && self == name) || std::ranges::any_of(attached, is_attached);
   }
   // True if the parts in the frame belong to a world object, either querying or attached.
   bool IsObjectFrame(int frame) const {
@@ -126,6 +151,16 @@ class PoseRows : public BodyRows {
   std::span<const Pose> X_WB_;
 };
 
+// The pairs that GetDistances returns for each row.
+enum class DistancePairs {
+  // The nearest objects, each by its nearest pair of parts. The self pairs count as one object.
+  kObjects,
+  // For each frame of the body: each object, each link of other robots, and each frame that it is
+  // tested against, by the nearest pair of parts. A self pair belongs to the frame of its lower
+  // part, which is the part of the body. Ordered by frame, then by distance.
+  kLinks
+};
+
 enum class EngineChoice { kAuto, kExact, kFcl, kBullet };
 std::string_view NameOf(EngineChoice choice);  // as in the API, e.g. "FCL"
 // The parts of world objects that are tested, including those of querying and attached objects.
@@ -155,11 +190,22 @@ struct QueryOptions {
   double margin_m = 0;
   // Objects farther than this are not reported by GetDistances and SamplePoints.
   double max_distance_m = std::numeric_limits<double>::infinity();
-  int max_results = 1;                       // nearest objects per row of GetDistances
-  int max_contacts = 16;                     // points per row of GetContacts
+  DistancePairs pairs = DistancePairs::kObjects;  // of GetDistances
+  // Answers per row of GetDistances, with kLinks per frame; 0, with kLinks: all that are within
+  // max_distance_m.
+  int max_results = 1;
+  // The most answers of all rows of GetDistances; more are OutOfRange.
+  std::size_t max_answers = std::numeric_limits<std::size_t>::max();
+  bool joint_gradients =
+      false;              // GetDistances also returns derivatives by the joints, of JointRows
+  int max_contacts = 16;  // points per row of GetContacts
+  int max_contacts_per_pair = 0;             // points per pair of parts; 0: all
   Naming naming = Naming::kEachRow;          // for CheckCollisions
   std::vector<std::string> ignore = {};      // names of objects and robots that are left out
   std::vector<NamedPair> ignore_pairs = {};  // allowed to collide, besides those of the world
+  // Members to which the query is restricted; empty: all. Names in the world restrict the obstacles;
+  // RestrictBody restricts the body.
+  std::vector<NamedThing> only = {};
   // >= 0: number of standard deviations of each part's surface that are added to the margin.
   double margin_sigma = 0;
   UnseenSpace unseen = UnseenSpace::kBlock;
@@ -209,6 +255,13 @@ struct PairColumns {
   std::vector<std::int32_t> object_part;
   std::vector<Accuracy> accuracy;
   std::vector<double> bound_m;
+  // With QueryOptions::joint_gradients: answers x variables of the group, see joint_gradients.h.
+  std::vector<double> joint_gradient = {};
+  // Likewise: 1 if the distance may have a kink, so that the gradient is one of several. Found are
+  // a second pair of parts that the answer stands for, and further contact points of the two parts,
+  // that are as near within kTieTolerance_m; not found are several ways out of an overlap that are
+  // equally short.
+  std::vector<std::uint8_t> gradient_kink = {};
   std::size_t completed = 0;
 };
 
@@ -258,8 +311,8 @@ struct PointColumns {
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop = {});
-// The nearest objects of each row, each by its nearest pair of parts. The self pairs of a body
-// count as one more object.
+// The distances of the pairs that QueryOptions::pairs chooses. InvalidArgument for joint gradients
+// of rows that are not JointRows.
 absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop = {});

@@ -149,7 +149,7 @@ std::span<const SampledPart> SampledParts::PartsOf(const Obstacle& object) {
     const std::int32_t by_name =
         world_.robots().empty() ? index : static_cast<std::int32_t>(world_.RankByName(object));
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
-      if (filter_.SkipsPart(object, object.geometry->parts[k].source)) continue;
+      if (filter_.SkipsPart(object, k)) continue;
       at->second.emplace_back(object,
                               SampledPart::Id{index, static_cast<std::int32_t>(k), by_name});
     }

@@ -275,7 +275,7 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
     if (filter.Skips(object)) return;
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
       const PreparedPart& part = object.geometry->parts[k];
-      if (filter.SkipsPart(object, part.source)) continue;
+      if (filter.SkipsPart(object, k)) continue;
       compiler.Add(part, object.parts_W[k].X_WP, object.margin_m + margin_m);
     }
   });
@@ -304,9 +304,10 @@ bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
   world.bounds().ForEachWithin(
       ReachedBox(world, program, X_WB, margin_m), 0, [&](const Obstacle& object) {
         if (filter.Skips(object)) return true;
-        meets = std::ranges::any_of(object.geometry->parts, [&](const PreparedPart& part) {
-          return IsOpenMesh(part.shape) && !filter.SkipsPart(object, part.source);
-        });
+        const std::vector<PreparedPart>& parts = object.geometry->parts;
+        for (std::size_t k = 0; k < parts.size() && !meets; ++k) {
+          meets = IsOpenMesh(parts[k].shape) && !filter.SkipsPart(object, k);
+        }
         return !meets;
       });
   return meets;

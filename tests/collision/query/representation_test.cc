@@ -43,7 +43,7 @@ TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepres
   const auto ball = std::vector<Placed<>>{{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
   const auto world =
       WorldOf({PutOf("a", ball, Pose::Identity()), PutOf("b", ball, Pose::Identity()),
-               PutOf("c", ball, Pose::Identity())});
+               PutOf("c", ball, Pose::Identity()), Hybrid("d")});
   QueryOptions options;
   options.ignore = {"b", "nobody"};
   options.representation = Representation::kSurfaces;
@@ -53,9 +53,8 @@ TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepres
   EXPECT_FALSE(filter.Skips(*world->Find("a")));
   EXPECT_TRUE(filter.Skips(*world->Find("b")));
   EXPECT_TRUE(filter.Skips(*world->Find("c")));
-  EXPECT_TRUE(filter.SkipsPart(*world->Find("a"), PartSource::kShape));
-  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kSurface));
-  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kHandle));
+  EXPECT_TRUE(filter.SkipsPart(*world->Find("d"), 0));   // the ball
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("d"), 1));  // the measured cube
 }
 
 TEST(Representation, ChoosesThePartsOfTheObjectThatAsks) {
