@@ -14,6 +14,8 @@
 namespace cwm::server {
 namespace {
 
+using server::EnumToProto;  // of answer_parts.h, which the functions below would hide
+
 v1::Verdict EnumToProto(collision::Verdict verdict) {
   switch (verdict) {
     case collision::Verdict::kNotComputed:
