@@ -59,6 +59,19 @@ std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry
   return ExactLowerBound_m(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS));
 }
 
+CapError CapErrorOf(const PlacedGeometry& a, const PlacedGeometry& b, double reach_m,
+                    WorkCounter* work) {
+  return CapErrorOf(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), reach_m, work);
+}
+
+CapError CapErrorAt(const EngineGeometry& exact, const Vector3& p, double reach_m) {
+  return CapErrorAt(*static_cast<const ExactForm&>(exact).geometry, p, reach_m);
+}
+
+bool MayMeetCap(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray) {
+  return MayMeetCap(Placed(exact, X_WS), ray);
+}
+
 const Shape& ShapeOf(const EngineGeometry& exact) {
   return static_cast<const ExactForm&>(exact).geometry->shape();
 }

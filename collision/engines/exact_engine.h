@@ -5,6 +5,7 @@
 
 #include "collision/engines/engine.h"
 #include "collision/kernels/exact.h"
+#include "collision/kernels/mesh_caps.h"
 #include "collision/kernels/triangle_tree.h"
 
 namespace cwm::collision {
@@ -35,6 +36,14 @@ PairDistance DistanceWithin(const PlacedGeometry& a, const PlacedGeometry& b, do
 
 // ExactLowerBound_m of two geometries that ExactEngine prepared.
 std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b);
+
+// The error of answers near closed holes of meshes (kernels/mesh_caps.h), for geometries that
+// ExactEngine prepared: of a pair, of a point in the shape's frame, and whether a ray's hit may be
+// another.
+CapError CapErrorOf(const PlacedGeometry& a, const PlacedGeometry& b, double reach_m,
+                    WorkCounter* work = nullptr);
+CapError CapErrorAt(const EngineGeometry& exact, const Vector3& p, double reach_m);
+bool MayMeetCap(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray);
 
 // The shape that the kernels use for a geometry that ExactEngine prepared: the given shape, or the
 // hull of a convex shape's corners.

@@ -77,7 +77,10 @@ PairDistance WithCapError(const PairDistance& answer, const CapError& error) {
   if (answer.distance_m < 0) {
     bounded.bound_m = std::max(answer.bound_m, error.apart_m - answer.distance_m);
   } else {
-    bounded.bound_m = std::max(answer.bound_m + error.apart_m, answer.distance_m + error.depth_m);
+    bounded.bound_m = answer.bound_m + error.apart_m;
+    if (error.depth_m > 0) {
+      bounded.bound_m = std::max(bounded.bound_m, answer.distance_m + error.depth_m);
+    }
   }
   return bounded;
 }

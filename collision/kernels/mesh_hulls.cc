@@ -38,6 +38,18 @@ std::vector<Vector3> CornersOf(const TriangleMesh& mesh) {
   return corners;
 }
 
+// True if the ball meets the capsule around a closed hole, so that it may lie outside of the true
+// solid.
+bool MeetsCap(const InnerSphere& ball, const std::vector<MeshCap>& caps) {
+  return std::ranges::any_of(caps, [&](const MeshCap& cap) {
+    const Vector3 along = cap.axis[1] - cap.axis[0];
+    const double share =
+        std::clamp((ball.centre - cap.axis[0]).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    const double distance_m = (ball.centre - cap.axis[0] - share * along).norm();
+    return distance_m <= ball.radius_m + cap.radius_m;
+  });
+}
+
 }  // namespace
 
 HullCore::HullCore(std::vector<Vector3> vertices)
@@ -57,6 +69,10 @@ std::unique_ptr<const MeshHulls> MeshHulls::Make(const Mesh& mesh, const Triangl
   if (!mesh.watertight) return hulls;
   hulls->inner_spheres_ =
       FindInnerSpheres(tree, kFurtherShrinking * hulls->outer_hull().extent_m, work);
+  if (mesh.caps != nullptr) {
+    std::erase_if(hulls->inner_spheres_,
+                  [&](const InnerSphere& ball) { return MeetsCap(ball, *mesh.caps); });
+  }
   const Vector3& centre = hulls->outer_hull().centre;
   const std::vector<Vector3> polar = PolarOf(hull, centre);
   if (polar.empty()) return hulls;

@@ -52,7 +52,8 @@ class MeshHulls {
   double hull_gap_m() const { return hull_gap_m_; }
 
   // Balls in the solid, without a triangle on or in them. A shape that overlaps one overlaps the
-  // mesh by far more than a rounding. Empty for an open mesh.
+  // mesh by far more than a rounding, and by whatever surface fills the holes that were closed.
+  // Empty for an open mesh.
   const std::vector<InnerSphere>& inner_spheres() const { return inner_spheres_; }
 
  private:

@@ -40,6 +40,8 @@ const Engine* ChosenEngine(EngineChoice choice, ShapeKind a, ShapeKind b, QueryK
   return BestEngine(a, b, query);
 }
 
+constexpr int kExactSlot = static_cast<int>(EngineKind::kExact);
+
 std::string_view NameOf(PartSource source) {
   switch (source) {
     case PartSource::kSurface:
@@ -50,6 +52,12 @@ std::string_view NameOf(PartSource source) {
       break;
   }
   return "shapes";
+}
+
+CapError BodySearch::Pair::CapErrorWithin(double reach_m) const {
+  if (!has_caps()) return {};
+  return CapErrorOf({body.kind, *exact_body, body.X_WS}, {object.kind, *exact_object, object.X_WS},
+                    reach_m, work);
 }
 
 std::string_view NameOf(EngineChoice choice) {
@@ -125,6 +133,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .kind = kind,
                       .cheap_bounds = !HasManyVertices(part.shape),
                       .open_mesh = IsOpenMesh(part.shape),
+                      .has_caps = HasCaps(part.shape),
                       .at_frame = part.X_OP.matrix().isIdentity(0),
                       .skipped = filter_.SkipsPart(body, frame, part.source),
                       .self_only = !body.TestsWorld(frame),
@@ -139,6 +148,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
     has_parts_ = has_parts_ || !(parts_.back().skipped || parts_.back().self_only);
   }
   if (tests_world()) hidden_ = HiddenSpacesOf(world, filter_);
+  has_caps_ = body.geometry->has_caps || (tests_world() && world.has_caps());
   max_margin_m_ += sigmas_ * (body.geometry->max_sigma_m + world.objects().max_sigma_m());
   X_WF_.resize(static_cast<std::size_t>(body.TotalFrames()), Pose::Identity());
   frames_of_pair_.resize(kTags, 0);
@@ -228,14 +238,19 @@ std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
-  return Pair{id,
-              *engine,
-              {mine.kind, *mine.part->engines[slot], mine.X_WP},
-              {kind, *theirs.engines[slot], object.parts_W[o].X_WP},
-              mine.open_mesh || IsOpenMesh(theirs.shape),
-              margin_m,
-              1 + mine.weight + WeightOf(theirs.shape),
-              &interrupt_};
+  Pair pair{id,
+            *engine,
+            {mine.kind, *mine.part->engines[slot], mine.X_WP},
+            {kind, *theirs.engines[slot], object.parts_W[o].X_WP},
+            mine.open_mesh || IsOpenMesh(theirs.shape),
+            margin_m,
+            1 + mine.weight + WeightOf(theirs.shape),
+            &interrupt_};
+  if (mine.has_caps || HasCaps(theirs.shape)) {
+    pair.exact_body = mine.part->engines[kExactSlot];
+    pair.exact_object = theirs.engines[kExactSlot];
+  }
+  return pair;
 }
 
 std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, double margin_m,
@@ -250,14 +265,19 @@ std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, do
     return std::nullopt;
   }
   const int slot = static_cast<int>(engine->kind());
-  return Pair{id,
-              *engine,
-              {a.kind, *a.part->engines[slot], a.X_WP},
-              {b.kind, *b.part->engines[slot], b.X_WP},
-              a.open_mesh || b.open_mesh,
-              margin_m,
-              1 + a.weight + b.weight,
-              &interrupt_};
+  Pair pair{id,
+            *engine,
+            {a.kind, *a.part->engines[slot], a.X_WP},
+            {b.kind, *b.part->engines[slot], b.X_WP},
+            a.open_mesh || b.open_mesh,
+            margin_m,
+            1 + a.weight + b.weight,
+            &interrupt_};
+  if (a.has_caps || b.has_caps) {
+    pair.exact_body = a.part->engines[kExactSlot];
+    pair.exact_object = b.part->engines[kExactSlot];
+  }
+  return pair;
 }
 
 std::optional<BodySearch::Pair> BodySearch::PairOf(const PairId& id, QueryKind query) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <compare>
 #include <limits>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "collision/engines/exact_engine.h"
 #include "collision/geometry/interruptible_sort.h"
 #include "collision/query/hidden_spaces.h"
 #include "collision/query/interrupt.h"
@@ -63,10 +65,19 @@ class BodySearch {
     double margin_m;
     int weight;         // cost in units of Interrupt, besides the work that the kernels count
     WorkCounter* work;  // the search's counter; the engine's answer is void once it has ended
+    // As ExactEngine prepared them, if a mesh has closed holes; else nullptr.
+    const EngineGeometry* exact_body = nullptr;
+    const EngineGeometry* exact_object = nullptr;
 
-    // The accuracy of a proven verdict: exact unless a surface without an inside is involved.
-    Accuracy ProofAccuracy() const {
-      return has_open_mesh ? Accuracy::kSurfaceOnly : Accuracy::kExact;
+    bool has_caps() const { return exact_body != nullptr; }
+    // The error of an answer that depends on closed holes within `reach_m` of the other part.
+    CapError CapErrorWithin(double reach_m) const;
+    // The accuracy of a proven verdict: exact unless a surface without an inside is involved, or a
+    // closed hole is nearer than the margin and `reach_m`.
+    Accuracy ProofAccuracy(double reach_m = 0) const {
+      if (has_open_mesh) return Accuracy::kSurfaceOnly;
+      const bool is_near = has_caps() && CapErrorWithin(std::abs(margin_m) + reach_m).any();
+      return is_near ? Accuracy::kBounded : Accuracy::kExact;
     }
     // The accuracy of the engine's yes or no without a distance.
     Accuracy YesNoAccuracy() const {
@@ -112,6 +123,22 @@ class BodySearch {
   // The same for the body's self pairs.
   template <class Visit>
   void ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit);
+  // Calls visit(parts) for the self pairs, and visit(part) for the parts against the world, that are
+  // open in the current row.
+  template <class Visit>
+  void ForEachOpenSelfPair(Visit&& visit) const {
+    for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
+      if (IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) visit(body_.self_pairs[i]);
+    }
+  }
+  template <class Visit>
+  void ForEachOpenPart(Visit&& visit) const {
+    for (std::size_t k = 0; k < parts_.size(); ++k) {
+      if (TestsWorld(parts_[k])) visit(static_cast<std::int32_t>(k));
+    }
+  }
+  // The frames of the body as they were placed last.
+  std::span<const Pose> frames() const { return X_WF_; }
   // The same two searches for distances, from the surfaces and without margins. The pair with the
   // nearest boxes comes first, so that most other pairs are out of reach and are not tested.
   template <class Visit>
@@ -148,6 +175,8 @@ class BodySearch {
   // nearer than the margin and reach_m(body_part), the way that the part goes; else kExact.
   template <class Reach>
   Accuracy HiddenAccuracy(const Reach& reach_m);
+  // True if some pair may have closed holes (Pair::has_caps).
+  bool MeetsCaps() const { return has_caps_; }
   // Upper bound of the margins of all pairs of the body and the world.
   double max_margin_m() const { return max_margin_m_; }
   bool tests_world() const { return body_.tests_world && has_parts_; }
@@ -192,6 +221,7 @@ class BodySearch {
     ShapeKind kind;
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
+    bool has_caps;
     bool at_frame;   // true if its pose in the frame is the identity
     bool skipped;    // true if the representation excludes it
     bool self_only;  // true if it is only tested in self pairs
@@ -284,6 +314,7 @@ class BodySearch {
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by QueryKind: kCollides, kDistance
   std::vector<BodyPart> parts_;
+  bool has_caps_ = false;
   bool has_parts_ = false;  // true if some part is tested against the world
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
@@ -298,6 +329,8 @@ class BodySearch {
 };
 
 bool IsOpenMesh(const Shape& shape);
+// True if verdicts about the shape may be less than exact: an open mesh, or one with closed holes.
+inline bool IsUncertain(const Shape& shape) { return IsOpenMesh(shape) || HasCaps(shape); }
 
 // The engine that answers the pair; nullptr if the chosen one does not.
 const Engine* ChosenEngine(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query);

@@ -78,7 +78,8 @@ class Caster : public ChunkWorker {
       const std::optional<NearestHit> nearest = Cast(batch_.rays[chunk.first + k]);
       if (has_ended()) break;
       if (nearest.has_value()) Write(chunk.first + k, *nearest);
-      if (PassesHidden(batch_.rays[chunk.first + k], nearest)) {
+      const RayRow& ray = batch_.rays[chunk.first + k];
+      if (PassesHidden(ray, nearest) || MayMeetCaps(ray, nearest)) {
         batch_.columns.accuracy[chunk.first + k] = Accuracy::kBounded;
       }
     }
@@ -110,6 +111,27 @@ class Caster : public ChunkWorker {
     return std::ranges::any_of(batch_.hidden, [&](const HiddenSpace& space) {
       return space.Entry_m(ray.origin, ray.direction) < end_m;
     });
+  }
+
+  // True if the ray meets a closed hole of a mesh before its hit or there.
+  bool MayMeetCaps(const RayRow& ray, const std::optional<NearestHit>& nearest) const {
+    if (!batch_.world.has_caps()) return false;
+    const double end_m = nearest ? nearest->hit.distance_m + kExactTolerance_m : ray.max_distance_m;
+    bool meets = false;
+    batch_.world.bounds().ForEachOnRay(
+        ray.origin, ray.direction, end_m, [&](const Obstacle& object, double) {
+          const std::vector<PreparedPart>& parts = object.geometry->parts;
+          for (std::size_t k = 0; k < parts.size() && !meets; ++k) {
+            if (!HasCaps(parts[k].shape) || batch_.filter.Skips(object) ||
+                batch_.filter.SkipsPart(object, k)) {
+              continue;
+            }
+            meets = MayMeetCap(*parts[k].engines[static_cast<int>(EngineKind::kExact)],
+                               object.parts_W[k].X_WP, {ray.origin, ray.direction, end_m});
+          }
+          return meets ? -1.0 : end_m;
+        });
+    return meets;
   }
 
   void Write(std::size_t row, const NearestHit& nearest) {

@@ -61,7 +61,7 @@ PairVerdict EvaluatePair(const BodySearch::Pair& pair) {
       pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);
   const bool is_clear = verdict == Verdict::kFree && answer.accuracy != Accuracy::kDegraded;
-  return {verdict, is_clear ? pair.ProofAccuracy() : answer.accuracy};
+  return {verdict, std::max(is_clear ? Accuracy::kExact : answer.accuracy, pair.ProofAccuracy())};
 }
 
 // Combines the verdicts of pairs into that of a row.

@@ -49,8 +49,9 @@ class PairWorker : public ChunkWorker {
       search_.PlaceBody(rows_, row);
       const std::vector<FoundPair>& pairs = finder_->Find();
       if (search_.ended()) break;
-      const bool is_uncertain = search_.MeetsHidden();
+      const bool is_uncertain = search_.MeetsHidden() || search_.MeetsCaps();
       if (is_uncertain) labelled_ = pairs;
+      if (search_.MeetsCaps()) LabelCaps(labelled_);
       if (search_.MeetsHidden()) LabelHidden(labelled_);
       if (gradients_ && !AppendGradients(row, pairs, columns)) break;
       AppendRow(columns, is_uncertain ? labelled_ : pairs, ranks_);
@@ -85,6 +86,41 @@ class PairWorker : public ChunkWorker {
       if (least_m >= pair.answer.distance_m) continue;
       pair.answer.accuracy = std::max(pair.answer.accuracy, Accuracy::kBounded);
       pair.answer.bound_m = std::max(pair.answer.bound_m, pair.answer.distance_m - least_m);
+    }
+  }
+
+  // Bounds the answers of a row by what closed holes of meshes leave open: those of the pair's own
+  // parts, and for the nearest answer those of all pairs that it is the nearest of.
+  void LabelCaps(std::vector<FoundPair>& pairs) {
+    for (std::size_t k = 0; k < pairs.size() && !search_.ended(); ++k) {
+      FoundPair& found = pairs[k];
+      const double reach_m = std::abs(found.answer.distance_m) + found.answer.bound_m;
+      const int frame = search_.FrameOf(found.id.body_part);
+      const bool is_first =
+          k == 0 || (by_frame_ && search_.FrameOf(pairs[k - 1].id.body_part) != frame);
+      CapError error;
+      const auto visit = [&](const BodySearch::Pair& pair) {
+        const bool counts =
+            (pair.id <=> found.id) == 0 ||
+            (is_first && (!by_frame_ || search_.FrameOf(pair.id.body_part) == frame));
+        if (!counts || !pair.has_caps()) return reach_m;
+        const CapError of_pair = pair.CapErrorWithin(reach_m);
+        error.apart_m = std::max(error.apart_m, of_pair.apart_m);
+        error.depth_m = std::max(error.depth_m, of_pair.depth_m);
+        return reach_m;
+      };
+      search_.ForEachSelfPair(BodySearch::From::kSurface, reach_m, QueryKind::kDistance, visit);
+      const auto visit_object = [&](const Obstacle& object) {
+        if (!search_.Skips(object)) {
+          search_.ForEachPair(object, BodySearch::From::kSurface, reach_m, QueryKind::kDistance,
+                              visit);
+        }
+        return !search_.ended();
+      };
+      if (search_.tests_world()) {
+        search_.world().bounds().ForEachWithin(search_.body_bounds_W(), reach_m, visit_object);
+      }
+      found.answer = WithCapError(found.answer, error);
     }
   }
 

@@ -211,10 +211,31 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
   if (least_m < sample.distance_m && depth.accuracy <= Accuracy::kBounded) {
     depth = {Accuracy::kBounded, std::max(depth.bound_m, sample.distance_m - least_m)};
   }
+  if (world_.has_caps()) {
+    const PairDistance answer = WithCapError(
+        {.distance_m = sample.distance_m, .accuracy = depth.accuracy, .bound_m = depth.bound_m},
+        CapErrorOf(lane, sample.distance_m));
+    depth = {answer.accuracy, answer.bound_m};
+  }
   columns.accuracy[row] = depth.accuracy;
   if (depth.accuracy == Accuracy::kBounded) {
     bounds_.push_back({static_cast<std::uint32_t>(row), depth.bound_m});
   }
+}
+
+CapError PointSampler::CapErrorOf(int lane, double distance_m) {
+  const Vector3 p_W = PointOf(lane);
+  const double reach_m = std::abs(distance_m);
+  CapError error;
+  world_.bounds().ForEachNearest(Aabb(p_W, p_W), reach_m, [&](const Obstacle& object, double) {
+    for (const SampledPart& part : parts_.PartsOf(object)) {
+      const CapError of_part = part.CapErrorAt(p_W, reach_m);
+      error.apart_m = std::max(error.apart_m, of_part.apart_m);
+      error.depth_m = std::max(error.depth_m, of_part.depth_m);
+    }
+    return reach_m;
+  });
+  return error;
 }
 
 double PointSampler::HiddenDistance_m(int lane, double distance_m) const {

@@ -56,6 +56,8 @@ class PointSampler {
   PointSample SampleOf(const Candidate& candidate, int lane);
   void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
   bool HasCompetingGradient(int lane, const PointSample& sample);
+  // The error of the point's distance because of closed holes of meshes.
+  CapError CapErrorOf(int lane, double distance_m);
   // The least distance that the point may have because of hidden spaces.
   double HiddenDistance_m(int lane, double distance_m) const;
   Depth DepthOf(int lane, const PointSample& sample);

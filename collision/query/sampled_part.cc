@@ -114,6 +114,12 @@ double SampledPart::Distance_m(const Vector3& p_W, WorkCounter* work) const {
   return DistanceInShape_m(InShape(p_W), std::numeric_limits<double>::infinity(), work);
 }
 
+CapError SampledPart::CapErrorAt(const Vector3& p_W, double reach_m) const {
+  if (!HasCaps(part_->shape)) return {};
+  return collision::CapErrorAt(*part_->engines[static_cast<int>(EngineKind::kExact)], InShape(p_W),
+                               reach_m);
+}
+
 PointSample SampledPart::Sample(const Vector3& p_W, double distance_m, WorkCounter* work) const {
   const Vector3 p = InShape(p_W);
   PointSample sample = tree_ != nullptr ? SampleMesh(*tree_, watertight_, p, distance_m, work)

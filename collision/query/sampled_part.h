@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "collision/kernels/kink.h"
+#include "collision/kernels/mesh_caps.h"
 #include "collision/kernels/point_sample.h"
 #include "collision/kernels/solid_lanes.h"
 #include "collision/query/object_ranks.h"
@@ -44,6 +45,8 @@ class SampledPart {
 
   // The solid for SampleLanes; nullptr if points must be sampled one by one with Sample.
   const LaneSolid* lanes() const { return short_formula_ ? &solid_ : nullptr; }
+  // The error of the distance of a point, given that closed holes within `reach_m` of it matter.
+  CapError CapErrorAt(const Vector3& p_W, double reach_m) const;
   // Samples one point. `distance_m` is the result of Measure or Distance_m for it.
   PointSample Sample(const Vector3& p_W, double distance_m, WorkCounter* work = nullptr) const;
   // The distance from a point in the solid of a closed mesh, along a unit direction, to the point
