@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "absl/container/inlined_vector.h"
@@ -20,22 +21,22 @@ double ReachOf_m(const Aabb& bounds) {
 // infinity, and still does not move if it does not turn.
 double SweepOf_m(double turn_rad, double reach_m) { return turn_rad > 0 ? turn_rad * reach_m : 0; }
 
-// The signed angle of the short way around.
-double ShortestTurn(double from_rad, double to_rad) {
-  return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
-}
-
 bool IsRotary(JointKind kind) {
   return kind == JointKind::kRevolute || kind == JointKind::kContinuous;
 }
 
 bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplier; }
 
-// True if a whole turn of the variable leaves the robot in the same configuration. This holds for
-// the heading of a planar joint, and for a continuous joint if neither it nor a joint that mimics
-// it has limits, and all joints that mimic it are rotary with integer multipliers. For other
-// variables the short way would end elsewhere than the row says, or pass through states outside the
-// limits.
+constexpr std::size_t kQuaternionAt = 3;  // index among a floating joint's variables
+
+// The rotation of a quaternion of any length; the identity for length 0 (robot/kinematics.h).
+Quaternion RotationAt(const double* q) {
+  const Quaternion rotation(q[3], q[0], q[1], q[2]);
+  return rotation.squaredNorm() > 0 ? rotation.normalized() : Quaternion::Identity();
+}
+
+}  // namespace
+
 bool IsCyclic(const RobotModel& model, std::size_t variable) {
   constexpr int kHeading = 2;  // the third variable of a planar joint; no joint mimics it
   const Variable& queried = model.variables[variable];
@@ -51,15 +52,9 @@ bool IsCyclic(const RobotModel& model, std::size_t variable) {
   });
 }
 
-constexpr std::size_t kQuaternionAt = 3;  // index among a floating joint's variables
-
-// The rotation of a quaternion of any length; the identity for length 0 (robot/kinematics.h).
-Quaternion RotationAt(const double* q) {
-  const Quaternion rotation(q[3], q[0], q[1], q[2]);
-  return rotation.squaredNorm() > 0 ? rotation.normalized() : Quaternion::Identity();
+double StepOf(bool is_cyclic, double from, double to) {
+  return is_cyclic ? std::remainder(to - from, 2 * std::numbers::pi) : to - from;
 }
-
-}  // namespace
 
 RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pose& X_WB_to)
     : from_(X_WB_from),
@@ -77,6 +72,12 @@ double RigidMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) cons
          SweepOf_m(nhat_W.cross(axis_W).norm(), sweep_m_[static_cast<std::size_t>(part)]);
 }
 
+Vector3 RigidMotion::Velocity_m(std::span<const Pose> X_WF, std::int32_t,
+                                const Vector3& p_W) const {
+  const Vector3 turn_W = from_.linear() * (turn_.angle() * turn_.axis());
+  return step_m_ + turn_W.cross(p_W - X_WF[0].translation());
+}
+
 void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {
   X_WF[0].linear() =
       from_.linear() * Eigen::AngleAxisd(fraction * turn_.angle(), turn_.axis()).toRotationMatrix();
@@ -87,7 +88,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
                          std::span<const double> from, std::span<const double> to)
     : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
-    step_.push_back(IsCyclic(model, v) ? ShortestTurn(from[v], to[v]) : to[v] - from[v]);
+    step_.push_back(StepOf(IsCyclic(model, v), from[v], to[v]));
   }
   std::vector<Pose> X_WL(model.links.size());
   LinkPoses(model, X_WB, from, X_WL);
@@ -220,6 +221,55 @@ double JointMotion::Travel_m(std::int32_t part) const { return TravelBelow_m(par
 double JointMotion::RelativeTravel_m(const PartPair& pair) const {
   const int ancestor = CommonAncestor(LinkOf(pair.first), LinkOf(pair.second));
   return TravelBelow_m(pair.first, ancestor) + TravelBelow_m(pair.second, ancestor);
+}
+
+Vector3 JointMotion::Velocity_m(std::span<const Pose> X_WF, std::int32_t part,
+                                const Vector3& p_W) const {
+  Vector3 velocity_m = Vector3::Zero();
+  for (int link = LinkOf(part); link > 0;) {
+    const auto k = static_cast<std::size_t>(link);
+    const ModelLink& model_link = model_.links[k];
+    const auto first = static_cast<std::size_t>(model_link.variable);
+    const double factor = model_link.is_mimic ? model_link.multiplier : 1;
+    // A joint turns about its axis, or slides along it, as the link does that it moves.
+    const Vector3 axis_W = X_WF[k].linear() * model_link.axis_J;
+    if (IsRotary(model_link.kind)) {
+      velocity_m += factor * step_[first] * axis_W.cross(p_W - X_WF[k].translation());
+    } else if (model_link.kind == JointKind::kPrismatic) {
+      velocity_m += factor * step_[first] * axis_W;
+    }
+    link = model_link.parent;
+  }
+  return velocity_m;
+}
+
+double JointMotion::BendBelow_m(std::int32_t part, int above) const {
+  double reach_m = Reach_m(part);
+  double speed_m = 0, bend_m = 0;
+  for (int link = LinkOf(part); link != above;) {
+    const auto k = static_cast<std::size_t>(link);
+    const ModelLink& model_link = model_.links[k];
+    const JointTravel& joint = joints_[k];
+    const bool is_known =
+        model_link.kind != JointKind::kPlanar && model_link.kind != JointKind::kFloating;
+    if (!is_known && (joint.turn_rad > 0 || joint.slide_W != Vector3::Zero())) {
+      return std::numeric_limits<double>::infinity();
+    }
+    if (joint.turn_rad > 0) {
+      bend_m += joint.turn_rad * (joint.turn_rad * reach_m + 2 * speed_m);
+      speed_m += joint.turn_rad * reach_m;
+    }
+    speed_m += joint.slide_W.norm();
+    reach_m += joint.arm_m + model_link.X_PJ.translation().norm();
+    if (link == model_link.parent) break;  // the root
+    link = model_link.parent;
+  }
+  return bend_m;
+}
+
+double JointMotion::RelativeBend_m(const PartPair& pair) const {
+  const int ancestor = CommonAncestor(LinkOf(pair.first), LinkOf(pair.second));
+  return BendBelow_m(pair.first, ancestor) + BendBelow_m(pair.second, ancestor);
 }
 
 }  // namespace cwm::collision

@@ -1,6 +1,7 @@
 // A body on its way from one row to the next, and bounds on the travel of its parts.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -26,7 +27,25 @@ class BodyMotion {
   virtual double TravelAlong_m(std::int32_t part, const Vector3&) const { return Travel_m(part); }
   // The same for a self pair: the travel of any point of one part in the frame of the other.
   virtual double RelativeTravel_m(const PartPair& pair) const = 0;
+
+  // The velocity, by fraction of the edge, of the point of the part that is at p_W, where the body's
+  // frames are at X_WF.
+  virtual Vector3 Velocity_m(std::span<const Pose> X_WF, std::int32_t part,
+                             const Vector3& p_W) const = 0;
+  // An upper bound on the length of the second derivative of any point of the part, by fraction of
+  // the edge, and for a self pair, in the frame of the other part. Infinite if it is not known.
+  virtual double Bend_m(std::int32_t part) const = 0;
+  virtual double RelativeBend_m(const PartPair& pair) const = 0;
 };
+
+// True if a whole turn of the variable leaves the robot in the same configuration, so that it takes
+// the short way. This holds for the heading of a planar joint, and for a continuous joint if neither
+// it nor a joint that mimics it has limits, and all joints that mimic it are rotary with integer
+// multipliers. For other variables the short way would end elsewhere than the row says, or pass
+// through states outside the limits.
+bool IsCyclic(const RobotModel& model, std::size_t variable);
+// The change of a variable on its way.
+double StepOf(bool is_cyclic, double from, double to);
 
 // A rigid body whose origin moves linearly and whose rotation takes the short way at constant speed
 // (slerp).
@@ -40,6 +59,12 @@ class RigidMotion : public BodyMotion {
   }
   double TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const override;
   double RelativeTravel_m(const PartPair&) const override { return 0; }
+  Vector3 Velocity_m(std::span<const Pose> X_WF, std::int32_t part,
+                     const Vector3& p_W) const override;
+  double Bend_m(std::int32_t part) const override {
+    return std::abs(turn_.angle()) * sweep_m_[static_cast<std::size_t>(part)];
+  }
+  double RelativeBend_m(const PartPair&) const override { return 0; }
 
  private:
   const Pose from_;
@@ -63,6 +88,10 @@ class JointMotion : public BodyMotion {
   double Travel_m(std::int32_t part) const override;
   double TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const override;
   double RelativeTravel_m(const PartPair& pair) const override;
+  Vector3 Velocity_m(std::span<const Pose> X_WF, std::int32_t part,
+                     const Vector3& p_W) const override;
+  double Bend_m(std::int32_t part) const override { return BendBelow_m(part, -1); }
+  double RelativeBend_m(const PartPair& pair) const override;
 
  private:
   // The motion of a link relative to its joint's parent over the whole edge.
@@ -91,6 +120,8 @@ class JointMotion : public BodyMotion {
   double Reach_m(std::int32_t part) const;
   // A bound on the part's travel in the frame of link `above`, or in the world for -1.
   double TravelBelow_m(std::int32_t part, int above) const;
+  // The same for the second derivative (spheres/motion_lanes.h).
+  double BendBelow_m(std::int32_t part, int above) const;
   template <class Of>
   double SumBelow_m(std::int32_t part, int above, Of&& of) const;
   int CommonAncestor(int link, int other) const;

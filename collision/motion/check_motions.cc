@@ -1,463 +1,11 @@
-// This file is longer than 500 lines: the search of one edge is one state machine over its pairs.
 #include "collision/motion/check_motions.h"
 
 #include <algorithm>
-#include <limits>
-#include <numeric>
+#include <memory>
 #include <optional>
 #include <utility>
 
-#include "collision/engines/exact_engine.h"
-#include "collision/geometry/aabb.h"
-
 namespace cwm::collision {
-namespace {
-
-// chosen: the largest number of fractions of an edge at which one pair is measured. A pair that
-// stays a millimetre apart needs about one per millimetre that its parts travel.
-constexpr int kMaxMeasurements = 4000;
-// chosen: pairs that may come as near as this are measured; no larger clearance is reported.
-constexpr double kMaxClearance_m = 0.02;
-// chosen: an interval is accepted if its proven clearance is at least this share of the smaller gap
-// at its ends. A larger share needs more measurements.
-constexpr double kMinProvenShare = 0.25;
-// derived: narrower intervals of an edge are not halved. For a kilometre of travel this is 1e-7 m,
-// the accuracy of distances.
-constexpr double kMinWidth = 1e-10;
-// derived: a gap up to this is not proven free. A pair that closes by a millimetre over the edge is
-// then still bracketed within kMaxBracketWidth.
-constexpr double kMinProvenGap_m = 5e-8;
-// chosen: as a share of a pair's travel. For a nearer pair halving needs tens of measurements,
-// which cost more than a separating plane.
-constexpr double kMaxPlaneGapShare = 1.0 / 64;
-
-// chosen: distances of meshes are searched up to this factor, since a certificate needs a lower
-// bound only. The clearance that is told may be as much lower.
-constexpr double kSlack = 1.25;
-// chosen: as a share of the edge. In narrower intervals, near a contact, exact distances save more
-// measurements than they cost.
-constexpr double kMinSlackWidth = 0.03;
-
-// chosen: as a share of the edge. If hulls prove only shorter steps, a search of the triangles
-// takes no longer.
-constexpr double kMinHullStep = 1.0 / 64;
-// The work of placing a robot and measuring the distance of two hulls.
-constexpr std::size_t kStepsByHulls = 2 * kStepsPerConvexPair;
-
-// A pair that may come near on the edge. Its poses are those of the fraction that was measured
-// last.
-struct Candidate {
-  BodySearch::Pair pair;
-  double travel_m = 0;  // the most that it can close over the whole edge
-  double gap_m = 0;     // at the start: distance minus margin, or a lower bound by hulls
-};
-
-// An interval of fractions of the edge.
-struct Span {
-  double from = 0, to = 1;
-  double width() const { return to - from; }
-};
-
-// The state of a pair at one fraction of the edge.
-struct PairState {
-  double fraction = 0;
-  double gap_m = 0;
-  bool contact = false;
-  bool certain = true;
-  Accuracy accuracy = Accuracy::kExact;  // of the verdict here: contact, no contact, or neither
-  // For a pair that nearly touches: the gap along `normal`, which points from the body to the
-  // object, between two planes that each have one of the shapes wholly behind them. -infinity for
-  // other pairs.
-  double plane_gap_m = -std::numeric_limits<double>::infinity();
-  Vector3 normal = Vector3::Zero();
-};
-
-// A single row: the body at a fraction of an edge.
-class EdgeRow : public BodyRows {
- public:
-  EdgeRow(const BodyMotion& motion, double fraction) : motion_(motion), fraction_(fraction) {}
-  std::size_t size() const override { return 1; }
-  void Place(std::size_t, std::span<Pose> X_WF) const override { motion_.Place(fraction_, X_WF); }
-
- private:
-  const BodyMotion& motion_;
-  const double fraction_;
-};
-
-struct EdgeResult {
-  MotionVerdict verdict = MotionVerdict::kFree;
-  double lo = 0, hi = 1, clearance_m = kMaxClearance_m;
-  PairId pair = {};
-  Accuracy accuracy = Accuracy::kExact;
-};
-
-// Follows one pair after the other, first the pairs that could meet soonest. Once a contact is
-// found, the other pairs are followed only up to it.
-class EdgeSearch {
- public:
-  EdgeSearch(BodySearch& search, const BodyMotion& motion) : search_(search), motion_(motion) {}
-
-  EdgeResult Run() {
-    Gather();
-    if (!FindContactAtStart()) {
-      for (std::size_t next : order_) {
-        if (search_.ended()) break;
-        Track(candidates_[next]);
-      }
-    }
-    if (result_.verdict != MotionVerdict::kFree) result_.clearance_m = 0;
-    const bool is_of_all_pairs =
-        result_.verdict == MotionVerdict::kFree || result_.verdict == MotionVerdict::kGrazing;
-    if (is_of_all_pairs) result_.accuracy = weakest_;
-    if (search_.MeetsHidden() && result_.accuracy == Accuracy::kExact) {
-      search_.PlaceBody(EdgeRow(motion_, 0), 0);
-      result_.accuracy = search_.HiddenAccuracy(
-          [&](std::int32_t body_part) { return motion_.Travel_m(body_part); });
-    }
-    return result_;
-  }
-
- private:
-  // Pairs farther apart than this at the start stay more than kMaxClearance_m away from their
-  // margin.
-  static double Reach_m(double margin_m, double travel_m) {
-    return std::max(0.0, margin_m) + travel_m + kMaxClearance_m;
-  }
-
-  void Gather() {
-    search_.PlaceBody(EdgeRow(motion_, 0), 0);
-    double max_travel_m = 0;
-    for (const PartPair& pair : search_.self_pairs()) {
-      max_travel_m = std::max(max_travel_m, motion_.RelativeTravel_m(pair));
-    }
-    search_.ForEachSelfPair(
-        BodySearch::From::kMargin, Reach_m(0, max_travel_m), QueryKind::kDistance,
-        [&](const BodySearch::Pair& pair) {
-          Add(pair, motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
-          return Reach_m(0, max_travel_m);
-        });
-    if (search_.tests_world()) GatherOfWorld();
-    order_.resize(candidates_.size());
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t i, std::size_t j) {
-      const Candidate &a = candidates_[i], &b = candidates_[j];
-      return a.gap_m * b.travel_m < b.gap_m * a.travel_m;
-    });
-  }
-
-  void GatherOfWorld() {
-    double max_travel_m = 0;
-    for (std::size_t k = 0; k < search_.part_count(); ++k) {
-      max_travel_m = std::max(max_travel_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
-    }
-    search_.world().bounds().ForEachWithin(
-        search_.body_bounds_W(), Reach_m(search_.max_margin_m(), max_travel_m),
-        [&](const Obstacle& object) {
-          if (search_.Skips(object)) return true;
-          search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, max_travel_m),
-                              QueryKind::kDistance, [&](const BodySearch::Pair& pair) {
-                                Add(pair, motion_.Travel_m(pair.id.body_part));
-                                return Reach_m(0, max_travel_m);
-                              });
-          return !search_.ended();
-        });
-  }
-
-  void Add(const BodySearch::Pair& pair, double travel_m) {
-    if (MayMeet(pair, travel_m)) weakest_ = std::max(weakest_, pair.ProofAccuracy());
-    const double reach_m = Reach_m(pair.margin_m, travel_m);
-    if (IsSlow(pair)) {  // ordered by the hulls' distance; 0 if they overlap
-      const double min_m = LowerBound_m(pair.body, pair.object).value_or(0);
-      if (min_m <= reach_m) candidates_.push_back({pair, travel_m, min_m - pair.margin_m});
-      return;
-    }
-    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
-    if (answer.distance_m - answer.bound_m > reach_m) return;
-    candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
-  }
-
-  // True if the distance needs a search of triangles.
-  static bool IsSlow(const BodySearch::Pair& pair) {
-    const ShapeKind body = pair.body.kind, object = pair.object.kind;
-    return (body == ShapeKind::kMesh && object != ShapeKind::kHalfSpace) ||
-           (object == ShapeKind::kMesh && body != ShapeKind::kHalfSpace);
-  }
-
-  // True if the bounding boxes of the two can meet on the way. A distance would not do: an open
-  // mesh has no inside even far from its surface.
-  bool MayMeet(const BodySearch::Pair& pair, double travel_m) const {
-    const Aabb& theirs_W =
-        pair.id.IsSelfPair()
-            ? search_.BoundsOf_W(pair.id.object_part)
-            : pair.id.object->parts_W[static_cast<std::size_t>(pair.id.object_part)].bounds_W;
-    const double reach_m = std::max(0.0, pair.margin_m) + travel_m;
-    return SquaredDistance_m2(search_.BoundsOf_W(pair.id.body_part), theirs_W) <= reach_m * reach_m;
-  }
-
-  // Asks all pairs for contact at the start, which decides the edge, before any pair is certified.
-  bool FindContactAtStart() {
-    for (const std::size_t next : order_) {
-      const Candidate& candidate = candidates_[next];
-      if (search_.ended()) return false;
-      if (candidate.gap_m > 0) continue;
-      const BodySearch::Pair& pair = candidate.pair;
-      if (IsSlow(pair) && pair.margin_m == 0) {
-        search_.CountPair(pair);
-        if (!pair.engine.Collides(pair.body, pair.object, pair.work)) continue;
-      }
-      const PairState start = Measure(candidate, 0, 1);
-      if (!start.contact) continue;
-      result_ = Contact(0, start, pair.id);
-      return true;
-    }
-    return false;
-  }
-
-  void Track(const Candidate& candidate) {
-    measurements_ = 0;
-    const double end = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
-    const std::optional<Span> open = TrimByHulls(candidate, {0, end});
-    if (!open || search_.ended()) return;
-    const PairState start = Measure(candidate, open->from, open->width());
-    if (start.contact) {
-      result_ = Contact(open->from, start, candidate.pair.id);
-      return;
-    }
-    const double left_m = start.gap_m - candidate.travel_m * open->width();
-    if (start.certain && left_m >= std::min(kMinProvenShare * start.gap_m, kMaxClearance_m)) {
-      RecordClearance(left_m, open->from, open->to);
-      return;
-    }
-    if (open->width() == 0) return;
-    CertifyWithinBudget(candidate, start, Measure(candidate, open->to, open->width()));
-  }
-
-  // Shrinks the interval from both ends as far as hulls prove that the pair stays more than
-  // kMaxClearance_m away from its margin. Empty if they prove it for the whole interval.
-  std::optional<Span> TrimByHulls(const Candidate& candidate, Span open) {
-    while (true) {
-      const double step = StepByHulls(candidate, open.from);
-      if (step >= open.width()) return std::nullopt;
-      open.from += step;
-      if (step < kMinHullStep) break;
-    }
-    while (true) {
-      const double step = StepByHulls(candidate, open.to);
-      if (step >= open.width()) return std::nullopt;
-      open.to -= step;
-      if (step < kMinHullStep) break;
-    }
-    return open;
-  }
-
-  // The share of the edge, in either direction, over which hulls prove that the pair stays more
-  // than kMaxClearance_m away from its margin.
-  double StepByHulls(const Candidate& candidate, double fraction) {
-    const BodySearch::Pair& pair = candidate.pair;
-    if (MustEnd(pair.work, kStepsByHulls)) return 0;
-    search_.PlaceBody(EdgeRow(motion_, fraction), 0, search_.FramesOf(pair.id));
-    const std::optional<double> min_m = LowerBound_m(pair.body, pair.object);
-    if (!min_m) return 0;
-    const double room_m = *min_m - std::max(0.0, pair.margin_m) - kMaxClearance_m;
-    return room_m <= 0 ? 0 : room_m / candidate.travel_m;
-  }
-
-  // A pair that slides along with almost no gap can exhaust the work. It is then certified again
-  // with the coarser resolution kGrazingTolerance_m.
-  void CertifyWithinBudget(const Candidate& candidate, const PairState& a, const PairState& b) {
-    const EdgeResult before = result_;
-    const double open_before = open_from_;
-    min_proven_gap_m_ = kMinProvenGap_m;
-    Certify(candidate, a, b);
-    if (measurements_ < kMaxMeasurements || search_.ended()) return;
-    result_ = before;
-    open_from_ = open_before;
-    measurements_ = 0;
-    min_proven_gap_m_ = kGrazingTolerance_m;
-    Certify(candidate, a, b);
-  }
-
-  // Records a contact: the pair is free up to `from` and in contact at `to`. The other pairs are
-  // proven free only up to `open_from_` and up to the `lo` of a contact that was found before.
-  void RecordContact(const Candidate& candidate, double from, const PairState& to) {
-    const double others = result_.verdict == MotionVerdict::kContact ? result_.lo : 1;
-    result_ = Contact(std::min({from, others, open_from_}), to, candidate.pair.id);
-  }
-
-  static EdgeResult Contact(double lo, const PairState& at, const PairId& id) {
-    return {.verdict = MotionVerdict::kContact,
-            .lo = lo,
-            .hi = at.fraction,
-            .clearance_m = 0,
-            .pair = id,
-            .accuracy = at.accuracy};
-  }
-
-  // Certifies the interval from a to b, from left to right. True if there is no need to search
-  // further. Once the work has run out, an interval is recorded as undecided, unless it ends in
-  // contact, which needs few more measurements.
-  bool Certify(const Candidate& candidate, const PairState& a, const PairState& b) {
-    const double width = b.fraction - a.fraction;
-    const double travel_m = candidate.travel_m * width;
-    const double min_m = std::min(a.gap_m, b.gap_m);
-    const double between_m = 0.5 * (a.gap_m + b.gap_m - travel_m);
-    const double plane_m = GapAlongPlanes_m(candidate, a, b);
-    const double proven_m = std::max(between_m, plane_m);
-    const bool is_certain = !b.contact && a.certain && b.certain;
-    if (is_certain && proven_m >= kMinProvenShare * min_m) {
-      RecordClearance(std::min(min_m, proven_m), a.fraction, b.fraction);
-      return false;
-    }
-    if (search_.ended()) return true;
-    const bool is_narrow = width <= kMinWidth;
-    if (b.contact && (width <= kMaxBracketWidth || is_narrow)) {
-      RecordContact(candidate, a.fraction, b);
-      return true;
-    }
-    // A pair that slides along a plane grazes only if it has no gap at either end of the interval,
-    // not if it merely comes near.
-    const bool slides =
-        std::max(a.gap_m, b.gap_m) <= min_proven_gap_m_ && plane_m >= -0.5 * min_proven_gap_m_;
-    const bool is_grazing =
-        !b.contact && min_m <= min_proven_gap_m_ && (travel_m <= min_proven_gap_m_ || slides);
-    if (is_grazing || is_narrow || (!b.contact && measurements_ >= kMaxMeasurements)) {
-      const bool grazes = is_grazing && is_certain;
-      open_from_ = std::min(open_from_, a.fraction);
-      if (result_.verdict == MotionVerdict::kContact) result_.lo = std::min(result_.lo, open_from_);
-      RecordUncertain({.verdict = grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided,
-                       .lo = a.fraction,
-                       .hi = b.fraction,
-                       .accuracy = std::max(a.accuracy, b.accuracy)});
-      // The pair stays undecided unless a contact follows, so no more work is spent on it.
-      if (!is_grazing) measurements_ = kMaxMeasurements;
-      return false;
-    }
-    const PairState middle = Measure(candidate, 0.5 * (a.fraction + b.fraction), width);
-    return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
-  }
-
-  // A lower bound on the gap between two fractions, from the separating planes at either of them.
-  // The gap closes only by the body's travel along the normal, so a body that slides along a plane
-  // does not close it. The planes separate whole shapes, so the bound is useless if one shape
-  // reaches around the other. -infinity for a pair that grazes near one end only, until the
-  // interval is narrow.
-  double GapAlongPlanes_m(const Candidate& candidate, const PairState& a,
-                          const PairState& b) const {
-    constexpr double kNone_m = -std::numeric_limits<double>::infinity();
-    const double width = b.fraction - a.fraction;
-    const auto min_m = [&](const PairState& state, const Vector3& toward) {
-      if (state.plane_gap_m == kNone_m) return kNone_m;
-      const double travel_m = motion_.TravelAlong_m(candidate.pair.id.body_part, toward);
-      return state.plane_gap_m - std::max(0.0, travel_m) * width;
-    };
-    const double plane_m = std::max(min_m(a, a.normal), min_m(b, -b.normal));
-    const bool grazes_all_along = std::max(a.gap_m, b.gap_m) <= kGrazingTolerance_m;
-    return plane_m > kGrazingTolerance_m || grazes_all_along || width <= kMaxBracketWidth ? plane_m
-                                                                                          : kNone_m;
-  }
-
-  // Records that no pair is in contact from one fraction to another, though one may graze.
-  void RecordClearance(double clearance_m, double from, double to) {
-    result_.clearance_m = std::min(result_.clearance_m, clearance_m);
-    if (clearance_m <= kGrazingTolerance_m) {
-      RecordUncertain({.verdict = MotionVerdict::kGrazing, .lo = from, .hi = to});
-    }
-  }
-
-  // Keeps the worst uncertain result, and the first of equal ones. A contact overrides them.
-  void RecordUncertain(const EdgeResult& uncertain) {
-    if (result_.verdict == MotionVerdict::kContact) return;
-    const bool worse =
-        result_.verdict == MotionVerdict::kFree ||
-        (uncertain.verdict == MotionVerdict::kUndecided && result_.verdict != uncertain.verdict);
-    if (worse) result_ = uncertain;
-  }
-
-  // Measures the pair at a fraction, for intervals up to `width` away. A distance larger than the
-  // pair can close in `width` need not be exact.
-  PairState Measure(const Candidate& candidate, double fraction, double width) {
-    ++measurements_;
-    const BodySearch::Pair& pair = candidate.pair;
-    search_.PlaceBody(EdgeRow(motion_, fraction), 0, search_.FramesOf(pair.id));
-    // The reach is slightly larger, so that rounding does not decide.
-    const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazingTolerance_m;
-    PairState state{.fraction = fraction};
-    // The depth of overlapping triangles is slow to compute, and does not matter unless the margin
-    // is negative.
-    if (pair.margin_m >= 0 && IsSlow(pair) &&
-        pair.engine.Collides(pair.body, pair.object, pair.work)) {
-      search_.CountPair(pair);
-      state.contact = true;
-      state.accuracy = pair.ProofAccuracy();
-      return state;
-    }
-    PairDistance answer;
-    if (IsSlow(pair) && width >= kMinSlackWidth) {
-      answer = DistanceWithin(pair.body, pair.object, reach_m, kSlack, pair.work);
-      search_.CountPair(pair);
-      SetGap(pair, answer, reach_m, state);
-      if (state.certain && !state.contact) {
-        state.accuracy = pair.ProofAccuracy();
-        return state;
-      }
-    }
-    answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
-    search_.CountPair(pair);
-    SetGap(pair, answer, reach_m, state);
-    const bool is_yes_or_no = state.contact ? ProvesContact(pair, answer) : state.certain;
-    state.accuracy = is_yes_or_no ? pair.ProofAccuracy() : answer.accuracy;
-    if (state.gap_m <= kMaxPlaneGapShare * candidate.travel_m) SetPlane(pair, answer.normal, state);
-    return state;
-  }
-
-  // True if the pair overlaps and its margin is not negative. The kernels detect an overlap
-  // reliably, even if its depth is only bounded.
-  static bool ProvesContact(const BodySearch::Pair& pair, const PairDistance& answer) {
-    return answer.distance_m < 0 && pair.margin_m >= 0;
-  }
-
-  // Sets the gap of a pair. Without a proven contact the bounds of the answer decide, which
-  // matters for allowed depths and for gaps between round shapes of very different sizes.
-  static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
-                     PairState& state) {
-    const bool is_known = answer.accuracy != Accuracy::kDegraded;
-    const double max_m = answer.distance_m + answer.bound_m - pair.margin_m;
-    state.contact = ProvesContact(pair, answer) || (is_known && max_m < 0);
-    state.gap_m = state.contact
-                      ? answer.distance_m - pair.margin_m
-                      : std::min(answer.distance_m - answer.bound_m, reach_m) - pair.margin_m;
-    state.certain = is_known && (state.contact || state.gap_m >= 0);
-  }
-
-  // Sets the separating plane of a pair. Not for self pairs, both parts of which move, nor for
-  // meshes, which have too many vertices.
-  void SetPlane(const BodySearch::Pair& pair, const Vector3& normal, PairState& state) const {
-    const bool has_mesh =
-        pair.body.kind == ShapeKind::kMesh || pair.object.kind == ShapeKind::kMesh;
-    if (pair.id.IsSelfPair() || has_mesh) return;
-    const Pose X_NW(BasisFromZ(normal).transpose());  // its z axis is the normal
-    const auto along = [&](const Shape& shape, const Pose& X_WS) {
-      return TightBounds(shape, X_NW * X_WS);
-    };
-    const auto object_part = static_cast<std::size_t>(pair.id.object_part);
-    const Shape& theirs = pair.id.object->geometry->parts[object_part].shape;
-    const double body_m = along(search_.ShapeOf(pair.id.body_part), pair.body.X_WS).max().z();
-    state.normal = normal;
-    state.plane_gap_m = along(theirs, pair.object.X_WS).min().z() - body_m - pair.margin_m;
-  }
-
-  BodySearch& search_;
-  const BodyMotion& motion_;
-  std::vector<Candidate> candidates_;
-  std::vector<std::size_t> order_;
-  int measurements_ = 0;
-  double min_proven_gap_m_ = kMinProvenGap_m;  // gaps up to this are not proven free
-  double open_from_ = 1;                       // from here on nothing is proven
-  Accuracy weakest_ = Accuracy::kExact;        // of the pairs that can come near
-  EdgeResult result_;
-};
-
-}  // namespace
 
 void Append(MotionColumns& columns, const MotionResult& answer) {
   columns.verdict.push_back(answer.verdict);
@@ -488,6 +36,14 @@ EdgeChecker::EdgeChecker(const WorldSnapshot& world, const QueryBody& body,
   }
 }
 
+void EdgeChecker::UseSpheresOf(const WorldSnapshot& world, const JointRows& rows,
+                               const QueryOptions& options) {
+  spheres_.reset();
+  if (auto spheres = SphereMotion::Make(world, body_, rows, options)) {
+    spheres_.emplace(*std::move(spheres));
+  }
+}
+
 absl::Status EdgeChecker::Finish() const {
   if (absl::Status status = search_.Finish(); !status.ok()) return status;
   return with_unseen_ ? with_unseen_->Finish() : absl::OkStatus();
@@ -502,12 +58,68 @@ absl::Status EdgeChecker::CheckEngine(const QueryOptions& options) {
 }
 
 MotionResult EdgeChecker::Check(const BodyMotion& edge) {
-  EdgeResult result = EdgeSearch(search_, edge).Run();
+  EdgeResult result = SearchEdge(search_, edge);
   if (with_unseen_ && result.verdict != MotionVerdict::kContact && !search_.ended()) {
-    result = EdgeSearch(*with_unseen_, edge).Run();
+    result = SearchEdge(*with_unseen_, edge);
     // A contact that the first search did not find is a contact with unseen space.
     if (result.verdict == MotionVerdict::kContact) result.verdict = MotionVerdict::kUndecided;
   }
+  return ResultOf(result);
+}
+
+MotionResult EdgeChecker::Check(const Waypoints& waypoints, std::size_t row) {
+  if (!spheres_) return Check(*waypoints.MotionFrom(row));
+  const SphereMotionAnswer known = spheres_->Check(row);
+  if (known.open.empty() && !known.has_contact()) {
+    return ResultOf({.clearance_m = known.clearance_m});
+  }
+  const std::unique_ptr<BodyMotion> motion = waypoints.MotionFrom(row);
+  EdgeResult result;
+  if (!known.open.empty()) {
+    result = SearchEdge(search_, *motion, known.open, known.has_contact() ? 0 : kMaxClearance_m);
+    if (!known.has_contact() || result.verdict == MotionVerdict::kContact) {
+      result.clearance_m = std::min(result.clearance_m, known.clearance_m);
+      return ResultOf(result);
+    }
+  }
+  // Nothing that is open touches before the contact of the spheres.
+  const bool is_bracketed = known.hi - known.lo <= kMaxBracketWidth;
+  if (is_bracketed && result.verdict == MotionVerdict::kFree) {
+    if (const auto contact = NameContact(*motion, known)) return ResultOf(*contact);
+  }
+  return Check(*motion);
+}
+
+// Finds the pair of a contact that spheres have proven. Empty if the interval between single and
+// double precision contains its margin.
+std::optional<EdgeResult> EdgeChecker::NameContact(const BodyMotion& motion,
+                                                   const SphereMotionAnswer& known) {
+  std::optional<EdgeResult> contact;
+  search_.PlaceBody(EdgeRow(motion, known.hi), 0, known.tags);
+  const auto visit = [&](const BodySearch::Pair& pair) {
+    const double reach_m = std::max(0.0, pair.margin_m);
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
+    if (answer.distance_m + answer.bound_m >= pair.margin_m) return 0.0;
+    contact = {.verdict = MotionVerdict::kContact,
+               .lo = known.lo,
+               .hi = known.hi,
+               .clearance_m = 0,
+               .pair = pair.id,
+               .accuracy = pair.ProofAccuracy()};
+    return -1.0;
+  };
+  search_.ForEachSelfPair(BodySearch::From::kMargin, 0, QueryKind::kDistance, visit);
+  if (contact || !search_.tests_world() || search_.body_bounds_W().isEmpty()) return contact;
+  search_.world().bounds().ForEachWithin(
+      search_.body_bounds_W(), std::max(0.0, search_.max_margin_m()), [&](const Obstacle& object) {
+        if (search_.Skips(object)) return true;
+        search_.ForEachPair(object, BodySearch::From::kMargin, 0, QueryKind::kDistance, visit);
+        return !contact && !search_.ended();
+      });
+  return contact;
+}
+
+MotionResult EdgeChecker::ResultOf(const EdgeResult& result) {
   return {.verdict = result.verdict,
           .segment = result.verdict == MotionVerdict::kFree ? -1 : 0,
           .lo = result.lo,

@@ -15,25 +15,14 @@
 
 #include "absl/status/statusor.h"
 #include "collision/motion/body_motion.h"
+#include "collision/motion/edge_search.h"
+#include "collision/motion/sphere_motion.h"
+#include "collision/motion/waypoints.h"
 #include "collision/query/body_search.h"
 #include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
 
 namespace cwm::collision {
-
-enum class MotionVerdict : std::uint8_t {
-  kNotComputed,
-  kFree,         // every distance stays at or above its margin, all along; never wrong
-  kContact,      // a pair is below its margin at `hi`; never wrong
-  kGrazing,      // a pair comes within kGrazingTolerance_m of its margin; none is deeper below it
-  kUndecided,    // the work or the accuracy of the answers did not suffice
-  kOutOfLimits,  // for a path: a row is outside the limits of the body
-};
-
-// A gap up to this counts as touching.
-inline constexpr double kGrazingTolerance_m = 1e-6;
-// The width of the bracket around the first contact, as a share of the edge.
-inline constexpr double kMaxBracketWidth = 1e-4;
 
 // Columns with one entry per motion: an edge, or a path of several edges (check_paths.h).
 struct MotionColumns {
@@ -83,8 +72,13 @@ class EdgeChecker {
   // Unimplemented if the options name an engine that cannot certify motions.
   static absl::Status CheckEngine(const QueryOptions& options);
 
+  // Checks edges between these rows by their spheres first. Refers to the rows.
+  void UseSpheresOf(const WorldSnapshot& world, const JointRows& rows, const QueryOptions& options);
+
   // The answer, with segment 0 if the edge is not free. Void once `ended`.
   MotionResult Check(const BodyMotion& edge);
+  // The same for the edge from a row to the next, of the rows of UseSpheresOf if they have them.
+  MotionResult Check(const Waypoints& waypoints, std::size_t row);
   // True if the last answer is void: the call was interrupted, or an engine had no answer.
   bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
   // The best accuracy that the body allows: no answer is labelled better.
@@ -99,6 +93,10 @@ class EdgeChecker {
   BodySearch search_;
   // For UnseenSpace::kReport: `search_` ignores unseen space, this search includes it.
   std::optional<BodySearch> with_unseen_;
+  MotionResult ResultOf(const EdgeResult& result);
+  std::optional<EdgeResult> NameContact(const BodyMotion& motion, const SphereMotionAnswer& known);
+
+  std::optional<SphereMotion> spheres_;
   ObjectRanks ranks_;
 };
 

@@ -42,7 +42,7 @@ MotionResult Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path
   MotionResult result;
   Accuracy weakest = Accuracy::kExact;
   for (std::size_t k = 0; k + 1 < path.row_count && !checker.MustEnd(); ++k) {
-    MotionResult edge = checker.Check(*waypoints.MotionFrom(path.first_row + k));
+    MotionResult edge = checker.Check(waypoints, path.first_row + k);
     if (edge.verdict != MotionVerdict::kFree) edge.segment = static_cast<std::int32_t>(k);
     if (edge.verdict == MotionVerdict::kContact || checker.ended()) return edge;
     const bool is_free =
@@ -83,8 +83,11 @@ struct Batch {
 class PathWorker : public ChunkWorker {
  public:
   explicit PathWorker(Batch& batch)
-      : batch_(batch),
-        checker_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}) {}
+      : batch_(batch), checker_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}) {
+    if (const JointRows* const rows = batch.waypoints.joint_rows()) {
+      checker_.UseSpheresOf(batch.world, *rows, batch.options);
+    }
+  }
 
   ChunkResult Process(const RowChunk& chunk) override {
     std::size_t k = 0;

@@ -17,6 +17,8 @@ class Waypoints {
   // IsWithinLimits and VariableOutOfLimits are as in BodyRows.
   virtual bool IsWithinLimits(std::size_t) const { return true; }
   virtual std::optional<int> VariableOutOfLimits(std::size_t) const { return std::nullopt; }
+  // The rows of a robot; nullptr for other bodies.
+  virtual const JointRows* joint_rows() const { return nullptr; }
   // The motion from a row to the next. Refers to everything that the waypoints refer to.
   virtual std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const = 0;
 };
@@ -47,6 +49,7 @@ class JointWaypoints : public Waypoints {
   std::optional<int> VariableOutOfLimits(std::size_t row) const override {
     return rows_.VariableOutOfLimits(row);
   }
+  const JointRows* joint_rows() const override { return &rows_; }
   std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const override {
     return std::make_unique<JointMotion>(model_, body_, rows_.states().X_WB, rows_.State(row),
                                          rows_.State(row + 1));

@@ -227,8 +227,8 @@ class Checker : public ChunkWorker {
     placed_.Begin(std::move(open_rows));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
-      const RowVerdict result =
-          is_known(k) ? Known(chunk.first + k, known[k]) : EvaluateExactly(chunk, k);
+      const RowVerdict result = is_known(k) ? Known(chunk.first + k, known[k])
+                                            : EvaluateExactly(chunk, k, OpenOf(known, k));
       if (search_.ended()) break;
       Write(chunk.first + k, result);
     }
@@ -242,9 +242,10 @@ class Checker : public ChunkWorker {
     return known != Verdict::kUndecided;
   }
 
-  UnresolvedTags OpenOf(std::size_t k) const {
-    const bool all = !spheres_ || spheres_->open().empty();
-    return all ? BodySearch::kAllUnresolved : spheres_->open()[k];
+  // What is left to be tested of the k-th row of a chunk.
+  UnresolvedTags OpenOf(std::span<const Verdict> known, std::size_t k) const {
+    const bool is_partly_known = !known.empty() && known[k] == Verdict::kUndecided;
+    return is_partly_known ? spheres_->open(k) : BodySearch::kAllUnresolved;
   }
 
   // True if the sphere check decided the verdict but not its accuracy.
@@ -264,11 +265,11 @@ class Checker : public ChunkWorker {
     return is_known || batch_.rows.IsWithinLimits(chunk.first + k);
   }
 
-  RowVerdict EvaluateExactly(const RowChunk& chunk, std::size_t k) {
+  RowVerdict EvaluateExactly(const RowChunk& chunk, std::size_t k, const UnresolvedTags& open) {
     const std::span<const Pose> X_WF = placed_.Next();
     if (!IsWithinLimits(chunk, k)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     const std::size_t row = chunk.first + k;
-    search_.PlaceBody(X_WF, row, OpenOf(k));
+    search_.PlaceBody(X_WF, row, open);
     RowVerdict result = EvaluateRow(search_, batch_.options.unseen);
     if (NeedsAccuracy(result.verdict)) result.accuracy = FreeAccuracy(row, X_WF);
     return result;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "collision/query/body_search.h"
 #include "collision/query/hidden_spaces.h"
@@ -189,32 +190,35 @@ class SceneCompiler {
 
   double reach_m() const { return reach_m_; }
 
-  void Add(const PreparedPart& part, const Pose& X_WP, double margin_m) {
-    Solid solid = SolidOf(part, X_BW_ * X_WP);
+  // Adds a part of an obstacle for the groups that it is tested with, once for each of their terms.
+  void Add(const Obstacle& object, std::size_t index, const LaneTermsOf& terms_of) {
+    const PreparedPart& part = object.geometry->parts[index];
+    Solid solid = SolidOf(part, X_BW_ * object.parts_W[index].X_WP);
     Clip(reach_m_, solid);
-    const auto index = static_cast<std::int32_t>(solids_.size());
-    bool is_near = false;
+    entries_.clear();
+    known_terms_.clear();
     for (std::size_t g = 0; g < near_.size(); ++g) {
+      const auto scene_class = static_cast<std::size_t>(program_.class_of_group[g]);
+      if (known_terms_.size() <= scene_class) known_terms_.resize(scene_class + 1);
+      if (!known_terms_[scene_class]) {
+        known_terms_[scene_class] = terms_of(program_.class_of_group[g], object, index);
+      }
+      const LaneTerms& terms = *known_terms_[scene_class];
+      if (!terms.is_tested) continue;
       const SphereProgram::Ball& ball = program_.reach_of_group[g];
       // chosen: a hundredth of a millimetre, far above the single-precision rounding of radii and
       // margins.
       constexpr double kRadiusSlack_m = 1e-5;
-      if (Distance_m(solid, ball.centre) > ball.radius_m + margin_m + kRadiusSlack_m) continue;
-      near_[g].push_back(index);
-      is_near = true;
+      if (Distance_m(solid, ball.centre) > ball.radius_m + terms.margin_m + kRadiusSlack_m) {
+        continue;
+      }
+      near_[g].push_back(EntryOf(solid, terms));
     }
-    if (!is_near) return;
-    solids_.push_back(solid);
-    margins_m_.push_back(margin_m);
+    if (entries_.empty()) return;
     const double out_m = solid.is_bounded
                              ? solid.X_BS.translation().norm() + solid.size_m.cwiseAbs().sum()
                              : reach_m_;
     farthest_m_ = std::max(farthest_m_, out_m);
-    // For round obstacles the SIMD check compares the distance from the centre line, which includes
-    // the radius.
-    const bool is_round = solid.form == LaneObstacle::Form::kRound;
-    max_obstacle_radius_m_ =
-        std::max(max_obstacle_radius_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
   }
 
   LaneScene Take() {
@@ -239,6 +243,25 @@ class SceneCompiler {
   }
 
  private:
+  // The index of the solid with these terms, which is added if it is new.
+  std::int32_t EntryOf(const Solid& solid, const LaneTerms& terms) {
+    for (const std::int32_t entry : entries_) {
+      const auto k = static_cast<std::size_t>(entry);
+      const bool is_hull = solid.is_hull || terms.proves_gap_only;
+      if (margins_m_[k] == terms.margin_m && solids_[k].is_hull == is_hull) return entry;
+    }
+    entries_.push_back(static_cast<std::int32_t>(solids_.size()));
+    solids_.push_back(solid);
+    solids_.back().is_hull = solid.is_hull || terms.proves_gap_only;
+    margins_m_.push_back(terms.margin_m);
+    // For round obstacles the SIMD check compares the distance from the centre line, which includes
+    // the radius.
+    const bool is_round = solid.form == LaneObstacle::Form::kRound;
+    max_obstacle_radius_m_ =
+        std::max(max_obstacle_radius_m_, terms.margin_m + (is_round ? solid.size_m[0] : 0.0));
+    return entries_.back();
+  }
+
   void AddObstacles() {
     SharedAxes shared;
     for (const Solid& solid : solids_) shared.Add(solid);
@@ -258,7 +281,10 @@ class SceneCompiler {
   double max_obstacle_radius_m_ = 0;  // largest margin, plus the radius for round obstacles
   double farthest_m_ = 0;             // largest coordinate of an obstacle
   std::vector<Solid> solids_;
-  std::vector<double> margins_m_;                // by solid
+  std::vector<double> margins_m_;  // by solid
+  // Of the part that is being added: its solids, and its terms by class.
+  std::vector<std::int32_t> entries_;
+  std::vector<std::optional<LaneTerms>> known_terms_;
   std::vector<std::vector<std::int32_t>> near_;  // indices of near solids, by group
   LaneScene scene_;
 };
@@ -266,17 +292,15 @@ class SceneCompiler {
 }  // namespace
 
 LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
-                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
-  const double max_margin_m = world.objects().max_margin_m() + margin_m;
+                       const SphereProgram& program, const Pose& X_WB, double max_margin_m,
+                       const LaneTermsOf& terms) {
   SceneCompiler compiler(program, X_WB, max_margin_m);
   const Vector3 reach = Vector3::Constant(compiler.reach_m());
   const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
   world.bounds().ForEachWithin(around_W, 0, [&](const Obstacle& object) {
     if (filter.Skips(object)) return;
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
-      const PreparedPart& part = object.geometry->parts[k];
-      if (filter.SkipsPart(object, k)) continue;
-      compiler.Add(part, object.parts_W[k].X_WP, object.margin_m + margin_m);
+      if (!filter.SkipsPart(object, k)) compiler.Add(object, k, terms);
     }
   });
   return compiler.Take();
@@ -285,9 +309,7 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
 namespace {
 
 // The box that the boxes of the robot's parts, with the largest margin, can reach.
-Aabb ReachedBox(const WorldSnapshot& world, const SphereProgram& program, const Pose& X_WB,
-                double margin_m) {
-  const double max_margin_m = world.objects().max_margin_m() + margin_m;
+Aabb ReachedBox(const SphereProgram& program, const Pose& X_WB, double max_margin_m) {
   // derived: a part lies within its spheres. The bounds of its rotated box exceed them along each
   // axis by a factor of at most sqrt(3).
   constexpr double kBoxOfBox = 2;
@@ -299,14 +321,14 @@ Aabb ReachedBox(const WorldSnapshot& world, const SphereProgram& program, const 
 }  // namespace
 
 bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
-                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
+                       const SphereProgram& program, const Pose& X_WB, double max_margin_m) {
   bool meets = false;
   world.bounds().ForEachWithin(
-      ReachedBox(world, program, X_WB, margin_m), 0, [&](const Obstacle& object) {
+      ReachedBox(program, X_WB, max_margin_m), 0, [&](const Obstacle& object) {
         if (filter.Skips(object)) return true;
         const std::vector<PreparedPart>& parts = object.geometry->parts;
         for (std::size_t k = 0; k < parts.size() && !meets; ++k) {
-          meets = IsOpenMesh(parts[k].shape) && !filter.SkipsPart(object, k);
+          meets = IsUncertain(parts[k].shape) && !filter.SkipsPart(object, k);
         }
         return !meets;
       });
@@ -314,8 +336,8 @@ bool ReachesOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
 }
 
 bool ReachesHiddenSpaces(const WorldSnapshot& world, const WorldFilter& filter,
-                         const SphereProgram& program, const Pose& X_WB, double margin_m) {
-  const Aabb reached_W = ReachedBox(world, program, X_WB, margin_m);
+                         const SphereProgram& program, const Pose& X_WB, double max_margin_m) {
+  const Aabb reached_W = ReachedBox(program, X_WB, max_margin_m);
   return std::ranges::any_of(HiddenSpacesOf(world, filter), [&](const HiddenSpace& space) {
     return space.bounds_W.intersects(reached_W);
   });

@@ -42,6 +42,19 @@ struct LaneSphere {
   float radius_m = 0;
 };
 
+// What spheres can prove of the solid that they stand for: a gap if they contain it, contact if they
+// lie in it, both if they are it.
+struct LaneProof {
+  bool of_gap = true, of_contact = true;
+
+  // The proofs that are left against a solid that only contains an obstacle.
+  LaneProof With(bool is_hull) const { return {of_gap, of_contact && !is_hull}; }
+  friend LaneProof operator&(const LaneProof& a, const LaneProof& b) {
+    return {a.of_gap && b.of_gap, a.of_contact && b.of_contact};
+  }
+  friend bool operator==(const LaneProof&, const LaneProof&) = default;
+};
+
 // A few spheres of one frame that are near each other, with a sphere around them.
 struct LaneCluster {
   std::int32_t frame = 0;
@@ -49,6 +62,7 @@ struct LaneCluster {
   LaneSphere bound = {};
   float max_radius_m = 0;  // the largest radius
   std::int32_t tag = 0;    // of UnresolvedTags::worlds
+  LaneProof proof = {};
   // A bound on the deviation of all centres, including those of bounds, from the exact positions.
   float centre_error_m = 0;
 };
@@ -65,6 +79,7 @@ struct LaneGroup {
 struct LaneBand {
   float spheres_m2 = 0;
   float bounds_m2 = 0;
+  float error_m = 0;  // a bound on the error of the distances themselves
 };
 
 // Spheres `first` and `second` touch if the squared distance of their centres is `reach_m2`.
@@ -80,14 +95,17 @@ struct LaneClusterPair {
   std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs; empty: all pairs of spheres
   std::int32_t tag = 0;             // of UnresolvedTags::pairs
   LaneBand band = {};
+  LaneProof proof = {};
+  float margin_m = 0;  // for pairs without a list, whose reach is the sum of radii and this
 };
 
 // Two groups, with a squared reach that no pair of their spheres exceeds.
 struct LaneGroupPair {
   std::int32_t first = 0, second = 0;  // groups
-  float reach_m2 = 0;
+  float reach_m = 0, reach_m2 = 0;
   std::int32_t begin = 0, end = 0;  // into LaneProgram::cluster_pairs
-  float bounds_m2 = 0;              // as in LaneBand
+  LaneBand band = {};               // of bounds only
+  std::int32_t ancestor = 0;        // the frame above both whose joints move them alike
 };
 
 struct LaneProgram {
@@ -98,8 +116,9 @@ struct LaneProgram {
   std::vector<LaneGroupPair> group_pairs;
   std::vector<LaneClusterPair> cluster_pairs;
   std::vector<LaneSpherePair> sphere_pairs;
-  float reach_m = 0;        // no centre is farther from the origin
-  float pair_margin_m = 0;  // for clusters without a list of pairs
+  // A bound on the error of a point's velocity, if the values of all joints change by one in sum.
+  float velocity_error = 0;
+  float reach_m = 0;  // no centre is farther from the origin
 };
 
 // A solid. The rows of `axis` are its axes: a point p is at axis * p - offset in its frame. The

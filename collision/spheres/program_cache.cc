@@ -6,16 +6,13 @@
 namespace cwm::collision {
 namespace {
 
-bool IsSame(const PlacedSphere& a, const PlacedSphere& b) {
-  return a.link == b.link && a.radius_m == b.radius_m && a.centre_L == b.centre_L;
-}
 bool IsSame(const FixedFrame& a, const FixedFrame& b) {
   return a.link == b.link && a.X_LF.matrix() == b.X_LF.matrix();
 }
-bool IsSame(const SpherePair& a, const SpherePair& b) {
-  return a.first == b.first && a.second == b.second;
+template <class T>
+bool IsSame(const T& a, const T& b) {
+  return a == b;
 }
-bool IsSame(const LinkPair& a, const LinkPair& b) { return a == b; }
 
 template <class T>
 bool AreSame(const std::vector<T>& kept, std::span<const T> wanted) {
@@ -27,12 +24,10 @@ bool AreSame(const std::vector<T>& kept, std::span<const T> wanted) {
 
 std::shared_ptr<const SphereProgram> ProgramCache::FindCached(const JointGroup& group,
                                                               const std::vector<double>& base,
-                                                              const SphereSet& set,
-                                                              double pair_margin_m) {
+                                                              const SphereSet& set) {
   const auto found = std::find_if(cached_.begin(), cached_.end(), [&](const Entry& entry) {
-    return entry.pair_margin_m == pair_margin_m && entry.base == base &&
-           entry.variables == group.variables && AreSame(entry.spheres, set.spheres) &&
-           AreSame(entry.fixed_frames, set.fixed_frames) &&
+    return entry.base == base && entry.variables == group.variables &&
+           AreSame(entry.spheres, set.spheres) && AreSame(entry.fixed_frames, set.fixed_frames) &&
            AreSame(entry.sphere_pairs, set.pairs.spheres) &&
            AreSame(entry.link_pairs, set.pairs.links);
   });
@@ -43,15 +38,14 @@ std::shared_ptr<const SphereProgram> ProgramCache::FindCached(const JointGroup& 
 
 std::shared_ptr<const SphereProgram> ProgramCache::Find(const JointGroup& group,
                                                         std::span<const double> base,
-                                                        const SphereSet& set,
-                                                        double pair_margin_m) {
+                                                        const SphereSet& set) {
   std::vector<double> fixed(base.begin(), base.end());
   for (const int variable : group.variables) fixed[static_cast<std::size_t>(variable)] = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (auto kept = FindCached(group, fixed, set, pair_margin_m)) return kept;
+    if (auto kept = FindCached(group, fixed, set)) return kept;
   }
-  std::optional<SphereProgram> compiled = CompileSpheres(model_, group, fixed, set, pair_margin_m);
+  std::optional<SphereProgram> compiled = CompileSpheres(model_, group, fixed, set);
   if (!compiled) return nullptr;
   auto program = std::make_shared<const SphereProgram>(*std::move(compiled));
   Entry entry{.variables = group.variables,
@@ -60,11 +54,9 @@ std::shared_ptr<const SphereProgram> ProgramCache::Find(const JointGroup& group,
               .fixed_frames = {set.fixed_frames.begin(), set.fixed_frames.end()},
               .sphere_pairs = {set.pairs.spheres.begin(), set.pairs.spheres.end()},
               .link_pairs = {set.pairs.links.begin(), set.pairs.links.end()},
-              .pair_margin_m = pair_margin_m,
               .program = program};
   const std::lock_guard lock(mutex_);
-  if (auto kept = FindCached(group, entry.base, set, pair_margin_m))
-    return kept;  // by another thread
+  if (auto kept = FindCached(group, entry.base, set)) return kept;  // by another thread
   if (cached_.size() == kMaxCachedPrograms) cached_.pop_back();
   cached_.insert(cached_.begin(), std::move(entry));
   return program;

@@ -20,7 +20,7 @@ class ProgramCache {
   // The program that CompileSpheres returns for the model and these arguments, compiled only if it
   // is not kept; nullptr if CompileSpheres returns none.
   std::shared_ptr<const SphereProgram> Find(const JointGroup& group, std::span<const double> base,
-                                            const SphereSet& set, double pair_margin_m);
+                                            const SphereSet& set);
 
   const RobotModel& model() const { return model_; }
 
@@ -31,8 +31,7 @@ class ProgramCache {
     std::vector<PlacedSphere> spheres;
     std::vector<FixedFrame> fixed_frames;
     std::vector<SpherePair> sphere_pairs;
-    std::vector<LinkPair> link_pairs;
-    double pair_margin_m = 0;
+    std::vector<SphereLinkPair> link_pairs;
     std::shared_ptr<const SphereProgram> program;
   };
   // chosen: enough for the groups of a robot, with and without attached objects. A program takes 50
@@ -41,7 +40,7 @@ class ProgramCache {
 
   std::shared_ptr<const SphereProgram> FindCached(const JointGroup& group,
                                                   const std::vector<double>& base,
-                                                  const SphereSet& set, double pair_margin_m);
+                                                  const SphereSet& set);
 
   const RobotModel& model_;
   std::mutex mutex_;

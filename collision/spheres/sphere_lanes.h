@@ -36,23 +36,19 @@ struct LaneMemory {
   std::vector<std::int32_t> indices;
 };
 
-// Computes the verdicts of `count` states. `values` has the values of the joints, one frame after
-// the other from frame 1 on, `stride` values apart, with angles within [-pi, pi]. The verdict of a
-// state depends on that state alone; the instruction set can only affect whether it is kUnresolved.
-void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
-                 std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts);
-
 // The clusters and pairs for which a state is not shown to be free, by tag.
 struct UnresolvedTags {
   std::uint64_t worlds = 0;  // of clusters that may touch obstacles
   std::uint64_t pairs = 0;   // of pairs of clusters that may touch
 };
 
-// Same as CheckStates, for spheres that only contain the robot: a state clear of them is free, and
-// for others nothing is known.
-void FindUnresolved(const LaneProgram& program, const LaneScene& scene, const float* values,
-                    std::size_t stride, std::size_t count, LaneMemory& memory,
-                    UnresolvedTags* open);
+// Computes the verdicts of `count` states, and for those that are kUnresolved what is left to be
+// tested. `values` has the values of the joints, one frame after the other from frame 1 on,
+// `stride` values apart, with angles within [-pi, pi]. The verdict of a state depends on that state
+// alone; the instruction set can only affect whether it is kUnresolved.
+void CheckStates(const LaneProgram& program, const LaneScene& scene, const float* values,
+                 std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts,
+                 UnresolvedTags* open);
 
 // The largest number of lanes of any machine; `stride` is a multiple of it.
 inline constexpr std::size_t kMaxLanes = 16;

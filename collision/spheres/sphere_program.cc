@@ -87,13 +87,20 @@ class Compiler {
     const auto frame_of = [&](std::size_t k) {
       return links_[static_cast<std::size_t>(spheres[k].link)].frame;
     };
-    const auto key_of = [&](std::size_t k) { return std::tuple(frame_of(k), spheres[k].link, k); };
+    // A group has the spheres of one frame and class.
+    const auto group_of = [&](std::size_t k) {
+      return std::pair(frame_of(k), spheres[k].scene_class);
+    };
+    const auto key_of = [&](std::size_t k) {
+      const LaneProof& proof = spheres[k].proof;
+      return std::tuple(group_of(k), spheres[k].link, proof.of_gap, proof.of_contact, k);
+    };
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return key_of(a) < key_of(b); });
     const std::span<std::size_t> all(order);
     for (std::size_t begin = 0; begin < all.size();) {
       std::size_t end = begin;
-      while (end < all.size() && frame_of(all[end]) == frame_of(all[begin])) ++end;
+      while (end < all.size() && group_of(all[end]) == group_of(all[begin])) ++end;
       AddGroup(spheres, all.subspan(begin, end - begin));
       begin = end;
     }
@@ -104,30 +111,38 @@ class Compiler {
     }
   }
 
-  void AddPairs(std::span<const PlacedSphere> spheres, std::span<const SpherePair> pairs,
-                double margin_m) {
+  void AddPairs(std::span<const PlacedSphere> spheres, std::span<const SpherePair> pairs) {
     LaneProgram& lanes = program_.lanes;
     const std::size_t clusters = lanes.clusters.size();
     const auto slot_of = [&](const SpherePair& pair) {
       return static_cast<std::size_t>(ClusterOf(pair.first)) * clusters +
              static_cast<std::size_t>(ClusterOf(pair.second));
     };
-    const std::vector<SpherePair> touching = PairsThatMayTouch(spheres, pairs, margin_m);
-    std::vector<std::int32_t> count(clusters * clusters, 0);
-    for (const SpherePair& pair : touching) ++count[slot_of(pair)];
+    const std::vector<SpherePair> touching = PairsThatMayTouch(spheres, pairs);
+    struct Slot {
+      std::int32_t count = 0, next = 0, tag = 0;
+      double margin_m = 0;
+    };
+    std::vector<Slot> slots(clusters * clusters);
+    for (const SpherePair& pair : touching) {
+      Slot& slot = slots[slot_of(pair)];
+      ++slot.count;
+      slot.tag = pair.tag;
+      slot.margin_m = std::max(slot.margin_m, pair.margin_m);
+    }
     // In the order of pairs of groups; the clusters of a group are consecutive.
-    std::vector<std::int32_t> next(count.size(), 0);
     std::int32_t begin = 0;
     for (const LaneGroup& one : lanes.groups) {
       for (const LaneGroup& other : lanes.groups) {
         for (std::int32_t a = one.first; a < one.first + one.count; ++a) {
           for (std::int32_t b = other.first; b < other.first + other.count; ++b) {
-            const std::size_t slot =
-                static_cast<std::size_t>(a) * clusters + static_cast<std::size_t>(b);
-            if (count[slot] == 0) continue;
-            AddClusterPair(a, b, {begin, begin + count[slot]}, margin_m);
-            next[slot] = begin;
-            begin += count[slot];
+            Slot& slot =
+                slots[static_cast<std::size_t>(a) * clusters + static_cast<std::size_t>(b)];
+            if (slot.count == 0) continue;
+            AddClusterPair(a, b, {begin, begin + slot.count}, slot.margin_m);
+            lanes.cluster_pairs.back().tag = slot.tag;
+            slot.next = begin;
+            begin += slot.count;
           }
         }
       }
@@ -136,44 +151,52 @@ class Compiler {
     for (const SpherePair& pair : touching) {
       const auto a = static_cast<std::size_t>(pair.first),
                  b = static_cast<std::size_t>(pair.second);
-      lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
-          lane_of_[a], lane_of_[b], Squared(spheres[a].radius_m + spheres[b].radius_m + margin_m)};
+      lanes.sphere_pairs[static_cast<std::size_t>(slots[slot_of(pair)].next++)] = {
+          lane_of_[a], lane_of_[b],
+          Squared(spheres[a].radius_m + spheres[b].radius_m + pair.margin_m)};
     }
   }
 
   // Adds all pairs of clusters of two links, ordered by pairs of groups.
-  void AddPairs(std::span<const LinkPair> pairs, double margin_m) {
-    program_.lanes.pair_margin_m = static_cast<float>(margin_m);
-    struct Tagged {
-      std::int32_t first, second, tag;
+  void AddPairs(std::span<const SphereLinkPair> pairs) {
+    struct ClusterPair {
+      std::int32_t first, second;
+      const SphereLinkPair* of;
+      LaneProof proof;
     };
-    std::vector<Tagged> all;
+    std::vector<ClusterPair> all;
     const auto clusters = static_cast<std::int32_t>(program_.lanes.clusters.size());
     std::vector<std::vector<std::int32_t>> of_link(links_.size());
     for (std::int32_t c = 0; c < clusters; ++c) {
       of_link[static_cast<std::size_t>(link_of_cluster_[static_cast<std::size_t>(c)])].push_back(c);
     }
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      for (std::int32_t a : of_link[static_cast<std::size_t>(pairs[k].first)]) {
-        for (std::int32_t b : of_link[static_cast<std::size_t>(pairs[k].second)]) {
-          if (StayApart(BoundOf(a), BoundOf(b), margin_m)) continue;
-          all.push_back({a, b, static_cast<std::int32_t>(k % kTags)});
+    for (const SphereLinkPair& pair : pairs) {
+      for (std::int32_t a : of_link[static_cast<std::size_t>(pair.links.first)]) {
+        for (std::int32_t b : of_link[static_cast<std::size_t>(pair.links.second)]) {
+          const LaneProof proof = (ProofOf(a) & ProofOf(b)).With(pair.proves_gap_only);
+          const bool proves = proof.of_gap || proof.of_contact;
+          if (!proves || StayApart(BoundOf(a), BoundOf(b), pair.margin_m)) continue;
+          all.push_back({a, b, &pair, proof});
         }
       }
     }
-    const auto groups_of = [&](const Tagged& pair) {
+    const auto groups_of = [&](const ClusterPair& pair) {
       return std::pair(group_of_cluster_[static_cast<std::size_t>(pair.first)],
                        group_of_cluster_[static_cast<std::size_t>(pair.second)]);
     };
-    std::stable_sort(all.begin(), all.end(),
-                     [&](const Tagged& a, const Tagged& b) { return groups_of(a) < groups_of(b); });
-    for (const Tagged& pair : all) {
-      AddClusterPair(pair.first, pair.second, {0, 0}, margin_m);
-      program_.lanes.cluster_pairs.back().tag = pair.tag;
+    std::ranges::stable_sort(all, {}, groups_of);
+    for (const ClusterPair& pair : all) {
+      AddClusterPair(pair.first, pair.second, {0, 0}, pair.of->margin_m);
+      LaneClusterPair& added = program_.lanes.cluster_pairs.back();
+      added.tag = pair.of->tag;
+      added.proof = pair.proof;
     }
   }
 
-  SphereProgram Take() { return std::move(program_); }
+  SphereProgram Take() {
+    SetVelocityError();
+    return std::move(program_);
+  }
 
  private:
   bool AddLink(std::size_t index) {
@@ -266,13 +289,18 @@ class Compiler {
                     .first = static_cast<std::int32_t>(lanes.clusters.size())};
     for (std::size_t begin = 0; begin < some.size();) {
       std::size_t end = begin;
-      while (end < some.size() && spheres[some[end]].link == spheres[some[begin]].link) ++end;
+      const PlacedSphere& first = spheres[some[begin]];
+      const auto is_alike = [&](const PlacedSphere& other) {
+        return other.link == first.link && other.proof == first.proof;
+      };
+      while (end < some.size() && is_alike(spheres[some[end]])) ++end;
       AddClusters(spheres, some.subspan(begin, end - begin));
       begin = end;
     }
     group.count = static_cast<std::int32_t>(lanes.clusters.size()) - group.first;
     const SphereProgram::Ball around = Around(spheres, some);
     LaneCluster as_one;
+    program_.class_of_group.push_back(spheres[some[0]].scene_class);
     group.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, as_one);
     for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
       float& error_m = lanes.clusters[static_cast<std::size_t>(c)].centre_error_m;
@@ -316,7 +344,8 @@ class Compiler {
     LaneCluster cluster{.frame = frame.index,
                         .first = static_cast<std::int32_t>(lanes.spheres.size()),
                         .count = static_cast<std::int32_t>(some.size()),
-                        .tag = spheres[some[0]].link % kTags};
+                        .tag = spheres[some[0]].link % kTags,
+                        .proof = spheres[some[0]].proof};
     link_of_cluster_.push_back(spheres[some[0]].link);
     for (std::size_t k : some) {
       lane_of_[k] = static_cast<std::int32_t>(lanes.spheres.size());
@@ -356,6 +385,10 @@ class Compiler {
     return best;
   }
 
+  LaneProof ProofOf(std::int32_t cluster) const {
+    return program_.lanes.clusters[static_cast<std::size_t>(cluster)].proof;
+  }
+
   std::int32_t ClusterOf(std::int32_t sphere) const {
     return cluster_of_[static_cast<std::size_t>(sphere)];
   }
@@ -388,17 +421,16 @@ class Compiler {
   }
 
   std::vector<SpherePair> PairsThatMayTouch(std::span<const PlacedSphere> spheres,
-                                            std::span<const SpherePair> pairs,
-                                            double margin_m) const {
-    std::map<std::pair<std::int32_t, std::int32_t>, bool> clusters_stay_apart;
+                                            std::span<const SpherePair> pairs) const {
+    std::map<std::tuple<std::int32_t, std::int32_t, double>, bool> clusters_stay_apart;
     std::vector<SpherePair> touching;
     for (const SpherePair& pair : pairs) {
       const std::int32_t a = ClusterOf(pair.first), b = ClusterOf(pair.second);
-      const auto [known, is_new] = clusters_stay_apart.try_emplace({a, b}, false);
-      if (is_new) known->second = StayApart(BoundOf(a), BoundOf(b), margin_m);
+      const auto [known, is_new] = clusters_stay_apart.try_emplace({a, b, pair.margin_m}, false);
+      if (is_new) known->second = StayApart(BoundOf(a), BoundOf(b), pair.margin_m);
       if (known->second) continue;
       if (StayApart(Fix(spheres[static_cast<std::size_t>(pair.first)]),
-                    Fix(spheres[static_cast<std::size_t>(pair.second)]), margin_m))
+                    Fix(spheres[static_cast<std::size_t>(pair.second)]), pair.margin_m))
         continue;
       touching.push_back(pair);
     }
@@ -423,7 +455,9 @@ class Compiler {
          .begin = of.begin,
          .end = of.end,
          .band =
-             BandOf(error_m, double{a.max_radius_m} + double{b.max_radius_m} + margin_m, reach_m)});
+             BandOf(error_m, double{a.max_radius_m} + double{b.max_radius_m} + margin_m, reach_m),
+         .proof = a.proof & b.proof,
+         .margin_m = static_cast<float>(margin_m)});
     const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
     const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
     const double groups_m =
@@ -432,12 +466,47 @@ class Compiler {
          double{lanes.groups[static_cast<std::size_t>(group_b)].bound.radius_m} + margin_m);
     if (lanes.group_pairs.empty() || lanes.group_pairs.back().first != group_a ||
         lanes.group_pairs.back().second != group_b) {
-      lanes.group_pairs.push_back(
-          {.first = group_a, .second = group_b, .reach_m2 = Squared(groups_m), .begin = index});
+      lanes.group_pairs.push_back({.first = group_a,
+                                   .second = group_b,
+                                   .begin = index,
+                                   .ancestor = CommonAncestor(a.frame, b.frame)});
     }
+    // The margins of its pairs of clusters can differ: the widest counts.
     LaneGroupPair& groups = lanes.group_pairs.back();
     groups.end = index + 1;
-    groups.bounds_m2 = std::max(groups.bounds_m2, BandOf(error_m, 0, groups_m).bounds_m2);
+    groups.reach_m = std::max(groups.reach_m, static_cast<float>(groups_m));
+    groups.reach_m2 = Squared(groups.reach_m);
+    groups.band.bounds_m2 =
+        std::max(groups.band.bounds_m2, BandOf(error_m, 0, groups.reach_m).bounds_m2);
+    groups.band.error_m = std::max(groups.band.error_m, static_cast<float>(kRoundedUp * error_m));
+  }
+
+  std::int32_t CommonAncestor(std::int32_t a, std::int32_t b) const {
+    while (a != b) {  // parents have lower indices
+      std::int32_t& later = a > b ? a : b;
+      later = program_.lanes.joints[static_cast<std::size_t>(later)].parent;
+    }
+    return a;
+  }
+
+  // The velocity of a centre c is the sum of a_j x (c - o_j) over the turning joints, with axes a_j
+  // and origins o_j, and of a_j over the sliding ones. SIMD code adds up the joints' angular
+  // velocities, and the products a_j x o_j apart from them.
+  void SetVelocityError() {
+    constexpr double u = kFloatRounding;
+    double rotation_error = 0, origin_error_m = 0, centre_error_m = 0, farthest_m = 1;
+    for (const Frame& frame : frames_) {
+      rotation_error = std::max(rotation_error, frame.rotation_error);
+      origin_error_m = std::max(origin_error_m, frame.origin_error_m);
+      farthest_m = std::max(farthest_m, frame.reach.centre.norm() + frame.reach.radius_m);
+    }
+    for (const LaneCluster& cluster : program_.lanes.clusters) {
+      centre_error_m = std::max(centre_error_m, double{cluster.centre_error_m});
+    }
+    farthest_m = std::max(farthest_m, double{program_.lanes.reach_m});
+    const double error =
+        2 * farthest_m * rotation_error + origin_error_m + centre_error_m + 64 * u * farthest_m;
+    program_.lanes.velocity_error = static_cast<float>(1.01 * error);
   }
 
   LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m,
@@ -468,14 +537,13 @@ class Compiler {
 }  // namespace
 
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
-                                            std::span<const double> base, const SphereSet& set,
-                                            double pair_margin_m) {
+                                            std::span<const double> base, const SphereSet& set) {
   Compiler compiler(model, group, base);
   if (!compiler.AddLinks()) return std::nullopt;
   compiler.AddFixedFrames(set.fixed_frames);
   compiler.AddSpheres(set.spheres);
-  compiler.AddPairs(set.spheres, set.pairs.spheres, pair_margin_m);
-  compiler.AddPairs(set.pairs.links, pair_margin_m);
+  compiler.AddPairs(set.spheres, set.pairs.spheres);
+  compiler.AddPairs(set.pairs.links);
   return compiler.Take();
 }
 
@@ -490,7 +558,9 @@ LaneBand BandOf(double error_m, double max_sphere_radius_m, double max_bound_rad
     return static_cast<float>(1.001 * (2 * reach_m * error_m + error_m * error_m +
                                        16 * kFloatRounding * reach_m * reach_m));
   };
-  return {.spheres_m2 = beyond(max_sphere_radius_m), .bounds_m2 = beyond(max_bound_radius_m)};
+  return {.spheres_m2 = beyond(max_sphere_radius_m),
+          .bounds_m2 = beyond(max_bound_radius_m),
+          .error_m = static_cast<float>(1.001 * error_m)};
 }
 
 }  // namespace cwm::collision

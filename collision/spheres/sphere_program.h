@@ -20,25 +20,45 @@ struct PlacedSphere {
   int link = 0;  // of the model; from its number of links on, the k-th fixed frame
   Vector3 centre_L = Vector3::Zero();
   double radius_m = 0;
+  LaneProof proof = {};
+  // Spheres of one link have the same number; links of different numbers share no group, so that
+  // obstacles can be left out for one of them or have another margin.
+  int scene_class = 0;
+  friend bool operator==(const PlacedSphere&, const PlacedSphere&) = default;
 };
 
-// Two spheres of different links that must not touch, by index.
+// Two spheres of different links that must stay `margin_m` apart, by index. The tag is that of their
+// clusters in UnresolvedTags::pairs; pairs of the same two links have the same one.
 struct SpherePair {
   std::int32_t first = 0;
   std::int32_t second = 0;
+  std::int32_t tag = 0;
+  double margin_m = 0;
+  friend bool operator==(const SpherePair&, const SpherePair&) = default;
 };
 
-// The pairs that must not touch: single pairs of spheres, and all pairs of spheres of two links. A
-// cluster's tag is the index of its link, and the tag of a pair of clusters is the index of its
-// link pair, both modulo kTags.
+// Two links whose spheres must all stay `margin_m` apart.
+struct SphereLinkPair {
+  LinkPair links;
+  std::int32_t tag = 0;  // as in SpherePair
+  // A margin below the one that is asked, as of an object that may reach into its support: a gap is
+  // proven, contact is not.
+  bool proves_gap_only = false;
+  double margin_m = 0;
+  friend bool operator==(const SphereLinkPair&, const SphereLinkPair&) = default;
+};
+
+// The pairs that must not touch: single pairs of spheres, and all pairs of spheres of two links. The
+// tag of a cluster is the index of its link modulo kTags.
 struct CheckedPairs {
   std::span<const SpherePair> spheres = {};
-  std::span<const LinkPair> links = {};
+  std::span<const SphereLinkPair> links = {};
 };
 
 struct SphereProgram {
   LaneProgram lanes;
-  std::vector<LaneInput> inputs;  // by frame of `lanes`, from frame 1 on
+  std::vector<LaneInput> inputs;    // by frame of `lanes`, from frame 1 on
+  std::vector<int> class_of_group;  // PlacedSphere::scene_class
   // By group: a ball, in the frame of the root, that the group cannot leave.
   struct Ball {
     Vector3 centre = Vector3::Zero();
@@ -59,12 +79,10 @@ struct SphereSet {
 inline constexpr double kMaxSlide_m = 100;
 
 // Compiles the spheres. `base` has a value for each variable of the model; those of the group are
-// not read. A pair is free if it is at least `pair_margin_m` apart. Pairs that stay apart in all
-// states within the limits are left out if this can be proven within some microseconds. Empty if a
-// planar or floating joint of the group moves a link.
+// not read. Pairs that stay apart in all states within the limits are left out if this can be proven
+// within some microseconds. Empty if a planar or floating joint of the group moves a link.
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
-                                            std::span<const double> base, const SphereSet& set,
-                                            double pair_margin_m);
+                                            std::span<const double> base, const SphereSet& set);
 
 // derived: half a unit in the last place of 1.
 inline constexpr double kFloatRounding = 5.9604644775390625e-8;

@@ -69,7 +69,8 @@ void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& repo
 
 // Inverse kinematics beside KDL: ik_success, ik_wrong, ik_us, ik_us_p99.
 void MeasureInverseKinematics(Report& report);
-// Certified edges: edge_exact_ms_ARM, edge_spheres_ratio.
+// Certified edges, and what objects in the hand and rules cost: edge_exact_ms_ARM,
+// edge_spheres_ratio, attached_ratio, rule_ratio.
 void MeasureEdges(Report& report);
 
 // Up as it is found without help, in simulated settings of all kinds: up_within_2deg, up_unwarned,

@@ -368,19 +368,24 @@ TEST(AttachedObjects, AreAskedInLanesAsPairByPair) {
   spheres.self = "arm";
   spheres = WithAttachedObjects(std::move(spheres), *world, *robot, RobotScope::kBoth);
   const JointRows states = of_links.Rows();
-  const QueryOptions options{.margin_m = 0.01};
-  for (const QueryBody& body : {of_links.body, spheres}) {
-    ASSERT_TRUE(SphereCheck::Make(*world, body, states, options).has_value());
-    const auto in_lanes = *CheckCollisions(*world, body, states, options);
-    const auto by_pairs = *CheckCollisions(*world, body, PlainRows(states), options);
-    EXPECT_EQ(in_lanes.verdict, by_pairs.verdict);
-    EXPECT_EQ(in_lanes.object, by_pairs.object);
-    EXPECT_EQ(in_lanes.body_part, by_pairs.body_part);
-    EXPECT_GT(std::ranges::count(in_lanes.verdict, kFree), 200);
-    EXPECT_GT(std::ranges::count(in_lanes.verdict, kHit), 200);
+  // The second margin is less than the rule's, so that the rule widens it.
+  for (const double margin_m : {0.01, 0.0005, 0.0}) {
+    const QueryOptions options{.margin_m = margin_m};
+    for (const QueryBody& body : {of_links.body, spheres}) {
+      ASSERT_TRUE(SphereCheck::Make(*world, body, states, options).has_value());
+      const auto in_lanes = *CheckCollisions(*world, body, states, options);
+      const auto by_pairs = *CheckCollisions(*world, body, PlainRows(states), options);
+      EXPECT_EQ(in_lanes.verdict, by_pairs.verdict) << margin_m;
+      EXPECT_EQ(in_lanes.object, by_pairs.object);
+      EXPECT_EQ(in_lanes.body_part, by_pairs.body_part);
+      EXPECT_EQ(in_lanes.accuracy, by_pairs.accuracy);
+      QueryOptions verdicts_only = options;
+      verdicts_only.naming = Naming::kWhereTested;
+      EXPECT_EQ(CheckCollisions(*world, body, states, verdicts_only)->verdict, by_pairs.verdict);
+      EXPECT_GT(std::ranges::count(in_lanes.verdict, kFree), 200);
+      EXPECT_GT(std::ranges::count(in_lanes.verdict, kHit), 200);
+    }
   }
-  const QueryOptions less{.margin_m = 0.0005};  // less than the rule's
-  EXPECT_FALSE(SphereCheck::Make(*world, of_links.body, states, less).has_value());
 }
 
 // The answer for a robot with an attached box equals the combined answers for its links and the

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "collision/robot/urdf.h"
@@ -32,12 +33,17 @@ class ProgramMemoTest : public ::testing::Test {
     arm_.variables = {1};
   }
 
-  std::shared_ptr<const SphereProgram> Find(double margin_m = 0) {
+  std::shared_ptr<const SphereProgram> Find() {
     return memo_->Find(arm_, base_,
                        {.spheres = spheres_,
                         .fixed_frames = fixed_frames_,
-                        .pairs = {.spheres = pairs_, .links = links_}},
-                       margin_m);
+                        .pairs = {.spheres = pairs_, .links = links_}});
+  }
+  std::shared_ptr<const SphereProgram> FindWithMargin(double margin_m) {
+    const auto before = std::exchange(pairs_[0].margin_m, margin_m);
+    auto found = Find();
+    pairs_[0].margin_m = before;
+    return found;
   }
 
   std::shared_ptr<const RobotModel> model_;
@@ -48,7 +54,7 @@ class ProgramMemoTest : public ::testing::Test {
                                         {.link = 2, .centre_L = {0, 0, 0}, .radius_m = 0.2}};
   std::vector<FixedFrame> fixed_frames_ = {{.link = 2, .X_LF = Pose::Identity()}};
   std::vector<SpherePair> pairs_ = {{.first = 0, .second = 1}};
-  std::vector<LinkPair> links_;
+  std::vector<SphereLinkPair> links_;
 };
 
 TEST_F(ProgramMemoTest, FindsTheSameForTheSameQuestionWhateverTheGroupsOwnValues) {
@@ -68,7 +74,6 @@ TEST_F(ProgramMemoTest, FindsAnotherWhereAnythingDiffers) {
     changed = std::move(before);
     EXPECT_EQ(Find(), first) << what;
   };
-  EXPECT_NE(Find(0.01), first);
   expect_another("base", base_[0], 0.5);
   expect_another("group", arm_.variables, std::vector<int>{0});
   expect_another("radius", spheres_[1].radius_m, 0.25);
@@ -77,17 +82,21 @@ TEST_F(ProgramMemoTest, FindsAnotherWhereAnythingDiffers) {
   expect_another("fixed frame", fixed_frames_[0].X_LF, Pose(Eigen::Translation3d(0, 0, 0.1)));
   expect_another("link of a frame", fixed_frames_[0].link, 1);
   expect_another("pairs of spheres", pairs_, std::vector<SpherePair>());
-  expect_another("pairs of links", links_, std::vector<LinkPair>{{0, 2}});
+  expect_another("proof", spheres_[1].proof, LaneProof{.of_contact = false});
+  expect_another("class", spheres_[1].scene_class, 1);
+  expect_another("margin of a pair", pairs_[0].margin_m, 0.01);
+  expect_another("tag of a pair", pairs_[0].tag, 1);
+  expect_another("pairs of links", links_, std::vector<SphereLinkPair>{{.links = {0, 2}}});
 }
 
 TEST_F(ProgramMemoTest, ForgetsWhatWasAskedForLongestAgo) {
   const auto first = Find();
-  const auto second = Find(0.001);
-  for (int k = 2; k < 8; ++k) Find(0.001 * k);
+  const auto second = FindWithMargin(0.001);
+  for (int k = 2; k < 8; ++k) FindWithMargin(0.001 * k);
   EXPECT_EQ(Find(), first);  // now the newest
-  Find(0.1);
+  FindWithMargin(0.1);
   EXPECT_EQ(Find(), first);
-  EXPECT_NE(Find(0.001), second);
+  EXPECT_NE(FindWithMargin(0.001), second);
 }
 
 TEST_F(ProgramMemoTest, GivesAllThreadsTheSame) {

@@ -323,7 +323,13 @@ TEST_F(SphereCheckTest, LeavesOtherQuestionsToThePlainPath) {
   EXPECT_FALSE(SphereCheck::Make(*world, body_, PlainRows(joint_rows), {}).has_value());
   EXPECT_FALSE(
       SphereCheck::Make(*world, body_, joint_rows, {.engine = EngineChoice::kFcl}).has_value());
-  EXPECT_FALSE(SphereCheck::Make(*world, body_, joint_rows, {.margin_m = -0.01}).has_value());
+}
+
+// Spheres do not tell how deep an overlap is, so that they prove gaps only.
+TEST_F(SphereCheckTest, HasThePlainVerdictsWithANegativeMargin) {
+  const auto world = WorldOf(Solids(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 2000, random_);
+  ExpectPlainVerdicts(*world, body_, Rows(rows), {.margin_m = -0.01});
 }
 
 TEST(LaneSines, AreAsNearAsTheErrorsOfCentresTake) {
