@@ -13,11 +13,11 @@ Metres, radians, seconds; world Z up; poses are (4, 4) arrays X_a_b, the frame b
                ServerInfo, WorldInfo
     shapes     Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh, Placed
     queries    RobotSubject, QueryOptions (the keyword arguments of all of them), QueryStream
-    answers    CheckResult, PairResult, MotionResult, RayResult, SampleResult, PoseResult,
-               LinkPoses, Verdict, Trust
+    answers    CheckResult, PairResult, WorldContacts, MotionResult, RayResult, SampleResult,
+               PoseResult, LinkPoses, Verdict, Trust
     scans      IngestResult, IngestReport, IngestChanges
     world      Object, Part, FitQuality, Handle, Surface, Vessel, OrientedBox, Attachment,
-               PairRule, Robot, Group, Link, Variable, ExportedWorld
+               PairRule, Robot, Group, Link, Variable, Tool, ExportedWorld
     changes    Put, Move, Remove, Attach, Detach, Allow, Margin, SetState, for World.apply
     watch      Watch: Snapshot, Bookmark, and Changes of ObjectPut, ObjectMoved, ObjectRemoved,
                RobotPut, RobotMoved, RobotRemoved, RuleSet
@@ -79,8 +79,15 @@ from cwm.kinematics import LinkPoses, PoseResult
 from cwm.objects import Attachment, FitQuality, Handle, Object, OrientedBox, Part, Surface, Vessel
 from cwm.poses import pose
 from cwm.queries import QueryOptions
-from cwm.results import CheckResult, MotionResult, PairResult, RayResult, SampleResult
-from cwm.robots import Group, Link, Robot, Variable
+from cwm.results import (
+    CheckResult,
+    MotionResult,
+    PairResult,
+    RayResult,
+    SampleResult,
+    WorldContacts,
+)
+from cwm.robots import Group, Link, Robot, Tool, Variable
 from cwm.server import Server, ServerInfo, WorldInfo, connect
 from cwm.shapes import (
     Box,
@@ -209,6 +216,7 @@ if TYPE_CHECKING:
         "Snapshot",
         "Sphere",
         "Surface",
+        "Tool",
         "Trust",
         "Unavailable",
         "UnseenSpace",
@@ -216,6 +224,7 @@ if TYPE_CHECKING:
         "Verdict",
         "Vessel",
         "Watch",
+        "WorldContacts",
         "WorldInfo",
         "WorldReplaced",
         "WorldView",

@@ -130,16 +130,21 @@ class Detach:
 
 @dataclass(frozen=True)
 class Allow:
-    """Lets the two touch, for so many seconds or for good; `withdraw` ends it."""
+    """Lets the two touch, for so many seconds or for good; `withdraw` ends it. `check` is the
+    contrary, until it is withdrawn: two links of one robot are checked although its SRDF disables
+    the pair, or although they are fixed to each other.
+    """
 
     a: Thing
     b: Thing
     expires_after_s: float | None = None
     withdraw: bool = False
+    check: bool = field(default=False, kw_only=True)
 
     def _fill(self, change: world_pb2.Change) -> None:
         change.allow.pair.CopyFrom(pair_to_proto(self.a, self.b))
         change.allow.withdraw = bool(self.withdraw)
+        change.allow.check = bool(self.check)
         if self.expires_after_s is not None:
             seconds = arrays.seconds(self.expires_after_s, "expires_after_s")
             change.allow.expires_after.FromNanoseconds(round(1e9 * seconds))

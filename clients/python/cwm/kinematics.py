@@ -151,7 +151,7 @@ def solve(
 
 def solve_request(
     tool_link: str,
-    tool: npt.ArrayLike | None,
+    tool: npt.ArrayLike | str | None,
     max_solutions: int,
     tolerances: tuple[float, float],
     avoid_collision: bool,
@@ -167,7 +167,9 @@ def solve_request(
         same_branch=bool(same_branch),
         max_steps=arrays.count(max_steps, "max_steps", high=arrays.INT32_MAX),
     )
-    if tool is not None:
+    if isinstance(tool, str):
+        request.tool = arrays.text(tool, "tool")
+    elif tool is not None:
         request.x_link_tool.CopyFrom(poses.to_proto(tool, "tool"))
     return request
 

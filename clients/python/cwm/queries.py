@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Callable, Iterator, Sequence, TypedDict
 
 import numpy as np
 
-from cwm import arrays, changes as changes_module, enums, errors, shapes
+from cwm import arrays, changes as changes_module, enums, errors, results, shapes
 from cwm.bulk import Bulk
 from cwm.changes import Change, Thing
 from cwm.results import NOTHING
@@ -201,6 +201,52 @@ def _evaluate_once(
         message.at_revision.exact = reply.revision
         message.world_uid = reply.world_uid
     return replies
+
+
+def world_contacts(view: WorldView, options: QueryOptions) -> results.WorldContacts:
+    """The answer about the whole world, which has no rows."""
+    overlay = [*view.supposed, *(options.get("overlay") or ())]
+    message = options_to_proto({**options, "overlay": overlay})
+    if options.get("time_budget_s") is not None:
+        budget_s = arrays.seconds(options["time_budget_s"], "time_budget_s")
+        message.time_budget.FromNanoseconds(max(1, round(1e9 * budget_s)))
+    view.fill_revision(message)
+    request = query_pb2.GetWorldContactsRequest(world=view.name, options=message)
+    reply = view.connection.with_meshes(
+        changes_module.meshes_of(overlay),
+        view.timeout_s,
+        lambda: view.connection.call(
+            view.connection.queries.GetWorldContacts,
+            request.SerializeToString(),
+            view.timeout_s,
+        ),
+    )
+    count = len(reply.trust)
+
+    def integers(name: str) -> np.ndarray:
+        return np.frombuffer(getattr(reply, name), dtype="<i4")
+
+    def scalars(name: str, width: int = 1) -> np.ndarray:
+        return arrays.columns(getattr(reply, name), reply.scalar, width)
+
+    return results.WorldContacts(
+        world_uid=reply.world_uid,
+        revision=reply.revision,
+        complete=reply.is_complete,
+        names=tuple(ref.name for ref in reply.objects),
+        uids=tuple(ref.uid for ref in reply.objects),
+        part_links=tuple(tuple(ref.part_links) for ref in reply.objects),
+        index_a=integers("object_a"),
+        index_b=integers("object_b"),
+        part_a=integers("part_a"),
+        part_b=integers("part_b"),
+        distance_m=scalars("distance_m"),
+        point_a=scalars("point_a", 3),
+        point_b=scalars("point_b", 3),
+        normal=scalars("normal", 3),
+        trust=np.frombuffer(reply.trust, dtype=np.uint8),
+        bound_m=scalars("bound_m") if reply.bound_m else np.zeros(count),
+    )
 
 
 def rows_of(bulk: Bulk, answers_a_row: int = 1) -> Batches:

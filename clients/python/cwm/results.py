@@ -122,6 +122,60 @@ class PairResult(_Pairs):
 
 
 @dataclass(frozen=True, eq=False)
+class WorldContacts:
+    """Pairs of parts that are nearer than their margin, deepest first. `a` has the name that comes
+    first, and of a robot's self pair the lower part.
+    """
+
+    world_uid: str
+    revision: int
+    complete: bool  # False: the time budget or max_contacts ended the list
+    names: tuple[str, ...]
+    uids: tuple[str, ...]
+    part_links: tuple[tuple[str, ...], ...]  # of each that is a robot, the link of each part
+    index_a: np.ndarray  # (A,) int32 into names; equal for self pairs
+    index_b: np.ndarray
+    part_a: np.ndarray  # (A,) int32
+    part_b: np.ndarray
+    distance_m: np.ndarray  # (A,) < 0: penetration; without margins
+    point_a: np.ndarray  # (A, 3) world frame
+    point_b: np.ndarray
+    normal: np.ndarray  # (A, 3) unit, from a to b
+    trust: np.ndarray  # (A,) uint8, see Trust
+    bound_m: np.ndarray  # (A,) as in PairResult
+
+    def __len__(self) -> int:
+        return len(self.distance_m)
+
+    @property
+    def a(self) -> np.ndarray:
+        """(A,) names."""
+        return np.array(self.names, dtype=object)[self.index_a]
+
+    @property
+    def b(self) -> np.ndarray:
+        """(A,) names."""
+        return np.array(self.names, dtype=object)[self.index_b]
+
+    @property
+    def link_a(self) -> np.ndarray:
+        """(A,) links of robots; None for objects."""
+        return self._links(self.index_a, self.part_a)
+
+    @property
+    def link_b(self) -> np.ndarray:
+        """(A,) links of robots; None for objects."""
+        return self._links(self.index_b, self.part_b)
+
+    def _links(self, index: np.ndarray, part: np.ndarray) -> np.ndarray:
+        links = np.full(len(index), None, dtype=object)
+        for i, (of, k) in enumerate(zip(index, part)):
+            if self.part_links[of]:
+                links[i] = self.part_links[of][k]
+        return links
+
+
+@dataclass(frozen=True, eq=False)
 class MotionResult(_Limited):
     """One entry a motion; row_count and completed_count are of motions."""
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Mapping, Sequence, Union
 
 import numpy as np
+import numpy.typing as npt
 
 from cwm import arrays, enums, poses
 from cwm.v1 import robot_model_pb2
@@ -35,6 +36,8 @@ class Link:
     collision_count: int
     triangle_count: int
     sphere_count: int
+    padding_m: float = 0.0  # extra margin against the world, not against the robot itself
+    scale: float = 1.0  # of its collision geometry, about its own origin
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,18 @@ class Group:
     states: Mapping[str, Mapping[str, float]]  # by name; rad or m by variable
 
 
+@dataclass(frozen=True, eq=False)  # poses are arrays
+class Tool:
+    """A frame in which a tool acts: `pose` is X_link_tool, (4, 4) or (7,), None: the link's frame.
+    group: that which moves it and uses it by default.
+    """
+
+    name: str
+    link: str
+    pose: npt.ArrayLike | None = None
+    group: str = ""
+
+
 @dataclass(frozen=True)
 class Robot:
     """A robot of a world. `pose` is X_WB, its root link in the world."""
@@ -75,6 +90,7 @@ class Robot:
     )  # rad or m by variable, in the order of `variables`
     create_revision: int
     state_revision: int
+    tools: tuple[Tool, ...] = field(default=(), repr=False, compare=False)
 
     def variables_of(self, group: str = "") -> tuple[Variable, ...]:
         """What a row of the group has, in its order; of the whole robot without one. KeyError
@@ -141,6 +157,8 @@ def robot_from_proto(message: robot_model_pb2.Robot) -> Robot:
             link.collision_count,
             link.triangle_count,
             link.sphere_count,
+            link.padding_m,
+            link.scale,
         )
         for link in message.links
     )
@@ -155,7 +173,53 @@ def robot_from_proto(message: robot_model_pb2.Robot) -> Robot:
         dict(zip((v.name for v in variables), message.state)),
         message.create_revision,
         message.state_revision,
+        tuple(
+            Tool(tool.name, tool.link, poses.from_proto(tool.x_link_tool), tool.group)
+            for tool in message.tools
+        ),
     )
+
+
+def paddings_to_proto(
+    paddings: Mapping[str, float] | None, name: str
+) -> list[robot_model_pb2.LinkPadding]:
+    return [
+        robot_model_pb2.LinkPadding(link=link, padding_m=value)
+        for link, value in _of_links(paddings, name)
+    ]
+
+
+def scales_to_proto(
+    scales: Mapping[str, float] | None, name: str
+) -> list[robot_model_pb2.LinkScale]:
+    return [
+        robot_model_pb2.LinkScale(link=link, scale=value) for link, value in _of_links(scales, name)
+    ]
+
+
+def _of_links(values: Mapping[str, float] | None, name: str) -> list[tuple[str, float]]:
+    if values is not None and not isinstance(values, Mapping):
+        raise TypeError(f"{name} is {values!r}, must be a mapping of link names to numbers")
+    return [
+        (arrays.text(link, name), arrays.number(value, f"{name}[{link!r}]", low=0))
+        for link, value in (values or {}).items()
+    ]
+
+
+def tools_to_proto(tools: Sequence[Tool], name: str) -> list[robot_model_pb2.RobotTool]:
+    messages = []
+    for i, tool in enumerate(tools):
+        if not isinstance(tool, Tool):
+            raise TypeError(f"{name}[{i}] is {tool!r}, must be a cwm.Tool")
+        message = robot_model_pb2.RobotTool(
+            name=arrays.text(tool.name, f"{name}[{i}].name"),
+            link=arrays.text(tool.link, f"{name}[{i}].link"),
+            group=arrays.text(tool.group, f"{name}[{i}].group"),
+        )
+        if tool.pose is not None:
+            message.x_link_tool.CopyFrom(poses.to_proto(tool.pose, f"{name}[{i}].pose"))
+        messages.append(message)
+    return messages
 
 
 def joint_state(

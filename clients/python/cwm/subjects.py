@@ -23,7 +23,8 @@ class RobotSubject:
     group: of the SRDF; "": every variable. base_state and named_state, (group, state): joints that
     are not in the group; what they leave out has the value that the robot has. pose: X_WB of the
     root link, None: where the robot stands. geometry "spheres_as_given" is a robot of its own, of
-    which no answer says anything certain about the links.
+    which no answer says anything certain about the links. padding: metres by link, "*" for all
+    others, in place of the paddings that those links were loaded with.
     """
 
     robot: str
@@ -33,6 +34,7 @@ class RobotSubject:
     pose: npt.ArrayLike | None = None
     base_state: Mapping[str, float] | None = None
     named_state: tuple[str, str] | None = None
+    padding: Mapping[str, float] | None = None
 
 
 # A robot; a shape or several that form one body; the name of an object; or an array (N, 3) of
@@ -85,6 +87,7 @@ def _robot(what: RobotSubject, value: npt.ArrayLike | None, name: str) -> Subjec
         robot.base_state.CopyFrom(
             robots.joint_state(what.base_state, what.named_state, "base_state")
         )
+    robot.link_padding.extend(robots.paddings_to_proto(what.padding, "padding"))
     rows = None if value is None else arrays.rows(value, name)
     if rows is not None:
         robot.rows.width = rows.shape[1]

@@ -345,6 +345,13 @@ class WorldView:
             True,
         )
 
+    def all_contacts(self, **options: Unpack[QueryOptions]) -> results.WorldContacts:
+        """All pairs of objects and robots of the world that are nearer than their margin, deepest
+        first, each pair of parts by its nearest points; with the self pairs of robots. max_contacts
+        limits the pairs, by default to 65 536.
+        """
+        return queries.world_contacts(self, options)
+
     def motions(
         self,
         subject: RobotSubject | shapes.ShapeLike | str,
@@ -434,7 +441,7 @@ class WorldView:
         poses: npt.ArrayLike,
         *,
         tool_link: str = "",
-        tool: npt.ArrayLike | None = None,
+        tool: npt.ArrayLike | str | None = None,
         seeds: npt.ArrayLike | None = None,
         max_solutions: int = 1,
         position_tolerance_m: float = 1e-6,
@@ -447,8 +454,9 @@ class WorldView:
         """Inverse kinematics: joint values of the robot's group for poses (N, 4, 4) of a tool in
         the world.
 
-        The tool is at `tool`, (4, 4), in the frame of `tool_link`; by default of the link that the
-        SRDF names for the group. seeds: (dof,) or (N, dof), by default where the robot is; the
+        tool: the name of a tool that the robot was loaded with, or its pose (4, 4) in the frame of
+        `tool_link`. By default the only tool of the group, or else the link that the SRDF names
+        for the group. seeds: (dof,) or (N, dof), by default where the robot is; the
         search begins there and at values drawn within the limits, with same_branch at the seed
         alone. avoid_collision leaves out states that `check` does not call free, with the same
         options. max_solutions: at most 64 of each pose, which differ by more than 0.1 rad or m.

@@ -37,6 +37,7 @@ class PairRule:
     allowed: bool
     expires: datetime.datetime | None
     margin_m: float | None
+    check: bool = False  # two links of one robot are checked although its SRDF disables the pair
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,9 @@ class RobotRemoved:
 
 @dataclass(frozen=True)
 class RuleSet:
-    """The rule as it is now; one that allows nothing and sets no margin is no more."""
+    """The rule as it is now; one that allows and checks nothing and sets no margin is no
+    more.
+    """
 
     rule: PairRule
 
@@ -138,6 +141,7 @@ def rule_from_proto(message: world_pb2.PairRule) -> PairRule:
         message.allowed,
         objects.time_from_proto(message.expires) if message.HasField("expires") else None,
         message.margin_m if message.HasField("margin_m") else None,
+        message.check,
     )
 
 

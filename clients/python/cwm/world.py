@@ -183,10 +183,19 @@ class World(WorldView):
         return self.apply([changes.Detach(name)])
 
     def allow(
-        self, a: Thing, b: Thing, *, expires_after_s: float | None = None, withdraw: bool = False
+        self,
+        a: Thing,
+        b: Thing,
+        *,
+        expires_after_s: float | None = None,
+        withdraw: bool = False,
+        check: bool = False,
     ) -> int:
-        """Lets two things touch: each a name, (robot, link), or "*" for everything."""
-        return self.apply([changes.Allow(a, b, expires_after_s, withdraw)])
+        """Lets two things touch: each a name, (robot, link), or "*" for everything. withdraw ends
+        it. check: the contrary, for two links of one robot that its SRDF disables, or that are
+        fixed to each other.
+        """
+        return self.apply([changes.Allow(a, b, expires_after_s, withdraw, check=check)])
 
     def margin(self, a: Thing, b: Thing, margin_m: float | None) -> int:
         """Sets the margin of a pair; None ends it."""
@@ -223,6 +232,9 @@ class World(WorldView):
         pose: npt.ArrayLike | None = None,
         joints: Mapping[str, float] | None = None,
         named_state: tuple[str, str] | None = None,
+        padding: Mapping[str, float] | None = None,
+        scale: Mapping[str, float] | None = None,
+        tools: Sequence[robots.Tool] = (),
     ) -> robots.Robot:
         """Loads a robot, in place of another one of its name. Files are paths, or texts that begin
         with "<".
@@ -230,6 +242,9 @@ class World(WorldView):
         spheres: a "spherized" URDF of the same links. package_dirs: folders that hold packages
         of package:// URIs, or are one by their name or their package.xml; by default the folder of
         the URDF and the three above it. FileNotFoundError names a mesh that is not there. pose: X_WB.
+        padding: extra margins in metres by link against the world, not against the robot itself;
+        scale: factors by link for the collision geometry, each about its own origin; "*" stands for
+        all links that are not named. tools: frames for `solve`.
 
         What a user should know of the files, such as which meshes are open, is a UserWarning each.
         """
@@ -245,6 +260,9 @@ class World(WorldView):
             header.x_world_base.CopyFrom(poses.to_proto(pose, "pose"))
         if joints is not None or named_state is not None:
             header.initial_state.CopyFrom(robots.joint_state(joints, named_state, "joints"))
+        header.link_padding.extend(robots.paddings_to_proto(padding, "padding"))
+        header.link_scale.extend(robots.scales_to_proto(scale, "scale"))
+        header.tools.extend(robots.tools_to_proto(tools, "tools"))
         files = {
             uri: robots.find_mesh(uri, folder, package_dirs).read_bytes()
             for uri in robots.collision_mesh_uris(text)
