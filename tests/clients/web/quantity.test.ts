@@ -29,7 +29,9 @@ test("a cylinder is told by its radius and its length", () => {
 
 test("coefficients have PCL's names, and deviations the unit that fits them", () => {
   const all = coefficients(cylinder);
-  assert.deepEqual(all.map(({ name }) => name), ["x", "y", "z", "a_x", "a_y", "a_z", "r"]);
+  assert.deepEqual(all.map(({ name }) => name), [
+    "point on axis x", "point on axis y", "point on axis z", "axis x", "axis y", "axis z", "radius"]);
+  assert.deepEqual(all.map(({ symbol }) => symbol), ["x", "y", "z", "a_x", "a_y", "a_z", "r"]);
   assert.equal(all[6]?.value, "0.0327");
   assert.equal(all[6]?.sigma, "± 0.40 mm");
   assert.equal(all[3]?.sigma, "± 0.0100");
@@ -44,7 +46,8 @@ test("a vessel is told by its radii, its height, and what a grasp asks of it", (
   assert.equal(shapeName(vessel), "vessel");
   assert.equal(dimensions(vessel), "r 36.3 to 41.2, h 95.0");
   const all = coefficients(vessel);
-  assert.deepEqual(all.map(({ name }) => name), ["r_rim", "r_foot", "h", "depth", "wall"]);
+  assert.deepEqual(all.map(({ name }) => name), ["rim radius", "foot radius", "height", "depth", "wall"]);
+  assert.deepEqual(all.map(({ symbol }) => symbol), ["r_rim", "r_foot", "h", "depth", "wall"]);
   assert.equal(all[0]?.value, "0.0412");
   assert.equal(all[0]?.sigma, "± 0.80 mm");
   assert.equal(all[4]?.sigma, "");

@@ -5,13 +5,13 @@ import { Matrix4, Raycaster, SphereGeometry, Vector3, type BufferGeometry } from
 import { ColorAssignment } from "../../../clients/web/src/viewer/color_assignment";
 import { MeshLibrary, meshOf } from "../../../clients/web/src/viewer/draw/blobs";
 import { ownerOfLabel } from "../../../clients/web/src/viewer/draw/cloud";
-import { partsOf, type Part } from "../../../clients/web/src/viewer/draw/parts";
+import { hiddenParts, partsOf, type Part } from "../../../clients/web/src/viewer/draw/parts";
 import { MeshBatch } from "../../../clients/web/src/viewer/draw/mesh_batch";
 import { ShapeBatch } from "../../../clients/web/src/viewer/draw/shape_batch";
 import { WorldView, type DrawnObject } from "../../../clients/web/src/viewer/draw/world_view";
 import { backOff_ms } from "../../../clients/web/src/viewer/messages";
 import { objectColors } from "../../../clients/web/src/scene/palette";
-import type { ShapeOneOf, WorldObject } from "../../../clients/web/src/world/types";
+import type { ShapeOneOf, ShapePart, WorldObject } from "../../../clients/web/src/world/types";
 import { Color } from "three";
 
 function objectOf(shapes: ShapeOneOf[], more: Partial<WorldObject> = {}): WorldObject {
@@ -30,6 +30,14 @@ test("shapes become unit geometries, scaled", () => {
   assert.deepEqual(sizes(ball), [0.1, 0.1, 0.1]);
   assert.deepEqual(sizes(box), [1, 2, 3]);
   assert.deepEqual(sizes(can), [0.2, 0.2, 0.5]);
+});
+
+test("the space into which a part may extend is drawn as unseen, in its own box", () => {
+  const object = objectOf([{ box: { size_x_m: 1, size_y_m: 2, size_z_m: 3 } }, { sphere: { radius_m: 0.1 } }]);
+  (object.shapes[0] as ShapePart).hidden = {
+    x_object_box: { tx_m: 0.5, ty_m: 0, tz_m: 0, qx: 0, qy: 0, qz: 0, qw: 1 }, box: { size_x_m: 2, size_y_m: 2, size_z_m: 3 } };
+  const [part, ...none] = hiddenParts(object);
+  assert.deepEqual([part?.appearance, sizes(part), part?.local.elements[12], none.length], ["unseen", [2, 2, 3], 0.5, 0]);
 });
 
 test("a cone and a capsule carry their form", () => {

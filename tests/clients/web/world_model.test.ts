@@ -14,7 +14,7 @@ const object = (name: string, x = 0): WorldObject => ({
   pose_revision: "1", margin_m: 0, attached_to: "" });
 
 const robot = (name: string, state: number[]): Robot =>
-  ({ name, uid: `${name}@1`, links: [], variables: [], state, state_revision: "1" });
+  ({ name, uid: `${name}@1`, links: [], variables: [], groups: [], state, state_revision: "1" });
 
 const initial = (revision: string, objects: WorldObject[], done = true, robots: Robot[] = []): WatchWorldResponse =>
   ({ world_uid: "w", revision, initial_state: { objects, initial_state_done: done, robots, pair_rules: [] } });

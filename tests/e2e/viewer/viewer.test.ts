@@ -214,7 +214,7 @@ test("a question is answered as the command line answers it, and drawn", async (
   await page.keep("question");
   assert.match(await page.query("distance object nobody"), /OBJECT_UNKNOWN|nobody/);
   assert.match(await page.query("distance sphere -1 at 0 0 0"), /radius_m/, "the field that the server names");
-  assert.match(await page.query("how far is it"), /begins with distance, contacts, check or ray/);
+  assert.match(await page.query("how far is it"), /begins with distance, contacts, check, motion, ray or sample/);
   // The answer's panel is closed before the next answer: in one task, so that no answer comes
   // between.
   await page.page.click(".answer .close");

@@ -32,7 +32,8 @@ export function dimensions(part: ShapePart): string {
 }
 
 export interface Coefficient {
-  name: string;
+  name: string;    // "axis x"
+  symbol: string;  // "a_x"
   value: string;
   sigma: string;  // empty: unknown
   unit: string;
@@ -40,19 +41,23 @@ export interface Coefficient {
 }
 
 type Quantity = "length" | "direction" | "angle";
-type Named = readonly [name: string, quantity: Quantity];
+type Named = readonly [name: string, symbol: string, quantity: Quantity];
+
+// Three coefficients along the axes: "centre x" with the symbol "x", or "axis x" with "a_x".
+const vector = (name: string, letter: string, quantity: Quantity): readonly Named[] =>
+  ["x", "y", "z"].map((along) => [`${name} ${along}`, letter === "" ? along : `${letter}_${along}`, quantity]);
 
 // In PCL's order (coefficients.h of the server).
-const plane: readonly Named[] = [["n_x", "direction"], ["n_y", "direction"], ["n_z", "direction"], ["d", "length"]];
-const point: readonly Named[] = [["x", "length"], ["y", "length"], ["z", "length"]];
-const axis: readonly Named[] = [["a_x", "direction"], ["a_y", "direction"], ["a_z", "direction"]];
+const plane: readonly Named[] = [...vector("normal", "n", "direction"), ["d", "d", "length"]];
+const axis = vector("axis", "a", "direction");
+const radius: Named = ["radius", "r", "length"];
 const layouts: Record<string, readonly Named[]> = {
   plate: plane,
   half_space: plane,
-  sphere: [...point, ["r", "length"]],
-  cylinder: [...point, ...axis, ["r", "length"]],
-  cone: [...point, ...axis, ["angle", "angle"]],
-  box: [["s_x", "length"], ["s_y", "length"], ["s_z", "length"]],  // PCL has none: its sizes
+  sphere: [...vector("centre", "", "length"), radius],
+  cylinder: [...vector("point on axis", "", "length"), ...axis, radius],
+  cone: [...vector("apex", "", "length"), ...axis, ["half angle", "angle", "angle"]],
+  box: vector("size", "s", "length"),  // PCL has none: its sizes
 };
 
 function write(value: number, quantity: Quantity): string {
@@ -76,12 +81,12 @@ function parameters(part: ShapePart): readonly number[] {
 
 // PCL has no model of a vessel, so these are the values that a grasp planner needs.
 function ofVessel(vessel: Vessel): Coefficient[] {
-  const all: readonly (readonly [name: string, exact: number, sigma?: number | undefined])[] = [
-    ["r_rim", vessel.rim_radius_m, vessel.rim_radius_sigma_m], ["r_foot", vessel.foot_radius_m],
-    ["h", vessel.height_m], ["depth", vessel.depth_m],
-    ["wall", vessel.wall_thickness_m, vessel.wall_thickness_sigma_m]];
-  return all.map(([name, exact, sigma]) => ({
-    name, exact, unit: units.length, value: write(exact, "length"), sigma: writeSigma(sigma, "length"),
+  const all: readonly (readonly [name: string, symbol: string, exact: number, sigma?: number | undefined])[] = [
+    ["rim radius", "r_rim", vessel.rim_radius_m, vessel.rim_radius_sigma_m],
+    ["foot radius", "r_foot", vessel.foot_radius_m], ["height", "h", vessel.height_m], ["depth", "depth", vessel.depth_m],
+    ["wall", "wall", vessel.wall_thickness_m, vessel.wall_thickness_sigma_m]];
+  return all.map(([name, symbol, exact, sigma]) => ({
+    name, symbol, exact, unit: units.length, value: write(exact, "length"), sigma: writeSigma(sigma, "length"),
   }));
 }
 
@@ -89,9 +94,9 @@ export function coefficients(part: ShapePart): Coefficient[] {
   if (part.vessel) return ofVessel(part.vessel);
   const layout = layouts[kindOf(part) ?? ""] ?? [];
   return parameters(part).map((exact, i) => {
-    const [name, quantity] = layout[i] ?? [`c${i + 1}`, "direction" as Quantity];
+    const [name, symbol, quantity] = layout[i] ?? [`coefficient ${i + 1}`, `c_${i + 1}`, "direction" as Quantity];
     return {
-      name, exact, unit: units[quantity], value: write(exact, quantity),
+      name, symbol, exact, unit: units[quantity], value: write(exact, quantity),
       sigma: writeSigma(part.fit?.parameter_sigma[i], quantity),
     };
   });

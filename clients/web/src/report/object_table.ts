@@ -71,11 +71,11 @@ function coefficientRow(part: ShapePart): HTMLTableRowElement | undefined {
   const all = coefficients(part);
   if (all.length === 0) return undefined;
   const list = element("div", "coefficients");
-  for (const { name, value, unit, sigma, exact } of all) {
-    const [letter, index] = name.split("_");
-    const symbol = element("i", "", letter ?? "");
-    if (index) symbol.append(element("sub", "", index));
-    list.append(withTitle(element("div", "", symbol, element("span", "value", value), element("small", "", unit),
+  for (const { name, symbol, value, unit, sigma, exact } of all) {
+    const [letter, index] = symbol.split("_");
+    const letters = withTitle(element("i", "", letter ?? ""), name);
+    if (index) letters.append(element("sub", "", index));
+    list.append(withTitle(element("div", "", letters, element("span", "value", value), element("small", "", unit),
       element("span", "sigma", sigma)), String(exact)));
   }
   const cell = element("td", "", list);

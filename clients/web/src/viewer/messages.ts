@@ -4,7 +4,8 @@ export type Json = Record<string, unknown>;
 export type Method =
   | "WorldService/ListWorlds" | "WorldService/GetWorld" | "WorldService/ListObjects" | "WorldService/WatchWorld"
   | "RobotService/ListRobots" | "RobotService/GetRobotLinks" | "PerceptionService/ListScans"
-  | "QueryService/CheckCollisions" | "QueryService/GetDistances" | "QueryService/GetContacts" | "QueryService/CastRays";
+  | "RobotService/GetLinkPoses" | "QueryService/CheckCollisions" | "QueryService/CheckMotions" | "QueryService/GetDistances"
+  | "QueryService/GetContacts" | "QueryService/CastRays" | "QueryService/SamplePoints";
 
 // The error of a failed call.
 export interface CallError {

@@ -1,7 +1,8 @@
 // The page: its selections, and the parts that follow them.
 import { element } from "../page/dom";
-import type { Scan, World } from "../world/stream";
-import { parseResult, type Reply } from "./query_result";
+import type { LinkPoses, Scan, World } from "../world/stream";
+import { parseResult, type QueryResult, type Reply } from "./query_result";
+import { ghostRequest, ghostsOf, type RobotGhosts } from "./robot_ghosts";
 import { Picture } from "./draw/picture";
 import { Feed, type RobotModel } from "./feed";
 import { GraspController } from "./grasp_controller";
@@ -17,13 +18,16 @@ import { Toolbar } from "./panels/toolbar";
 import { Tree } from "./panels/tree";
 import type { Query } from "./query";
 import { styleColor, ThemeSwitch } from "./theme";
-import { SceneObjectList, type Kind, type SceneObject } from "./scene_objects";
+import { centreOf, SceneObjectList, type Kind, type SceneObject } from "./scene_objects";
 import { emptyWorld, type WorldState } from "./world_model";
 
 interface Snapshot { state: WorldState; robots: ReadonlyMap<string, RobotModel>; }
 
 const pointSizes_px = [1, 2, 3, 5];
 const noticeTime_ms = 6000;
+
+// Below the panels at the bottom of the picture, as in style.css.
+const bottomGap_px = 14;
 
 export class Page {
   private readonly sceneObjects = new SceneObjectList();
@@ -41,6 +45,7 @@ export class Page {
   private readonly scale = element("p", "scale");
   private readonly notices = element("div", "notices");
   private live: Snapshot = { state: emptyWorld, robots: new Map() };
+  private missing: string | undefined;  // the wanted world, while the server has none of its name
   private past: Snapshot | undefined;  // displayed instead of the live state
   private wantedRevision: number | undefined;
   private isGoing = false;
@@ -61,6 +66,7 @@ export class Page {
       toggle: (name) => this.toggle(this.hiddenNames, name), toggleKind: (kind) => this.toggle(this.hiddenKinds, kind) });
     this.details = new Details({ close: () => this.select(undefined), frame: (name) => this.picture.frame([name]) });
     this.queryPanel = new QueryPanel({
+      centreOf: (name) => centreOf(this.sceneObjects.byName.get(name)), robot: (name) => this.seen.state.robots.get(name) }, {
       evaluate: (query) => void this.evaluate(query), clear: () => this.dropQuery(), select: (name) => this.select(name) });
     this.timeline = new Timeline({ go: (revision) => void this.go(revision), live: () => this.goLive() });
     this.toolbar = new Toolbar((world) => this.choose(world), () => { this.feed.refreshWorlds().catch(() => undefined); });
@@ -71,6 +77,7 @@ export class Page {
       worlds: (worlds) => this.showWorlds(worlds), state: (state) => this.onState(state), robots: (robots) => this.onRobots(robots),
       observed: (names) => this.onObserved(names), scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),
       failed: ({ name, message }) => this.notice(`${name}: ${message}`) });
+    this.feed.world = new URLSearchParams(window.location.search).get("world") || undefined;
     this.listen();
     this.showTheme();
     publish({ stage: this.picture.stage, view: this.picture.view, sceneObjects: () => this.sceneObjects.byName.values(),
@@ -87,8 +94,12 @@ export class Page {
     menu.setAttribute("aria-label", "Show or hide the list of objects");
     menu.addEventListener("click", () => body.classList.toggle("listing"));
     this.toolbar.root.prepend(menu);
-    const middle = element("main", "middle", this.picture.stage.root, this.empty, this.scale, this.notices,
-      element("div", "bottom", this.queryPanel.result, this.queryPanel.root, this.timeline.root));
+    const bottom = element("div", "bottom", this.queryPanel.result, this.queryPanel.root, this.timeline.root);
+    const middle = element("main", "middle", this.picture.stage.root, this.empty, this.scale, this.notices, bottom);
+    new ResizeObserver(() => {
+      this.picture.stage.labels.covered_px = bottom.offsetHeight + bottomGap_px;
+      this.picture.stage.requestRender();
+    }).observe(bottom);
     this.notices.setAttribute("role", "alert");
     this.empty.hidden = true;
     body.append(this.toolbar.root, left, middle, right, this.help);
@@ -145,7 +156,7 @@ export class Page {
   private onState(state: WorldState): void {
     const isOther = state.world_uid !== this.live.state.world_uid;
     this.live = { ...this.live, state };
-    this.empty.hidden = true;
+    this.missing = undefined;
     ++this.updates;
     this.isDrawnUpToDate = false;
     if (isOther && this.past) this.timeline.goLive();
@@ -171,20 +182,20 @@ export class Page {
   }
 
   private onMissing(world: string): void {
-    this.empty.textContent = `There is no world \u201c${world}\u201d yet. It appears here as soon as somebody puts an object into it.`;
-    this.empty.hidden = false;
+    this.missing = world;
     this.picture.stage.begin();
     if (this.live.state.objects.size > 0 || this.live.robots.size > 0) {
       this.live = { state: emptyWorld, robots: new Map() };
       this.picture.setScans([]);
-      this.show();
     }
+    this.show();
   }
 
   private showWorlds(worlds: readonly World[]): void { this.toolbar.showWorlds(worlds, this.feed.world); }
 
   private choose(world: string): void {
     this.timeline.goLive();
+    this.missing = undefined;
     this.select(undefined);
     this.queryPanel.clear();
     this.live = { state: emptyWorld, robots: new Map() };
@@ -193,11 +204,26 @@ export class Page {
     this.picture.setScans([]);
     this.picture.reset();
     this.feed.choose(world);
+    const url = new URL(window.location.href);
+    url.searchParams.set("world", world);
+    window.history.replaceState(null, "", url);
+  }
+
+  // A world without objects and robots would be a blank page.
+  private showEmptiness({ world_uid, revision, objects, robots }: WorldState): void {
+    const isMissing = this.missing !== undefined && !this.past;
+    const isEmpty = world_uid !== "" && objects.size === 0 && robots.size === 0;
+    this.empty.hidden = !isMissing && !isEmpty;
+    const text = isMissing
+      ? `There is no world \u201c${this.missing}\u201d yet. It appears here as soon as somebody puts an object into it.`
+      : `The world \u201c${this.feed.world ?? ""}\u201d is empty at revision ${revision}. What is scanned or put into it appears here.`;
+    if (this.empty.textContent !== text) this.empty.textContent = text;
   }
 
   // Updates panels and picture to the displayed state.
   private show(): void {
     const { state, robots } = this.seen;
+    this.showEmptiness(state);
     this.sceneObjects.update(state, robots);
     if (this.selected !== undefined && !this.sceneObjects.byName.has(this.selected)) this.select(undefined);
     this.tree.show(this.sceneObjects.byName);
@@ -314,12 +340,22 @@ export class Page {
       const reply = await this.client.call<Reply>(method, { ...request, world: this.feed.world ?? "", options });
       if (!isWanted()) return;
       const result = parseResult(query, reply);
-      this.picture.setResult(query, result);
+      const ghosts = await this.ghosts(query, result, reply.revision);
+      if (!isWanted()) return;
+      this.picture.setResult(query, result, ghosts);
       this.queryPanel.showResult(query.kind, result, reply.revision);
     } catch (error) {
       if (!(error instanceof CallFailure)) throw error;
       if (isWanted()) this.queryPanel.showError(error.error);
     }
+  }
+
+  // Where the query places a robot.
+  private async ghosts(query: Query, result: QueryResult, revision: string): Promise<RobotGhosts> {
+    const robot = this.seen.state.robots.get(query.robot?.name ?? "");
+    const request = ghostRequest(query, result, robot, revision);
+    if (!request) return [];
+    return ghostsOf(await this.client.call<LinkPoses>("RobotService/GetLinkPoses", { ...request, world: this.feed.world ?? "" }));
   }
 
   private dropQuery(): void {

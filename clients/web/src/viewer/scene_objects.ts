@@ -1,6 +1,6 @@
 // The objects and robots of a state in one list, each with its kind and its colour. Unchanged ones
 // keep their identity, so that the picture updates only changed ones.
-import { Matrix4 } from "three";
+import { Matrix4, Vector3 } from "three";
 import type { DrawnObject } from "./draw/world_view";
 import { partsOf, shapeParts } from "./draw/parts";
 import { matrixOf } from "../scene/pose";
@@ -69,6 +69,14 @@ export class SceneObjectList {
       if (before?.source !== model) this.byName.set(model.robot.name, sceneRobotOf(state.world_uid, model, color, before));
     }
   }
+}
+
+// The middle of an object's bounding box in the world, its origin if it has none: where the command
+// line, too, has a named place.
+export function centreOf(sceneObject: SceneObject | undefined): Vector3 | undefined {
+  if (!sceneObject || isRobot(sceneObject.source)) return undefined;
+  const { x_world_object, bounds } = sceneObject.source;
+  return new Vector3().setFromMatrixPosition(matrixOf(bounds?.x_object_box)).applyMatrix4(matrixOf(x_world_object));
 }
 
 // The frame of an object; for a robot, that of its root link.

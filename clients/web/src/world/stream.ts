@@ -19,13 +19,19 @@ export interface PairRule {
   margin_m?: number;
 }
 
-export interface RobotVariable { name: string; lower?: number; upper?: number; }
+export interface RobotVariable { name: string; joint: string; joint_kind: string; lower?: number; upper?: number; }
+
+// A state that the SRDF names.
+export interface NamedState { name: string; values: { variable: string; value: number }[]; }
+
+export interface RobotGroup { name: string; joints: string[]; states: NamedState[]; }
 
 export interface Robot {
   name: string;
   uid: string;
   links: { name: string }[];
   variables: RobotVariable[];
+  groups: RobotGroup[];
   x_world_base?: Pose;
   state: number[];
   state_revision: string;
@@ -62,6 +68,9 @@ export interface WatchWorldResponse {
 export interface PlacedLink { link: string; x_world_link?: Pose; shapes: ShapePart[]; }
 
 export interface RobotLinks { revision: string; robot_uid: string; links: PlacedLink[]; }
+
+// The poses of row i and link k are at i * links.length + k, each of 7 scalars: see `poseColumns`.
+export interface LinkPoses { links: string[]; x_world_link: { scalar: string; data: string }; }
 
 export interface Scan {
   sensor: string;

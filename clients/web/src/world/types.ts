@@ -66,6 +66,7 @@ export interface ShapePart extends ShapeOneOf {
   coefficients: number[];
   fit?: FitQuality;
   vessel?: Vessel;  // the vessel that the mesh represents
+  hidden?: OrientedBox;  // space that no sensor saw, into which the part may extend
 }
 
 export interface SurfacePart {

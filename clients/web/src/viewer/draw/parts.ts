@@ -69,6 +69,15 @@ export function shapeParts(part: ShapePart, layer: Layer, special?: Appearance):
   return simple ? [{ layer, appearance, ...simple }] : [];
 }
 
+// The space that no sensor saw and into which parts of the object may extend.
+export function hiddenParts({ shapes }: WorldObject): Part[] {
+  return shapes.flatMap(({ hidden }) => {
+    if (!hidden) return [];
+    const { size_x_m: x, size_y_m: y, size_z_m: z } = hidden.box;
+    return [{ layer: "shapes", appearance: "unseen", ...unit(matrixOf(hidden.x_object_box), "box", [x, y, z]) }];
+  });
+}
+
 export function partsOf(object: WorldObject): Part[] {
   const special: Appearance | undefined = object.kind === "OBJECT_KIND_UNSEEN" ? "unseen" : undefined;
   const shapes = object.shapes.flatMap((part) => shapeParts(part, "shapes", special));

@@ -7,18 +7,23 @@ import type { QueryResult } from "../query_result";
 import type { Query } from "../query";
 import type { Grasp } from "../grasps";
 import { frameOf, isRobot, type SceneObject } from "../scene_objects";
-import { resultPicture, bodyName, bodyOf, type ResultPicture } from "./result_view";
+import type { RobotGhosts } from "../robot_ghosts";
+import { bodiesOf, isBody, resultPicture, type ResultPicture } from "./result_view";
 import { MeshLibrary } from "./blobs";
 import { Clouds } from "./cloud";
 import { GraspView, noGrasps, type GraspPicture } from "./grasp_view";
 import type { Label } from "./labels";
 import { boxSegments, frameSegments, Lines } from "./lines";
-import type { Layer } from "./parts";
+import { hiddenParts, type Layer } from "./parts";
 import { Stage } from "./stage";
 import { WorldView, type DrawnObject } from "./world_view";
 
 const lineWidth_px = 2;
 const axesLength_m = 0.2;
+
+// The space into which the selected object may extend. No object has this name.
+const hiddenName = "\u0000hidden";
+const hiddenColor = "#8b5cf6";
 
 // Meshes and robots are loaded after the objects they belong to.
 const firstFraming_ms = 2500;
@@ -70,13 +75,15 @@ export class Picture {
   setScans(scans: readonly Scan[]): void { this.clouds.sync(scans); }
 
   setPendingQuery(query: Query): void {
-    this.result = { body: bodyOf(query, "asked"), segments: [], labels: [] };
+    this.result = { bodies: bodiesOf(query, "asked", { objects: this.byName, ghosts: [] }), segments: [], labels: [] };
     this.refresh();
   }
 
-  setResult(query: Query, result: QueryResult): void {
+  setResult(query: Query, result: QueryResult, ghosts: RobotGhosts): void {
     const size = this.stage.camera.position.distanceTo(this.stage.orbit.target);
-    this.result = resultPicture(query, result, size / 18);
+    this.result = resultPicture(query, result, size / 18, {
+      objects: this.byName, ghosts, boundsOf: (name) => this.finiteBounds(name),
+      frameBounds: (drawn, frame) => this.view.frameBounds(drawn, frame) });
     this.refresh();
   }
 
@@ -121,7 +128,8 @@ export class Picture {
     const sceneObject = this.view.pick(ray);
     const gripper = this.grasps.hits(ray);
     if (gripper && gripper.distance < (sceneObject?.distance ?? Infinity)) return gripper.owner;
-    return sceneObject?.owner === bodyName ? undefined : sceneObject?.owner;
+    const name = sceneObject?.owner;
+    return name === undefined || isBody(name) || name === hiddenName ? undefined : name;
   }
 
   // The bounds of half-spaces, which are unbounded, are those of their drawn slab.
@@ -137,7 +145,9 @@ export class Picture {
     if (!this.isStale) return;
     this.isStale = false;
     const drawn = new Map<string, DrawnObject>(this.sceneObjects.map((sceneObject) => [sceneObject.name, sceneObject.drawn]));
-    if (this.result?.body) drawn.set(bodyName, this.result.body);
+    for (const body of this.result?.bodies ?? []) drawn.set(body.name, body);
+    const hidden = this.hiddenOfSelected();
+    if (hidden) drawn.set(hiddenName, hidden);
     this.view.sync(drawn);
     this.place();
     this.updateLines();
@@ -178,9 +188,26 @@ export class Picture {
     this.resultLines.set(this.result?.segments ?? []);
   }
 
+  private hiddenOfSelected(): DrawnObject | undefined {
+    const { selected } = this;
+    if (!selected || isRobot(selected.source) || !this.byName.has(selected.name)) return undefined;
+    const parts = hiddenParts(selected.source).map((part) => ({ frame: 0, part }));
+    if (parts.length === 0) return undefined;
+    return { name: hiddenName, color: hiddenColor, shape: `${selected.drawn.shape} hidden`, frames: [frameOf(selected)], parts };
+  }
+
+  // The box around the selection, and around the space into which its parts may extend.
   private selectionSegments(): ReturnType<typeof boxSegments> {
     const sceneObject = this.selected;
     if (!sceneObject) return [];
+    const drawn = this.hiddenOfSelected();
+    const hidden = (drawn?.parts ?? []).flatMap(({ part }) =>
+      boxSegments(new Box3(new Vector3(-0.5, -0.5, -0.5), new Vector3(0.5, 0.5, 0.5)),
+                  frameOf(sceneObject).clone().multiply(part.local), hiddenColor));
+    return [...hidden, ...this.boundsSegments(sceneObject)];
+  }
+
+  private boundsSegments(sceneObject: SceneObject): ReturnType<typeof boxSegments> {
     if (isRobot(sceneObject.source)) return boxSegments(this.view.boundsOf(sceneObject.name), new Matrix4(), this.selectionColor);
     const { bounds } = sceneObject.source;
     if (!bounds) return [];

@@ -109,6 +109,15 @@ export class WorldView {
     return bounds;
   }
 
+  // The bounds of an object's parts in a frame of it, in that frame; as above.
+  frameBounds({ parts }: DrawnObject, frame: number): Box3 {
+    const bounds = new Box3();
+    for (const one of parts) {
+      if (one.frame === frame) bounds.union(this.partBox(one.part).applyMatrix4(one.part.local));
+    }
+    return bounds;
+  }
+
   private partBox(part: Part): Box3 {
     const { geometry } = part;
     if (geometry.is === "unit") {

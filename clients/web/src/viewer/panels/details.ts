@@ -2,7 +2,8 @@
 import { element, numbers, swatch } from "../../page/dom";
 import { count, degrees, fixed, mm, percent } from "../../page/quantity";
 import { coefficients, dimensions, position, rotation, shapeName } from "../../page/shape_text";
-import { isCompleted, shortName, type FitQuality, type Pose, type ShapePart, type WorldObject } from "../../world/types";
+import { isCompleted, shortName, type FitQuality, type OrientedBox, type Pose, type ShapePart, type WorldObject }
+  from "../../world/types";
 import type { PairRule } from "../../world/stream";
 import type { RobotModel } from "../feed";
 import { isRobot, type SceneObject } from "../scene_objects";
@@ -28,6 +29,15 @@ function fitFacts(fit: FitQuality): HTMLElement {
     fact("observed", `${percent(fit.observed_fraction, 0)} %`));
 }
 
+// How far the part may go on where nothing was seen, which the picture shows with dots.
+function hiddenText(part: ShapePart, { box }: OrientedBox): string {
+  const sizes = [part.box?.size_x_m ?? 0, part.box?.size_y_m ?? 0, part.box?.size_z_m ?? part.plate?.thickness_m ?? 0];
+  const more_m = Math.max(0, ...[box.size_x_m, box.size_y_m, box.size_z_m].map((size_m, i) =>
+    (sizes[i] === 0 ? 0 : size_m - (sizes[i] ?? 0))));
+  return `Unseen beside it: it may be up to ${mm(more_m)} mm larger, within ` +
+    `${mm(box.size_x_m)}\u2009\u00d7\u2009${mm(box.size_y_m)}\u2009\u00d7\u2009${mm(box.size_z_m)} mm (dots)`;
+}
+
 function shapeSection(part: ShapePart, index: number): HTMLElement {
   const size = dimensions(part);
   const role = element("span", `role ${isCompleted(part) ? "completed" : "fitted"}`, isCompleted(part) ? "completed" : part.fit ? "fitted" : "given");
@@ -35,14 +45,13 @@ function shapeSection(part: ShapePart, index: number): HTMLElement {
   if (size) section.append(element("p", "size", part.plate ? size : `${size} mm`));
   const table = element("table", "coefficients");
   for (const { name, value, sigma, unit } of coefficients(part)) {
-    const [letter = name, sub] = name.split("_");
-    const cell = element("th", "", letter);
+    const cell = element("th", "", name);
     cell.scope = "row";
-    if (sub) cell.append(element("sub", "", sub));
     table.append(element("tr", "", cell, element("td", "number", value), element("td", "unit", unit), element("td", "sigma", sigma)));
   }
   if (table.childElementCount > 0) section.append(table);
   if (part.fit) section.append(fitFacts(part.fit));
+  if (part.hidden) section.append(element("p", "hidden-space", hiddenText(part, part.hidden)));
   return section;
 }
 

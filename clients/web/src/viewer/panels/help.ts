@@ -24,7 +24,7 @@ const keys: readonly (readonly [key: string, meaning: string])[] = [
 
 const legend: readonly (readonly [look: string, meaning: string])[] = [
   ["fitted", "measured, or given by a user"], ["completed", "supplied where nothing was measured"],
-  ["unseen", "space that no sensor has seen"]];
+  ["unseen", "space that no sensor has seen; of the selection, into which it may extend"]];
 
 export function helpDialog(): HTMLDialogElement {
   const dialog = element("dialog", "help");
@@ -37,7 +37,7 @@ export function helpDialog(): HTMLDialogElement {
   dialog.append(close,
     element("h2", "", "Keys"), table(keys, "kbd"),
     element("h2", "", "Questions"),
-    element("p", "", "As the command line has them, in metres: shapes are where at says, numbers are divided by spaces or commas."),
+    element("p", "", "As the command line has them, with or without dashes, in metres and radians; numbers are divided by spaces or commas."),
     table(grammar, "code"),
     element("p", "examples", ...examples.map((example) => element("code", "", example))),
     element("h2", "", "Looks"),

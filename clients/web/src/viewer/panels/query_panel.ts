@@ -2,7 +2,7 @@
 import { element } from "../../page/dom";
 import type { QueryResult } from "../query_result";
 import type { CallError } from "../messages";
-import { examples, parseQuery, QueryError, type Query } from "../query";
+import { examples, parseQuery, QueryError, type Query, type QueryWorld } from "../query";
 
 export interface QueryListener {
   evaluate: (query: Query) => void;
@@ -19,7 +19,7 @@ export class QueryPanel {
   private readonly past: string[] = [];
   private at = 0;
 
-  constructor(private readonly listener: QueryListener) {
+  constructor(private readonly world: QueryWorld, private readonly listener: QueryListener) {
     this.root.setAttribute("aria-label", "Questions to the world");
     this.input.type = "text";
     this.input.spellcheck = false;
@@ -84,7 +84,7 @@ export class QueryPanel {
     if (this.past.length > maxKept) this.past.shift();
     this.at = this.past.length;
     try {
-      this.listener.evaluate(parseQuery(text));
+      this.listener.evaluate(parseQuery(text, this.world));
     } catch (error) {
       if (!(error instanceof QueryError)) throw error;
       this.clear();

@@ -1,5 +1,6 @@
 // The head of the page: the world, the connection, the displayed layers, and the actions.
 import { element } from "../../page/dom";
+import { naturalOrder } from "../../page/natural_order";
 import type { World } from "../../world/stream";
 import type { ConnectionState } from "../messages";
 
@@ -33,7 +34,8 @@ export class Toolbar {
   }
 
   showWorlds(worlds: readonly World[], chosen: string | undefined): void {
-    const options = worlds.map(({ name }) => {
+    const sorted = [...worlds].sort((a, b) => naturalOrder.compare(a.name, b.name));
+    const options = sorted.map(({ name }) => {
       const option = element("option", "", name);
       option.value = name;
       return option;

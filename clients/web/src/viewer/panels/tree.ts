@@ -1,6 +1,7 @@
 // All objects by kind, with counts, search and visibility. Rows are buttons of a tree: one of them
 // is a tab stop, the others are reached from it by arrow keys.
 import { element, swatch } from "../../page/dom";
+import { naturalOrder } from "../../page/natural_order";
 import { count } from "../../page/quantity";
 import { kinds, kindTitles, type Kind, type SceneObject } from "../scene_objects";
 
@@ -17,9 +18,6 @@ interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; 
 
 // chosen: longer lists are searched rather than read, and would cost more than the picture.
 const maxRows = 400;
-
-// Sorts thing_2 before thing_10.
-const order = new Intl.Collator("en", { numeric: true });
 
 function checkbox(label: string): HTMLInputElement {
   const box = element("input");
@@ -130,7 +128,7 @@ export class Tree {
     const wanted = this.search.value.trim().toLowerCase();
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["thing"] : undefined;
     const stop = this.stop?.dataset["thing"];
-    const sorted = [...this.sceneObjects.values()].sort((a, b) => order.compare(a.name, b.name));
+    const sorted = [...this.sceneObjects.values()].sort((a, b) => naturalOrder.compare(a.name, b.name));
     this.rows.clear();
     for (const [kind, branch] of this.branches) {
       const all = sorted.filter((sceneObject) => sceneObject.kind === kind);
