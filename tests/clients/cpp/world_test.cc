@@ -63,8 +63,7 @@ TEST_F(Worlds, ReturnTheObjectsThatWerePut) {
   EXPECT_TRUE(cup.parts[1].X_OS.isApprox(At(0.05, 0, 0)));
   EXPECT_EQ(cup.parts[0].coefficients.size(), 7U) << "PCL's cylinder: q, a, r";
   EXPECT_FALSE(cup.parts[0].fit.has_value());
-  const auto& outline = std::get<Plate>(world_.Get("table").parts[0].shape).outline;
-  EXPECT_EQ(outline, plate.outline);
+  EXPECT_EQ(std::get<Plate>(world_.Get("table").parts[0].shape).outline, plate.outline);
   EXPECT_FALSE(world_.Get("floor").bounds.has_value());
   EXPECT_EQ(std::get<Cone>(world_.Get("cone").parts[0].shape).radius_bottom_m, 0.05);
 }

@@ -1,5 +1,5 @@
-// Queries the distance of a ball at the origin from the world "default".
-#include <cwm/client.h>
+// Queries the distance of a ball at the origin from the world "default", with messages and stubs.
+#include <cwm/rpc.h>
 
 #include <cstdio>
 
