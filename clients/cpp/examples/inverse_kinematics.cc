@@ -28,7 +28,7 @@ int main() try {
   const cwm::RobotSubject arm{.robot = "arm"};
 
   const AngleAxisd turn(std::numbers::pi / 2, Vector3d::UnitZ());
-  const std::vector<Isometry3d> poses = {Translation3d(0.5, 0.4, 0) * turn,  // two elbows
+  const std::vector<Isometry3d> poses = {Translation3d(0.4, 0.5, 0) * turn,  // two elbows
                                          Translation3d(1.5, 0, 0) * turn};   // out of reach
   const cwm::PoseResult answer =
       world.Solve(arm, poses, {.tool_link = "hand", .max_solutions = 8, .avoid_collision = true});

@@ -18,7 +18,7 @@ constexpr char kUrdf[] = R"(<robot name="arm">
 int main() try {
   const cwm::World world = cwm::Connect({.world = "what_if"});
   world.LoadRobot({.urdf = kUrdf});
-  world.Put("tray", cwm::Box{0.3, 0.3, 0.02}, Isometry3d(Translation3d(0.75, 0, 0)));
+  world.Put("tray", cwm::Box{0.3, 0.3, 0.02}, Isometry3d(Translation3d(0.8, 0, 0)));
   world.Put("post", cwm::Cylinder{0.05, 1.0}, Isometry3d(Translation3d(0, 0.9, 0)));
 
   const cwm::RobotSubject arm{.robot = "arm"};
