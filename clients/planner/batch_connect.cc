@@ -1,10 +1,11 @@
 #include "clients/planner/batch_connect.h"
 
-#include <ompl/base/goals/GoalState.h>
+#include <ompl/base/goals/GoalStates.h>
 #include <ompl/geometric/PathGeometric.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace cwm::planner {
@@ -28,7 +29,7 @@ BatchConnect::BatchConnect(const ob::SpaceInformationPtr& information, StateChec
       space_(SpaceOf(information)),
       options_(options),
       batch_(space_, checker) {
-  specs_.recognizedGoal = ob::GOAL_STATE;
+  specs_.recognizedGoal = ob::GOAL_STATES;
 }
 
 void BatchConnect::clear() {
@@ -42,10 +43,14 @@ void BatchConnect::clear() {
 ob::PlannerStatus BatchConnect::solve(const ob::PlannerTerminationCondition& condition) {
   checkValidity();
   if (trees_.empty()) {  // otherwise a plan that ran out of time continues
-    const auto* goal = pdef_->getGoal()->as<ob::GoalState>();
+    const auto* goals = pdef_->getGoal()->as<ob::GoalStates>();
+    goal_count_ = static_cast<int>(goals->getStateCount());
     sampler_ = si_->allocStateSampler();
     trees_.emplace_back(space_, space_.RowOf(pdef_->getStartState(0)));
-    trees_.emplace_back(space_, space_.RowOf(goal->getState()));
+    trees_.emplace_back(space_, space_.RowOf(goals->getState(0)));
+    for (int k = 1; k < goal_count_; ++k) {
+      Tree(1).Add(JointTree::kNoParent, space_.RowOf(goals->getState(static_cast<unsigned>(k))));
+    }
     if (TryStraightMotion()) return ob::PlannerStatus::EXACT_SOLUTION;
   }
   while (status_.ok() && !condition()) {
@@ -58,15 +63,24 @@ ob::PlannerStatus BatchConnect::solve(const ob::PlannerTerminationCondition& con
 }
 
 bool BatchConnect::TryStraightMotion() {
+  const std::span<const double> start = Tree(0).row(0);
+  std::vector<int> goals(static_cast<std::size_t>(goal_count_));
+  std::iota(goals.begin(), goals.end(), 0);
+  std::ranges::stable_sort(goals, {},
+                           [&](int goal) { return space_.Distance(start, Tree(1).row(goal)); });
   for (const double step : {kCoarseStep, kFineStep}) {
-    const std::size_t edge = batch_.Add(Tree(0).row(0), Tree(1).row(0), step);
+    for (const int goal : goals) batch_.Add(start, Tree(1).row(goal), step);
     status_ = batch_.CheckAll();
-    if (!status_.ok() || !batch_.IsFree(edge)) return false;
+    if (!status_.ok()) return false;
+    std::vector<int> free;
+    for (std::size_t k = 0; k < goals.size(); ++k) {
+      if (batch_.IsFree(k)) free.push_back(goals[k]);
+    }
+    if (free.empty()) return false;
+    goals = std::move(free);
   }
-  const auto row = [&](int tree) {
-    return Row(Tree(tree).row(0).begin(), Tree(tree).row(0).end());
-  };
-  Publish({row(0), row(1)});
+  const auto row_of = [](std::span<const double> row) { return Row(row.begin(), row.end()); };
+  Publish({row_of(start), row_of(Tree(1).row(goals.front()))});
   return true;
 }
 

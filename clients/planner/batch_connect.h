@@ -25,7 +25,8 @@ struct ConnectOptions {
 // coarse step; where the trees meet, those of the whole path are checked at the fine step, and
 // motions that are not free are cut off.
 //
-// The space must be a JointSpace with one start and a goal state. TIMEOUT if the termination
+// The space must be a JointSpace with one start and goal states, any of which ends the path: the
+// other tree has a root at each of them. TIMEOUT if the termination
 // condition ended it, which is checked between rounds. The same seed and answers give the same
 // path.
 class BatchConnect : public ompl::base::Planner {
@@ -49,6 +50,7 @@ class BatchConnect : public ompl::base::Planner {
     double length = 0;
   };
 
+  // Publishes the shortest straight motion to a goal that is free.
   bool TryStraightMotion();
   // The path if the trees have met; empty if not, or if the checker failed.
   std::optional<std::vector<Row>> GrowAndConnect();
@@ -66,7 +68,8 @@ class BatchConnect : public ompl::base::Planner {
   const ConnectOptions options_;
   EdgeBatch batch_;
   ompl::base::StateSamplerPtr sampler_;
-  std::vector<JointTree> trees_;  // the trees from the start and from the goal
+  std::vector<JointTree> trees_;  // the trees from the start and from the goals
+  int goal_count_ = 0;            // the first nodes of the second tree
   absl::Status status_;
   int rounds_ = 0;
 };

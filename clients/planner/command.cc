@@ -6,11 +6,16 @@
 #include <map>
 #include <optional>
 #include <ostream>
+#include <sstream>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/pose_argument.h"
+#include "clients/cli/session.h"
 #include "clients/cpp/connection.h"
 #include "clients/planner/path_queries.h"
 #include "clients/planner/plan_motion.h"
@@ -30,6 +35,7 @@ constexpr char kDescription[] =
     "  cwm-plan --robot panda --problem scene0001.yaml request0001.yaml\n"
     "  cwm-plan --robot panda --group panda_arm --start extended --goal ready\n"
     "  cwm-plan --group panda_arm --start ready --goal=-1.2,0.3,0,-1.9,0,1.6,0.8 -o json\n"
+    "  cwm-plan --group panda_arm --goal-at 0.4,0,0.5,1,0,0,0 --x-link-tool 0,0,0.1034\n"
     "  cwm-plan request.yaml --certify\n\n"
     "Without a start, from where the robot stands; options go before what the request says. The\n"
     "world is not changed: a scene given with --problem is laid over the questions.\n\n"
@@ -37,18 +43,57 @@ constexpr char kDescription[] =
     "6 permission, 7 resource exhausted, 8 bad input, 10 start in collision, 11 goal in "
     "collision,\n"
     "12 start out of limits, 13 goal out of limits, 14 no path in the time given, 15 path not\n"
-    "certified (with --certify), 70 anything else.";
+    "certified (with --certify), 16 goal unreachable (with --goal-at), 70 anything else.";
 
 constexpr double kMaxPlanTime_s = 86'400;
 
 enum class Form { kTable = 1, kJson };
 
+// The goal as a pose of the tool, as typed.
+struct PoseArguments {
+  std::string at, x_link_tool;
+  PoseGoal goal = {};
+};
+
 struct Arguments {
   TaskArguments task;
+  PoseArguments pose;
   std::string address;
   Form form = Form::kTable;
   bool certify = false;
 };
+
+// The words of `cwm solve`, whose --at is the pose of the tool.
+void AddPoseOptions(CLI::App& app, PoseArguments& pose) {
+  CLI::Option* const at =
+      app.add_option("--goal-at", pose.at,
+                     "in place of --goal: the pose of the tool in the world (m); the path ends in "
+                     "any free state in which it is there")
+          ->type_name(cli::kPoseArgumentForm)
+          ->excludes("--goal");
+  CLI::Option* const tool =
+      app.add_option("--tool", pose.goal.tool,
+                     "a tool that the robot was loaded with; default: that of the group")
+          ->type_name("NAME")
+          ->needs(at);
+  app.add_option("--tool-link", pose.goal.tool_link,
+                 "the link that carries the tool; default: that of the group's end effector")
+      ->type_name("LINK")
+      ->needs(at)
+      ->excludes(tool);
+  app.add_option("--x-link-tool", pose.x_link_tool, "the tool in that link's frame (m)")
+      ->type_name("X,Y,Z[,QX,QY,QZ,QW]")
+      ->needs(at)
+      ->excludes(tool);
+  app.add_option("--position-tolerance", pose.goal.position_tolerance_m,
+                 "largest error of the pose (m); default: 1e-6")
+      ->type_name("M")
+      ->needs(at);
+  app.add_option("--rotation-tolerance", pose.goal.rotation_tolerance_rad,
+                 "largest error of the pose (rad); default: 1e-6")
+      ->type_name("RAD")
+      ->needs(at);
+}
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
   static const std::map<std::string, Form> kForms = {{"table", Form::kTable},
@@ -69,6 +114,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->type_name("V,V,...|STATE");
   app.add_option("--goal", arguments.task.goal, "likewise; default: the request's")
       ->type_name("V,V,...|STATE");
+  AddPoseOptions(app, arguments.pose);
   app.add_option("--time", arguments.task.time_s,
                  "seconds to look for a path; default: the request's, else 5")
       ->type_name("S");
@@ -92,8 +138,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 }
 
 absl::Status CheckArguments(const Arguments& arguments) {
-  if (arguments.task.goal.empty() && arguments.task.request.empty()) {
-    return UsageError("--goal, or a request with one, must be given");
+  const TaskArguments& task = arguments.task;
+  if (task.goal.empty() && arguments.pose.at.empty() && task.request.empty()) {
+    return UsageError("--goal or --goal-at, or a request with a goal, must be given");
   }
   if (arguments.task.time_s &&
       !(*arguments.task.time_s > 0 && *arguments.task.time_s <= kMaxPlanTime_s)) {
@@ -120,6 +167,8 @@ PlanExit ExitOf(const PlanReport& report) {
       return PlanExit::kStartInCollision;
     case Outcome::kGoalInCollision:
       return PlanExit::kGoalInCollision;
+    case Outcome::kGoalUnreachable:
+      return PlanExit::kGoalUnreachable;
     case Outcome::kNoPath:
       return PlanExit::kNoPath;
   }
@@ -129,7 +178,7 @@ PlanExit ExitOf(const PlanReport& report) {
 
 // The explanation of an outcome besides its name.
 absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task,
-                                   const PlanResult& result) {
+                                   const PlanResult& result, const SolvedGoal& solved) {
   switch (result.outcome) {
     case Outcome::kSolved:
       return "";
@@ -139,7 +188,11 @@ absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task
     case Outcome::kStartInCollision:
       return DescribeCollision(stream, task.query, task.problem.start);
     case Outcome::kGoalInCollision:
-      return DescribeCollision(stream, task.query, task.problem.goal);
+      return DescribeCollision(stream, task.query, task.problem.goals.front());
+    case Outcome::kGoalUnreachable:
+      return absl::StrFormat(
+          "%s is %.1f mm and %.3f rad off in the nearest state that was met; there may be others",
+          solved.tool_link, 1e3 * solved.position_error_m, solved.rotation_error_rad);
     case Outcome::kStartOutOfLimits:
     case Outcome::kGoalOutOfLimits:
       break;
@@ -147,14 +200,38 @@ absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task
   const bool is_start = result.outcome == Outcome::kStartOutOfLimits;
   const Joint& joint = task.problem.joints[*result.joint];
   return absl::StrCat(joint.name, " is ",
-                      (is_start ? task.problem.start : task.problem.goal)[*result.joint],
+                      (is_start ? task.problem.start : task.problem.goals.front())[*result.joint],
                       ", must be ", joint.lower, " to ", joint.upper);
 }
 
 struct Planned {
   PlanResult result;
-  std::optional<Certificate> certificate;
+  std::optional<Certificate> certificate = {};
 };
+
+// The arguments with the pose of --goal-at, for which the server is asked if it names an object.
+absl::StatusOr<TaskArguments> ReadPose(const Arguments& arguments, std::ostream& out,
+                                       std::ostream& err) {
+  TaskArguments task = arguments.task;
+  const PoseArguments& given = arguments.pose;
+  if (given.at.empty()) return task;
+  if (!task.problem.empty() && !cli::StartsWithNumber(given.at)) {
+    return UsageError("--goal-at: with --problem it must be numbers, X,Y,Z[,QX,QY,QZ,QW] (m)");
+  }
+  std::istringstream none;
+  cli::Session session({.in = none, .out = out, .err = err});
+  session.address = arguments.address.empty() ? DefaultAddress() : arguments.address;
+  session.world = task.world;
+  const auto at = cli::ParsePoseArgument(session, given.at, "--goal-at");
+  if (!at.ok()) return at.status();
+  task.pose = given.goal;
+  task.pose->x_world_tool = *at;
+  if (given.x_link_tool.empty()) return task;
+  const auto tool = cli::ParsePose(given.x_link_tool, "--x-link-tool");
+  if (!tool.ok()) return tool.status();
+  task.pose->x_link_tool = *tool;
+  return task;
+}
 
 // chosen: 7 paths of 700 problems of MotionBenchMaker have contact between their states: a second
 // try fails rarely, a third hardly ever.
@@ -184,21 +261,37 @@ absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std
   client::ConnectOptions options;
   if (!arguments.address.empty()) options.address = arguments.address;
   const client::Connection connection(options);
+  const auto asked = ReadPose(arguments, out, err);
+  if (!asked.ok()) return asked.status();
   std::vector<std::string> warnings;
-  const auto task = ReadTask(connection, arguments.task, warnings);
+  auto task = ReadTask(connection, *asked, warnings);
   for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
   if (!task.ok()) return task.status();
   client::QueryStream stream(connection);
-  const auto planned = PlanCertified(stream, *task, arguments.certify);
+  SolvedGoal solved;
+  if (task->pose) {
+    auto goal = SolveGoal(stream, task->query, task->problem.start, *task->pose);
+    if (!goal.ok()) return goal.status();
+    solved = *std::move(goal);
+    task->problem.goals = solved.rows;
+  }
+  absl::StatusOr<Planned> planned = Planned{.result = {.outcome = Outcome::kGoalUnreachable}};
+  if (solved.status != v1::POSE_STATUS_UNREACHABLE) {
+    planned = PlanCertified(stream, *task, arguments.certify);
+  }
   if (!planned.ok()) return planned.status();
   const PlanResult& result = planned->result;
-  auto reason = Reason(stream, *task, result);
+  auto reason = Reason(stream, *task, result, solved);
   if (!reason.ok()) return reason.status();
+  const bool has_no_state = task->pose && solved.status != v1::POSE_STATUS_SOLVED;
+  const std::size_t goal_count = has_no_state ? 0 : task->problem.goals.size();
   const PlanReport report{.world = task->world,
                           .group = task->group,
                           .result = result,
                           .reason = *std::move(reason),
-                          .certificate = planned->certificate};
+                          .certificate = planned->certificate,
+                          .goal_count = goal_count,
+                          .tool_link = solved.tool_link};
   if (arguments.form == Form::kJson) {
     PrintJson(report, out);
   } else {

@@ -16,7 +16,8 @@ enum class PlanExit {
   kStartOutOfLimits = 12,
   kGoalOutOfLimits = 13,
   kNoPath = 14,
-  kNotCertified = 15,  // only with --certify
+  kNotCertified = 15,     // only with --certify
+  kGoalUnreachable = 16,  // only with --goal-at
 };
 
 int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err);

@@ -31,7 +31,7 @@ void AddSquaresOfShortWay(const std::vector<float>& column, float value, std::ve
 
 JointTree::JointTree(const JointSpace& space, std::span<const double> root)
     : space_(space), columns_(space.width()) {
-  Add(-1, root);
+  Add(kNoParent, root);
 }
 
 int JointTree::Add(int parent, std::span<const double> row) {
@@ -43,7 +43,7 @@ int JointTree::Add(int parent, std::span<const double> row) {
   }
   parents_.push_back(parent);
   alive_.push_back(1);
-  confirmed_.push_back(parent == -1 ? 1 : 0);
+  confirmed_.push_back(parent == kNoParent ? 1 : 0);
   return size() - 1;
 }
 
@@ -73,7 +73,7 @@ void JointTree::RemoveSubtree(int node) {
 
 std::vector<int> JointTree::PathTo(int node) const {
   std::vector<int> path;
-  for (int i = node; i != -1; i = parent(i)) path.push_back(i);
+  for (int i = node; i != kNoParent; i = parent(i)) path.push_back(i);
   std::reverse(path.begin(), path.end());
   return path;
 }

@@ -4,6 +4,7 @@
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/base/ScopedState.h>
 #include <ompl/base/SpaceInformation.h>
+#include <ompl/base/goals/GoalStates.h>
 #include <ompl/geometric/PathGeometric.h>
 
 #include <algorithm>
@@ -48,8 +49,14 @@ absl::Status CheckProblem(const PlanProblem& problem) {
                                                      " to ", joint.upper, ", must not cross"));
     }
   }
+  if (problem.goals.empty()) {
+    return absl::InvalidArgumentError("goals: there is none, must be at least one");
+  }
   if (absl::Status status = CheckRow(problem, problem.start, "start"); !status.ok()) return status;
-  return CheckRow(problem, problem.goal, "goal");
+  for (const Row& goal : problem.goals) {
+    if (absl::Status status = CheckRow(problem, goal, "goal"); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 // Checks single states, for OMPL's own code; BatchConnect uses batches.
@@ -69,34 +76,51 @@ class SingleStateValidity : public ob::StateValidityChecker {
   StateChecker& checker_;
 };
 
-// The outcome if an end of the path is invalid; empty if both are free.
+// The outcome if an end of the path is invalid; empty if the start and a goal are free. Sets the
+// goals that are.
 absl::StatusOr<std::optional<Outcome>> CheckEnds(const JointSpace& space,
                                                  const PlanProblem& problem, StateChecker& checker,
-                                                 PlanResult& result) {
+                                                 PlanResult& result, std::vector<Row>& goals) {
   if ((result.joint = space.OutOfLimits(problem.start))) return Outcome::kStartOutOfLimits;
-  if ((result.joint = space.OutOfLimits(problem.goal))) return Outcome::kGoalOutOfLimits;
+  std::vector<Row> within;
+  for (const Row& goal : problem.goals) {
+    if (!space.OutOfLimits(goal)) within.push_back(goal);
+  }
+  if (within.empty()) {
+    result.joint = space.OutOfLimits(problem.goals.front());
+    return Outcome::kGoalOutOfLimits;
+  }
   EdgeBatch ends(space, checker);
   ends.Add(problem.start);
-  ends.Add(problem.goal);
+  for (const Row& goal : within) ends.Add(goal);
   if (absl::Status status = ends.CheckAll(); !status.ok()) return status;
   if (!ends.IsFree(0)) return Outcome::kStartInCollision;
-  if (!ends.IsFree(1)) return Outcome::kGoalInCollision;
+  for (std::size_t k = 0; k < within.size(); ++k) {
+    if (ends.IsFree(1 + k)) goals.push_back(std::move(within[k]));
+  }
+  if (goals.empty()) return Outcome::kGoalInCollision;
   return std::nullopt;
 }
 
 // Empty if no path was found in time.
 absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& space,
-                                          const PlanProblem& problem, StateChecker& checker,
-                                          const PlanOptions& options, PlanResult& result) {
+                                          const Row& start_row, const std::vector<Row>& goals,
+                                          StateChecker& checker, const PlanOptions& options,
+                                          PlanResult& result) {
   const auto information = std::make_shared<ob::SpaceInformation>(space);
   information->setStateValidityChecker(
       std::make_shared<SingleStateValidity>(information.get(), *space, checker));
   information->setup();
   const auto definition = std::make_shared<ob::ProblemDefinition>(information);
-  ob::ScopedState<> start(space), goal(space);
-  std::copy(problem.start.begin(), problem.start.end(), space->RowOf(start.get()).begin());
-  std::copy(problem.goal.begin(), problem.goal.end(), space->RowOf(goal.get()).begin());
-  definition->setStartAndGoalStates(start, goal);
+  ob::ScopedState<> state(space);
+  std::copy(start_row.begin(), start_row.end(), space->RowOf(state.get()).begin());
+  definition->addStartState(state);
+  const auto any_goal = std::make_shared<ob::GoalStates>(information);
+  for (const Row& goal : goals) {
+    std::copy(goal.begin(), goal.end(), space->RowOf(state.get()).begin());
+    any_goal->addState(state);
+  }
+  definition->setGoal(any_goal);
   BatchConnect planner(information, checker, options.connect);
   planner.setProblemDefinition(definition);
   planner.setup();
@@ -109,8 +133,8 @@ absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& spa
   std::vector<Row> path;
   if (!solved) return path;
   auto* found = definition->getSolutionPath()->as<ompl::geometric::PathGeometric>();
-  for (const ob::State* state : found->getStates()) {
-    const std::span<const double> row = space->RowOf(state);
+  for (const ob::State* node : found->getStates()) {
+    const std::span<const double> row = space->RowOf(node);
     path.emplace_back(row.begin(), row.end());
   }
   return path;
@@ -131,10 +155,11 @@ absl::StatusOr<PlanResult> PlanMotion(const PlanProblem& problem, StateChecker& 
     return result;
   };
   const Clock::time_point start = Clock::now();
-  const auto ends = CheckEnds(*space, problem, checker, result);
+  std::vector<Row> goals;
+  const auto ends = CheckEnds(*space, problem, checker, result, goals);
   if (!ends.ok()) return ends.status();
   if (*ends) return done(**ends);
-  auto path = FindPath(space, problem, checker, options, result);
+  auto path = FindPath(space, problem.start, goals, checker, options, result);
   if (!path.ok()) return path.status();
   result.finding_s = ElapsedSince_s(start);
   if (path->empty()) return done(Outcome::kNoPath);

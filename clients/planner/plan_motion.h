@@ -1,4 +1,4 @@
-// Plans a motion of joints from one row to another.
+// Plans a motion of joints from one row to another, or to any of several.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@ namespace cwm::planner {
 
 struct PlanProblem {
   std::vector<Joint> joints;
-  Row start, goal;
+  Row start;
+  std::vector<Row> goals;  // at least one; the path ends at any of them
 };
 
 struct PlanOptions {
@@ -29,16 +30,17 @@ struct PlanOptions {
 enum class Outcome {
   kSolved,
   kStartOutOfLimits,
-  kGoalOutOfLimits,
+  kGoalOutOfLimits,  // this and the next are about the first goal, if none of them is free
   kStartInCollision,
   kGoalInCollision,
-  kNoPath,  // none was found within the time limit
+  kGoalUnreachable,  // PlanMotion does not return it: see pose_goal.h
+  kNoPath,           // none was found within the time limit
 };
 
 struct PlanResult {
   Outcome outcome = Outcome::kNoPath;
   std::optional<std::size_t> joint = {};  // the joint that is out of limits
-  std::vector<Row> path = {};             // if solved: from start to goal, both included
+  std::vector<Row> path = {};             // if solved: from start to a goal, both included
   double length = 0, found_length = 0;    // of the path, and before shortening
   double finding_s = 0, shortening_s = 0;
   int rounds = 0;

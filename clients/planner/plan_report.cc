@@ -24,6 +24,8 @@ const char* NameOf(Outcome outcome) {
       return "START_IN_COLLISION";
     case Outcome::kGoalInCollision:
       return "GOAL_IN_COLLISION";
+    case Outcome::kGoalUnreachable:
+      return "GOAL_UNREACHABLE";
     case Outcome::kNoPath:
       return "NO_PATH";
   }
@@ -42,6 +44,8 @@ const char* InWords(Outcome outcome) {
       return "start in collision";
     case Outcome::kGoalInCollision:
       return "goal in collision";
+    case Outcome::kGoalUnreachable:
+      return "goal unreachable";
     case Outcome::kNoPath:
       return "no path";
   }
@@ -85,6 +89,10 @@ void PrintTable(const PlanReport& report, std::ostream& out) {
   const PlanResult& result = report.result;
   if (result.outcome == Outcome::kSolved) {
     PrintPath(report, out);
+    if (!report.tool_link.empty()) {
+      out << "the pose of the tool on " << report.tool_link << " has " << report.goal_count
+          << (report.goal_count == 1 ? " free state" : " free states") << " that were tried\n";
+    }
     out << absl::StrFormat(
         "length %.3f (%.3f before it was shortened), %.1f ms (%.1f to find, %.1f "
         "to shorten)\n",
@@ -126,6 +134,10 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
   json["shortening_s"] = result.shortening_s;
   json["batches"] = result.checks.batches;
   json["states"] = result.checks.states;
+  if (!report.tool_link.empty()) {
+    json["tool_link"] = report.tool_link;
+    json["goal_states"] = report.goal_count;
+  }
   if (report.certificate) {
     json["certificate"] = {{"verdict", ShortName(report.certificate->verdict)},
                            {"clearance_m", report.certificate->clearance_m},

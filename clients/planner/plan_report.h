@@ -1,6 +1,7 @@
 // Prints plans for people and programs.
 #pragma once
 
+#include <cstddef>
 #include <iosfwd>
 #include <optional>
 #include <string>
@@ -18,6 +19,8 @@ struct PlanReport {
   const PlanResult& result;
   std::string reason = {};  // why an end of the path is invalid
   std::optional<Certificate> certificate = {};
+  std::size_t goal_count = 1;  // states, any of which is the goal
+  std::string tool_link = {};  // of a goal that is a pose
 };
 
 // E.g. "start in collision: panda_hand meets shelf", or "solved".

@@ -80,16 +80,19 @@ absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskAr
     if (!row.ok()) return row.status();
     task.problem.start = *std::move(row);
   }
-  auto goal = arguments.goal.empty()
-                  ? RowOfAllJoints(task.group, request->goal)
-                  : ParseEndpoint("--goal", arguments.goal, environment->robot, task.group);
-  if (!goal.ok()) {
-    return arguments.goal.empty()
-               ? About(absl::StrCat(arguments.request, ": goal_constraints[0].joint_constraints"),
-                       goal.status())
-               : goal.status();
+  task.pose = arguments.pose;
+  if (!task.pose) {
+    auto goal = arguments.goal.empty()
+                    ? RowOfAllJoints(task.group, request->goal)
+                    : ParseEndpoint("--goal", arguments.goal, environment->robot, task.group);
+    if (!goal.ok()) {
+      return arguments.goal.empty()
+                 ? About(absl::StrCat(arguments.request, ": goal_constraints[0].joint_constraints"),
+                         goal.status())
+                 : goal.status();
+    }
+    task.problem.goals = {*std::move(goal)};
   }
-  task.problem.goal = *std::move(goal);
   task.query =
       MakeStateQuery(task.world, *environment, task.group.name, task.problem.joints, start.set);
   task.options = arguments.options;

@@ -10,6 +10,7 @@
 #include "clients/planner/plan_motion.h"
 #include "clients/planner/planned_group.h"
 #include "clients/planner/planning_world.h"
+#include "clients/planner/pose_goal.h"
 
 namespace cwm::planner {
 
@@ -17,6 +18,7 @@ namespace cwm::planner {
 struct TaskArguments {
   std::string request, problem, robot, start, goal, world;
   std::optional<std::string> group;
+  std::optional<PoseGoal> pose = {};  // in place of a goal
   std::optional<double> time_s;
   PlanOptions options = {};
 };
@@ -24,7 +26,8 @@ struct TaskArguments {
 struct Task {
   PlanningWorld world;
   PlannedGroup group;
-  PlanProblem problem;
+  PlanProblem problem;           // without goals if there is a pose
+  std::optional<PoseGoal> pose;  // to be solved for the goals
   v1::CheckCollisionsRequest query;
   PlanOptions options;
 };

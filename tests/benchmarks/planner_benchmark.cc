@@ -54,7 +54,7 @@ class FclChecker : public planner::StateChecker {
 };
 
 planner::PlanProblem ToPlan(const PandaProblems& all, const PandaProblem& problem) {
-  planner::PlanProblem plan{.joints = {}, .start = problem.start, .goal = problem.goal};
+  planner::PlanProblem plan{.joints = {}, .start = problem.start, .goals = {problem.goal}};
   for (std::size_t j = 0; j < all.arm->variables.size(); ++j) {
     const auto& variable =
         all.robot->model->variables[static_cast<std::size_t>(all.arm->variables[j])];
@@ -78,7 +78,7 @@ bool IsFreeByFcl(const planner::PlanProblem& plan, const std::vector<planner::Ro
   for (std::size_t k = start; k < count; ++k) {
     if (!batch.IsFree(k)) return false;
   }
-  return path.front() == plan.start && path.back() == plan.goal;
+  return path.front() == plan.start && path.back() == plan.goals.front();
 }
 
 struct Tally {

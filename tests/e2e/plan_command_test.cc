@@ -140,7 +140,7 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
        "goal out of limits: elbow is -3.01, must be -3 to 3"},
       {{"--start", "left", "--goal", "nowhere"}, 1, "or a named state: left, right"},
       {{"--start", "left", "--goal", "1,2,3"}, 1, "2 numbers"},
-      {{"--start", "left"}, 1, "--goal, or a request with one, must be given"},
+      {{"--start", "left"}, 1, "--goal or --goal-at, or a request with a goal, must be given"},
       {{"--start", "left", "--goal", "nan,0"}, 8, "goal: shoulder is nan, must be finite"},
       {{"--start", "left", "--goal", "right", "--time", "0"},
        1,
@@ -162,6 +162,90 @@ TEST_F(PlanCommand, SaysWhatIsWrongWithTheEnds) {
     EXPECT_EQ(run.exit_code, c.exit_code) << c.says << ": " << run.err;
     EXPECT_THAT(run.err, HasSubstr(c.says));
   }
+}
+
+// Three links in the plane, the last of 0.2 m with the ball of the hand at its end.
+constexpr char kThreeLinkArm[] = R"(<robot name="plane"><link name="base"/>
+<link name="upper"/><link name="fore"/>
+<link name="hand"><collision><origin xyz="0.2 0 0"/><geometry><sphere radius="0.02"/></geometry>
+</collision></link>
+<joint name="one" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3"/></joint>
+<joint name="two" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.5 0 0"/>
+<axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint>
+<joint name="three" type="revolute"><parent link="fore"/><child link="hand"/><origin xyz="0.5 0 0"/>
+<axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint></robot>
+)";
+constexpr char kThreeLinkSrdf[] = R"(<robot name="plane"><group name="arm">
+<joint name="one"/><joint name="two"/><joint name="three"/></group></robot>
+)";
+
+// Where the hand's ball is, and how it is turned.
+std::array<double, 3> HandOf(const json& row) {
+  const auto q = row.get<std::array<double, 3>>();
+  const double a = q[0], b = a + q[1], c = b + q[2];
+  return {0.5 * std::cos(a) + 0.5 * std::cos(b) + 0.2 * std::cos(c),
+          0.5 * std::sin(a) + 0.5 * std::sin(b) + 0.2 * std::sin(c), c};
+}
+
+TEST_F(PlanCommand, PlansToAPoseOfTheToolByWhicheverStateCanBeReached) {
+  const std::string urdf = Write("plane.urdf", kThreeLinkArm);
+  const std::string srdf = Write("plane.srdf", kThreeLinkSrdf);
+  CwmJson({"robot", "load", urdf, "--srdf", srdf, "--world", "plane"});
+  CwmJson({"put", "cup", "--sphere", "0.01", "--at", "0.9,0,0.5", "--world", "plane"});
+  const std::vector<std::string> base = {"--world", "plane",         "--group",
+                                         "arm",     "--x-link-tool", "0.2,0,0"};
+  const auto plan = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), base.begin(), base.end());
+    return PlanJson(more);
+  };
+  // The elbow can be on either side: the side on which the start is, is nearer.
+  for (const char* start : {"--start=0.3,-0.4,0.1", "--start=-0.3,0.4,-0.1"}) {
+    const json found = plan({start, "--goal-at", "0.9,0,0"});
+    EXPECT_EQ(found.at("outcome"), "SOLVED");
+    EXPECT_EQ(found.at("tool_link"), "hand");
+    EXPECT_EQ(found.at("goal_states"), 2) << "elbow left and right";
+    const json& end = found.at("path").back();
+    const auto hand = HandOf(end);
+    EXPECT_NEAR(hand[0], 0.9, 2e-6);
+    EXPECT_NEAR(hand[1], 0, 2e-6);
+    EXPECT_NEAR(hand[2], 0, 2e-6);
+    EXPECT_EQ(end[1].get<double>() < 0, start[8] == '0') << "as at the start";
+  }
+  // By the name of an object, half a metre above the plane of the arm.
+  const json above = plan({"--start=0.3,-0.4,0.1", "--goal-at", "cup+0,0,-0.5"});
+  EXPECT_NEAR(HandOf(above.at("path").back())[0], 0.9, 2e-6);
+  const ProcessResult table =
+      Plan({"--world", "plane", "--group", "arm", "--start=0.3,-0.4,0.1", "--x-link-tool",
+            "0.2,0,0", "--goal-at", "0.9,0,0", "--certify"});
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("the pose of the tool on hand has 2 free states"));
+  struct Case {
+    std::vector<std::string> arguments;
+    int exit_code;
+    std::string says;
+  };
+  const std::vector<Case> cases = {
+      {{"--goal-at", "2,0,0"}, 16, "goal unreachable: hand is"},
+      {{"--goal-at", "0.9,0,0.3"}, 16, "goal unreachable: hand is"},
+      {{"--goal-at", "0.9,0,0", "--goal", "0,0,0"}, 1, "--goal-at excludes --goal"},
+      {{"--goal", "0,0,0", "--tool-link", "hand"}, 1, "--tool-link requires --goal-at"},
+      {{"--goal-at", "0.9,0"}, 1, "--goal-at"},
+      {{"--goal-at", "ghost"}, 3, "ghost"},
+      {{"--goal-at", "0.9,0,0", "--tool-link", "leg"}, 8, "leg"},
+  };
+  for (const Case& c : cases) {
+    std::vector<std::string> arguments = {"--world", "plane", "--group", "arm"};
+    arguments.insert(arguments.end(), c.arguments.begin(), c.arguments.end());
+    const ProcessResult run = Plan(arguments);
+    EXPECT_EQ(run.exit_code, c.exit_code) << c.says << ": " << run.err;
+    EXPECT_THAT(run.err, HasSubstr(c.says));
+  }
+  CwmJson({"put", "wall", "--box", "0.3,0.3,0.3", "--at", "0.9,0,0", "--world", "plane"});
+  const ProcessResult blocked = Plan({"--world", "plane", "--group", "arm", "--start=1.5,0,0",
+                                      "--x-link-tool", "0.2,0,0", "--goal-at", "0.9,0,0"});
+  EXPECT_EQ(blocked.exit_code, 11) << blocked.err;
+  EXPECT_THAT(blocked.err, HasSubstr("goal in collision: hand meets wall"));
 }
 
 // A gate at the elbow that the arm along x cannot pass.

@@ -23,7 +23,7 @@ std::vector<Disc> WallWithAGap() {
   return discs;
 }
 
-PlanProblem Across() { return {.joints = Flat(), .start = {-0.8, -0.5}, .goal = {0.8, -0.5}}; }
+PlanProblem Across() { return {.joints = Flat(), .start = {-0.8, -0.5}, .goals = {{0.8, -0.5}}}; }
 
 TEST(PlanMotion, FindsTheGapInAWallWithEverySeed) {
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {
@@ -32,7 +32,7 @@ TEST(PlanMotion, FindsTheGapInAWallWithEverySeed) {
     ASSERT_TRUE(plan.ok()) << plan.status();
     ASSERT_EQ(plan->outcome, Outcome::kSolved) << "seed " << seed;
     EXPECT_EQ(plan->path.front(), Across().start);
-    EXPECT_EQ(plan->path.back(), Across().goal);
+    EXPECT_EQ(plan->path.back(), Across().goals.front());
     EXPECT_GE(MinClearance(world, plan->path), -MaxDepthBetween(kFineStep, kRadius) - 1e-9);
     // Through the gap the length is at least 2 * hypot(0.8, 1), apart from the gap's width.
     EXPECT_GT(plan->length, 2.4);
@@ -45,8 +45,42 @@ TEST(PlanMotion, GoesStraightWhereNothingIsInTheWay) {
   FlatWorld world({});
   const auto plan = PlanMotion(Across(), world, {});
   ASSERT_TRUE(plan.ok());
-  EXPECT_EQ(plan->path, (std::vector<Row>{Across().start, Across().goal}));
+  EXPECT_EQ(plan->path, (std::vector<Row>{Across().start, Across().goals.front()}));
   EXPECT_LE(plan->checks.batches, 3) << "the ends, and the motion at two steps";
+}
+
+TEST(PlanMotion, EndsAtTheNearestGoalOfSeveralInAnOpenWorld) {
+  FlatWorld world({});
+  PlanProblem problem = Across();
+  problem.goals = {{0.8, -0.5}, {-0.8, 0.5}, {0.8, 0.8}};
+  const auto plan = PlanMotion(problem, world, {});
+  ASSERT_TRUE(plan.ok());
+  EXPECT_EQ(plan->path, (std::vector<Row>{problem.start, {-0.8, 0.5}}));
+  EXPECT_LE(plan->checks.batches, 3);
+}
+
+TEST(PlanMotion, LeavesOutGoalsThatAreNotFreeOrCannotBeReached) {
+  std::vector<Disc> closed = WallWithAGap();
+  closed.push_back({0, 0.5, kRadius});
+  closed.push_back({-0.5, 0.5, kRadius});
+  closed.push_back({-0.5, 0, kRadius});
+  FlatWorld world(closed);
+  PlanProblem problem = Across();
+  // Out of limits, in collision, behind the wall, and one that can be reached, around a disc.
+  problem.goals = {{-1.01, 0}, {-0.5, 0.5}, {0.8, 0}, {-0.25, 0.4}};
+  for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+    const auto plan = PlanMotion(problem, world, {.time_limit_s = 60, .seed = seed});
+    ASSERT_TRUE(plan.ok());
+    ASSERT_EQ(plan->outcome, Outcome::kSolved) << seed;
+    EXPECT_EQ(plan->path.back(), problem.goals.back());
+    EXPECT_GE(MinClearance(world, plan->path), -MaxDepthBetween(kFineStep, kRadius) - 1e-9);
+  }
+  problem.goals = {{-1.01, 0}, {-0.5, 0.5}};
+  EXPECT_EQ(PlanMotion(problem, world, {})->outcome, Outcome::kGoalInCollision);
+  problem.goals = {{-1.01, 0}, {-0.5, 2}};
+  const auto outside = PlanMotion(problem, world, {});
+  EXPECT_EQ(outside->outcome, Outcome::kGoalOutOfLimits);
+  EXPECT_EQ(outside->joint, 0u) << "that of the first goal";
 }
 
 TEST(PlanMotion, PlansTheSameForTheSameSeed) {
@@ -61,7 +95,7 @@ TEST(PlanMotion, PlansTheSameForTheSameSeed) {
 TEST(PlanMotion, SaysWhichEndIsWrong) {
   FlatWorld world({{-0.8, -0.5, 0.1}, {0, 0, 0.1}});
   const auto outcome = [&](Row start, Row goal) {
-    return *PlanMotion({.joints = Flat(), .start = std::move(start), .goal = std::move(goal)},
+    return *PlanMotion({.joints = Flat(), .start = std::move(start), .goals = {std::move(goal)}},
                        world, {});
   };
   EXPECT_EQ(outcome({-0.8, -0.5}, {0, 0}).outcome, Outcome::kStartInCollision);
@@ -108,12 +142,15 @@ TEST(PlanMotion, RefusesWhatIsNoProblem) {
   EXPECT_THAT(refusal(problem),
               HasSubstr("start has 1 numbers, must have one for each of 2 joints"));
   problem = Across();
-  problem.goal[1] = std::numeric_limits<double>::quiet_NaN();
+  problem.goals[0][1] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(refusal(problem), HasSubstr("goal: y is nan, must be finite"));
   problem = Across();
   problem.joints[0].lower = 2;
   EXPECT_THAT(refusal(problem), HasSubstr("x: limits are 2 to 1, must not cross"));
   EXPECT_THAT(refusal({}), HasSubstr("joints: there is none"));
+  problem = Across();
+  problem.goals.clear();
+  EXPECT_THAT(refusal(problem), HasSubstr("goals: there is none"));
   EXPECT_EQ(world.counts().batches, 0);
 }
 
