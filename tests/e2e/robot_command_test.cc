@@ -12,6 +12,7 @@ namespace cwm::testing {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr char kTetrahedron[] =
@@ -52,6 +53,45 @@ TEST_F(RobotCommand, LoadsListsShowsAndRemovesARobot) {
   EXPECT_EQ(shown["robots"][0].at("variables").at(0).at("upper"), 2.0);
   EXPECT_EQ(CwmJson({"robot", "remove", "crane"}).at("revision"), "3");
   EXPECT_EQ(CwmJson({"robot", "list"}).at("robots").size(), 1u);
+}
+
+TEST_F(RobotCommand, LoadsPaddingsScalesAndTools) {
+  const ProcessResult loaded = Cwm({"robot", "load", urdf(), "--padding", "boom=0.02", "--scale",
+                                    "*=0.5", "--tool", "hook=boom@0,0,-0.5", "--tool", "top=boom"});
+  EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
+  EXPECT_THAT(loaded.out, AllOf(HasSubstr("PADDING"), HasSubstr("20.0 mm"), HasSubstr("0.500")));
+  EXPECT_THAT(loaded.out, AllOf(HasSubstr("TOOL"), HasSubstr("hook"), HasSubstr("-0.500")));
+  const json shown = CwmJson({"robot", "get", "crane"})["robots"][0];
+  EXPECT_EQ(shown.at("tools").at(0).at("link"), "boom");
+  EXPECT_EQ(shown.at("links").at(1).at("padding_m"), 0.02);
+  const json solved = CwmJson({"solve", "--robot", "crane", "--tool", "hook", "--at", "0,0,-0.5"});
+  EXPECT_EQ(solved.at("rows")[0].at("status"), "POSE_STATUS_SOLVED");
+  const auto fails = [&](std::vector<std::string> more, const std::string& what) {
+    std::vector<std::string> words = {"robot", "load", urdf()};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult run = Cwm(words);
+    EXPECT_NE(run.exit_code, 0);
+    EXPECT_THAT(run.err, HasSubstr(what));
+  };
+  fails({"--padding", "boom"}, "--padding: \"boom\" must be LINK=METRES");
+  fails({"--scale", "boom=big"}, "must be LINK=FACTOR");
+  fails({"--tool", "hook"}, "must be NAME=LINK[@X,Y,Z");
+  fails({"--tool-group", "hook=arm"}, "must be the name of a --tool");
+  fails({"--padding", "jib=0.1"}, "must be a link of robot");
+}
+
+TEST_F(RobotCommand, ListsAllContactsOfTheWorld) {
+  CwmJson({"put", "cup", "--sphere", "0.1", "--at", "5,0,0"});
+  CwmJson({"put", "tray", "--box", "1,1,0.2", "--at", "5,0,-0.15"});
+  CwmJson({"robot", "load", urdf()});
+  const ProcessResult all = Cwm({"contacts", "--all"});
+  EXPECT_EQ(all.exit_code, 0) << all.err;
+  EXPECT_THAT(all.out, AllOf(HasSubstr("cup"), HasSubstr("tray"), HasSubstr("-50.000")));
+  EXPECT_THAT(all.out, HasSubstr("1 contact\n"));
+  EXPECT_THAT(Cwm({"contacts", "--all", "--ignore", "cup"}).out, HasSubstr("0 contacts\n"));
+  const ProcessResult both = Cwm({"contacts", "--all", "--object", "cup"});
+  EXPECT_NE(both.exit_code, 0);
+  EXPECT_THAT(both.err, HasSubstr("--all: not together with a body"));
 }
 
 TEST_F(RobotCommand, ShowsTablesToPeople) {

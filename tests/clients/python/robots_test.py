@@ -121,6 +121,66 @@ class Robots(ServerCase):
         with self.assertRaisesRegex(cwm.InvalidArgument, 'links.0.: is "hand"'):
             self.world.link_poses("arm", links=["hand"])
 
+    def test_have_paddings_scales_and_tools(self):
+        tip = cwm.Tool("tip", "lower", cwm.pose([0.7, 0, 0]), group="both")
+        arm = self.world.load_robot(
+            URDF, srdf=SRDF, padding={"lower": 0.05}, scale={"*": 0.5}, tools=[tip]
+        )
+        self.assertEqual([link.padding_m for link in arm.links], [0, 0, 0.05])
+        self.assertEqual([link.scale for link in arm.links], [0.5, 0.5, 0.5])
+        self.assertEqual([(tool.name, tool.link, tool.group) for tool in arm.tools],
+                         [("tip", "lower", "both")])
+        np.testing.assert_array_equal(arm.tools[0].pose[:3, 3], [0.7, 0, 0])
+        # The sphere of the lower link has a radius of 0.05 m and is at x = 1 m.
+        self.world.put("post", cwm.Box(0.1, 0.1, 0.1), cwm.pose([1.14, 0, 0]))
+        both = cwm.RobotSubject("arm", "both")
+        bare = cwm.RobotSubject("arm", "both", padding={"*": 0.03})
+        self.assertEqual(list(self.world.check(both, np.zeros((1, 2))).collision), [True])
+        self.assertEqual(list(self.world.check(bare, np.zeros((1, 2))).free), [True])
+        with self.assertRaisesRegex(cwm.InvalidArgument, "link_padding"):
+            self.world.check(cwm.RobotSubject("arm", padding={"hand": 0.1}))
+        with self.assertRaisesRegex(ValueError, "padding"):
+            self.world.load_robot(URDF, padding={"lower": -1})
+        # The arm is straight: its elbow is at x = 0.5, its tool 0.7 m beyond.
+        at = cwm.pose([1.2, 0, 0])
+        for solved in (
+            self.world.solve(both, at, seeds=[0.1, 0.1]),
+            self.world.solve(both, at, tool="tip", seeds=[0.1, 0.1]),
+        ):
+            self.assertEqual(list(solved.solved), [True])
+            self.assertEqual(solved.tool_link, "lower")
+            np.testing.assert_allclose(solved.best[0], [0, 0], atol=1e-5)
+        with self.assertRaisesRegex(cwm.InvalidArgument, '"tip"'):
+            self.world.solve(both, at, tool="hook")
+
+    def test_have_pairs_checked_that_the_srdf_disables(self):
+        both = cwm.RobotSubject("arm", "both", scope="self")
+        bent = [[0, 2]]  # the spheres are 2 * 0.5 * sin(1) apart: the pair may collide anyhow
+        larger = self.world.load_robot(URDF, srdf=SRDF, scale={"*": 5})
+        self.assertEqual(larger.links[1].scale, 5)
+        self.assertEqual(list(self.world.check(both, bent).free), [True])
+        self.world.allow(("arm", "upper"), ("arm", "lower"), check=True)
+        self.assertEqual([(rule.allowed, rule.check) for rule in self.world.rules()],
+                         [(False, True)])
+        self.assertEqual(list(self.world.check(both, bent).collision), [True])
+        self.world.allow(("arm", "upper"), ("arm", "lower"), withdraw=True)
+        self.assertEqual(self.world.rules(), ())
+
+    def test_are_in_contact_with_the_world(self):
+        self.world.put("post", cwm.Sphere(0.1), cwm.pose([1.15, 0, 0]))
+        self.world.put("next", cwm.Sphere(0.1), cwm.pose([1.33, 0, 0]))
+        found = self.world.all_contacts()
+        self.assertTrue(found.complete)
+        self.assertEqual(list(zip(found.a, found.b)), [("arm", "post"), ("next", "post")])
+        self.assertEqual(list(found.link_a), ["lower", None])
+        np.testing.assert_allclose(found.distance_m, [-0.05, -0.02], atol=1e-9)
+        np.testing.assert_allclose(found.normal[0], [1, 0, 0], atol=1e-9)
+        self.assertEqual(len(self.world.all_contacts(max_contacts=1)), 1)
+        self.assertFalse(self.world.all_contacts(max_contacts=1).complete)
+        self.assertEqual(len(self.world.what_if(cwm.Remove("post")).all_contacts()), 0)
+        with self.world.at().stream() as stream:
+            self.assertEqual(list(stream.all_contacts().b), ["post", "post"])
+
     def test_are_asked_about_many_states(self):
         self.world.put("ball", cwm.Sphere(0.2), cwm.pose([0.6, 0.5, 0]))
         states = np.random.default_rng(8).uniform([-3, -2], [3, 2], (70_000, 2))

@@ -50,6 +50,41 @@ TEST(Urdf, ReadsEveryShape) {
   EXPECT_EQ(shape("<capsule radius=\"0.5\" length=\"2\"/>"), Shape(Capsule{0.5, 2}));
 }
 
+absl::StatusOr<std::string> Tetrahedron(std::string_view) {
+  return "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+}
+
+// Each geometry keeps its pose; its size is multiplied about its own origin.
+TEST(Urdf, ScalesTheGeometryOfLinks) {
+  const auto shape_of = [](const std::string& text, double scale) {
+    const auto robot =
+        ReadUrdf(Robot("<link name=\"a\"><collision><origin xyz=\"1 2 3\"/><geometry>" + text +
+                       "</geometry></collision></link>"),
+                 Tetrahedron, {}, {}, {{"a", scale}, {"*", 7}});
+    EXPECT_TRUE(robot.ok()) << robot.status();
+    const CollisionGeometry& geometry = robot->links[0].collisions[0];
+    EXPECT_EQ(geometry.X_LG.translation(), Vector3(1, 2, 3));
+    return geometry.shape;
+  };
+  EXPECT_EQ(shape_of("<box size=\"1 2 3\"/>", 2), Shape(Box{{2, 4, 6}}));
+  EXPECT_EQ(shape_of("<sphere radius=\"0.5\"/>", 0.5), Shape(Sphere{0.25}));
+  EXPECT_EQ(shape_of("<cylinder radius=\"0.5\" length=\"2\"/>", 2), Shape(Cylinder{1, 4}));
+  EXPECT_EQ(shape_of("<capsule radius=\"0.5\" length=\"2\"/>", 2), Shape(Capsule{1, 4}));
+  const Mesh mesh = std::get<Mesh>(shape_of("<mesh filename=\"b.obj\" scale=\"1 -1 2\"/>", 3));
+  const Mesh plain = std::get<Mesh>(shape_of("<mesh filename=\"b.obj\" scale=\"3 -3 6\"/>", 1));
+  EXPECT_EQ(mesh.mesh->vertices, plain.mesh->vertices);
+  EXPECT_EQ(mesh.mesh->triangles, plain.mesh->triangles);
+  EXPECT_EQ(mesh.watertight, plain.watertight);
+}
+
+TEST(Urdf, ScalesLinksThatAreNotNamedByTheOthersScale) {
+  const std::string ball =
+      testing::Ball("a") + testing::Ball("b") + JointText("j", "fixed", "a", "b", "");
+  const auto robot = *ReadUrdf(Robot(ball), NoMeshes, {}, {}, {{"*", 2}, {"b", 3}});
+  EXPECT_EQ(robot.links[0].collisions[0].shape, Shape(Sphere{0.2}));
+  EXPECT_NEAR(std::get<Sphere>(robot.links[1].collisions[0].shape).radius_m, 0.3, kRounding);
+}
+
 TEST(Urdf, AJointThatFollowsAnUnknownOneMovesByItself) {
   const RobotDescription robot =
       Read(Links("ab") + JointText("j", "revolute", "a", "b",

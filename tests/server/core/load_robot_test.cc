@@ -141,10 +141,19 @@ TEST(ReadRobot, EndsWhenItIsStopped) {
             absl::StatusCode::kCancelled);
 }
 
+// The warnings of a robot in its default state.
+std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf) {
+  return server::WarningsOf(robot, has_srdf, collision::DefaultVariables(*robot.model));
+}
+
 TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
-  EXPECT_THAT(WarningsOf(*Arm(), true),
-              ElementsAre("links fore, left, right, free without collision geometry: never in "
-                          "collision; add a <collision> if it has a body"));
+  EXPECT_THAT(
+      WarningsOf(*Arm(), true),
+      ElementsAre("pair base with upper always in collision, in each of the sampled states: "
+                  "no state is free; add <disable_collisions> to the SRDF, or allow the "
+                  "links to collide",
+                  "links fore, left, right, free without collision geometry: never in "
+                  "collision; add a <collision> if it has a body"));
   RobotFiles files{.urdf = Robot(MeshLink("a", "a.obj") + MeshLink("b", "b.obj") +
                                  JointText("j", "fixed", "a", "b")),
                    .meshes = {{"a.obj", kTetrahedron}, {"b.obj", kTriangle}}};
@@ -175,7 +184,7 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
 }
 
 TEST(WarningsOfARobot, TellOfNamedStatesOutOfLimits) {
-  EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1")), true).size(), 1u) << "at the limit is within";
+  EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1")), true).size(), 2u) << "at the limit is within";
   EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1.5")), true)[0],
             "named state ready of reach (elbow is 1.5, must be from -1 to 1) out of limits: the "
             "verdict about such a state is OUT_OF_LIMITS; correct it");
