@@ -12,6 +12,7 @@
 #include "server/rpc/query_queue.h"
 #include "server/wire/answers.h"
 #include "server/wire/objects.h"
+#include "server/wire/pair_options.h"
 #include "server/wire/poses.h"
 #include "server/wire/prepared_bytes.h"
 #include "server/wire/queries.h"
@@ -25,7 +26,10 @@ struct AnswerSize {
   int bytes;  // of the non-scalar columns
 };
 AnswerSize SizeOfAnswer(const v1::CheckCollisionsRequest&) { return {0, 14}; }
-AnswerSize SizeOfAnswer(const v1::GetDistancesRequest&) { return {11, 13}; }
+AnswerSize SizeOfAnswer(const v1::GetDistancesRequest& request) {
+  constexpr int kJoints = 7;  // of an arm
+  return {11 + (request.want_joint_gradient() ? kJoints : 0), 14};
+}
 AnswerSize SizeOfAnswer(const v1::GetContactsRequest&) { return {11, 13}; }
 AnswerSize SizeOfAnswer(const v1::GetWorldContactsRequest&) { return {11, 17}; }
 AnswerSize SizeOfAnswer(const v1::CheckMotionsRequest&) { return {3, 18}; }
@@ -75,6 +79,7 @@ struct ParsedQuery {
             .form = options.form,
             .precision = options.precision,
             .verdicts_only = options.query.naming == collision::Naming::kWhereTested,
+            .joint_gradients = options.query.joint_gradients,
             .body = std::move(body)};
   }
 };
@@ -163,6 +168,9 @@ absl::StatusOr<ParsedQuery> ParseQuery(Runtime& runtime, const Request& request,
   parsed.snapshot = *std::move(snapshot);
   auto status = CheckIgnoredPairs(parsed.options.query.ignore_pairs, *parsed.snapshot);
   if (!status.ok()) return status;
+  status = CheckNamedThings(parsed.options.query.only, *parsed.snapshot,
+                            FieldPath::OfRequest("options"));
+  if (!status.ok()) return status;
   return parsed;
 }
 
@@ -187,6 +195,7 @@ std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSna
 // At most one answer per object and robot, and one for the body itself.
 std::int64_t ResultsPerRow(const collision::QueryOptions& options,
                            const collision::WorldSnapshot& world) {
+  if (options.pairs == collision::DistancePairs::kLinks) return 0;  // counted while they are found
   return std::min<std::int64_t>(
       options.max_results,
       static_cast<std::int64_t>(world.objects().size() + world.robots().size()) + 1);
@@ -203,23 +212,27 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
                         Response* response) {
   auto parsed = ParseQuery(runtime, request, call, memory);
   if (!parsed.ok()) return parsed.status();
+  auto status = SetPairOptions(request, parsed->options);
+  if (!status.ok()) return status;
   const Application& application = runtime.application;
+  collision::QueryOptions& options = parsed->options.query;
   auto query = StateQueryFromProto(request.subject(),
                                    {*parsed->snapshot, application.geometry, application.limits,
-                                    parsed->options.query.ignore, &parsed->budget},
+                                    options.ignore, &parsed->budget, options.only},
                                    FieldPath::OfRequest("subject"));
   if (!query.ok()) return query.status();
+  const Limits limits = LimitsOf(*query, options, application.limits);
+  options.max_answers = static_cast<std::size_t>(MaxAnswers(parsed->options.form, limits));
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*query);
-  auto status = CheckForm(parsed->options.form, rows->size(), application.limits);
+  status = CheckForm(parsed->options.form, rows->size(), limits);
   if (!status.ok()) return status;
-  status = CheckAnswers(
-      {kind.field, kind.per_row(parsed->options.query, *parsed->snapshot), rows->size()},
-      parsed->options.form, application.limits);
+  status = CheckAnswers({kind.field, kind.per_row(options, *parsed->snapshot), rows->size()},
+                        parsed->options.form, limits);
   if (!status.ok()) return status;
   const CoreShare share(runtime, IsBatch(runtime, request));
-  parsed->options.query.threads = share.threads();
-  auto answers =
-      kind.evaluate(*parsed->snapshot, query->body, *rows, parsed->options.query, call.stop);
+  options.threads = share.threads();
+  auto answers = kind.evaluate(*parsed->snapshot, query->body, *rows, options, call.stop);
+  if (absl::IsOutOfRange(answers.status())) return TooManyLinkPairs(options);
   if (!answers.ok()) return answers.status();
   kind.to_proto(*answers, parsed->Context(BodyNamesOf(*query)), response);
   return absl::OkStatus();
@@ -284,9 +297,9 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::CheckMotionsRequest& reques
   auto parsed = ParseQuery(runtime, request, call, memory);
   if (!parsed.ok()) return parsed.status();
   const Application& application = runtime.application;
-  auto motions =
-      MotionQueryFromProto(request, {*parsed->snapshot, application.geometry, application.limits,
-                                     parsed->options.query.ignore, &parsed->budget});
+  auto motions = MotionQueryFromProto(
+      request, {*parsed->snapshot, application.geometry, application.limits,
+                parsed->options.query.ignore, &parsed->budget, parsed->options.query.only});
   if (!motions.ok()) return motions.status();
   auto status = CheckForm(parsed->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
@@ -306,9 +319,9 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::SolvePosesRequest& request,
   auto parsed = ParseQuery(runtime, request, call, memory);
   if (!parsed.ok()) return parsed.status();
   const Application& application = runtime.application;
-  auto query =
-      PoseQueryFromProto(request, {*parsed->snapshot, application.geometry, application.limits,
-                                   parsed->options.query.ignore, &parsed->budget});
+  auto query = PoseQueryFromProto(
+      request, {*parsed->snapshot, application.geometry, application.limits,
+                parsed->options.query.ignore, &parsed->budget, parsed->options.query.only});
   if (!query.ok()) return query.status();
   const collision::PoseBatch batch = BatchOf(*query);
   auto status = CheckForm(parsed->options.form, query->X_WT.size(), application.limits);
@@ -333,11 +346,11 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::GetLinkPosesRequest& reques
   auto parsed = ParseQuery(runtime, request, call, memory);
   if (!parsed.ok()) return parsed.status();
   const Application& application = runtime.application;
-  const auto query =
-      RobotQueryFromProto(request.robot(),
-                          {*parsed->snapshot, application.geometry, application.limits,
-                           parsed->options.query.ignore, &parsed->budget},
-                          FieldPath::OfRequest("robot"));
+  const auto query = RobotQueryFromProto(
+      request.robot(),
+      {*parsed->snapshot, application.geometry, application.limits, parsed->options.query.ignore,
+       &parsed->budget, parsed->options.query.only},
+      FieldPath::OfRequest("robot"));
   if (!query.ok()) return query.status();
   const auto links = LinksFromProto(request, *query);
   if (!links.ok()) return links.status();

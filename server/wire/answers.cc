@@ -106,6 +106,21 @@ void SetVariable(const Columns& answers, std::size_t i, const AnswerContext& con
   row->set_variable(context.body.variables[static_cast<std::size_t>(answers.variable[i])]);
 }
 
+// Sets the derivatives by the joints, if they were asked for.
+void SetGradients(const collision::PairColumns& answers, Precision precision,
+                  v1::PairColumns* columns) {
+  columns->set_joint_gradient(Scalars(answers.joint_gradient, precision));
+  columns->set_gradient_kink(NumberBytes(answers.gradient_kink));
+}
+void SetGradient(const collision::PairColumns& answers, std::size_t i, v1::PairRow* row) {
+  if (answers.gradient_kink.empty()) return;
+  const std::size_t width = answers.joint_gradient.size() / answers.gradient_kink.size();
+  for (std::size_t k = 0; k < width; ++k) {
+    row->add_joint_gradient(answers.joint_gradient[i * width + k]);
+  }
+  row->set_gradient_kink(answers.gradient_kink[i] != 0);
+}
+
 template <class Response>
 void SetColumns(const collision::PairColumns& answers, const std::vector<std::int32_t>& objects,
                 Precision precision, Response* response) {
@@ -120,6 +135,7 @@ void SetColumns(const collision::PairColumns& answers, const std::vector<std::in
   columns->set_body_part(NumberBytes(answers.body_part));
   columns->set_object_part(NumberBytes(answers.object_part));
   columns->set_trust(EnumBytes(answers.accuracy));
+  SetGradients(answers, precision, columns);
   const bool all_exact =
       std::all_of(answers.accuracy.begin(), answers.accuracy.end(),
                   [](auto trust) { return trust == collision::Accuracy::kExact; });
@@ -177,6 +193,7 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, &row);
   row.set_trust(EnumToProto(answers.accuracy[i]));
   if (HasBound(answers.accuracy[i])) row.set_bound_m(answers.bound_m[i]);
+  SetGradient(answers, i, &row);
   return row;
 }
 
@@ -213,6 +230,8 @@ void SetPairs(const collision::PairColumns& answers, const AnswerContext& contex
 void DistanceAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,
                             v1::GetDistancesResponse* response) {
   SetPairs(answers, context, response);
+  if (!context.joint_gradients) return;
+  for (const std::string& name : context.body.row_variables) response->add_variables(name);
 }
 
 void ContactAnswersToProto(const collision::PairColumns& answers, const AnswerContext& context,

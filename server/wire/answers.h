@@ -21,8 +21,9 @@ struct AnswerContext {
   const collision::WorldSnapshot& snapshot;  // with the request's overlay, if any
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
-  bool verdicts_only = false;  // of collisions: no pair is named
-  BodyNames body = {};         // if the subject is a robot
+  bool verdicts_only = false;    // of collisions: no pair is named
+  bool joint_gradients = false;  // of distances: the variables of a row are named
+  BodyNames body = {};           // if the subject is a robot
 };
 
 void CollisionAnswersToProto(const collision::CollisionColumns& answers,

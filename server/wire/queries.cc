@@ -7,6 +7,7 @@
 #include "server/core/error.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
+#include "server/wire/pair_options.h"
 #include "server/wire/pair_rules.h"
 #include "server/wire/poses.h"
 #include "server/wire/shapes.h"
@@ -132,6 +133,9 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
     if (!pair.ok()) return pair.status();
     query.ignore_pairs.push_back(*std::move(pair));
   }
+  auto only = NamedThingsFromProto(options.only(), path);
+  if (!only.ok()) return only.status();
+  query.only = *std::move(only);
   auto unseen = UnseenSpaceFromProto(options.unseen(), path.Field("unseen"));
   if (!unseen.ok()) return unseen.status();
   query.unseen = *unseen;
@@ -176,6 +180,13 @@ absl::StatusOr<StateQuery> ObjectQuery(const v1::Subject::WorldObject& subject,
   if (auto status = CheckName(subject.name(), path.Field("name")); !status.ok()) return status;
   const collision::WorldObjectPtr object = source.snapshot.Find(subject.name());
   if (object == nullptr) return UnknownObject(subject.name());
+  const bool names_itself = std::ranges::any_of(
+      source.only, [&](const collision::NamedThing& thing) { return thing.name == object->name; });
+  if (names_itself) {
+    return path.Field("name").Error(absl::StrCat(
+        "is \"", subject.name(),
+        "\", which options.only must not name: an object is not tested against itself"));
+  }
   if (subject.x_world_object().data().empty()) {
     return StateQuery{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
   }
@@ -256,9 +267,12 @@ absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits) {
                    " rows, must be RESULT_FORM_COLUMNS above ", limits.max_rows_as_messages));
 }
 
+std::int64_t MaxAnswers(Form form, const Limits& limits) {
+  return form == Form::kRows ? limits.max_answers_as_messages : limits.max_answers;
+}
+
 absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits) {
-  const std::int64_t max_answers =
-      form == Form::kRows ? limits.max_answers_as_messages : limits.max_answers;
+  const std::int64_t max_answers = MaxAnswers(form, limits);
   const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(bound.row_count));
   if (bound.per_row <= max_answers / rows) return absl::OkStatus();
   const FieldPath root;

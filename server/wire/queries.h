@@ -81,6 +81,7 @@ struct BodyNames {
   std::vector<std::string> links = {};    // for an attached object, the link that it is attached to
   std::vector<std::string> objects = {};  // "" for own parts; empty: nothing is attached
   std::vector<std::string> variables = {};
+  std::vector<std::string> row_variables = {};  // those of a row, in its order
 };
 BodyNames BodyNamesOf(const StateQuery& query);
 
@@ -90,6 +91,7 @@ struct QuerySource {
   const Limits& limits;
   std::span<const std::string> ignore = {};  // of the options: not attached to the robot, either
   WorkBudget* budget = nullptr;              // reading ends with its status
+  std::span<const collision::NamedThing> only = {};  // of the options: restricts a robot's body
 };
 // NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.
 absl::StatusOr<StateQuery> StateQueryFromProto(const v1::Subject& subject,
@@ -137,6 +139,7 @@ struct AnswerBound {
   std::int64_t per_row;
   std::size_t row_count;
 };
+std::int64_t MaxAnswers(Form form, const Limits& limits);
 absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits);
 
 absl::Status UnknownObject(const std::string& name);

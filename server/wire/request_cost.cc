@@ -31,7 +31,8 @@ constexpr double kRayCost_s = 0.3e-6;
 constexpr double kByteCost_s = 5e-9;
 
 // The cost of an answer relative to a verdict. A motion costs a few dozen states.
-constexpr double kDistanceFactor = 4, kContactsFactor = 6, kMotionFactor = 30, kPointFactor = 1;
+constexpr double kDistanceFactor = 4, kLinkDistancesFactor = 12, kContactsFactor = 6,
+                 kMotionFactor = 30, kPointFactor = 1;
 
 // chosen: shapes beyond this number are not examined but assumed to cost the same as those before.
 constexpr int kMaxExaminedShapes = 2'048;
@@ -214,7 +215,8 @@ double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSour
 }
 
 double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source) {
-  return BodyCost_s(request, source, kDistanceFactor);
+  const bool by_link = request.pairs() == v1::DISTANCE_PAIRS_LINKS;
+  return BodyCost_s(request, source, by_link ? kLinkDistancesFactor : kDistanceFactor);
 }
 
 double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source) {

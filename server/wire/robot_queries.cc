@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "collision/geometry/validation.h"
 #include "collision/query/attached_objects.h"
+#include "collision/query/restrict_body.h"
 #include "collision/world/apply_fault.h"
 #include "collision/xml/xml_element.h"
 #include "server/core/error.h"
@@ -352,7 +353,7 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
   states.rows = *std::move(rows);
   status = CheckRange(states, path.Field("rows"), source.budget);
   if (!status.ok()) return status;
-  return StateQuery{*std::move(body), std::move(states)};
+  return StateQuery{collision::RestrictBody(*std::move(body), source.only), std::move(states)};
 }
 
 collision::JointRows JointRowsOf(const RobotStates& states) {
@@ -383,6 +384,9 @@ BodyNames BodyNamesOf(const StateQuery& query) {
   if (states == nullptr) return names;
   for (const collision::Variable& variable : states->robot->model().variables) {
     names.variables.push_back(variable.name);
+  }
+  for (const int variable : states->group->variables) {
+    names.row_variables.push_back(names.variables[static_cast<std::size_t>(variable)]);
   }
   for (const int frame : query.body.frame_of_part) {
     const collision::AttachedObject* attached = query.body.AttachedIn(frame);
