@@ -38,9 +38,10 @@ struct PlacedExact {
 //   translation is at least that and at most the depth of the convex hulls: kBounded by the
 //   difference, kExact if there is none;
 // * a watertight mesh: the largest depth among the first 64 overlapping pairs of triangles (or of a
-//   triangle and the convex shape), or of a point that lies inside. The minimum translation is at
-//   least that and at most the depth of the mesh's box: kBounded by the difference. Containment
-//   counts as penetration, whichever solid contains the other;
+//   triangle and the convex shape), of a point that lies inside, or of a hull in the solid. The
+//   minimum translation is at least that and at most the depth of the hull around the mesh:
+//   kBounded by the difference, kExact if there is none. Containment counts as penetration,
+//   whichever solid contains the other. Closed holes are not considered: see mesh_caps.h;
 // * an open mesh: kSurfaceOnly, the same without an inside, and with the same bound if it overlaps;
 // * two half-spaces: if their normals are opposite, the thickness of the layer that both fill,
 //   kExact. Otherwise no translation separates them: -kMaxCoordinate_m and kDegraded, without
