@@ -52,7 +52,7 @@ export function rulesByPair(all: readonly PairRule[]): ReadonlyMap<string, PairR
 }
 
 function applyRule(rule: PairRule, rules: Map<string, PairRule>): void {
-  if (rule.allowed || rule.margin_m !== undefined) rules.set(ruleKey(rule), rule);
+  if (rule.allowed || rule.check || rule.margin_m !== undefined) rules.set(ruleKey(rule), rule);
   else rules.delete(ruleKey(rule));
 }
 

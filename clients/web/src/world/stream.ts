@@ -17,6 +17,7 @@ export interface PairRule {
   allowed: boolean;
   expires?: string;
   margin_m?: number;
+  check?: boolean;  // two links of one robot are checked although its SRDF disables the pair
 }
 
 export interface RobotVariable { name: string; joint: string; joint_kind: string; lower?: number; upper?: number; }

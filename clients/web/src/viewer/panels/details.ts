@@ -121,10 +121,11 @@ const isAbout = (name: string, { pair: { a, b } }: PairRule): boolean => a.name 
 
 function rulesSection(name: string, about: readonly PairRule[]): HTMLElement[] {
   if (about.length === 0) return [];
-  const list = element("ul", "rules", ...about.map(({ pair: { a, b }, allowed, margin_m }) => {
+  const list = element("ul", "rules", ...about.map(({ pair: { a, b }, allowed, margin_m, check }) => {
     const other = a.name === name ? b : a;
     const whom = `${other.name === "*" ? "everything" : other.name}${other.link ? `:${other.link}` : ""}`;
-    return element("li", "", [allowed ? `may touch ${whom}` : "", margin_m === undefined ? "" : `margin ${mm(margin_m)} mm to ${whom}`]
+    return element("li", "", [allowed ? `may touch ${whom}` : "", check ? `${a.link} is checked against ${b.link}` : "",
+      margin_m === undefined ? "" : `margin ${mm(margin_m)} mm to ${whom}`]
       .filter((text) => text !== "").join(", "));
   }));
   return [element("section", "part", element("h3", "", "Rules"), list)];
