@@ -169,6 +169,27 @@ std::vector<LinkPair> Without(const std::vector<LinkPair>& pairs,
   return others;
 }
 
+// By link: true if a variable of the group moves the joint above it.
+std::vector<bool> JointsOf(const RobotModel& model, const JointGroup& group) {
+  std::vector<bool> is_of_group(model.links.size(), false);
+  for (std::size_t link = 1; link < model.links.size(); ++link) {
+    const ModelLink& each = model.links[link];
+    is_of_group[link] = each.kind != JointKind::kFixed &&
+                        std::ranges::binary_search(group.variables, each.variable);
+  }
+  return is_of_group;
+}
+
+// True if one of the joints moves the links relative to each other.
+bool MoveApart(const RobotModel& model, const std::vector<bool>& joints, LinkPair links) {
+  while (links.first != links.second) {  // parents have lower indices
+    int& later = links.first > links.second ? links.first : links.second;
+    if (joints[static_cast<std::size_t>(later)]) return true;
+    later = model.links[static_cast<std::size_t>(later)].parent;
+  }
+  return false;
+}
+
 std::vector<double> StateOf(const RobotModel& model, const NamedState& named) {
   std::vector<double> state = DefaultVariables(model);
   for (std::size_t k = 0; k < named.variables.size(); ++k) {
@@ -188,18 +209,18 @@ std::optional<SelfCollisions> FindSelfCollisions(const RobotGeometry& robot,
   SelfCollisions found{.always = FindAlwaysColliding(model, placed, limit), .states = {}};
   limit.Refill();
   const std::vector<LinkPair> others = Without(model.self_pairs, found.always);
-  const auto test = [&](std::span<const double> state, const std::string& group,
+  const auto test = [&](std::span<const double> state, const JointGroup& group,
                         const std::string& name) {
     if (!placed.Place(state)) return;
-    const auto at =
-        std::ranges::find_if(others, [&](const LinkPair& pair) { return placed.Collide(pair); });
-    if (at != others.end()) found.states.push_back({group, name, *at});
+    const std::vector<bool> joints = JointsOf(model, group);
+    const auto at = std::ranges::find_if(others, [&](const LinkPair& pair) {
+      return MoveApart(model, joints, pair) && placed.Collide(pair);
+    });
+    if (at != others.end()) found.states.push_back({group.name, name, *at});
   };
-  test(initial_state, "", "");
+  test(initial_state, model.all, "");
   for (const JointGroup& group : model.groups) {
-    for (const NamedState& state : group.states) {
-      test(StateOf(model, state), group.name, state.name);
-    }
+    for (const NamedState& state : group.states) test(StateOf(model, state), group, state.name);
   }
   if (HasEnded(work)) return std::nullopt;
   return found;

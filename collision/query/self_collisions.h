@@ -15,7 +15,8 @@ struct SelfCollisions {
   // The checked pairs of links that collide in every sampled state: no state of the robot can be
   // free. Empty if the work ran out before all states were sampled.
   std::vector<LinkPair> always;
-  // A state in which another pair of links collides.
+  // A state in which another pair of links collides, one that joints of its group move relative to
+  // each other: a state of a hand says nothing about the arm.
   struct InState {
     std::string group, state;  // of a named state; both are empty for the given state
     LinkPair links;            // the first such pair

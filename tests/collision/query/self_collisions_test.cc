@@ -58,6 +58,25 @@ TEST(SelfCollisions, NameStatesWithAnotherPair) {
   EXPECT_EQ(loaded.found.states[1].state, "folded");
 }
 
+// The other joints are at their defaults, for which a state of some joints cannot be blamed.
+TEST(SelfCollisions, BlameStatesForPairsThatTheirGroupMoves) {
+  const std::string tip =
+      testing::Ball("t") +
+      testing::JointText("wrist", "revolute", "e", "t",
+                         "<origin xyz=\"0.3 0 0\"/><limit lower=\"-1\" upper=\"1\"/>");
+  const std::string states =
+      "<group name=\"hand\"><joint name=\"wrist\"/></group>"
+      "<group_state name=\"still\" group=\"hand\"><joint name=\"wrist\" "
+      "value=\"0.1\"/></group_state>"
+      "<group name=\"arm\"><joint name=\"elbow\"/></group>"
+      "<group_state name=\"folded\" group=\"arm\"><joint name=\"elbow\" "
+      "value=\"3\"/></group_state>";
+  const Loaded loaded = Load(tip, states, {0, 3, 0});
+  ASSERT_EQ(loaded.found.states.size(), 2u);
+  EXPECT_EQ(loaded.found.states[0].state, "");
+  EXPECT_EQ(loaded.found.states[1].state, "folded");
+}
+
 TEST(SelfCollisions, EndWithTheWork) {
   class Ended final : public WorkCounter {
     bool MustEndAfter(std::size_t) override { return true; }

@@ -140,7 +140,7 @@ TEST_F(RobotServiceTest, LoadsARobotAndMakesItsWorld) {
   EXPECT_EQ(response_.robot().links_size(), 7);
   EXPECT_EQ(response_.robot().state(0), 0.5);
   EXPECT_EQ(response_.robot().x_world_base().tx_m(), 1);
-  EXPECT_EQ(response_.warnings_size(), 1);
+  EXPECT_EQ(response_.warnings_size(), 2);
   ExpectRevision(1, "kitchen");
   MustLoad(header);
   ExpectRevision(1, "kitchen");

@@ -290,7 +290,7 @@ TEST_F(RobotSettings, WarnOfStatesInSelfCollision) {
 TEST_F(RobotSettings, ContactsOfTheWorldAreThoseOfItsMembers) {
   MustLoad(Header());
   PutBox("in_e", 1.05);
-  PutBox("next", 1.2);
+  PutBox("next", 1.22);
   v1::GetWorldContactsRequest request;
   const v1::GetWorldContactsResponse columns = Contacts(request);
   EXPECT_TRUE(columns.is_complete());
@@ -308,7 +308,7 @@ TEST_F(RobotSettings, ContactsOfTheWorldAreThoseOfItsMembers) {
   EXPECT_EQ(rows.rows(0).object_a(), "in_e");
   EXPECT_FALSE(rows.rows(0).has_link_a());
   EXPECT_EQ(rows.rows(0).link_b(), "e");
-  EXPECT_NEAR(rows.rows(1).distance_m(), -0.05, 1e-9);
+  EXPECT_NEAR(rows.rows(1).distance_m(), -0.03, 1e-9);
   EXPECT_NEAR(rows.rows(1).normal().x(), 1, 1e-9);
   EXPECT_EQ(rows.rows(1).trust(), v1::TRUST_EXACT);
 }
@@ -316,16 +316,16 @@ TEST_F(RobotSettings, ContactsOfTheWorldAreThoseOfItsMembers) {
 TEST_F(RobotSettings, ContactsOfTheWorldTakeOverlaysRevisionsAndOptions) {
   MustLoad(Header());
   const std::int64_t revision = PutBox("in_e", 1.05);
-  PutBox("next", 1.2);
+  PutBox("next", 1.22);
   v1::GetWorldContactsRequest request;
   const auto count = [&] { return Contacts(request).trust().size(); };
   EXPECT_EQ(count(), 2U);
   request.mutable_options()->mutable_at_revision()->set_exact(revision);
   EXPECT_EQ(count(), 1U);
-  *request.mutable_options()->add_overlay() = PutBoxChange("other", 1.2);
+  *request.mutable_options()->add_overlay() = PutBoxChange("other", 1.22);
   EXPECT_EQ(count(), 2U);
   request.mutable_options()->add_ignore("in_e");
-  EXPECT_EQ(count(), 0U) << "the overlay's box is 0.1 m from ball e less its radius";
+  EXPECT_EQ(count(), 0U) << "the box of the overlay is 0.02 m from ball e";
   request = {};
   request.mutable_options()->set_max_contacts(1);
   EXPECT_FALSE(Contacts(request).is_complete());
