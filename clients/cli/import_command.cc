@@ -248,9 +248,10 @@ void AddImportCommand(CommandLine& line) {
        "Scenes: YAML or .scene. Objects are put under their ids, in one revision: boxes, "
        "cylinders, spheres,\ncones, meshes, and planes as half-spaces, solid where the normal "
        "points away from. Of YAML also the\nstate of the robot, its base, what it holds and which "
-       "pairs may collide: for these the world must\nhave the robot. What was "
-       "allowed before ends where the scene says\nfalse to it; all else of before stays, unless "
-       "--replace is given. A scene that only says what differs\n(is_diff) may remove objects. "
+       "pairs may collide: for these the world must\nhave the robot. What was allowed before ends "
+       "where the scene says false to it, and links that the SRDF\ndisables are then checked; all "
+       "else of before stays, unless --replace is given. A scene that only says\nwhat differs "
+       "(is_diff) may remove objects. "
        "What is left out is said in warnings, and where\n"
        "the scene and the robot's SRDF differ about links. A scene has at most 64 MiB."},
       [arguments, self](Session& session) { return Import(session, **self, *arguments); });

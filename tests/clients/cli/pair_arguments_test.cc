@@ -46,6 +46,11 @@ TEST(PairArguments, ARuleReadsAsASentence) {
   rule.clear_margin_m();
   rule.mutable_expires()->set_seconds(1'000'000'000);
   EXPECT_EQ(FormatRule(rule), "allowed until 2001-09-09 01:46:40 UTC");
+  rule.Clear();
+  rule.set_check(true);
+  EXPECT_EQ(FormatRule(rule), "checked");
+  rule.set_margin_m(0.02);
+  EXPECT_EQ(FormatRule(rule), "checked, margin 20.0 mm");
 }
 
 }  // namespace
