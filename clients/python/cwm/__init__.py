@@ -1,7 +1,7 @@
 """Ask a collision world model server, with numpy arrays in and out.
 
     import cwm
-    with cwm.connect() as world:
+    with cwm.connect(world="kitchen") as world:
         scan = world.ingest(points)                         # (N, 3) metres, of a depth camera
         answer = world.distance(cwm.Sphere(0.05), poses)    # (N, 4, 4)
     print(scan.objects, answer.distance_m, answer.objects)

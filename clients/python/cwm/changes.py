@@ -32,7 +32,7 @@ def pair_to_proto(a: Thing, b: Thing) -> world_pb2.NamedPair:
     return world_pb2.NamedPair(a=_thing(a, "a"), b=_thing(b, "b"))
 
 
-def _kind(value: enums.ObjectKind | str) -> enums.ObjectKind:
+def _kind(value: enums.PutKindLike) -> enums.ObjectKind:
     kind = enums.word(enums.ObjectKind, value, "kind")
     if kind not in (enums.ObjectKind.USER, enums.ObjectKind.UNSEEN):
         raise ValueError(f"kind is {kind.name.lower()!r}, must be user or unseen")
@@ -51,7 +51,7 @@ class Put:
     pose: npt.ArrayLike | None = None
     margin_m: float = 0.0
     supported_by: str = ""
-    kind: enums.ObjectKind | str = field(default=enums.ObjectKind.USER, kw_only=True)
+    kind: enums.PutKindLike = field(default=enums.ObjectKind.USER, kw_only=True)
     expected_revision: int | None = field(default=None, kw_only=True)
 
     def _parts(self) -> list[shapes.Placed]:
@@ -87,6 +87,8 @@ class Move:
 
 @dataclass(frozen=True)
 class Remove:
+    """Removes the object; NotFound where there is none of the name."""
+
     name: str
     expected_revision: int | None = field(default=None, kw_only=True)
 
@@ -183,6 +185,7 @@ class SetState:
 
 
 Change = Union[Put, Move, Remove, Attach, Detach, Allow, Margin, SetState]
+"""A change of a world, for `World.apply`, and for queries that suppose it."""
 
 
 def change_to_proto(change: Change, name: str) -> world_pb2.Change:

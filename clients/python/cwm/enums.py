@@ -1,14 +1,21 @@
-"""Words of the interface. Arguments take the member or its name in any case: `engine="exact"`."""
+"""Words of the interface. Arguments take the member or its name in any case: `engine="exact"`.
+Each `...Like` is the type of such an argument, with the names as type checkers and editors know
+them.
+"""
 
 from __future__ import annotations
 
 import enum
-from typing import Type, TypeVar
+from typing import Literal, Type, TypeVar, Union
 
 Word = TypeVar("Word", bound=enum.IntEnum)
 
 
 class ObjectKind(enum.IntEnum):
+    """What an object is: OBJECT stands on a SUPPORT, RESIDUAL is what no shape explains, UNSEEN
+    is space that no sensor has seen, USER was put by somebody.
+    """
+
     SUPPORT = 1
     OBJECT = 2
     RESIDUAL = 3
@@ -16,12 +23,19 @@ class ObjectKind(enum.IntEnum):
     USER = 5
 
 
+ObjectKindLike = Union[ObjectKind, Literal["support", "object", "residual", "unseen", "user"]]
+
+
 class Owner(enum.IntEnum):
+    """Who made an object, and may change it: scans never touch what is a USER's."""
+
     PERCEPTION = 1
     USER = 2
 
 
 class ObjectState(enum.IntEnum):
+    """What the last scan said of an object: seen, hidden, or not found where it was."""
+
     UNKNOWN = 0
     CONFIRMED = 1
     OCCLUDED = 2
@@ -41,6 +55,9 @@ class ObjectView(enum.IntEnum):
     BASIC = 1
     SHAPES = 2
     FULL = 3
+
+
+ObjectViewLike = Union[ObjectView, Literal["basic", "shapes", "full"]]
 
 
 class Verdict(enum.IntEnum):
@@ -99,16 +116,26 @@ class SampleState(enum.IntEnum):
 
 
 class Engine(enum.IntEnum):
+    """What computes an answer."""
+
     AUTO = 1
     EXACT = 2
     FCL = 3
     BULLET = 4
 
 
+EngineLike = Union[Engine, Literal["auto", "exact", "fcl", "bullet"]]
+
+
 class Representation(enum.IntEnum):
+    """What stands for an object: its shapes, its measured meshes, or both."""
+
     SHAPES = 1
     SURFACES = 2
     HYBRID = 3
+
+
+RepresentationLike = Union[Representation, Literal["shapes", "surfaces", "hybrid"]]
 
 
 class UnseenSpace(enum.IntEnum):
@@ -119,12 +146,18 @@ class UnseenSpace(enum.IntEnum):
     BLOCK = 3
 
 
+UnseenSpaceLike = Union[UnseenSpace, Literal["ignore", "report", "block"]]
+
+
 class RobotScope(enum.IntEnum):
     """Against what a robot is asked."""
 
     WORLD = 1
     SELF = 2
     BOTH = 3
+
+
+RobotScopeLike = Union[RobotScope, Literal["world", "self", "both"]]
 
 
 class RobotGeometry(enum.IntEnum):
@@ -135,7 +168,12 @@ class RobotGeometry(enum.IntEnum):
     SPHERES_AS_GIVEN = 3
 
 
+RobotGeometryLike = Union[RobotGeometry, Literal["exact", "spheres_containing", "spheres_as_given"]]
+
+
 class JointKind(enum.IntEnum):
+    """How a link moves on its parent; NONE is that of the root."""
+
     NONE = 0
     FIXED = 1
     REVOLUTE = 2
@@ -155,6 +193,9 @@ class IngestMode(enum.IntEnum):
     SEGMENT_ONLY = 3
 
 
+IngestModeLike = Union[IngestMode, Literal["update", "add", "segment_only"]]
+
+
 class SensorModel(enum.IntEnum):
     """The noise of a sensor, which drives every threshold."""
 
@@ -164,11 +205,20 @@ class SensorModel(enum.IntEnum):
     TILTING_LASER = 4
 
 
+SensorModelLike = Union[
+    SensorModel,
+    Literal["kinect", "realsense", "time_of_flight", "tilting_laser"],
+]
+
+
 class CloudFrame(enum.IntEnum):
     """The frame of a scan's points: the sensor's, or the world's, where z is up."""
 
     SENSOR = 1
     WORLD = 2
+
+
+CloudFrameLike = Union[CloudFrame, Literal["sensor", "world"]]
 
 
 class Clustering(enum.IntEnum):
@@ -180,13 +230,29 @@ class Clustering(enum.IntEnum):
     NONE = 2
 
 
+ClusteringLike = Union[Clustering, Literal["objects", "none"]]
+
+
 class ExportFormat(enum.IntEnum):
+    """The kind of file that a world is written as."""
+
     MOVEIT_SCENE = 1
     MOVEIT_YAML = 2
     GLB = 3
     PLY = 4
     URDF = 5
     SDF = 6
+
+
+ExportFormatLike = Union[
+    ExportFormat,
+    Literal["moveit_scene", "moveit_yaml", "glb", "ply", "urdf", "sdf"],
+]
+
+
+# What `World.put` takes, and the shapes that `World.ingest` searches.
+PutKindLike = Union[ObjectKind, Literal["user", "unseen"]]
+Search = Literal["planes", "cylinders", "spheres", "cones"]
 
 
 def word(kind: Type[Word], value: Word | str | int, name: str) -> Word:

@@ -123,7 +123,7 @@ def make_header(
 
 def set_sensor(
     header: perception_pb2.IngestCloudHeader,
-    sensor: enums.SensorModel | str | float | Sequence[float],
+    sensor: enums.SensorModelLike | float | Sequence[float],
 ) -> None:
     """A model by its name, the standard deviation of a constant noise in metres, or a and b of
     a + b z^2.

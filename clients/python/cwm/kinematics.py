@@ -43,6 +43,7 @@ class PoseResult:
 
     @property
     def complete(self) -> bool:
+        """Whether all rows were answered in time."""
         return self.completed_count == self.row_count
 
     @property

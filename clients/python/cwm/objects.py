@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cwm import enums, poses, shapes
+from cwm import display, enums, poses, shapes
 from cwm.v1 import world_pb2
 
 if TYPE_CHECKING:
@@ -102,12 +102,16 @@ class Surface:
 
 @dataclass(frozen=True)
 class OrientedBox:
+    """A box in an object's frame, centred at `pose`."""
+
     size_m: tuple[float, float, float]
     pose: np.ndarray = field(compare=False, repr=False)  # X_object_box
 
 
 @dataclass(frozen=True)
 class Handle:
+    """A part of an object by which it can be held."""
+
     shape_index: int  # of the part that it grew from; -1: a surface carries it
     point_count: int
     axis: tuple[float, float, float]  # unit, object's frame
@@ -125,7 +129,7 @@ class Attachment:
     touch_links: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Object:
     """Something of a world, as of `world_revision`. `pose` is X_WO, the object in the world."""
 
@@ -150,6 +154,12 @@ class Object:
     reachable: bool | None  # of supports; None: not known
     world_revision: int
     _view: WorldView | None = field(default=None, compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        return display.object_line(self)
+
+    def _repr_html_(self) -> str:
+        return display.object_html(self)
 
     @property
     def position(self) -> np.ndarray:

@@ -49,9 +49,9 @@ class QueryOptions(TypedDict, total=False):
     max_distance_m: float
     k: int
     max_contacts: int
-    engine: enums.Engine | str
-    representation: enums.Representation | str
-    unseen: enums.UnseenSpace | str
+    engine: enums.EngineLike
+    representation: enums.RepresentationLike
+    unseen: enums.UnseenSpaceLike
     ignore: Sequence[str]
     ignore_pairs: Sequence[tuple[Thing, Thing]]
     overlay: Sequence[Change]

@@ -33,6 +33,7 @@ class Head:
 
     @property
     def complete(self) -> bool:
+        """Whether all rows were answered in time."""
         return self.completed_count == self.row_count
 
     def _resolve(self, index: np.ndarray) -> np.ndarray:

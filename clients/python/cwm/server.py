@@ -67,9 +67,11 @@ class Server:
         return f"<Server {self.connection.address}>"
 
     def close(self) -> None:
+        """Ends the connection, and every watch over it."""
         self.connection.close()
 
     def info(self) -> ServerInfo:
+        """The server's version, engines and limits."""
         reply = self.connection.call(
             self.connection.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), self.timeout_s
         )

@@ -149,6 +149,7 @@ class Convex(Mesh):
 
 
 Shape = Union[Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh]
+"""A shape in its own frame, metres."""
 
 # Names of the oneof's fields in the messages.
 _FIELDS: dict[type, str] = {

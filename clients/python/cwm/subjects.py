@@ -29,8 +29,8 @@ class RobotSubject:
 
     robot: str
     group: str = ""
-    scope: enums.RobotScope | str = enums.RobotScope.BOTH
-    geometry: enums.RobotGeometry | str = enums.RobotGeometry.EXACT
+    scope: enums.RobotScopeLike = enums.RobotScope.BOTH
+    geometry: enums.RobotGeometryLike = enums.RobotGeometry.EXACT
     pose: npt.ArrayLike | None = None
     base_state: Mapping[str, float] | None = None
     named_state: tuple[str, str] | None = None

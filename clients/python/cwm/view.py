@@ -54,10 +54,12 @@ class WorldView:
 
     @property
     def server(self) -> Server:
+        """The server that has the world."""
         return self._server
 
     @property
     def connection(self) -> Connection:
+        """What all calls go through."""
         return self._server.connection
 
     def _state(self) -> world_pb2.GetWorldResponse:
@@ -148,11 +150,11 @@ class WorldView:
 
     def objects(
         self,
-        kind: enums.ObjectKind | str | Sequence[enums.ObjectKind | str] | None = None,
+        kind: enums.ObjectKindLike | Sequence[enums.ObjectKindLike] | None = None,
         prefix: str = "",
         *,
         within: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
-        view: enums.ObjectView | str = "full",
+        view: enums.ObjectViewLike = "full",
         at: int | None = None,
     ) -> list[objects.Object]:
         """Objects by name: of one kind or several, with a prefix, whose bounds touch the box
@@ -232,7 +234,7 @@ class WorldView:
         return robots.robot_from_proto(reply.robots[0])
 
     def export(
-        self, format: enums.ExportFormat | str = "moveit_scene", *, robot: str = ""
+        self, format: enums.ExportFormatLike = "moveit_scene", *, robot: str = ""
     ) -> exports.ExportedWorld:
         """The world as a file of another tool: `world.export("glb").save("kitchen.glb")`.
 
@@ -577,6 +579,7 @@ class QueryStream(WorldView):
 
     @property
     def connection(self) -> Connection:
+        """What all calls go through."""
         return self._streamed  # what a connection has, it has
 
     def close(self) -> None:

@@ -58,11 +58,15 @@ class ObjectMoved:
 
 @dataclass(frozen=True)
 class ObjectRemoved:
+    """The object is no longer in the world."""
+
     name: str
 
 
 @dataclass(frozen=True)
 class RobotPut:
+    """Loaded, or loaded anew in place of another one of its name."""
+
     robot: robots.Robot
 
 
@@ -78,6 +82,8 @@ class RobotMoved:
 
 @dataclass(frozen=True)
 class RobotRemoved:
+    """The robot is no longer in the world."""
+
     name: str
 
 

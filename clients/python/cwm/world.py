@@ -13,7 +13,7 @@ from cwm.changes import Change, Thing
 from cwm.v1 import perception_pb2, robot_pb2, world_pb2
 from cwm.view import WorldView, check_timeout
 
-_SEARCHES = ("planes", "cylinders", "spheres", "cones")
+_SEARCHES: tuple[enums.Search, ...] = ("planes", "cylinders", "spheres", "cones")
 
 
 class World(WorldView):
@@ -41,14 +41,14 @@ class World(WorldView):
         x_world_sensor: npt.ArrayLike | None = None,
         *,
         up: npt.ArrayLike | None = None,
-        sensor: enums.SensorModel | str | float | Sequence[float] = "kinect",
+        sensor: enums.SensorModelLike | float | Sequence[float] = "kinect",
         sensor_name: str = "",
         normals: npt.ArrayLike | None = None,
-        mode: enums.IngestMode | str = "update",
+        mode: enums.IngestModeLike = "update",
         labels: bool = True,
-        clustering: enums.Clustering | str = "objects",
-        search: Sequence[str] = _SEARCHES,
-        frame: enums.CloudFrame | str = "sensor",
+        clustering: enums.ClusteringLike = "objects",
+        search: Sequence[enums.Search] = _SEARCHES,
+        frame: enums.CloudFrameLike = "sensor",
         viewpoint: npt.ArrayLike | None = None,
         scale: float = 1.0,
         force: bool = False,
@@ -137,7 +137,7 @@ class World(WorldView):
         *,
         margin_m: float = 0.0,
         supported_by: str = "",
-        kind: enums.ObjectKind | str = "user",
+        kind: enums.PutKindLike = "user",
         expected_revision: int | None = None,
     ) -> int:
         """Adds an object, or replaces the one of the name: a shape or several (`Placed`), at
@@ -162,6 +162,7 @@ class World(WorldView):
         return self.apply([changes.Move(name, pose, expected_revision=expected_revision)])
 
     def remove(self, name: str, *, expected_revision: int | None = None) -> int:
+        """Removes an object; NotFound where there is none of the name."""
         return self.apply([changes.Remove(name, expected_revision=expected_revision)])
 
     def attach(
@@ -278,6 +279,7 @@ class World(WorldView):
         return robots.robot_from_proto(reply.robot) if reply.HasField("robot") else self.robot(name)
 
     def delete_robot(self, name: str) -> int:
+        """Removes a robot; what it holds stands where it is."""
         request = robot_pb2.DeleteRobotRequest(
             world=self.name, name=arrays.text(name, "name"), request_id=new_request_id()
         )
@@ -293,7 +295,7 @@ class World(WorldView):
         from_revision: int | None = None,
         world_uid: str | None = None,
         coalesced: bool = False,
-        view: enums.ObjectView | str = "shapes",
+        view: enums.ObjectViewLike = "shapes",
         give_up_after_s: float | None = None,
     ) -> watch.Watch:
         """The world as it is and then what happens to it: see `cwm.watch`. `with world.watch() as

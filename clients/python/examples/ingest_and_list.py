@@ -3,7 +3,7 @@
 import cwm
 from table_scan import camera_pose, table_scan
 
-with cwm.connect() as world:
+with cwm.connect(world="ingest_and_list") as world:
     scan = world.ingest(table_scan(), x_world_sensor=camera_pose())
     report = scan.report
     print(f"{report.points_explained} of {report.points_finite} points explained")

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import unittest
 
+import cwm
 from server_case import RunningServer
 
 EXAMPLES = pathlib.Path(__file__).parents[3] / "clients/python/examples"
@@ -32,7 +33,16 @@ class Examples(unittest.TestCase):
             check=False,
         )
         self.assertEqual(run.returncode, 0, run.stderr)
+        server = cwm.Server(self.running.address)
+        self.addCleanup(server.close)
+        # Examples are run on servers that others use: each has a world of its own.
+        self.assertNotIn("default", [world.name for world in server.worlds()])
         return run.stdout
+
+    def test_every_example_is_run(self):
+        tests = {name.removeprefix("test_") for name in dir(self) if name.startswith("test_")}
+        scripts = {path.stem for path in EXAMPLES.glob("*.py") if "with cwm." in path.read_text()}
+        self.assertEqual(scripts - tests, set())
 
     def test_ingest_and_list(self):
         out = self.run_example("ingest_and_list.py")
