@@ -1,7 +1,7 @@
 // Grasp files as values: read, ranked and judged against a world; errors name the fault.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { checkSize, GraspFileError, parseGrasps, planWarning, scoreColor, staleness } from "../../../clients/web/src/viewer/grasps";
+import { checkSize, directionText, GraspFileError, parseGrasps, planWarning, scoreColor, staleness } from "../../../clients/web/src/viewer/grasps";
 import { emptyWorld, type WorldState } from "../../../clients/web/src/viewer/world_model";
 import type { WorldObject } from "../../../clients/web/src/world/types";
 
@@ -83,4 +83,18 @@ test("colours of quality are never near a grey", () => {
   }
   assert.equal(scoreColor(-1), scoreColor(0));
   assert.equal(scoreColor(7), scoreColor(1));
+});
+
+test("a grasp is told by where it comes from and along what it closes", () => {
+  const turned = (qx: number, qy: number, qz: number, qw: number): string =>
+    directionText({ x_world_grasp: { tx_m: 0, ty_m: 0, tz_m: 0, qx, qy, qz, qw } } as Parameters<typeof directionText>[0]);
+  const half = Math.SQRT1_2;
+  assert.equal(turned(1, 0, 0, 0), "from above, closing along 0\u00b0");
+  assert.equal(turned(half, half, 0, 0), "from above, closing along 90\u00b0");
+  assert.equal(turned(0, 0, 0, 1), "from below, closing along 0\u00b0");
+  // z turned to x, so that x points down.
+  assert.equal(turned(0, half, 0, half), "towards 0\u00b0, 0\u00b0 down, closing upright");
+  // Half a turn and a quarter of one about x: z points along -y and down.
+  const [sine, cosine] = [Math.sin((3 * Math.PI) / 8), Math.cos((3 * Math.PI) / 8)];
+  assert.equal(turned(sine, 0, 0, cosine), "towards 270\u00b0, 45\u00b0 down, closing along 0\u00b0");
 });

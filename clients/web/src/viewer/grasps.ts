@@ -142,6 +142,30 @@ export function parseGrasps(text: string): GraspPlan {
       ({ centre: box.get("centre").triple(), size_m: box.get("size_m").triple(0) })) };
 }
 
+// Columns of the rotation of a pose: the closing direction and the approach of a grasp.
+function axesOf({ qx, qy, qz, qw }: Pose): { closing: Triple; approach: Triple } {
+  return { closing: [1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qz * qw), 2 * (qx * qz - qy * qw)],
+           approach: [2 * (qx * qz + qy * qw), 2 * (qy * qz - qx * qw), 1 - 2 * (qx * qx + qy * qy)] };
+}
+
+const degrees = (angle_rad: number): number => Math.round((angle_rad * 180) / Math.PI);
+
+// The azimuth of a direction about the world's z in whole degrees, below `turn_deg`.
+const azimuth_deg = ([x, y]: Triple, turn_deg: number): number => (degrees(Math.atan2(y, x)) + 360) % turn_deg;
+
+// chosen: within some degrees of upright an azimuth says nothing.
+const upright = 0.995;
+
+// Where the gripper comes from and along which direction it closes: grasps of one object differ in
+// these or in their place. "from above, closing along 40\u00b0", angles about the world's z from x.
+export function directionText({ x_world_grasp }: Grasp): string {
+  const { closing, approach } = axesOf(x_world_grasp);
+  const down_deg = degrees(Math.asin(Math.min(Math.max(-approach[2], -1), 1)));
+  const from = approach[2] < -upright ? "from above" : approach[2] > upright ? "from below"
+    : `towards ${azimuth_deg(approach, 360)}\u00b0, ${Math.abs(down_deg)}\u00b0 ${down_deg < 0 ? "up" : "down"}`;
+  return `${from}, closing ${Math.abs(closing[2]) > upright ? "upright" : `along ${azimuth_deg(closing, 180)}\u00b0`}`;
+}
+
 function changeSince(revision: number, object: WorldObject): string {
   if (Number(object.create_revision) > revision) return "another object now";
   if (Number(object.geometry_revision) > revision) return "reshaped since";

@@ -1,8 +1,10 @@
 // The grasps of a file, the best first, and whether they still hold; an entry is chosen by a click
 // or a key.
 import { element, swatch, withTitle } from "../../page/dom";
+import { naturalOrder } from "../../page/natural_order";
 import { fixed, mm, plural } from "../../page/quantity";
-import { scoreColor, type Grasp, type GraspPlan } from "../grasps";
+import { position } from "../../page/shape_text";
+import { directionText, scoreColor, type Grasp, type GraspPlan } from "../grasps";
 
 export interface GraspListener {
   choose: (grasp: Grasp) => void;
@@ -83,10 +85,11 @@ export class GraspPanel {
   }
 
   private row(grasp: Grasp): HTMLElement {
-    const { rank, object, way, score, width_m, clearance_m } = grasp;
+    const { rank, object, way, score, width_m, clearance_m, x_world_grasp } = grasp;
     const note = element("span", "note");
     const row = element("button", "grasp", element("span", "rank", String(rank)), swatch(scoreColor(score)),
-      element("span", "text", object), note, element("span", "width", `${mm(width_m)} mm`), element("span", "score", fixed(score, 2)));
+      element("span", "text", object), note, element("span", "width", `${mm(width_m)} mm`), element("span", "score", fixed(score, 2)),
+      element("span", "how", `${way} at ${position(x_world_grasp).join(" ")}`), element("span", "how", directionText(grasp)));
     row.type = "button";
     row.title = `${way}, clearance ${mm(clearance_m)} mm`;
     row.setAttribute("aria-pressed", "false");
@@ -112,7 +115,7 @@ export class GraspPanel {
   private without(graspless: GraspPlan["graspless"]): HTMLElement[] {
     if (graspless.length === 0) return [];
     return [element("details", "", element("summary", "", `${plural(graspless.length, "object")} without a grasp`),
-      ...graspless.slice(0, maxRows).map(({ object, why }) => element("p", "why", element("b", "", object), ` ${why}`)))];
+      ...[...graspless].sort((a, b) => naturalOrder.compare(a.object, b.object)).slice(0, maxRows).map(({ object, why }) => element("p", "why", element("b", "", object), ` ${why}`)))];
   }
 
   private onKey(event: KeyboardEvent): void {
