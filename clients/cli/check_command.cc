@@ -1,5 +1,7 @@
 // cwm check
+#include <algorithm>
 #include <memory>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
@@ -13,13 +15,29 @@ namespace {
 
 namespace pb = cwm::v1;
 
+// Empty for exact verdicts, so that the table shows only what limits one.
+std::string TrustText(const pb::CollisionRow& row) {
+  const bool is_plain = row.trust() == pb::TRUST_EXACT || row.trust() == pb::TRUST_UNSPECIFIED;
+  return is_plain ? "" : ShortName(row.trust());
+}
+
+void WarnOfOpenMeshes(const pb::CheckCollisionsResponse& response, Session& session) {
+  const bool is_doubted = std::ranges::any_of(response.rows(), [](const pb::CollisionRow& row) {
+    return row.verdict() == pb::VERDICT_FREE && row.trust() == pb::TRUST_SURFACE_ONLY;
+  });
+  if (!is_doubted) return;
+  session.Warn(
+      "an open mesh is near, a surface without an inside: free says that nothing touches it, also "
+      "of what is within it");
+}
+
 void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session) {
   std::vector<TableRow> lines;
   for (const pb::CollisionRow& row : response.rows()) {
-    lines.push_back(
-        {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(), ObstacleName(row),
-          row.object_link(), row.has_object_part() ? absl::StrCat(row.object_part()) : "",
-          BodyName(row), row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
+    lines.push_back({{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(),
+                      ObstacleName(row), row.object_link(),
+                      row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
+                      row.has_body_part() ? absl::StrCat(row.body_part()) : "", TrustText(row)}});
   }
   PrintTable({{"ROW", Align::kRight},
               {"VERDICT"},
@@ -28,7 +46,8 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
               {"OBJECT LINK"},
               {"OBJECT PART", Align::kRight},
               {"BODY LINK"},
-              {"BODY PART", Align::kRight}},
+              {"BODY PART", Align::kRight},
+              {"TRUST"}},
              lines, session.table_style(), session.streams.out);
 }
 
@@ -48,6 +67,7 @@ absl::Status Check(Session& session, const VerdictArguments& arguments) {
   if (arguments.exit_code) {
     session.verdict_code = ExitCodeOfRows(*answer, RowCount(*batches), CodeOf);
   }
+  WarnOfOpenMeshes(*answer, session);
   PrintResult(session, *answer, RowCount(*batches), PrintVerdicts);
   return absl::OkStatus();
 }

@@ -17,6 +17,7 @@ namespace {
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kUsage = 1, kBadInput = 8;  // exit codes, see `cwm --help`
 
@@ -176,9 +177,15 @@ TEST_F(ImportCommand, ClosesACrackAndSaysWhatAMeshIs) {
   EXPECT_THAT(put.out, HasSubstr("put again, a mesh of 13 triangles, closed by a cap"));
   EXPECT_EQ(at("0.1", "0.5,0.5,5.5").at("verdict"), "VERDICT_COLLISION");
   const ProcessResult open =
-      Cwm({"import", Write("lid.obj", "v 0 0 9\nv 1 0 9\nv 0 1 9\nf 1 2 3\n")});
-  EXPECT_THAT(open.out, HasSubstr("a mesh of 1 triangle, open: a hole of 1414.2 mm"));
+      Cwm({"import", Write("lid.obj", "v 0 0 9\nv 1 0 9\nv 0 1 9.5\nf 1 2 3\n")});
+  EXPECT_THAT(open.out, HasSubstr("a mesh of 1 triangle, open: a hole of 1500.0 mm"));
   EXPECT_THAT(open.err, HasSubstr("close its holes"));
+  const ProcessResult beside = Cwm({"check", "--sphere", "0.1", "--at", "0.9,0.9,9.2"});
+  EXPECT_THAT(beside.out, AllOf(HasSubstr("TRUST"), HasSubstr("free")));
+  EXPECT_THAT(beside.err, HasSubstr("an open mesh is near"));
+  const ProcessResult far = Cwm({"check", "--sphere", "0.1", "--at", "0.3,0.3,7"});
+  EXPECT_THAT(far.out, Not(HasSubstr("TRUST")));
+  EXPECT_EQ(far.err, "");
 }
 
 TEST_F(ImportCommand, ScalesTurnsPlacesAndNames) {
