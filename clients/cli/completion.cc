@@ -74,7 +74,9 @@ std::optional<NameKind> NamesFor(const CLI::Option& option, const CLI::App& comm
     return is_of_robots ? NameKind::kRobot : NameKind::kObject;
   }
   if (option.get_name() == "A" || option.get_name() == "B") return NameKind::kObject;
-  if (option.check_name("--at") || option.check_name("--ignore")) return NameKind::kObject;
+  if (option.check_name("--at") || option.check_name("--ignore") || option.check_name("--only")) {
+    return NameKind::kObject;
+  }
   return std::nullopt;
 }
 

@@ -45,6 +45,11 @@ void AddQueryOptions(CLI::App& command, QueryArguments& query) {
       ->allow_extra_args(false)
       ->type_name("NAME");
   command
+      .add_option("--only", query.only,
+                  "test nothing but this object, robot or link (ROBOT:LINK); may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
       .add_option("--what-if", query.what_if,
                   absl::StrCat("answer as if the world were changed so, for this question alone: ",
                                kChangeForms, "; may be repeated, applied in order"))
@@ -121,6 +126,11 @@ absl::StatusOr<pb::QueryOptions> ParseQueryOptions(const QueryArguments& query) 
   options.set_max_results(query.max_results);
   options.set_max_contacts(query.max_contacts);
   for (const std::string& name : query.ignore) options.add_ignore(name);
+  for (const std::string& text : query.only) {
+    const auto named = ParsePairMember(text, "--only");
+    if (!named.ok()) return named.status();
+    *options.add_only() = *named;
+  }
   for (const std::string& text : query.ignore_pairs) {
     const auto pair = ParsePair(text, "--ignore-pair");
     if (!pair.ok()) return pair.status();

@@ -29,6 +29,7 @@ struct QueryArguments {
   int max_results = 0;
   int max_contacts = 0;
   std::vector<std::string> ignore;
+  std::vector<std::string> only;          // NAME or ROBOT:LINK
   std::vector<std::string> ignore_pairs;  // "A,B"
   std::vector<std::string> what_if;       // see what_if.h
   double margin_sigma = 0;
@@ -87,15 +88,25 @@ absl::StatusOr<Response> EvaluateInTurn(Session& session, Method method, std::si
   return all;
 }
 
-// Asks every batch of bodies.
+// Removes the names of variables from an answer if those before it have them already.
+template <class Response>
+void KeepVariablesOnce(const Response&, Response&) {}
+inline void KeepVariablesOnce(const cwm::v1::GetDistancesResponse& all,
+                              cwm::v1::GetDistancesResponse& answer) {
+  if (all.variables_size() > 0) answer.clear_variables();
+}
+
+// Asks every batch of bodies; `form` holds the fields of each request besides subject and options.
 template <class Request, class Response, class Method>
 absl::StatusOr<Response> EvaluateBatches(Session& session, Method method,
                                          const std::vector<Batch>& batches,
-                                         const cwm::v1::QueryOptions& options) {
+                                         const cwm::v1::QueryOptions& options,
+                                         const Request& form = {}) {
   return EvaluateInTurn<Request, Response>(
       session, method, batches.size(), options,
       [&](std::size_t i, Request& request) {
         const Batch& batch = batches[i];
+        request.MergeFrom(form);
         *request.mutable_subject() = batch.subject;
         request.mutable_options()->set_result_form(batch.row_count > kMaxMessageRows
                                                        ? cwm::v1::RESULT_FORM_COLUMNS
@@ -110,6 +121,7 @@ absl::StatusOr<Response> EvaluateBatches(Session& session, Method method,
           answer.clear_body_links();
           answer.clear_body_objects();
         }
+        KeepVariablesOnce(all, answer);
         return absl::OkStatus();
       });
 }

@@ -85,6 +85,32 @@ bool Fit(const pb::PairColumns& columns, std::size_t count) {
          (columns.bound_m().empty() || columns.bound_m().size() == sizeof(double) * count);
 }
 
+// Reads the derivatives by the variables of a row. A query without gradients has none.
+class GradientReader {
+ public:
+  GradientReader(const pb::PairColumns& columns, int width)
+      : gradient_(columns.joint_gradient()),
+        kink_(columns.gradient_kink()),
+        width_(static_cast<std::size_t>(width)) {}
+
+  bool Fits(std::size_t count) const {
+    const bool is_absent = kink_.size() == 0 && width_ == 0;
+    return gradient_.size() == width_ * count && (is_absent || kink_.size() == count);
+  }
+  void Set(std::size_t i, pb::PairRow& row) const {
+    for (std::size_t k = 0; k < width_; ++k) row.add_joint_gradient(gradient_[i * width_ + k]);
+    if (kink_.size() > 0) row.set_gradient_kink(kink_[i] != 0);
+  }
+
+ private:
+  ColumnReader<double> gradient_;
+  ColumnReader<char> kink_;
+  std::size_t width_;
+};
+
+int VariableCount(const pb::GetDistancesResponse& response) { return response.variables_size(); }
+int VariableCount(const pb::GetContactsResponse&) { return 0; }
+
 template <class Response>
 absl::Status ExpandPairs(Response& response) {
   if (!response.has_columns()) return absl::OkStatus();
@@ -92,7 +118,8 @@ absl::Status ExpandPairs(Response& response) {
   const ColumnReader<std::uint32_t> row_begin(columns.row_begin());
   const std::size_t rows = row_begin.size() == 0 ? 0 : row_begin.size() - 1;
   const std::size_t count = rows == 0 ? 0 : row_begin[rows];
-  if (!Fit(columns, count)) return Mismatch();
+  const GradientReader gradients(columns, VariableCount(response));
+  if (!Fit(columns, count) || !gradients.Fits(count)) return Mismatch();
   const ColumnReader<double> distance(columns.distance_m()), body(columns.point_body()),
       object(columns.point_object()), normal(columns.normal()), bound(columns.bound_m());
   const ColumnReader<std::int32_t> index(columns.object_index()), body_part(columns.body_part()),
@@ -111,6 +138,7 @@ absl::Status ExpandPairs(Response& response) {
       const bool has_bound =
           pair.trust() == pb::TRUST_BOUNDED || pair.trust() == pb::TRUST_SURFACE_ONLY;
       if (bound.size() > 0 && has_bound) pair.set_bound_m(bound[i]);
+      gradients.Set(i, pair);
     }
   }
   response.clear_columns();

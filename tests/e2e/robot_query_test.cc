@@ -77,6 +77,47 @@ TEST_F(RobotQuery, IsAnsweredAsIfTheWorldWereChanged) {
   EXPECT_EQ(wrong.exit_code, 3) << wrong.err;
 }
 
+TEST_F(RobotQuery, TellsDistancesLinkByLinkWithTheirGradients) {
+  // The hand at (1, 0, 0) is below a box whose lower face is at y = 0.9.
+  CwmJson({"move", "post", "--at", "1,1,0"});
+  const std::vector<std::string> distance = {"distance", "--robot", "arm",    "--joints", "0,0",
+                                             "--pairs",  "links",   "--only", "post"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), distance.begin(), distance.end());
+    return more;
+  };
+  const json all = CwmJson(with({"--max-distance", "2", "--gradient"}));
+  EXPECT_EQ(all.at("variables"), json({"shoulder", "elbow"}));
+  const json& answers = all.at("rows").at(0).at("answers");
+  ASSERT_EQ(answers.size(), 3u);
+  EXPECT_EQ(answers.at(2).at("body_link"), "hand");
+  EXPECT_NEAR(answers.at(2).at("distance_m"), 0.8, 1e-9);
+  EXPECT_NEAR(answers.at(2).at("joint_gradient").at(0), -1, 1e-9);
+  EXPECT_NEAR(answers.at(2).at("joint_gradient").at(1), -0.5, 1e-9);
+  const json hand = CwmJson(with({"--max-distance", "2", "--only", "arm:hand"}));
+  EXPECT_EQ(hand.at("rows").at(0).at("answers").size(), 3u);  // with its self pairs
+  const ProcessResult table = Cwm(with({"--max-results", "1", "--gradient"}));
+  for (const char* text : {"d/shoulder", "d/elbow", "-1.0000", "-0.5000"}) {
+    EXPECT_THAT(table.out, HasSubstr(text));
+  }
+  EXPECT_THAT(Cwm(distance).err, HasSubstr("options.max_distance_m"));
+  EXPECT_THAT(Cwm(with({"--only", "pots"})).err, HasSubstr("\"pots\", must be an object"));
+  const ProcessResult wrong = Cwm({"distance", "--robot", "arm", "--pairs", "parts"});
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.err, HasSubstr("--pairs: \"parts\" must be links or objects"));
+}
+
+TEST_F(RobotQuery, LimitsThePointsOfAPair) {
+  const auto points = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> contacts = {"contacts",  "--box",    "0.1,0.1,0.1", "--at",
+                                         "1,0,0.149", "--ignore", "arm"};
+    contacts.insert(contacts.end(), more.begin(), more.end());
+    return CwmJson(contacts).at("rows").at(0).at("answers").size();
+  };
+  EXPECT_GE(points({}), 4u);
+  EXPECT_EQ(points({"--max-contacts-per-pair", "2"}), 2u);
+}
+
 TEST_F(RobotQuery, ShowsLinksToPeople) {
   const ProcessResult table =
       Cwm({"check", "--robot", "arm", "--joints", "0,0", "--joints", "bent"});

@@ -80,8 +80,8 @@ TEST(ExpandRows, NamesWhatIsCarriedAndLinksOfOtherRobots) {
   EXPECT_EQ(response.rows(2).object_link(), "hand");
 }
 
-TEST(ExpandRows, CarriesTheBoundsOfWhatIsBoundedOrASurfaceAlone) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// One row with four distances from the cup.
+pb::GetDistancesResponse FourDistances() {
   pb::GetDistancesResponse response;
   response.add_objects()->set_name("cup");
   pb::PairColumns& columns = *response.mutable_columns();
@@ -96,6 +96,31 @@ TEST(ExpandRows, CarriesTheBoundsOfWhatIsBoundedOrASurfaceAlone) {
     *indices = Bytes({0, 0, 0, 0});
   }
   columns.set_trust("\x01\x02\x03\x04");
+  return response;
+}
+
+TEST(ExpandRows, CarriesGradientsByTheVariables) {
+  pb::GetDistancesResponse response = FourDistances();
+  for (const char* variable : {"shoulder", "elbow"}) response.add_variables(variable);
+  response.mutable_columns()->set_joint_gradient(
+      Bytes(std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8}));
+  response.mutable_columns()->set_gradient_kink(std::string("\0\1\0\0", 4));
+  pb::GetDistancesResponse bad = response;
+  ASSERT_TRUE(ExpandRows(response).ok());
+  const auto& answers = response.rows(0).answers();
+  EXPECT_EQ(answers[1].joint_gradient_size(), 2);
+  EXPECT_EQ(answers[1].joint_gradient(0), 3);
+  EXPECT_EQ(answers[3].joint_gradient(1), 8);
+  EXPECT_TRUE(answers[1].gradient_kink());
+  EXPECT_FALSE(answers[2].gradient_kink());
+  bad.mutable_columns()->mutable_joint_gradient()->pop_back();
+  EXPECT_EQ(ExpandRows(bad).code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(ExpandRows, CarriesTheBoundsOfWhatIsBoundedOrASurfaceAlone) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  pb::GetDistancesResponse response = FourDistances();
+  pb::PairColumns& columns = *response.mutable_columns();
   columns.set_bound_m(Bytes(std::vector<double>{0, 0.125, 0.25, kNone}));
   ASSERT_TRUE(ExpandRows(response).ok());
   const auto& answers = response.rows(0).answers();
