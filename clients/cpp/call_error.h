@@ -11,7 +11,7 @@
 namespace cwm::client {
 
 // The reason, the fields, the metadata and the time to retry.
-using ErrorDetails = ErrorInfo;
+using ErrorDetails = api::ErrorInfo;
 
 // The same code and message, with the reply's standard details. They are kept as text, so that
 // Status::ToString shows them as a person reads them.
@@ -23,7 +23,7 @@ absl::Status MakeStatus(absl::StatusCode code, const std::string& message,
 ErrorDetails DetailsOf(const absl::Status& status);
 
 // The same error in both forms. The status must not be OK.
-Error ErrorFromStatus(const absl::Status& status);
-absl::Status StatusFromError(const Error& error);
+api::Error ErrorFromStatus(const absl::Status& status);
+absl::Status StatusFromError(const api::Error& error);
 
 }  // namespace cwm::client

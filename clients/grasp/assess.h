@@ -3,21 +3,15 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "absl/status/statusor.h"
-#include "clients/cpp/connection.h"
 #include "clients/grasp/gripper.h"
+#include "cwm/world.h"
 
 namespace cwm::grasp {
 
 struct GraspQuery {
-  std::string world = {};
-  std::string world_uid = {};  // empty: any world of that name
-  std::int64_t revision = 0;   // all queries are about this revision
   Gripper gripper = {};
   double friction = 0.4;
   double approach_m = 0.10;    // length of the open gripper's straight approach along z of G
@@ -54,12 +48,11 @@ struct Assessment {
   double off_centre_m = 0;               // how far the object is pushed until both pads touch it
 };
 
-// One assessment per attempt. Checks first that the open gripper has room at the grasp, then its
+// One assessment per attempt, in the world that the view pins. Checks first that the open gripper has room at the grasp, then its
 // motions (certified, not sampled), then that the closing fingers touch nothing but the target, and
 // finally rays from 15 places of each pad: the middle ray must hit, and the first place that
 // touches the target must hold it within friction.
-absl::StatusOr<std::vector<Assessment>> Assess(const client::Connection& connection,
-                                               const GraspQuery& query,
-                                               const std::vector<Attempt>& attempts);
+std::vector<Assessment> Assess(const api::WorldView& world, const GraspQuery& query,
+                               const std::vector<Attempt>& attempts);
 
 }  // namespace cwm::grasp

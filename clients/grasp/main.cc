@@ -12,10 +12,12 @@
 #include "clients/cli/number_list.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/table.h"
+#include "clients/cpp/call_error.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/grasp/plan_grasps.h"
 #include "clients/grasp/plan_report.h"
 #include "manual/manual_page.h"
+#include "proto/transfer/default_address.h"
 
 namespace {
 
@@ -25,6 +27,7 @@ namespace grasp = cwm::grasp;
 struct Arguments {
   grasp::PlanRequest request;
   std::string address;  // empty: the default address
+  std::string world = "default";
   std::string palm, json;
   bool json_on_stdout = false;
 };
@@ -42,7 +45,8 @@ void AddOptions(CLI::App& app, Arguments& arguments, std::string& form) {
   app.add_option("--addr", arguments.address,
                  std::string("unix:PATH or HOST:PORT; default ") + cwm::kDefaultAddressRule)
       ->type_name("ADDR");
-  app.add_option("-w,--world", request.world, "the world; default: \"default\"")->type_name("NAME");
+  app.add_option("-w,--world", arguments.world, "the world; default: \"default\"")
+      ->type_name("NAME");
   app.add_option("--opening", gripper.opening_m, "between the open pads; default 0.08")
       ->type_name("M");
   app.add_option("--finger-length", gripper.finger_length_m, "palm to tips; default 0.045")
@@ -69,7 +73,7 @@ void Print(const grasp::Plan& plan, const std::string& json) {
   std::vector<cli::TableRow> rows;
   for (const grasp::ObjectPlan& object : plan.objects) {
     if (object.grasps.empty()) {
-      rows.push_back({{object.object.name(), "-", "", "", "", "", ""}, object.failure_reason});
+      rows.push_back({{object.object.name, "-", "", "", "", "", ""}, object.failure_reason});
     }
     for (const grasp::Grasp& found : object.grasps) {
       const Eigen::Vector3d p = found.candidate.X_FG.translation();
@@ -79,7 +83,7 @@ void Print(const grasp::Plan& plan, const std::string& json) {
                cli::FormatFixed(v.z(), 3);
       };
       rows.push_back(
-          {{object.object.name(), found.candidate.strategy, cli::FormatFixed(found.score, 2),
+          {{object.object.name, found.candidate.strategy, cli::FormatFixed(found.score, 2),
             cli::FormatLength(found.assessment.width_m),
             cli::FormatLength(found.assessment.clearance_m), text(p), text(z)}});
     }
@@ -97,6 +101,15 @@ void Print(const grasp::Plan& plan, const std::string& json) {
                              : "to see them: drop " + json + " on the viewer's page\n");
 }
 
+absl::StatusOr<grasp::Plan> PlanGrasps(const Arguments& arguments) {
+  try {
+    return grasp::PlanGrasps(cwm::Connect({.address = arguments.address, .world = arguments.world}),
+                             arguments.request);
+  } catch (const cwm::Error& error) {
+    return cwm::client::StatusFromError(error);
+  }
+}
+
 absl::Status Run(Arguments& arguments) {
   if (!arguments.palm.empty()) {
     const auto palm = cli::ParseNumbers(arguments.palm, {"--palm", "x,y,z (m)", 3});
@@ -105,8 +118,7 @@ absl::Status Run(Arguments& arguments) {
   }
   const absl::Status valid = Validate(arguments.request);
   if (!valid.ok()) return cli::UsageError(std::string(valid.message()));
-  const cwm::client::Connection connection({.address = arguments.address, .deadline = {}});
-  const auto plan = grasp::PlanGrasps(connection, arguments.request);
+  const auto plan = PlanGrasps(arguments);
   if (!plan.ok()) return plan.status();
   const std::string json = grasp::PlanJson(*plan, arguments.request);
   if (!arguments.json.empty()) {

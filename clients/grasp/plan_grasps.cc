@@ -7,12 +7,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "clients/cpp/call_error.h"
 #include "clients/grasp/sample_object.h"
 
 namespace cwm::grasp {
 namespace {
-
-namespace pb = cwm::v1;
 
 absl::Status CheckRange(const char* option, double value, double min, double max,
                         const char* rule) {
@@ -20,28 +19,7 @@ absl::Status CheckRange(const char* option, double value, double min, double max
   return absl::InvalidArgumentError(absl::StrCat(option, ": ", value, " must be ", rule));
 }
 
-struct WorldObjects {
-  std::string world_uid;
-  std::int64_t revision = 0;
-  std::map<std::string, pb::Object> objects;
-};
-
-absl::StatusOr<WorldObjects> Read(const client::Connection& connection, const std::string& world) {
-  pb::ListObjectsRequest request;
-  request.set_world(world);
-  request.set_view(pb::OBJECT_VIEW_FULL);
-  WorldObjects read;
-  do {
-    const auto page =
-        connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
-    if (!page.ok()) return page.status();
-    read.world_uid = page->world_uid();
-    read.revision = page->revision();
-    for (const pb::Object& object : page->objects()) read.objects[object.name()] = object;
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
-  return read;
-}
+using ObjectsByName = std::map<std::string, Object>;
 
 // The number of letters to change, insert or remove.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
@@ -59,10 +37,10 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-absl::Status UnknownObjectError(const std::string& name, const WorldObjects& world) {
+absl::Status UnknownObjectError(const std::string& name, const ObjectsByName& objects) {
   std::string nearest;
   std::size_t min_distance = name.size() / 2 + 1;  // a larger distance means another word
-  for (const auto& [known, object] : world.objects) {
+  for (const auto& [known, object] : objects) {
     const std::size_t distance = EditDistance(name, known);
     if (distance >= min_distance) continue;
     min_distance = distance;
@@ -74,28 +52,30 @@ absl::Status UnknownObjectError(const std::string& name, const WorldObjects& wor
 }
 
 // The reason why the object cannot be grasped; empty: it can.
-std::string UngraspableReason(const pb::Object& object) {
-  if (object.kind() == pb::OBJECT_KIND_SUPPORT) return "is a support: it stays where it is";
-  if (object.kind() == pb::OBJECT_KIND_UNSEEN) return "is unseen space: nothing is known of it";
-  if (!object.has_bounds()) return "has no bounds: it reaches without end";
-  if (!object.attached_to().empty()) return absl::StrCat("is held by ", object.attached_to());
+std::string UngraspableReason(const Object& object) {
+  if (object.kind == ObjectKind::kSupport) return "is a support: it stays where it is";
+  if (object.kind == ObjectKind::kUnseen) return "is unseen space: nothing is known of it";
+  if (!object.bounds) return "has no bounds: it reaches without end";
+  if (object.attachment) {
+    return absl::StrCat("is held by ", object.attachment->robot, "/", object.attachment->link);
+  }
   return "";
 }
 
-absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
-                                                const WorldObjects& world) {
-  std::vector<pb::Object> targets;
+absl::StatusOr<std::vector<Object>> Targets(const PlanRequest& request,
+                                            const ObjectsByName& objects) {
+  std::vector<Object> targets;
   if (request.objects.empty()) {
-    for (const auto& [name, object] : world.objects) {
-      const bool unexplained = object.kind() == pb::OBJECT_KIND_RESIDUAL;
+    for (const auto& [name, object] : objects) {
+      const bool unexplained = object.kind == ObjectKind::kResidual;
       if (!unexplained && UngraspableReason(object).empty()) targets.push_back(object);
     }
     return targets;
   }
-  std::map<std::string, pb::Object> wanted;  // each object once, by name
+  ObjectsByName wanted;  // each object once, by name
   for (const std::string& name : request.objects) {
-    const auto found = world.objects.find(name);
-    if (found == world.objects.end()) return UnknownObjectError(name, world);
+    const auto found = objects.find(name);
+    if (found == objects.end()) return UnknownObjectError(name, objects);
     const std::string why = UngraspableReason(found->second);
     if (!why.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("object \"", name, "\" ", why));
@@ -110,7 +90,7 @@ absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
 std::string FormatObstacles(const ObjectPlan& plan) {
   std::vector<std::pair<std::int64_t, std::string>> blockers;
   for (const auto& [name, count] : plan.blocked_by) {
-    const bool own = name == plan.object.name();
+    const bool own = name == plan.object.name;
     blockers.emplace_back(count, own ? "its own shape" : name.empty() ? "what is unsure" : name);
   }
   std::stable_sort(blockers.begin(), blockers.end(),
@@ -181,7 +161,7 @@ struct ObjectAttempts {
   std::size_t first_attempt = 0;
 };
 
-ObjectPlan PlanOf(const pb::Object& object, const ObjectAttempts& tried,
+ObjectPlan PlanOf(const Object& object, const ObjectAttempts& tried,
                   const std::vector<Assessment>& assessments, const PlanRequest& request,
                   const GraspQuery& query) {
   ObjectPlan plan{.object = object};
@@ -201,6 +181,30 @@ ObjectPlan PlanOf(const pb::Object& object, const ObjectAttempts& tried,
   return plan;
 }
 
+Plan PlanTargets(const WorldView& world, const std::vector<Object>& targets,
+                 const PlanRequest& request) {
+  Plan plan{
+      .world = world.name(), .world_uid = world.uid(), .revision = world.revision(), .objects = {}};
+  const SamplerOptions options{
+      .gripper = request.gripper, .friction = request.friction, .min_gap_m = request.clearance_m};
+  std::vector<ObjectAttempts> tried;
+  std::vector<Attempt> attempts;
+  for (const Object& object : targets) {
+    ObjectAttempts of_object{.candidates = SampleObject(object, options),
+                             .first_attempt = attempts.size()};
+    for (const Candidate& candidate : of_object.candidates.list) {
+      attempts.push_back({.X_WG = candidate.X_FG, .target = object.name});
+    }
+    tried.push_back(std::move(of_object));
+  }
+  const GraspQuery query = MakeGraspQuery(request);
+  const std::vector<Assessment> assessments = Assess(world, query, attempts);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    plan.objects.push_back(PlanOf(targets[i], tried[i], assessments, request, query));
+  }
+  return plan;
+}
+
 }  // namespace
 
 absl::Status Validate(const PlanRequest& request) {
@@ -215,43 +219,28 @@ absl::Status Validate(const PlanRequest& request) {
   return absl::OkStatus();
 }
 
-GraspQuery MakeGraspQuery(const PlanRequest& request, const Plan& plan) {
-  return {.world = request.world,
-          .world_uid = plan.world_uid,
-          .revision = plan.revision,
-          .gripper = request.gripper,
+GraspQuery MakeGraspQuery(const PlanRequest& request) {
+  return {.gripper = request.gripper,
           .friction = request.friction,
           .approach_m = request.approach_m,
           .clearance_m = request.clearance_m};
 }
 
-absl::StatusOr<Plan> PlanGrasps(const client::Connection& connection, const PlanRequest& request) {
+absl::StatusOr<Plan> PlanGrasps(const WorldView& world, const PlanRequest& request) {
   if (absl::Status status = Validate(request); !status.ok()) return status;
-  const auto world = Read(connection, request.world);
-  if (!world.ok()) return world.status();
-  const auto targets = Targets(request, *world);
-  if (!targets.ok()) return targets.status();
-
-  Plan plan{.world_uid = world->world_uid, .revision = world->revision, .objects = {}};
-  const SamplerOptions options{
-      .gripper = request.gripper, .friction = request.friction, .min_gap_m = request.clearance_m};
-  std::vector<ObjectAttempts> tried;
-  std::vector<Attempt> attempts;
-  for (const pb::Object& object : *targets) {
-    ObjectAttempts of_object{.candidates = SampleObject(object, options),
-                             .first_attempt = attempts.size()};
-    for (const Candidate& candidate : of_object.candidates.list) {
-      attempts.push_back({.X_WG = candidate.X_FG, .target = object.name()});
+  try {
+    const WorldView pinned = world.At();
+    ObjectsByName objects;
+    for (Object& object : pinned.Objects()) {
+      const std::string name = object.name;
+      objects[name] = std::move(object);
     }
-    tried.push_back(std::move(of_object));
+    const auto targets = Targets(request, objects);
+    if (!targets.ok()) return targets.status();
+    return PlanTargets(pinned, *targets, request);
+  } catch (const Error& error) {
+    return client::StatusFromError(error);
   }
-  const GraspQuery query = MakeGraspQuery(request, plan);
-  const auto assessments = Assess(connection, query, attempts);
-  if (!assessments.ok()) return assessments.status();
-  for (std::size_t i = 0; i < targets->size(); ++i) {
-    plan.objects.push_back(PlanOf((*targets)[i], tried[i], *assessments, request, query));
-  }
-  return plan;
 }
 
 }  // namespace cwm::grasp

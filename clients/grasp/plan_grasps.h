@@ -13,7 +13,6 @@
 namespace cwm::grasp {
 
 struct PlanRequest {
-  std::string world = {};                 // empty: "default"
   std::vector<std::string> objects = {};  // empty: all objects that can be grasped
   Gripper gripper = {};
   double friction = 0.4;
@@ -30,7 +29,7 @@ struct Grasp {
 };
 
 struct ObjectPlan {
-  cwm::v1::Object object;
+  api::Object object;
   std::vector<Grasp> grasps = {};  // the best first
   std::int64_t free_count = 0;     // before the best were selected
   std::int64_t tried_count = 0;
@@ -39,19 +38,20 @@ struct ObjectPlan {
 };
 
 struct Plan {
+  std::string world;
   std::string world_uid;
   std::int64_t revision = 0;
   std::vector<ObjectPlan> objects;  // by name
 };
 
 // INVALID_ARGUMENT with the option at fault, or with the object that cannot be grasped (a support,
-// unseen space, one without bounds); NOT_FOUND for an unknown object, with the most similar name.
-// All queries are about the revision from which the objects were read.
-absl::StatusOr<Plan> PlanGrasps(const client::Connection& connection, const PlanRequest& request);
+// unseen space, one without bounds); NOT_FOUND for an unknown object, with the most similar name;
+// errors of calls. All queries are about the revision from which the objects were read.
+absl::StatusOr<Plan> PlanGrasps(const api::WorldView& world, const PlanRequest& request);
 
 absl::Status Validate(const PlanRequest& request);
 
-// The common part of the plan's queries, including its revision.
-GraspQuery MakeGraspQuery(const PlanRequest& request, const Plan& plan);
+// The common part of the plan's queries.
+GraspQuery MakeGraspQuery(const PlanRequest& request);
 
 }  // namespace cwm::grasp

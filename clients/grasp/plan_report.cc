@@ -2,8 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "clients/grasp/sample_object.h"
-
 namespace cwm::grasp {
 namespace {
 
@@ -66,19 +64,19 @@ ordered_json JsonOf(const Gripper& gripper) {
 std::string PlanJson(const Plan& plan, const PlanRequest& request) {
   ordered_json objects = ordered_json::array();
   for (const ObjectPlan& of_object : plan.objects) {
-    const Eigen::Isometry3d X_OW = ToIsometry(of_object.object.x_world_object()).inverse();
+    const Eigen::Isometry3d X_OW = of_object.object.X_WO.inverse();
     ordered_json grasps = ordered_json::array();
     for (const Grasp& grasp : of_object.grasps) {
       grasps.push_back(JsonOf(grasp, X_OW, request.approach_m));
     }
-    objects.push_back({{"name", of_object.object.name()},
+    objects.push_back({{"name", of_object.object.name},
                        {"tried_count", of_object.tried_count},
                        {"free_count", of_object.free_count},
                        {"blocked_by", of_object.blocked_by},
                        {"why", of_object.failure_reason},
                        {"grasps", grasps}});
   }
-  const ordered_json document = {{"world", request.world.empty() ? "default" : request.world},
+  const ordered_json document = {{"world", plan.world},
                                  {"world_uid", plan.world_uid},
                                  {"revision", plan.revision},
                                  {"gripper", JsonOf(request.gripper)},

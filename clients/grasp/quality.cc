@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "clients/grasp/sample_object.h"
+#include <cstddef>
 
 namespace cwm::grasp {
 namespace {
 
-namespace pb = cwm::v1;
 using Eigen::Vector3d;
 
 constexpr double kMinFactor =
@@ -17,17 +15,17 @@ constexpr double kUnseenPart = 0.2;  // completed without measurements, by symme
 
 double ClampFactor(double value) { return std::clamp(value, kMinFactor, 1.0); }
 
-double ObservedShare(const pb::Object& object, int part) {
-  if (part < 0 || part >= object.shapes_size()) return 1;  // a mesh of measured points
-  const pb::ShapePart& shape = object.shapes(part);
-  if (shape.role() == pb::PART_ROLE_COMPLETED) return kUnseenPart;
-  return shape.has_fit() ? shape.fit().observed_fraction() : 1.0;
+double ObservedShare(const Object& object, int index) {
+  // Behind the parts are meshes of measured points.
+  if (index < 0 || static_cast<std::size_t>(index) >= object.parts.size()) return 1;
+  const Part& part = object.parts[static_cast<std::size_t>(index)];
+  if (part.role == PartRole::kCompleted) return kUnseenPart;
+  return part.fit ? part.fit->observed_fraction : 1.0;
 }
 
-Vector3d CentreOf(const pb::Object& object) {
-  const Eigen::Isometry3d X_WO = ToIsometry(object.x_world_object());
-  if (!object.has_bounds()) return X_WO.translation();
-  return X_WO * ToIsometry(object.bounds().x_object_box()).translation();
+Vector3d CentreOf(const Object& object) {
+  if (!object.bounds) return object.X_WO.translation();
+  return object.X_WO * object.bounds->X_OB.translation();
 }
 
 double DistanceToLine_m(const Vector3d& point, const Vector3d& origin, const Vector3d& direction) {
@@ -36,8 +34,8 @@ double DistanceToLine_m(const Vector3d& point, const Vector3d& origin, const Vec
 
 }  // namespace
 
-Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
-                  const pb::Object& object, const GraspQuery& query) {
+Factors FactorsOf(const Candidate& candidate, const Assessment& assessment, const Object& object,
+                  const GraspQuery& query) {
   constexpr double kLever_m = 0.05;       // chosen: halves the factor; fingers are 2 cm wide
   constexpr double kEnoughRoom_m = 0.01;  // derived: three times the error of a depth camera at 1 m
   constexpr double kPush_m = 0.01;        // chosen: halves the factor; small objects topple beyond

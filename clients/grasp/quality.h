@@ -4,7 +4,7 @@
 
 #include "clients/grasp/assess.h"
 #include "clients/grasp/candidate.h"
-#include "cwm/v1/world.pb.h"
+#include "cwm/objects.h"
 
 namespace cwm::grasp {
 
@@ -31,7 +31,7 @@ struct Factors {
 };
 
 Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
-                  const cwm::v1::Object& object, const GraspQuery& query);
+                  const api::Object& object, const GraspQuery& query);
 
 double ScoreOf(const Factors& factors);
 

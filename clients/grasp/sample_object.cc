@@ -1,44 +1,49 @@
 #include "clients/grasp/sample_object.h"
 
-#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
 
 namespace cwm::grasp {
 namespace {
 
-namespace pb = cwm::v1;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-bool HasClosedForm(const pb::ShapePart& part) {
-  return part.has_vessel() || part.has_box() || part.has_cylinder() || part.has_cone() ||
-         part.has_capsule() || part.has_sphere();
-}
-
-Candidates SamplePart(const pb::ShapePart& part, const SamplerOptions& options) {
-  if (part.has_vessel()) return SampleVessel(part.vessel(), options);
-  if (part.has_box()) return SampleBox(part.box(), options);
-  if (part.has_cylinder()) return SampleCylinder(part.cylinder(), options);
-  if (part.has_cone()) return SampleCone(part.cone(), options);
-  if (part.has_capsule()) return SampleCapsule(part.capsule(), options);
-  if (part.has_sphere()) return SampleSphere(part.sphere(), options);
-  return {};
+// The candidates of a shape with a closed form; nothing for others.
+std::optional<Candidates> SamplePart(const Part& part, const SamplerOptions& options) {
+  if (part.vessel) return SampleVessel(*part.vessel, options);
+  if (const auto* box = std::get_if<Box>(&part.shape)) return SampleBox(*box, options);
+  if (const auto* cylinder = std::get_if<Cylinder>(&part.shape)) {
+    return SampleCylinder(*cylinder, options);
+  }
+  if (const auto* cone = std::get_if<Cone>(&part.shape)) return SampleCone(*cone, options);
+  if (const auto* capsule = std::get_if<Capsule>(&part.shape)) {
+    return SampleCapsule(*capsule, options);
+  }
+  if (const auto* sphere = std::get_if<Sphere>(&part.shape)) return SampleSphere(*sphere, options);
+  return std::nullopt;
 }
 
 // One standard deviation of the width. Fits report it for radii (last) and for the edges of boxes,
 // where 0 means that an end was not observed: the edge is then a guess, off by a centimetre or
 // more. Otherwise both walls are off by the noise of the points around them.
-double WidthSigma_m(const pb::ShapePart& part, const Vector3d& closing_S) {
+double WidthSigma_m(const Part& part, const Vector3d& closing_S) {
   constexpr double kGuessed_m = 0.01;
-  const auto& sigma = part.fit().parameter_sigma();
-  if (part.has_box() && sigma.size() == 3) {
-    int axis = 0;
+  if (!part.fit) return 0;
+  const std::vector<double>& sigma = part.fit->parameter_sigma;
+  if (std::holds_alternative<Box>(part.shape) && sigma.size() == 3) {
+    Eigen::Index axis = 0;
     closing_S.cwiseAbs().maxCoeff(&axis);
-    return sigma[axis] > 0 ? sigma[axis] : kGuessed_m;
+    const double edge_m = sigma[static_cast<std::size_t>(axis)];
+    return edge_m > 0 ? edge_m : kGuessed_m;
   }
-  if ((part.has_cylinder() || part.has_sphere()) && !sigma.empty() && sigma[sigma.size() - 1] > 0) {
-    return 2 * sigma[sigma.size() - 1];
-  }
-  return part.fit().rms_m();
+  const bool is_round =
+      std::holds_alternative<Cylinder>(part.shape) || std::holds_alternative<Sphere>(part.shape);
+  if (is_round && !sigma.empty() && sigma.back() > 0) return 2 * sigma.back();
+  return part.fit->rms_m;
 }
 
 Candidates Placed(Candidates candidates, const Isometry3d& X_WF) {
@@ -46,50 +51,38 @@ Candidates Placed(Candidates candidates, const Isometry3d& X_WF) {
   return candidates;
 }
 
-Candidates SampleBounds(const pb::OrientedBox& bounds, const Vector3d& axis_O,
-                        const Isometry3d& X_WO, const SamplerOptions& options) {
-  const Isometry3d X_OB = ToIsometry(bounds.x_object_box());
-  return Placed(SampleHandle(bounds.box(), X_OB.linear().transpose() * axis_O, options),
-                X_WO * X_OB);
+Candidates SampleBounds(const OrientedBox& bounds, const Vector3d& axis_O, const Isometry3d& X_WO,
+                        const SamplerOptions& options) {
+  return Placed(SampleHandle(bounds.size, bounds.X_OB.linear().transpose() * axis_O, options),
+                X_WO * bounds.X_OB);
 }
 
 }  // namespace
 
-Isometry3d ToIsometry(const pb::Pose& pose) {
-  Isometry3d X = Isometry3d::Identity();
-  X.translation() = Vector3d(pose.tx_m(), pose.ty_m(), pose.tz_m());
-  const Eigen::Quaterniond q(pose.qw(), pose.qx(), pose.qy(), pose.qz());
-  // A missing pose is the identity.
-  if (q.norm() > 0) X.linear() = q.normalized().toRotationMatrix();
-  return X;
-}
-
-Candidates SampleObject(const pb::Object& object, const SamplerOptions& options) {
+Candidates SampleObject(const Object& object, const SamplerOptions& options) {
   Candidates found;
-  const Isometry3d X_WO = ToIsometry(object.x_world_object());
-  bool by_bounds = object.shapes().empty();
-  for (const pb::ShapePart& part : object.shapes()) {
-    if (!HasClosedForm(part)) {
+  bool by_bounds = object.parts.empty();
+  for (const Part& part : object.parts) {
+    const Isometry3d X_WS = object.X_WO * part.X_OS;
+    SamplerOptions of_part = options;
+    of_part.up_S = X_WS.linear().transpose() * Vector3d::UnitZ();
+    auto candidates = SamplePart(part, of_part);
+    if (!candidates) {
       by_bounds = true;
       continue;
     }
-    const Isometry3d X_WS = X_WO * ToIsometry(part.x_object_shape());
-    SamplerOptions of_part = options;
-    of_part.up_S = X_WS.linear().transpose() * Vector3d::UnitZ();
-    Candidates candidates = SamplePart(part, of_part);
-    for (Candidate& candidate : candidates.list) {
+    for (Candidate& candidate : candidates->list) {
       candidate.sigma_m = WidthSigma_m(part, candidate.X_FG.linear().col(0));
     }
-    found.Append(Placed(std::move(candidates), X_WS));
+    found.Append(Placed(*std::move(candidates), X_WS));
   }
-  for (const pb::Handle& handle : object.handles()) {
-    found.Append(SampleBounds(
-        handle.bounds(), {handle.axis().x(), handle.axis().y(), handle.axis().z()}, X_WO, options));
+  for (const Handle& handle : object.handles) {
+    found.Append(SampleBounds(handle.bounds, handle.axis_O, object.X_WO, options));
   }
-  if (by_bounds && object.has_bounds()) {
-    const Isometry3d X_OB = ToIsometry(object.bounds().x_object_box());
+  if (by_bounds && object.bounds) {
     for (int axis = 0; axis < 3; ++axis) {
-      Candidates around = SampleBounds(object.bounds(), X_OB.linear().col(axis), X_WO, options);
+      Candidates around = SampleBounds(*object.bounds, object.bounds->X_OB.linear().col(axis),
+                                       object.X_WO, options);
       for (Candidate& candidate : around.list) candidate.strategy = "bounds";
       found.Append(around);
     }

@@ -151,11 +151,9 @@ void AddEnds(const Wall& wall, const char* strategy, Sampler& sampler) {
 }
 
 // The radius of a profile at a height, linear between its points; empty outside of it.
-std::optional<double> RadiusAt(const google::protobuf::RepeatedPtrField<cwm::v1::Vector2>& profile,
-                               double z_m) {
-  for (int k = 0; k + 1 < profile.size(); ++k) {
-    const cwm::v1::Vector2& a = profile[k];
-    const cwm::v1::Vector2& b = profile[k + 1];
+std::optional<double> RadiusAt(const Polygon& profile, double z_m) {
+  for (Eigen::Index k = 0; k + 1 < profile.cols(); ++k) {
+    const Eigen::Vector2d a = profile.col(k), b = profile.col(k + 1);
     if (a.y() == b.y() || (z_m - a.y()) * (z_m - b.y()) > 0) continue;
     return a.x() + (b.x() - a.x()) * (z_m - a.y()) / (b.y() - a.y());
   }
@@ -178,9 +176,9 @@ void Candidates::RecordSlip(double tilt_rad) {
   min_tilt_rad = min_tilt_rad < 0 ? tilt_rad : std::min(min_tilt_rad, tilt_rad);
 }
 
-Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options) {
+Candidates SampleBox(const Box& box, const SamplerOptions& options) {
   Sampler sampler(options);
-  const Vector3d size_m(box.size_x_m(), box.size_y_m(), box.size_z_m());
+  const Vector3d size_m(box.size_x_m, box.size_y_m, box.size_z_m);
   for (int closing = 0; closing < 3; ++closing) {
     const int j = (closing + 1) % 3, k = (closing + 2) % 3;
     for (const double a_m : PositionsAlong(size_m[j], options.gripper)) {
@@ -197,31 +195,31 @@ Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options) {
   return sampler.Take();
 }
 
-Candidates SampleCylinder(const cwm::v1::Cylinder& cylinder, const SamplerOptions& options) {
+Candidates SampleCylinder(const Cylinder& cylinder, const SamplerOptions& options) {
   Sampler sampler(options);
-  const Wall wall{cylinder.radius_m(), cylinder.radius_m(), cylinder.length_m()};
+  const Wall wall{cylinder.radius_m, cylinder.radius_m, cylinder.length_m};
   AddAcross(wall, "cylinder wall", sampler);
   AddEnds(wall, "cylinder ends", sampler);
   return sampler.Take();
 }
 
-Candidates SampleCone(const cwm::v1::Cone& cone, const SamplerOptions& options) {
+Candidates SampleCone(const Cone& cone, const SamplerOptions& options) {
   Sampler sampler(options);
-  const Wall wall{cone.radius_bottom_m(), cone.radius_top_m(), cone.length_m()};
+  const Wall wall{cone.radius_bottom_m, cone.radius_top_m, cone.length_m};
   AddAcross(wall, "cone wall", sampler);
   AddEnds(wall, "cone ends", sampler);
   return sampler.Take();
 }
 
-Candidates SampleCapsule(const cwm::v1::Capsule& capsule, const SamplerOptions& options) {
+Candidates SampleCapsule(const Capsule& capsule, const SamplerOptions& options) {
   Sampler sampler(options);
   // A capsule of length 0 is a sphere, whose wall still has a middle.
-  const Wall wall{capsule.radius_m(), capsule.radius_m(), std::max(capsule.length_m(), 1e-9)};
+  const Wall wall{capsule.radius_m, capsule.radius_m, std::max(capsule.length_m, 1e-9)};
   AddAcross(wall, "capsule wall", sampler);
   return sampler.Take();
 }
 
-Candidates SampleSphere(const cwm::v1::Sphere& sphere, const SamplerOptions& options) {
+Candidates SampleSphere(const Sphere& sphere, const SamplerOptions& options) {
   constexpr int kAzimuths = 12, kHeights = 3;
   Sampler sampler(options);
   const Vector3d up = options.up_S;
@@ -233,20 +231,20 @@ Candidates SampleSphere(const cwm::v1::Sphere& sphere, const SamplerOptions& opt
       const Vector3d around = Eigen::AngleAxisd(std::numbers::pi * k / kAzimuths, up) * level;
       sampler.AddRound({.middle_S = Vector3d::Zero(),
                         .direction_S = std::cos(rise_rad) * around + std::sin(rise_rad) * up,
-                        .width_m = 2 * sphere.radius_m()},
+                        .width_m = 2 * sphere.radius_m},
                        up, "sphere");
     }
   }
   return sampler.Take();
 }
 
-Candidates SampleVessel(const cwm::v1::Vessel& vessel, const SamplerOptions& options) {
+Candidates SampleVessel(const Vessel& vessel, const SamplerOptions& options) {
   constexpr int kAzimuths = 24;
   Sampler sampler(options);
   for (const double below_m : {0.25, 0.5, 0.75}) {
-    const double z_m = vessel.height_m() / 2 - below_m * options.gripper.pad_length_m;
-    const auto outside_m = RadiusAt(vessel.outer_profile(), z_m);
-    const auto inside_m = RadiusAt(vessel.inner_profile(), z_m);
+    const double z_m = vessel.height_m / 2 - below_m * options.gripper.pad_length_m;
+    const auto outside_m = RadiusAt(vessel.outer_profile, z_m);
+    const auto inside_m = RadiusAt(vessel.inner_profile, z_m);
     if (!outside_m || !inside_m) continue;
     for (int k = 0; k < kAzimuths; ++k) {
       const double angle_rad = 2 * std::numbers::pi * k / kAzimuths;
@@ -257,15 +255,13 @@ Candidates SampleVessel(const cwm::v1::Vessel& vessel, const SamplerOptions& opt
                   -Vector3d::UnitZ(), "rim");
     }
   }
-  AddAcross({vessel.foot_radius_m(), vessel.rim_radius_m(), vessel.height_m()}, "vessel wall",
-            sampler);
+  AddAcross({vessel.foot_radius_m, vessel.rim_radius_m, vessel.height_m}, "vessel wall", sampler);
   return sampler.Take();
 }
 
-Candidates SampleHandle(const cwm::v1::Box& bounds, const Vector3d& axis_B,
-                        const SamplerOptions& options) {
+Candidates SampleHandle(const Box& bounds, const Vector3d& axis_B, const SamplerOptions& options) {
   Sampler sampler(options);
-  const Vector3d size_m(bounds.size_x_m(), bounds.size_y_m(), bounds.size_z_m());
+  const Vector3d size_m(bounds.size_x_m, bounds.size_y_m, bounds.size_z_m);
   int length = 0;
   axis_B.cwiseAbs().maxCoeff(&length);
   for (const int closing : {(length + 1) % 3, (length + 2) % 3}) {

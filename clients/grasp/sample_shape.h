@@ -5,7 +5,7 @@
 
 #include "clients/grasp/candidate.h"
 #include "clients/grasp/gripper.h"
-#include "cwm/v1/geometry.pb.h"
+#include "cwm/objects.h"
 
 namespace cwm::grasp {
 
@@ -17,19 +17,19 @@ struct SamplerOptions {
 };
 
 // Between opposite faces, shifted along them, from the four edges in between and from the corners.
-Candidates SampleBox(const cwm::v1::Box& box, const SamplerOptions& options);
+Candidates SampleBox(const api::Box& box, const SamplerOptions& options);
 // Across the wall at places along the axis; between the ends if they are close enough.
-Candidates SampleCylinder(const cwm::v1::Cylinder& cylinder, const SamplerOptions& options);
+Candidates SampleCylinder(const api::Cylinder& cylinder, const SamplerOptions& options);
 // The same, with the width at each height and the tilt of the wall.
-Candidates SampleCone(const cwm::v1::Cone& cone, const SamplerOptions& options);
-Candidates SampleCapsule(const cwm::v1::Capsule& capsule, const SamplerOptions& options);
+Candidates SampleCone(const api::Cone& cone, const SamplerOptions& options);
+Candidates SampleCapsule(const api::Capsule& capsule, const SamplerOptions& options);
 // Through the centre in all directions.
-Candidates SampleSphere(const cwm::v1::Sphere& sphere, const SamplerOptions& options);
+Candidates SampleSphere(const api::Sphere& sphere, const SamplerOptions& options);
 // One finger inside and one outside of the rim, from above; and across the whole wall.
-Candidates SampleVessel(const cwm::v1::Vessel& vessel, const SamplerOptions& options);
+Candidates SampleVessel(const api::Vessel& vessel, const SamplerOptions& options);
 // Across a long object of which only the bounding box is known, from all sides; nearly every
 // position must then be checked against the mesh. `axis_B`: its long axis.
-Candidates SampleHandle(const cwm::v1::Box& bounds, const Eigen::Vector3d& axis_B,
+Candidates SampleHandle(const api::Box& bounds, const Eigen::Vector3d& axis_B,
                         const SamplerOptions& options);
 
 }  // namespace cwm::grasp

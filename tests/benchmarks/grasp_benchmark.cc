@@ -1,4 +1,8 @@
 // Grasps planned on a scan, checked against the true scene.
+
+// The shapes of the truth are those of collision/geometry; the client's are in cwm::api.
+#define CWM_QUALIFIED_NAMES
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -103,8 +107,7 @@ const grasp::ObjectPlan* PlanFor(const perception::SimulatedObject& object,
   const grasp::ObjectPlan* nearest = nullptr;
   double nearest_m = kSamePlace_m;
   for (const grasp::ObjectPlan& found : plan.objects) {
-    const Eigen::Isometry3d X_WB = grasp::ToIsometry(found.object.x_world_object()) *
-                                   grasp::ToIsometry(found.object.bounds().x_object_box());
+    const Eigen::Isometry3d X_WB = found.object.X_WO * found.object.bounds->X_OB;
     const double distance_m = (X_WB.translation() - CentreOf(object)).norm();
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
@@ -128,17 +131,11 @@ const char* NameOf(grasp::GraspFailure failure) {
 }
 
 // Assesses the best grasp of the scan in the true scene. It may come as near as touching.
-absl::StatusOr<grasp::Assessment> AssessBestGrasp(const client::Connection& connection,
-                                                  const grasp::PlanRequest& request,
-                                                  const grasp::Plan& truth,
-                                                  const std::string& object,
-                                                  const grasp::Grasp& best) {
-  grasp::GraspQuery query = grasp::MakeGraspQuery(request, truth);
+grasp::Assessment AssessBestGrasp(const api::WorldView& truth, const grasp::PlanRequest& request,
+                                  const std::string& object, const grasp::Grasp& best) {
+  grasp::GraspQuery query = grasp::MakeGraspQuery(request);
   query.clearance_m = 0;
-  const auto assessed =
-      grasp::Assess(connection, query, {{.X_WG = best.candidate.X_FG, .target = object}});
-  if (!assessed.ok()) return assessed.status();
-  return assessed->front();
+  return grasp::Assess(truth, query, {{.X_WG = best.candidate.X_FG, .target = object}}).front();
 }
 
 // The same assessment with the formulas of the true shapes alone: points 6 mm apart in the open
@@ -223,14 +220,16 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
                     true_world = "true_" + std::to_string(seed);
   if (!PutTrueObjects(connection, view.scene, true_world)) return false;
   if (!IngestScan(connection, view, seed, seen)) return false;
-  grasp::PlanRequest of_truth{.world = true_world}, of_scan{.world = seen};
-  const auto truth = grasp::PlanGrasps(connection, of_truth);
-  const auto plan = grasp::PlanGrasps(connection, of_scan);
+  const api::Server server({.address = connection.address()});
+  const api::World truly = server.GetWorld(true_world);
+  const grasp::PlanRequest request;
+  const auto truth = grasp::PlanGrasps(truly, request);
+  const auto plan = grasp::PlanGrasps(server.GetWorld(seen), request);
   if (!truth.ok() || !plan.ok()) return false;
   for (const perception::SimulatedObject& object : view.scene.objects) {
     const auto admits =
         std::find_if(truth->objects.begin(), truth->objects.end(),
-                     [&](const grasp::ObjectPlan& of) { return of.object.name() == object.name; });
+                     [&](const grasp::ObjectPlan& of) { return of.object.name == object.name; });
     if (admits == truth->objects.end()) continue;  // furniture
     ++count.objects;
     if (admits->grasps.empty()) continue;
@@ -241,11 +240,10 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
     } else if (found->grasps.empty()) {
       count.Fail(seed, object.name, "no grasp", found->failure_reason);
     } else {
-      const auto assessed =
-          AssessBestGrasp(connection, of_truth, *truth, object.name, found->grasps.front());
-      if (!assessed.ok()) return false;
-      if (assessed->failure == grasp::GraspFailure::kNone) {
-        const PointChecker points(view.scene, grasp::MakeGraspQuery(of_truth, *truth));
+      const grasp::Assessment assessed =
+          AssessBestGrasp(truly, request, object.name, found->grasps.front());
+      if (assessed.failure == grasp::GraspFailure::kNone) {
+        const PointChecker points(view.scene, grasp::MakeGraspQuery(request));
         if (points.Confirms(found->grasps.front().candidate.X_FG, object.name)) {
           ++count.confirmed;
         } else {
@@ -254,8 +252,8 @@ bool MeasureTable(const client::Connection& connection, std::uint64_t seed, Coun
         }
       } else {
         count.Fail(
-            seed, object.name, NameOf(assessed->failure),
-            assessed->obstacle + " by a grasp of " + found->grasps.front().candidate.strategy);
+            seed, object.name, NameOf(assessed.failure),
+            assessed.obstacle + " by a grasp of " + found->grasps.front().candidate.strategy);
       }
     }
   }
@@ -270,11 +268,15 @@ void MeasureGraspsOn(const Seeds& seeds, Report& report) {
   const RunningServer server;
   if (!server.up()) return report.Fail("grasps: cwm-server did not start");
   Count count;
-  for (int i = 0; i < seeds.count; ++i) {
-    if (!MeasureTable(server.connection(), seeds.first + static_cast<std::uint64_t>(i), count)) {
-      return report.Fail("grasps: table " + std::to_string(seeds.first + i) +
-                         " could not be asked");
+  try {
+    for (int i = 0; i < seeds.count; ++i) {
+      if (!MeasureTable(server.connection(), seeds.first + static_cast<std::uint64_t>(i), count)) {
+        return report.Fail("grasps: table " + std::to_string(seeds.first + i) +
+                           " could not be asked");
+      }
     }
+  } catch (const api::Error& error) {
+    return report.Fail(std::string("grasps: ") + error.what());
   }
   if (count.graspable == 0) return report.Fail("grasps: nothing could be taken");
   std::string detail = "Grasps on " + std::to_string(seeds.count) + " tables: of " +

@@ -11,11 +11,12 @@
 #include <variant>
 #include <vector>
 
+#include "cwm/namespace.h"
 #include "cwm/objects.h"
 #include "cwm/robots.h"
 #include "cwm/shapes.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 // Adds the object, or replaces the one of that name.
 struct Put {
@@ -82,4 +83,4 @@ struct SetState {
 
 using Change = std::variant<Put, Move, Remove, Attach, Detach, Allow, Margin, SetState>;
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

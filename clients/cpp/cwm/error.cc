@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 std::string Line(const std::string& message, const ErrorInfo& info) {
@@ -23,4 +23,4 @@ Error::Error(ErrorCode code, const std::string& message, ErrorInfo info)
       message_(message),
       info_(std::move(info)) {}
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-// Everything that <cwm/...> declares is in this inline namespace, so that the linker's names differ
-// from those of libraries that call something else cwm::Sphere. Programs write cwm::Sphere.
-namespace cwm::inline api {
+#include "cwm/namespace.h"
+
+namespace cwm::CWM_API {
 
 // The codes of gRPC.
 enum class ErrorCode {
@@ -64,4 +64,4 @@ class Error : public std::runtime_error {
   ErrorInfo info_;
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

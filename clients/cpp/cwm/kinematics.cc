@@ -8,7 +8,7 @@
 #include "cwm/internal/query_batches.h"
 #include "cwm/world.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 using internal::Batches;
@@ -126,4 +126,4 @@ LinkPoses WorldView::PosesOfLinks(const RobotSubject& robot, const Rows& states,
   return result;
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

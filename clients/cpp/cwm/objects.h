@@ -10,9 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "cwm/namespace.h"
 #include "cwm/shapes.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 enum class ObjectKind { kSupport = 1, kObject, kResidual, kUnseen, kUser };
 enum class Owner { kPerception = 1, kUser };
@@ -143,4 +144,4 @@ struct PairRule {
   std::optional<double> margin_m = {};  // in place of all other margins
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

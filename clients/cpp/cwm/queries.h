@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "cwm/changes.h"
+#include "cwm/namespace.h"
 #include "cwm/robots.h"
 #include "cwm/shapes.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 // What a robot is checked against.
 enum class RobotScope { kWorld = 1, kSelf, kBoth };
@@ -146,4 +147,4 @@ struct SolveOptions {
   QueryOptions query = {};
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "cwm/error.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 std::size_t At(Eigen::Index index) { return static_cast<std::size_t>(index); }
@@ -173,4 +173,4 @@ const Eigen::Isometry3d& LinkPoses::pose(Eigen::Index row, const std::string& li
   return X_WL[At(row) * links.size() + static_cast<std::size_t>(found - links.begin())];
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -12,7 +12,9 @@
 #include <string>
 #include <vector>
 
-namespace cwm::inline api {
+#include "cwm/namespace.h"
+
+namespace cwm::CWM_API {
 
 enum class Verdict : std::uint8_t { kFree = 1, kCollision, kOutOfLimits, kUndecided, kNotComputed };
 // kFree and kContact are certified.
@@ -220,4 +222,4 @@ struct LinkPoses {
   const Eigen::Isometry3d& pose(Eigen::Index row, const std::string& link) const;
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

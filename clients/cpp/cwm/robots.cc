@@ -8,7 +8,7 @@
 #include "absl/strings/str_join.h"
 #include "cwm/error.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 template <class Named>
@@ -81,4 +81,4 @@ Eigen::VectorXd Robot::Row(const std::string& group, const std::string& named_st
   return row;
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

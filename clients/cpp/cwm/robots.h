@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "cwm/namespace.h"
 #include "cwm/shapes.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 enum class JointKind {
   kNone = 0,  // of the root link
@@ -134,4 +135,4 @@ struct LoadedRobot {
   std::vector<std::string> warnings = {};  // about the files, such as which meshes are open
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

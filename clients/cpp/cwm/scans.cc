@@ -12,7 +12,7 @@
 #include "cwm/internal/world_messages.h"
 #include "cwm/world.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 using internal::ThrowBadArgument;
@@ -158,4 +158,4 @@ IngestResult World::Ingest(const CloudRef& points, const ScanOptions& options) c
   return result;
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

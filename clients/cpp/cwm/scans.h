@@ -10,9 +10,10 @@
 #include <variant>
 #include <vector>
 
+#include "cwm/namespace.h"
 #include "cwm/objects.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 // kUpdate replaces what is in view, kAdd removes and moves nothing, kSegmentOnly leaves the world
 // as it is.
@@ -94,4 +95,4 @@ struct IngestResult {
   std::vector<Eigen::Index> PointsOf(const std::string& name) const;
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

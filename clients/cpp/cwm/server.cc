@@ -3,7 +3,7 @@
 #include "cwm/internal/session.h"
 #include "cwm/world.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 using client::Connection;
 using internal::View;
@@ -80,4 +80,4 @@ Server WorldView::server() const {
 
 World Connect(const ConnectOptions& options) { return Server(options).GetWorld(options.world); }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -11,7 +11,9 @@
 #include <variant>
 #include <vector>
 
-namespace cwm::inline api {
+#include "cwm/namespace.h"
+
+namespace cwm::CWM_API {
 
 // Centred at the origin.
 struct Sphere {
@@ -99,4 +101,4 @@ class Body {
   std::vector<Placed> parts_;
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

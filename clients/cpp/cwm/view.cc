@@ -10,7 +10,7 @@
 #include "cwm/internal/world_messages.h"
 #include "cwm/world.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 using client::Connection;
@@ -207,4 +207,4 @@ void ExportResult::Save(const std::string& path) const {
   WriteFile(first, bytes);
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -8,7 +8,7 @@
 #include "cwm/internal/query_batches.h"
 #include "cwm/world.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 using internal::Batches;
@@ -330,4 +330,4 @@ SampleResult WorldView::Sample(const Eigen::Ref<const Eigen::Matrix3Xd>& points,
   return result;
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -13,7 +13,7 @@
 #include "cwm/internal/world_messages.h"
 #include "cwm/world.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -229,4 +229,4 @@ Watcher World::Watch(const WatchOptions& options) const {
   return Watcher(std::make_unique<Watcher::Call>(view().session, view().world, options));
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -11,10 +11,11 @@
 #include <variant>
 #include <vector>
 
+#include "cwm/namespace.h"
 #include "cwm/objects.h"
 #include "cwm/robots.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 // Added, or its geometry or another field changed.
 struct ObjectPut {
@@ -107,4 +108,4 @@ class Watcher {
   std::unique_ptr<Call> call_;
 };
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -11,7 +11,7 @@
 #include "cwm/internal/session.h"
 #include "cwm/internal/world_messages.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 namespace {
 
 using client::Connection;
@@ -157,4 +157,4 @@ std::int64_t World::DeleteRobot(const std::string& name) const {
       .revision();
 }
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -19,6 +19,7 @@
 
 #include "cwm/changes.h"
 #include "cwm/error.h"
+#include "cwm/namespace.h"
 #include "cwm/objects.h"
 #include "cwm/queries.h"
 #include "cwm/results.h"
@@ -27,7 +28,7 @@
 #include "cwm/shapes.h"
 #include "cwm/watch.h"
 
-namespace cwm::inline api {
+namespace cwm::CWM_API {
 
 class Server;
 
@@ -249,4 +250,4 @@ class Server {
 // The world of the options on a server.
 World Connect(const ConnectOptions& options = {});
 
-}  // namespace cwm::inline api
+}  // namespace cwm::CWM_API

@@ -36,24 +36,8 @@ bool HasApproach(const Candidates& candidates, const Vector3d& approach) {
   });
 }
 
-cwm::v1::Box MakeBox(double x_m, double y_m, double z_m) {
-  cwm::v1::Box box;
-  box.set_size_x_m(x_m);
-  box.set_size_y_m(y_m);
-  box.set_size_z_m(z_m);
-  return box;
-}
-
-cwm::v1::Cone MakeCone(double bottom_m, double top_m, double length_m) {
-  cwm::v1::Cone cone;
-  cone.set_radius_bottom_m(bottom_m);
-  cone.set_radius_top_m(top_m);
-  cone.set_length_m(length_m);
-  return cone;
-}
-
 TEST(SampleBox, PadsTouchOppositeFacesFromAllSides) {
-  const Candidates found = SampleBox(MakeBox(0.05, 0.2, 0.3), {});
+  const Candidates found = SampleBox(Box{0.05, 0.2, 0.3}, {});
   const Vector3d half(0.025, 0.1, 0.15);
   ExpectPadsOnSurface(found, [&](const Vector3d& p) { return (p.cwiseAbs() - half).maxCoeff(); });
   for (const Candidate& candidate : found.list) {
@@ -69,17 +53,14 @@ TEST(SampleBox, PadsTouchOppositeFacesFromAllSides) {
 
 TEST(SampleBox, OpeningLessTwoGapsIsTheLimit) {
   const SamplerOptions options{.gripper = {.opening_m = 0.08}, .min_gap_m = 0.002};
-  EXPECT_FALSE(SampleBox(MakeBox(0.99 * 0.076, 1, 1), options).list.empty());
-  const Candidates none = SampleBox(MakeBox(1.01 * 0.076, 1, 1), options);
+  EXPECT_FALSE(SampleBox(Box{0.99 * 0.076, 1, 1}, options).list.empty());
+  const Candidates none = SampleBox(Box{1.01 * 0.076, 1, 1}, options);
   EXPECT_TRUE(none.list.empty());
   EXPECT_DOUBLE_EQ(none.min_width_m, 1.01 * 0.076);
 }
 
 TEST(SampleCylinder, PadsTouchAcrossTheWallAndTheEnds) {
-  cwm::v1::Cylinder cylinder;
-  cylinder.set_radius_m(0.03);
-  cylinder.set_length_m(0.07);
-  const Candidates found = SampleCylinder(cylinder, {});
+  const Candidates found = SampleCylinder(Cylinder{0.03, 0.07}, {});
   ExpectPadsOnSurface(found, [](const Vector3d& p) {
     return std::max(std::hypot(p.x(), p.y()) - 0.03, std::abs(p.z()) - 0.035);
   });
@@ -89,7 +70,7 @@ TEST(SampleCylinder, PadsTouchAcrossTheWallAndTheEnds) {
 }
 
 TEST(SampleCone, WidthIsTheLocalOneAndTiltIsThatOfTheWall) {
-  const Candidates found = SampleCone(MakeCone(0.02, 0.03, 0.1), {});
+  const Candidates found = SampleCone(Cone{0.02, 0.03, 0.1}, {});
   ExpectPadsOnSurface(
       found, [](const Vector3d& p) { return std::hypot(p.x(), p.y()) - (0.025 + 0.1 * p.z()); });
   EXPECT_NEAR(found.list.front().tilt_rad, std::atan(0.1), kExact_m);
@@ -97,7 +78,7 @@ TEST(SampleCone, WidthIsTheLocalOneAndTiltIsThatOfTheWall) {
 
 TEST(SampleCone, FrictionLimitsTheTilt) {
   // The wall falls by 0.4 of its height, the limit for friction 0.4.
-  const auto wall = [](double slope) { return MakeCone(0.005 + slope * 0.06, 0.005, 0.06); };
+  const auto wall = [](double slope) { return Cone{0.005 + slope * 0.06, 0.005, 0.06}; };
   EXPECT_FALSE(SampleCone(wall(0.99 * 0.4), {.friction = 0.4}).list.empty());
   const Candidates slippery = SampleCone(wall(1.01 * 0.4), {.friction = 0.4});
   for (const Candidate& candidate : slippery.list) EXPECT_EQ(candidate.strategy, "cone ends");
@@ -105,28 +86,15 @@ TEST(SampleCone, FrictionLimitsTheTilt) {
 }
 
 TEST(SampleSphere, EveryLineRunsThroughTheMiddle) {
-  cwm::v1::Sphere sphere;
-  sphere.set_radius_m(0.035);
-  const Candidates found = SampleSphere(sphere, {});
+  const Candidates found = SampleSphere(Sphere{0.035}, {});
   ExpectPadsOnSurface(found, [](const Vector3d& p) { return p.norm() - 0.035; });
   EXPECT_TRUE(HasApproach(found, -Vector3d::UnitZ()));
 }
 
 TEST(SampleVessel, OneFingerInsideAndOneOutsideOfTheRim) {
-  cwm::v1::Vessel vessel;
-  vessel.set_height_m(0.1);
-  vessel.set_foot_radius_m(0.06);
-  vessel.set_rim_radius_m(0.06);
-  const auto add = [](auto* profile, double x, double y) {
-    cwm::v1::Vector2& point = *profile->Add();
-    point.set_x(x);
-    point.set_y(y);
-  };
-  add(vessel.mutable_outer_profile(), 0.06, -0.05);
-  add(vessel.mutable_outer_profile(), 0.06, 0.05);
-  add(vessel.mutable_inner_profile(), 0.056, 0.05);
-  add(vessel.mutable_inner_profile(), 0.056, -0.046);
-  add(vessel.mutable_inner_profile(), 0, -0.046);
+  Vessel vessel{.rim_radius_m = 0.06, .foot_radius_m = 0.06, .height_m = 0.1};
+  vessel.outer_profile = Polygon{{0.06, 0.06}, {-0.05, 0.05}};
+  vessel.inner_profile = Polygon{{0.056, 0.056, 0}, {0.05, -0.046, -0.046}};
   const Candidates found = SampleVessel(vessel, {});
   ASSERT_FALSE(found.list.empty());  // 120 mm wide as a whole, so only the rim fits
   for (const Candidate& candidate : found.list) {
@@ -138,7 +106,7 @@ TEST(SampleVessel, OneFingerInsideAndOneOutsideOfTheRim) {
 }
 
 TEST(SampleHandle, ClosesAcrossItsLength) {
-  const Candidates found = SampleHandle(MakeBox(0.012, 0.03, 0.08), Vector3d::UnitZ(), {});
+  const Candidates found = SampleHandle(Box{0.012, 0.03, 0.08}, Vector3d::UnitZ(), {});
   ASSERT_FALSE(found.list.empty());
   for (const Candidate& candidate : found.list) {
     EXPECT_NEAR(candidate.X_FG.linear()(2, 0), 0, kExact_m);

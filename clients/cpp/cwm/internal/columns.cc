@@ -1,6 +1,6 @@
 #include "cwm/internal/columns.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 
 AnsweredObject FromMessage(const v1::ObjectRef& object) {
   return {.name = object.name(),
@@ -28,4 +28,4 @@ Eigen::Index LastBegin(const std::string& row_begin) {
   return static_cast<Eigen::Index>(last);
 }
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

@@ -17,7 +17,7 @@
 #include "cwm/results.h"
 #include "cwm/v1/query.pb.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 
 // Joins the columns of the replies to a query. `count(reply)` is the number of entries of a reply.
 template <class Reply>
@@ -176,4 +176,4 @@ std::vector<Eigen::Index> JoinRowBegins(const std::vector<Reply>& replies, const
 // The last entry of a column of uint32; 0 if it is empty.
 Eigen::Index LastBegin(const std::string& row_begin);
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

@@ -11,7 +11,7 @@
 #include "cwm/internal/session.h"
 #include "proto/transfer/sha256.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 namespace {
 
 // chosen: the server's tolerance of a quaternion's length.
@@ -227,4 +227,4 @@ Shape ShapeFrom(const v1::ShapePart& message) {
   return Mesh{.vertices = {}, .triangles = {}, .hash = message.mesh().hash()};
 }
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

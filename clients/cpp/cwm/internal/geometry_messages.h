@@ -12,7 +12,7 @@
 #include "cwm/v1/geometry.pb.h"
 #include "cwm/v1/world.pb.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 
 // tx ty tz qx qy qz qw. Throws kInvalidArgument with the name for what is no rigid transform, to
 // within 1e-3.
@@ -41,4 +41,4 @@ void SetShape(const Shape& shape, v1::PlacedShape& message, std::vector<MeshBlob
 void SetShape(const Shape& shape, v1::ShapePart& message, std::vector<MeshBlob>& meshes);
 Shape ShapeFrom(const v1::ShapePart& message);
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cpp/geometry_transfer.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 namespace {
 
 // chosen: the bytes of a message that are reserved for everything but rows.
@@ -216,4 +216,4 @@ BoundSubject Bind(const Subject& subject, const Rows& rows, const std::string& n
   return BindBody(std::get<Body>(subject.what()), rows, name);
 }
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

@@ -20,7 +20,7 @@
 #include "cwm/v1/query.pb.h"
 #include "cwm/v1/robot.pb.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 
 // The numbers of a pose, see PoseRows.
 inline constexpr std::size_t kPoseWidth = 7;
@@ -215,4 +215,4 @@ struct BoundSubject {
 BoundSubject Bind(const Subject& subject, const Rows& rows, const std::string& name);
 BoundSubject Bind(const RobotSubject& robot, const Rows& rows, const std::string& name);
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 namespace {
 
 // chosen: a restarted server is back within this time.
@@ -54,4 +54,4 @@ std::optional<std::chrono::milliseconds> DeadlineOf(std::optional<double> timeou
   return std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * *timeout_s));
 }
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

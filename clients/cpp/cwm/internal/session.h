@@ -17,7 +17,7 @@
 #include "clients/cpp/query_stream.h"
 #include "cwm/changes.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 
 // A connection that was answered once.
 struct Session {
@@ -97,4 +97,4 @@ void SetRevision(const View& view, Request& request) {
   request.set_world_uid(view.uid);
 }
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "cwm/internal/session.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 namespace {
 
 // chosen: a year and a day, the longest that the server takes.
@@ -281,4 +281,4 @@ v1::Change ToMessage(const Change& change, const std::string& name, std::vector<
   return message;
 }
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal

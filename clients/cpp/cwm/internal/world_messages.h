@@ -11,7 +11,7 @@
 #include "cwm/v1/robot_model.pb.h"
 #include "cwm/v1/world.pb.h"
 
-namespace cwm::inline api::internal {
+namespace cwm::CWM_API::internal {
 
 Time FromMessage(const google::protobuf::Timestamp& stamp);
 // Throws kInvalidArgument with the name for a time that is negative or not finite.
@@ -29,4 +29,4 @@ v1::RobotTool ToMessage(const Tool& tool, const std::string& name);
 // Appends the meshes that the change needs.
 v1::Change ToMessage(const Change& change, const std::string& name, std::vector<MeshBlob>& meshes);
 
-}  // namespace cwm::inline api::internal
+}  // namespace cwm::CWM_API::internal
