@@ -4,8 +4,11 @@
 #include <chrono>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
+#include "perception/cloud/voxel_grid.h"
 #include "perception/explained_points.h"
 #include "perception/hypotheses/point_sample.h"
+#include "perception/segmentation/disjoint_sets.h"
 
 namespace cwm::perception {
 namespace {
@@ -26,13 +29,46 @@ PointSet MembersOf(const std::vector<std::int32_t>& part_of_point, std::size_t p
   return members;
 }
 
+// The members without remnants: groups of fewer points than show a surface, no wider than the
+// tolerance within which a surface explains points. They are mixed pixels and noise beside the
+// shapes; a mesh of them would be one of single triangles. `stride`: measured points for each point.
+PointSet WithoutRemnants(const OrientedPoints& points, const PointSet& members,
+                         std::size_t stride) {
+  std::vector<Eigen::Vector3f> positions;
+  for (const std::uint32_t k : members) positions.push_back(points.points[k]);
+  const VoxelGrid grid = VoxelGrid::BuildCells(positions, static_cast<float>(kExplainedWithin_m));
+  DisjointSets groups(grid.size());
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    grid.ForEachWithin(1, grid.cell(cell), [&](std::size_t other) { groups.Join(cell, other); });
+  }
+  std::vector<Eigen::AlignedBox3f> bounds(grid.size());
+  std::vector<std::size_t> counts(grid.size(), 0);
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const std::size_t group = groups.Root(cell);
+    for (const std::uint32_t k : grid.PointsOf(cell)) bounds[group].extend(positions[k]);
+    counts[group] += grid.PointsOf(cell).size() * stride;
+  }
+  PointSet kept;
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const std::size_t group = groups.Root(cell);
+    const bool is_remnant =
+        counts[group] < kTwoSamples &&
+        static_cast<double>(bounds[group].diagonal().norm()) < kExplainedWithin_m;
+    if (is_remnant) continue;
+    for (const std::uint32_t k : grid.PointsOf(cell)) kept.push_back(members[k]);
+  }
+  std::sort(kept.begin(), kept.end());
+  return kept;
+}
+
 // Builds the hybrid model of a sample's points.
 class HybridBuilder {
  public:
-  HybridBuilder(const OrientedPoints& points, const HypothesisModel& model,
+  HybridBuilder(const OrientedPoints& points, std::size_t stride, const HypothesisModel& model,
                 const std::vector<std::int32_t>& part_of_point, const SurfaceOptions& options,
                 const Work& work)
       : points_(points),
+        stride_(stride),
         found_(model.object),
         part_of_point_(part_of_point),
         options_(options),
@@ -80,11 +116,14 @@ class HybridBuilder {
   }
 
   // Meshes points that no shape explains, and points that their shape, once bounded, does not
-  // reach.
+  // reach. Beside shapes, remnants are left unexplained; they keep their label.
   void AddSurface() {
     PointSet remaining;
     for (std::uint32_t k = 0; k < points_.size(); ++k) {
       if (!explained_[k]) remaining.push_back(k);
+    }
+    if (!remaining.empty() && !found_.shapes.empty()) {
+      remaining = WithoutRemnants(points_, remaining, stride_);
     }
     if (remaining.empty()) return;
     Mesh mesh = MeshOf(remaining);
@@ -101,6 +140,7 @@ class HybridBuilder {
   }
 
   const OrientedPoints& points_;
+  const std::size_t stride_;
   const ObjectModel& found_;
   const std::vector<std::int32_t>& part_of_point_;
   const SurfaceOptions& options_;
@@ -134,7 +174,7 @@ MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPo
   const OrientedPoints points = sample.Points();
   const std::vector<std::int32_t> part_of_sampled =
       sample.PartsOfSampledPoints(hypothesis.model->part_of_point());
-  HybridBuilder builder(points, *hypothesis.model, part_of_sampled, surface, work);
+  HybridBuilder builder(points, sample.stride(), *hypothesis.model, part_of_sampled, surface, work);
   builder.Build();
   MeshedObject object = builder.Take();
   ScaleCounts(sample, object);

@@ -104,6 +104,58 @@ TEST(MeshHypothesis, MeshesWhatNoShapeReachesWhateverItsLabelsSay) {
   }
 }
 
+// Adds points above the box's top, beyond the tolerance, this far apart along x.
+OrientedPoints SquareAndPoints(int count, float step_m) {
+  OrientedPoints points;
+  points.viewpoint = Vector3(1, 2, 2);
+  AddSquare(kLow_m, points);
+  for (int k = 0; k < count; ++k) {
+    points.points.emplace_back(0.99f + step_m * static_cast<float>(k), 2.f, kLow_m + 0.015f);
+    points.normals.push_back(Eigen::Vector3f::UnitZ());
+    points.sigma_m.push_back(0.001f);
+    points.normal_sigma_rad.push_back(0.05f);
+    points.cloud_index.push_back(static_cast<std::uint32_t>(points.cloud_index.size()));
+  }
+  return points;
+}
+
+MeshedObject MeshedBesideTop(int count, float step_m) {
+  HypothesisModel model = BoxModel(0, 0);
+  model.object.part_of_point.assign(kOfSquare + static_cast<std::size_t>(count), 0);
+  const OrientedPoints points = SquareAndPoints(count, step_m);
+  return MeshedOf(points, model, points.size());
+}
+
+TEST(MeshHypothesis, MakesNoMeshOfRemnantsAndCountsTheirPointsAsUnexplained) {
+  for (const auto& [count, step_m] : std::vector<std::pair<int, float>>{
+           {1, 0.f}, {3, 0.002f}, {5, 0.03f}}) {  // alone, together, each alone
+    const MeshedObject object = MeshedBesideTop(count, step_m);
+    EXPECT_THAT(object.model->surfaces, IsEmpty()) << count;
+    EXPECT_EQ(object.explained, kOfSquare) << count;
+    EXPECT_EQ(object.model->point_count, static_cast<int>(kOfSquare) + count) << "none is lost";
+  }
+}
+
+TEST(MeshHypothesis, MeshesFewPointsThatAreWiderThanTheToleranceAndManyThatAreNot) {
+  for (const auto& [count, step_m] :
+       std::vector<std::pair<int, float>>{{6, 0.004f}, {30, 0.0003f}}) {  // 20 mm long; 9 mm, dense
+    const MeshedObject object = MeshedBesideTop(count, step_m);
+    ASSERT_THAT(object.model->surfaces, SizeIs(1)) << count;
+    EXPECT_EQ(object.explained, kOfSquare + static_cast<std::size_t>(count));
+  }
+}
+
+TEST(MeshHypothesis, MeshesAnObjectWithoutShapesHoweverFewItsPoints) {
+  HypothesisModel model;
+  model.object.part_of_point.assign(3, kUnexplained);
+  OrientedPoints points = SquareAndPoints(3, 0.002f);
+  const OrientedPoints few =
+      Subset(points, std::vector<std::uint32_t>{kOfSquare, kOfSquare + 1, kOfSquare + 2});
+  const MeshedObject object = MeshedOf(few, model, 3);
+  EXPECT_THAT(object.model->surfaces, SizeIs(1));
+  EXPECT_EQ(object.explained, 3u);
+}
+
 TEST(MeshHypothesis, MeshesTheHandlesThatHavePoints) {
   HypothesisModel model = BoxModel(0, 1);  // one shape: 1 is the first handle
   Handle handle{.point_count = kOfSquare, .axis_O = Vector3::UnitX(), .bounds = {}, .surface = {}};
