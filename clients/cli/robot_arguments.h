@@ -13,11 +13,11 @@ namespace cwm::cli {
 
 struct RobotArguments {
   std::string name, group;
-  std::vector<std::string> paddings;  // in place of those of its load, see link_values.h
-  std::vector<std::string> joints;    // states: numbers, or names; "-": JSON lines on stdin
+  std::vector<std::string> joints;  // states: numbers, or names; "-": JSON lines on stdin
   std::string at;  // the place of the root link, see pose_argument.h; empty: where it stands
   cwm::v1::RobotScope scope = cwm::v1::ROBOT_SCOPE_UNSPECIFIED;
   cwm::v1::RobotGeometry geometry = cwm::v1::ROBOT_GEOMETRY_UNSPECIFIED;
+  std::vector<std::string> paddings = {};  // in place of those of its load, see link_values.h
 };
 
 // Adds no option for `at`: what --at places is the command's choice.

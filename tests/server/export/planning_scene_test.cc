@@ -83,6 +83,24 @@ TEST(PlanningSceneTest, AllowsWhatRulesAndTheRobotAllow) {
   EXPECT_THAT(read.allowed_collisions.defaults, ElementsAre(std::pair("base", true)));
 }
 
+// The SRDF disables the pair, which MoveIt's matrix can only say with true.
+TEST(PlanningSceneTest, ForbidsWhatARuleChecks) {
+  const auto arm = collision::testing::Arm(
+      collision::testing::ArmUrdf(),
+      "<robot name=\"arm\"><disable_collisions link1=\"base\" link2=\"tip\"/>"
+      "<disable_collisions link1=\"upper\" link2=\"tip\"/></robot>");
+  const auto world =
+      WorldWith({{collision::testing::PutArm("crane", arm), std::nullopt},
+                 {AllowCollision{.pair = {{"crane", "tip"}, {"crane", "base"}}, .check = true},
+                  std::nullopt}});
+  auto scene = MakePlanningScene(*world, 0);
+  ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
+  const formats::SceneFile read = Read(*scene);
+  EXPECT_FALSE(IsAllowed(read, "base", "tip"));
+  EXPECT_TRUE(IsAllowed(read, "upper", "tip"));
+  EXPECT_FALSE(IsAllowed(read, "base", "upper"));
+}
+
 TEST(PlanningSceneTest, SaysWhichRulesItCannotSay) {
   const auto in_a_while = collision::ExpiryAfter(std::chrono::hours(1));
   const auto world = WorldWith(
