@@ -73,29 +73,26 @@ MotionResult EdgeChecker::Check(const Waypoints& waypoints, std::size_t row) {
   if (known.open.empty() && !known.has_contact()) {
     return ResultOf({.clearance_m = known.clearance_m});
   }
+  if (known.open.empty()) {
+    const auto contact = NameContact(known);
+    return contact ? ResultOf(*contact) : Check(*waypoints.MotionFrom(row));
+  }
   const std::unique_ptr<BodyMotion> motion = waypoints.MotionFrom(row);
-  EdgeResult result;
-  if (!known.open.empty()) {
-    result = SearchEdge(search_, *motion, known.open, known.has_contact() ? 0 : kMaxClearance_m);
-    if (!known.has_contact() || result.verdict == MotionVerdict::kContact) {
-      result.clearance_m = std::min(result.clearance_m, known.clearance_m);
-      return ResultOf(result);
-    }
-  }
-  // Nothing that is open touches before the contact of the spheres.
-  const bool is_bracketed = known.hi - known.lo <= kMaxBracketWidth;
-  if (is_bracketed && result.verdict == MotionVerdict::kFree) {
-    if (const auto contact = NameContact(*motion, known)) return ResultOf(*contact);
-  }
-  return Check(*motion);
+  EdgeResult result =
+      SearchEdge(search_, *motion, known.open, known.has_contact() ? 0 : kMaxClearance_m);
+  // A contact of the spheres is in one of the open times if its bracket is still too wide.
+  if (known.has_contact() && result.verdict != MotionVerdict::kContact) return Check(*motion);
+  result.clearance_m = std::min(result.clearance_m, known.clearance_m);
+  return ResultOf(result);
 }
 
 // Finds the pair of a contact that spheres have proven. Empty if the interval between single and
 // double precision contains its margin.
-std::optional<EdgeResult> EdgeChecker::NameContact(const BodyMotion& motion,
-                                                   const SphereMotionAnswer& known) {
+std::optional<EdgeResult> EdgeChecker::NameContact(const SphereMotionAnswer& known) {
   std::optional<EdgeResult> contact;
-  search_.PlaceBody(EdgeRow(motion, known.hi), 0, known.tags);
+  X_WL_.resize(static_cast<std::size_t>(body_.frame_count));
+  spheres_->Place(known.hi, X_WL_);
+  search_.PlaceBody(X_WL_, 0, known.tags);
   const auto visit = [&](const BodySearch::Pair& pair) {
     const double reach_m = std::max(0.0, pair.margin_m);
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);

@@ -94,9 +94,10 @@ class EdgeChecker {
   // For UnseenSpace::kReport: `search_` ignores unseen space, this search includes it.
   std::optional<BodySearch> with_unseen_;
   MotionResult ResultOf(const EdgeResult& result);
-  std::optional<EdgeResult> NameContact(const BodyMotion& motion, const SphereMotionAnswer& known);
+  std::optional<EdgeResult> NameContact(const SphereMotionAnswer& known);
 
   std::optional<SphereMotion> spheres_;
+  std::vector<Pose> X_WL_;  // of the robot's links
   ObjectRanks ranks_;
 };
 

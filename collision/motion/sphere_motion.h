@@ -31,18 +31,25 @@ struct SphereMotionAnswer {
 // Refers to the rows. Used by one thread.
 class SphereMotion {
  public:
-  // Empty if CompileQuery does not suit the query, the answers depend on more than gaps (surfaces
-  // without an inside, unseen space), or the robot's other joints are out of range.
+  // Empty if CompileQuery does not suit the query, or unseen space is to be reported.
   static std::optional<SphereMotion> Make(const WorldSnapshot& world, const QueryBody& body,
                                           const JointRows& rows, const QueryOptions& options);
 
   // The edge from a row to the next.
   SphereMotionAnswer Check(std::size_t row);
+  // Places the robot's links at a fraction of that edge.
+  void Place(double fraction, std::span<Pose> X_WL);
 
  private:
+  // An interval, and what is not proven to keep clear in it.
+  struct Task {
+    TimeSpan span = {};
+    UnresolvedTags open = BodySearch::kAllUnresolved;
+  };
+
   SphereMotion(const JointRows& rows, SphereQuery query);
-  void Divide(bool is_contact_known);
-  bool Evaluate();
+  UnresolvedTags Divide(bool is_contact_known);
+  void Evaluate(const UnresolvedTags& needed, bool is_contact_known);
   void Sort(SphereMotionAnswer& answer);
 
   const JointRows* rows_;
@@ -52,14 +59,12 @@ class SphereMotion {
   std::vector<bool> is_cyclic_;  // by variable of the group
   // Of the edge at hand.
   std::vector<double> from_, step_;
+  std::vector<double> state_;  // of all variables
   const LaneEdge* edge_ = nullptr;
-  std::vector<TimeSpan> todo_;   // not proven so far, ordered by time
+  std::vector<Task> todo_;       // not proven so far, ordered by time
   std::vector<TimeSpan> batch_;  // parts of the first of todo_
   // Working memory.
   LaneMemory memory_;
-  std::vector<double> states_;
-  std::vector<float> values_;
-  std::array<StateMark, kMaxLanes> marks_ = {};
   std::array<IntervalResult, kIntervals> results_ = {};
 };
 

@@ -161,13 +161,20 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
 
 FramePairs FramePairsOf(const QueryBody& body) {
   FramePairs of_body;
+  of_body.of_self_pair.reserve(body.self_pairs.size());
   absl::flat_hash_map<std::pair<int, int>, std::int32_t> known;
+  std::pair<int, int> last(-1, -1);
+  std::int32_t index = -1;
   for (const PartPair& pair : body.self_pairs) {
     const std::pair<int, int> frames(body.FrameOf(pair.first), body.FrameOf(pair.second));
-    const auto [at, is_new] =
-        known.try_emplace(frames, static_cast<std::int32_t>(of_body.pairs.size()));
-    if (is_new) of_body.pairs.push_back({frames.first, frames.second});
-    of_body.of_self_pair.push_back(at->second);
+    if (frames != last) {  // most pairs have the frames of the one before
+      const auto next = static_cast<std::int32_t>(of_body.pairs.size());
+      const auto [at, is_new] = known.try_emplace(frames, next);
+      if (is_new) of_body.pairs.push_back({frames.first, frames.second});
+      index = at->second;
+      last = frames;
+    }
+    of_body.of_self_pair.push_back(index);
   }
   return of_body;
 }

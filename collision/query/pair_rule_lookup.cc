@@ -205,10 +205,17 @@ void PairRuleLookup::ResolveSelfPairs() {
   const auto sides = [&](int frame) {
     return std::array{frame, kAllFrames, frame < body_.frame_count ? kOwnFrames : kAllFrames};
   };
+  std::pair<int, int> last(-1, -1);
   for (const auto& [first, second] : body_.self_pairs) {
+    const std::pair<int, int> frames(body_.FrameOf(first), body_.FrameOf(second));
+    if (frames == last) {  // most pairs have the frames of the one before
+      of_self_pairs_.push_back(EffectiveRule(of_self_pairs_.back()));
+      continue;
+    }
+    last = frames;
     CombinedRule pair;
-    for (const int a : sides(body_.FrameOf(first))) {
-      for (const int b : sides(body_.FrameOf(second))) {
+    for (const int a : sides(frames.first)) {
+      for (const int b : sides(frames.second)) {
         if (const auto at = combined.find(std::minmax(a, b)); at != combined.end())
           pair.Add(at->second);
       }

@@ -227,17 +227,24 @@ class SceneCompiler {
       const LaneGroup& group = program_.lanes.groups[g];
       const auto begin = static_cast<std::int32_t>(scene_.near.size());
       scene_.near.insert(scene_.near.end(), near_[g].begin(), near_[g].end());
-      double error_m = 0, max_radius_m = 0;
+      double error_m = 0, motion_error_m = 0, max_radius_m = 0;
       for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
         const LaneCluster& cluster = program_.lanes.clusters[static_cast<std::size_t>(c)];
         error_m = std::max(error_m, double{cluster.centre_error_m});
+        motion_error_m = std::max(motion_error_m, double{cluster.motion_error_m});
         max_radius_m = std::max(max_radius_m, double{cluster.max_radius_m});
       }
-      error_m += Rounding_m(reach_m_ + farthest_m_);
-      scene_.near_group.push_back({.begin = begin,
-                                   .end = static_cast<std::int32_t>(scene_.near.size()),
-                                   .band = BandOf(error_m, max_radius_m + max_obstacle_radius_m_,
-                                                  group.bound.radius_m + max_obstacle_radius_m_)});
+      const double rounding_m = Rounding_m(reach_m_ + farthest_m_);
+      LaneBand band = BandOf(error_m + rounding_m, max_radius_m + max_obstacle_radius_m_,
+                             group.bound.radius_m + max_obstacle_radius_m_);
+      // derived: between a centre and its distance from the solid, other than relative to it, lie
+      // three products and sums, and the rounding of axes, offset and size.
+      constexpr double kRoundings = 10 * kFloatRounding;
+      constexpr double kAlignment_m = 1e-8;  // of axes that are treated as aligned
+      motion_error_m += kRoundings * (reach_m_ + farthest_m_) + kAlignment_m;
+      band.motion_error_m = static_cast<float>(1.001 * motion_error_m);
+      scene_.near_group.push_back(
+          {.begin = begin, .end = static_cast<std::int32_t>(scene_.near.size()), .band = band});
     }
     return std::move(scene_);
   }

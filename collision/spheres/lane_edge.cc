@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "collision/spheres/motion_lanes.h"
 
@@ -19,19 +20,23 @@ LaneEdgeMaker::LaneEdgeMaker(const SphereProgram& program, float gap_only_cleara
   const LaneProgram& lanes = program.lanes;
   below_speed_m_.resize(lanes.groups.size() * lanes.joints.size());
   below_bend_m_.resize(below_speed_m_.size());
+  edge_.starts.resize(lanes.joints.size());
   edge_.rates.resize(lanes.joints.size());
   edge_.of_group.resize(lanes.groups.size());
   edge_.of_pair.resize(lanes.group_pairs.size());
 }
 
-const LaneEdge& LaneEdgeMaker::Make(std::span<const double> from, std::span<const double> step) {
+const LaneEdge* LaneEdgeMaker::Make(std::span<const double> from, std::span<const double> step) {
   const LaneProgram& lanes = program_.lanes;
   const std::size_t frames = lanes.joints.size();
   double change = 0;
   for (std::size_t k = 1; k < frames; ++k) {
     const LaneInput& input = program_.inputs[k - 1];
     const double rate = input.multiplier * step[input.column];
-    edge_.rates[k] = static_cast<float>(rate);
+    const double start = input.multiplier * from[input.column] + input.offset;
+    if (!input.turns && std::abs(start) + std::abs(rate) > input.farthest) return nullptr;
+    edge_.starts[k] = input.turns ? std::remainder(start, 2 * std::numbers::pi) : start;
+    edge_.rates[k] = rate;
     change += std::abs(rate);
   }
   edge_.velocity_error_m = static_cast<float>(kBoundsRoundedUp * change * lanes.velocity_error);
@@ -50,15 +55,13 @@ const LaneEdge& LaneEdgeMaker::Make(std::span<const double> from, std::span<cons
       below_bend_m_[g * frames + at] = bend_m;
       if (k == 0) break;
       const LaneJoint& joint = lanes.joints[at];
-      const double rate = std::abs(double{edge_.rates[at]});
+      const double rate = std::abs(edge_.rates[at]);
       if (joint.turns) {
         bend_m += rate * (rate * lever_m + 2 * speed_m);
         speed_m += rate * lever_m;
       } else {
-        const LaneInput& input = program_.inputs[at - 1];
-        const double start_m = input.multiplier * from[input.column] + input.offset;
         speed_m += rate;
-        lever_m += std::abs(start_m) + rate;
+        lever_m += std::abs(edge_.starts[at]) + rate;
       }
       lever_m += NormOf(joint.shift_m);
     }
@@ -73,7 +76,7 @@ const LaneEdge& LaneEdgeMaker::Make(std::span<const double> from, std::span<cons
     edge_.of_pair[p] =
         bounds_of(below_speed_m_[a] + below_speed_m_[b], below_bend_m_[a] + below_bend_m_[b]);
   }
-  return edge_;
+  return &edge_;
 }
 
 }  // namespace cwm::collision

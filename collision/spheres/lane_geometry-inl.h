@@ -93,6 +93,38 @@ HWY_INLINE LaneTurn<V> TurnBy(V angle) {
           hn::Xor(hn::IfThenElse(odd, s, c), sign_of(hn::Add(quadrant, one)))};
 }
 
+// The same in double precision, to some 1e-15 for a few turns, by Cephes' sin and cos (Moshier).
+template <class V>
+HWY_INLINE LaneTurn<V> TurnExactlyBy(V angle) {
+  const hn::DFromV<V> tag;
+  const auto same = [&](double number) HWY_ATTR { return hn::Set(tag, number); };
+  const V turns = hn::Round(hn::Mul(angle, same(0.63661977236758134)));
+  V x = hn::NegMulAdd(turns, same(1.5707963267948966), angle);
+  x = hn::NegMulAdd(turns, same(6.123233995736766e-17), x);
+  const V z = hn::Mul(x, x);
+  V s = hn::MulAdd(z, same(1.58962301576546568060e-10), same(-2.50507477628578072866e-8));
+  s = hn::MulAdd(s, z, same(2.75573136213857245213e-6));
+  s = hn::MulAdd(s, z, same(-1.98412698295895385996e-4));
+  s = hn::MulAdd(s, z, same(8.33333333332211858878e-3));
+  s = hn::MulAdd(s, z, same(-1.66666666666666307295e-1));
+  s = hn::MulAdd(hn::Mul(s, z), x, x);
+  V c = hn::MulAdd(z, same(-1.13585365213876817300e-11), same(2.08757008419747316778e-9));
+  c = hn::MulAdd(c, z, same(-2.75573141792967388112e-7));
+  c = hn::MulAdd(c, z, same(2.48015872888517045348e-5));
+  c = hn::MulAdd(c, z, same(-1.38888888888730564116e-3));
+  c = hn::MulAdd(c, z, same(4.16666666666665929218e-2));
+  c = hn::MulAdd(hn::Mul(c, z), z, hn::NegMulAdd(z, same(0.5), same(1.0)));
+  // The remainder of the number of quarter turns by 4, from -2 to 2.
+  const V four = same(4.0);
+  const V quadrant = hn::NegMulAdd(hn::Round(hn::Div(turns, four)), four, turns);
+  const auto odd = hn::Eq(hn::Abs(quadrant), same(1.0));
+  const V sine = hn::IfThenElse(odd, c, s), cosine = hn::IfThenElse(odd, s, c);
+  const auto half = hn::Eq(hn::Abs(quadrant), same(2.0));
+  const auto turns_back = hn::Eq(quadrant, same(-1.0)), turns_on = hn::Eq(quadrant, same(1.0));
+  return {hn::IfThenElse(hn::Or(half, turns_back), hn::Neg(sine), sine),
+          hn::IfThenElse(hn::Or(half, turns_on), hn::Neg(cosine), cosine)};
+}
+
 template <class V>
 HWY_INLINE LaneFrame<V> ChildFrame(const LaneFrame<V>& parent, const LaneJoint& joint, V value) {
   LaneFrame<V> now;

@@ -20,6 +20,7 @@ struct LaneJoint {
   bool turns = true;
   float rotation[9] = {};  // row-major
   float shift_m[3] = {};
+  double exact_rotation[9] = {}, exact_shift_m[3] = {};
 };
 
 // Computes the value of a joint from a row: multiplier * row[column] + offset, with angles reduced
@@ -63,8 +64,9 @@ struct LaneCluster {
   float max_radius_m = 0;  // the largest radius
   std::int32_t tag = 0;    // of UnresolvedTags::worlds
   LaneProof proof = {};
-  // A bound on the deviation of all centres, including those of bounds, from the exact positions.
-  float centre_error_m = 0;
+  // Bounds on the deviation of all centres, including those of bounds, from the exact positions, and
+  // the same where frames are placed in double precision.
+  float centre_error_m = 0, motion_error_m = 0;
 };
 
 // All clusters of one frame, with a sphere around them.
@@ -72,6 +74,7 @@ struct LaneGroup {
   std::int32_t frame = 0;
   std::int32_t first = 0, count = 0;  // into LaneProgram::clusters
   LaneSphere bound = {};
+  std::uint64_t tags = 0;  // bits of the tags of its clusters
 };
 
 // The margin around contact, as a squared distance minus a squared reach, within which single
@@ -79,7 +82,9 @@ struct LaneGroup {
 struct LaneBand {
   float spheres_m2 = 0;
   float bounds_m2 = 0;
-  float error_m = 0;  // a bound on the error of the distances themselves
+  // A bound on the error of the distances themselves, where frames are placed in double precision
+  // (motion_lanes.h).
+  float motion_error_m = 0;
 };
 
 // Spheres `first` and `second` touch if the squared distance of their centres is `reach_m2`.
@@ -106,6 +111,7 @@ struct LaneGroupPair {
   std::int32_t begin = 0, end = 0;  // into LaneProgram::cluster_pairs
   LaneBand band = {};               // of bounds only
   std::int32_t ancestor = 0;        // the frame above both whose joints move them alike
+  std::uint64_t tags = 0;           // bits of the tags of its pairs of clusters
 };
 
 struct LaneProgram {

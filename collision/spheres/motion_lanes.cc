@@ -20,6 +20,9 @@ using IntervalTag = hn::CappedTag<float, kIntervals>;
 using Real = hn::Vec<IntervalTag>;
 using RealMask = hn::Mask<IntervalTag>;
 constexpr IntervalTag kReal;
+using ExactTag = hn::CappedTag<double, kIntervals>;
+using Exact = hn::Vec<ExactTag>;
+constexpr ExactTag kExact;
 
 Real Same(float value) { return hn::Set(kReal, value); }
 
@@ -31,12 +34,44 @@ struct MovingPoint {
 // derived: the relative error of a few products and sums, in units of the last place.
 constexpr float kRounding = 16 * 5.9604644775390625e-8F;
 
+// The frame below a joint, in double precision.
+LaneFrame<Exact> ExactChildFrame(const LaneFrame<Exact>& parent, const LaneJoint& joint,
+                                 Exact value) {
+  const auto same = [](double number) HWY_ATTR { return hn::Set(kExact, number); };
+  const double *const r = joint.exact_rotation, *const p = joint.exact_shift_m;
+  LaneTurn<Exact> turn{value, value};
+  if (joint.turns) turn = TurnExactlyBy(value);
+  LaneFrame<Exact> now;
+  for (int row = 0; row < 12; row += 4) {
+    const Exact a = parent.of[row], b = parent.of[row + 1], c = parent.of[row + 2];
+    const auto times = [&](double u, double v, double w, Exact start) HWY_ATTR {
+      return hn::MulAdd(a, same(u), hn::MulAdd(b, same(v), hn::MulAdd(c, same(w), start)));
+    };
+    const Exact x = times(r[0], r[3], r[6], hn::Zero(kExact));
+    const Exact y = times(r[1], r[4], r[7], hn::Zero(kExact));
+    const Exact z = times(r[2], r[5], r[8], hn::Zero(kExact));
+    const Exact at = times(p[0], p[1], p[2], parent.of[row + 3]);
+    now.of[row + 2] = z;
+    if (joint.turns) {
+      now.of[row] = hn::MulAdd(x, turn.cosine, hn::Mul(y, turn.sine));
+      now.of[row + 1] = hn::NegMulAdd(x, turn.sine, hn::Mul(y, turn.cosine));
+      now.of[row + 3] = at;
+    } else {
+      now.of[row] = x;
+      now.of[row + 1] = y;
+      now.of[row + 3] = hn::MulAdd(z, value, at);
+    }
+  }
+  return now;
+}
+
 // What a sphere or a bound must keep of another: the distance of their surfaces, less the second
 // order of the motion and the errors of single precision.
 struct Terms {
   Real slack_m;  // A h^2 / 2 and the errors of distances and velocities
   Real half_width;
   float turned_m2;  // the error of u . c' by that of u
+  float error_m;    // of a distance
 };
 
 // One vector of intervals of one edge.
@@ -50,6 +85,8 @@ class IntervalChecker {
     const std::size_t numbers = program.joints.size() * kPerFrame + points * kPerPoint + 1;
     memory.numbers.resize(numbers * width());
     memory.indices.resize(program.groups.size() + program.clusters.size());
+    memory.reals.resize(program.joints.size() * kPerExactFrame * kIntervals);
+    exact_frames_ = memory.reals.data();
     const auto address = reinterpret_cast<std::uintptr_t>(memory.numbers.data());
     const std::size_t step = width() * sizeof(float);
     frames_ = memory.numbers.data() + (step - address % step) % step / sizeof(float);
@@ -60,14 +97,14 @@ class IntervalChecker {
     group_placed_ = placed_ + program.clusters.size();
   }
 
-  void Run(const float* values, std::size_t stride, const float* half_widths,
-           IntervalResult* results) {
+  void Run(const Intervals& intervals, std::size_t first, IntervalResult* results) {
     results_ = results;
-    std::fill_n(results, width(), IntervalResult{});
-    half_width_ = hn::LoadU(kReal, half_widths);
+    needed_ = intervals.needed;
+    half_width_ = hn::LoadU(kReal, &intervals.half_width[first]);
+    least_share_ = hn::LoadU(kReal, &intervals.least_share[first]);
     hit_ = done_ = stuck_ = hn::FirstN(kReal, 0);
-    clearance_m_ = gap_m_ = Same(kLaneClearance_m);
-    PlaceFrames(values, stride);
+    clearance_m_ = Same(kLaneClearance_m);
+    PlaceFrames(&intervals.middle[first]);
     for (std::size_t p = 0; p < program_.group_pairs.size() && !IsDone(); ++p) CheckSelf(p);
     for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) CheckWorld(g);
     Write();
@@ -77,6 +114,7 @@ class IntervalChecker {
 
  private:
   static constexpr std::size_t kPerFrame = 18;  // twelve of the frame, six of its twist
+  static constexpr std::size_t kPerExactFrame = 12;
   static constexpr std::size_t kPerPoint = 6;
 
   // The velocity of the frame's points p is linear + angular x p.
@@ -95,10 +133,8 @@ class IntervalChecker {
         Load(frames_ + (static_cast<std::size_t>(index) * kPerFrame + 12) * width(), 0);
     return {both.at, both.velocity};
   }
-  void Store(std::size_t index, const LaneFrame<Real>& frame, const Twist& twist) {
-    float* to = frames_ + index * kPerFrame * width();
-    for (std::size_t k = 0; k < 12; ++k) hn::Store(frame.of[k], kReal, to + k * width());
-    Store(to + 12 * width(), 0, {twist.angular, twist.linear});
+  void StoreTwist(std::size_t index, const Twist& twist) {
+    Store(frames_ + (index * kPerFrame + 12) * width(), 0, {twist.angular, twist.linear});
   }
   static MovingPoint Load(const float* from, std::size_t index) {
     from += index * kPerPoint * width();
@@ -117,26 +153,55 @@ class IntervalChecker {
     one(5, point.velocity.z);
   }
 
-  void PlaceFrames(const float* values, std::size_t stride) {
-    LaneFrame<Real> root;
-    for (int k = 0; k < 12; ++k) {
-      root.of[k] = Same(k % 4 < 3 ? scene_.rotation[k / 4 * 3 + k % 4] : 0);
+  // Places the frames in double precision and rounds them.
+  void RoundFrames(const double* middles) {
+    const hn::Rebind<float, ExactTag> rounded;
+    const std::size_t lanes = hn::Lanes(kExact);
+    for (std::size_t first = 0; first < width(); first += lanes) {
+      const auto at = [&](std::size_t k) {
+        return exact_frames_ + k * kPerExactFrame * kIntervals;
+      };
+      const auto keep = [&](std::size_t k, const LaneFrame<Exact>& frame) HWY_ATTR {
+        for (std::size_t i = 0; i < 12; ++i) {
+          hn::StoreU(frame.of[i], kExact, at(k) + i * lanes);
+          hn::StoreU(hn::DemoteTo(rounded, frame.of[i]), rounded,
+                     frames_ + (k * kPerFrame + i) * width() + first);
+        }
+      };
+      LaneFrame<Exact> root;
+      for (int i = 0; i < 12; ++i) {
+        root.of[i] = hn::Set(kExact, i % 4 < 3 ? scene_.rotation[i / 4 * 3 + i % 4] : 0);
+      }
+      keep(0, root);
+      const Exact middle = hn::LoadU(kExact, middles + first);
+      for (std::size_t k = 1; k < program_.joints.size(); ++k) {
+        const LaneJoint& joint = program_.joints[k];
+        const double* const from = at(static_cast<std::size_t>(joint.parent));
+        LaneFrame<Exact> parent;
+        for (std::size_t i = 0; i < 12; ++i) parent.of[i] = hn::LoadU(kExact, from + i * lanes);
+        const Exact value =
+            hn::MulAdd(middle, hn::Set(kExact, edge_.rates[k]), hn::Set(kExact, edge_.starts[k]));
+        keep(k, ExactChildFrame(parent, joint, value));
+      }
     }
+  }
+
+  void PlaceFrames(const double* middles) {
+    RoundFrames(middles);
     const Real zero = hn::Zero(kReal);
-    Store(0, root, {{zero, zero, zero}, {zero, zero, zero}});
+    StoreTwist(0, {{zero, zero, zero}, {zero, zero, zero}});
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
-      const LaneFrame<Real> frame =
-          ChildFrame(LoadFrame(joint.parent), joint, hn::LoadU(kReal, values + (k - 1) * stride));
+      const LaneFrame<Real> frame = LoadFrame(static_cast<std::int32_t>(k));
       Twist twist = LoadTwist(joint.parent);
-      const Real rate = Same(edge_.rates[k]);
+      const Real rate = Same(static_cast<float>(edge_.rates[k]));
       const LanePoint<Real> axis = frame.AxisZ();
       const LanePoint<Real> moved{hn::Mul(rate, axis.x), hn::Mul(rate, axis.y),
                                   hn::Mul(rate, axis.z)};
       LanePoint<Real>& of = joint.turns ? twist.angular : twist.linear;
       of = {hn::Add(of.x, moved.x), hn::Add(of.y, moved.y), hn::Add(of.z, moved.z)};
       if (joint.turns) twist.linear = PlusCross(twist.linear, frame.Origin(), moved);
-      Store(k, frame, twist);
+      StoreTwist(k, twist);
     }
     for (std::size_t g = 0; g < program_.groups.size(); ++g) {
       const LaneGroup& group = program_.groups[g];
@@ -182,7 +247,8 @@ class IntervalChecker {
     const float speed_error_m = edge_.velocity_error_m + kRounding * bounds.speed_m;
     return {.slack_m = hn::Add(second, hn::MulAdd(h, Same(speed_error_m), Same(error_m))),
             .half_width = h,
-            .turned_m2 = 2 * bounds.speed_m * error_m};
+            .turned_m2 = 2 * bounds.speed_m * error_m,
+            .error_m = error_m};
   }
 
   // The distance that is left of `reach_m` all along, times the distance of the centres.
@@ -208,54 +274,53 @@ class IntervalChecker {
       return {Same(kLaneClearance_m), Same(kLaneClearance_m), hn::FirstN(kReal, 0)};
     }
 
-    void Add(Real squared_m2, Real along_m2, float reach_m, float band_m2, const Terms& terms) {
+    void Add(Real squared_m2, Real along_m2, float reach_m, const Terms& terms) {
       const Real distance_m = hn::Sqrt(squared_m2);
       const Real left = Left(squared_m2, distance_m, along_m2, reach_m, terms);
       constexpr float kTiny_m = 1e-9F;  // where the distance is 0, so is what is left
       proven_m = hn::Min(proven_m, hn::Div(left, hn::Max(distance_m, Same(kTiny_m))));
       gap_m = hn::Min(gap_m, hn::Sub(distance_m, Same(reach_m)));
-      hit = hn::Or(hit, hn::Lt(squared_m2, Same(reach_m * reach_m - band_m2)));
+      const float sure_m = reach_m - terms.error_m;
+      if (sure_m > 0) {
+        hit = hn::Or(hit, hn::Lt(squared_m2, Same(sure_m * sure_m * (1 - kRounding))));
+      }
     }
   };
 
   void Keep(const Nearest& nearest, LaneProof proof, std::uint64_t UnresolvedTags::*what,
             std::int32_t tag) {
+    RealMask hit = hn::FirstN(kReal, 0);
     if (proof.of_contact) {
-      const RealMask hit = hn::AndNot(done_, nearest.hit);
+      hit = hn::AndNot(done_, nearest.hit);
       if (!hn::AllFalse(kReal, hit)) {
-        Note(hn::AndNot(hit_, hit), what, tag, true);
+        Note(hit, &IntervalResult::touching, what, tag);
         hit_ = hn::Or(hit_, hit);
         // Only what comes before the first contact matters.
-        done_ =
-            hn::Not(hn::FirstN(kReal, static_cast<std::size_t>(hn::FindFirstTrue(kReal, hit_))));
+        const auto first = static_cast<std::size_t>(hn::FindFirstTrue(kReal, hit_));
+        done_ = hn::Not(hn::FirstN(kReal, first + 1));
       }
     }
-    if (!proof.of_gap) return;
-    clearance_m_ = hn::Min(clearance_m_, nearest.proven_m);
-    gap_m_ = hn::Min(gap_m_, nearest.gap_m);
+    if (!proof.of_gap && hn::AllFalse(kReal, hit)) return;
     const Real least = Same(proof.of_contact ? 0.0F : edge_.gap_only_clearance_m);
-    const RealMask open = hn::AndNot(done_, hn::Le(nearest.proven_m, least));
-    if (hn::AllFalse(kReal, open)) return;
-    Note(open, what, tag, false);
-    if (!proof.of_contact) stuck_ = hn::Or(stuck_, hn::And(open, hn::Le(nearest.gap_m, least)));
+    const Real wanted = hn::Max(least, hn::Mul(least_share_, nearest.gap_m));
+    const RealMask open = hn::Or(hit, hn::Le(nearest.proven_m, wanted));
+    clearance_m_ =
+        hn::Min(clearance_m_, hn::IfThenElse(open, Same(kLaneClearance_m), nearest.proven_m));
+    const RealMask new_open = hn::AndNot(done_, open);
+    if (hn::AllFalse(kReal, new_open)) return;
+    Note(new_open, &IntervalResult::open, what, tag);
+    if (!proof.of_contact) stuck_ = hn::Or(stuck_, hn::And(new_open, hn::Le(nearest.gap_m, least)));
   }
 
-  void Note(RealMask lanes, std::uint64_t UnresolvedTags::*what, std::int32_t tag, bool is_hit) {
+  void Note(RealMask lanes, UnresolvedTags IntervalResult::*where,
+            std::uint64_t UnresolvedTags::*what, std::int32_t tag) {
     std::uint8_t some[8] = {};
     hn::StoreMaskBits(kReal, lanes, some);
     for (unsigned bits = some[0]; bits != 0; bits &= bits - 1) {
-      IntervalResult& result = results_[std::countr_zero(bits)];
-      if (is_hit) {
-        result.verdict = IntervalVerdict::kContact;
-        result.tags = {};
-      } else if (result.verdict != IntervalVerdict::kContact) {
-        result.verdict = IntervalVerdict::kOpen;
-      } else {
-        continue;
-      }
-      result.tags.*what |= std::uint64_t{1} << tag;
+      (results_[std::countr_zero(bits)].*where).*what |= std::uint64_t{1} << tag;
     }
   }
+  static bool Has(std::uint64_t tags, std::int32_t tag) { return (tags >> tag & 1) != 0; }
 
   struct Between {
     Real squared_m2, along_m2;
@@ -267,10 +332,11 @@ class IntervalChecker {
 
   void CheckSelf(std::size_t p) {
     const LaneGroupPair& pair = program_.group_pairs[p];
+    if ((pair.tags & needed_.pairs) == 0) return;
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const LaneEdge::Bounds& bounds = edge_.of_pair[p];
     const Between groups = Of(Load(groups_, a), Load(groups_, b));
-    const Terms terms = TermsOf(bounds, pair.band.error_m);
+    const Terms terms = TermsOf(bounds, pair.band.motion_error_m);
     if (!IsNear(Left(groups.squared_m2, hn::Sqrt(groups.squared_m2), groups.along_m2,
                      pair.reach_m + kLaneClearance_m, terms))) {
       return;
@@ -283,9 +349,10 @@ class IntervalChecker {
   }
 
   void CheckClusters(const LaneClusterPair& pair, const LaneEdge::Bounds& bounds) {
+    if (!Has(needed_.pairs, pair.tag)) return;
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const LaneCluster &one = program_.clusters[a], &other = program_.clusters[b];
-    const Terms terms = TermsOf(bounds, pair.band.error_m);
+    const Terms terms = TermsOf(bounds, pair.band.motion_error_m);
     const Between between = Of(Load(bounds_, a), Load(bounds_, b));
     const float reach_m =
         one.bound.radius_m + other.bound.radius_m + pair.margin_m + kLaneClearance_m;
@@ -301,7 +368,7 @@ class IntervalChecker {
       const Between two = Of(Load(centres_, first), Load(centres_, second));
       const float sum_m =
           program_.spheres[first].radius_m + program_.spheres[second].radius_m + pair.margin_m;
-      nearest.Add(two.squared_m2, two.along_m2, sum_m, pair.band.spheres_m2, terms);
+      nearest.Add(two.squared_m2, two.along_m2, sum_m, terms);
     };
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
@@ -318,14 +385,15 @@ class IntervalChecker {
   void CheckWorld(std::size_t g) {
     const LaneScene::Range& range = scene_.near_group[g];
     const LaneGroup& group = program_.groups[g];
+    if ((group.tags & needed_.worlds) == 0) return;
     const MovingPoint bound = Load(groups_, g);
-    const Terms terms = TermsOf(edge_.of_group[g], range.band.error_m);
+    const Terms terms = TermsOf(edge_.of_group[g], range.band.motion_error_m);
     for (std::int32_t k = range.begin; k < range.end; ++k) {
       const auto o = static_cast<std::size_t>(scene_.near[static_cast<std::size_t>(k)]);
       const LaneObstacle& obstacle = scene_.obstacles[o];
       const float reach_m = group.bound.radius_m + obstacle.margin_m + kLaneClearance_m;
       if (!IsNear(LeftOf(obstacle, bound, reach_m, terms))) continue;
-      CheckObstacle(g, obstacle, range.band, terms);
+      CheckObstacle(g, obstacle, terms);
       if (IsDone()) return;
     }
   }
@@ -341,23 +409,22 @@ class IntervalChecker {
     });
   }
 
-  void CheckObstacle(std::size_t g, const LaneObstacle& obstacle, const LaneBand& band,
-                     const Terms& terms) {
+  void CheckObstacle(std::size_t g, const LaneObstacle& obstacle, const Terms& terms) {
     PlaceBounds(g);
     const LaneGroup& group = program_.groups[g];
     for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
       const auto at = static_cast<std::size_t>(c);
       const LaneCluster& cluster = program_.clusters[at];
       const LaneProof proof = cluster.proof.With(obstacle.is_hull);
-      if (!proof.of_gap && !proof.of_contact) continue;
+      if (!Has(needed_.worlds, cluster.tag) || !(proof.of_gap || proof.of_contact)) continue;
       const float reach_m = cluster.bound.radius_m + obstacle.margin_m + kLaneClearance_m;
       if (!IsNear(LeftOf(obstacle, Load(bounds_, at), reach_m, terms))) continue;
       PlaceSpheres(at);
-      Keep(NearestOf(obstacle, cluster, band, terms), proof, &UnresolvedTags::worlds, cluster.tag);
+      Keep(NearestOf(obstacle, cluster, terms), proof, &UnresolvedTags::worlds, cluster.tag);
     }
   }
 
-  Nearest NearestOf(const LaneObstacle& obstacle, const LaneCluster& cluster, const LaneBand& band,
+  Nearest NearestOf(const LaneObstacle& obstacle, const LaneCluster& cluster,
                     const Terms& terms) const {
     return ForForm(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
       const LaneSolid solid(obstacle);
@@ -368,51 +435,49 @@ class IntervalChecker {
         const LaneOffset<Real> offset = solid.template OffsetOf<kForm, kIsAligned>(point.at);
         const Real along = solid.template Along<kIsAligned>(offset.local, point.velocity);
         nearest.Add(offset.squared_m2, along,
-                    program_.spheres[at].radius_m + obstacle.margin_m + offset.grown_m,
-                    band.spheres_m2, terms);
+                    program_.spheres[at].radius_m + obstacle.margin_m + offset.grown_m, terms);
       }
       return nearest;
     });
   }
 
   void Write() {
-    alignas(64) float clearance_m[kIntervals], gap_m[kIntervals];
+    alignas(64) float clearance_m[kIntervals];
     hn::Store(clearance_m_, kReal, clearance_m);
-    hn::Store(gap_m_, kReal, gap_m);
-    std::uint8_t stuck[8] = {};
+    std::uint8_t stuck[8] = {}, hit[8] = {};
     hn::StoreMaskBits(kReal, stuck_, stuck);
+    hn::StoreMaskBits(kReal, hit_, hit);
     for (std::size_t i = 0; i < width(); ++i) {
       results_[i].is_stuck = (stuck[0] >> i & 1) != 0;
+      results_[i].is_contact = (hit[0] >> i & 1) != 0;
       results_[i].clearance_m = clearance_m[i];
-      results_[i].gap_m = gap_m[i];
     }
   }
 
   const LaneProgram& program_;
   const LaneScene& scene_;
   const LaneEdge& edge_;
+  double* exact_frames_ = nullptr;
   float* frames_ = nullptr;
   float *centres_ = nullptr, *bounds_ = nullptr, *groups_ = nullptr;
   std::int32_t* placed_ = nullptr;        // by cluster: true if its spheres are placed
   std::int32_t* group_placed_ = nullptr;  // by group: true if its clusters' bounds are placed
-  Real half_width_, clearance_m_, gap_m_;
+  UnresolvedTags needed_;
+  Real half_width_, least_share_, clearance_m_;
   RealMask hit_, done_, stuck_;
   IntervalResult* results_ = nullptr;  // by lane
 };
 
 void CheckAllIntervals(const LaneProgram& program, const LaneScene& scene, const LaneEdge& edge,
-                       const float* values, std::size_t stride, std::span<const float> half_widths,
-                       LaneMemory& memory, IntervalResult* results) {
+                       const Intervals& intervals, LaneMemory& memory, IntervalResult* results) {
   IntervalChecker checker(program, scene, edge, memory);
-  float half[kIntervals] = {};
-  std::copy(half_widths.begin(), half_widths.end(), half);
-  IntervalResult some[kIntervals];
-  for (std::size_t first = 0; first < half_widths.size(); first += checker.width()) {
-    checker.Run(values + first, stride, half + first, some);
-    const std::size_t count = HWY_MIN(checker.width(), half_widths.size() - first);
+  for (std::size_t first = 0; first < intervals.count; first += checker.width()) {
+    IntervalResult some[kIntervals];
+    checker.Run(intervals, first, some);
+    const std::size_t count = HWY_MIN(checker.width(), intervals.count - first);
     for (std::size_t i = 0; i < count; ++i) {
       results[first + i] = some[i];
-      if (some[i].verdict == IntervalVerdict::kContact) return;
+      if (some[i].is_contact) return;
     }
   }
 }
@@ -429,10 +494,10 @@ namespace cwm::collision {
 HWY_EXPORT(CheckAllIntervals);
 
 void CheckIntervals(const LaneProgram& program, const LaneScene& scene, const LaneEdge& edge,
-                    const float* values, std::size_t stride, std::span<const float> half_widths,
-                    LaneMemory& memory, std::array<IntervalResult, kIntervals>& results) {
+                    const Intervals& intervals, LaneMemory& memory,
+                    std::array<IntervalResult, kIntervals>& results) {
   HWY_DYNAMIC_DISPATCH(CheckAllIntervals)
-  (program, scene, edge, values, stride, half_widths, memory, results.data());
+  (program, scene, edge, intervals, memory, results.data());
 }
 
 }  // namespace cwm::collision

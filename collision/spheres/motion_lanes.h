@@ -33,7 +33,8 @@ struct LaneEdge {
         0;  // of any sphere of the group, or of one of the pair in the frame of the other
     float bend_m = 0;  // of the second derivative
   };
-  std::vector<float> rates;      // by frame: the change of its joint's value over the edge
+  // By frame: the value of its joint at the start, less whole turns, and its change over the edge.
+  std::vector<double> starts, rates;
   std::vector<Bounds> of_group;  // relative to the root
   std::vector<Bounds> of_pair;   // by group pair
   float velocity_error_m = 0;
@@ -41,12 +42,13 @@ struct LaneEdge {
   float gap_only_clearance_m = 0;
 };
 
-// Fills an edge. `from` and `step` are the values of the program's columns at its start and their
-// change; steps of continuous joints can exceed a half turn.
+// Fills an edge. `from` and `step` are the values of the program's columns at its start, and their
+// change.
 class LaneEdgeMaker {
  public:
   LaneEdgeMaker(const SphereProgram& program, float gap_only_clearance_m);
-  const LaneEdge& Make(std::span<const double> from, std::span<const double> step);
+  // nullptr if a joint slides beyond the range for which the errors of centres hold.
+  const LaneEdge* Make(std::span<const double> from, std::span<const double> step);
 
  private:
   const SphereProgram& program_;
@@ -57,30 +59,35 @@ class LaneEdgeMaker {
 // chosen: fixed, so that the intervals into which an edge is divided do not depend on the machine.
 inline constexpr std::size_t kIntervals = 8;
 
-enum class IntervalVerdict : std::uint8_t {
-  kFree,     // proven for the whole interval
-  kContact,  // proven for its middle
-  kOpen,
-};
-
 struct IntervalResult {
-  IntervalVerdict verdict = IntervalVerdict::kFree;
-  float clearance_m = 0;  // if free: no pair comes nearer to its margin; at most kLaneClearance_m
-  float gap_m = 0;        // at the middle, likewise, not proven
-  // True if the interval stays open however narrow it is: at its middle, spheres that prove gaps only
+  bool is_contact = false;  // proven for the middle of the interval
+  // What is not proven to keep clear for the whole interval, and what touches at its middle.
+  UnresolvedTags open = {}, touching = {};
+  // Some of it stays open however narrow the interval is: at its middle, spheres that prove gaps only
   // are too near.
   bool is_stuck = false;
-  UnresolvedTags tags;  // of what is in contact, or open
+  // No other pair comes nearer to its margin than this; at most kLaneClearance_m.
+  float clearance_m = 0;
+
+  bool is_free() const { return (open.worlds | open.pairs) == 0; }
 };
 
 // chosen: larger clearances are not measured.
 inline constexpr float kLaneClearance_m = 0.02F;
 
-// Computes the results of at most kIntervals intervals, ordered by time. Those after the first in
-// contact are undefined. `values` has the values of the joints at the middles, as CheckStates takes
-// them; `half_widths` are rounded up.
+struct Intervals {
+  std::size_t count = 0;
+  std::array<double, kIntervals> middle = {};
+  std::array<float, kIntervals> half_width = {};  // rounded up
+  // A pair is left open if less than this share of its gap at the middle is proven.
+  std::array<float, kIntervals> least_share = {};
+  UnresolvedTags needed;  // the others are known to keep clear
+};
+
+// Computes the results of the intervals, which are ordered by time. Those after the first in contact
+// are undefined.
 void CheckIntervals(const LaneProgram& program, const LaneScene& scene, const LaneEdge& edge,
-                    const float* values, std::size_t stride, std::span<const float> half_widths,
-                    LaneMemory& memory, std::array<IntervalResult, kIntervals>& results);
+                    const Intervals& intervals, LaneMemory& memory,
+                    std::array<IntervalResult, kIntervals>& results);
 
 }  // namespace cwm::collision

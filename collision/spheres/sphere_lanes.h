@@ -33,6 +33,7 @@ void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size
 // Working memory for the calls of one thread.
 struct LaneMemory {
   std::vector<float> numbers;
+  std::vector<double> reals;
   std::vector<std::int32_t> indices;
 };
 

@@ -194,6 +194,7 @@ class Compiler {
   }
 
   SphereProgram Take() {
+    SetTags();
     SetVelocityError();
     return std::move(program_);
   }
@@ -222,6 +223,8 @@ class Compiler {
     LaneJoint joint{.parent = frames_[parent.frame].index, .turns = turns};
     for (int i = 0; i < 9; ++i) joint.rotation[i] = static_cast<float>(X_PF.linear()(i / 3, i % 3));
     for (int i = 0; i < 3; ++i) joint.shift_m[i] = static_cast<float>(X_PF.translation()[i]);
+    for (int i = 0; i < 9; ++i) joint.exact_rotation[i] = X_PF.linear()(i / 3, i % 3);
+    for (int i = 0; i < 3; ++i) joint.exact_shift_m[i] = X_PF.translation()[i];
     const Variable& variable = model_.variables[static_cast<std::size_t>(link.variable)];
     const double farthest_variable =
         std::max(std::abs(variable.lower), std::abs(variable.upper)) * std::abs(link.multiplier) +
@@ -303,8 +306,9 @@ class Compiler {
     program_.class_of_group.push_back(spheres[some[0]].scene_class);
     group.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, as_one);
     for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
-      float& error_m = lanes.clusters[static_cast<std::size_t>(c)].centre_error_m;
-      error_m = std::max(error_m, as_one.centre_error_m);
+      LaneCluster& cluster = lanes.clusters[static_cast<std::size_t>(c)];
+      cluster.centre_error_m = std::max(cluster.centre_error_m, as_one.centre_error_m);
+      cluster.motion_error_m = std::max(cluster.motion_error_m, as_one.motion_error_m);
     }
     lanes.groups.push_back(group);
     const double out_m = around.centre.norm() + around.radius_m;
@@ -447,17 +451,21 @@ class Compiler {
     const double reach_m = double{a.bound.radius_m} + double{b.bound.radius_m} + margin_m;
     const double error_m =
         double{a.centre_error_m} + double{b.centre_error_m} + Rounding_m(lanes.reach_m);
+    // Rounding of the distance itself is relative to it (motion_lanes.cc).
+    const double motion_error_m =
+        double{a.motion_error_m} + double{b.motion_error_m} + 4 * kFloatRounding * reach_m;
+    LaneBand band =
+        BandOf(error_m, double{a.max_radius_m} + double{b.max_radius_m} + margin_m, reach_m);
+    band.motion_error_m = static_cast<float>(kRoundedUp * motion_error_m);
     const auto index = static_cast<std::int32_t>(lanes.cluster_pairs.size());
-    lanes.cluster_pairs.push_back(
-        {.first = first,
-         .second = second,
-         .reach_m2 = Squared(kRoundedUp * reach_m),
-         .begin = of.begin,
-         .end = of.end,
-         .band =
-             BandOf(error_m, double{a.max_radius_m} + double{b.max_radius_m} + margin_m, reach_m),
-         .proof = a.proof & b.proof,
-         .margin_m = static_cast<float>(margin_m)});
+    lanes.cluster_pairs.push_back({.first = first,
+                                   .second = second,
+                                   .reach_m2 = Squared(kRoundedUp * reach_m),
+                                   .begin = of.begin,
+                                   .end = of.end,
+                                   .band = band,
+                                   .proof = a.proof & b.proof,
+                                   .margin_m = static_cast<float>(margin_m)});
     const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
     const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
     const double groups_m =
@@ -478,7 +486,22 @@ class Compiler {
     groups.reach_m2 = Squared(groups.reach_m);
     groups.band.bounds_m2 =
         std::max(groups.band.bounds_m2, BandOf(error_m, 0, groups.reach_m).bounds_m2);
-    groups.band.error_m = std::max(groups.band.error_m, static_cast<float>(kRoundedUp * error_m));
+    groups.band.motion_error_m = std::max(groups.band.motion_error_m, band.motion_error_m);
+  }
+
+  void SetTags() {
+    LaneProgram& lanes = program_.lanes;
+    const auto bit = [](std::int32_t tag) { return std::uint64_t{1} << tag; };
+    for (LaneGroup& group : lanes.groups) {
+      for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+        group.tags |= bit(lanes.clusters[static_cast<std::size_t>(c)].tag);
+      }
+    }
+    for (LaneGroupPair& pair : lanes.group_pairs) {
+      for (std::int32_t k = pair.begin; k < pair.end; ++k) {
+        pair.tags |= bit(lanes.cluster_pairs[static_cast<std::size_t>(k)].tag);
+      }
+    }
   }
 
   std::int32_t CommonAncestor(std::int32_t a, std::int32_t b) const {
@@ -494,18 +517,16 @@ class Compiler {
   // velocities, and the products a_j x o_j apart from them.
   void SetVelocityError() {
     constexpr double u = kFloatRounding;
-    double rotation_error = 0, origin_error_m = 0, centre_error_m = 0, farthest_m = 1;
+    double motion_error_m = 0, farthest_m = 1;
     for (const Frame& frame : frames_) {
-      rotation_error = std::max(rotation_error, frame.rotation_error);
-      origin_error_m = std::max(origin_error_m, frame.origin_error_m);
       farthest_m = std::max(farthest_m, frame.reach.centre.norm() + frame.reach.radius_m);
     }
     for (const LaneCluster& cluster : program_.lanes.clusters) {
-      centre_error_m = std::max(centre_error_m, double{cluster.centre_error_m});
+      motion_error_m = std::max(motion_error_m, double{cluster.motion_error_m});
     }
     farthest_m = std::max(farthest_m, double{program_.lanes.reach_m});
     const double error =
-        2 * farthest_m * rotation_error + origin_error_m + centre_error_m + 64 * u * farthest_m;
+        motion_error_m + (72 + 4 * static_cast<double>(frames_.size())) * u * farthest_m;
     program_.lanes.velocity_error = static_cast<float>(1.01 * error);
   }
 
@@ -521,6 +542,11 @@ class Compiler {
     lanes.reach_m = std::max(lanes.reach_m, static_cast<float>(kRoundedUp * out_m));
     cluster.centre_error_m =
         std::max(cluster.centre_error_m, static_cast<float>(kRoundedUp * error_m));
+    // derived: a frame that is rounded from double precision and the centre in it have an error of u
+    // in each number, and three products and sums round numbers no larger than out_m.
+    const double motion_error_m = 9 * u * out_m;
+    cluster.motion_error_m =
+        std::max(cluster.motion_error_m, static_cast<float>(kRoundedUp * motion_error_m));
     return sphere;
   }
 
@@ -558,9 +584,7 @@ LaneBand BandOf(double error_m, double max_sphere_radius_m, double max_bound_rad
     return static_cast<float>(1.001 * (2 * reach_m * error_m + error_m * error_m +
                                        16 * kFloatRounding * reach_m * reach_m));
   };
-  return {.spheres_m2 = beyond(max_sphere_radius_m),
-          .bounds_m2 = beyond(max_bound_radius_m),
-          .error_m = static_cast<float>(1.001 * error_m)};
+  return {.spheres_m2 = beyond(max_sphere_radius_m), .bounds_m2 = beyond(max_bound_radius_m)};
 }
 
 }  // namespace cwm::collision

@@ -18,6 +18,7 @@
 #include "collision/robot/urdf.h"
 #include "tests/collision/query/plain_rows.h"
 #include "tests/collision/query/room_of_all_kinds.h"
+#include "tests/collision/query/sphere_arm.h"
 #include "tests/collision/robot/robot_text.h"
 
 namespace cwm::collision {
@@ -25,60 +26,6 @@ namespace {
 
 using testing::JointText;
 using testing::Links;
-using testing::NoMeshes;
-using testing::Robot;
-
-std::shared_ptr<const RobotModel> ModelOf(const std::string& text) {
-  const auto description = ReadUrdf(Robot(text), NoMeshes);
-  EXPECT_TRUE(description.ok()) << description.status();
-  return *MakeRobotModel(*description, nullptr);
-}
-
-// A rail, a rotary joint without limits, three more rotary joints of which the last two are
-// coupled, and an inclined tool.
-std::shared_ptr<const RobotModel> Arm() {
-  const auto turn = [](const std::string& axis, const std::string& more) {
-    return "<origin xyz=\"0.1 0.05 0.2\" rpy=\"0.3 -0.2 0.7\"/><axis xyz=\"" + axis + "\"/>" + more;
-  };
-  const std::string limits = "<limit lower=\"-2.5\" upper=\"2.9\"/>";
-  return ModelOf(
-      Links("abcdefg") +
-      JointText("rail", "prismatic", "a", "b",
-                "<axis xyz=\"0 1 0\"/><limit lower=\"-0.3\" upper=\"0.4\"/>") +
-      JointText("waist", "continuous", "b", "c", turn("0 0 1", "")) +
-      JointText("shoulder", "revolute", "c", "d", turn("0.6 0 0.8", limits)) +
-      JointText("elbow", "revolute", "d", "e", turn("0 1 0", limits)) +
-      JointText(
-          "wrist", "revolute", "e", "f",
-          turn("0 -1 0", limits + "<mimic joint=\"elbow\" multiplier=\"-0.5\" offset=\"0.1\"/>")) +
-      JointText("tool", "fixed", "f", "g", "<origin xyz=\"0 0.02 0.1\" rpy=\"1 0 0.5\"/>"));
-}
-
-// Five spheres along each link, and all pairs of links that are not neighbours.
-QueryBody BodyOf(const RobotModel& model) {
-  std::vector<Placed<>> shapes;
-  QueryBody body;
-  std::vector<int> link_of;
-  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-    for (int k = 0; k < 5; ++k) {
-      shapes.push_back({.X_FS = MakeTranslation(0.02 * k, 0.01 * k, 0.05 * k),
-                        .shape = Sphere{0.03 + 0.003 * k}});
-      link_of.push_back(link);
-    }
-  }
-  const auto count = static_cast<std::int32_t>(shapes.size());
-  body.geometry = BodyFromShapes(std::move(shapes)).geometry;
-  body.frame_of_part = link_of;
-  body.frame_count = static_cast<int>(model.links.size());
-  for (std::int32_t a = 0; a < count; ++a) {
-    for (std::int32_t b = a + 1; b < count; ++b) {
-      if (link_of[static_cast<std::size_t>(a)] + 2 < link_of[static_cast<std::size_t>(b)]) {
-        body.self_pairs.push_back({a, b});
-      }
-    }
-  }
-  return body;
-}
 
 std::vector<double> RandomRows(const JointGroup& group, std::size_t count, std::mt19937& random) {
   std::vector<double> rows;
@@ -146,8 +93,8 @@ class SphereCheckTest : public ::testing::Test {
     return {*model_, model_->all, {.X_WB = X_WB_, .base = DefaultVariables(*model_), .rows = rows}};
   }
 
-  std::shared_ptr<const RobotModel> model_ = Arm();
-  QueryBody body_ = BodyOf(*model_);
+  std::shared_ptr<const RobotModel> model_ = SphereArm();
+  QueryBody body_ = BodyOfSphereArm(*model_);
   Pose X_WB_ =
       MakePose({0.2, -0.3, 0.1}, Quaternion(Eigen::AngleAxisd(0.8, Vector3(1, 2, 3).normalized())));
   std::mt19937 random_{7};
@@ -293,7 +240,7 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsOfJointsAtRightAngles) {
   std::array<std::size_t, 5> counts{};
   for (int arm = 0; arm < 24; ++arm) {
     model_ = StraightArm(random_);
-    body_ = BodyOf(*model_);
+    body_ = BodyOfSphereArm(*model_);
     std::vector<double> rows;
     for (std::size_t k = 0; k < 600 * model_->all.variables.size(); ++k) {
       rows.push_back(std::uniform_real_distribution<double>(-0.9, 1.5)(random_));
