@@ -33,6 +33,7 @@ from cwm.changes import Allow, Attach, Change, Detach, Margin, Move, Put, Remove
 from cwm.enums import (
     CloudFrame,
     Clustering,
+    DistancePairs,
     Engine,
     ExportFormat,
     IngestMode,
@@ -144,6 +145,7 @@ if TYPE_CHECKING:
         "DataLoss",
         "DeadlineExceeded",
         "Detach",
+        "DistancePairs",
         "Engine",
         "Error",
         "ExportFormat",

@@ -18,7 +18,7 @@ from cwm.v1 import world_pb2
 Thing = Union[str, tuple[str, str]]
 
 
-def _thing(value: Thing, name: str) -> world_pb2.NamedThing:
+def thing_to_proto(value: Thing, name: str) -> world_pb2.NamedThing:
     if isinstance(value, tuple):
         if len(value) != 2:
             raise TypeError(f"{name} is {value!r}, must be a name or (robot, link)")
@@ -29,7 +29,7 @@ def _thing(value: Thing, name: str) -> world_pb2.NamedThing:
 
 
 def pair_to_proto(a: Thing, b: Thing) -> world_pb2.NamedPair:
-    return world_pb2.NamedPair(a=_thing(a, "a"), b=_thing(b, "b"))
+    return world_pb2.NamedPair(a=thing_to_proto(a, "a"), b=thing_to_proto(b, "b"))
 
 
 def _kind(value: enums.PutKindLike) -> enums.ObjectKind:

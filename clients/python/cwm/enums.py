@@ -127,6 +127,18 @@ class Engine(enum.IntEnum):
 EngineLike = Union[Engine, Literal["auto", "exact", "fcl", "bullet"]]
 
 
+class DistancePairs(enum.IntEnum):
+    """What a distance is told of: OBJECTS, the nearest objects; LINKS, each link of the robot that
+    asks with each object, each link of other robots and each of its own links.
+    """
+
+    OBJECTS = 1
+    LINKS = 2
+
+
+DistancePairsLike = Union[DistancePairs, Literal["objects", "links"]]
+
+
 class Representation(enum.IntEnum):
     """What stands for an object: its shapes, its measured meshes, or both."""
 

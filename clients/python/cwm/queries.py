@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from cwm.view import WorldView
 
 _DEFAULT_CONTACTS = 16
+# Chosen: most robots have fewer links with geometry, and fewer things near each of them.
+_LINKS_A_ROW, _PAIRS_A_LINK = 64, 8
 # The bytes reserved in a message for everything but rows.
 _HEAD_BYTES = 1 << 16
 
@@ -30,13 +32,16 @@ class QueryOptions(TypedDict, total=False):
     * margin_m: of verdicts, motions and contacts: nearer than that, strictly, is a collision;
       distances are geometric
     * max_distance_m: how far to look
-    * k: nearest objects a row, 1 to 64
+    * k: nearest objects a row, 1 to 64; of distances link by link, those of each link
     * max_contacts: points a row, 1 to 1 024: the deepest of each pair before further ones
     * engine: "auto", "exact", "fcl" or "bullet"
     * representation: "shapes", "surfaces" or "hybrid", of objects, of the one that asks and of
       carried ones as well
     * unseen: what space that no sensor has seen counts as: "ignore", "report" or "block"
     * ignore: names of objects and robots left out
+    * only: nothing else is tested: names of objects and robots, or (robot, link). Links of the
+      robot that asks restrict it to them; its own name stands for its self pairs, which are left
+      out if others alone are named
     * ignore_pairs: pairs that may collide, see `Allow`
     * overlay: changes that hold for this query alone; for several, see `what_if`
     * time_budget_s: the rows completed by then are the answer
@@ -53,6 +58,7 @@ class QueryOptions(TypedDict, total=False):
     representation: enums.RepresentationLike
     unseen: enums.UnseenSpaceLike
     ignore: Sequence[str]
+    only: Sequence[Thing]
     ignore_pairs: Sequence[tuple[Thing, Thing]]
     overlay: Sequence[Change]
     time_budget_s: float
@@ -88,6 +94,10 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
             options["max_contacts"], "max_contacts", low=1, high=arrays.INT32_MAX
         )
     message.ignore.extend(arrays.texts(options.get("ignore") or (), "ignore"))
+    if isinstance(options.get("only"), str):
+        raise TypeError(f"only is {options['only']!r}, must be a sequence of names")
+    for i, named in enumerate(options.get("only") or ()):
+        message.only.append(changes_module.thing_to_proto(named, f"only[{i}]"))
     for i, pair in enumerate(options.get("ignore_pairs") or ()):
         if isinstance(pair, str) or len(pair) != 2:
             raise TypeError(f"ignore_pairs[{i}] is {pair!r}, must be a pair of things")
@@ -254,9 +264,14 @@ def rows_of(bulk: Bulk, answers_a_row: int = 1) -> Batches:
     return Batches(bulk, np.arange((1 if bulk.rows is None else len(bulk.rows)) + 1), answers_a_row)
 
 
-def answers_a_row(options: QueryOptions, of_contacts: bool) -> int:
-    if of_contacts:
-        return options.get("max_contacts") or _DEFAULT_CONTACTS
+def contacts_a_row(options: QueryOptions) -> int:
+    return options.get("max_contacts") or _DEFAULT_CONTACTS
+
+
+def distances_a_row(options: QueryOptions, pairs: enums.DistancePairs) -> int:
+    """The most answers that a row of a batch is cut for; link by link it may have more."""
+    if pairs == enums.DistancePairs.LINKS:
+        return _LINKS_A_ROW * (options.get("k") or _PAIRS_A_LINK)
     return options.get("k") or 1
 
 
@@ -379,4 +394,19 @@ class Merged:
             ),
             body_part=plain("body_part", "<i4"),
             object_part=plain("object_part", "<i4"),
+        )
+
+    def gradients(self) -> dict:
+        """The derivatives of distances by the variables that the replies name."""
+        variables = tuple(self.replies[0].variables)
+        columns = [reply.columns for reply in self.replies]
+        return dict(
+            variables=variables,
+            joint_gradient=self._join(
+                [
+                    arrays.columns(c.joint_gradient, c.scalar).reshape(len(c.trust), len(variables))
+                    for c in columns
+                ]
+            ),
+            gradient_kink=self._join([np.frombuffer(c.gradient_kink, dtype="?") for c in columns]),
         )

@@ -94,7 +94,7 @@ class CheckResult(_Limited):
 @dataclass(frozen=True, eq=False)
 class PairResult(_Pairs):
     """Distances or contacts: A answers to N rows; those of row i are row_begin[i] to row_begin[i
-    + 1].
+    + 1]. Distances link by link are ordered by the link of the body, then by distance.
     """
 
     row_begin: np.ndarray  # (N + 1,) uint32
@@ -105,6 +105,14 @@ class PairResult(_Pairs):
     trust: np.ndarray  # (A,) uint8, see Trust
     # (A,) error bound of a BOUNDED or SURFACE_ONLY answer; 0 for EXACT, NaN for DEGRADED
     bound_m: np.ndarray
+    # The names of a row's V joint variables, of a distance with joint_gradient
+    variables: tuple[str, ...] = ()
+    # (A, V) d distance_m / d variable, in m/rad or m/m, by the movement of the robot's own links
+    # at the nearest points; None unless joint_gradient was asked for
+    joint_gradient: np.ndarray | None = None
+    # (A,) bool: the gradient is one of several, since another pair of parts, or other points of
+    # the two, are as near; None likewise
+    gradient_kink: np.ndarray | None = None
 
     @property
     def row(self) -> np.ndarray:

@@ -251,13 +251,14 @@ class WorldView:
         return exports.exported_from_replies(list(calls))
 
     def _evaluate(
-        self, method, kind, subject: Subject, options: QueryOptions, answers_a_row: int = 1
+        self, method, form, subject: Subject, options: QueryOptions, answers_a_row: int = 1
     ) -> Merged:
+        """The answers to requests like `form`, which lacks world, options and rows."""
         replies = queries.evaluate(
             self,
             method,
-            kind,
-            lambda request, *_: request.subject.CopyFrom(subject.message),
+            type(form),
+            lambda request, *_: request.MergeFrom(form),
             queries.rows_of(subject.bulk, answers_a_row),
             options,
             subject.meshes,
@@ -276,10 +277,11 @@ class WorldView:
         with poses (N, 4, 4) or (N, 7); the name of an object with poses; or points (N, 3) alone.
         Without rows a robot and an object are asked where they are, and a body at the origin.
         """
+        bound = subject_of(subject, rows)
         merged = self._evaluate(
             self.connection.queries.CheckCollisions,
-            query_pb2.CheckCollisionsRequest,
-            subject_of(subject, rows),
+            query_pb2.CheckCollisionsRequest(subject=bound.message),
+            bound,
             options,
         )
         return results.CheckResult(
@@ -293,59 +295,66 @@ class WorldView:
             trust=merged.column("trust", "u1"),
         )
 
-    def _pairs(
-        self,
-        method,
-        kind,
-        subject: SubjectLike,
-        rows: npt.ArrayLike | None,
-        options: QueryOptions,
-        of_contacts: bool,
-    ) -> results.PairResult:
-        merged = self._evaluate(
-            method,
-            kind,
-            subject_of(subject, rows),
-            options,
-            queries.answers_a_row(options, of_contacts),
-        )
-        return results.PairResult(**merged.head(), **merged.robot(), **merged.pairs())
-
     def distance(
         self,
         subject: SubjectLike,
         rows: npt.ArrayLike | None = None,
+        *,
+        pairs: enums.DistancePairsLike = enums.DistancePairs.OBJECTS,
+        joint_gradient: bool = False,
         **options: Unpack[QueryOptions],
     ) -> results.PairResult:
-        """The k nearest objects of each row (k: 1), with signed distance, points and normal.
-        Subjects as of `check`.
+        """Signed distances of each row, with points and normal. Subjects as of `check`.
+
+        pairs: "objects": the k nearest objects (k: 1), of which the robot that asks counts as one.
+        "links": each link of the robot, and each object that it carries, with each object, each
+        link of other robots and each of its own links, by their nearest parts: the k nearest of
+        each link or, without k, all within max_distance_m, which must then be given. A self pair
+        is told once, with its lower part as body_part.
+        joint_gradient: also d distance_m / d joint of a robot, (A, V) in m/rad or m/m, see
+        `PairResult`; it costs a second look at each pair.
         """
-        return self._pairs(
-            self.connection.queries.GetDistances,
-            query_pb2.GetDistancesRequest,
-            subject,
-            rows,
-            options,
-            False,
+        kind = enums.word(enums.DistancePairs, pairs, "pairs")
+        bound = subject_of(subject, rows)
+        message = query_pb2.GetDistancesRequest(
+            subject=bound.message, pairs=int(kind), want_joint_gradient=bool(joint_gradient)
         )
+        merged = self._evaluate(
+            self.connection.queries.GetDistances,
+            message,
+            bound,
+            options,
+            queries.distances_a_row(options, kind),
+        )
+        gradients = merged.gradients() if joint_gradient else {}
+        return results.PairResult(**merged.head(), **merged.robot(), **merged.pairs(), **gradients)
 
     def contacts(
         self,
         subject: SubjectLike,
         rows: npt.ArrayLike | None = None,
+        *,
+        max_contacts_per_pair: int | None = None,
         **options: Unpack[QueryOptions],
     ) -> results.PairResult:
         """What each row touches, with depth (distance_m < 0), points and normal; several points
-        of a pair whose faces or edges meet. Subjects as of `check`.
+        of a pair whose faces or edges meet, at most max_contacts_per_pair, the deepest first.
+        Subjects as of `check`.
         """
-        return self._pairs(
+        bound = subject_of(subject, rows)
+        message = query_pb2.GetContactsRequest(subject=bound.message)
+        if max_contacts_per_pair is not None:
+            message.max_contacts_per_pair = arrays.count(
+                max_contacts_per_pair, "max_contacts_per_pair", low=1, high=arrays.INT32_MAX
+            )
+        merged = self._evaluate(
             self.connection.queries.GetContacts,
-            query_pb2.GetContactsRequest,
-            subject,
-            rows,
+            message,
+            bound,
             options,
-            True,
+            queries.contacts_a_row(options),
         )
+        return results.PairResult(**merged.head(), **merged.robot(), **merged.pairs())
 
     def all_contacts(self, **options: Unpack[QueryOptions]) -> results.WorldContacts:
         """All pairs of objects and robots of the world that are nearer than their margin, deepest

@@ -169,6 +169,16 @@ class Answers(ServerCase):
         )
         self.assertTrue(loose.free[0])
 
+    def test_of_contacts_are_limited_by_pair(self):
+        on_cube = cwm.pose([1, 0, 0.149])  # a face rests on the cube's
+        box = cwm.Box(0.1, 0.1, 0.1)
+        self.assertGreaterEqual(len(self.world.contacts(box, on_cube).distance_m), 4)
+        self.assertEqual(
+            len(self.world.contacts(box, on_cube, max_contacts_per_pair=2).distance_m), 2
+        )
+        with self.assertRaisesRegex(ValueError, "max_contacts_per_pair is 0, must be at least 1"):
+            self.world.contacts(box, on_cube, max_contacts_per_pair=0)
+
     def test_in_batches_are_those_of_one_question(self):
         random = np.random.default_rng(4)
         poses = poses_at(*random.uniform(-1, 2, (1000, 3)))

@@ -3,10 +3,12 @@
 import pathlib
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
 import cwm
+from cwm import queries
 from server_case import ServerCase
 
 URDF = """<robot name="arm">
@@ -54,6 +56,72 @@ class Robots(ServerCase):
         with self.assertRaises(cwm.NotFound) as caught:
             self.world.robot("leg")
         self.assertEqual(caught.exception.reason, "ROBOT_UNKNOWN")
+
+    def test_gradients_of_distances_are_finite_differences(self):
+        self.world.put("ball", cwm.Sphere(0.1), cwm.pose([0.4, 0.8, 0]))
+        subject = cwm.RobotSubject("arm", "both", scope="world")
+        rows = np.random.default_rng(2).uniform(-1.9, 1.9, (50, 2))
+
+        def distances(states):
+            answer = self.world.distance(
+                subject, states, pairs="links", joint_gradient=True, max_distance_m=5
+            )
+            self.assertEqual(answer.row_begin.tolist(), list(range(0, 101, 2)))
+            links = [answer.body_links[part] for part in answer.body_part[:2]]
+            self.assertEqual(links, ["upper", "lower"])
+            return answer
+
+        answer = distances(rows)
+        self.assertEqual(answer.variables, ("shoulder", "elbow"))
+        self.assertEqual(answer.joint_gradient.shape, (100, 2))
+        self.assertFalse(answer.gradient_kink.any())
+        for joint in range(2):
+            step = 1e-6 * np.eye(2)[joint]
+            above, below = distances(rows + step), distances(rows - step)
+            difference = (above.distance_m - below.distance_m) / 2e-6
+            np.testing.assert_allclose(answer.joint_gradient[:, joint], difference, atol=1e-7)
+        # In several batches, and for the group of one joint.
+        with mock.patch.object(queries, "_LINKS_A_ROW", 1 << 17):
+            again = distances(rows)
+        np.testing.assert_array_equal(again.joint_gradient, answer.joint_gradient)
+        wrist = self.world.distance(
+            cwm.RobotSubject("arm", "wrist", base_state={"shoulder": rows[0, 0]}),
+            rows[:1, 1:],
+            k=1,
+            only=["ball"],
+            pairs="links",
+            joint_gradient=True,
+        )
+        np.testing.assert_allclose(wrist.joint_gradient, answer.joint_gradient[:2, 1:], atol=1e-12)
+        plain = self.world.distance(subject, rows)
+        self.assertEqual((plain.variables, plain.joint_gradient), ((), None))
+        with self.assertRaisesRegex(cwm.InvalidArgument, "want_joint_gradient"):
+            self.world.distance(cwm.Sphere(1), joint_gradient=True)
+        with self.assertRaisesRegex(cwm.InvalidArgument, "options.max_distance_m: is absent"):
+            self.world.distance(subject, rows, pairs="links")
+        with self.assertRaisesRegex(ValueError, "pairs is 'parts', must be one of objects, links"):
+            self.world.distance(subject, rows, pairs="parts")
+
+    def test_are_asked_about_named_links_and_objects_only(self):
+        self.world.put("near", cwm.Sphere(0.1), cwm.pose([0.5, 0.4, 0]))
+        self.world.put("far", cwm.Sphere(0.1), cwm.pose([1, 2, 0]))
+        subject = cwm.RobotSubject("arm", "both")
+        rows = np.zeros((1, 2))  # the spheres of the links are at x = 0.5 and x = 1
+
+        def distance(*only):
+            return self.world.distance(subject, rows, only=only).distance_m
+
+        np.testing.assert_allclose(distance(), [0.2], atol=1e-9)
+        np.testing.assert_allclose(distance("far"), [1.8], atol=1e-9)
+        to_lower = [np.hypot(0.5, 0.4) - 0.2]
+        np.testing.assert_allclose(distance(("arm", "lower")), to_lower, atol=1e-9)
+        np.testing.assert_allclose(distance(("arm", "lower"), "far"), [1.8], atol=1e-9)
+        ray = self.world.rays([-1, 0, 0], [1, 0, 0], only=[("arm", "lower")])
+        np.testing.assert_allclose(ray.distance_m, [1.9], atol=1e-9)
+        with self.assertRaisesRegex(cwm.InvalidArgument, r"only\[0\].link: is .hand., must be"):
+            distance(("arm", "hand"))
+        with self.assertRaisesRegex(TypeError, "only is 'near', must be a sequence of names"):
+            self.world.check(subject, rows, only="near")
 
     def test_a_row_of_another_width_is_refused(self):
         subject = cwm.RobotSubject("arm", "both", scope="world")

@@ -249,6 +249,7 @@ class Connections(ServerCase):
             (cwm.Verdict, query_pb2.Verdict),
             (cwm.MotionVerdict, query_pb2.MotionVerdict),
             (cwm.Engine, query_pb2.Engine),
+            (cwm.DistancePairs, query_pb2.DistancePairs),
             (cwm.ObjectKind, world_pb2.ObjectKind),
             (cwm.UnseenSpace, query_pb2.UnseenSpace),
             (cwm.SampleState, query_pb2.SampleState),
