@@ -1,5 +1,5 @@
-// Robots of the C++ client with a real server: the arm of two_link_arm.h, whose poses are worked out
-// by hand.
+// Robots of the C++ client with a real server: the arm of two_link_arm.h, whose poses are worked
+// out by hand.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -20,7 +20,9 @@ constexpr char kSrdf[] = R"(<robot name="arm">
 <group name="arm"><joint name="shoulder"/><joint name="elbow"/></group>
 <group name="lower"><joint name="elbow"/></group>
 <group_state name="bent" group="arm"><joint name="shoulder" value="0.5"/>
-<joint name="elbow" value="-1"/></group_state></robot>)";
+<joint name="elbow" value="-1"/></group_state>
+<disable_collisions link1="base" link2="upper" reason="Adjacent"/>
+<disable_collisions link1="upper" link2="hand" reason="Adjacent"/></robot>)";
 
 class Robots : public ClientTest {
  protected:
@@ -119,6 +121,77 @@ TEST_F(Robots, CarryWhatIsAttached) {
   EXPECT_FALSE(world_.Get("cup").attachment.has_value());
   const WorldView carrying = world_.WhatIf({Attach{.name = "cup", .robot = "arm", .link = "hand"}});
   EXPECT_FALSE(carrying.Check(arm_, quarter).all_free());
+}
+
+TEST_F(Robots, MeasureDistancesLinkByLink) {
+  // With the arm stretched its balls are at 0, 0.5 and 1 m; the post is half a metre beside the
+  // last one. Neighbours are not checked against each other, so that base and hand are the only
+  // pair of the arm itself.
+  world_.Put("post", Sphere{0.1}, At(1, 0.5, 0));
+  const PairResult answer =
+      world_.Distance(arm_, {}, {.max_distance_m = 10, .pairs = DistancePairs::kLinks});
+  const std::vector<std::vector<std::string>> pairs = {
+      {"base", "arm", "hand"}, {"base", "post", ""}, {"upper", "post", ""}, {"hand", "post", ""}};
+  const Eigen::Vector4d expected_m(0.8, std::sqrt(1.25) - 0.2, std::sqrt(0.5) - 0.2, 0.3);
+  ASSERT_EQ(answer.size(), 4);
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const NamedPairOfParts pair = answer.pair(i);
+    EXPECT_EQ(std::vector({pair.body_link, pair.object, pair.object_link}),
+              pairs[static_cast<std::size_t>(i)]);
+    EXPECT_NEAR(answer.distance_m[i], expected_m[i], kTolerance);
+  }
+
+  RobotSubject against_world = arm_;
+  against_world.scope = RobotScope::kWorld;
+  const PairResult base = world_.Distance(against_world, {}, {.only = {{"arm", "base"}}});
+  ASSERT_EQ(base.size(), 1);
+  EXPECT_NEAR(base.distance_m[0], expected_m[1], kTolerance);
+  world_.Put("nearer", Sphere{0.1}, At(1, -0.3, 0));
+  EXPECT_NEAR(world_.Distance(arm_, {}, {.only = {"post"}}).distance_m[0], 0.3, kTolerance);
+}
+
+TEST_F(Robots, TellHowDistancesChangeWithTheJoints) {
+  // The hand's ball is 1 m from the shoulder and 0.5 m from the elbow, and the post is 0.5 m away
+  // in the direction in which both turn it.
+  world_.Put("post", Sphere{0.1}, At(1, 0.5, 0));
+  const PairResult answer = world_.Distance(arm_, Eigen::Vector2d(0, 0), {.joint_gradient = true});
+  ASSERT_EQ(answer.size(), 1);
+  EXPECT_NEAR(answer.distance_m[0], 0.3, kTolerance);
+  EXPECT_THAT(answer.variables, ElementsAre("shoulder", "elbow"));
+  EXPECT_TRUE(answer.joint_gradient.isApprox(Eigen::Vector2d(-1, -0.5), kTolerance))
+      << answer.joint_gradient;
+  EXPECT_THAT(answer.gradient_kink, ElementsAre(false));
+}
+
+TEST_F(Robots, HavePaddingsScalesAndTools) {
+  world_.Put("post", Sphere{0.1}, At(1, 0.5, 0));  // 0.3 m from the hand
+  RobotSubject padded = arm_;
+  padded.link_padding = {{.link = "hand", .padding_m = 0.25}};
+  EXPECT_TRUE(world_.Check(padded).all_free());
+  padded.link_padding[0].padding_m = 0.35;
+  EXPECT_FALSE(world_.Check(padded).all_free());
+
+  const LoadedRobot loaded = world_.LoadRobot(
+      {.urdf = kTwoLinkArm, .srdf = kSrdf},
+      {.link_padding = {{.link = "*", .padding_m = 0.01}},
+       .link_scale = {{.link = "hand", .scale = 2}},
+       .tools = {{.name = "tip", .link = "hand", .X_LT = At(0.5, 0, 0), .group = "arm"}}});
+  EXPECT_EQ(loaded.robot.links[2].padding_m, 0.01);
+  EXPECT_EQ(loaded.robot.links[2].scale, 2);
+  ASSERT_EQ(loaded.robot.tools.size(), 1U);
+  EXPECT_TRUE(loaded.robot.tools[0].X_LT.isApprox(At(0.5, 0, 0)));
+  EXPECT_NEAR(world_.Distance(arm_).distance_m[0], 0.2, kTolerance) << "a ball of 0.2 m";
+  EXPECT_EQ(world_.Solve(arm_, At(1, 0, 0), {.tool = "tip"}).status[0], PoseStatus::kSolved);
+  EXPECT_EQ(world_.Solve(arm_, At(1.5, 0, 0), {.tool = "tip"}).status[0], PoseStatus::kUnreachable)
+      << "the tip of a stretched arm is at 1 m";
+}
+
+TEST_F(Robots, CheckPairsOfLinksThatAreNeighbours) {
+  const RobotSubject itself{.robot = "arm", .scope = RobotScope::kSelf};
+  EXPECT_TRUE(world_.Check(itself, {}, {.margin_m = 0.4}).all_free()) << "neighbours may touch";
+  world_.Apply({Allow{.a = {"arm", "base"}, .b = {"arm", "upper"}, .check = true}});
+  EXPECT_TRUE(world_.Rules().at(0).check);
+  EXPECT_FALSE(world_.Check(itself, {}, {.margin_m = 0.4}).all_free()) << "0.3 m lie between them";
 }
 
 TEST_F(Robots, TellThePosesOfTheirLinks) {

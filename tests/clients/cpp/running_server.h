@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <memory>
 #include <string>
 
@@ -21,6 +22,9 @@ class RunningServer {
   const ScratchDirectory& scratch() const { return scratch_; }
   void Start();
   void Stop();
+  // It answers nothing while it is paused.
+  void Pause() { process_->Signal(SIGSTOP); }
+  void Resume() { process_->Signal(SIGCONT); }
 
  private:
   ScratchDirectory scratch_;

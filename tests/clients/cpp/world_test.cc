@@ -104,6 +104,24 @@ TEST_F(Worlds, KeepRulesOfPairs) {
   EXPECT_TRUE(world_.Rules().empty());
 }
 
+TEST_F(Worlds, ListTheContactsOfAll) {
+  world_.Put("a", Sphere{0.1});
+  world_.Put("b", Sphere{0.1}, At(0.15, 0, 0));
+  world_.Put("c", Sphere{0.1}, At(1, 0, 0));
+  const WorldContacts contacts = world_.ContactsOfWorld();
+  EXPECT_TRUE(contacts.is_complete);
+  ASSERT_EQ(contacts.size(), 1);
+  EXPECT_EQ(contacts.objects[static_cast<std::size_t>(contacts.object_a[0])].name, "a");
+  EXPECT_EQ(contacts.objects[static_cast<std::size_t>(contacts.object_b[0])].name, "b");
+  EXPECT_NEAR(contacts.distance_m[0], -0.05, 1e-9);
+  EXPECT_TRUE(contacts.point_a.col(0).isApprox(Eigen::Vector3d(0.1, 0, 0), 1e-9));
+  EXPECT_TRUE(contacts.point_b.col(0).isApprox(Eigen::Vector3d(0.05, 0, 0), 1e-9));
+  EXPECT_TRUE(contacts.normal.col(0).isApprox(Eigen::Vector3d::UnitX(), 1e-9));
+  EXPECT_EQ(contacts.trust[0], Trust::kExact);
+  EXPECT_EQ(world_.WhatIf({Remove{"b"}}).ContactsOfWorld().size(), 0);
+  EXPECT_EQ(world_.At().Stream().ContactsOfWorld({.margin_m = 1}).size(), 3) << "all pairs";
+}
+
 TEST_F(Worlds, ReadTheSurfaceOfAnObject) {
   world_.Put("box", Box{0.2, 0.4, 0.6}, At(5, 0, 0));
   const Mesh mesh = world_.ReadSurface("box");
@@ -165,10 +183,13 @@ TEST_F(Worlds, SayWhatFailed) {
 }
 
 TEST_F(Worlds, EndCallsAtATimeout) {
-  // Waiting for an answer that takes longer than a nanosecond.
-  world_.Put("ball", Sphere{0.1});
-  const WorldView hasty = world_.Within(1e-9);
+  RunningServer other;
+  const World world = cwm::Connect({.address = other.address(), .world = "slow"});
+  world.Put("ball", Sphere{0.1});
+  const WorldView hasty = world.Within(0.1);
+  other.Pause();
   EXPECT_EQ(ErrorOf([&] { hasty.Objects(); }).code(), ErrorCode::kDeadlineExceeded);
+  other.Resume();
   EXPECT_EQ(hasty.Within(std::nullopt).Objects().size(), 1U);
 }
 
