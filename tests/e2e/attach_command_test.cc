@@ -48,8 +48,8 @@ TEST_F(AttachCommand, AttachesAsksAndDetaches) {
   EXPECT_THAT(Cwm({"check", "--robot", "arm", "--joints", "1.5708"}).out,
               HasSubstr("hand with box"));
   EXPECT_EQ(CheckedRow("1.5708", {"--ignore", "box"}).at("verdict"), "VERDICT_FREE");
-  EXPECT_THAT(Cwm({"objects"}).out, HasSubstr("arm/hand"));
-  EXPECT_THAT(Cwm({"get", "box"}).out, HasSubstr("arm/hand"));
+  EXPECT_THAT(Cwm({"objects"}).out, HasSubstr("arm:hand"));
+  EXPECT_THAT(Cwm({"get", "box"}).out, HasSubstr("arm:hand"));
   EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("attached to arm/hand"));
   const json motion = CwmJson({"motion", "--robot", "arm", "--joints", "0", "--joints", "1.5708"});
   EXPECT_EQ(motion.at("rows").at(0).at("verdict"), "MOTION_VERDICT_CONTACT");
@@ -86,7 +86,7 @@ TEST_F(AttachCommand, RobotsAreObstacles) {
   EXPECT_EQ(met.at("object"), "arm");
   EXPECT_EQ(met.at("object_link"), "hand");
   EXPECT_THAT(Cwm({"ray", "--from", "0.5,0,2", "--direction", "0,0,-1"}).out,
-              HasSubstr("arm/hand"));
+              HasSubstr("arm:hand"));
   EXPECT_EQ(CwmJson({"check", "--sphere", "0.05", "--at", "0.5,0,0", "--ignore", "arm"})
                 .at("rows")
                 .at(0)

@@ -7,6 +7,7 @@
 
 #include "collision/motion/body_motion.h"
 #include "collision/motion/check_motions.h"
+#include "collision/motion/check_paths.h"
 #include "collision/query/attached_objects.h"
 #include "collision/query/robot_body.h"
 #include "tests/collision/query/random_world.h"
@@ -161,6 +162,32 @@ TEST(LinkPadding, OfAnotherRobotHoldsForManyStatesAtOnce) {
   const auto verdicts = VerdictsOf(*world_with(true), *robot, body, states);
   EXPECT_EQ(verdicts, VerdictsOf(*world_with(false), *robot, body, states));
   EXPECT_GT(std::ranges::count(verdicts, Verdict::kCollision), 50);
+}
+
+// Edges of padded balls are those of larger balls, also where SIMD certifies them.
+TEST(LinkPadding, HoldsAlongManyPaths) {
+  std::mt19937 random(6);
+  const auto world = RandomWorld(12, random, /*with_meshes=*/false);
+  const std::vector<double> states = RandomStates(600, random);
+  std::vector<Path> paths;
+  for (std::size_t k = 0; k < 300; ++k) paths.push_back({.first_row = 2 * k});
+  const auto check = [&](bool by_padding) {
+    const auto robot = BallArm(0.05, 0.15, by_padding);
+    const QueryBody body = BodyFromRobot(*robot, RobotScope::kWorld);
+    const JointRows rows(*robot->model, robot->model->all, {.base = {0, 0}, .rows = states});
+    return *CheckPaths(*world, body, JointWaypoints(*robot->model, body, rows), paths, {});
+  };
+  const MotionColumns padded = check(true), larger = check(false);
+  EXPECT_EQ(padded.verdict, larger.verdict);
+  int contacts = 0;
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    if (larger.verdict[k] != MotionVerdict::kContact) continue;
+    ++contacts;
+    EXPECT_LE(padded.lo[k], larger.hi[k]) << k;
+    EXPECT_GE(padded.hi[k], larger.lo[k]) << k;
+  }
+  EXPECT_GT(contacts, 50);
+  EXPECT_LT(contacts, 290);
 }
 
 // Ball e turns towards a wall at y = 0.9 with its shoulder at the origin and its elbow straight: it
