@@ -196,9 +196,9 @@ struct QueryOptions {
   int max_results = 1;
   // The most answers of all rows of GetDistances; more are OutOfRange.
   std::size_t max_answers = std::numeric_limits<std::size_t>::max();
-  bool joint_gradients =
-      false;              // GetDistances also returns derivatives by the joints, of JointRows
-  int max_contacts = 16;  // points per row of GetContacts
+  // GetDistances also returns the derivatives by the joints, for JointRows.
+  bool joint_gradients = false;
+  int max_contacts = 16;                     // points per row of GetContacts
   int max_contacts_per_pair = 0;             // points per pair of parts; 0: all
   Naming naming = Naming::kEachRow;          // for CheckCollisions
   std::vector<std::string> ignore = {};      // names of objects and robots that are left out

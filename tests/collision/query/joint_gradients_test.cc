@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "collision/geometry/tessellate.h"
 #include "collision/query/query.h"
 #include "collision/robot/kinematics.h"
 #include "tests/collision/query/random_world.h"
@@ -122,10 +123,10 @@ std::string EveryJoint(const std::string& shape) {
                 "<origin xyz=\"0 0.1 0\"/><axis xyz=\"1 0 0\"/>" + limits));
 }
 
-// The robot among boxes, with a box attached to its finger.
+// The robot among obstacles of one shape, with a box attached to its finger.
 class EveryJointRobot {
  public:
-  explicit EveryJointRobot(const std::string& shape, std::mt19937& random) {
+  EveryJointRobot(const std::string& shape, const Shape& obstacle, std::mt19937& random) {
     std::vector<Change> changes = {
         MakeChange(
             testing::PutArm("robot", testing::Arm(EveryJoint(shape), "<robot name=\"r\"/>"))),
@@ -135,7 +136,9 @@ class EveryJointRobot {
                                 .link = "finger",
                                 .X_LO = MakeTranslation(0.1, 0.05, 0.3)})};
     for (int k = 0; k < 6; ++k) {
-      changes.push_back(BoxAt("box_" + std::to_string(k), {0.2, 0.3, 0.15}, RandomPose(random, 0.6)));
+      changes.push_back(PutOf("obstacle_" + std::to_string(k),
+                              {{.X_FS = Pose::Identity(), .shape = obstacle}},
+                              RandomPose(random, 0.6)));
     }
     world_ = WorldOf(changes);
     robot_ = world_->FindRobot("robot");
@@ -189,9 +192,9 @@ struct Errors {
 };
 
 // Compares the gradients with central differences.
-Errors CompareWithDifferences(const std::string& shape, int states) {
+Errors CompareWithDifferences(const std::string& shape, const Shape& obstacle, int states) {
   std::mt19937 random(5);
-  const EveryJointRobot robot(shape, random);
+  const EveryJointRobot robot(shape, obstacle, random);
   constexpr double kStep = 1e-6, kRadius_m = 0.3;
   Errors errors;
   for (int n = 0; n < states; ++n) {
@@ -226,8 +229,10 @@ Errors CompareWithDifferences(const std::string& shape, int states) {
   return errors;
 }
 
+const Shape kObstacle = Box{{0.2, 0.3, 0.15}};
+
 TEST(JointGradients, OfBallsAreFiniteDifferencesForEveryKindOfJoint) {
-  const Errors errors = CompareWithDifferences("sphere radius=\"0.08\"", 200);
+  const Errors errors = CompareWithDifferences("sphere radius=\"0.08\"", kObstacle, 200);
   EXPECT_GT(errors.apart, 500);
   EXPECT_GT(errors.overlapping, 20);
   EXPECT_LT(errors.worst_apart, 1e-7);
@@ -236,12 +241,21 @@ TEST(JointGradients, OfBallsAreFiniteDifferencesForEveryKindOfJoint) {
 }
 
 TEST(JointGradients, OfBoxesAreFiniteDifferencesForEveryKindOfJoint) {
-  // The distance of two polyhedra curves where it changes from one pair of edges to the next.
-  const Errors errors = CompareWithDifferences("box size=\"0.1 0.16 0.12\"", 200);
+  const Errors errors = CompareWithDifferences("box size=\"0.1 0.16 0.12\"", kObstacle, 200);
   EXPECT_GT(errors.apart, 500);
   EXPECT_GT(errors.overlapping, 20);
-  EXPECT_LT(errors.worst_apart, 1e-5);
-  EXPECT_LT(errors.worst_overlapping, 1e-5);
+  EXPECT_GT(errors.kinks, 20);  // the finger slides parallel to the hand
+  EXPECT_LT(errors.worst_apart, 1e-7);
+  EXPECT_LT(errors.worst_overlapping, 1e-7);
+}
+
+TEST(JointGradients, OfMeshesAreFiniteDifferences) {
+  const Shape mesh = MakeMesh(Tessellate(Shape(Capsule{0.15, 0.3}), 2e-3));
+  const Errors errors = CompareWithDifferences("sphere radius=\"0.08\"", mesh, 80);
+  EXPECT_GT(errors.apart, 200);
+  EXPECT_GT(errors.overlapping, 10);
+  EXPECT_LT(errors.worst_apart, 1e-7);
+  EXPECT_LT(errors.worst_overlapping, 1e-7);
 }
 
 }  // namespace
