@@ -38,9 +38,9 @@ struct SceneRules {
 // or of an object of the scene; others are ignored with a warning. A name that may touch everything
 // by default is allowed with "*" or, if the matrix makes exceptions, with each object or link of
 // the scene that it may touch. `withdrawn` has the pairs that `before`, the world's rules, allows
-// and for which the matrix says false; pairs that it does not have are unaffected. `checked` has the
-// pairs of links for which the matrix says false and which the robot does not check. Warnings report
-// pairs of links for which the matrix and the robot disagree.
+// and for which the matrix says false; pairs that it does not have are unaffected. `checked` has
+// the pairs of links for which the matrix says false and which the robot does not check. Warnings
+// report pairs of links for which the matrix and the robot disagree.
 SceneRules ConvertRules(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
                         const std::vector<cwm::v1::PairRule>& before = {});
 

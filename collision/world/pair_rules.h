@@ -74,8 +74,8 @@ struct PairRule {
   bool allowed = false;                 // the pair may collide: queries ignore it
   std::optional<Expiry> expires = {};   // the end of `allowed`; absent: never
   std::optional<double> margin_m = {};  // replaces the margins of both items and of the request
-  // The pair, two links of one robot, is checked although the SRDF disables it, or although they are
-  // fixed to each other. Never together with `allowed`.
+  // The pair, two links of one robot, is checked although the SRDF disables it, or although they
+  // are fixed to each other. Never together with `allowed`.
   bool check = false;
   bool IsEmpty() const { return !allowed && !margin_m.has_value() && !check; }
   friend bool operator==(const PairRule&, const PairRule&) = default;

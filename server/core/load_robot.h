@@ -31,14 +31,14 @@ struct RobotFiles {
 // ("header.urdf", "header.srdf" or "header.spheres") for an error in a file, with its place and the
 // rule; a mesh that is not among the files is named with its URI and link. The same for settings of
 // links and groups that the robot does not have ("header.link_padding[0].link" and the like).
-// ResourceExhausted ROBOT_TOO_LARGE if `limits` are exceeded. Cancelled when stopped, which is checked before each
-// mesh and each stage.
+// ResourceExhausted ROBOT_TOO_LARGE if `limits` are exceeded. Cancelled when stopped, which is
+// checked before each mesh and each stage.
 absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
     RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);
 
 // Warnings that a user should know before trusting answers about the robot: open meshes, moved
-// links without collision geometry, a missing SRDF, or parts of it that were ignored; pairs of links
-// that collide in every sampled state, and named states, or `state`, in self-collision.
+// links without collision geometry, a missing SRDF, or parts of it that were ignored; pairs of
+// links that collide in every sampled state, and named states, or `state`, in self-collision.
 std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf,
                                     std::span<const double> state);
 

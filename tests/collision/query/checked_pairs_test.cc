@@ -22,8 +22,8 @@ using testing::MakeChange;
 
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
-// The arm of ThreeBalls, whose ends a and e may meet by its SRDF, with a ball f of 0.1 m radius that
-// is fixed 0.15 m beyond e.
+// The arm of ThreeBalls, whose ends a and e may meet by its SRDF, with a ball f of 0.1 m radius
+// that is fixed 0.15 m beyond e.
 SnapshotPtr WorldWithArm() {
   const auto description = *ReadUrdf(
       testing::Robot(testing::ThreeBalls() + testing::Ball("f") +
