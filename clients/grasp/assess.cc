@@ -195,6 +195,7 @@ void Assessor::ReadContacts(const RayResult& rays, std::size_t first_ray, std::s
     contact.angle_rad =
         std::acos(std::clamp(-contact.normal_W.dot(direction * closing_W), -1.0, 1.0));
     contact.part = rays.object_part[hit];
+    contact.trust = rays.trust[first];
   }
   answer.width_m = query_.gripper.opening_m - travel_m[0] - travel_m[1];
   answer.off_centre_m = std::abs(travel_m[0] - travel_m[1]) / 2;

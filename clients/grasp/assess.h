@@ -29,6 +29,9 @@ struct Contact {
   Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // outward
   double angle_rad = 0;                                // between the normal and the closing line
   int part = 0;                                        // of the target
+  // How certain its place is: kBounded if the pad first passes space that no sensor saw and into
+  // which the target may extend, kSurfaceOnly on an open surface.
+  api::Trust trust = api::Trust::kExact;
 };
 
 enum class GraspFailure {

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "clients/cli/error_report.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/natural_order.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/table.h"
@@ -70,13 +72,21 @@ void AddOptions(CLI::App& app, Arguments& arguments, std::string& form) {
 // `json`: the file that also has the grasps; empty: none.
 void Print(const grasp::Plan& plan, const std::string& json) {
   const bool color = ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
+  std::vector<const grasp::ObjectPlan*> objects;
+  for (const grasp::ObjectPlan& object : plan.objects) objects.push_back(&object);
+  std::sort(objects.begin(), objects.end(),
+            [](const grasp::ObjectPlan* a, const grasp::ObjectPlan* b) {
+              return cli::NaturalLess(a->object.name, b->object.name);
+            });
   std::vector<cli::TableRow> rows;
-  for (const grasp::ObjectPlan& object : plan.objects) {
+  for (const grasp::ObjectPlan* planned : objects) {
+    const grasp::ObjectPlan& object = *planned;
     if (object.grasps.empty()) {
-      rows.push_back({{object.object.name, "-", "", "", "", "", ""}, object.failure_reason});
+      rows.push_back({{object.object.name, "-", "", "", "", "", "", ""}, object.failure_reason});
     }
     for (const grasp::Grasp& found : object.grasps) {
       const Eigen::Vector3d p = found.candidate.X_FG.translation();
+      const Eigen::Vector3d x = found.candidate.X_FG.linear().col(0);
       const Eigen::Vector3d z = found.candidate.X_FG.linear().col(2);
       const auto text = [](const Eigen::Vector3d& v) {
         return cli::FormatFixed(v.x(), 3) + " " + cli::FormatFixed(v.y(), 3) + " " +
@@ -85,7 +95,7 @@ void Print(const grasp::Plan& plan, const std::string& json) {
       rows.push_back(
           {{object.object.name, found.candidate.strategy, cli::FormatFixed(found.score, 2),
             cli::FormatLength(found.assessment.width_m),
-            cli::FormatLength(found.assessment.clearance_m), text(p), text(z)}});
+            cli::FormatLength(found.assessment.clearance_m), text(p), text(z), text(x)}});
     }
   }
   cli::PrintTable({{"OBJECT"},
@@ -94,7 +104,8 @@ void Print(const grasp::Plan& plan, const std::string& json) {
                    {"WIDTH", cli::Align::kRight},
                    {"CLEARANCE", cli::Align::kRight},
                    {"POSITION m"},
-                   {"APPROACH"}},
+                   {"APPROACH"},
+                   {"CLOSING"}},
                   rows, color ? cli::TableStyle::kColor : cli::TableStyle::kPlain, std::cout);
   std::cout << "revision " << plan.revision << "\n"
             << (json.empty() ? "to see them: add --json FILE, then drop FILE on the viewer's page\n"

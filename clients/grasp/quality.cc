@@ -23,6 +23,20 @@ double ObservedShare(const Object& object, int index) {
   return part.fit ? part.fit->observed_fraction : 1.0;
 }
 
+// The share that was observed of what the pads touch: of the worse contact, since one that is a
+// guess suffices to miss. The far side of a face counts as unseen if the target may extend beyond
+// it, and so does one side of an open surface of a scan that both pads touch.
+double ObservedShare(const Object& object, const std::array<Contact, 2>& contacts) {
+  double least = 1;
+  bool is_open = object.owner == Owner::kPerception;
+  for (const Contact& contact : contacts) {
+    const bool is_guess = contact.trust == Trust::kBounded;
+    least = std::min(least, is_guess ? kUnseenPart : ObservedShare(object, contact.part));
+    is_open = is_open && contact.trust == Trust::kSurfaceOnly;
+  }
+  return is_open ? std::min(least, kUnseenPart) : least;
+}
+
 Vector3d CentreOf(const Object& object) {
   if (!object.bounds) return object.X_WO.translation();
   return object.X_WO * object.bounds->X_OB.translation();
@@ -48,8 +62,7 @@ Factors FactorsOf(const Candidate& candidate, const Assessment& assessment, cons
   return {
       .antipodal = ClampFactor(1 - std::max(a.angle_rad, b.angle_rad) / std::max(cone_rad, 1e-9)),
       .centred = ClampFactor(1 / (1 + lever_m / kLever_m)),
-      .observed =
-          ClampFactor(0.5 * (ObservedShare(object, a.part) + ObservedShare(object, b.part))),
+      .observed = ClampFactor(ObservedShare(object, assessment.contacts)),
       .clearance = ClampFactor(assessment.clearance_m / kEnoughRoom_m),
       .width = ClampFactor(gap_m / (3 * candidate.sigma_m + kEnoughRoom_m / 2)),
       .upright = ClampFactor((1 - X_WG.linear()(2, 2)) / 2),
@@ -58,12 +71,12 @@ Factors FactorsOf(const Candidate& candidate, const Assessment& assessment, cons
 }
 
 double ScoreOf(const Factors& factors) {
-  // Holding and reaching the object count twice as much as preferences.
+  // Holding and reaching the object, and that it is there, count twice as much as preferences.
   const double log_score = 2 * std::log(factors.antipodal) + 1 * std::log(factors.centred) +
-                           1 * std::log(factors.observed) + 2 * std::log(factors.clearance) +
+                           2 * std::log(factors.observed) + 2 * std::log(factors.clearance) +
                            2 * std::log(factors.width) + 1 * std::log(factors.upright) +
                            1 * std::log(factors.still);
-  constexpr double kWeights = 10;
+  constexpr double kWeights = 11;
   return std::exp(log_score / kWeights);
 }
 
