@@ -3,7 +3,7 @@
 #   demo.sh ONCE [CLOUD]     ONCE 1: end after printing; CLOUD: a PCD or PLY file, else a kitchen from the virtual scanner
 set -euo pipefail
 once=$1 cloud=${2:-}
-bin=$PWD/build/bin
+bin=${CWM_BIN:-$PWD/build/bin}
 scratch=$(mktemp -d)
 socket=$scratch/cwm.sock
 server=
