@@ -12,3 +12,4 @@
 #include "clients/cpp/robot_upload.h"
 #include "clients/cpp/row_bytes.h"
 #include "clients/cpp/world_export.h"
+#include "clients/cpp/world_stream.h"

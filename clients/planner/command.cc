@@ -172,13 +172,13 @@ PlanExit ExitOf(const PlanReport& report) {
     case Outcome::kNoPath:
       return PlanExit::kNoPath;
   }
-  const bool doubted = report.certificate && report.certificate->verdict != v1::MOTION_VERDICT_FREE;
+  const bool doubted = report.certificate && report.certificate->verdict != MotionVerdict::kFree;
   return doubted ? PlanExit::kNotCertified : PlanExit::kSolved;
 }
 
 // The explanation of an outcome besides its name.
-absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task,
-                                   const PlanResult& result, const SolvedGoal& solved) {
+absl::StatusOr<std::string> Reason(const Task& task, const PlanResult& result,
+                                   const SolvedGoal& solved) {
   switch (result.outcome) {
     case Outcome::kSolved:
       return "";
@@ -186,9 +186,9 @@ absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task
       return absl::StrCat("none was found in ", task.options.time_limit_s,
                           " s (--time); there may be none");
     case Outcome::kStartInCollision:
-      return DescribeCollision(stream, task.query, task.problem.start);
+      return DescribeCollision(*task.query, task.problem.start);
     case Outcome::kGoalInCollision:
-      return DescribeCollision(stream, task.query, task.problem.goals.front());
+      return DescribeCollision(*task.query, task.problem.goals.front());
     case Outcome::kGoalUnreachable:
       return absl::StrFormat(
           "%s is %.1f mm and %.3f rad off in the nearest state that was met; there may be others",
@@ -237,8 +237,8 @@ absl::StatusOr<TaskArguments> ReadPose(const Arguments& arguments, std::ostream&
 // try fails rarely, a third hardly ever.
 constexpr int kMaxTries = 5;
 
-absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& task, bool certify) {
-  ServerChecker checker(stream, task.query);
+absl::StatusOr<Planned> PlanCertified(const Task& task, bool certify) {
+  ServerChecker checker(*task.query);
   PlanOptions options = task.options;
   Planned planned;
   for (int tried = 0; tried < kMaxTries; ++tried, ++options.seed) {
@@ -248,10 +248,10 @@ absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& t
     if (result->outcome != Outcome::kSolved && planned.certificate) break;
     planned.result = *std::move(result);
     if (!certify || planned.result.outcome != Outcome::kSolved) break;
-    auto certificate = CertifyPath(stream, task.query, planned.result.path);
+    auto certificate = CertifyPath(*task.query, planned.result.path);
     if (!certificate.ok()) return certificate.status();
     planned.certificate = *std::move(certificate);
-    if (planned.certificate->verdict == v1::MOTION_VERDICT_FREE) break;
+    if (planned.certificate->verdict == MotionVerdict::kFree) break;
   }
   return planned;
 }
@@ -267,23 +267,22 @@ absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std
   auto task = ReadTask(connection, *asked, warnings);
   for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
   if (!task.ok()) return task.status();
-  client::QueryStream stream(connection);
   SolvedGoal solved;
   if (task->pose) {
-    auto goal = SolveGoal(stream, task->query, task->problem.start, *task->pose);
+    auto goal = SolveGoal(*task->query, task->problem.start, *task->pose);
     if (!goal.ok()) return goal.status();
     solved = *std::move(goal);
     task->problem.goals = solved.rows;
   }
   absl::StatusOr<Planned> planned = Planned{.result = {.outcome = Outcome::kGoalUnreachable}};
-  if (solved.status != v1::POSE_STATUS_UNREACHABLE) {
-    planned = PlanCertified(stream, *task, arguments.certify);
+  if (solved.status != PoseStatus::kUnreachable) {
+    planned = PlanCertified(*task, arguments.certify);
   }
   if (!planned.ok()) return planned.status();
   const PlanResult& result = planned->result;
-  auto reason = Reason(stream, *task, result, solved);
+  auto reason = Reason(*task, result, solved);
   if (!reason.ok()) return reason.status();
-  const bool has_no_state = task->pose && solved.status != v1::POSE_STATUS_SOLVED;
+  const bool has_no_state = task->pose && solved.status != PoseStatus::kSolved;
   const std::size_t goal_count = has_no_state ? 0 : task->problem.goals.size();
   const PlanReport report{.world = task->world,
                           .group = task->group,

@@ -1,72 +1,58 @@
 #include "clients/planner/path_queries.h"
 
-#include <cstring>
-#include <utility>
+#include <algorithm>
+#include <cstddef>
 
 #include "absl/strings/str_cat.h"
+#include "clients/cpp/call_error.h"
 
 namespace cwm::planner {
 namespace {
 
-void AddRow(const Row& row, v1::Subject& subject) {
-  v1::JointRows& rows = *subject.mutable_robot()->mutable_rows();
-  rows.set_scalar(v1::SCALAR_F64);
-  rows.set_width(static_cast<std::int32_t>(row.size()));
-  rows.mutable_data()->append(reinterpret_cast<const char*>(row.data()),
-                              row.size() * sizeof(double));
-}
-
-// The contact of a CollisionRow or a MotionRow; empty if no pair is named.
-template <class ResponseRow>
-std::string ContactText(const ResponseRow& row) {
-  if (!row.has_body_link() && !row.has_object()) return "";
-  const std::string who = row.has_body_object() ? row.body_object() : row.body_link();
-  if (!row.has_object()) {
-    return absl::StrCat(who, " meets ", row.object_link(), " of the robot itself");
+// The pair of a row or a motion in words; empty if none is named.
+template <class Result>
+std::string ContactText(const Result& result, Eigen::Index i) {
+  const NamedPairOfParts pair = result.pair(i);
+  const std::string& who = pair.body_object.empty() ? pair.body_link : pair.body_object;
+  if (result.object_index[i] == kItself) {
+    return absl::StrCat(who, " meets ", pair.object_link, " of the robot itself");
   }
-  const std::string of_robot = row.has_object_link() ? absl::StrCat(":", row.object_link()) : "";
-  return absl::StrCat(who, " meets ", row.object(), of_robot);
+  if (pair.object.empty()) return "";
+  const std::string of_robot = pair.object_link.empty() ? "" : absl::StrCat(":", pair.object_link);
+  return absl::StrCat(who, " meets ", pair.object, of_robot);
 }
 
 }  // namespace
 
-absl::StatusOr<std::string> DescribeCollision(client::QueryStream& stream,
-                                              v1::CheckCollisionsRequest query, const Row& row) {
-  AddRow(row, *query.mutable_subject());
-  query.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
-  v1::StreamQueriesRequest request;
-  *request.mutable_check_collisions() = std::move(query);
-  const auto response = stream.Evaluate(request);
-  if (!response.ok()) return response.status();
-  const v1::CheckCollisionsResponse& answer = response->check_collisions();
-  if (answer.rows_size() != 1) return absl::DataLossError("the server answered no row of 1");
-  const std::string contact = ContactText(answer.rows(0));
-  return contact.empty()
-             ? absl::StrCat("the verdict is ", v1::Verdict_Name(answer.rows(0).verdict()))
-             : contact;
+absl::StatusOr<std::string> DescribeCollision(const StateQuery& query, const Row& row) {
+  try {
+    const CheckResult checked = query.world.Check(query.robot, row, query.options);
+    if (!checked.complete()) return absl::DataLossError("the server answered no row of 1");
+    const Verdict verdict = checked.verdict[0];
+    const bool names_pair = verdict == Verdict::kCollision || verdict == Verdict::kUndecided;
+    const std::string contact = names_pair ? ContactText(checked, 0) : "";
+    return contact.empty() ? absl::StrCat("the verdict is ", NameOf(verdict)) : contact;
+  } catch (const Error& error) {
+    return client::StatusFromError(error);
+  }
 }
 
-absl::StatusOr<Certificate> CertifyPath(client::QueryStream& stream,
-                                        const v1::CheckCollisionsRequest& query,
-                                        const std::vector<Row>& path) {
-  v1::StreamQueriesRequest stream_request;
-  v1::CheckMotionsRequest& request = *stream_request.mutable_check_motions();
-  request.set_world(query.world());
-  *request.mutable_subject() = query.subject();
-  *request.mutable_options() = query.options();
-  request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
-  for (const Row& row : path) AddRow(row, *request.mutable_subject());
-  request.add_path_row_counts(static_cast<std::int32_t>(path.size()));
-  const auto response = stream.Evaluate(stream_request);
-  if (!response.ok()) return response.status();
-  const v1::CheckMotionsResponse& answer = response->check_motions();
-  if (answer.rows_size() != 1) return absl::DataLossError("the server answered no motion of 1");
-  const v1::MotionRow& row = answer.rows(0);
-  return Certificate{.verdict = row.verdict(),
-                     .clearance_m = row.clearance_m(),
-                     .segment = row.segment(),
-                     .contact = ContactText(row),
-                     .accuracy = row.trust()};
+absl::StatusOr<Certificate> CertifyPath(const StateQuery& query, const std::vector<Row>& path) {
+  Eigen::MatrixXd states(path.empty() ? 0 : path.front().size(), path.size());
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    std::copy(path[k].begin(), path[k].end(), states.col(static_cast<Eigen::Index>(k)).begin());
+  }
+  try {
+    const MotionResult motion = query.world.Path(query.robot, states, query.options);
+    if (!motion.complete()) return absl::DataLossError("the server answered no motion of 1");
+    return Certificate{.verdict = motion.verdict[0],
+                       .clearance_m = motion.clearance_m[0],
+                       .segment = std::max(0, motion.segment[0]),
+                       .contact = ContactText(motion, 0),
+                       .accuracy = motion.trust[0]};
+  } catch (const Error& error) {
+    return client::StatusFromError(error);
+  }
 }
 
 }  // namespace cwm::planner

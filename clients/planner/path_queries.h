@@ -6,27 +6,22 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "clients/cpp/query_stream.h"
 #include "clients/planner/joint_space.h"
-#include "cwm/v1/query.pb.h"
+#include "clients/planner/state_query.h"
 
 namespace cwm::planner {
 
-// "panda_hand meets shelf", "panda_link7 meets panda_link5 of the robot itself". `query` is made
-// by MakeStateQuery.
-absl::StatusOr<std::string> DescribeCollision(client::QueryStream& stream,
-                                              v1::CheckCollisionsRequest query, const Row& row);
+// "panda_hand meets shelf", "panda_link7 meets panda_link5 of the robot itself".
+absl::StatusOr<std::string> DescribeCollision(const StateQuery& query, const Row& row);
 
-// The verdict of CheckMotions for the motion from row to row, which does not depend on samples.
+// The verdict of the motion from row to row, which does not depend on samples.
 struct Certificate {
-  v1::MotionVerdict verdict = v1::MOTION_VERDICT_UNSPECIFIED;
+  api::MotionVerdict verdict = api::MotionVerdict::kNotComputed;
   double clearance_m = 0;  // FREE: the least distance of any pair above its margin; up to 0.02
   int segment = 0;         // otherwise: from this row of the path to the next
   std::string contact;     // as above; empty if no pair is named
-  v1::Trust accuracy = v1::TRUST_UNSPECIFIED;  // accuracy of the verdict
+  api::Trust accuracy = api::Trust::kNone;  // of the verdict
 };
-absl::StatusOr<Certificate> CertifyPath(client::QueryStream& stream,
-                                        const v1::CheckCollisionsRequest& query,
-                                        const std::vector<Row>& path);
+absl::StatusOr<Certificate> CertifyPath(const StateQuery& query, const std::vector<Row>& path);
 
 }  // namespace cwm::planner

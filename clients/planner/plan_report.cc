@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/strip.h"
 
 namespace cwm::planner {
 namespace {
@@ -52,14 +51,6 @@ const char* InWords(Outcome outcome) {
   return "";
 }
 
-std::string ShortName(v1::MotionVerdict verdict) {
-  return std::string(absl::StripPrefix(v1::MotionVerdict_Name(verdict), "MOTION_VERDICT_"));
-}
-
-std::string ShortName(v1::Trust trust) {
-  return std::string(absl::StripPrefix(v1::Trust_Name(trust), "TRUST_"));
-}
-
 void PrintPath(const PlanReport& report, std::ostream& out) {
   constexpr std::size_t kNumberWidth = 8;
   std::string header = "ROW";
@@ -100,13 +91,13 @@ void PrintTable(const PlanReport& report, std::ostream& out) {
         1e3 * result.finding_s, 1e3 * result.shortening_s);
   }
   if (report.certificate) {
-    out << "certified: " << ShortName(report.certificate->verdict);
-    if (report.certificate->verdict == v1::MOTION_VERDICT_FREE) {
+    out << "certified: " << api::NameOf(report.certificate->verdict);
+    if (report.certificate->verdict == MotionVerdict::kFree) {
       out << absl::StrFormat(", clearance at least %.1f mm", 1e3 * report.certificate->clearance_m);
     } else if (!report.certificate->contact.empty()) {
       out << " after row " << report.certificate->segment << ", " << report.certificate->contact;
     }
-    out << ", trust " << ShortName(report.certificate->accuracy) << "\n";
+    out << ", trust " << api::NameOf(report.certificate->accuracy) << "\n";
   } else if (result.outcome == Outcome::kSolved) {
     out << absl::StrFormat("free at states %g apart; in between --certify asks\n", kFineStep);
   }
@@ -139,11 +130,11 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
     json["goal_states"] = report.goal_count;
   }
   if (report.certificate) {
-    json["certificate"] = {{"verdict", ShortName(report.certificate->verdict)},
+    json["certificate"] = {{"verdict", api::NameOf(report.certificate->verdict)},
                            {"clearance_m", report.certificate->clearance_m},
                            {"segment", report.certificate->segment},
                            {"what_is_met", report.certificate->contact},
-                           {"trust", ShortName(report.certificate->accuracy)}};
+                           {"trust", api::NameOf(report.certificate->accuracy)}};
   }
   // Names may not be valid UTF-8: invalid bytes are replaced instead of throwing.
   out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";

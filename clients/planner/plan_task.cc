@@ -93,8 +93,10 @@ absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskAr
     }
     task.problem.goals = {*std::move(goal)};
   }
-  task.query =
-      MakeStateQuery(task.world, *environment, task.group.name, task.problem.joints, start.set);
+  auto query = MakeStateQuery(connection, task.world, *environment, task.group.name,
+                              task.problem.joints, start.set);
+  if (!query.ok()) return query.status();
+  task.query = *std::move(query);
   task.options = arguments.options;
   if (request->allowed_time_s) task.options.time_limit_s = *request->allowed_time_s;
   if (arguments.time_s) task.options.time_limit_s = *arguments.time_s;

@@ -28,7 +28,7 @@ struct Task {
   PlannedGroup group;
   PlanProblem problem;           // without goals if there is a pose
   std::optional<PoseGoal> pose;  // to be solved for the goals
-  v1::CheckCollisionsRequest query;
+  std::optional<StateQuery> query;
   PlanOptions options;
 };
 

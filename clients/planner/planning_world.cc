@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "clients/cpp/world_stream.h"
 #include "clients/scene/scene_import.h"
 
 namespace cwm::planner {
@@ -53,17 +54,19 @@ absl::Status ChooseRobot(const std::vector<v1::Robot>& robots, const std::string
   return absl::OkStatus();
 }
 
-void Remove(const std::string& object, v1::QueryOptions& options) {
-  options.add_overlay()->mutable_remove()->set_name(object);
+using Overlay = google::protobuf::RepeatedPtrField<v1::Change>;
+
+void RemoveObject(const std::string& object, Overlay& overlay) {
+  overlay.Add()->mutable_remove()->set_name(object);
 }
 
-void WithdrawAllowance(const v1::PairRule& rule, v1::QueryOptions& options) {
+void WithdrawAllowance(const v1::PairRule& rule, Overlay& overlay) {
   if (rule.allowed()) {
-    v1::AllowCollision& allow = *options.add_overlay()->mutable_allow();
+    v1::AllowCollision& allow = *overlay.Add()->mutable_allow();
     *allow.mutable_pair() = rule.pair();
     allow.set_withdraw(true);
   }
-  if (rule.has_margin_m()) *options.add_overlay()->mutable_margin()->mutable_pair() = rule.pair();
+  if (rule.has_margin_m()) *overlay.Add()->mutable_margin()->mutable_pair() = rule.pair();
 }
 
 // Applies the changes to the robot's state, for joints that the plan does not set.
@@ -107,10 +110,7 @@ absl::StatusOr<PlanningWorld> ReadPlanningWorld(const client::Connection& connec
 }
 
 PlanningEnvironment EnvironmentOfWorld(const PlanningWorld& world) {
-  PlanningEnvironment environment{.options = {}, .robot = world.robot, .warnings = {}};
-  environment.options.set_world_uid(world.world_uid);
-  SetExact(world, environment.options.mutable_at_revision());
-  return environment;
+  return {.overlay = {}, .ignored_robots = {}, .robot = world.robot, .warnings = {}};
 }
 
 absl::StatusOr<PlanningEnvironment> EnvironmentOfScene(const client::Connection& connection,
@@ -122,33 +122,35 @@ absl::StatusOr<PlanningEnvironment> EnvironmentOfScene(const client::Connection&
   if (!objects.ok()) return objects.status();
   PlanningEnvironment environment = EnvironmentOfWorld(world);
   environment.warnings = import->warnings;
-  for (const std::string& object : *objects) Remove(object, environment.options);
-  for (const v1::PairRule& rule : world.rules) WithdrawAllowance(rule, environment.options);
-  for (const std::string& robot : world.other_robots) environment.options.add_ignore(robot);
+  for (const std::string& object : *objects) RemoveObject(object, environment.overlay);
+  for (const v1::PairRule& rule : world.rules) WithdrawAllowance(rule, environment.overlay);
+  environment.ignored_robots = world.other_robots;
   for (const v1::Change& change : import->changes) {
-    *environment.options.add_overlay() = change;
+    *environment.overlay.Add() = change;
     if (change.has_robot_state()) ApplyState(change.robot_state(), environment.robot);
   }
   return environment;
 }
 
-v1::CheckCollisionsRequest MakeStateQuery(const PlanningWorld& world,
+absl::StatusOr<StateQuery> MakeStateQuery(const client::Connection& connection,
+                                          const PlanningWorld& world,
                                           const PlanningEnvironment& environment,
                                           const std::string& group,
                                           const std::vector<Joint>& joints,
                                           const v1::SetRobotState& start) {
-  v1::CheckCollisionsRequest query;
-  query.set_world(world.name);
-  *query.mutable_options() = environment.options;
-  v1::RobotSubject& subject = *query.mutable_subject()->mutable_robot();
-  subject.set_robot(world.robot.name());
-  subject.set_group(group);
-  if (start.has_x_world_base()) *subject.mutable_x_world_base() = start.x_world_base();
+  auto view = client::StreamWorld(
+      connection, {.world = world.name, .world_uid = world.world_uid, .revision = world.revision},
+      environment.overlay);
+  if (!view.ok()) return view.status();
+  StateQuery query{.world = *std::move(view),
+                   .robot = {.robot = world.robot.name(), .group = group}};
+  query.options.ignore = environment.ignored_robots;
+  if (start.has_x_world_base()) query.robot.X_WB = client::ToIsometry(start.x_world_base());
   for (const v1::VariableValue& value : start.joints().values()) {
     const bool is_planned = std::any_of(joints.begin(), joints.end(), [&](const Joint& joint) {
       return joint.name == value.variable();
     });
-    if (!is_planned) *subject.mutable_base_state()->add_values() = value;
+    if (!is_planned) query.robot.base_state.values[value.variable()] = value.value();
   }
   return query;
 }

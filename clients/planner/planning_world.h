@@ -9,7 +9,7 @@
 #include "clients/cpp/connection.h"
 #include "clients/formats/scene_file.h"
 #include "clients/planner/joint_space.h"
-#include "cwm/v1/query.pb.h"
+#include "clients/planner/state_query.h"
 #include "cwm/v1/world.pb.h"
 
 namespace cwm::planner {
@@ -30,7 +30,8 @@ absl::StatusOr<PlanningWorld> ReadPlanningWorld(const client::Connection& connec
 
 // The environment of the queries: the robot in the world, or in a scene instead.
 struct PlanningEnvironment {
-  v1::QueryOptions options;           // revision, overlay, ignored objects
+  google::protobuf::RepeatedPtrField<v1::Change> overlay;  // that the scene makes of the world
+  std::vector<std::string> ignored_robots;
   v1::Robot robot;                    // with its state there
   std::vector<std::string> warnings;  // about the scene
 };
@@ -43,9 +44,10 @@ absl::StatusOr<PlanningEnvironment> EnvironmentOfScene(const client::Connection&
                                                        const PlanningWorld& world,
                                                        const formats::SceneFile& scene);
 
-// A query about states of the group, with rows to be filled in. Other joints and the base are as in
-// `start`, whose values for joints of the group are ignored.
-v1::CheckCollisionsRequest MakeStateQuery(const PlanningWorld& world,
+// A query about states of the group, over a stream of the connection. Other joints and the base are
+// as in `start`, whose values for joints of the group are ignored.
+absl::StatusOr<StateQuery> MakeStateQuery(const client::Connection& connection,
+                                          const PlanningWorld& world,
                                           const PlanningEnvironment& environment,
                                           const std::string& group,
                                           const std::vector<Joint>& joints,

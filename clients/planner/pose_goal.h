@@ -6,14 +6,13 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "clients/cpp/query_stream.h"
 #include "clients/cpp/row_bytes.h"
 #include "clients/planner/joint_space.h"
-#include "cwm/v1/query.pb.h"
+#include "clients/planner/state_query.h"
 
 namespace cwm::planner {
 
-// As in SolvePosesRequest; what is empty or 0 is the server's default.
+// As in SolveOptions; what is empty or 0 is the server's default.
 struct PoseGoal {
   client::PoseRow x_world_tool = {};
   std::string tool, tool_link;
@@ -22,7 +21,7 @@ struct PoseGoal {
 };
 
 struct SolvedGoal {
-  v1::PoseStatus status = v1::POSE_STATUS_UNSPECIFIED;
+  api::PoseStatus status = api::PoseStatus::kNotComputed;
   // SOLVED: free states in which the tool is at the pose, nearest to the start first. Else one: the
   // nearest state that was met, the one out of limits, or the one in collision.
   std::vector<Row> rows;
@@ -30,9 +29,9 @@ struct SolvedGoal {
   std::string tool_link;
 };
 
-// Up to 16 states that are free with the options of `query`, which MakeStateQuery made.
-absl::StatusOr<SolvedGoal> SolveGoal(client::QueryStream& stream,
-                                     const v1::CheckCollisionsRequest& query, const Row& start,
+// Up to 16 states that are free with the options of the query. INVALID_ARGUMENT if a quaternion is
+// not of unit length.
+absl::StatusOr<SolvedGoal> SolveGoal(const StateQuery& query, const Row& start,
                                      const PoseGoal& goal);
 
 }  // namespace cwm::planner

@@ -1,5 +1,9 @@
 // The motion planner on the 700 problems of MotionBenchMaker, with states checked by a running
 // server and by FCL in process.
+
+// The shapes of FCL's scenes are those of collision/geometry; the client's are in cwm::api.
+#define CWM_QUALIFIED_NAMES
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -130,16 +134,15 @@ struct Certificates {
   int free = 0, contact = 0, undecided = 0;
   std::vector<double> times_ms;
 
-  absl::Status Add(client::QueryStream& stream, const v1::CheckCollisionsRequest& query,
-                   const std::vector<planner::Row>& path) {
+  absl::Status Add(const planner::StateQuery& query, const std::vector<planner::Row>& path) {
     const auto start = std::chrono::steady_clock::now();
-    const auto certificate = planner::CertifyPath(stream, query, path);
+    const auto certificate = planner::CertifyPath(query, path);
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
     if (!certificate.ok()) return certificate.status();
     times_ms.push_back(took.count());
-    if (certificate->verdict == v1::MOTION_VERDICT_FREE) {
+    if (certificate->verdict == api::MotionVerdict::kFree) {
       ++free;
-    } else if (certificate->verdict == v1::MOTION_VERDICT_CONTACT) {
+    } else if (certificate->verdict == api::MotionVerdict::kContact) {
       ++contact;
     } else {
       ++undecided;
@@ -160,10 +163,11 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
   const std::string world = "planned";
   if (const auto put = PutPandaProblem(connection, problem, world); !put.ok()) return put;
   const planner::PlanProblem plan = ToPlan(all, problem);
-  const v1::CheckCollisionsRequest query = PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT);
+  const planner::StateQuery query{
+      .world = api::Connect({.address = connection.address(), .world = world}).Stream(),
+      .robot = {.robot = "panda", .group = "panda_arm"}};
   FclChecker fcl(all, problem);
-  client::QueryStream stream(connection);
-  planner::ServerChecker checker(stream, query);
+  planner::ServerChecker checker(query);
   const auto result = Plan(plan, checker, measure.options, measured.server);
   if (!result) return absl::InternalError("the server failed");
   if (result->outcome != planner::Outcome::kSolved) {
@@ -174,7 +178,7 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
       report.Detail(problem.name + ": FCL finds the path in collision");
     }
     if (measure.certify) {
-      const auto status = measured.certificates.Add(stream, query, result->path);
+      const auto status = measured.certificates.Add(query, result->path);
       if (!status.ok()) return status;
     }
   }
@@ -229,8 +233,13 @@ void MeasurePlanner(const PlannerMeasure& measure, Report& report) {
   if (!server.up()) return report.Fail("no server");
   Measured measured;
   for (std::size_t k = measure.first; k < all->problems.size(); k += measure.step) {
-    const auto status =
-        MeasureProblem(*all, all->problems[k], measure, server.connection(), measured, report);
+    absl::Status status;
+    try {
+      status =
+          MeasureProblem(*all, all->problems[k], measure, server.connection(), measured, report);
+    } catch (const api::Error& error) {
+      status = client::StatusFromError(error);
+    }
     if (!status.ok()) {
       return report.Fail(all->problems[k].name + ": " + std::string(status.message()));
     }

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "clients/planner/server_checker.h"
+#include "cwm/client.h"
 #include "tests/e2e/server_fixture.h"
 #include "tests/e2e/two_link_arm.h"
 #include "tests/support/outside_data.h"
@@ -347,11 +348,8 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
 }
 
 TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
-  const client::Connection connection({.address = address(), .deadline = {}});
-  v1::CheckCollisionsRequest query;
-  query.mutable_subject()->mutable_robot()->set_robot("arm");
-  client::QueryStream stream(connection);
-  planner::ServerChecker checker(stream, query);
+  const WorldView stream = Connect({.address = address()}).Stream();
+  planner::ServerChecker checker({.world = stream, .robot = {.robot = "arm"}});
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
   const auto free = checker.CheckStates(rows, 2);
   ASSERT_TRUE(free.ok()) << free.status();
@@ -363,9 +361,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
       {Program("cwm-plan"), "--addr", "unix:" + scratch() / "nobody.sock", "--goal", "left"});
   EXPECT_EQ(nobody.exit_code, 2);
   EXPECT_THAT(nobody.err, HasSubstr("nobody.sock; start `cwm-server`"));
-  v1::CheckCollisionsRequest of_ghost;
-  of_ghost.mutable_subject()->mutable_robot()->set_robot("ghost");
-  planner::ServerChecker ghost(stream, of_ghost);
+  planner::ServerChecker ghost({.world = stream, .robot = {.robot = "ghost"}});
   EXPECT_TRUE(absl::IsNotFound(ghost.CheckStates(rows, 2).status()));
 }
 

@@ -48,9 +48,8 @@ struct Points {
 class Subject {
  public:
   template <class T>
-  requires(std::convertible_to<T, Body> && !std::same_as<std::decay_t<T>, Subject>)
-      Subject(T&& body)
-      : what_(Body(std::forward<T>(body))) {}                            // NOLINT: implicit
+  requires(std::convertible_to<T, Body> && !std::same_as<T, Subject>) Subject(T body)
+      : what_(Body(std::move(body))) {}                                  // NOLINT: implicit
   Subject(RobotSubject robot) : what_(std::move(robot)) {}               // NOLINT: implicit
   Subject(Points points) : what_(std::move(points)) {}                   // NOLINT: implicit
   Subject(std::string object_name) : what_(std::move(object_name)) {}    // NOLINT: implicit

@@ -10,7 +10,7 @@ using internal::View;
 
 Server::Server(const ConnectOptions& options) {
   auto view = std::make_shared<View>();
-  view->session = std::make_shared<internal::Session>(options.address);
+  view->session = std::make_shared<internal::Session>(Connection({.address = options.address}));
   view->timeout_s = options.timeout_s;
   view->connection = std::make_shared<Connection>(
       view->session->connection.WithDeadline(internal::DeadlineOf(options.timeout_s)));

@@ -88,9 +88,8 @@ struct Placed {
 class Body {
  public:
   template <class T>
-  requires(std::constructible_from<Shape, T> && !std::same_as<std::decay_t<T>, Body>)
-      Body(T&& shape)
-      : parts_{Placed{Shape(std::forward<T>(shape))}} {}         // NOLINT: implicit
+  requires(std::constructible_from<Shape, T> && !std::same_as<T, Body>) Body(T shape)
+      : parts_{Placed{Shape(std::move(shape))}} {}               // NOLINT: implicit
   Body(Placed part) : parts_{std::move(part)} {}                 // NOLINT: implicit
   Body(std::vector<Placed> parts) : parts_(std::move(parts)) {}  // NOLINT: implicit
   Body(std::initializer_list<Placed> parts) : parts_(parts) {}

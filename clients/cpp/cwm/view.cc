@@ -30,6 +30,10 @@ void WriteFile(const std::filesystem::path& path, const std::string& bytes) {
 
 }  // namespace
 
+WorldView internal::MakeView(std::shared_ptr<const View> view) {
+  return WorldView(std::move(view));
+}
+
 const std::string& WorldView::name() const { return view().world; }
 
 std::int64_t WorldView::revision() const {

@@ -32,9 +32,12 @@ namespace cwm::CWM_API {
 
 class Server;
 
+class WorldView;
+
 namespace internal {
 struct View;
-}
+WorldView MakeView(std::shared_ptr<const View> view);
+}  // namespace internal
 
 // Restricts a list of objects.
 struct ObjectFilter {
@@ -149,6 +152,7 @@ class WorldView {
 
  private:
   friend class Server;
+  friend WorldView internal::MakeView(std::shared_ptr<const internal::View> view);
   std::shared_ptr<const internal::View> view_;
 };
 

@@ -21,7 +21,7 @@ namespace cwm::CWM_API::internal {
 
 // A connection that was answered once.
 struct Session {
-  explicit Session(std::string address) : connection({.address = std::move(address)}) {}
+  explicit Session(client::Connection without_deadline) : connection(std::move(without_deadline)) {}
 
   client::Connection connection;  // without a deadline
   v1::Limits limits = {};
