@@ -117,7 +117,13 @@ std::optional<EdgeResult> EdgeChecker::NameContact(const SphereMotionAnswer& kno
 }
 
 MotionResult EdgeChecker::ResultOf(const EdgeResult& result) {
-  return {.verdict = result.verdict,
+  // Parts that contain the body prove it free, and nothing by their contact.
+  const bool stands_for_others =
+      body_.IsContaining(result.pair.body_part) ||
+      (result.pair.IsSelfPair() && body_.IsContaining(result.pair.object_part));
+  const bool is_open = result.verdict == MotionVerdict::kContact && stands_for_others;
+  const bool is_proof = result.verdict == MotionVerdict::kFree && body_.containing_count > 0;
+  return {.verdict = is_open ? MotionVerdict::kUndecided : result.verdict,
           .segment = result.verdict == MotionVerdict::kFree ? -1 : 0,
           .lo = result.lo,
           .hi = result.hi,
@@ -125,7 +131,7 @@ MotionResult EdgeChecker::ResultOf(const EdgeResult& result) {
           .object = result.pair.IsSelfPair() ? kSelfObject : ranks_.IndexOf(result.pair.object),
           .body_part = result.pair.body_part,
           .object_part = result.pair.object_part,
-          .accuracy = std::max(result.accuracy, body_.best_accuracy)};
+          .accuracy = is_proof ? result.accuracy : std::max(result.accuracy, body_.best_accuracy)};
 }
 
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,

@@ -52,7 +52,7 @@ QueryBody WithAttachedObjects(QueryBody body, const WorldSnapshot& world, const 
       const auto mine = static_cast<std::int32_t>(before + part);
       for (std::size_t other = 0; other < before && scope != RobotScope::kWorld; ++other) {
         const auto theirs = static_cast<std::int32_t>(other);
-        if (IsTested(body, attached, body.FrameOf(theirs)))
+        if (!body.IsSelfOnly(theirs) && IsTested(body, attached, body.FrameOf(theirs)))
           body.self_pairs.push_back({mine, theirs});
       }
     }

@@ -136,7 +136,8 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .has_caps = HasCaps(part.shape),
                       .at_frame = part.X_OP.matrix().isIdentity(0),
                       .skipped = filter_.SkipsPart(body, frame, part.source),
-                      .self_only = !body.TestsWorld(frame),
+                      .self_only = !body.TestsWorld(frame) ||
+                                   body.IsSelfOnly(static_cast<std::int32_t>(parts_.size())),
                       .weight = WeightOf(part.shape),
                       .frame = frame,
                       .margin_m = attached != nullptr ? attached->object->margin_m

@@ -204,6 +204,7 @@ class BodySearch {
 
   bool Skips(const Obstacle& object) const { return filter_.Skips(object); }
   const WorldSnapshot& world() const { return world_; }
+  const QueryBody& body() const { return body_; }
 
   // Counts a pair that the caller tests again by itself, at the last placement of PlaceBody.
   void CountPair(const Pair& pair) { interrupt_.CountWork(pair.weight); }

@@ -67,7 +67,7 @@ PairVerdict EvaluatePair(const BodySearch::Pair& pair) {
 // Combines the verdicts of pairs into that of a row.
 class RowVerdictBuilder {
  public:
-  explicit RowVerdictBuilder(UnseenSpace unseen) : unseen_(unseen) {}
+  RowVerdictBuilder(const QueryBody& body, UnseenSpace unseen) : body_(body), unseen_(unseen) {}
 
   const RowVerdict& row() const { return row_; }
   bool is_decided() const { return row_.verdict == Verdict::kCollision; }
@@ -77,7 +77,8 @@ class RowVerdictBuilder {
   double Add(const BodySearch::Pair& pair) {
     PairVerdict result = EvaluatePair(pair);
     const bool is_uncertain =
-        unseen_ == UnseenSpace::kReport && pair.id.object != nullptr && IsUnseen(*pair.id.object);
+        StandsForOthers(pair.id) ||
+        (unseen_ == UnseenSpace::kReport && pair.id.object != nullptr && IsUnseen(*pair.id.object));
     if (is_uncertain && result.verdict == Verdict::kCollision) result.verdict = Verdict::kUndecided;
     if (result.verdict == Verdict::kCollision) {
       row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .accuracy = result.accuracy};
@@ -94,6 +95,12 @@ class RowVerdictBuilder {
   }
 
  private:
+  bool StandsForOthers(const PairId& pair) const {
+    return body_.IsContaining(pair.body_part) ||
+           (pair.IsSelfPair() && body_.IsContaining(pair.object_part));
+  }
+
+  const QueryBody& body_;
   UnseenSpace unseen_;
   RowVerdict row_;
 };
@@ -127,7 +134,7 @@ Accuracy WithHidden(BodySearch& search, Accuracy accuracy) {
 }
 
 RowVerdict EvaluateRow(BodySearch& search, UnseenSpace unseen) {
-  RowVerdictBuilder builder(unseen);
+  RowVerdictBuilder builder(search.body(), unseen);
   ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return builder.Add(pair); });
   RowVerdict row = builder.row();
   if (row.verdict == Verdict::kFree) row.accuracy = WithHidden(search, row.accuracy);
@@ -283,7 +290,10 @@ class Checker : public ChunkWorker {
   void Write(std::size_t row, const RowVerdict& result) {
     CollisionColumns& columns = batch_.columns;
     columns.verdict[row] = result.verdict;
-    columns.accuracy[row] = std::max(result.accuracy, batch_.body.best_accuracy);
+    // What contains the body and is free proves the body free.
+    const bool is_proof = result.verdict == Verdict::kFree && batch_.body.containing_count > 0;
+    columns.accuracy[row] =
+        is_proof ? result.accuracy : std::max(result.accuracy, batch_.body.best_accuracy);
     columns.object[row] =
         result.pair.IsSelfPair() ? kSelfObject : ranks_.IndexOf(result.pair.object);
     columns.body_part[row] = result.pair.body_part;

@@ -80,6 +80,10 @@ struct QueryBody {
   double hidden_m = 0;
   // No answer gets a better label. DEGRADED for a body that only approximates another one.
   Accuracy best_accuracy = Accuracy::kExact;
+  // The first parts that only contain those of the body that they stand for: if they keep clear, so
+  // does the body, but their contact proves nothing. Its own other parts are then tested in self
+  // pairs only.
+  std::int32_t containing_count = 0;
   // Spheres by frame that together contain the parts (an open mesh with its whole box). With them
   // CheckCollisions proves pairs apart for many states at once; the results are the same without.
   std::shared_ptr<const SphereModel> bounding_spheres = {};
@@ -94,6 +98,11 @@ struct QueryBody {
   }
   double MaxPadding_m() const {
     return frame_padding_m.empty() ? 0 : std::ranges::max(frame_padding_m);
+  }
+  bool IsContaining(std::int32_t part) const { return part >= 0 && part < containing_count; }
+  // True if an own part is only tested in self pairs, whatever its frame.
+  bool IsSelfOnly(std::int32_t part) const {
+    return containing_count > 0 && !IsContaining(part) && FrameOf(part) < frame_count;
   }
   int TotalFrames() const { return frame_count + static_cast<int>(attached.size()); }
   // The object attached in a frame; nullptr for a frame of the body itself.

@@ -37,6 +37,18 @@ PartsOfLink PartsOfLinks(const QueryBody& body) {
   return parts;
 }
 
+// The own parts of a body by link, without those that only contain others if `without_containing`,
+// else without those that are there for self pairs alone.
+PartsOfLink PartsOfLinks(const QueryBody& body, bool without_containing) {
+  PartsOfLink parts = PartsOfLinks(body);
+  for (std::vector<std::int32_t>& of_link : parts) {
+    std::erase_if(of_link, [&](std::int32_t part) {
+      return without_containing ? body.IsContaining(part) : body.IsSelfOnly(part);
+    });
+  }
+  return parts;
+}
+
 void AddSelfPairs(const PartsOfLink& parts, const LinkPair& links, QueryBody& body) {
   for (std::int32_t a : parts[static_cast<std::size_t>(links.first)]) {
     for (std::int32_t b : parts[static_cast<std::size_t>(links.second)]) {
@@ -125,6 +137,22 @@ QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres
   return BodyFromSpheres(robot, PrepareSpheres(spheres), scope);
 }
 
+QueryBody BodyFromBounds(const RobotGeometry& robot, const PreparedBounds& bounds,
+                         RobotScope scope) {
+  QueryBody body{.geometry = bounds.geometry, .frame_of_part = bounds.link_of_part};
+  body.best_accuracy = Accuracy::kDegraded;
+  body.containing_count = bounds.sphere_count;
+  SetScope(robot, scope, body);
+  if (scope == RobotScope::kWorld) return body;
+  body.self_pairs.clear();
+  const PartsOfLink spheres = PartsOfLinks(body, false), exact = PartsOfLinks(body, true);
+  for (const LinkPair& pair : robot.model->self_pairs) {
+    const bool is_tight = std::ranges::find(bounds.tight_pairs, pair) != bounds.tight_pairs.end();
+    AddSelfPairs(is_tight ? exact : spheres, pair, body);
+  }
+  return body;
+}
+
 void SetPaddings(const LinkValues& paddings_m, QueryBody& body) {
   std::vector<double> of_frames;
   for (int link = 0; link < body.frame_count; ++link) {
@@ -138,7 +166,7 @@ QueryBody WithCheckedPairs(QueryBody body, const PairRules& rules, RobotScope sc
   if (scope == RobotScope::kWorld) return body;
   const std::vector<LinkPair> pairs = UncheckedPairsOf(*body.robot, body.self, rules);
   if (pairs.empty()) return body;
-  const PartsOfLink parts = PartsOfLinks(body);
+  const PartsOfLink parts = PartsOfLinks(body, false);
   for (const LinkPair& pair : pairs) AddSelfPairs(parts, pair, body);
   return body;
 }

@@ -32,7 +32,14 @@ QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& sph
                           RobotScope scope);
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres, RobotScope scope);
 
-// Replaces the paddings of the links that are named, or all with kOtherLinks, in the body of a robot.
+// The body of the spheres that contain a robot's links. Free states of it are free states of the
+// robot, and labelled as such; contact of its spheres is undecided. Links whose spheres touch in
+// many states are tested against each other by their own geometry. Distances are DEGRADED.
+QueryBody BodyFromBounds(const RobotGeometry& robot, const PreparedBounds& bounds,
+                         RobotScope scope);
+
+// Replaces the paddings of the links that are named, or all with kOtherLinks, in the body of a
+// robot.
 void SetPaddings(const LinkValues& paddings_m, QueryBody& body);
 
 // Adds the pairs of links that a rule of the world checks although the robot does not

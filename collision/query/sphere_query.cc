@@ -27,11 +27,12 @@ using Spheres = std::vector<PlacedSphere>;
 constexpr LaneProof kGapOnly{.of_gap = true, .of_contact = false};
 constexpr LaneProof kContactOnly{.of_gap = false, .of_contact = true};
 
-// True if the body's own parts, without attached objects, are spheres.
+// True if the body's own parts that are tested against the world are spheres.
 bool IsMadeOfSpheres(const QueryBody& body) {
   const std::vector<PreparedPart>& parts = body.geometry->parts;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     if (body.FrameOf(static_cast<std::int32_t>(k)) >= body.frame_count) break;
+    if (body.IsSelfOnly(static_cast<std::int32_t>(k))) continue;
     if (!std::holds_alternative<Sphere>(parts[k].shape)) return false;
   }
   return true;
@@ -67,12 +68,13 @@ class QueryCompiler {
     AddPairs();
     SphereQuery query{.program = ProgramOf(rows),
                       .scene = {},
-                      .proves_contact = is_made_of_spheres_,
+                      .proves_contact = is_made_of_spheres_ && body_.containing_count == 0,
                       .tags_for_accuracy = {}};
     if (!query.program) return std::nullopt;
     const Pose& X_WB = rows.states().X_WB;
     query.scene = body_.tests_world ? SceneOf(*query.program, X_WB) : EmptyScene(*query.program);
-    if (body_.best_accuracy >= Accuracy::kSurfaceOnly) return query;
+    const bool is_proof = body_.containing_count > 0;  // of free states
+    if (body_.best_accuracy >= Accuracy::kSurfaceOnly && !is_proof) return query;
     query.tags_for_accuracy = PairsWithOpenMesh();
     const double margin_m = MaxMargin_m();
     const bool reaches_uncertain =
@@ -124,8 +126,9 @@ class QueryCompiler {
     const std::vector<PreparedPart>& parts = body_.geometry->parts;
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const int frame = body_.FrameOf(static_cast<std::int32_t>(k));
-      if (frame >= body_.frame_count) break;
-      Add(frame, parts[k].X_OP.translation(), std::get<Sphere>(parts[k].shape).radius_m, {});
+      if (frame >= body_.frame_count || body_.IsSelfOnly(static_cast<std::int32_t>(k))) break;
+      Add(frame, parts[k].X_OP.translation(), std::get<Sphere>(parts[k].shape).radius_m,
+          body_.containing_count > 0 ? kGapOnly : LaneProof{});
     }
   }
 
@@ -149,7 +152,8 @@ class QueryCompiler {
   }
 
   bool IsOwnSphere(std::int32_t part) const {
-    return is_made_of_spheres_ && body_.FrameOf(part) < body_.frame_count;
+    return is_made_of_spheres_ && body_.FrameOf(part) < body_.frame_count &&
+           !body_.IsSelfOnly(part);
   }
 
   // A part pair of own spheres is a pair of spheres; of others, all spheres of their frames count.

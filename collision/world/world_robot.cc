@@ -8,6 +8,7 @@
 #include "collision/robot/kinematics.h"
 #include "collision/spheres/bounding_spheres.h"
 #include "collision/spheres/program_cache.h"
+#include "collision/spheres/tight_pairs.h"
 
 namespace cwm::collision {
 namespace {
@@ -51,6 +52,28 @@ std::shared_ptr<const SphereModel> FitLinkSpheres(const RobotGeometry& robot, Wo
   return around;
 }
 
+PreparedBounds PrepareBounds(const RobotGeometry& robot) {
+  const PreparedSpheres spheres = PrepareSpheres(*robot.bounding_spheres);
+  PreparedBounds bounds{.link_of_part = spheres.link_of_part,
+                        .sphere_count = static_cast<std::int32_t>(spheres.link_of_part.size()),
+                        .tight_pairs = FindTightPairs(*robot.model, *robot.bounding_spheres)};
+  auto geometry = std::make_shared<PreparedModel>(*spheres.geometry);
+  std::vector<bool> is_tight(robot.model->links.size(), false);
+  for (const LinkPair& pair : bounds.tight_pairs) {
+    is_tight[static_cast<std::size_t>(pair.first)] = true;
+    is_tight[static_cast<std::size_t>(pair.second)] = true;
+  }
+  for (std::size_t k = 0; k < robot.geometry->parts.size(); ++k) {
+    const int link = robot.link_of_part[k];
+    if (!is_tight[static_cast<std::size_t>(link)]) continue;
+    geometry->parts.push_back(robot.geometry->parts[k]);
+    bounds.link_of_part.push_back(link);
+  }
+  geometry->has_caps = geometry->has_caps || robot.geometry->has_caps;
+  bounds.geometry = std::move(geometry);
+  return bounds;
+}
+
 }  // namespace
 
 PreparedSpheres PrepareSpheres(const SphereModel& spheres) {
@@ -91,8 +114,7 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
   robot->bounding_spheres = FitLinkSpheres(*robot, work);
   if (stop.stop_requested()) return nullptr;
-  if (robot->bounding_spheres)
-    robot->prepared_bounding_spheres = PrepareSpheres(*robot->bounding_spheres);
+  if (robot->bounding_spheres) robot->prepared_bounds = PrepareBounds(*robot);
   robot->spheres_as_given = std::move(spheres_as_given);
   return robot;
 }

@@ -23,6 +23,14 @@ struct PreparedSpheres {
   std::shared_ptr<const PreparedModel> geometry;
   std::vector<int> link_of_part;  // ascending
 };
+// Spheres that contain the links, with the links' own geometry where the spheres say little.
+struct PreparedBounds {
+  std::shared_ptr<const PreparedModel> geometry = {};  // the spheres come first
+  std::vector<int> link_of_part = {};  // ascending for the spheres, and for the others
+  std::int32_t sphere_count = 0;
+  // Self pairs of the model that are answered by the links' own geometry (FindTightPairs).
+  std::vector<LinkPair> tight_pairs = {};
+};
 PreparedSpheres PrepareSpheres(const SphereModel& spheres);
 
 // A robot ready for every engine. Immutable, shared by all revisions that have it.
@@ -38,8 +46,8 @@ struct RobotGeometry {
   // Spheres that contain the links' geometry (FitBoundingSpheres); nullptr if a link has a
   // half-space, which no sphere contains.
   std::shared_ptr<const SphereModel> bounding_spheres;
-  std::optional<PreparedSpheres> prepared_bounding_spheres;  // of bounding_spheres
-  std::shared_ptr<ProgramCache> programs;                    // of queries about this robot
+  std::optional<PreparedBounds> prepared_bounds;  // of bounding_spheres
+  std::shared_ptr<ProgramCache> programs;         // of queries about this robot
   // ModelLink::padding_m by part of `geometry`; empty if no link has a padding.
   std::vector<double> padding_of_part_m = {};
 };

@@ -130,14 +130,12 @@ absl::StatusOr<collision::QueryBody> WithAttached(collision::QueryBody bare,
                    kMaxSelfPairs));
 }
 
-absl::StatusOr<collision::QueryBody> BodyOfSpheres(const collision::WorldRobot& robot,
-                                                   const collision::PreparedSpheres& spheres,
-                                                   collision::RobotScope scope,
-                                                   const FieldPath& path) {
+absl::Status CheckSphereCount(const collision::WorldRobot& robot,
+                              const std::vector<int>& link_of_part, collision::RobotScope scope,
+                              const FieldPath& path) {
   std::vector<std::int64_t> parts(robot.model().links.size(), 0);
-  for (const int link : spheres.link_of_part) ++parts[static_cast<std::size_t>(link)];
-  if (auto status = CheckSize(robot.model(), parts, scope, path); !status.ok()) return status;
-  return BodyFromSpheres(*robot.robot, spheres, scope);
+  for (const int link : link_of_part) ++parts[static_cast<std::size_t>(link)];
+  return CheckSize(robot.model(), parts, scope, path);
 }
 
 absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
@@ -157,19 +155,27 @@ absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
       if (!status.ok()) return status;
       return BodyFromRobot(*robot.robot, *scope);
     }
-    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN:
+    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN: {
       if (!robot.robot->spheres_as_given) {
         return NoSpheres(robot,
                          "was loaded without a sphere model, must be EXACT or SPHERES_CONTAINING: "
                          "load it with spheres",
                          geometry);
       }
-      return BodyOfSpheres(robot, *robot.robot->prepared_spheres_as_given, *scope, path);
-    case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING:
-      if (!robot.robot->prepared_bounding_spheres) {
+      const collision::PreparedSpheres& spheres = *robot.robot->prepared_spheres_as_given;
+      auto status = CheckSphereCount(robot, spheres.link_of_part, *scope, path);
+      if (!status.ok()) return status;
+      return BodyFromSpheres(*robot.robot, spheres, *scope);
+    }
+    case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING: {
+      if (!robot.robot->prepared_bounds) {
         return NoSpheres(robot, "has a link that no spheres contain, must be EXACT", geometry);
       }
-      return BodyOfSpheres(robot, *robot.robot->prepared_bounding_spheres, *scope, path);
+      const collision::PreparedBounds& bounds = *robot.robot->prepared_bounds;
+      auto status = CheckSphereCount(robot, bounds.link_of_part, *scope, path);
+      if (!status.ok()) return status;
+      return BodyFromBounds(*robot.robot, bounds, *scope);
+    }
     default:
       return geometry.Error(absl::StrCat("is ", static_cast<int>(subject.robot_geometry()),
                                          ", must be a known RobotGeometry"));

@@ -70,7 +70,7 @@ void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& repo
 // Inverse kinematics beside KDL: ik_success, ik_wrong, ik_us, ik_us_p99.
 void MeasureInverseKinematics(Report& report);
 // Certified edges, and what objects in the hand and rules cost: edge_exact_ms_ARM,
-// edge_spheres_ratio, attached_ratio, rule_ratio.
+// edge_spheres_ratio, attached_ratio, rule_ratio, containing_free_share.
 void MeasureEdges(Report& report);
 
 // Up as it is found without help, in simulated settings of all kinds: up_within_2deg, up_unwarned,

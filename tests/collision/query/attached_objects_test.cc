@@ -299,7 +299,7 @@ TEST(RobotsOfTheWorld, AreMetInLanesAsPairByPair) {
   const JointRows states(robot->model(), robot->model().all,
                          {.X_WB = robot->X_WB, .base = robot->state, .rows = rows});
   QueryBody spheres =
-      BodyFromSpheres(*robot->robot, *robot->robot->prepared_bounding_spheres, RobotScope::kBoth);
+      BodyFromSpheres(*robot->robot, *robot->robot->bounding_spheres, RobotScope::kBoth);
   spheres.self = "arm";
   for (const QueryBody& body : {BodyFromRobot(*robot, RobotScope::kBoth), spheres}) {
     const auto in_lanes = *CheckCollisions(*world, body, states, {});
@@ -329,9 +329,9 @@ TEST(AttachedObjects, OfSpheresAreAskedExactly) {
   const SnapshotPtr world =
       WorldOf({Robot("arm"), Held("box"), Attach("box"), Ball("ball", {0, 1.2, 0})});
   const WorldRobotPtr robot = world->FindRobot("arm");
-  ASSERT_TRUE(robot->robot->prepared_bounding_spheres.has_value());
+  ASSERT_NE(robot->robot->bounding_spheres, nullptr);
   QueryBody body =
-      BodyFromSpheres(*robot->robot, *robot->robot->prepared_bounding_spheres, RobotScope::kBoth);
+      BodyFromSpheres(*robot->robot, *robot->robot->bounding_spheres, RobotScope::kBoth);
   body = WithAttachedObjects(std::move(body), *world, *robot, RobotScope::kBoth);
   body.self = "arm";
   std::vector<double> rows;
@@ -364,7 +364,7 @@ TEST(AttachedObjects, AreAskedInLanesAsPairByPair) {
   const ArmQuery of_links = ArmIn(*world, rows);
   const WorldRobotPtr& robot = of_links.robot;
   QueryBody spheres =
-      BodyFromSpheres(*robot->robot, *robot->robot->prepared_bounding_spheres, RobotScope::kBoth);
+      BodyFromSpheres(*robot->robot, *robot->robot->bounding_spheres, RobotScope::kBoth);
   spheres.self = "arm";
   spheres = WithAttachedObjects(std::move(spheres), *world, *robot, RobotScope::kBoth);
   const JointRows states = of_links.Rows();
