@@ -1,5 +1,5 @@
-// What the C++ client is made of: stubs, messages and helpers for them, with the headers of gRPC and
-// Protobuf. Installed as <cwm/rpc.h>.
+// What the C++ client is made of: stubs, messages and helpers for them, with the headers of gRPC
+// and Protobuf. Installed as <cwm/rpc.h>.
 #pragma once
 
 #include "clients/cpp/call_error.h"
