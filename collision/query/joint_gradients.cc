@@ -5,7 +5,7 @@
 namespace cwm::collision {
 namespace {
 
-constexpr int kQuaternionAt = 3;  // index among a floating joint's variables
+constexpr std::size_t kQuaternionAt = 3;  // index among a floating joint's variables
 
 // The angular velocity of the rotation by the normalised quaternion q = x y z w, if q[component]
 // grows at speed 1: w = 2 vec(dq conj(q)), where dq is the part of the growth across q, since the
@@ -63,7 +63,7 @@ void JointGradients::AddMotions(int link) {
     case JointKind::kFloating:
       for (int k = 0; k < 3; ++k) add(k, {.kind = Kind::kSlide, .axis_J = Vector3::Unit(k)});
       for (int k = 0; k < 4; ++k) {
-        add(kQuaternionAt + k, {.kind = Kind::kQuaternion, .component = k});
+        add(static_cast<int>(kQuaternionAt) + k, {.kind = Kind::kQuaternion, .component = k});
       }
       break;
   }
@@ -81,7 +81,7 @@ void JointGradients::Place(std::size_t row, std::span<const Pose> X_WL) {
     twist.origin_W = X_WL[static_cast<std::size_t>(motion.link)].translation();
     if (motion.kind == Kind::kQuaternion) {
       if (state.empty()) state = rows_.State(row);
-      const auto first = static_cast<std::size_t>(child.variable + kQuaternionAt);
+      const auto first = static_cast<std::size_t>(child.variable) + kQuaternionAt;
       const Eigen::Map<const Eigen::Vector4d> q(&state[first]);
       twist.angular_W = R_WJ * AngularVelocity(q, motion.component);
     } else {

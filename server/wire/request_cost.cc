@@ -31,7 +31,7 @@ constexpr double kRayCost_s = 0.3e-6;
 constexpr double kByteCost_s = 5e-9;
 
 // The cost of an answer relative to a verdict. A motion costs a few dozen states.
-constexpr double kDistanceFactor = 4, kLinkDistancesFactor = 12, kContactsFactor = 6,
+constexpr double kDistanceFactor = 4, kLinkDistancesFactor = 20, kContactsFactor = 6,
                  kMotionFactor = 30, kPointFactor = 1;
 
 // chosen: shapes beyond this number are not examined but assumed to cost the same as those before.
