@@ -31,7 +31,8 @@ PointSet MembersOf(const std::vector<std::int32_t>& part_of_point, std::size_t p
 
 // The members without remnants: groups of fewer points than show a surface, no wider than the
 // tolerance within which a surface explains points. They are mixed pixels and noise beside the
-// shapes; a mesh of them would be one of single triangles. `stride`: measured points for each point.
+// shapes; a mesh of them would be one of single triangles. `stride`: measured points for each
+// point.
 PointSet WithoutRemnants(const OrientedPoints& points, const PointSet& members,
                          std::size_t stride) {
   std::vector<Eigen::Vector3f> positions;

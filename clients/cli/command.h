@@ -35,8 +35,8 @@ CLI::App& AddCommand(CommandLine& line, CLI::App& family, const CommandText& tex
                      std::function<absl::Status(Session&)> action);
 CLI::App& AddFamily(CommandLine& line, const CommandText& text);
 
-// Accepts a former name of an option, which help, manual and completion no longer show. It is a usage
-// error to give both.
+// Accepts a former name of an option, which help, manual and completion no longer show. It is a
+// usage error to give both.
 void AddFormerName(CLI::App& command, const std::string& name, std::string& value,
                    CLI::Option* option);
 

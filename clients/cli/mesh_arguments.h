@@ -38,8 +38,8 @@ struct SentMesh {
   cwm::v1::ShapePart part;
   std::string text;  // "a mesh of 12 triangles, closed", see MeshSolid
 };
-// Reads a file as ParseMeshFile does, sends the mesh and shows the progress. Warns of a mesh that is
-// too long, is open, or has holes that the server closes.
+// Reads a file as ParseMeshFile does, sends the mesh and shows the progress. Warns of a mesh that
+// is too long, is open, or has holes that the server closes.
 absl::StatusOr<SentMesh> SendMeshFile(Session& session, std::string_view bytes,
                                       const std::string& file, const MeshArguments& arguments);
 

@@ -51,10 +51,10 @@ struct Assessment {
   double off_centre_m = 0;               // how far the object is pushed until both pads touch it
 };
 
-// One assessment per attempt, in the world that the view pins. Checks first that the open gripper has room at the grasp, then its
-// motions (certified, not sampled), then that the closing fingers touch nothing but the target, and
-// finally rays from 15 places of each pad: the middle ray must hit, and the first place that
-// touches the target must hold it within friction.
+// One assessment per attempt, in the world that the view pins. Checks first that the open gripper
+// has room at the grasp, then its motions (certified, not sampled), then that the closing fingers
+// touch nothing but the target, and finally rays from 15 places of each pad: the middle ray must
+// hit, and the first place that touches the target must hold it within friction.
 std::vector<Assessment> Assess(const api::WorldView& world, const GraspQuery& query,
                                const std::vector<Attempt>& attempts);
 

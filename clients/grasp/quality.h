@@ -15,9 +15,9 @@ struct Factors {
   // Falls with the lever between the closing line and the object's middle, at which its weight
   // acts.
   double centred = 1;
-  // The share that a sensor observed of the parts that the pads touch, the lesser of both: completed
-  // parts, and faces beyond which the object may go on unseen, are guesses. Parts put by users count
-  // as observed.
+  // The share that a sensor observed of the parts that the pads touch, the lesser of both:
+  // completed parts, and faces beyond which the object may go on unseen, are guesses. Parts put by
+  // users count as observed.
   double observed = 1;
   // The clearance of the open gripper during its approach, up to 10 mm, since scans and robots are
   // off by a few mm.

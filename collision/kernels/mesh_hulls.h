@@ -44,8 +44,8 @@ class MeshHulls {
   const ConvexCore* inner_hull() const { return inner_hull_ ? &inner_hull_->core() : nullptr; }
 
   // A larger hull in the solid, without a triangle in its interior: each face of the outer hull is
-  // moved inwards by itself, no farther than its triangles need. It tells the depth of overlaps, but
-  // may touch triangles. nullptr if there is no inner hull.
+  // moved inwards by itself, no farther than its triangles need. It tells the depth of overlaps,
+  // but may touch triangles. nullptr if there is no inner hull.
   const ConvexCore* depth_hull() const { return depth_hull_ ? &depth_hull_->core() : nullptr; }
 
   // Upper bound of the distance of any point of the outer hull from the inner one.

@@ -28,8 +28,8 @@ class BodyMotion {
   // The same for a self pair: the travel of any point of one part in the frame of the other.
   virtual double RelativeTravel_m(const PartPair& pair) const = 0;
 
-  // The velocity, by fraction of the edge, of the point of the part that is at p_W, where the body's
-  // frames are at X_WF.
+  // The velocity, by fraction of the edge, of the point of the part that is at p_W, where the
+  // body's frames are at X_WF.
   virtual Vector3 Velocity_m(std::span<const Pose> X_WF, std::int32_t part,
                              const Vector3& p_W) const = 0;
   // An upper bound on the length of the second derivative of any point of the part, by fraction of
@@ -39,10 +39,10 @@ class BodyMotion {
 };
 
 // True if a whole turn of the variable leaves the robot in the same configuration, so that it takes
-// the short way. This holds for the heading of a planar joint, and for a continuous joint if neither
-// it nor a joint that mimics it has limits, and all joints that mimic it are rotary with integer
-// multipliers. For other variables the short way would end elsewhere than the row says, or pass
-// through states outside the limits.
+// the short way. This holds for the heading of a planar joint, and for a continuous joint if
+// neither it nor a joint that mimics it has limits, and all joints that mimic it are rotary with
+// integer multipliers. For other variables the short way would end elsewhere than the row says, or
+// pass through states outside the limits.
 bool IsCyclic(const RobotModel& model, std::size_t variable);
 // The change of a variable on its way.
 double StepOf(bool is_cyclic, double from, double to);

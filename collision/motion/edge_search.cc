@@ -62,8 +62,8 @@ struct PairState {
   // other pairs.
   double plane_gap_m = -std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::Zero();
-  // For a sphere and a convex part: the change of the gap by fraction, and a bound on how much faster
-  // it can come to change. Infinite for other pairs.
+  // For a sphere and a convex part: the change of the gap by fraction, and a bound on how much
+  // faster it can come to change. Infinite for other pairs.
   double rate_m = 0, bend_m = std::numeric_limits<double>::infinity();
 };
 
@@ -324,10 +324,11 @@ class EdgeSearch {
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
   }
 
-  // A lower bound on the gap between two fractions, of a sphere and a convex part: the plane through
-  // the nearest point of that part, perpendicular to the way to the centre of the sphere, separates
-  // the two, and the centre comes nearer to it at a known rate (spheres/motion_lanes.h). Each end
-  // speaks for its half of the interval, in which the bound is least at either end of the half.
+  // A lower bound on the gap between two fractions, of a sphere and a convex part: the plane
+  // through the nearest point of that part, perpendicular to the way to the centre of the sphere,
+  // separates the two, and the centre comes nearer to it at a known rate (spheres/motion_lanes.h).
+  // Each end speaks for its half of the interval, in which the bound is least at either end of the
+  // half.
   static double GapAlongCurves_m(const PairState& a, const PairState& b) {
     const double half = 0.5 * (b.fraction - a.fraction);
     const auto least_m = [half](const PairState& state, double rate_m) {

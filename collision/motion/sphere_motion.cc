@@ -126,8 +126,8 @@ void SphereMotion::Evaluate(const UnresolvedTags& needed, bool is_contact_known)
   CheckIntervals(query_->program->lanes, query_->scene, *edge_, intervals, memory_, results_);
 }
 
-// Keeps the intervals of the batch that are not proven, up to the first contact: those that narrower
-// ones can prove are left to do, the others stay open.
+// Keeps the intervals of the batch that are not proven, up to the first contact: those that
+// narrower ones can prove are left to do, the others stay open.
 void SphereMotion::Sort(SphereMotionAnswer& answer) {
   std::vector<Task> left;
   for (std::size_t i = 0; i < batch_.size(); ++i) {

@@ -1,5 +1,6 @@
-// Certified edges of a robot by its spheres, many times of an edge at once (spheres/motion_lanes.h).
-// Edges that single precision cannot decide are left to the search pair by pair.
+// Certified edges of a robot by its spheres, many times of an edge at once
+// (spheres/motion_lanes.h). Edges that single precision cannot decide are left to the search pair
+// by pair.
 #pragma once
 
 #include <array>
@@ -18,8 +19,8 @@ namespace cwm::collision {
 struct SphereMotionAnswer {
   // Where and when the edge is not proven free. Empty: it is free, or its first contact is known.
   OpenTimes open = {};
-  // The first known contact: at `hi`, all that is not open being free before `lo`. Both are 0 if the
-  // edge begins in contact. hi is beyond 1 if no contact is known.
+  // The first known contact: at `hi`, all that is not open being free before `lo`. Both are 0 if
+  // the edge begins in contact. hi is beyond 1 if no contact is known.
   double lo = 1, hi = 2;
   UnresolvedTags tags = {};  // of what touches at `hi`, as in SphereQuery
   // Of what is not open, as in MotionColumns.

@@ -123,8 +123,8 @@ class BodySearch {
   // The same for the body's self pairs.
   template <class Visit>
   void ForEachSelfPair(From from, double reach_m, QueryKind query, Visit&& visit);
-  // Calls visit(parts) for the self pairs, and visit(part) for the parts against the world, that are
-  // open in the current row.
+  // Calls visit(parts) for the self pairs, and visit(part) for the parts against the world, that
+  // are open in the current row.
   template <class Visit>
   void ForEachOpenSelfPair(Visit&& visit) const {
     for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {

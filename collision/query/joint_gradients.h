@@ -1,11 +1,11 @@
 // Derivatives of a robot's distances by its joints.
 //
-// The signed distance d of a pair has the derivative dd/dq = -n . (J(p_A) - J(p_B)) by a variable q.
-// n is the unit normal from the body A to the object B, p_A and p_B are the witness points, and J is
-// the velocity of the point as fixed to its link. This is the envelope theorem: the witness points
-// also slide along the surfaces, which changes the distance in second order only. It holds apart and
-// overlapping. For an object of the world J(p_B) is 0; for a self pair only the joints between the
-// two links count.
+// The signed distance d of a pair has the derivative dd/dq = -n . (J(p_A) - J(p_B)) by a variable
+// q. n is the unit normal from the body A to the object B, p_A and p_B are the witness points, and
+// J is the velocity of the point as fixed to its link. This is the envelope theorem: the witness
+// points also slide along the surfaces, which changes the distance in second order only. It holds
+// apart and overlapping. For an object of the world J(p_B) is 0; for a self pair only the joints
+// between the two links count.
 #pragma once
 
 #include <cstddef>
@@ -39,9 +39,9 @@ class JointGradients {
   // ignored.
   void Place(std::size_t row, std::span<const Pose> X_WL);
 
-  // Appends the derivatives by the variables of a row, in the order of the group. `frame` is that of
-  // the body's part. `other_frame` is that of the other part of a self pair, and negative for a pair
-  // with the world.
+  // Appends the derivatives by the variables of a row, in the order of the group. `frame` is that
+  // of the body's part. `other_frame` is that of the other part of a self pair, and negative for a
+  // pair with the world.
   void Append(const PairDistance& answer, int frame, int other_frame,
               std::vector<double>& column) const;
 

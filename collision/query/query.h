@@ -8,7 +8,8 @@
 // the request. In either case margin_sigma standard deviations of both parts' surfaces are added.
 // Robots have no margins of their own, but their links may have paddings, which are added against
 // the world and not among the links and attached objects of one robot. Between a querying or
-// attached object and its support the margin is -support_tolerance_m, since the object stands there.
+// attached object and its support the margin is -support_tolerance_m, since the object stands
+// there.
 //
 // A robot of the world is an obstacle in its current state, except to itself. Objects attached to a
 // robot are part of its query body and not obstacles to it.
@@ -62,8 +63,8 @@ struct QueryBody {
   std::vector<AttachedObject> attached = {};
   std::vector<PartPair> self_pairs = {};  // pairs of the body's own parts to be tested
   bool tests_world = true;                // false: only self pairs are tested
-  // By frame, attached objects included: true if its parts are only tested in self pairs. Empty: the
-  // parts of all frames are tested against the world.
+  // By frame, attached objects included: true if its parts are only tested in self pairs. Empty:
+  // the parts of all frames are tested against the world.
   std::vector<bool> self_only_frames = {};
   // Name of the querying object or robot of the world. It is left out of the world, and pair rules
   // refer to it by this name. If empty, only rules for everything apply.
@@ -212,8 +213,8 @@ struct QueryOptions {
   Naming naming = Naming::kEachRow;          // for CheckCollisions
   std::vector<std::string> ignore = {};      // names of objects and robots that are left out
   std::vector<NamedPair> ignore_pairs = {};  // allowed to collide, besides those of the world
-  // Members to which the query is restricted; empty: all. Names in the world restrict the obstacles;
-  // RestrictBody restricts the body.
+  // Members to which the query is restricted; empty: all. Names in the world restrict the
+  // obstacles; RestrictBody restricts the body.
   std::vector<NamedThing> only = {};
   // >= 0: number of standard deviations of each part's surface that are added to the margin.
   double margin_sigma = 0;

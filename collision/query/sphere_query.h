@@ -19,14 +19,14 @@ struct SphereQuery {
   LaneScene scene;
   // True if the robot is made of spheres, so that contact can be proven, not only gaps.
   bool proves_contact = false;
-  // The frames and pairs that determine the accuracy of a free state. Spheres prove parts apart, but
-  // do not show if the boxes of parts meet those of an open mesh.
+  // The frames and pairs that determine the accuracy of a free state. Spheres prove parts apart,
+  // but do not show if the boxes of parts meet those of an open mesh.
   UnresolvedTags tags_for_accuracy = {};
 };
 
 // Empty if the query is not suited: shapes without spheres around them, too few rows of them
-// (`row_count`), FCL or Bullet chosen by name, joints that the SIMD kinematics do not support, links
-// that can leave the coordinates of a world, margin_sigma > 0.
+// (`row_count`), FCL or Bullet chosen by name, joints that the SIMD kinematics do not support,
+// links that can leave the coordinates of a world, margin_sigma > 0.
 std::optional<SphereQuery> CompileQuery(const WorldSnapshot& world, const QueryBody& body,
                                         const JointRows& rows, std::size_t row_count,
                                         const QueryOptions& options);

@@ -153,6 +153,39 @@ HWY_INLINE LaneFrame<V> ChildFrame(const LaneFrame<V>& parent, const LaneJoint& 
   return now;
 }
 
+// The frame below a joint, in double precision.
+template <class V>
+HWY_INLINE LaneFrame<V> ExactChildFrame(const LaneFrame<V>& parent, const LaneJoint& joint,
+                                        V value) {
+  const hn::DFromV<V> tag;
+  const auto same = [](double number) HWY_ATTR { return hn::Set(tag, number); };
+  const double *const r = joint.exact_rotation, *const p = joint.exact_shift_m;
+  LaneTurn<V> turn{value, value};
+  if (joint.turns) turn = TurnExactlyBy(value);
+  LaneFrame<V> now;
+  for (int row = 0; row < 12; row += 4) {
+    const V a = parent.of[row], b = parent.of[row + 1], c = parent.of[row + 2];
+    const auto times = [&](double u, double v, double w, V start) HWY_ATTR {
+      return hn::MulAdd(a, same(u), hn::MulAdd(b, same(v), hn::MulAdd(c, same(w), start)));
+    };
+    const V x = times(r[0], r[3], r[6], hn::Zero(tag));
+    const V y = times(r[1], r[4], r[7], hn::Zero(tag));
+    const V z = times(r[2], r[5], r[8], hn::Zero(tag));
+    const V at = times(p[0], p[1], p[2], parent.of[row + 3]);
+    now.of[row + 2] = z;
+    if (joint.turns) {
+      now.of[row] = hn::MulAdd(x, turn.cosine, hn::Mul(y, turn.sine));
+      now.of[row + 1] = hn::NegMulAdd(x, turn.sine, hn::Mul(y, turn.cosine));
+      now.of[row + 3] = at;
+    } else {
+      now.of[row] = x;
+      now.of[row + 1] = y;
+      now.of[row + 3] = hn::MulAdd(z, value, at);
+    }
+  }
+  return now;
+}
+
 // A point's offset from the nearest point of a solid's core: from a box, a cylinder or a half-space
 // itself, from the centre line of a round solid, whose radius is `grown_m`. Zero inside the core.
 template <class V>

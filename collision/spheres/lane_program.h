@@ -43,8 +43,8 @@ struct LaneSphere {
   float radius_m = 0;
 };
 
-// What spheres can prove of the solid that they stand for: a gap if they contain it, contact if they
-// lie in it, both if they are it.
+// What spheres can prove of the solid that they stand for: a gap if they contain it, contact if
+// they lie in it, both if they are it.
 struct LaneProof {
   bool of_gap = true, of_contact = true;
 
@@ -64,8 +64,8 @@ struct LaneCluster {
   float max_radius_m = 0;  // the largest radius
   std::int32_t tag = 0;    // of UnresolvedTags::worlds
   LaneProof proof = {};
-  // Bounds on the deviation of all centres, including those of bounds, from the exact positions, and
-  // the same where frames are placed in double precision.
+  // Bounds on the deviation of all centres, including those of bounds, from the exact positions,
+  // and the same where frames are placed in double precision.
   float centre_error_m = 0, motion_error_m = 0;
 };
 

@@ -34,37 +34,6 @@ struct MovingPoint {
 // derived: the relative error of a few products and sums, in units of the last place.
 constexpr float kRounding = 16 * 5.9604644775390625e-8F;
 
-// The frame below a joint, in double precision.
-LaneFrame<Exact> ExactChildFrame(const LaneFrame<Exact>& parent, const LaneJoint& joint,
-                                 Exact value) {
-  const auto same = [](double number) HWY_ATTR { return hn::Set(kExact, number); };
-  const double *const r = joint.exact_rotation, *const p = joint.exact_shift_m;
-  LaneTurn<Exact> turn{value, value};
-  if (joint.turns) turn = TurnExactlyBy(value);
-  LaneFrame<Exact> now;
-  for (int row = 0; row < 12; row += 4) {
-    const Exact a = parent.of[row], b = parent.of[row + 1], c = parent.of[row + 2];
-    const auto times = [&](double u, double v, double w, Exact start) HWY_ATTR {
-      return hn::MulAdd(a, same(u), hn::MulAdd(b, same(v), hn::MulAdd(c, same(w), start)));
-    };
-    const Exact x = times(r[0], r[3], r[6], hn::Zero(kExact));
-    const Exact y = times(r[1], r[4], r[7], hn::Zero(kExact));
-    const Exact z = times(r[2], r[5], r[8], hn::Zero(kExact));
-    const Exact at = times(p[0], p[1], p[2], parent.of[row + 3]);
-    now.of[row + 2] = z;
-    if (joint.turns) {
-      now.of[row] = hn::MulAdd(x, turn.cosine, hn::Mul(y, turn.sine));
-      now.of[row + 1] = hn::NegMulAdd(x, turn.sine, hn::Mul(y, turn.cosine));
-      now.of[row + 3] = at;
-    } else {
-      now.of[row] = x;
-      now.of[row + 1] = y;
-      now.of[row + 3] = hn::MulAdd(z, value, at);
-    }
-  }
-  return now;
-}
-
 // What a sphere or a bound must keep of another: the distance of their surfaces, less the second
 // order of the motion and the errors of single precision.
 struct Terms {

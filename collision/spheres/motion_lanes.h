@@ -63,8 +63,8 @@ struct IntervalResult {
   bool is_contact = false;  // proven for the middle of the interval
   // What is not proven to keep clear for the whole interval, and what touches at its middle.
   UnresolvedTags open = {}, touching = {};
-  // Some of it stays open however narrow the interval is: at its middle, spheres that prove gaps only
-  // are too near.
+  // Some of it stays open however narrow the interval is: at its middle, spheres that prove gaps
+  // only are too near.
   bool is_stuck = false;
   // No other pair comes nearer to its margin than this; at most kLaneClearance_m.
   float clearance_m = 0;
@@ -84,8 +84,8 @@ struct Intervals {
   UnresolvedTags needed;  // the others are known to keep clear
 };
 
-// Computes the results of the intervals, which are ordered by time. Those after the first in contact
-// are undefined.
+// Computes the results of the intervals, which are ordered by time. Those after the first in
+// contact are undefined.
 void CheckIntervals(const LaneProgram& program, const LaneScene& scene, const LaneEdge& edge,
                     const Intervals& intervals, LaneMemory& memory,
                     std::array<IntervalResult, kIntervals>& results);

@@ -9,15 +9,12 @@
 #include <tuple>
 #include <utility>
 
-#include "collision/robot/kinematics.h"
+#include "collision/spheres/lane_frames.h"
 #include "collision/spheres/revolute_pair.h"
 #include "collision/spheres/sphere_lanes.h"
 
 namespace cwm::collision {
 namespace {
-
-// chosen: larger angles lose digits in the reduction to [-pi, pi].
-constexpr double kMaxTurn_rad = 1e4;
 
 constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
 
@@ -27,16 +24,6 @@ float Squared(double reach_m) {
   return reach * reach;
 }
 
-// A frame that a joint of the group moves, with bounds that hold in every state.
-struct Frame {
-  std::int32_t index = 0;
-  std::size_t parent = 0;
-  std::optional<RevoluteJoint> turning;  // its joint, if that is rotary
-  SphereProgram::Ball reach;             // of its origin
-  double rotation_error = 0;             // Frobenius norm
-  double origin_error_m = 0;
-};
-
 // A sphere that is fixed in a frame.
 struct FixedSphere {
   std::size_t frame = 0;
@@ -44,38 +31,11 @@ struct FixedSphere {
   double radius_m = 0;
 };
 
-// The pose of a link that is fixed in a frame.
-struct Fixed {
-  std::size_t frame = 0;  // into Compiler::frames_
-  Pose X_FL = Pose::Identity();
-};
-
 class Compiler {
  public:
-  Compiler(const RobotModel& model, const JointGroup& group, std::span<const double> base)
-      : model_(model), column_of_(model.variables.size(), -1), X_BL_(model.links.size()) {
-    LinkPoses(model, Pose::Identity(), base, X_BL_);
-    for (std::size_t k = 0; k < group.variables.size(); ++k) {
-      column_of_[static_cast<std::size_t>(group.variables[k])] = static_cast<int>(k);
-    }
-  }
-
-  bool AddLinks() {
-    program_.lanes.joints.emplace_back();
-    // Scenes rotate the root (LaneScene::rotation) by a matrix of nine rounded numbers.
-    frames_.emplace_back().rotation_error = 2 * kFloatRounding;
-    links_.push_back({.frame = 0, .X_FL = Pose::Identity()});
-    for (std::size_t i = 1; i < model_.links.size(); ++i) {
-      if (!AddLink(i)) return false;
-    }
-    return true;
-  }
-
-  void AddFixedFrames(std::span<const FixedFrame> fixed_frames) {
-    for (const FixedFrame& each : fixed_frames) {
-      const Fixed link = links_[static_cast<std::size_t>(each.link)];
-      links_.push_back({.frame = link.frame, .X_FL = link.X_FL * each.X_LF});
-    }
+  explicit Compiler(LaneFrames frames) : frames_(frames.frames()), links_(frames.links()) {
+    program_.lanes.joints = frames.joints();
+    program_.inputs = frames.inputs();
   }
 
   void AddSpheres(std::span<const PlacedSphere> spheres) {
@@ -200,94 +160,11 @@ class Compiler {
   }
 
  private:
-  bool AddLink(std::size_t index) {
-    const ModelLink& link = model_.links[index];
-    const Fixed& parent = links_[static_cast<std::size_t>(link.parent)];
-    const bool moves =
-        link.kind != JointKind::kFixed && column_of_[static_cast<std::size_t>(link.variable)] >= 0;
-    if (!moves) {
-      const Pose X_PL = X_BL_[static_cast<std::size_t>(link.parent)].inverse() * X_BL_[index];
-      links_.push_back({.frame = parent.frame, .X_FL = parent.X_FL * X_PL});
-      return true;
-    }
-    if (link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating) return false;
-    AddJoint(link, parent);
-    return true;
-  }
-
-  void AddJoint(const ModelLink& link, const Fixed& parent) {
-    const bool turns = link.kind != JointKind::kPrismatic;
-    const Matrix3 to_axis = BasisFromZ(link.axis_J);
-    Pose X_PF = parent.X_FL * link.X_PJ;
-    X_PF.linear() = X_PF.linear() * to_axis;
-    LaneJoint joint{.parent = frames_[parent.frame].index, .turns = turns};
-    for (int i = 0; i < 9; ++i) joint.rotation[i] = static_cast<float>(X_PF.linear()(i / 3, i % 3));
-    for (int i = 0; i < 3; ++i) joint.shift_m[i] = static_cast<float>(X_PF.translation()[i]);
-    for (int i = 0; i < 9; ++i) joint.exact_rotation[i] = X_PF.linear()(i / 3, i % 3);
-    for (int i = 0; i < 3; ++i) joint.exact_shift_m[i] = X_PF.translation()[i];
-    const Variable& variable = model_.variables[static_cast<std::size_t>(link.variable)];
-    const double farthest_variable =
-        std::max(std::abs(variable.lower), std::abs(variable.upper)) * std::abs(link.multiplier) +
-        std::abs(link.offset);
-    const double farthest = turns ? kMaxTurn_rad : std::min(farthest_variable, kMaxSlide_m);
-    const double max_value = turns ? std::numbers::pi : farthest;
-    const double at_lower = link.multiplier * variable.lower + link.offset;
-    const double at_upper = link.multiplier * variable.upper + link.offset;
-    program_.inputs.push_back(
-        {.column = static_cast<std::size_t>(column_of_[static_cast<std::size_t>(link.variable)]),
-         .lower_limit = std::max(variable.lower, -std::numeric_limits<double>::max()),
-         .upper_limit = std::min(variable.upper, std::numeric_limits<double>::max()),
-         .multiplier = link.multiplier,
-         .offset = link.offset,
-         .turns = turns,
-         .stays_near = std::max(std::abs(at_lower), std::abs(at_upper)) <= max_value,
-         .lower = std::clamp(std::min(at_lower, at_upper), -max_value, max_value),
-         .upper = std::clamp(std::max(at_lower, at_upper), -max_value, max_value),
-         .lever_m = 0,
-         .farthest = farthest});
-    frames_.push_back(Below(frames_[parent.frame], X_PF.translation(), turns ? 0.0 : farthest));
-    frames_.back().parent = parent.frame;
-    if (turns) {
-      const auto [lower, upper] = std::minmax(at_lower, at_upper);
-      const bool has_limits = upper - lower < 2 * std::numbers::pi;  // false if not a number
-      frames_.back().turning = RevoluteJoint{.X_PF = X_PF,
-                                             .lower_rad = has_limits ? lower : -std::numbers::pi,
-                                             .upper_rad = has_limits ? upper : std::numbers::pi};
-    }
-    program_.lanes.joints.push_back(joint);
-    Pose X_FL = Pose::Identity();
-    X_FL.linear() = to_axis.transpose();
-    links_.push_back({.frame = frames_.size() - 1, .X_FL = X_FL});
-  }
-
-  // The frame below a joint with bounds on its rounding errors, to first order. Each bound is
-  // slightly larger than what the products and sums of Hung and Place (sphere_lanes.cc) cause. u is
-  // kFloatRounding, norms are Frobenius norms.
-  Frame Below(const Frame& parent, const Vector3& shift, double travel_m) const {
-    constexpr double u = kFloatRounding;
-    Frame frame;
-    frame.index = static_cast<std::int32_t>(frames_.size());
-    const double shift_m = shift.norm();
-    if (parent.index == 0) {
-      frame.reach = {shift, travel_m};
-    } else {
-      frame.reach = {parent.reach.centre, parent.reach.radius_m + shift_m + travel_m};
-    }
-    const double out_m = frame.reach.centre.norm() + frame.reach.radius_m;
-    // The fixed rotation contributes its own rounding and a 3 x 3 product. The joint's rotation
-    // contributes two columns, each with two products by numbers with an error of kSineError.
-    const double product = parent.rotation_error + 12 * u;
-    frame.rotation_error = product + 3 * kSineError + 6 * u;
-    frame.origin_error_m = parent.origin_error_m + product * (shift_m + travel_m) +
-                           8 * u * (shift_m + travel_m + out_m);
-    return frame;
-  }
-
   // Adds the spheres of one frame as a group.
   void AddGroup(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
     LaneProgram& lanes = program_.lanes;
-    const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
-    const Frame& frame = frames_[fixed.frame];
+    const LaneFrames::Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
+    const LaneFrames::Frame& frame = frames_[fixed.frame];
     LaneGroup group{.frame = frame.index,
                     .first = static_cast<std::int32_t>(lanes.clusters.size())};
     for (std::size_t begin = 0; begin < some.size();) {
@@ -343,8 +220,8 @@ class Compiler {
 
   void AddCluster(std::span<const PlacedSphere> spheres, std::span<const std::size_t> some) {
     LaneProgram& lanes = program_.lanes;
-    const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
-    const Frame& frame = frames_[fixed.frame];
+    const LaneFrames::Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
+    const LaneFrames::Frame& frame = frames_[fixed.frame];
     LaneCluster cluster{.frame = frame.index,
                         .first = static_cast<std::int32_t>(lanes.spheres.size()),
                         .count = static_cast<std::int32_t>(some.size()),
@@ -405,7 +282,7 @@ class Compiler {
   }
 
   FixedSphere Fix(const PlacedSphere& sphere) const {
-    const Fixed& link = links_[static_cast<std::size_t>(sphere.link)];
+    const LaneFrames::Fixed& link = links_[static_cast<std::size_t>(sphere.link)];
     return {link.frame, link.X_FL * sphere.centre_L, sphere.radius_m};
   }
 
@@ -413,13 +290,13 @@ class Compiler {
   // connect their frames.
   bool StayApart(const FixedSphere& a, const FixedSphere& b, double margin_m) const {
     if (a.frame > b.frame) return StayApart(b, a, margin_m);  // a frame comes after its parent
-    const Frame& outer = frames_[b.frame];
+    const LaneFrames::Frame& outer = frames_[b.frame];
     if (!outer.turning) return false;
     const double reach_m = a.radius_m + b.radius_m + margin_m + Rounding_m(program_.lanes.reach_m);
     if (outer.parent == a.frame) {
       return RevolutePair(*outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
     }
-    const Frame& inner = frames_[outer.parent];
+    const LaneFrames::Frame& inner = frames_[outer.parent];
     if (!inner.turning || inner.parent != a.frame) return false;
     return RevolutePair(*inner.turning, *outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
   }
@@ -518,7 +395,7 @@ class Compiler {
   void SetVelocityError() {
     constexpr double u = kFloatRounding;
     double motion_error_m = 0, farthest_m = 1;
-    for (const Frame& frame : frames_) {
+    for (const LaneFrames::Frame& frame : frames_) {
       farthest_m = std::max(farthest_m, frame.reach.centre.norm() + frame.reach.radius_m);
     }
     for (const LaneCluster& cluster : program_.lanes.clusters) {
@@ -530,7 +407,7 @@ class Compiler {
     program_.lanes.velocity_error = static_cast<float>(1.01 * error);
   }
 
-  LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m,
+  LaneSphere InLanes(const LaneFrames::Frame& frame, const Vector3& centre_F, double radius_m,
                      LaneCluster& cluster) {
     constexpr double u = kFloatRounding;
     LaneProgram& lanes = program_.lanes;
@@ -542,19 +419,16 @@ class Compiler {
     lanes.reach_m = std::max(lanes.reach_m, static_cast<float>(kRoundedUp * out_m));
     cluster.centre_error_m =
         std::max(cluster.centre_error_m, static_cast<float>(kRoundedUp * error_m));
-    // derived: a frame that is rounded from double precision and the centre in it have an error of u
-    // in each number, and three products and sums round numbers no larger than out_m.
+    // derived: a frame that is rounded from double precision and the centre in it have an error of
+    // u in each number, and three products and sums round numbers no larger than out_m.
     const double motion_error_m = 9 * u * out_m;
     cluster.motion_error_m =
         std::max(cluster.motion_error_m, static_cast<float>(kRoundedUp * motion_error_m));
     return sphere;
   }
 
-  const RobotModel& model_;
-  std::vector<int> column_of_;  // by variable; -1: not in the group
-  std::vector<Pose> X_BL_;      // in the base state
-  std::vector<Frame> frames_;
-  std::vector<Fixed> links_;  // the fixed frames follow the links of the model
+  const std::vector<LaneFrames::Frame> frames_;
+  const std::vector<LaneFrames::Fixed> links_;
   std::vector<std::int32_t> lane_of_, cluster_of_;  // by index of the given sphere
   std::vector<std::int32_t> group_of_cluster_, link_of_cluster_;
   SphereProgram program_;
@@ -564,9 +438,9 @@ class Compiler {
 
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
                                             std::span<const double> base, const SphereSet& set) {
-  Compiler compiler(model, group, base);
-  if (!compiler.AddLinks()) return std::nullopt;
-  compiler.AddFixedFrames(set.fixed_frames);
+  std::optional<LaneFrames> frames = LaneFrames::Of(model, group, base, set.fixed_frames);
+  if (!frames) return std::nullopt;
+  Compiler compiler(*std::move(frames));
   compiler.AddSpheres(set.spheres);
   compiler.AddPairs(set.spheres, set.pairs.spheres);
   compiler.AddPairs(set.pairs.links);

@@ -27,8 +27,8 @@ struct PlacedSphere {
   friend bool operator==(const PlacedSphere&, const PlacedSphere&) = default;
 };
 
-// Two spheres of different links that must stay `margin_m` apart, by index. The tag is that of their
-// clusters in UnresolvedTags::pairs; pairs of the same two links have the same one.
+// Two spheres of different links that must stay `margin_m` apart, by index. The tag is that of
+// their clusters in UnresolvedTags::pairs; pairs of the same two links have the same one.
 struct SpherePair {
   std::int32_t first = 0;
   std::int32_t second = 0;
@@ -48,8 +48,8 @@ struct SphereLinkPair {
   friend bool operator==(const SphereLinkPair&, const SphereLinkPair&) = default;
 };
 
-// The pairs that must not touch: single pairs of spheres, and all pairs of spheres of two links. The
-// tag of a cluster is the index of its link modulo kTags.
+// The pairs that must not touch: single pairs of spheres, and all pairs of spheres of two links.
+// The tag of a cluster is the index of its link modulo kTags.
 struct CheckedPairs {
   std::span<const SpherePair> spheres = {};
   std::span<const SphereLinkPair> links = {};
@@ -79,8 +79,8 @@ struct SphereSet {
 inline constexpr double kMaxSlide_m = 100;
 
 // Compiles the spheres. `base` has a value for each variable of the model; those of the group are
-// not read. Pairs that stay apart in all states within the limits are left out if this can be proven
-// within some microseconds. Empty if a planar or floating joint of the group moves a link.
+// not read. Pairs that stay apart in all states within the limits are left out if this can be
+// proven within some microseconds. Empty if a planar or floating joint of the group moves a link.
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
                                             std::span<const double> base, const SphereSet& set);
 

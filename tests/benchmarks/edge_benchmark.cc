@@ -26,7 +26,7 @@ using namespace collision;
 
 constexpr int kEdges = 200, kSphereEdges = 4'096;
 // Edges of one request: a planner asks for many spheres' edges at once, and for few of meshes.
-constexpr int kSphereBatch = 64;
+constexpr int kSphereBatch = 256;
 constexpr int kSamples = 33, kFineSamples = 1'024;
 constexpr double kHeldRadius_m = 0.033, kHeldLength_m = 0.12;
 
@@ -287,7 +287,7 @@ void MeasureEdges(Report& report) {
   report.Add({.key = "edge_spheres_ratio",
               .value = tally.certified_s / std::max(1e-9, tally.sampled_s),
               .unit = "1",
-              .how = "a certified edge of the Panda's spheres over 33 samples of it, 64 edges a "
+              .how = "a certified edge of the Panda's spheres over 33 samples of it, 256 edges a "
                      "request; " +
                      std::to_string(tally.false_free + tally.false_contact) + " false"});
   AddCliffs(*panda, report);

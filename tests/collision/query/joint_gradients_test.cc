@@ -39,8 +39,8 @@ PairColumns BallArmDistances(const WorldSnapshot& world, const std::vector<doubl
 }
 
 TEST(JointGradients, AreLeversAcrossTheNormal) {
-  // The outstretched arm ends at x = 1 below a post at y = 1: both joints turn the last ball towards
-  // it, the shoulder with a lever of 1 m and the elbow with one of 0.5 m.
+  // The outstretched arm ends at x = 1 below a post at y = 1: both joints turn the last ball
+  // towards it, the shoulder with a lever of 1 m and the elbow with one of 0.5 m.
   const auto world = WorldOf({BallAt("post", {1, 1, 0}, 0.1)});
   const PairColumns near = BallArmDistances(*world, {0, 0}, RobotScope::kWorld);
   EXPECT_THAT(near.distance_m, AreNear({0.8}, kRounding));

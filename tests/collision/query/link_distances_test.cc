@@ -1,5 +1,5 @@
-// Distances link by link (DistancePairs::kLinks): worked out by hand, and against all pairs of parts
-// measured one by one.
+// Distances link by link (DistancePairs::kLinks): worked out by hand, and against all pairs of
+// parts measured one by one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Queries about chosen pairs, over a real socket: distances link by link, their gradients by joints,
-// queries of named members only, and points per pair.
+// Queries about chosen pairs, over a real socket: distances link by link, their gradients by
+// joints, queries of named members only, and points per pair.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,8 +37,8 @@ auto AreNear(std::vector<double> values) {
   return Pointwise(DoubleNear(kExact_m), std::move(values));
 }
 
-// The arm "r" of three balls a, c and e with radii of 0.1 m, 0.5 m apart, at the origin; a box "post"
-// with edges of 0.2 m at (1, 0, 0), and a box "far" at (5, 0, 0).
+// The arm "r" of three balls a, c and e with radii of 0.1 m, 0.5 m apart, at the origin; a box
+// "post" with edges of 0.2 m at (1, 0, 0), and a box "far" at (5, 0, 0).
 class PairOptions : public RunningServer {
  protected:
   using RunningServer::RunningServer;
