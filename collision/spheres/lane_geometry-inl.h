@@ -158,7 +158,7 @@ template <class V>
 HWY_INLINE LaneFrame<V> ExactChildFrame(const LaneFrame<V>& parent, const LaneJoint& joint,
                                         V value) {
   const hn::DFromV<V> tag;
-  const auto same = [](double number) HWY_ATTR { return hn::Set(tag, number); };
+  const auto same = [&](double number) HWY_ATTR { return hn::Set(tag, number); };
   const double *const r = joint.exact_rotation, *const p = joint.exact_shift_m;
   LaneTurn<V> turn{value, value};
   if (joint.turns) turn = TurnExactlyBy(value);
