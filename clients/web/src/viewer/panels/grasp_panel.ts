@@ -89,7 +89,7 @@ export class GraspPanel {
     const note = element("span", "note");
     const row = element("button", "grasp", element("span", "rank", String(rank)), swatch(scoreColor(score)),
       element("span", "text", object), note, element("span", "width", `${mm(width_m)} mm`), element("span", "score", fixed(score, 2)),
-      element("span", "how", `${way} at ${position(x_world_grasp).join(" ")}`), element("span", "how", directionText(grasp)));
+      element("span", "how", `${way} ${position(x_world_grasp).join(" ")}`), element("span", "how", directionText(grasp)));
     row.type = "button";
     row.title = `${way}, clearance ${mm(clearance_m)} mm`;
     row.setAttribute("aria-pressed", "false");
