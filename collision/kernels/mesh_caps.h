@@ -5,7 +5,7 @@
 // boundary than the bound of its cap. So:
 // * a distance is that of S if the other shape is farther from H;
 // * another distance is off by at most the bounds of the caps that are nearer, unless the other
-//   shape meets H: then S may overlap it, but no deeper than the convex hull of K, which contains S;
+//   shape meets H: then S may overlap it, no deeper than the convex hull of K, which contains S;
 // * an overlap and its depth are those of S if the other shape is farther from H than the
 //   translation that ends it. Another may be none, and the shapes then are no farther apart than
 //   the bounds.
