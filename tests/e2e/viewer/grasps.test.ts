@@ -29,7 +29,7 @@ afterEach(async () => {
 
 interface Written {
   gripper: { boxes: { centre: number[]; size_m: number[] }[] };
-  objects: { name: string; grasps: { score: number; width_m: number; x_world_grasp: Pose }[] }[];
+  objects: { name: string; grasps: { score: number; way: string; width_m: number; x_world_grasp: Pose }[] }[];
 }
 
 const read = (path: string): Written => JSON.parse(readFileSync(path, "utf8")) as Written;
@@ -123,7 +123,12 @@ test("the list is ranked, a row or a click on a gripper chooses a grasp and its 
   await openGrasps(path);
   await drawn(2);
   const rows = await page.page.$$eval(".grasp", (list) => list.map(({ textContent }) => textContent ?? ""));
-  assert.deepEqual(rows, all.map(({ name, width_m, score }, i) => `${i + 1}${name}${(1000 * width_m).toFixed(1)} mm${score.toFixed(2)}`));
+  for (const [i, { name, width_m, score, way, x_world_grasp: { tx_m, ty_m, tz_m } }] of all.entries()) {
+    const place = [tx_m, ty_m, tz_m].map((value) => value.toFixed(3).replace(/^-(?=0\.0*$)/, "").replace("-", "\u2212")).join(" ");
+    const head = `${i + 1}${name}${(1000 * width_m).toFixed(1)} mm${score.toFixed(2)}${way} ${place}`;
+    assert.ok(rows[i]?.startsWith(head), `${rows[i]} is not ${head}`);
+  }
+  assert.equal(new Set(rows.map((row) => row.replace(/^\d+/, ""))).size, all.length, "each row tells its grasp from the others");
   assert.match(await page.page.textContent(".grasps") ?? "", /1 object without a grasp.*crate.*too wide/s);
   const last = all.at(-1);
   await page.page.locator(".grasp").last().click();
