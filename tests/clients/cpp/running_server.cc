@@ -1,7 +1,9 @@
 #include "tests/clients/cpp/running_server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <thread>
@@ -35,6 +37,21 @@ void RunningServer::Stop() {
   EXPECT_TRUE(process_->Running()) << "the server died";
   EXPECT_EQ(process_->Stop(), 0) << "the server did not end by itself";
   process_.reset();
+}
+
+void RunningServer::Pause() {
+  process_->Signal(SIGSTOP);
+  const std::string tasks = "/proc/" + std::to_string(process_->pid()) + "/task";
+  const auto runs = [](const std::filesystem::directory_entry& task) {
+    std::ifstream file(task.path() / "stat");
+    std::string text;
+    std::getline(file, text);
+    return text.find(") T ") == std::string::npos;  // the state follows the name
+  };
+  const std::filesystem::directory_iterator none;
+  while (std::find_if(std::filesystem::directory_iterator(tasks), none, runs) != none) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 Eigen::Isometry3d At(double x, double y, double z) {

@@ -22,8 +22,8 @@ class RunningServer {
   const ScratchDirectory& scratch() const { return scratch_; }
   void Start();
   void Stop();
-  // It answers nothing while it is paused.
-  void Pause() { process_->Signal(SIGSTOP); }
+  // It answers nothing while it is paused. Returns when all of its threads have stopped.
+  void Pause();
   void Resume() { process_->Signal(SIGCONT); }
 
  private:
