@@ -9,18 +9,7 @@
 #include "collision/geometry/quick_bounds.h"
 
 namespace cwm::collision {
-namespace {
-
-// The largest margin of a part of the body, without the request's margin.
-double MaxMargin_m(const QueryBody& body) {
-  double max_margin_m = body.margin_m + body.MaxPadding_m();
-  for (const AttachedObject& attached : body.attached) {
-    max_margin_m = std::max(max_margin_m, attached.object->margin_m);
-  }
-  return max_margin_m;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 const Engine* ChosenEngine(EngineChoice choice, ShapeKind a, ShapeKind b, QueryKind query) {
   const auto if_supported = [&](EngineKind kind) {
@@ -106,11 +95,9 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
       body_(body),
       filter_(world, options, body),
       rules_(world, body, options),
-      request_margin_m_(options.margin_m),
-      support_tolerance_m_(options.support_tolerance_m),
+      margins_(body, options),
       sigmas_(options.margin_sigma),
-      max_margin_m_(std::max(world.max_margin_m() + MaxMargin_m(body) + options.margin_m,
-                             rules_.max_margin_m())),
+      max_margin_m_(std::max(margins_.MaxOf(world), rules_.max_margin_m())),
       choice_(options.engine),
       frame_pairs_(FramePairsOf(body)),
       interrupt_(std::move(interrupt)) {
@@ -126,9 +113,6 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
   for (const PreparedPart& part : body.geometry->parts) {
     const ShapeKind kind = KindOf(part.shape);
     const int frame = body.FrameOf(static_cast<std::int32_t>(parts_.size()));
-    const AttachedObject* const attached = body.AttachedIn(frame);
-    const std::string& supported_by =
-        attached != nullptr ? attached->object->supported_by : body.supported_by;
     parts_.push_back({.part = &part,
                       .kind = kind,
                       .cheap_bounds = !HasManyVertices(part.shape),
@@ -140,9 +124,6 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                                    body.IsSelfOnly(static_cast<std::int32_t>(parts_.size())),
                       .weight = WeightOf(part.shape),
                       .frame = frame,
-                      .margin_m = attached != nullptr ? attached->object->margin_m
-                                                      : body.margin_m + body.PaddingOf_m(frame),
-                      .supported_by = supported_by.empty() ? nullptr : &supported_by,
                       .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
@@ -349,17 +330,6 @@ double BodySearch::MinBoxDistance_m2(const Obstacle& object) {
     }
   }
   return min_m2;
-}
-
-// Links have no margins of their own. An attached object may stand on another attached object.
-double BodySearch::DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
-  const AttachedObject* const on_a = body_.AttachedIn(a.frame);
-  const AttachedObject* const on_b = body_.AttachedIn(b.frame);
-  if (on_a == nullptr && on_b == nullptr) return request_margin_m_;
-  if (on_a == nullptr) return b.margin_m + request_margin_m_;
-  if (on_b == nullptr) return a.margin_m + request_margin_m_;
-  return std::min(DefaultMargin_m(a, on_b->object->name, on_b->object->margin_m),
-                  DefaultMargin_m(b, on_a->object->name, on_a->object->margin_m));
 }
 
 void BodySearch::ReportUnsupported(const PairId& id, QueryKind query) {

@@ -1,6 +1,8 @@
 // The search that collisions, distances and contacts share: the body of one row against the parts
 // of one object, through bounds, filter, pair rules and the table of supported pairs. The margin of
 // a pair is determined here; engines only get placed geometries and distances.
+//
+// This file is longer than 500 lines, because the searches are templates.
 #pragma once
 
 #include <algorithm>
@@ -18,6 +20,7 @@
 #include "collision/geometry/interruptible_sort.h"
 #include "collision/query/hidden_spaces.h"
 #include "collision/query/interrupt.h"
+#include "collision/query/pair_margins.h"
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/query.h"
 #include "collision/query/world_filter.h"
@@ -228,8 +231,6 @@ class BodySearch {
     bool self_only;  // true if it is only tested in self pairs
     int weight;      // see WeightOf
     int frame;
-    double margin_m;                  // margin of its object, or padding of its link
-    const std::string* supported_by;  // support of its object; nullptr if it has none
     double inflation_m;
     Pose X_WP;
     Aabb bounds_W;
@@ -252,13 +253,6 @@ class BodySearch {
   }
   void PlaceAttached();
   void PlaceParts(std::span<const Pose> frames, std::size_t row, const UnresolvedTags& open);
-  // The margin of a pair if no rule sets another one.
-  double DefaultMargin_m(const BodyPart& mine, const std::string& theirs,
-                         double their_margin_m) const {
-    if (mine.supported_by != nullptr && *mine.supported_by == theirs) return -support_tolerance_m_;
-    return their_margin_m + mine.margin_m + request_margin_m_;
-  }
-  double DefaultSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
   // The paddings of the obstacle's parts; none between a robot and an object that it carries.
   std::span<const double> PaddingsOf_m(const Obstacle& object) const {
     const bool carries_body = body_.attachment != nullptr && body_.attachment->robot == object.name;
@@ -308,8 +302,7 @@ class BodySearch {
   WorldFilter filter_;
   std::vector<HiddenSpace> hidden_;  // empty if the world is not tested
   PairRuleLookup rules_;
-  double request_margin_m_;
-  double support_tolerance_m_;
+  PairMargins margins_;
   double sigmas_;  // QueryOptions::margin_sigma
   double max_margin_m_;
   EngineChoice choice_;
@@ -346,7 +339,7 @@ template <class Visit>
 void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, QueryKind query,
                              Visit&& visit) {
   const ObstacleRules rules = rules_.RulesOf(object);
-  const std::span<const double> paddings_m = PaddingsOf_m(object);
+  const bool has_paddings = !PaddingsOf_m(object).empty();
   const double more_m = sigmas_ * object.geometry->max_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
@@ -355,9 +348,8 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
     double margin_m = 0, start_m = 0;  // the same for all parts unless paddings or rules differ
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
-      if (o == 0 || rules.by_part() || !paddings_m.empty()) {
-        const double padding_m = paddings_m.empty() ? 0 : paddings_m[o];
-        margin_m = DefaultMargin_m(mine, object.name, object.margin_m + padding_m);
+      if (o == 0 || rules.by_part() || has_paddings) {
+        margin_m = margins_.Of(mine.frame, object, o);
         if (!rules.empty()) {
           const EffectiveRule& rule = rules.At(mine.frame, o);
           if (rule.allowed && !rules.by_part()) break;
@@ -389,9 +381,10 @@ void BodySearch::ForEachHiddenSpace(From from, Visit&& visit) {
     for (std::size_t b = 0; b < parts_.size(); ++b) {
       const BodyPart& mine = parts_[b];
       if (!TestsWorld(mine)) continue;
-      double margin_m = DefaultMargin_m(mine, space.object->name, space.object->margin_m);
+      const auto part = static_cast<std::size_t>(space.part);
+      double margin_m = margins_.Of(mine.frame, *space.object, part);
       if (!rules.empty()) {
-        const EffectiveRule& rule = rules.At(mine.frame, static_cast<std::size_t>(space.part));
+        const EffectiveRule& rule = rules.At(mine.frame, part);
         if (rule.allowed) continue;
         margin_m = rule.Margin_m(margin_m);
       }
@@ -419,7 +412,7 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, QueryKind query, Vis
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
     if (a.skipped || b.skipped) continue;
-    double margin_m = DefaultSelfMargin_m(a, b);
+    double margin_m = margins_.OfSelfPair(a.frame, b.frame);
     if (!rules.empty()) {
       if (rules[i].allowed) continue;
       margin_m = rules[i].Margin_m(margin_m);

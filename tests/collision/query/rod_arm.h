@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "collision/query/attached_objects.h"
@@ -70,8 +69,8 @@ struct RodArmStates {
   std::vector<double> rows = {0, 0};  // turn, grip
 };
 
-inline auto AreNear(std::vector<double> values, double tolerance = 1e-9) {
-  return ::testing::Pointwise(::testing::DoubleNear(tolerance), std::move(values));
+inline auto AreNear(const std::vector<double>& values, double tolerance = 1e-9) {
+  return ::testing::Pointwise(::testing::DoubleNear(tolerance), values);
 }
 
 }  // namespace cwm::collision
