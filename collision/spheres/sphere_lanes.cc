@@ -179,6 +179,14 @@ class StateChecker {
     if (!Matters(apart, pair.band.bounds_m2, hit_)) return;
     PlaceBounds(a);
     PlaceBounds(b);
+    // Spheres that prove gaps only leave lanes open, which are skipped for further pairs of the tag.
+    if (!program_.cluster_pairs[static_cast<std::size_t>(pair.begin)].proof.of_contact) {
+      for (std::int32_t k = pair.begin; k < pair.end; ++k) {
+        const LaneClusterPair& two = program_.cluster_pairs[static_cast<std::size_t>(k)];
+        if (IsNear(two)) CheckSpheres(two);
+      }
+      return;
+    }
     std::int32_t* end = near_;
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       *end = k;
