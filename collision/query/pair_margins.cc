@@ -20,7 +20,10 @@ bool PairMargins::IsSupportOf(int frame, const std::string& name) const {
 
 double PairMargins::Of(int frame, const Obstacle& object, std::size_t part) const {
   if (IsSupportOf(frame, object.name)) return -support_tolerance_m_;
-  return MarginOf_m(object, part) + OwnMargin_m(frame) + body_.PaddingOf_m(frame) + request_m_;
+  // A robot has no paddings against what it carries.
+  const bool carries_body = body_.attachment != nullptr && body_.attachment->robot == object.name;
+  const double their_margin_m = carries_body ? object.margin_m : MarginOf_m(object, part);
+  return their_margin_m + OwnMargin_m(frame) + body_.PaddingOf_m(frame) + request_m_;
 }
 
 double PairMargins::OfSelfPair(int first, int second) const {
