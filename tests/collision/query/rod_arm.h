@@ -45,10 +45,8 @@ inline Change BoxAt(const std::string& name, const Vector3& size_m, const Pose& 
 // A box of 0.1 m, attached 0.2 m beyond the hand of "arm".
 inline std::vector<Change> HeldBox() {
   return {BoxAt("box", {0.1, 0.1, 0.1}, MakeTranslation(0, 0, 5)),
-          testing::MakeChange(AttachObject{.name = "box",
-                                           .robot = "arm",
-                                           .link = "hand",
-                                           .X_LO = MakeTranslation(0.2, 0, 0)})};
+          testing::MakeChange(AttachObject{
+              .name = "box", .robot = "arm", .link = "hand", .X_LO = MakeTranslation(0.2, 0, 0)})};
 }
 
 // The robot "arm" of a world with what it carries, in one state or several.
