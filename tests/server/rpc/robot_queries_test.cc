@@ -228,10 +228,9 @@ TEST_F(RobotQueries, OfSpheresThatContainItAreFreeOnlyWhereItIs) {
   ASSERT_EQ(around.size(), exact.size());
   int free = 0;
   for (std::size_t k = 0; k < exact.size(); ++k) {
-    EXPECT_NE(around[k], static_cast<char>(v1::VERDICT_COLLISION)) << "spheres prove no contact";
-    if (around[k] != static_cast<char>(v1::VERDICT_FREE)) continue;
-    ++free;
+    if (around[k] == static_cast<char>(v1::VERDICT_UNDECIDED)) continue;
     EXPECT_EQ(exact[k], around[k]) << k;
+    free += around[k] == static_cast<char>(v1::VERDICT_FREE);
   }
   EXPECT_GT(free, 50);
 }
