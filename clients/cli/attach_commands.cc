@@ -39,7 +39,7 @@ absl::Status Attach(Session& session, const AttachArguments& arguments) {
   for (const std::string& link : arguments.touch_links) attach.add_touch_links(link);
   absl::Status done = Apply(
       session, arguments.change, {change},
-      absl::StrCat("attached ", arguments.name, " to ", arguments.robot, "/", arguments.link));
+      absl::StrCat("attached ", arguments.name, " to ", arguments.robot, ":", arguments.link));
   if (absl::IsInvalidArgument(done)) {
     std::vector<std::string> links = arguments.touch_links;
     links.insert(links.begin(), arguments.link);

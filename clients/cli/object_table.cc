@@ -32,6 +32,11 @@ const std::vector<Column>& Columns() {
   return kColumns;
 }
 
+// "ROBOT:LINK", as rules and queries name a link.
+std::string LinkOf(const pb::Attachment& attachment) {
+  return absl::StrCat(attachment.robot(), ":", attachment.link());
+}
+
 // Adjacent coefficients of one name, such as the three of a direction.
 struct CoefficientName {
   const char* name;
@@ -122,7 +127,7 @@ void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   }
   if (object.point_count() > 0) cells[7] = absl::StrCat(object.point_count());
   if (object.has_bounds()) cells[8] = FormatSize(object.bounds().box());
-  cells[9] = object.attached_to().empty() ? object.supported_by() : object.attached_to();
+  cells[9] = object.has_attachment() ? LinkOf(object.attachment()) : object.supported_by();
   cells[10] = Position(object.x_world_object());
 }
 
@@ -228,8 +233,8 @@ void PrintObjectDetails(const pb::Object& object, TableStyle style, std::ostream
   PrintLine("owner", ShortName(object.owner()), out);
   PrintLine("state", ShortName(object.state()), out);
   PrintLine("pose", FormatPose(object.x_world_object()), out);
-  PrintLine("attached to", object.attached_to(), out);
   if (object.has_attachment()) {
+    PrintLine("attached to", LinkOf(object.attachment()), out);
     PrintLine("pose in link", FormatPose(object.attachment().x_link_object()), out);
     PrintLine("may touch", absl::StrJoin(object.attachment().touch_links(), ", "), out);
     PrintLine("supported by", object.supported_by(), out);

@@ -32,7 +32,9 @@ void PrintObject(const pb::Object& object, std::int64_t revision, const char* wh
   out << revision << "  " << what << "  " << object.name() << "  " << ShortName(object.kind());
   for (const pb::ShapePart& part : object.shapes()) out << "  " << FormatShape(part);
   out << "  at " << FormatPose(object.x_world_object());
-  if (!object.attached_to().empty()) out << "  attached to " << object.attached_to();
+  if (object.has_attachment()) {
+    out << "  attached to " << object.attachment().robot() << ":" << object.attachment().link();
+  }
   out << "\n";
 }
 

@@ -40,7 +40,7 @@ class AttachCommand : public ServerTest {
 TEST_F(AttachCommand, AttachesAsksAndDetaches) {
   EXPECT_EQ(CheckedRow("1.5708").at("verdict"), "VERDICT_FREE");
   EXPECT_THAT(Cwm({"attach", "box", "--robot", "arm", "--link", "hand"}).out,
-              HasSubstr("attached box to arm/hand, revision 4"));
+              HasSubstr("attached box to arm:hand, revision 4"));
   const json met = CheckedRow("1.5708");
   EXPECT_EQ(met.at("verdict"), "VERDICT_COLLISION");
   EXPECT_EQ(met.at("object"), "post");
@@ -50,7 +50,7 @@ TEST_F(AttachCommand, AttachesAsksAndDetaches) {
   EXPECT_EQ(CheckedRow("1.5708", {"--ignore", "box"}).at("verdict"), "VERDICT_FREE");
   EXPECT_THAT(Cwm({"objects"}).out, HasSubstr("arm:hand"));
   EXPECT_THAT(Cwm({"get", "box"}).out, HasSubstr("arm:hand"));
-  EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("attached to arm/hand"));
+  EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("attached to arm:hand"));
   const json motion = CwmJson({"motion", "--robot", "arm", "--joints", "0", "--joints", "1.5708"});
   EXPECT_EQ(motion.at("rows").at(0).at("verdict"), "MOTION_VERDICT_CONTACT");
   EXPECT_EQ(motion.at("rows").at(0).at("body_object"), "box");

@@ -156,6 +156,6 @@ test("the space into which a selected object may extend is listed and drawn", as
   await page.keep("hidden-space");
   const { instances } = await page.facts();
   await page.page.keyboard.press("Escape");
-  await page.settle(1);
-  assert.equal((await page.facts()).instances, instances - found.shapes.filter((shape) => shape.hidden).length);
+  const without = instances - found.shapes.filter((shape) => shape.hidden).length;
+  await until("the space was drawn no more", async () => (await page.facts()).instances === without);
 });
