@@ -171,9 +171,19 @@ TEST_F(WaitingClientsTest, AllWhoWaitForOneRevisionAreAnsweredAndNobodyElseIsRef
   const int kCalls = static_cast<int>(kMaxWaits) - kStreams;
   PutBox("a", 0);
   const v1::GetDistancesRequest request = AtLeast(2, 4'000);
+  const v1::GetDistancesRequest now = AtLeast(1, 1);
+  const auto ask_now = [&] {
+    Call call;
+    v1::GetDistancesResponse response;
+    const grpc::Status status = query_->GetDistances(&call, now, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+  };
   std::list<AsyncCall> calls(kCalls);
   std::latch answered(kCalls);
+  int sent = 0;
   for (AsyncCall& call : calls) {
+    // The queue holds 64 calls until they are read: on a slow machine more at once are refused.
+    if (++sent % 32 == 0) ask_now();
     query_->async()->GetDistances(&call.context, &request, &call.response, [&](grpc::Status end) {
       call.status = std::move(end);
       answered.count_down();
@@ -191,13 +201,6 @@ TEST_F(WaitingClientsTest, AllWhoWaitForOneRevisionAreAnsweredAndNobodyElseIsRef
     stream.wire = query_->StreamQueries(&stream.call);
     ASSERT_TRUE(stream.wire->Write(query));
   }
-  const v1::GetDistancesRequest now = AtLeast(1, 1);
-  const auto ask_now = [&] {
-    Call call;
-    v1::GetDistancesResponse response;
-    const grpc::Status status = query_->GetDistances(&call, now, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-  };
   // A probe for a free place must not arrive before the last of them and take its place.
   for (int i = 0; i < 100; ++i) ask_now();
   // All of them wait once one more call is refused.
