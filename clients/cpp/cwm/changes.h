@@ -73,7 +73,7 @@ struct Margin {
   std::optional<double> margin_m = {};
 };
 
-// Where a robot is; what is not given stays as it is.
+// The base and the joints of a robot; members that are not given keep their values.
 struct SetState {
   std::string robot;
   JointState joints = {};

@@ -37,7 +37,7 @@ struct FieldViolation {
   std::string description;  // the value and the rule
 };
 
-// What a server says about a failure besides its message.
+// Details of a failure from the server, besides its message.
 struct ErrorInfo {
   std::string reason =
       {};  // UPPER_SNAKE, stable for programs, such as OBJECT_UNKNOWN; may be empty

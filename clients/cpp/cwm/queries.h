@@ -20,9 +20,9 @@
 
 namespace cwm::CWM_API {
 
-// What a robot is checked against.
+// The obstacles that a robot is checked against.
 enum class RobotScope { kWorld = 1, kSelf, kBoth };
-// What stands for the links of the robot that is asked about. kSpheresContaining proves states
+// The geometry that represents the links of the robot. kSpheresContaining proves states
 // free; kSpheresAsGiven says nothing certain about the links.
 enum class RobotGeometry { kExact = 1, kSpheresContaining, kSpheresAsGiven };
 
@@ -43,7 +43,7 @@ struct Points {
   Eigen::Matrix3Xd points;
 };
 
-// What is asked about: a body (a shape or several), an object of the world by its name, which is
+// The subject of a query: a body (a shape or several), an object of the world by its name, which is
 // left out of the world, a robot, or points.
 class Subject {
  public:
@@ -95,14 +95,14 @@ class Rows {
 enum class Engine { kAuto = 1, kExact, kFcl, kBullet };
 // The parts of objects that count.
 enum class Representation { kShapes = 1, kSurfaces, kHybrid };
-// What space that no sensor has seen counts as: nothing, undecided, or an obstacle.
+// The meaning of space that no sensor has seen: nothing, undecided, or an obstacle.
 enum class UnseenSpace { kIgnore = 1, kReport, kBlock };
 // The pairs that Distance answers for: the nearest objects, or each link of the subject with each
 // object, each link of other robots, and each own link that it is checked against.
 enum class DistancePairs { kObjects = 1, kLinks };
 
 struct QueryOptions {
-  // Of verdicts, motions and contacts: nearer than that, strictly, is a collision. Distances are
+  // The margin of verdicts, motions and contacts: a smaller distance is a collision. Distances are
   // geometric.
   double margin_m = 0;
   std::optional<double> max_distance_m = {};  // how far to look; absent: no limit
@@ -135,7 +135,7 @@ struct SolveOptions {
   std::string tool = {};
   std::string tool_link = {};                  // empty: the link that the SRDF names for the group
   std::optional<Eigen::Isometry3d> X_LT = {};  // absent: identity
-  // Where the search begins: one state for all poses, or one for each; none: where the robot is.
+  // Seeds of the search: one state for all poses, or one for each; none: the present state.
   Rows seeds = {};
   int max_solutions = 1;  // of each pose, at most 64, distinct by more than 0.1 rad or m
   double position_tolerance_m = 1e-6;

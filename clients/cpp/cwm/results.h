@@ -59,7 +59,7 @@ struct AnsweredObject {
   std::vector<std::string> part_links = {};  // of a robot, the link of each of its parts
 };
 
-// What all answers begin with.
+// The members that all answers share.
 struct ResultHead {
   std::string world_uid = {};
   std::int64_t revision = 0;

@@ -67,7 +67,7 @@ struct IngestReport {
   std::vector<std::string> warnings = {};
 };
 
-// What the scan did to the world, by name.
+// The changes of the world by the scan, by name.
 struct IngestChanges {
   std::vector<std::string> added = {};
   std::vector<std::string> moved = {};

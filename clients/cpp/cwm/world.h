@@ -110,7 +110,7 @@ class WorldView {
   // The nearest objects of each row, with signed distance, points and normal.
   PairResult Distance(const Subject& subject, const Rows& rows = {},
                       const QueryOptions& options = {}) const;
-  // What each row touches, with depth (distance_m < 0), points and normal.
+  // The contacts of each row, with depth (distance_m < 0), points and normal.
   PairResult Contacts(const Subject& subject, const Rows& rows = {},
                       const QueryOptions& options = {}) const;
   // All contacts between objects and robots of the world; of the options, max_contacts limits the
@@ -209,7 +209,7 @@ struct ConnectOptions {
   std::optional<double> timeout_s = {};  // of every call; absent: no limit
 };
 
-// What a server holds of a world.
+// A world as its server describes it.
 struct WorldInfo {
   std::string name;
   std::string uid;

@@ -132,8 +132,8 @@ class MergedObjects {
   std::vector<std::vector<int>> places_ = {};
 };
 
-// What all answers begin with, and the column of object indices; `index(reply)` returns its bytes
-// and `count(reply)` its number of entries.
+// The members that all answers share, and the column of object indices; `index(reply)` returns its
+// bytes and `count(reply)` its number of entries.
 template <class Reply, class Index, class Count>
 Eigen::VectorXi FillHead(const std::vector<Reply>& replies, Eigen::Index row_count,
                          const Index& index, const Count& count, ResultHead& head) {

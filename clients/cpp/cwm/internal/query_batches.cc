@@ -30,7 +30,7 @@ std::vector<double> NumbersOf(const Matrix& matrix) {
   return {matrix.data(), matrix.data() + matrix.size()};
 }
 
-// Where the rows of the subject are; nullptr for points, whose rows it is itself.
+// The rows of the subject; nullptr for points, which are rows themselves.
 std::string& RowData(v1::Subject& subject) {
   switch (subject.what_case()) {
     case v1::Subject::kRobot:

@@ -113,7 +113,7 @@ struct Method<v1::GetLinkPosesRequest> {
 };
 absl::StatusOr<v1::GetLinkPosesResponse> Ask(const View& view, v1::GetLinkPosesRequest& request);
 
-// Sends the meshes that this session did not send yet, or all.
+// Sends the meshes that were not sent yet over this connection, or all.
 void SendMeshes(const View& view, const std::vector<MeshBlob>& meshes, bool again);
 
 // Calls `attempt()`, which returns a StatusOr, once the server has the meshes, and once more if it

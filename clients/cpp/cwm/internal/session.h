@@ -1,4 +1,4 @@
-// What views of a world share, and calls that are sent once more if the server was lost.
+// The state that views of a world share, and calls that are sent once more if the server was lost.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ struct Session {
   std::set<std::string> sent_meshes = {};  // their hashes
 };
 
-// What a WorldView is: it never changes.
+// The settings of a WorldView, which never change.
 struct View {
   std::shared_ptr<Session> session;
   std::shared_ptr<const client::Connection> connection;  // with the view's timeout
