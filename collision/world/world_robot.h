@@ -50,6 +50,8 @@ struct RobotGeometry {
   std::shared_ptr<ProgramCache> programs;         // of queries about this robot
   // ModelLink::padding_m by part of `geometry`; empty if no link has a padding.
   std::vector<double> padding_of_part_m = {};
+  // Names the files from which the robot was read, where a store keeps them; else empty.
+  std::string files_hash = {};
 };
 
 // The paddings of the obstacle's parts, which are added to its margin; empty if there are none.

@@ -20,6 +20,7 @@
 #include "server/core/observations.h"
 #include "server/core/watch.h"
 #include "server/core/work_budget.h"
+#include "server/core/write_facts.h"
 
 namespace cwm::server {
 
@@ -55,12 +56,6 @@ struct WriteHooks {
   std::function<void(const collision::WorldSnapshot& next)> applied = {};
   // Called before that: makes the reply that retries of the same request_id get as `ingest`.
   std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)> reply = {};
-};
-
-// The pose of a sensor, for scans that do not give it.
-struct SensorPose {
-  Pose X_WC = Pose::Identity();
-  bool given = false;  // given by somebody, not estimated from a scan
 };
 
 // Adds reason and details to a status of collision::Apply, as documented at World::Apply; `list` is

@@ -1,0 +1,48 @@
+// A world as it is restored after a restart.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/core/history.h"
+#include "server/core/journal.h"
+#include "server/core/write_facts.h"
+
+namespace cwm::server {
+
+struct WorldImage {
+  std::string name;
+  std::string uid;
+  SnapshotPtr base;  // at the oldest revision that is kept
+  struct Step {
+    EventPtr event;
+    SnapshotPtr next;
+  };
+  std::vector<Step> steps = {};  // the kept revisions after it; numbers may be missing between two
+  struct Request {
+    WrittenRequest request;
+    collision::Revision revision;
+    Clock::time_point when;
+  };
+  std::vector<Request> requests = {};                     // oldest first
+  std::map<std::string, std::int64_t> last_numbers = {};  // of names, by stem
+  std::map<std::string, SensorPose> sensor_poses = {};    // by sensor
+  struct Observed {
+    std::string name;
+    Observation observation;
+  };
+  std::vector<Observed> observations = {};  // in the order in which they were made
+};
+
+// A world that was deleted a short time ago, for retries of its deletion.
+struct DeletedWorldImage {
+  std::string name;
+  std::string uid;
+  collision::Revision revision;  // its last
+  WorldDeletion deletion;
+  Clock::time_point when;
+};
+
+}  // namespace cwm::server
