@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/core/journal.h"
+#include "server/core/store_admin.h"
 
 namespace cwm::server {
 
@@ -48,20 +49,6 @@ struct StoreStats {
   std::int64_t record_bytes = 0;  // payloads that are not yet folded into snapshots
   std::int64_t bytes = 0;         // of all files
   std::int64_t blob_count = 0;
-};
-
-// One file of a copy of the store.
-struct BackupFile {
-  std::string path;    // relative to the store's directory
-  std::string source;  // where its bytes are read; they do not change while the backup exists
-};
-
-// A consistent copy of a store. Its files stay until it is destroyed, while the store goes on.
-class Backup {
- public:
-  virtual ~Backup() = default;
-  virtual const std::vector<BackupFile>& files() const = 0;
-  virtual std::int64_t sequence() const = 0;  // of the newest record in it
 };
 
 // All functions but PutBlob, GetBlob and stats are called by one thread at a time: the journal's,
