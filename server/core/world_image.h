@@ -15,7 +15,11 @@ namespace cwm::server {
 struct WorldImage {
   std::string name;
   std::string uid;
-  SnapshotPtr base;  // at the oldest revision that is kept
+  // The kept events up to `base`, oldest first, for watches: their snapshots are no longer kept.
+  // The first was applied to `oldest_watch`, each other one to the result of the one before.
+  std::vector<EventPtr> earlier = {};
+  collision::Revision oldest_watch = {};  // that of `base` if there are no earlier events
+  SnapshotPtr base;                       // at the oldest revision whose snapshot is kept
   struct Step {
     EventPtr event;
     SnapshotPtr next;
