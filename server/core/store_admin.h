@@ -26,8 +26,8 @@ struct BackupFile {
   std::string source;  // where its bytes are read; they do not change while the backup exists
 };
 
-// A consistent copy of a store. Its files stay until it is destroyed, by any thread, while the store
-// goes on.
+// A consistent copy of a store. Its files stay, while the store goes on, until it is destroyed,
+// which any thread may do.
 class Backup {
  public:
   virtual ~Backup() = default;

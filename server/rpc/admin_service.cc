@@ -4,6 +4,7 @@
 #include <string>
 
 #include "collision/engines/engine_version.h"
+#include "server/rpc/back_up_call.h"
 #include "server/rpc/call.h"
 
 namespace cwm::server {
@@ -60,6 +61,22 @@ v1::Retention RetentionToProto(const Retention& retention) {
   return proto;
 }
 
+v1::StoreInfo StoreToProto(const Application& application) {
+  v1::StoreInfo proto;
+  proto.set_replayed(application.gate.progress());
+  proto.set_replay_seconds(application.gate.closed_s());
+  const StoreAdmin* const store = application.store_admin;
+  if (store == nullptr) return proto;
+  const StoreInfo info = store->info();
+  proto.set_sequence(info.sequence);
+  proto.set_epoch(info.epoch);
+  proto.set_record_count(info.record_count);
+  proto.set_bytes(info.bytes);
+  proto.set_blob_count(info.blob_count);
+  proto.set_refuses_writes(info.refuses_writes);
+  return proto;
+}
+
 absl::Status Describe(const Runtime& runtime, Clock::time_point started,
                       v1::GetServerInfoResponse* response) {
   const Application& application = runtime.application;
@@ -77,7 +94,9 @@ absl::Status Describe(const Runtime& runtime, Clock::time_point started,
                                                               : collision::EngineVersion(kind));
   }
   response->set_uptime_s(std::chrono::duration<double>(Clock::now() - started).count());
-  response->set_store("memory");
+  response->set_store(application.store);
+  if (application.store != kMemoryStore)
+    *response->mutable_store_info() = StoreToProto(application);
   return absl::OkStatus();
 }
 
@@ -95,9 +114,8 @@ grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContex
            },
        .work =
            [this](const v1::GetServerInfoRequest&, const CallContext&,
-                  v1::GetServerInfoResponse* reply) {
-             return Describe(runtime_, started_, reply);
-           }});
+                  v1::GetServerInfoResponse* reply) { return Describe(runtime_, started_, reply); },
+       .is_always_served = true});
 }
 
 grpc::ServerUnaryReactor* AdminService::GetStats(grpc::CallbackServerContext* context,
@@ -118,7 +136,13 @@ grpc::ServerUnaryReactor* AdminService::GetStats(grpc::CallbackServerContext* co
              reply->set_streams(runtime_.streams.taken());
              reply->set_uploads(runtime_.uploads.taken());
              return absl::OkStatus();
-           }});
+           },
+       .is_always_served = true});
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* AdminService::BackUp(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return BackUpCall::Start(*context, runtime_, request, backs_up_);
 }
 
 }  // namespace cwm::server

@@ -76,6 +76,10 @@ UnaryCall::UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
 
 void UnaryCall::Start(WorkQueue& parses) {
   if (runtime_.draining()) return End(Draining());
+  if (!IsAlwaysServed()) {
+    const absl::Status serving = runtime_.application.gate.Check();
+    if (!serving.ok()) return End(serving);
+  }
   const std::size_t size = bytes_.Length();
   if (size >= kMinChargedBytes) {
     charge_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));

@@ -94,6 +94,8 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   virtual grpc::Status Serialize() = 0;
   virtual std::int64_t ParsedBytes() const = 0;
   virtual std::int64_t ReplyBytes() const = 0;
+  // True if the call is served while worlds are restored, too.
+  virtual bool IsAlwaysServed() const = 0;
   // E.g. "/cwm.v1.WorldService/GetWorld".
   virtual std::string Method() const = 0;
 
@@ -127,6 +129,7 @@ template <class Request, class Response>
 struct UnaryMethod {
   std::function<UnaryPlan(const Request&)> plan;
   std::function<absl::Status(const Request&, const CallContext&, Response*)> work;
+  bool is_always_served = false;  // while worlds are restored, too
 };
 
 template <class Request, class Response>
@@ -158,6 +161,7 @@ class UnaryCallOf final : public UnaryCall {
     return static_cast<std::int64_t>(arena_.SpaceAllocated());
   }
   std::int64_t ReplyBytes() const override { return static_cast<std::int64_t>(reply_->Length()); }
+  bool IsAlwaysServed() const override { return method_.is_always_served; }
   std::string Method() const override { return MethodWithRequest(*Request::descriptor()); }
 
   const UnaryMethod<Request, Response> method_;

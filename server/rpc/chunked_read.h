@@ -36,9 +36,16 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
               .stop = stop_.get_token(),
               .client = runtime.ClientOf(*context)} {}
 
+  // Checks that calls are served, then parses. Must come before anything is looked up in the
+  // application, which may have no worlds before.
+  template <class Request>
+  absl::Status ReadRequest(const grpc::ByteBuffer* bytes, Request* request) const {
+    const absl::Status serving = runtime_.CheckServing();
+    return serving.ok() ? ParseStreamRequest(bytes, request) : serving;
+  }
+
   // Must be the last statement of a constructor.
   void Start(const absl::StatusOr<std::optional<RevisionToAwait>>& await) {
-    if (runtime_.draining()) return this->Finish(ToGrpcStatus(Draining()));
     if (!await.ok()) return this->Finish(ToGrpcStatus(await.status()));
     if (!await->has_value()) return Enqueue();
     const std::shared_ptr<World>& world = (*await)->world;

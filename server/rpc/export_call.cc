@@ -79,7 +79,7 @@ ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& 
                                  const grpc::ByteBuffer* request)
     : ChunkedRead(context, runtime, runtime.batches),
       quota_share_(QuotaShare::TryTake(runtime.streams, runtime.ClientOf(*context))) {
-  if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
+  if (const absl::Status parsed = ReadRequest(request, &request_); !parsed.ok()) {
     Start(parsed);
   } else if (!quota_share_) {
     Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));

@@ -69,7 +69,7 @@ absl::Status ObjectOrHashError(const std::string& fault) {
 ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                    const grpc::ByteBuffer* request)
     : ChunkedRead(context, runtime, runtime.reads) {
-  if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
+  if (const absl::Status parsed = ReadRequest(request, &request_); !parsed.ok()) {
     Start(parsed);
   } else if (!request_.hash().empty()) {
     Start(std::nullopt);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/core/heap_memory.h"
+#include "server/rpc/status_conversion.h"
 
 namespace cwm::server {
 namespace {
@@ -152,6 +153,10 @@ bool Runtime::IsBusy() const {
   const std::initializer_list<const WorkQueue*> queues = {&query, &batches, &ingest,
                                                           &reads, &writes,  &robots};
   return std::any_of(queues.begin(), queues.end(), is_busy);
+}
+
+absl::Status Runtime::CheckServing() const {
+  return draining_ ? Draining() : application.gate.Check();
 }
 
 void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {

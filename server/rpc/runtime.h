@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "server/core/client_id.h"
@@ -17,6 +18,7 @@
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
 #include "server/core/memory_budget.h"
+#include "server/core/store_admin.h"
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
 #include "server/rpc/connections.h"
@@ -25,11 +27,14 @@
 #include "server/rpc/reply_slowdown.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
+#include "server/rpc/serving_gate.h"
 #include "server/rpc/stall_timers.h"
 #include "server/rpc/timer.h"
 #include "server/rpc/transport_limits.h"
 
 namespace cwm::server {
+
+inline constexpr char kMemoryStore[] = "memory";
 
 // The application, independent of any transport.
 struct Application {
@@ -41,6 +46,11 @@ struct Application {
   WorldRegistry worlds{limits, retention, memory};
   // Blobs that nothing uses yet belong to no world: they may take at most an eighth of the account.
   GeometryStore geometry{std::min(limits.max_geometry_bytes, limits.max_memory_bytes / 8), limits};
+  // Where worlds are kept: kMemoryStore or "sqlite:PATH".
+  std::string store = kMemoryStore;
+  // The store, once the worlds are restored; nullptr for kMemoryStore.
+  std::atomic<StoreAdmin*> store_admin = nullptr;
+  ServingGate gate = {};
 };
 
 // A call that may wait for its client without limit, and that a draining server ends.
@@ -120,6 +130,8 @@ class Runtime {
   // watches get their last bookmark.
   void Drain();
   bool draining() const { return draining_; }
+  // OK if calls are served; else the reason for which a call that begins now is refused.
+  absl::Status CheckServing() const;
   void AddDrainable(std::weak_ptr<Drainable> stream);
 
  private:

@@ -143,7 +143,7 @@ absl::Status Server::State::StartGrpc() {
   }
   grpc = builder.BuildAndStart();
   if (grpc == nullptr) return absl::UnavailableError("gRPC does not start");
-  SetHealth(true);
+  SetHealth(runtime.application.gate.is_open());
   return absl::OkStatus();
 }
 
@@ -170,11 +170,10 @@ absl::Status Server::State::StartListening(const ListenOptions& listen) {
 
 void Server::State::SetHealth(bool is_serving) {
   grpc::HealthCheckServiceInterface& health = *grpc->GetHealthCheckService();
-  health.SetServingStatus(is_serving);  // for all services known so far
-  if (!is_serving) return;
+  health.SetServingStatus(is_serving);
   for (const char* name : {"cwm.v1.AdminService", "cwm.v1.PerceptionService", "cwm.v1.QueryService",
                            "cwm.v1.RobotService", "cwm.v1.WorldService"}) {
-    health.SetServingStatus(name, true);
+    health.SetServingStatus(name, is_serving);
   }
 }
 
@@ -197,6 +196,11 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(Application& application,
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Server::~Server() { Stop(std::chrono::milliseconds(0)); }
+
+void Server::OpenGate() {
+  state_->runtime.application.gate.Open();
+  state_->SetHealth(true);
+}
 
 const std::vector<std::string>& Server::addresses() const { return state_->addresses; }
 

@@ -23,6 +23,11 @@ class Server {
                                                        const ListenOptions& listen);
   ~Server();  // Stop(0)
 
+  // Opens the application's gate (serving_gate.h) if it was closed: calls are served and health
+  // reports SERVING from now on. Before, the server answers only GetServerInfo, GetStats, health
+  // checks (NOT_SERVING) and reflection.
+  void OpenGate();
+
   // In the form that clients dial.
   const std::vector<std::string>& addresses() const;
 

@@ -65,6 +65,10 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
                                             Runtime& runtime) {
   const std::shared_ptr<StreamQueriesCall> call(new StreamQueriesCall(context, runtime));
   call->self_ = call;
+  if (absl::Status serving = runtime.application.gate.Check(); !serving.ok()) {
+    call->End(serving);
+    return call.get();
+  }
   call->quota_share_ = QuotaShare::TryTake(runtime.streams, call->client_);
   if (call->quota_share_) {
     call->Advance();

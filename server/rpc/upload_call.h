@@ -72,7 +72,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
 
  private:
   void Begin() {
-    if (runtime_.draining()) return End(Draining());
+    if (absl::Status serving = runtime_.CheckServing(); !serving.ok()) return End(serving);
     quota_share_ = QuotaShare::TryTake(runtime_.uploads, call_.client);
     if (!quota_share_) return End(Overloaded("too many uploads are under way", "TOO_MANY_UPLOADS"));
     sending_ = StallTimers::Guard(

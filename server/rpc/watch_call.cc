@@ -47,7 +47,8 @@ WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runti
   FairQuota& quota = is_viewers ? runtime.viewer_watchers : runtime.watchers;
   const std::shared_ptr<WatchCall> call(new WatchCall(runtime, context));
   call->self_ = call;
-  const absl::Status parsed = ParseStreamRequest(request, &call->request_);
+  absl::Status parsed = runtime.application.gate.Check();
+  if (parsed.ok()) parsed = ParseStreamRequest(request, &call->request_);
   if (!parsed.ok()) {
     call->End(parsed);
     return call.get();
