@@ -75,7 +75,7 @@ absl::Status CheckSnapshot(const StoredSnapshot& snapshot, std::int64_t earliest
   return CheckBlobHashes(snapshot.blobs);
 }
 
-absl::Status CheckBlobHash(std::string_view hash) {
+absl::Status CheckBlobHash(const std::string& hash) {
   const bool is_hash =
       hash.size() == kHashLength && std::all_of(hash.begin(), hash.end(), [](char digit) {
         return (digit >= '0' && digit <= '9') || (digit >= 'a' && digit <= 'f');

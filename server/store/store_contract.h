@@ -28,7 +28,7 @@ absl::Status CheckRecords(std::span<const StoredRecord> records, std::int64_t la
 absl::Status CheckSnapshot(const StoredSnapshot& snapshot, std::int64_t earliest,
                            std::int64_t last);
 // InvalidArgument STORE_MISUSED unless it is a SHA-256 in lower-case hex.
-absl::Status CheckBlobHash(std::string_view hash);
+absl::Status CheckBlobHash(const std::string& hash);
 // StoreDamaged unless the bytes have the hash.
 absl::Status CheckBlobBytes(const std::string& hash, std::string_view bytes);
 
