@@ -23,6 +23,7 @@ void AddSolveCommand(CommandLine& line);       // solve
 void AddRayCommand(CommandLine& line);         // ray
 void AddSampleCommand(CommandLine& line);      // sample
 void AddWatchCommand(CommandLine& line);       // watch
+void AddBackupCommand(CommandLine& line);      // backup
 void AddBenchCommand(CommandLine& line);       // bench
 void AddCallCommand(CommandLine& line);        // call
 void AddCompletionCommand(CommandLine& line);  // completion

@@ -3,6 +3,7 @@
 #include <map>
 #include <ostream>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/quantity.h"
@@ -11,8 +12,9 @@
 namespace cwm::cli {
 namespace {
 
-std::string Category(const absl::Status& status) {
+std::string Category(const absl::Status& status, const client::ErrorDetails& details) {
   if (IsUsageError(status)) return "usage";
+  if (absl::StartsWith(details.reason, "STORE_")) return "store";
   static const std::map<absl::StatusCode, std::string> kCategories = {
       {absl::StatusCode::kUnavailable, "server unavailable"},
       {absl::StatusCode::kNotFound, "not found"},
@@ -45,6 +47,12 @@ std::string HintForReason(const std::string& reason) {
       {"REVISION_IN_FUTURE", "`cwm status` shows the present revision"},
       {"REQUEST_ID_REUSED", "use a new --request-id for a new change"},
       {"SCAN_CONTRADICTS_WORLD", "`cwm ingest --force` takes it all the same"},
+      {"BACKUP_UNDER_WAY", "each copy takes as much room as the store, so one is made at a time"},
+      {"DISK_FULL", "make room on the disk of the store: writes are accepted again by themselves"},
+      {"STORE_DAMAGED", "`cwm restore DIR PATH` makes a new store of a backup; docs/durability.md"},
+      {"STORE_IN_MEMORY", "`cwm-server --store sqlite:PATH` keeps worlds across restarts"},
+      {"STORE_LOCKED", "a server has it open: `cwm status` and `cwm backup DIR` ask that server"},
+      {"STORE_REPLAYING", "`cwm status` shows how far it is"},
       {"WORLD_REPLACED", "the world was deleted and made anew: start from its present state"},
   };
   const auto found = kHints.find(reason);
@@ -84,8 +92,8 @@ std::string Hint(const absl::Status& status, const client::ErrorDetails& details
 
 void ReportError(const absl::Status& status, const FailedCommand& command, std::ostream& err) {
   const client::ErrorDetails details = client::DetailsOf(status);
-  err << command.program << ": " << Category(status) << ": " << WithoutRemedy(status, details)
-      << "\n";
+  err << command.program << ": " << Category(status, details) << ": "
+      << WithoutRemedy(status, details) << "\n";
   for (const auto& [field, description] : details.fields) {
     const std::string line = absl::StrCat(field, ": ", description);
     if (line != status.message()) err << "  " << line << "\n";

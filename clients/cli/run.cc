@@ -80,6 +80,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddRayCommand(line);
   AddSampleCommand(line);
   AddWatchCommand(line);
+  AddBackupCommand(line);
   AddBenchCommand(line);
   AddCallCommand(line);
   AddCompletionCommand(line);

@@ -9,6 +9,7 @@
 #include "clients/cli/natural_order.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/table.h"
+#include "clients/cpp/call_error.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 
 namespace cwm::cli {
@@ -28,11 +29,38 @@ absl::StatusOr<std::string> Health(Session& session) {
   return health::HealthCheckResponse::ServingStatus_Name(answer->status());
 }
 
-void PrintStatus(const std::string& health, const pb::GetServerInfoResponse& info,
-                 const pb::ListWorldsResponse& worlds, Session& session) {
+bool IsReplaying(const absl::Status& status) {
+  return client::DetailsOf(status).reason == "STORE_REPLAYING";
+}
+
+void PrintStore(const pb::GetServerInfoResponse& info, std::ostream& out) {
+  out << "store   " << info.store();
+  if (!info.has_store_info()) {
+    out << ": worlds end with the server\n";
+    return;
+  }
+  const pb::StoreInfo& store = info.store_info();
+  if (store.replayed() < 1) {
+    out << ": restoring worlds, " << FormatFixed(100 * store.replayed(), 0) << " % done\n";
+    return;
+  }
+  out << "  " << FormatBytes(static_cast<double>(store.bytes())) << ", " << store.record_count()
+      << " records beside snapshots, " << store.blob_count() << " blobs; opened " << store.epoch()
+      << (store.epoch() == 1 ? " time" : " times") << ", restored in "
+      << FormatFixed(store.replay_seconds(), 1) << " s\n";
+  if (!store.refuses_writes().empty()) out << "refuses writes: " << store.refuses_writes() << "\n";
+}
+
+void PrintServer(const std::string& health, const pb::GetServerInfoResponse& info,
+                 Session& session) {
   std::ostream& out = session.streams.out;
   out << "server  " << session.connection().address() << "  " << health << "  version "
       << info.version() << ", up " << FormatFixed(info.uptime_s(), 0) << " s\n";
+  PrintStore(info, out);
+}
+
+void PrintWorlds(const pb::ListWorldsResponse& worlds, Session& session) {
+  std::ostream& out = session.streams.out;
   if (worlds.worlds().empty()) {
     out << "no worlds yet: `cwm ingest scan.pcd` makes one\n";
     return;
@@ -58,17 +86,20 @@ absl::Status Status(Session& session) {
   if (!info.ok()) return info.status();
   const auto worlds = connection.Call(&pb::WorldService::Stub::ListWorlds, connection.worlds(),
                                       pb::ListWorldsRequest());
-  if (!worlds.ok()) return worlds.status();
+  if (!worlds.ok() && !IsReplaying(worlds.status())) return worlds.status();
   if (session.form == OutputForm::kTable) {
-    PrintStatus(*health, *info, *worlds, session);
-    return absl::OkStatus();
+    PrintServer(*health, *info, session);
+    if (worlds.ok()) PrintWorlds(*worlds, session);
+    return worlds.status();
   }
   // Combines three replies into one object.
   OrderedJson json = {{"address", connection.address()}, {"health", *health}};
   json["server_info"] = OrderedJson::parse(ToJson(*info, JsonStyle::kOneLine));
-  json["worlds"] = OrderedJson::parse(ToJson(*worlds, JsonStyle::kOneLine))["worlds"];
+  if (worlds.ok()) {
+    json["worlds"] = OrderedJson::parse(ToJson(*worlds, JsonStyle::kOneLine))["worlds"];
+  }
   session.streams.out << json.dump(session.form == OutputForm::kJson ? 1 : -1) << "\n";
-  return absl::OkStatus();
+  return worlds.status();
 }
 
 void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
@@ -118,7 +149,7 @@ absl::Status Info(Session& session) {
 void AddStatusCommands(CommandLine& line) {
   AddCommand(line,
              {"status",
-              "whether the server serves, and its worlds",
+              "whether the server serves, its store and its worlds",
               {"cwm status", "cwm status --addr localhost:50051 -o json"}},
              Status);
   AddCommand(line, {"info", "versions, engines, limits and retention of the server", {"cwm info"}},

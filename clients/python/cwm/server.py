@@ -27,7 +27,7 @@ class WorldInfo:
 @dataclass(frozen=True)
 class ServerInfo:
     """What a server says of itself. `limits` and `retention` by the names of cwm.v1.Limits and
-    Retention.
+    Retention; `store_info` by those of cwm.v1.StoreInfo, None if worlds are kept in memory.
     """
 
     version: str
@@ -36,6 +36,7 @@ class ServerInfo:
     engines: dict[str, str] = field(hash=False)  # versions by name
     limits: dict[str, int] = field(hash=False)
     retention: dict[str, float] = field(hash=False)
+    store_info: dict[str, float | int | str] | None = field(default=None, hash=False)
 
 
 class Server:
@@ -71,7 +72,7 @@ class Server:
         self.connection.close()
 
     def info(self) -> ServerInfo:
-        """The server's version, engines and limits."""
+        """The server's version, engines, limits and store."""
         reply = self.connection.call(
             self.connection.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), self.timeout_s
         )
@@ -89,6 +90,7 @@ class Server:
             {e.name: e.version for e in reply.engines},
             values(reply.limits),
             values(reply.retention),
+            values(reply.store_info) if reply.HasField("store_info") else None,
         )
 
     def worlds(self) -> list[WorldInfo]:

@@ -215,6 +215,8 @@ class Connections(ServerCase):
         self.assertIn("EXACT", info.engines)
         self.assertEqual(info.limits["max_batch_rows"], 65536)
         self.assertGreater(info.retention["watch_seconds"], 0)
+        self.assertEqual(info.store, "memory")
+        self.assertIsNone(info.store_info)
 
     def test_to_nobody_say_where_they_looked(self):
         with self.assertRaisesRegex(
