@@ -1,5 +1,6 @@
 #include "server/core/history.h"
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <type_traits>
@@ -19,9 +20,34 @@ History::History(Retention retention, SnapshotPtr first, MemoryCharge charge)
   UpdateCharge();
 }
 
+void History::RestoreEvents(std::span<const EventPtr> events, Revision from) {
+  for (const EventPtr& event : events) {
+    AddEvent(event, from);
+    from = event->revision;
+  }
+  UpdateCharge();
+}
+
+std::int64_t History::SupersededBytes(const Event& event) {
+  return ApproximateSupersededBytes(event.deltas) + ApproximateSupersededBytes(event.robot_deltas);
+}
+
+void History::AddEvent(EventPtr event, Revision before) {
+  static_assert(sizeof(collision::RobotDelta) == sizeof(ObjectDelta));
+  const std::int64_t deltas = event->size();
+  const std::int64_t own_bytes = static_cast<std::int64_t>(sizeof(Event)) +
+                                 ApproximateBytes(event->rule_deltas) +
+                                 deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
+  const std::int64_t bytes = own_bytes + SupersededBytes(*event);
+  event_bytes_ += bytes;
+  event_deltas_ += deltas;
+  own_bytes_ += own_bytes;
+  events_.push_back({std::move(event), before, own_bytes, bytes});
+}
+
 History::Dropped History::Append(SnapshotPtr next, EventPtr event) {
-  const std::int64_t superseded =
-      ApproximateSupersededBytes(event->deltas) + ApproximateSupersededBytes(event->robot_deltas);
+  const Revision before = latest();
+  const std::int64_t superseded = SupersededBytes(*event);
   const collision::PairRules& rules = snapshots_.back().snapshot->pair_rules();
   const std::int64_t rule_bytes = &rules != &next->pair_rules() ? ApproximateBytes(rules) : 0;
   snapshots_.back().bytes += superseded + rule_bytes;
@@ -30,19 +56,10 @@ History::Dropped History::Append(SnapshotPtr next, EventPtr event) {
   snapshots_.back().own_bytes += rule_bytes;
   snapshots_.push_back({std::move(next), own, own});
   snapshot_bytes_ += superseded + rule_bytes + own;
+  own_bytes_ += own + rule_bytes;
 
-  static_assert(sizeof(collision::RobotDelta) == sizeof(ObjectDelta));
-  const std::int64_t deltas = event->size();
-  const std::int64_t own_event_bytes = static_cast<std::int64_t>(sizeof(Event)) +
-                                       ApproximateBytes(event->rule_deltas) +
-                                       deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
-  const std::int64_t event_bytes = own_event_bytes + superseded;
-  event_bytes_ += event_bytes;
-  event_deltas_ += deltas;
   const Clock::time_point now = event->when;
-  events_.push_back({std::move(event), own_event_bytes, event_bytes});
-  own_bytes_ += own + rule_bytes + own_event_bytes;
-
+  AddEvent(std::move(event), before);
   Dropped dropped = Expire(now);
   ShrinkSnapshots(dropped);
   ShrinkEvents(dropped);
@@ -98,24 +115,30 @@ void History::DropOldestEvent(Dropped& dropped) {
 }
 
 Revision History::oldest_watch() const {
-  return events_.empty() ? latest() : Revision{events_.front().event->revision.value - 1};
+  return events_.empty() ? latest() : events_.front().before;
+}
+
+bool History::WasMade(Revision revision) const {
+  if (revision >= latest()) return revision == latest();
+  return revision < oldest_watch() || EventFrom(revision) != nullptr;
 }
 
 SnapshotPtr History::SnapshotAt(Revision revision) const {
-  if (revision < oldest_exact() || revision > latest()) return nullptr;
-  return snapshots_[static_cast<std::size_t>(revision.value - oldest_exact().value)].snapshot;
+  const auto found = std::ranges::lower_bound(
+      snapshots_, revision, {}, [](const KeptSnapshot& kept) { return kept.snapshot->revision(); });
+  const bool is_kept = found != snapshots_.end() && found->snapshot->revision() == revision;
+  return is_kept ? found->snapshot : nullptr;
 }
 
-EventPtr History::EventAt(Revision revision) const {
-  if (revision <= oldest_watch() || revision > latest()) return nullptr;
-  return events_[static_cast<std::size_t>(revision.value - oldest_watch().value - 1)].event;
+EventPtr History::EventFrom(Revision revision) const {
+  const auto found = std::ranges::lower_bound(events_, revision, {}, &KeptEvent::before);
+  return found == events_.end() || found->before != revision ? nullptr : found->event;
 }
 
 std::vector<EventPtr> History::EventsAfter(Revision revision) const {
   std::vector<EventPtr> events;
-  for (Revision r{revision.value + 1}; r <= latest(); ++r.value) {
-    if (EventPtr event = EventAt(r); event != nullptr) events.push_back(std::move(event));
-  }
+  auto kept = std::ranges::lower_bound(events_, revision, {}, &KeptEvent::before);
+  for (; kept != events_.end(); ++kept) events.push_back(kept->event);
   return events;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
@@ -41,8 +42,11 @@ class History {
   // `charge` is kept equal to the bytes of the history, without the geometry of objects, whose
   // memory is charged with them.
   History(Retention retention, SnapshotPtr first, MemoryCharge charge = {});
+  // Adds the events that led from `from` to the first snapshot, oldest first; before any Append.
+  void RestoreEvents(std::span<const EventPtr> events, collision::Revision from);
 
-  // `next` is the snapshot that `event` led to, one revision after the latest.
+  // `next` is the snapshot that `event` led to, usually one revision after the latest. Revisions
+  // between the two were lost in a power cut: they count as no longer kept.
   Dropped Append(SnapshotPtr next, EventPtr event);
   // Forgets events that are older than the watch time.
   Dropped Expire(Clock::time_point now);
@@ -53,11 +57,13 @@ class History {
   collision::Revision oldest_exact() const { return snapshots_.front().snapshot->revision(); }
   // A watch can resume from here on: all later events are kept.
   collision::Revision oldest_watch() const;
+  // False for a revision that was lost in a power cut or is yet to be made.
+  bool WasMade(collision::Revision revision) const;
 
   // nullptr if it is no longer kept, or not yet made.
   SnapshotPtr SnapshotAt(collision::Revision revision) const;
-  // The event that made the revision; nullptr if it is no longer kept, or not yet made.
-  EventPtr EventAt(collision::Revision revision) const;
+  // The event that was applied to the revision; nullptr if it is no longer kept, or not yet made.
+  EventPtr EventFrom(collision::Revision revision) const;
   // The events after a revision from oldest_watch() on. Undoing them from the latest snapshot gives
   // the world at that revision even if its snapshot is no longer kept.
   std::vector<EventPtr> EventsAfter(collision::Revision revision) const;
@@ -70,10 +76,14 @@ class History {
   };
   struct KeptEvent {
     EventPtr event;
+    collision::Revision before;  // the revision to which it was applied
     std::int64_t own_bytes = 0;
     std::int64_t bytes = 0;  // own_bytes and the bytes that its revision took out of the world
   };
 
+  // Bytes that the event's revision took out of the world.
+  static std::int64_t SupersededBytes(const Event& event);
+  void AddEvent(EventPtr event, collision::Revision before);
   void ShrinkSnapshots(Dropped& dropped);
   void ShrinkEvents(Dropped& dropped);
   void DropOldestSnapshot(Dropped& dropped);
@@ -81,8 +91,8 @@ class History {
   void UpdateCharge() { charge_.ForceResize(own_bytes_); }
 
   Retention retention_;
-  std::deque<KeptSnapshot> snapshots_;  // consecutive revisions, never empty
-  std::deque<KeptEvent> events_;        // consecutive revisions up to the latest
+  std::deque<KeptSnapshot> snapshots_;  // in order of revisions, never empty
+  std::deque<KeptEvent> events_;        // in order, each applied to the result of the one before
   MemoryCharge charge_;
   std::int64_t own_bytes_ = 0;  // of snapshots and events
   std::int64_t snapshot_bytes_ = 0;

@@ -80,22 +80,48 @@ void IdempotencyCache::Insert(const WriteOptions& options, const WriteOutcome& o
                               std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) {
   const std::string& id = options.request_id;
   if (id.empty()) return;
-  by_age_.push_back(id);
-  Record& record = records_[id];
-  record = {.digest = options.request_digest,
-            .revision = outcome.revision,
-            .when = now,
-            .was_ingest = reply != nullptr,
-            .reply = std::move(reply),
-            .reply_bytes = 0};
-  if (!record.was_ingest) return charge_.ForceResize(Bytes());
-  record.reply_bytes = BytesOf(*record.reply);
-  reply_bytes_ += record.reply_bytes;
-  replies_by_age_.push_back(id);
+  Record& record = Add(id, {.digest = options.request_digest,
+                            .revision = outcome.revision,
+                            .when = now,
+                            .was_ingest = reply != nullptr,
+                            .reply = std::move(reply),
+                            .reply_bytes = 0});
+  if (record.was_ingest) {
+    record.reply_bytes = BytesOf(*record.reply);
+    reply_bytes_ += record.reply_bytes;
+    replies_by_age_.push_back(id);
+  }
   while (reply_bytes_ > retention_.reply_bytes && !replies_by_age_.empty()) {
     DropReply(records_.at(replies_by_age_.front()));
     replies_by_age_.pop_front();
   }
+  charge_.ForceResize(Bytes());
+}
+
+void IdempotencyCache::Restore(const WorldImage::Request& request) {
+  Add(request.request.id, {.digest = request.request.digest,
+                           .revision = request.revision,
+                           .when = request.when,
+                           .was_ingest = request.request.is_ingest,
+                           .reply = nullptr,
+                           .reply_bytes = 0});
+  charge_.ForceResize(Bytes());
+}
+
+IdempotencyCache::Record& IdempotencyCache::Add(const std::string& id, Record record) {
+  by_age_.push_back(id);
+  return records_[id] = std::move(record);
+}
+
+void IdempotencyCache::TakeBack(const std::string& request_id) {
+  const auto found = records_.find(request_id);
+  if (found == records_.end() || by_age_.back() != request_id) return;
+  if (!replies_by_age_.empty() && replies_by_age_.back() == request_id) {
+    DropReply(found->second);
+    replies_by_age_.pop_back();
+  }
+  records_.erase(found);
+  by_age_.pop_back();
   charge_.ForceResize(Bytes());
 }
 

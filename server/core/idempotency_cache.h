@@ -35,6 +35,10 @@ class IdempotencyCache {
   // Records a write that succeeded, with or without effect. Does nothing for an empty request_id.
   void Insert(const WriteOptions& options, const WriteOutcome& outcome,
               std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
+  // Records a write of before a restart; the whole reply to an ingest is not kept. In order of age.
+  void Restore(const WorldImage::Request& request);
+  // Forgets the newest writes, which were taken back: the last first.
+  void TakeBack(const std::string& request_id);
 
  private:
   struct Record {
@@ -46,6 +50,7 @@ class IdempotencyCache {
     std::int64_t reply_bytes = 0;
   };
 
+  Record& Add(const std::string& id, Record record);
   void Expire(Clock::time_point now);
   void DropReply(Record& record);
 

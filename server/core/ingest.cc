@@ -104,11 +104,12 @@ class IngestRun {
   // Empty if the sensor got another pose since the scan was interpreted.
   absl::StatusOr<std::optional<IngestOutcome>> Write() {
     for (int attempt = 1;; ++attempt) {
-      Match(world_.Snapshot());
+      Match(world_.Tip());
       StageClock preparing(geometry_ms_);
       const absl::Status prepared =
           geometry_.PrepareFor(match_, request_.mode, WorkOf(request_.options, stop_));
       if (!prepared.ok()) return prepared;
+      if (const absl::Status kept = KeepGeometry(); !kept.ok()) return kept;
       preparing.Stop();
       refusal_ = Refusal::kNone;
       StageClock publishing(publish_ms_);
@@ -119,15 +120,12 @@ class IngestRun {
                            attempt < kOptimisticTries ? IfStale::kRefuse : IfStale::kMatchAgain);
           },
           request_.write,
-          {.applied =
-               [&](const collision::WorldSnapshot& next) {
-                 SetSensorPose();
-                 MarkObserved(next);
-               },
+          {.facts = [&](const collision::WorldSnapshot& next) { return Facts(next); },
            .reply =
                [&](const WriteOutcome& done) {
                  return std::make_shared<const IngestOutcome>(Outcome(done));
-               }});
+               },
+           .durability = Durability::kObserved});
       publishing.Stop();
       publish_ms_ -= association_ms_ - matched_ms;  // it was matched again within the turn
       if (refusal_ == Refusal::kOtherPose) return std::nullopt;
@@ -168,6 +166,17 @@ class IngestRun {
     double& sum_ms_;
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   };
+
+  absl::Status KeepGeometry() {
+    std::vector<collision::Change> puts;
+    for (const auto& geometry : geometry_.prepared()) {
+      if (geometry == nullptr) continue;
+      collision::PutObject put;
+      put.geometry = geometry;
+      puts.push_back({.what = std::move(put), .expected_object_revision = {}});
+    }
+    return world_.KeepGeometry(puts, Durability::kObserved);
+  }
 
   void Match(SnapshotPtr snapshot) {
     StageClock matching(association_ms_);
@@ -224,32 +233,36 @@ class IngestRun {
     return CheckPlausible(match_, scene_);
   }
 
-  void SetSensorPose() {
-    if (request_.in_world_frame) return;
+  std::optional<NamedSensorPose> SensorPoseToKeep() const {
+    if (request_.in_world_frame) return std::nullopt;
     if (request_.options.X_WC.has_value()) {
-      world_.SetSensorPose(request_.sensor, {*request_.options.X_WC, true});
-    } else if (origin_ == PoseOrigin::kThisScan && !scene_.pose_is_guess) {
-      world_.SetSensorPose(request_.sensor, {X_WC(), false});
+      return NamedSensorPose{request_.sensor, {*request_.options.X_WC, true}};
     }
+    if (origin_ != PoseOrigin::kThisScan || scene_.pose_is_guess) return std::nullopt;
+    return NamedSensorPose{request_.sensor, {X_WC(), false}};
   }
 
-  void MarkObserved(const collision::WorldSnapshot& next) {
-    std::vector<Sighting> seen;
-    const auto add = [&seen](const std::vector<std::string>& names, bool is_new) {
-      for (const std::string& name : names) seen.push_back({.name = name, .is_new = is_new});
+  WriteFacts Facts(const collision::WorldSnapshot& next) const {
+    WriteFacts facts;
+    const auto add = [&](const std::vector<std::string>& names, bool is_new) {
+      for (const std::string& name : names) {
+        if (next.Find(name) == nullptr) continue;
+        facts.sightings.push_back({.name = name, .is_new = is_new});
+      }
     };
     add(plan_.added, true);
     add(plan_.moved, true);
     add(plan_.replaced, true);
     add(plan_.kept, false);
     for (std::size_t i = 0; i < scene_.supports.size(); ++i) {
-      for (Sighting& sighting : seen) {
+      for (Sighting& sighting : facts.sightings) {
         if (sighting.name == plan_.names[i]) sighting.reachable = scene_.supports[i].reachable;
       }
     }
     const bool stamped = request_.frame_stamp != std::chrono::system_clock::time_point();
-    world_.observations().Record(
-        seen, stamped ? request_.frame_stamp : std::chrono::system_clock::now(), next);
+    facts.seen_at = stamped ? request_.frame_stamp : std::chrono::system_clock::now();
+    facts.sensor_pose = SensorPoseToKeep();
+    return facts;
   }
 
   // Pose of the frame of the sender's points. The scene's frame has its origin at the viewpoint.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -56,6 +57,10 @@ class DetectionGeometry {
   // Prepares the geometry that the match adds or replaces, on the threads of `work`; heavy, so no
   // lock may be held. Cancelled when stopped.
   absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const perception::Work& work);
+  // What was prepared so far, one per detection; nullptr if it was not.
+  std::span<const std::shared_ptr<const collision::PreparedModel>> prepared() const {
+    return prepared_;
+  }
 
  private:
   Detections detections_;

@@ -52,7 +52,9 @@ struct Limits {
   double max_request_cost_s = 300;
   std::int64_t max_worlds = 1'024;
   std::int64_t max_objects = 262'144;  // of one world
-  std::int64_t max_parts = 4'096;      // per object, since every query visits each part
+  // Writes of one world that wait for the disk. They hold two snapshots' difference each.
+  std::int64_t max_pending_writes = 4'096;
+  std::int64_t max_parts = 4'096;  // per object, since every query visits each part
   // Answers of one batch, of about 100 bytes each: every row of the largest batch may have the 16
   // contacts of the default. As messages an answer takes three times as much, and few clients read
   // so many.

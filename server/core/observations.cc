@@ -4,6 +4,14 @@
 
 namespace cwm::server {
 
+bool AddSighting(const Sighting& sighting, std::chrono::system_clock::time_point when,
+                 Observation& known) {
+  if (sighting.is_new || sighting.reachable.has_value()) known.reachable = sighting.reachable;
+  if (known.last.has_value() && *known.last >= when) return false;
+  known.last = when;
+  return true;
+}
+
 void Observations::Record(std::span<const Sighting> sightings,
                           std::chrono::system_clock::time_point when,
                           const collision::WorldSnapshot& world) {
@@ -11,12 +19,13 @@ void Observations::Record(std::span<const Sighting> sightings,
   for (const Sighting& sighting : sightings) {
     if (world.Find(sighting.name) == nullptr) continue;
     Entry& entry = entries_[sighting.name];
-    Observation& known = entry.observation;
-    if (sighting.is_new || sighting.reachable.has_value()) known.reachable = sighting.reachable;
-    if (known.last.has_value() && *known.last >= when) continue;  // scans may arrive out of order
-    known.last = when;
-    entry.number = ++last_number_;
+    if (AddSighting(sighting, when, entry.observation)) entry.number = ++last_number_;
   }
+}
+
+void Observations::Restore(const std::string& name, const Observation& observation) {
+  std::lock_guard lock(mutex_);
+  entries_[name] = {observation, observation.last.has_value() ? ++last_number_ : 0};
 }
 
 void Observations::Forget(const std::string& name) {

@@ -28,12 +28,19 @@ struct Sighting {
   bool is_new = false;  // its geometry or pose is new, so earlier facts are void
 };
 
+// Adds a sighting in a scan taken at `when` to what is known of the object. True if it is newer
+// than all before: scans may arrive out of order.
+bool AddSighting(const Sighting& sighting, std::chrono::system_clock::time_point when,
+                 Observation& known);
+
 // Thread safe.
 class Observations {
  public:
   // Ignores names that `world` does not contain.
   void Record(std::span<const Sighting> sightings, std::chrono::system_clock::time_point when,
               const collision::WorldSnapshot& world);
+  // Sets what was known of an object before a restart.
+  void Restore(const std::string& name, const Observation& observation);
   void Forget(const std::string& name);
   Observation Get(const std::string& name) const;
 

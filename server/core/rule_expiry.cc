@@ -9,16 +9,15 @@
 namespace cwm::server {
 namespace {
 
-// The delay before the next try after an expiry failed, e.g. for lack of memory to publish it.
+// The delay before the next try after an expiry failed, e.g. for lack of memory or of room on the disk.
 constexpr auto kRetryAfter = std::chrono::seconds(1);
 
 bool TryExpireRules(World& world, Clock::time_point now) {
   try {
-    world.ExpireRules(now);
+    return world.ExpireRules(now).ok();
   } catch (...) {  // an error of one world must not end the server
     return false;
   }
-  return true;
 }
 
 }  // namespace

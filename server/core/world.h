@@ -14,12 +14,14 @@
 
 #include "absl/status/statusor.h"
 #include "collision/world/world_snapshot.h"
+#include "server/core/journal.h"
 #include "server/core/kept_scans.h"
 #include "server/core/limits.h"
 #include "server/core/memory_budget.h"
 #include "server/core/observations.h"
 #include "server/core/watch.h"
 #include "server/core/work_budget.h"
+#include "server/core/world_image.h"
 #include "server/core/write_facts.h"
 
 namespace cwm::server {
@@ -49,19 +51,18 @@ struct WriteOutcome {
   std::shared_ptr<const IngestOutcome> ingest = {};  // the first reply of a replayed ingest
 };
 
-// Hooks of a write. Both run under the writer's turn and may be empty.
-struct WriteHooks {
-  // Called when the changes are known to be valid, before anybody sees the resulting world: for
-  // data that belongs to the write but not to a revision.
-  std::function<void(const collision::WorldSnapshot& next)> applied = {};
-  // Called before that: makes the reply that retries of the same request_id get as `ingest`.
-  std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)> reply = {};
-};
+// Called once with the answer to a write.
+using WriteDone = std::function<void(absl::StatusOr<WriteOutcome> outcome)>;
 
-// Adds reason and details to a status of collision::Apply, as documented at World::Apply; `list` is
-// the request's field that held the changes.
-absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSnapshot& base,
-                            std::span<const collision::Change> changes, const std::string& list);
+// Hooks of a write. Both run under the writer's turn, when the changes are known to be valid and
+// before anybody sees the resulting world; they may be empty.
+struct WriteHooks {
+  // The facts that belong to the write but not to a revision; they become visible with it.
+  std::function<WriteFacts(const collision::WorldSnapshot& next)> facts = {};
+  // Makes the reply that retries of the same request_id get as `ingest`.
+  std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)> reply = {};
+  Durability durability = Durability::kDurable;
+};
 
 class RuleExpiry;  // rule_expiry.h
 
@@ -72,20 +73,26 @@ struct WorldServices {
   std::shared_ptr<MemoryBudget> memory = {};  // null: no limit
   std::function<void()> drop_histories = {};  // of all worlds, called if memory is short
   std::int64_t max_objects = Limits().max_objects;
+  std::int64_t max_pending_writes = Limits().max_pending_writes;
+  Journal* journal = nullptr;  // outlives the world; null: what is written ends with the process
 };
 
 class World : public std::enable_shared_from_this<World> {
  public:
   // `now` measures ages; tests pass their own. Allowances expire by themselves only in a world that
   // a shared pointer holds.
+  // A world with a journal must be held by a shared pointer.
   World(std::string name, std::string uid, Retention retention,
         std::function<Clock::time_point()> now = Clock::now, WorldServices services = {});
+  // A world as it was before a restart.
+  World(WorldImage image, Retention retention, std::function<Clock::time_point()> now,
+        WorldServices services);
   ~World();
 
   const std::string& name() const;
   const std::string& uid() const;
 
-  // Never blocks on a writer's work.
+  // The latest revision that the journal has. Never blocks on a writer's work.
   SnapshotPtr Snapshot() const;
   // AtLeast waits for the revision until `deadline` (DeadlineExceeded), `stop` (Cancelled) or the
   // world's end (NotFound WORLD_DELETED). Exactly returns OutOfRange REVISION_COMPACTED for a
@@ -93,17 +100,24 @@ class World : public std::enable_shared_from_this<World> {
   absl::StatusOr<SnapshotPtr> At(const RevisionRule& rule, Clock::time_point deadline,
                                  std::stop_token stop) const;
 
-  // Applies the changes to the latest snapshot, all or none. NotFound OBJECT_UNKNOWN or
+  // Applies the changes to the newest state, all or none, and answers through `done` when the
+  // journal has the write: at once without a journal, else from the journal's thread. `done` is not
+  // called if the function throws. NotFound OBJECT_UNKNOWN or
   // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, TOO_MANY_OBJECTS or MEMORY_EXHAUSTED,
   // Aborted REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in
   // the metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD
-  // ("changes[i]"). The budget's status if it ended before the list was applied.
+  // ("changes[i]"). QUEUE_FULL for too many writes that wait for the journal; DISK_FULL if the
+  // journal cannot store the write, of which nothing is done then. The budget's status if it ended
+  // before the list was applied.
+  void StartApply(std::span<const collision::Change> changes, const WriteOptions& options,
+                  WorkBudget* budget, WriteDone done);
+  // Waits for the answer.
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
                                      const WriteOptions& options, WorkBudget* budget = nullptr);
 
-  // For changes that depend on the latest snapshot (ingest): takes the writer's turn, calls `make`
-  // with the snapshot and applies the changes that it returns. `make` runs under the turn and must
-  // be short; it is not called for a replay or a revision mismatch.
+  // For changes that depend on the newest state (ingest): takes the writer's turn, calls `make`
+  // with the state and applies the changes that it returns. `make` runs under the turn and must
+  // be short; it is not called for a replay or a revision mismatch. Waits for the answer.
   using MakeChanges =
       std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>;
   absl::StatusOr<WriteOutcome> Update(const MakeChanges& make, const WriteOptions& options,
@@ -111,20 +125,34 @@ class World : public std::enable_shared_from_this<World> {
 
   // Publishes the end of the allowances that expired until `now`, if there are any. Queries that
   // hold an older snapshot are answered by that snapshot. Does nothing in a world that was closed.
-  void ExpireRules(Clock::time_point now);
+  // The errors of Apply.
+  absl::Status ExpireRules(Clock::time_point now);
+  // Sets the time of the next expiry; for a world that was restored with rules.
+  void ScheduleExpiry();
 
-  // The result of Update before it would call `make`: an error, the first reply of a retry, or
-  // empty to go on. Saves the work of a write that cannot succeed.
-  absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) const;
+  // Decides a write before its work: an error, or the first reply of a retry, is answered through
+  // `done`, as by StartApply. False, with nothing called, to go on. Saves the work of a write that
+  // cannot succeed.
+  bool StartPrecheck(const WriteOptions& options, WriteDone done);
+  // Waits for the answer; empty to go on.
+  absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options);
+
+  // The newest state, which the journal may not have yet: what a write is decided on. Readers must
+  // not see it.
+  SnapshotPtr Tip() const;
+  // Stores large geometry that a later Update puts, so that the turn need not wait for the disk.
+  // Does nothing without a journal. ResourceExhausted DISK_FULL.
+  absl::Status KeepGeometry(std::span<const collision::Change> changes, Durability durability);
 
   // The next name "<stem>_<n>" that no object and no robot of this world has, e.g. object_7; each
   // is returned only once. Call only under the writer's turn (in `make`).
   std::string ReserveName(const std::string& stem);
 
-  // The kept pose of a sensor. Its first estimated pose is kept until a pose is given or an up
-  // direction contradicts it. SetSensorPose replaces it.
+  // The kept pose of a sensor: the newest that a write's facts told, though the journal may not
+  // have the write yet.
   std::optional<SensorPose> SensorPoseOf(const std::string& sensor) const;
-  void SetSensorPose(const std::string& sensor, const SensorPose& pose);
+  // Keeps a pose, by a write without changes. The errors of Update.
+  absl::Status SetSensorPose(const std::string& sensor, const SensorPose& pose);
 
   // Scan reports about the objects; an entry is dropped with its object.
   Observations& observations();
@@ -146,20 +174,19 @@ class World : public std::enable_shared_from_this<World> {
   // Bytes charged to this world.
   std::int64_t memory_bytes() const;
 
-  // Ends all watches and refuses writes with NotFound WORLD_DELETED. Snapshots that readers hold
-  // stay valid.
-  void Close();
+  // Refuses writes with NotFound WORLD_DELETED and, when the journal has the deletion, ends all
+  // watches. Snapshots that readers hold stay valid. Waits; returns the world's last revision.
+  // NotFound WORLD_DELETED if it was closed before; DISK_FULL, then the world stays.
+  absl::StatusOr<collision::Revision> Close(const WorldDeletion& deletion = {});
   // Ends all watches with a last bookmark, for shutting down. Writes in progress still finish.
   void Drain();
 
  private:
   struct State;
 
-  // A long list is applied to the latest snapshot before the turn is taken, so that other writes
-  // can pass it. The result is published if the snapshot is still the latest; otherwise the list is
-  // applied again.
-  absl::StatusOr<WriteOutcome> ApplyOnce(std::span<const collision::Change> changes,
-                                         const WriteOptions& options, WorkBudget* budget);
+  // OK if the write was decided; MEMORY_EXHAUSTED if it may succeed with more room.
+  absl::Status ApplyOnce(std::span<const collision::Change> changes, const WriteOptions& options,
+                         const WriteHooks& hooks, WorkBudget* budget, WriteDone& done);
 
   std::unique_ptr<State> state_;
 };

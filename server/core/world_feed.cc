@@ -41,9 +41,9 @@ void WorldFeed::PostCommit::Finish() const {
 }
 
 WorldFeed::WorldFeed(Retention retention, std::function<Clock::time_point()> now,
-                     MemoryCharge charge)
+                     MemoryCharge charge, SnapshotPtr first)
     : now_(std::move(now)),
-      latest_(std::make_shared<const WorldSnapshot>()),
+      latest_(std::move(first)),
       history_(retention, latest_, std::move(charge)) {}
 
 SnapshotPtr WorldFeed::Latest() const {
@@ -103,15 +103,12 @@ Revision WorldFeed::oldest_watch() {
   return history_.oldest_watch();
 }
 
-WorldFeed::PostCommit WorldFeed::Publish(SnapshotPtr next,
-                                         std::vector<collision::ObjectDelta> deltas,
-                                         std::vector<collision::RobotDelta> robot_deltas,
-                                         std::vector<collision::PairRuleDelta> rule_deltas) {
-  auto event = std::make_shared<const Event>(Event{next->revision(),
-                                                   now_(),
-                                                   {deltas.begin(), deltas.end()},
-                                                   std::move(robot_deltas),
-                                                   std::move(rule_deltas)});
+void WorldFeed::RestoreEvents(std::span<const EventPtr> events, Revision from) {
+  const std::lock_guard lock(mutex_);
+  history_.RestoreEvents(events, from);
+}
+
+WorldFeed::PostCommit WorldFeed::Publish(SnapshotPtr next, EventPtr event) {
   PostCommit post_commit;
   {
     std::lock_guard lock(mutex_);
@@ -144,7 +141,7 @@ void WorldFeed::DropHistory() {
 
 absl::Status WorldFeed::CheckResume(Revision from) const {
   if (from > history_.latest()) return InFuture(from, history_.latest());
-  if (from < history_.oldest_watch()) {
+  if (from < history_.oldest_watch() || !history_.WasMade(from)) {
     return Compacted(from, history_.oldest_watch(), history_.latest());
   }
   return absl::OkStatus();
@@ -177,12 +174,11 @@ void WorldFeed::Unsubscribe(const std::shared_ptr<const Wake>& subscription) {
 
 WorldFeed::ReadResult WorldFeed::ReadAfter(Revision position) const {
   std::lock_guard lock(mutex_);
-  const Revision next{position.value + 1};
-  ReadResult result{.event = history_.EventAt(next),
+  ReadResult result{.event = history_.EventFrom(position),
                     .compacted = false,
                     .oldest_watch = history_.oldest_watch(),
                     .end_reason = end_reason_};
-  result.compacted = result.event == nullptr && next <= history_.latest();
+  result.compacted = result.event == nullptr && position < history_.latest();
   return result;
 }
 

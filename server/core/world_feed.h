@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -47,7 +48,9 @@ class WorldFeed {
     std::shared_ptr<const Wake> subscription;
   };
 
-  WorldFeed(Retention retention, std::function<Clock::time_point()> now, MemoryCharge charge = {});
+  // `first` is the oldest revision that is kept.
+  WorldFeed(Retention retention, std::function<Clock::time_point()> now, MemoryCharge charge = {},
+            SnapshotPtr first = std::make_shared<const collision::WorldSnapshot>());
 
   SnapshotPtr Latest() const;
   EndReason end_reason() const;
@@ -56,10 +59,10 @@ class WorldFeed {
   collision::Revision oldest_exact() const;
   collision::Revision oldest_watch();
 
-  // `next` must follow the latest snapshot by one revision.
-  [[nodiscard]] PostCommit Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas,
-                                   std::vector<collision::RobotDelta> robot_deltas,
-                                   std::vector<collision::PairRuleDelta> rule_deltas);
+  // Adds the events that led from `from` to the first snapshot, before anything is published.
+  void RestoreEvents(std::span<const EventPtr> events, collision::Revision from);
+  // `event` made `next` of the latest snapshot (History::Append).
+  [[nodiscard]] PostCommit Publish(SnapshotPtr next, EventPtr event);
   // Deletion may follow draining, but not the other way round.
   [[nodiscard]] PostCommit End(EndReason end_reason);
 

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "server/core/history.h"
 #include "server/core/journal.h"
+#include "server/core/memory_budget.h"
 #include "server/core/write_facts.h"
 
 namespace cwm::server {
@@ -15,6 +17,8 @@ namespace cwm::server {
 struct WorldImage {
   std::string name;
   std::string uid;
+  // The account to which its geometry is charged; absent: a new one.
+  std::optional<MemoryBudget::Payer> payer = {};
   // The kept events up to `base`, oldest first, for watches: their snapshots are no longer kept.
   // The first was applied to `oldest_watch`, each other one to the result of the one before.
   std::vector<EventPtr> earlier = {};

@@ -1,5 +1,7 @@
 #include "server/core/world_registry.h"
+
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -124,6 +126,7 @@ struct WorldRegistry::State {
   DeletionCache deletions;
   bool draining = false;
   Listener listener = {};
+  std::atomic<Journal*> journal = nullptr;
 
   // Informs the listener. Must not be called under the mutex.
   void Notify(const World& world, WorldEvent event) {
@@ -170,14 +173,18 @@ struct WorldRegistry::State {
                        {.reason = "TOO_MANY_WORLDS",
                         .metadata = {{"limit", std::to_string(limits.max_worlds)}}});
     }
-    auto world =
-        std::make_shared<World>(name, RandomUid(), retention, now,
-                                WorldServices{.expiry = expiry,
-                                              .memory = memory,
-                                              .drop_histories = [this] { DropHistories(); },
-                                              .max_objects = limits.max_objects});
+    auto world = std::make_shared<World>(name, RandomUid(), retention, now, Services());
     if (draining) world->Drain();
     return &(entries[name] = {.world = std::move(world), .committed = false, .leases = 0});
+  }
+
+  WorldServices Services() {
+    return {.expiry = expiry,
+            .memory = memory,
+            .drop_histories = [this] { DropHistories(); },
+            .max_objects = limits.max_objects,
+            .max_pending_writes = limits.max_pending_writes,
+            .journal = journal};
   }
 };
 
@@ -241,6 +248,11 @@ absl::StatusOr<WorldRegistry::Lease> WorldRegistry::AcquireLease(const std::stri
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::string& name) {
   absl::StatusOr<Lease> lease = AcquireLease(name);
   if (!lease.ok()) return lease.status();
+  if (journal() != nullptr && !lease->committed()) {
+    const auto nothing = [](const SnapshotPtr&) { return std::vector<collision::Change>(); };
+    const absl::StatusOr<WriteOutcome> created = (*lease)->Update(nothing, {});
+    if (!created.ok()) return created.status();
+  }
   lease->Commit();
   return lease->world();
 }
@@ -275,9 +287,10 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
     world = state_->Find(key.world, uid);
     if (!world.ok()) return world.status();
   }
-  // Waits for the writer's turn, so it must not hold our lock. From then on the world's revision is
-  // final.
-  (*world)->Close();
+  // Waits for the writer's turn and the journal, so it must not hold our lock. From then on the
+  // world's revision is final.
+  const auto closed = (*world)->Close({.requested_uid = uid, .request_id = request_id});
+  if (!closed.ok() && !absl::IsNotFound(closed.status())) return closed.status();
   const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
   {
     std::lock_guard lock(state_->mutex);
@@ -291,6 +304,27 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   }
   state_->Notify(**world, WorldEvent::kDeleted);
   return deleted;
+}
+
+void WorldRegistry::SetJournal(Journal* journal) { state_->journal = journal; }
+Journal* WorldRegistry::journal() const { return state_->journal; }
+
+void WorldRegistry::Restore(std::vector<WorldImage> worlds,
+                            std::span<const DeletedWorldImage> deleted) {
+  for (WorldImage& image : worlds) {
+    auto world = std::make_shared<World>(std::move(image), state_->retention, state_->now,
+                                         state_->Services());
+    world->ScheduleExpiry();
+    const std::lock_guard lock(state_->mutex);
+    state_->entries[world->name()] = {.world = world, .committed = true, .leases = 0};
+  }
+  const std::lock_guard lock(state_->mutex);
+  for (const DeletedWorldImage& image : deleted) {
+    if (image.deletion.request_id.empty()) continue;
+    state_->deletions.Insert({image.name, image.deletion.request_id},
+                             {image.deletion.requested_uid, {image.uid, image.revision}},
+                             image.when);
+  }
 }
 
 void WorldRegistry::SetListener(Listener listener) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,12 +70,18 @@ class WorldRegistry {
     std::string uid;
     collision::Revision revision;  // its last
   };
-  // The errors of Find. A retry with the same request_id, within the time that ids are kept, gets
+  // The errors of Find; DISK_FULL, then the world stays. A retry with the same request_id, within the time that ids are kept, gets
   // the first reply; FailedPrecondition REQUEST_ID_REUSED for another `uid` under the same id.
   absl::StatusOr<Deleted> Delete(const std::string& name, const std::string& uid = "",
                                  const std::string& request_id = "");
   // Ends all watches with a last bookmark, for shutting down.
   void Drain();
+
+  // Sets the journal of all worlds that are made from now on. It must outlive the registry.
+  void SetJournal(Journal* journal);
+  Journal* journal() const;  // nullptr: none
+  // Adds the worlds of before a restart, visible to everybody, and recently deleted ones.
+  void Restore(std::vector<WorldImage> worlds, std::span<const DeletedWorldImage> deleted);
 
   enum class WorldEvent { kCreated, kDeleted };
   // Called, without a lock of the registry, for each world that becomes visible to everybody and

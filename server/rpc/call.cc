@@ -146,9 +146,15 @@ void UnaryCall::Enqueue(const UnaryPlan& plan) {
 
 void UnaryCall::Run() {
   if (runtime_.draining()) return End(Draining());
-  End(call_.stop.stop_requested()
-          ? CallCancelled()
-          : RunGuarded([this](const CallContext& call) { return Work(call); }, call_));
+  if (call_.stop.stop_requested()) return End(CallCancelled());
+  // *this may be gone when Work returns, but not if it throws.
+  const absl::Status started = RunGuarded(
+      [this](const CallContext& call) {
+        Work(call, [this](const absl::Status& status) { End(status); });
+        return absl::OkStatus();
+      },
+      call_);
+  if (!started.ok()) End(started);
 }
 
 // The only place that finishes the call; *this may be gone afterwards.

@@ -53,6 +53,8 @@ inline constexpr double kParsing_s_per_byte = 20e-9;
 inline constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
 
 using CallWork = std::function<absl::Status(const CallContext&)>;
+// Ends a call with its status, once, from any thread.
+using EndCall = std::function<void(const absl::Status&)>;
 
 // Runs `work`; an exception that gets this far (out of memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
@@ -89,7 +91,8 @@ class UnaryCall : public grpc::ServerUnaryReactor {
 
   virtual absl::Status Parse(grpc::ByteBuffer& bytes, WorkBudget* budget) = 0;
   virtual UnaryPlan MakePlan() = 0;
-  virtual absl::Status Work(const CallContext& call) = 0;
+  // Calls `end` when the response is complete, at once or later. If it throws, it does not call it.
+  virtual void Work(const CallContext& call, EndCall end) = 0;
   // Frees request and response, which are not used afterwards.
   virtual grpc::Status Serialize() = 0;
   virtual std::int64_t ParsedBytes() const = 0;
@@ -149,8 +152,10 @@ class UnaryCallOf final : public UnaryCall {
     return ParseRequest(bytes, request_, budget);
   }
   UnaryPlan MakePlan() override { return method_.plan(*request_); }
-  absl::Status Work(const CallContext& call) override {
-    return method_.work(*request_, call, response_);
+  void Work(const CallContext& call, EndCall end) override {
+    if (method_.start) return method_.start(*request_, call, response_, std::move(end));
+    const absl::Status worked = method_.work(*request_, call, response_);
+    end(worked);
   }
   grpc::Status Serialize() override {
     const grpc::Status status = SerializeResponse(*response_, reply_);

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
+#include "server/core/refusal.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/objects.h"
 #include "server/wire/prepared_bytes.h"

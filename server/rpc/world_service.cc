@@ -89,19 +89,25 @@ void SetReply(const World& world, const WriteOutcome& outcome, v1::ApplyChangesR
 }
 
 // Only a list that puts something creates a world, and only when it is applied.
-absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& request,
-                     const std::vector<collision::Change>& changes, const WriteOptions& options,
-                     WorkBudget& budget, v1::ApplyChangesResponse* response) {
+absl::Status StartApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& request,
+                          const std::vector<collision::Change>& changes,
+                          const WriteOptions& options, WorkBudget& budget,
+                          v1::ApplyChangesResponse* response, const EndCall& end) {
   if (std::none_of(changes.begin(), changes.end(), Puts)) {
     auto world = worlds.Find(request.world(), request.world_uid());
     if (!world.ok()) return world.status();
   }
-  auto lease = worlds.AcquireLease(request.world(), request.world_uid());
-  if (!lease.ok()) return lease.status();
-  auto outcome = (*lease)->Apply(changes, options, &budget);
-  if (!outcome.ok()) return outcome.status();
-  lease->Commit();
-  SetReply(**lease, *outcome, response);
+  auto acquired = worlds.AcquireLease(request.world(), request.world_uid());
+  if (!acquired.ok()) return acquired.status();
+  const auto lease = std::make_shared<WorldRegistry::Lease>(*std::move(acquired));
+  World& world = **lease;
+  world.StartApply(changes, options, &budget,
+                   [lease, response, end](const absl::StatusOr<WriteOutcome>& outcome) {
+                     if (!outcome.ok()) return end(outcome.status());
+                     lease->Commit();
+                     SetReply(**lease, *outcome, response);
+                     end(absl::OkStatus());
+                   });
   return absl::OkStatus();
 }
 
@@ -117,20 +123,22 @@ absl::Status Delete(Runtime& runtime, const v1::DeleteWorldRequest& request,
   return absl::OkStatus();
 }
 
-absl::Status ApplyRequest(Application& application, const v1::ApplyChangesRequest& request,
-                          const CallContext& call, v1::ApplyChangesResponse* response) {
+// OK if `end` was called or will be.
+absl::Status StartApply(Application& application, const v1::ApplyChangesRequest& request,
+                        const CallContext& call, v1::ApplyChangesResponse* response,
+                        const EndCall& end) {
   WorkBudget budget(call.deadline, call.stop);
   auto options = WriteOptionsOf(request, budget);
   if (!options.ok()) return options.status();
   if (const auto known = application.worlds.Find(request.world(), request.world_uid());
       known.ok()) {
     // A retry gets the first reply even if the objects it names are gone.
-    auto decided = (*known)->Precheck(*options);
-    if (!decided.ok()) return decided.status();
-    if (decided->has_value()) {
-      SetReply(**known, **decided, response);
-      return absl::OkStatus();
-    }
+    const bool is_decided = (*known)->StartPrecheck(
+        *options, [world = *known, response, end](const absl::StatusOr<WriteOutcome>& outcome) {
+          if (outcome.ok()) SetReply(*world, *outcome, response);
+          end(outcome.status());
+        });
+    if (is_decided) return absl::OkStatus();
   }
   // Prepared geometry is charged to the client until it is charged to the world.
   const auto prepared = application.memory->Charge(
@@ -139,7 +147,7 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   auto changes = ChangesFromProto(request.changes(), application.limits, application.geometry, {},
                                   "changes", &budget);
   if (!changes.ok()) return changes.status();
-  return ApplyTo(application.worlds, request, *changes, *options, budget, response);
+  return StartApplyTo(application.worlds, request, *changes, *options, budget, response, end);
 }
 
 absl::Status ReadObject(Runtime& runtime, const v1::GetObjectRequest& request,
@@ -240,10 +248,12 @@ grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext
              if (!affordable.ok()) plan.await = affordable;
              return plan;
            },
-       .work =
+       .start =
            [this](const v1::ApplyChangesRequest& parsed, const CallContext& call,
-                  v1::ApplyChangesResponse* reply) {
-             return ApplyRequest(runtime_.application, parsed, call, reply);
+                  v1::ApplyChangesResponse* reply, const EndCall& end) {
+             const absl::Status started =
+                 StartApply(runtime_.application, parsed, call, reply, end);
+             if (!started.ok()) end(started);
            }});
 }
 

@@ -41,8 +41,7 @@ TEST(History, BeginsWithTheEmptyWorldAtRevisionZero) {
   EXPECT_EQ(recorder.history.oldest_watch(), Revision{0});
   EXPECT_TRUE(recorder.history.SnapshotAt({0})->objects().empty());
   EXPECT_EQ(recorder.history.SnapshotAt({1}), nullptr);
-  EXPECT_EQ(recorder.history.EventAt({0}), nullptr);
-  EXPECT_EQ(recorder.history.EventAt({1}), nullptr);
+  EXPECT_EQ(recorder.history.EventFrom({0}), nullptr);
 }
 
 TEST(History, KeepsTheLastSnapshotsExactly) {
@@ -67,8 +66,8 @@ TEST(History, EventsEndAtTheirCountMemoryAndAge) {
   Recorder counted({.watch_events = 4});
   for (int i = 1; i <= 5; ++i) counted.Record({Put("a", i), Put("b", i)});
   EXPECT_EQ(counted.history.oldest_watch(), Revision{3});
-  EXPECT_EQ(counted.history.EventAt({3}), nullptr);
-  EXPECT_EQ(counted.history.EventAt({4})->deltas.size(), 2u);
+  EXPECT_EQ(counted.history.EventFrom({2}), nullptr);
+  EXPECT_EQ(counted.history.EventFrom({3})->deltas.size(), 2u);
 
   Recorder weighed({.watch_bytes = 1});
   weighed.Record({Put("a")});
@@ -108,7 +107,7 @@ TEST(ApproximateBytes, CountsWhatHistoryAloneHolds) {
   recorder.Record({Move("a", 1)});
   recorder.Record({Remove("a")});
   const auto superseded = [&](int revision) {
-    return ApproximateSupersededBytes(recorder.history.EventAt({revision})->deltas);
+    return ApproximateSupersededBytes(recorder.history.EventFrom({revision - 1})->deltas);
   };
   const auto whole = ApproximateBytes(*recorder.history.SnapshotAt({2})->Find("a"));
   EXPECT_EQ(superseded(1), 0) << "an addition supersedes nothing";

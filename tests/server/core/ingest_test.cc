@@ -268,7 +268,7 @@ TEST_F(IngestTest, AnUpThatContradictsAKeptEstimateReplacesIt) {
   IngestRequest request = RequestFor(scan);
   request.options.X_WC.reset();
   const Pose estimate = Turned(scan.truth.X_WC, 0.2);  // off by more than 5 degrees
-  world.SetSensorPose("head", {estimate, false});
+  EXPECT_TRUE(world.SetSensorPose("head", {estimate, false}).ok());
   request.options.up_C = UpOf(Turned(estimate, 0.05));  // off by less
   MustIngest(request, noting.AsFunction());
   EXPECT_EQ(world.SensorPoseOf("head")->X_WC.matrix(), estimate.matrix());
@@ -301,7 +301,7 @@ TEST_F(IngestTest, SegmentOnlyUsesNoEstimateOfEarlierScans) {
   request.mode = IngestMode::kSegmentOnly;
   MustIngest(request, noting.AsFunction());
   EXPECT_EQ(noting.given_x_m.back(), std::nullopt);
-  world.SetSensorPose("head", {scan.truth.X_WC, true});
+  EXPECT_TRUE(world.SetSensorPose("head", {scan.truth.X_WC, true}).ok());
   MustIngest(request, noting.AsFunction());
   EXPECT_EQ(noting.given_x_m.back(), scan.truth.X_WC.translation().x());
 }
@@ -354,14 +354,16 @@ TEST_F(IngestTest, AScanWhoseSensorGotAPoseMeanwhileIsInterpretedAnew) {
   const Interpreter inner = noting.AsFunction();
   IngestRequest request = RequestFor(scan);
   request.options.X_WC.reset();
-  const auto outcome = Ingest(world, request,
-                              [&](const auto& cloud, const auto& options, std::stop_token stop) {
-                                auto scene = inner(cloud, options, stop);
-                                if (noting.given_x_m.size() == 1)
-                                  world.SetSensorPose("head", {scan.truth.X_WC, true});
-                                return scene;
-                              },
-                              {});
+  const auto outcome =
+      Ingest(world, request,
+             [&](const auto& cloud, const auto& options, std::stop_token stop) {
+               auto scene = inner(cloud, options, stop);
+               if (noting.given_x_m.size() == 1) {
+                 EXPECT_TRUE(world.SetSensorPose("head", {scan.truth.X_WC, true}).ok());
+               }
+               return scene;
+             },
+             {});
   ASSERT_TRUE(outcome.ok()) << outcome.status();
   EXPECT_THAT(noting.given_x_m, ElementsAre(std::nullopt, scan.truth.X_WC.translation().x()));
   EXPECT_EQ(outcome->revision, Revision{1});
@@ -372,12 +374,13 @@ TEST_F(IngestTest, APoseThatNeverRestsAborts) {
   IngestRequest request = RequestFor(scan);
   request.options.X_WC.reset();
   double x_m = 0;
-  const auto outcome = Ingest(world, request,
-                              [&](const auto&, const auto&, std::stop_token) {
-                                world.SetSensorPose("head", {MakeTranslation(++x_m, 0, 0), true});
-                                return absl::StatusOr<perception::SceneInterpretation>(scan.truth);
-                              },
-                              {});
+  const auto outcome =
+      Ingest(world, request,
+             [&](const auto&, const auto&, std::stop_token) {
+               EXPECT_TRUE(world.SetSensorPose("head", {MakeTranslation(++x_m, 0, 0), true}).ok());
+               return absl::StatusOr<perception::SceneInterpretation>(scan.truth);
+             },
+             {});
   EXPECT_EQ(outcome.status().code(), absl::StatusCode::kAborted);
   EXPECT_EQ(DetailsOf(outcome.status()).reason, "SENSOR_POSE_CHANGED");
   EXPECT_EQ(world.Snapshot()->revision(), Revision{0});
@@ -416,7 +419,7 @@ TEST_F(IngestTest, AWorldDeletedMeanwhileRefuses) {
   const TableScan scan = ScanTable(TwoBoxes());
   const auto outcome = Ingest(world, RequestFor(scan),
                               [&](const auto&, const auto&, std::stop_token) {
-                                world.Close();
+                                EXPECT_TRUE(world.Close().ok());
                                 return absl::StatusOr<perception::SceneInterpretation>(scan.truth);
                               },
                               {});

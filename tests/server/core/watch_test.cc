@@ -190,7 +190,7 @@ TEST_F(WatchTest, DeletionComesAfterAllEvents) {
     auto watch = *other.Watch({.mode = mode}, [] {});
     MustStep(*watch);
     ASSERT_TRUE(other.Apply(std::vector{Put("a")}, {}).ok());
-    other.Close();
+    EXPECT_TRUE(other.Close().ok());
     EXPECT_EQ(MustStep(*watch).revision, Revision{1});
     for (int i = 0; i < 2; ++i) {
       const auto end = watch->Next();
@@ -223,7 +223,7 @@ TEST_F(WatchTest, WakesOncePerRevisionAndAtTheEnd) {
   EXPECT_EQ(wakes, 1);
   Write({Remove("a")});
   EXPECT_EQ(wakes, 2);
-  world.Close();
+  EXPECT_TRUE(world.Close().ok());
   EXPECT_EQ(wakes, 3);
 }
 
@@ -257,7 +257,7 @@ TEST_F(WatchTest, ACursorOutlivesItsWorld) {
   {
     World brief("w", "uid", {});
     watch = *brief.Watch({}, [] {});
-    brief.Close();
+    EXPECT_TRUE(brief.Close().ok());
   }
   EXPECT_EQ(MustStep(*watch).kind, Kind::kInitialState);
   EXPECT_EQ(DetailsOf(watch->Next().status()).reason, "WORLD_DELETED");

@@ -219,7 +219,7 @@ TEST_F(WorldTest, AtLeastEndsAtDeadlineStopAndDeletion) {
             absl::StatusCode::kCancelled);
   stopper.join();
 
-  std::thread closer([&] { world.Close(); });
+  std::thread closer([&] { EXPECT_TRUE(world.Close().ok()); });
   EXPECT_EQ(DetailsOf(At(AtLeast{{1}}).status()).reason, "WORLD_DELETED");
   closer.join();
 }
@@ -227,7 +227,7 @@ TEST_F(WorldTest, AtLeastEndsAtDeadlineStopAndDeletion) {
 TEST_F(WorldTest, ADeletedWorldRefusesWritesAndWatches) {
   MustApply({Put("a")});
   const SnapshotPtr held = world.Snapshot();
-  world.Close();
+  EXPECT_TRUE(world.Close().ok());
   EXPECT_EQ(DetailsOf(Refused({Put("b")})).reason, "WORLD_DELETED");
   EXPECT_EQ(DetailsOf(world.Watch({}, [] {}).status()).reason, "WORLD_DELETED");
   EXPECT_EQ(NamesIn(*held), std::vector<std::string>{"a"});
@@ -312,9 +312,9 @@ TEST_F(WorldTest, ObservationsAreToldInTheirOrderTheLastOfEachObject) {
 
 TEST_F(WorldTest, KeepsOnePosePerSensor) {
   EXPECT_FALSE(world.SensorPoseOf("head").has_value());
-  world.SetSensorPose("head", {MakeTranslation(1, 0, 0), true});
-  world.SetSensorPose("hand", {MakeTranslation(2, 0, 0), false});
-  world.SetSensorPose("head", {MakeTranslation(3, 0, 0), true});
+  EXPECT_TRUE(world.SetSensorPose("head", {MakeTranslation(1, 0, 0), true}).ok());
+  EXPECT_TRUE(world.SetSensorPose("hand", {MakeTranslation(2, 0, 0), false}).ok());
+  EXPECT_TRUE(world.SetSensorPose("head", {MakeTranslation(3, 0, 0), true}).ok());
   EXPECT_EQ(world.SensorPoseOf("head")->X_WC.translation().x(), 3);
   EXPECT_EQ(world.SensorPoseOf("hand")->X_WC.translation().x(), 2);
   EXPECT_FALSE(world.SensorPoseOf("hand")->given);
