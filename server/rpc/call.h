@@ -131,7 +131,10 @@ class UnaryCall : public grpc::ServerUnaryReactor {
 template <class Request, class Response>
 struct UnaryMethod {
   std::function<UnaryPlan(const Request&)> plan;
-  std::function<absl::Status(const Request&, const CallContext&, Response*)> work;
+  std::function<absl::Status(const Request&, const CallContext&, Response*)> work = {};
+  // In place of `work`, for an answer that waits for the disk: see UnaryCall::Work. The response
+  // lives until `end` is called.
+  std::function<void(const Request&, const CallContext&, Response*, EndCall end)> start = {};
   bool is_always_served = false;  // while worlds are restored, too
 };
 
