@@ -218,7 +218,10 @@ absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
   if (stop.stop_requested()) return Stopped();
   auto robot = collision::PrepareRobot(*std::move(model), *std::move(spheres), stop);
   if (robot == nullptr) return Stopped();
-  return robot;
+  if (files.files_hash.empty()) return robot;
+  auto kept = std::make_shared<collision::RobotGeometry>(*robot);
+  kept->files_hash = files.files_hash;
+  return kept;
 }
 
 std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf,

@@ -25,6 +25,8 @@ struct RobotFiles {
   // Mesh files by the URI that the URDF uses for them.
   std::map<std::string, std::string, std::less<>> meshes = {};
   collision::RobotSettings settings = {};
+  // Names all of these in a store (Journal::KeepRobotFiles); empty if none keeps them.
+  std::string files_hash = {};
 };
 
 // Reads and prepares a robot. Heavy, so no lock may be held. InvalidArgument INVALID_FIELD
@@ -32,7 +34,7 @@ struct RobotFiles {
 // rule; a mesh that is not among the files is named with its URI and link. The same for settings of
 // links and groups that the robot does not have ("header.link_padding[0].link" and the like).
 // ResourceExhausted ROBOT_TOO_LARGE if `limits` are exceeded. Cancelled when stopped, which is
-// checked before each mesh and each stage.
+// checked before each mesh and each stage. The robot gets the `files_hash` of the files.
 absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
     RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);
 

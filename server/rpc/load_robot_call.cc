@@ -131,6 +131,11 @@ absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
   for (auto& [name, upload] : files_) bytes.emplace(name, upload.Take());
   auto files = MakeRobotFiles(*plan_, std::move(bytes), path);
   if (!files.ok()) return files.status();
+  if (Journal* const journal = runtime_.application.worlds.journal()) {
+    auto hash = journal->KeepRobotFiles(*files);
+    if (!hash.ok()) return hash.status();
+    files->files_hash = *std::move(hash);
+  }
   auto robot = ReadRobot(*std::move(files), runtime_.application.limits.robot, call_.stop);
   if (!robot.ok()) return absl::IsCancelled(robot.status()) ? CallCancelled() : robot.status();
   auto put = MakePutRobot(*plan_, *std::move(robot), path);

@@ -1,0 +1,161 @@
+#include "server/store/compaction.h"
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "server/store/decode_fault.h"
+#include "server/store/encode_entry.h"
+#include "server/store/stored_world.h"
+
+namespace cwm::server {
+namespace {
+
+// chosen: a millisecond or two of reading and folding.
+constexpr std::int64_t kBytesOfStep = 256 << 10;
+
+}  // namespace
+
+Compaction::Compaction(std::string world_uid, std::int64_t up_to, const Retention& retention)
+    : world_uid_(std::move(world_uid)), up_to_(up_to), retention_(retention), fold_(retention) {}
+
+absl::Status Compaction::Step(Store& store) {
+  switch (stage_) {
+    case Stage::kReadSnapshot:
+      return ReadSnapshot(store);
+    case Stage::kReadRecords:
+      return ReadRecords(store);
+    case Stage::kMakeSnapshot:
+      return MakeSnapshot(store);
+    case Stage::kPutSnapshot: {
+      absl::Status status = store.PutSnapshot(snapshot_);
+      if (status.ok()) stage_ = Stage::kDone;
+      return status;
+    }
+    case Stage::kDone:
+      break;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Compaction::ReadSnapshot(Store& store) {
+  absl::StatusOr<std::vector<StoredSnapshot>> snapshots = store.Snapshots();
+  if (!snapshots.ok()) return snapshots.status();
+  for (const StoredSnapshot& stored : *snapshots) {
+    if (stored.world_uid != world_uid_) continue;
+    absl::StatusOr<WorldFold> fold = FoldOf(stored, retention_);
+    if (!fold.ok()) return fold.status();
+    fold_ = *std::move(fold);
+    sequence_ = stored.sequence;
+  }
+  stage_ = sequence_ >= up_to_ ? Stage::kDone : Stage::kReadRecords;
+  return absl::OkStatus();
+}
+
+absl::Status Compaction::ReadRecords(Store& store) {
+  const auto records = store.Follow(world_uid_, sequence_, kBytesOfStep);
+  if (!records.ok()) return records.status();
+  for (const StoredRecord& stored : *records) {
+    if (stored.sequence > up_to_) break;
+    absl::StatusOr<store::v1::Record> record = ParseRecord(stored);
+    if (!record.ok()) return record.status();
+    const auto event = fold_.Apply(*std::move(record));
+    if (!event.ok()) return DamagedAt(PlaceOf(stored), event.status());
+    sequence_ = stored.sequence;
+  }
+  if (records->empty()) return Damaged(absl::StrCat("record ", up_to_), "is missing");
+  if (sequence_ == up_to_) stage_ = Stage::kMakeSnapshot;
+  if (records->back().sequence > up_to_ && sequence_ < up_to_) {
+    return Damaged(absl::StrCat("record ", up_to_), "is missing");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Compaction::MakeSnapshot(const Store& store) {
+  const store::v1::WorldSnapshot snapshot = fold_.Snapshot();
+  BlobHashes blobs;
+  if (absl::Status status = AddBlobs(snapshot, store, blobs); !status.ok()) return status;
+  snapshot_ = {.sequence = sequence_,
+               .world_uid = world_uid_,
+               .revision = snapshot.revision(),
+               .payload = {},
+               .blobs = {blobs.begin(), blobs.end()}};
+  stage_ = Stage::kPutSnapshot;
+  if (!snapshot.SerializeToString(&snapshot_.payload)) {
+    stage_ = Stage::kDone;  // protobuf writes at most 2 GiB: the log stays
+  }
+  fold_ = WorldFold(retention_);
+  return absl::OkStatus();
+}
+
+void Compactor::Add(const JournalEntry& entry, std::int64_t sequence, std::int64_t bytes) {
+  Logged record{.world_uid = entry.world_uid,
+                .sequence = sequence,
+                .when_ns = NanosecondsOf(entry.when),
+                .bytes = bytes,
+                .is_deletion = std::holds_alternative<WorldDeletion>(entry.what)};
+  const auto* const write = std::get_if<WorldWrite>(&entry.what);
+  if (write != nullptr && write->event != nullptr) record.changes = write->event->size();
+  Add(record);
+}
+
+void Compactor::Add(const Logged& record) {
+  if (record.is_deletion) {
+    logs_.erase(record.world_uid);
+    deleted_.push_back(
+        {.world_uid = record.world_uid, .sequence = record.sequence, .when_ns = record.when_ns});
+    return;
+  }
+  Log& log =
+      logs_.try_emplace(record.world_uid, Log{.window = HistoryWindow(retention_)}).first->second;
+  log.window.Add({.when_ns = record.when_ns, .changes = record.changes});
+  log.kept.push_back({.sequence = record.sequence, .bytes = record.bytes});
+  for (std::size_t left = log.window.Shrink(record.when_ns); left > 0; --left) {
+    ++log.old_records;
+    log.old_bytes += log.kept.front().bytes;
+    log.old_sequence = log.kept.front().sequence;
+    log.kept.pop_front();
+  }
+  const bool is_long = log.old_records > limits_.max_records || log.old_bytes > limits_.max_bytes;
+  if (!is_long || log.is_due) return;
+  log.is_due = true;
+  due_.push_back(record.world_uid);
+}
+
+bool Compactor::MayDrop(const Deleted& deleted, collision::WallTime now) const {
+  const std::chrono::nanoseconds kept = retention_.request_id_time;
+  // Divided, so that no clock of a damaged store overflows.
+  return deleted.when_ns / 2 < NanosecondsOf(now) / 2 - kept.count() / 2;
+}
+
+bool Compactor::IsDue(collision::WallTime now) const {
+  return current_ != nullptr || !due_.empty() ||
+         (!deleted_.empty() && MayDrop(deleted_.front(), now));
+}
+
+absl::Status Compactor::Step(Store& store, collision::WallTime now) {
+  if (current_ != nullptr) {
+    absl::Status status = current_->Step(store);
+    if (current_->done()) current_ = nullptr;
+    return status;
+  }
+  if (!deleted_.empty() && MayDrop(deleted_.front(), now)) {
+    const Deleted& oldest = deleted_.front();
+    absl::Status status = store.DropWorld(oldest.world_uid, oldest.sequence);
+    if (status.ok()) deleted_.pop_front();
+    return status;
+  }
+  if (due_.empty()) return absl::OkStatus();
+  const std::string uid = std::move(due_.front());
+  due_.pop_front();
+  const auto found = logs_.find(uid);
+  if (found == logs_.end()) return absl::OkStatus();  // it was deleted meanwhile
+  Log& log = found->second;
+  current_ = std::make_unique<Compaction>(uid, log.old_sequence, retention_);
+  log.old_records = log.old_bytes = 0;
+  log.is_due = false;
+  return absl::OkStatus();
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,111 @@
+// Keeps the log of each world short: folds records that nobody needs one by one into a snapshot.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "absl/status/status.h"
+#include "server/core/journal.h"
+#include "server/core/limits.h"
+#include "server/store/history_window.h"
+#include "server/store/store.h"
+#include "server/store/world_fold.h"
+
+namespace cwm::server {
+
+// Folds the records of one world, up to a sequence, into its snapshot, in steps short enough to
+// append between two of them. What was done before the last step is void if it is not taken.
+class Compaction {
+ public:
+  // `up_to` is the sequence of a record of the world.
+  Compaction(std::string world_uid, std::int64_t up_to, const Retention& retention);
+
+  // The errors of the store; DataLoss STORE_DAMAGED for records that do not follow. After DISK_FULL
+  // the step can be taken again.
+  absl::Status Step(Store& store);
+  bool done() const { return stage_ == Stage::kDone; }
+
+ private:
+  enum class Stage { kReadSnapshot, kReadRecords, kMakeSnapshot, kPutSnapshot, kDone };
+
+  absl::Status ReadSnapshot(Store& store);
+  absl::Status ReadRecords(Store& store);
+  absl::Status MakeSnapshot(const Store& store);
+
+  const std::string world_uid_;
+  const std::int64_t up_to_;
+  const Retention retention_;
+  Stage stage_ = Stage::kReadSnapshot;
+  WorldFold fold_;
+  std::int64_t sequence_ = 0;  // of the last folded record
+  StoredSnapshot snapshot_;
+};
+
+// Decides when a log is folded, from what it was told of each record, and folds it step by step.
+// Used by one thread.
+class Compactor {
+ public:
+  struct Limits {
+    // chosen: the records that a restart reads in vain are at most so many, or have so many bytes:
+    // some tenths of a second.
+    std::int64_t max_records = 50'000;
+    std::int64_t max_bytes = std::int64_t{16} << 20;
+  };
+
+  Compactor(const Retention& retention, const Limits& limits)
+      : retention_(retention), limits_(limits) {}
+  explicit Compactor(const Retention& retention = {}) : Compactor(retention, Limits()) {}
+
+  // To be told of every record that is in the log, in order: first by a replay, then of each that
+  // is appended.
+  struct Logged {
+    std::string world_uid = {};
+    std::int64_t sequence = 0;
+    std::int64_t when_ns = 0;
+    std::int64_t changes = 0;  // Event::size(); 0: it makes no revision
+    std::int64_t bytes = 0;    // of its payload
+    bool is_deletion = false;
+  };
+  void Add(const Logged& record);
+  // `sequence` and `bytes` are those of its StoredRecord.
+  void Add(const JournalEntry& entry, std::int64_t sequence, std::int64_t bytes);
+
+  bool IsDue(collision::WallTime now) const;
+  // Takes one step, if one is due. The errors of Compaction::Step.
+  absl::Status Step(Store& store, collision::WallTime now);
+
+ private:
+  struct Kept {
+    std::int64_t sequence = 0;
+    std::int64_t bytes = 0;
+  };
+  struct Log {
+    HistoryWindow window;
+    std::deque<Kept> kept = {};  // the records of the window
+    // Of the records that left it since the last compaction began.
+    std::int64_t old_records = 0, old_bytes = 0, old_sequence = 0;
+    bool is_due = false;
+  };
+  struct Deleted {
+    std::string world_uid = {};
+    std::int64_t sequence = 0;
+    std::int64_t when_ns = 0;
+  };
+
+  bool MayDrop(const Deleted& deleted, collision::WallTime now) const;
+
+  Retention retention_;
+  Limits limits_;
+  std::unordered_map<std::string, Log> logs_;  // by world
+  std::deque<std::string> due_;                // worlds whose log is too long
+  std::deque<Deleted> deleted_;                // oldest first
+  std::unique_ptr<Compaction> current_;
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,64 @@
+// Prepares the geometry of restored worlds for queries: each distinct one once, on all cores.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/robot/robot_limits.h"
+#include "collision/world/world_robot.h"
+#include "server/store/store.h"
+#include "server/store/world_fold.h"
+
+namespace cwm::server {
+
+// Calls body(i) for each i in [0, count), on at most `threads` threads, in ranges of `range_size`.
+void ParallelFor(std::size_t count, std::size_t range_size, int threads,
+                 const std::function<void(std::size_t i)>& body);
+
+// Equal models give one geometry, equal meshes one mesh, so that a restored world needs no more
+// memory than it did before.
+class GeometryPreparation {
+ public:
+  GeometryPreparation(const Store& store, const collision::RobotLimits& robot_limits)
+      : store_(store), robot_limits_(robot_limits) {}
+
+  // Adds a model, of which errors say `owner`; it must live until Run has ended.
+  void Add(const std::shared_ptr<const FoldedModel>& model, const std::string& owner);
+  void AddRobot(const std::string& files_hash, const std::string& owner);
+
+  // Prepares all that was added. `progress` gets the share that is done, from 0 to 1, from any
+  // thread, one at a time. DataLoss STORE_DAMAGED for a model or robot that cannot be read; the
+  // errors of Store::GetBlob. An observed model whose blob is missing is none.
+  absl::Status Run(int threads, const std::function<void(double share)>& progress);
+
+  // After Run; nullptr for a model whose blob is missing.
+  std::shared_ptr<const collision::PreparedModel> Find(const FoldedModel& model) const;
+  std::shared_ptr<const collision::RobotGeometry> FindRobot(const std::string& files_hash) const;
+  std::int64_t count() const { return static_cast<std::int64_t>(tasks_.size()); }
+
+ private:
+  struct Task {
+    const FoldedModel* model = nullptr;  // nullptr: a robot
+    std::string files_hash = {};
+    std::string owner = {};
+    std::shared_ptr<const collision::PreparedModel> prepared = {};
+    std::shared_ptr<const collision::RobotGeometry> robot = {};
+    absl::Status status = {};
+  };
+  class Meshes;
+
+  void Do(Task& task, Meshes& meshes) const;
+
+  const Store& store_;
+  const collision::RobotLimits robot_limits_;
+  std::vector<Task> tasks_;
+  std::unordered_map<const FoldedModel*, std::size_t> task_of_model_;
+  std::unordered_map<std::string, std::size_t> task_of_content_;  // by the message's bytes
+  std::unordered_map<std::string, std::size_t> task_of_robot_;    // by the hash of its files
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,51 @@
+// Makes worlds of what was folded: the steps from messages to values, on all cores.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/robot/robot_limits.h"
+#include "server/core/limits.h"
+#include "server/core/world_image.h"
+#include "server/store/decode_values.h"
+#include "server/store/store.h"
+#include "server/store/world_fold.h"
+
+namespace cwm::server {
+
+// A world after all its records, and the events of the newest ones that are kept.
+struct FoldedWorld {
+  explicit FoldedWorld(WorldFold f) : fold(std::move(f)) {}
+  WorldFold fold;
+  std::deque<FoldedEvent> events;  // the last led to the state of `fold`
+};
+
+struct ImageOptions {
+  Retention retention = {};
+  collision::RobotLimits robot_limits = {};
+  int threads = 1;
+  ClockPair now = {};
+  // Gets the share that is done, from 0 to 1, from any thread, one at a time.
+  std::function<void(double share)> progress = {};
+};
+
+struct MadeWorld {
+  WorldImage image;
+  // Objects of the newest revision whose geometry a power cut took: the image lacks them.
+  std::vector<std::string> lost_objects = {};
+  // Such geometry was in some kept revision. The image has the newest revision alone.
+  bool has_losses = false;
+};
+
+struct MadeWorlds {
+  std::vector<MadeWorld> worlds = {};  // in the order given
+  std::int64_t geometry_count = 0;     // distinct geometries of objects and robots
+};
+// DataLoss STORE_DAMAGED with the place for what is not valid; the errors of Store::GetBlob.
+absl::StatusOr<MadeWorlds> MakeWorlds(const Store& store, std::vector<FoldedWorld> worlds,
+                                      const ImageOptions& options);
+
+}  // namespace cwm::server
