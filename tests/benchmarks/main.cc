@@ -11,6 +11,7 @@
 
 #include "tests/benchmarks/benchmarks.h"
 #include "tests/benchmarks/server/server_benchmarks.h"
+#include "tests/benchmarks/store/store_benchmarks.h"
 #include "tests/benchmarks/usage.h"
 
 namespace {
@@ -64,6 +65,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"server-memory", {MeasureMemoryReturned}},
       {"server-overload", {MeasureOverload}},
       {"server-stops", {MeasureStops}},
+      {"store", {MeasureStore}},
   };
   return groups;
 }

@@ -35,6 +35,7 @@ std::vector<std::string> Command(const MeasuredServerOptions& options, const std
   if (tcp_port != 0) {
     words.insert(words.end(), {"--listen", "127.0.0.1:" + std::to_string(tcp_port)});
   }
+  words.insert(words.end(), options.arguments.begin(), options.arguments.end());
   return words;
 }
 

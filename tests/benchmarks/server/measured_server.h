@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "clients/cpp/connection.h"
 #include "tests/support/process.h"
@@ -33,6 +34,7 @@ struct MeasuredServerOptions {
   std::string program = ServerProgram();
   int max_descriptors = 0;  // soft and hard limit; 0: those of this process
   bool listens_on_tcp = false;
+  std::vector<std::string> arguments = {};  // further ones of the server
 };
 
 class MeasuredServer {
