@@ -54,6 +54,9 @@ struct JournalEntry {
   collision::Revision revision;  // of the world after it
   collision::WallTime when;
   Durability durability = Durability::kDurable;
+  // It takes something back, such as an allowance whose time is over, and is small: it is written
+  // even when the room on the disk is kept for such entries.
+  bool may_use_reserve = false;
   std::optional<std::string> created_name = {};  // the first entry of a world: its name
   std::variant<WorldWrite, WorldDeletion> what = {};
 };

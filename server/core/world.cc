@@ -25,10 +25,13 @@ constexpr std::size_t kMaxWeightWithinTurn = 256;
 // write all the time; the last attempt is completed within the turn.
 constexpr int kMaxAttemptsAhead = 3;
 
+bool IsExpiry(const Change& change) {
+  return std::holds_alternative<collision::ExpireRules>(change.what);
+}
+
 // True for what is told again and again, so that a power cut may take it.
 bool IsObserved(const Change& change) {
-  return std::holds_alternative<collision::SetRobotState>(change.what) ||
-         std::holds_alternative<collision::ExpireRules>(change.what);
+  return std::holds_alternative<collision::SetRobotState>(change.what) || IsExpiry(change);
 }
 
 // True if the changes take long to apply. An estimate: objects that the list itself makes do not
@@ -134,9 +137,9 @@ SnapshotPtr World::Tip() const { return state_->pipeline->Tip(); }
 
 void World::StartApply(std::span<const Change> changes, const WriteOptions& options,
                        WorkBudget* budget, WriteDone done) {
-  const WriteHooks hooks{.durability = std::ranges::all_of(changes, IsObserved)
-                                           ? Durability::kObserved
-                                           : Durability::kDurable};
+  const bool is_observed = std::ranges::all_of(changes, IsObserved);
+  const WriteHooks hooks{.durability = is_observed ? Durability::kObserved : Durability::kDurable,
+                         .may_use_reserve = std::ranges::all_of(changes, IsExpiry)};
   absl::Status written = KeepGeometry(changes, hooks.durability);
   if (written.ok()) {
     written = state_->WithRoom([&] { return ApplyOnce(changes, options, hooks, budget, done); });
@@ -279,7 +282,8 @@ absl::StatusOr<Revision> World::Close(const WorldDeletion& deletion) {
     } else {
       const Revision last = Tip()->revision();
       write->outcome = WriteOutcome{.revision = last};
-      state_->SetEntry(*write, last, deletion, Durability::kDurable);
+      state_->SetEntry(*write, last, deletion, Durability::kDurable,
+                       /*may_use_reserve=*/true);
       state_->is_closed = true;
     }
     after = state_->Push(std::move(write), answer.Receiver());

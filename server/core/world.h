@@ -62,6 +62,7 @@ struct WriteHooks {
   // Makes the reply that retries of the same request_id get as `ingest`.
   std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)> reply = {};
   Durability durability = Durability::kDurable;
+  bool may_use_reserve = false;  // as in JournalEntry
 };
 
 class RuleExpiry;  // rule_expiry.h

@@ -175,17 +175,19 @@ WriteOutcome World::State::Accept(Applied applied, const WriteOptions& options,
     what.last_numbers.emplace_back(stem, last_number[stem]);
   }
   unsaved_stems.clear();
-  SetEntry(write, next->revision(), std::move(what), hooks.durability);
+  SetEntry(write, next->revision(), std::move(what), hooks.durability, hooks.may_use_reserve);
   return outcome;
 }
 
 void World::State::SetEntry(PendingWrite& write, Revision revision,
-                            std::variant<WorldWrite, WorldDeletion> what, Durability durability) {
+                            std::variant<WorldWrite, WorldDeletion> what, Durability durability,
+                            bool may_use_reserve) {
   write.has_entry = true;
   write.entry = {.world_uid = uid,
                  .revision = revision,
                  .when = std::chrono::system_clock::now(),
                  .durability = durability,
+                 .may_use_reserve = may_use_reserve,
                  .created_name = has_entries ? std::nullopt : std::optional(name),
                  .what = std::move(what)};
   has_entries = true;

@@ -89,7 +89,8 @@ struct World::State {
 
   // Under the turn.
   void SetEntry(PendingWrite& write, collision::Revision revision,
-                std::variant<WorldWrite, WorldDeletion> what, Durability durability);
+                std::variant<WorldWrite, WorldDeletion> what, Durability durability,
+                bool may_use_reserve);
 
   // Of the pipeline.
   WorldFeed::PostCommit Publish(const PendingWrite& write);

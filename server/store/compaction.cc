@@ -89,15 +89,13 @@ absl::Status Compaction::MakeSnapshot(const Store& store) {
   return absl::OkStatus();
 }
 
-void Compactor::Add(const JournalEntry& entry, std::int64_t sequence, std::int64_t bytes) {
+Compactor::Logged Compactor::LoggedOf(const JournalEntry& entry) {
   Logged record{.world_uid = entry.world_uid,
-                .sequence = sequence,
                 .when_ns = NanosecondsOf(entry.when),
-                .bytes = bytes,
                 .is_deletion = std::holds_alternative<WorldDeletion>(entry.what)};
   const auto* const write = std::get_if<WorldWrite>(&entry.what);
   if (write != nullptr && write->event != nullptr) record.changes = write->event->size();
-  Add(record);
+  return record;
 }
 
 void Compactor::Add(const Logged& record) {

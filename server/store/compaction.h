@@ -73,8 +73,8 @@ class Compactor {
     bool is_deletion = false;
   };
   void Add(const Logged& record);
-  // `sequence` and `bytes` are those of its StoredRecord.
-  void Add(const JournalEntry& entry, std::int64_t sequence, std::int64_t bytes);
+  // The record of an entry, without sequence and bytes.
+  static Logged LoggedOf(const JournalEntry& entry);
 
   bool IsDue(collision::WallTime now) const;
   // Takes one step, if one is due. The errors of Compaction::Step.
