@@ -1,0 +1,293 @@
+#include "server/store/sqlite/blob_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/store/failpoint.h"
+#include "server/store/sqlite/store_files.h"
+#include "server/store/store_contract.h"
+
+namespace cwm::server {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+constexpr std::string_view kObservedSuffix = ".observed";
+constexpr int kFolderCount = 256;  // by the first two digits of the hash
+
+std::string BlobFolder(const std::string& directory, int index) {
+  std::array<char, 3> digits{};
+  std::snprintf(digits.data(), digits.size(), "%02x", static_cast<unsigned>(index) & 0xFF);
+  return absl::StrCat(directory, "/", kBlobFolder, "/", digits.data());
+}
+
+// Creates a folder unless it is there; sets `created` if it was not.
+absl::Status MakeFolder(const std::string& path, bool& created) {
+  if (mkdir(path.c_str(), 0700) == 0) {
+    created = true;
+    return absl::OkStatus();
+  }
+  if (errno == EEXIST) return absl::OkStatus();
+  return FileError(path, "cannot be created", errno);
+}
+
+absl::Status Rename(const std::string& from, const std::string& to) {
+  if (rename(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+  const int error = errno;
+  return FileError(from, absl::StrCat("cannot be renamed to ", to), error);
+}
+
+}  // namespace
+
+std::string BlobPath(const std::string& hash, bool is_durable) {
+  return absl::StrCat(kBlobFolder, "/", hash.substr(0, 2), "/", hash,
+                      is_durable ? std::string() : std::string(kObservedSuffix));
+}
+
+absl::Status MakeBlobFolders(const std::string& directory) {
+  bool created = false;
+  const std::string top = absl::StrCat(directory, "/", kBlobFolder);
+  if (absl::Status status = MakeFolder(top, created); !status.ok()) return status;
+  for (int i = 0; i < kFolderCount; ++i) {
+    if (absl::Status status = MakeFolder(BlobFolder(directory, i), created); !status.ok()) {
+      return status;
+    }
+  }
+  if (!created) return absl::OkStatus();
+  if (absl::Status status = SyncFile(top); !status.ok()) return status;
+  return SyncFile(directory);
+}
+
+absl::StatusOr<std::vector<BlobName>> ListBlobs(const std::string& directory,
+                                                bool remove_incomplete) {
+  std::vector<BlobName> blobs;
+  for (int i = 0; i < kFolderCount; ++i) {
+    const std::string folder = BlobFolder(directory, i);
+    std::error_code error;
+    std::vector<fs::path> incomplete;
+    for (fs::directory_iterator it(folder, error); !error && it != fs::directory_iterator();
+         it.increment(error)) {
+      std::string name = it->path().filename().string();
+      const bool is_observed = name.ends_with(kObservedSuffix);
+      if (is_observed) name.resize(name.size() - kObservedSuffix.size());
+      if (!CheckBlobHash(name).ok()) {
+        incomplete.push_back(it->path());
+        continue;
+      }
+      std::error_code gone;
+      const auto size = it->file_size(gone);
+      std::string path = BlobPath(name, !is_observed);
+      blobs.push_back(
+          {std::move(name), std::move(path), gone ? 0 : static_cast<std::int64_t>(size)});
+    }
+    if (error && error.value() != ENOENT) {
+      return FileError(folder, "cannot be read", error.value());
+    }
+    if (remove_incomplete) {
+      for (const fs::path& path : incomplete) fs::remove_all(path, error);
+    }
+  }
+  std::sort(blobs.begin(), blobs.end(),
+            [](const BlobName& a, const BlobName& b) { return a.path < b.path; });
+  return blobs;
+}
+
+absl::StatusOr<std::unique_ptr<BlobFiles>> BlobFiles::Open(const std::string& directory) {
+  if (absl::Status status = MakeBlobFolders(directory); !status.ok()) return status;
+  const absl::StatusOr<std::vector<BlobName>> blobs = ListBlobs(directory, true);
+  if (!blobs.ok()) return blobs.status();
+  std::unique_ptr<BlobFiles> files(new BlobFiles(directory));
+  const steady_clock::time_point now = steady_clock::now();
+  for (const BlobName& blob : *blobs) {
+    Entry& entry = files->entries_[blob.hash];
+    entry.is_there = true;
+    entry.is_durable |= blob.path == BlobPath(blob.hash, true);
+    entry.size = blob.size;
+    entry.last_put = now;  // perhaps: it is not known better
+  }
+  return files;
+}
+
+std::string BlobFiles::FullPath(const std::string& hash, bool is_durable) const {
+  return absl::StrCat(directory_, "/", BlobPath(hash, is_durable));
+}
+
+absl::Status BlobFiles::Write(const std::string& hash, std::string_view bytes, bool durable) {
+  static std::atomic<std::int64_t> count = 0;
+  const std::string path = FullPath(hash, durable);
+  const std::string temporary = absl::StrCat(path, ".new", ++count);
+  if (absl::Status status = WriteNewFile(temporary, bytes, durable); !status.ok()) return status;
+  if (absl::Status status = Rename(temporary, path); !status.ok()) {
+    unlink(temporary.c_str());
+    return status;
+  }
+  FailPoint("blob-renamed");
+  if (!durable) return absl::OkStatus();
+  // An observed file of the same name was not complete.
+  unlink(FullPath(hash, false).c_str());
+  return SyncFile(fs::path(path).parent_path().string());
+}
+
+absl::Status BlobFiles::MakeDurable(const std::string& hash) {
+  const std::string observed = FullPath(hash, false);
+  const std::string durable = FullPath(hash, true);
+  if (absl::Status status = SyncFile(observed); !status.ok()) return status;
+  if (absl::Status status = Rename(observed, durable); !status.ok()) return status;
+  FailPoint("blob-renamed");
+  return SyncFile(fs::path(durable).parent_path().string());
+}
+
+absl::Status BlobFiles::PutAlone(const std::string& hash, std::string_view bytes, bool durable,
+                                 Entry& entry) {
+  if (entry.is_there && !entry.is_checked) {
+    const absl::StatusOr<std::string> found = ReadFile(FullPath(hash, entry.is_durable));
+    entry.is_checked = found.ok() && *found == bytes;
+    // What a durable record may name is replaced durably.
+    durable |= entry.is_durable;
+  }
+  if (!entry.is_there || !entry.is_checked) {
+    if (absl::Status status = Write(hash, bytes, durable); !status.ok()) return status;
+    entry.is_durable = durable;
+  } else if (durable && !entry.is_durable) {
+    if (absl::Status status = MakeDurable(hash); !status.ok()) return status;
+    entry.is_durable = true;
+  }
+  entry.is_there = true;
+  entry.is_checked = true;
+  entry.size = static_cast<std::int64_t>(bytes.size());
+  return absl::OkStatus();
+}
+
+absl::Status BlobFiles::Put(const std::string& hash, std::string_view bytes,
+                            Durability durability) {
+  if (absl::Status status = CheckBlobHash(hash); !status.ok()) return status;
+  std::unique_lock lock(mutex_);
+  put_ended_.wait(lock, [&] { return !being_put_.contains(hash); });
+  being_put_.insert(hash);
+  Entry entry = entries_[hash];
+  lock.unlock();
+  const absl::Status status = PutAlone(hash, bytes, durability == Durability::kDurable, entry);
+  lock.lock();
+  entry.uses = entries_[hash].uses;  // counted meanwhile
+  entry.last_put = steady_clock::now();
+  if (status.ok()) {
+    entries_[hash] = entry;
+  } else if (!entries_[hash].is_there && entry.uses == 0) {
+    entries_.erase(hash);
+  }
+  being_put_.erase(hash);
+  put_ended_.notify_all();
+  return status;
+}
+
+// A blob may become durable, and get another name, while it is opened.
+absl::StatusOr<std::string> BlobFiles::Get(const std::string& hash) const {
+  if (absl::Status status = CheckBlobHash(hash); !status.ok()) return status;
+  for (const bool is_durable : {true, false, true}) {
+    const std::string path = FullPath(hash, is_durable);
+    if (access(path.c_str(), F_OK) != 0) continue;
+    absl::StatusOr<std::string> bytes = ReadFile(path);
+    if (!bytes.ok()) {
+      if (access(path.c_str(), F_OK) != 0) continue;
+      return bytes;
+    }
+    const absl::Status status = CheckBlobBytes(hash, *bytes);
+    if (status.ok()) return bytes;
+    // A power cut leaves parts of what was not synced.
+    return is_durable ? status : BlobMissing(hash);
+  }
+  return BlobMissing(hash);
+}
+
+absl::Status BlobFiles::SyncObserved() {
+  {
+    const std::scoped_lock lock(mutex_);
+    const bool any = std::any_of(entries_.begin(), entries_.end(), [](const auto& item) {
+      const Entry& entry = item.second;
+      return entry.is_there && !entry.is_durable && entry.is_checked;
+    });
+    if (!any) return absl::OkStatus();
+  }
+  // One call for all of them; it syncs the rest of the file system as well.
+  const FileDescriptor folder(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder) return FileError(directory_, "cannot be opened", errno);
+  if (syncfs(folder.get()) != 0) return FileError(directory_, "cannot be synced", errno);
+  return absl::OkStatus();
+}
+
+void BlobFiles::AddUses(const std::vector<std::string>& hashes) {
+  const std::scoped_lock lock(mutex_);
+  for (const std::string& hash : hashes) ++entries_[hash].uses;
+}
+
+void BlobFiles::DropUses(const std::vector<std::string>& hashes) {
+  const std::scoped_lock lock(mutex_);
+  for (const std::string& hash : hashes) {
+    const auto entry = entries_.find(hash);
+    if (entry == entries_.end()) continue;
+    if (--entry->second.uses == 0 && !entry->second.is_there && !being_put_.contains(hash)) {
+      entries_.erase(entry);
+    }
+  }
+}
+
+bool BlobFiles::HasUnused(steady_clock::duration grace) const {
+  const std::scoped_lock lock(mutex_);
+  const steady_clock::time_point before = steady_clock::now() - grace;
+  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& item) {
+    return item.second.uses == 0 && item.second.is_there && item.second.last_put <= before;
+  });
+}
+
+void BlobFiles::RemoveUnused(steady_clock::duration grace, int count) {
+  const std::scoped_lock lock(mutex_);
+  const steady_clock::time_point before = steady_clock::now() - grace;
+  for (auto it = entries_.begin(); it != entries_.end() && count > 0;) {
+    const auto& [hash, entry] = *it;
+    if (entry.uses > 0 || !entry.is_there || entry.last_put > before || being_put_.contains(hash)) {
+      ++it;
+      continue;
+    }
+    unlink(FullPath(hash, entry.is_durable).c_str());
+    it = entries_.erase(it);
+    --count;
+  }
+}
+
+std::vector<BlobName> BlobFiles::Used() const {
+  const std::scoped_lock lock(mutex_);
+  std::vector<BlobName> used;
+  for (const auto& [hash, entry] : entries_) {
+    if (entry.uses > 0 && entry.is_there) {
+      used.push_back({hash, BlobPath(hash, entry.is_durable), entry.size});
+    }
+  }
+  return used;
+}
+
+std::int64_t BlobFiles::count() const {
+  const std::scoped_lock lock(mutex_);
+  return std::count_if(entries_.begin(), entries_.end(),
+                       [](const auto& item) { return item.second.is_there; });
+}
+
+std::int64_t BlobFiles::bytes() const {
+  const std::scoped_lock lock(mutex_);
+  std::int64_t sum = 0;
+  for (const auto& [hash, entry] : entries_) sum += entry.is_there ? entry.size : 0;
+  return sum;
+}
+
+}  // namespace cwm::server
