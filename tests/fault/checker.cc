@@ -293,7 +293,10 @@ class Checker {
                              std::to_string(operation.asked_revision) +
                              " is said to be in the future, but had been told before");
     }
-    if (SaysWorldIsGone(reason) && floor > 0) {
+    if (operation.kind == Kind::kDelete && SaysWorldIsGone(reason) && floor > 0) {
+      Complain("exactly-once",
+               TextOf(operation) + " was refused with " + reason + " instead of the first reply");
+    } else if (SaysWorldIsGone(reason) && floor > 0) {
       const auto deletion = deletions_.find(operation.world_uid);
       if (deletion == deletions_.end() || deletion->second.first_invoke_ns > operation.return_ns) {
         ++report_.lost;

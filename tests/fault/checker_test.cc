@@ -426,6 +426,23 @@ TEST_F(CheckerTest, FindsADeletedWorldThatCameBack) {
   ExpectFound("deleted");
 }
 
+TEST_F(CheckerTest, FindsADeletionWhoseRetryDoesNotGetTheFirstReply) {
+  Operation deletion{.client = kWriter,
+                     .kind = Kind::kDelete,
+                     .world = "kitchen",
+                     .world_uid = kUid,
+                     .request_id = "d1",
+                     .invoke_ns = 100'000,
+                     .return_ns = 100'001,
+                     .outcome = Outcome::kUnknown};
+  server_.history().operations.push_back(deletion);
+  EXPECT_THAT(Check(server_.history()).violations, IsEmpty());
+  deletion.outcome = Outcome::kError;
+  deletion.reason = "WORLD_UNKNOWN";
+  server_.history().operations.push_back(deletion);
+  ExpectFound("exactly-once");
+}
+
 TEST_F(CheckerTest, FindsARevisionThatNobodyMade) {
   server_.Write({PutChange("lid", 7)});
   server_.history().operations.pop_back();

@@ -123,7 +123,9 @@ class StreamCheck {
   }
 
   void CheckEnd(const Follower& follower) {
-    if (watch_.end_reason != "REVISION_COMPACTED") return;
+    if (watch_.end_reason != "REVISION_COMPACTED" && watch_.end_reason != "REVISION_IN_FUTURE") {
+      return;
+    }
     // A cut may have taken the revision from which the client resumes, or the memory of it.
     if (epoch_ > 0 && log_.Find(follower.revision) != nullptr &&
         log_.EpochAt(log_.Find(follower.revision)->first_seen_ns) < epoch_) {
