@@ -50,14 +50,21 @@ for file in etc/default/cwm-server usr/lib/systemd/system/cwm-server.service usr
 done
 gzip -dc "$root/usr/share/man/man1/cwm.1.gz" | grep -q '^.SS ingest' || fail "cwm(1) does not tell of ingest"
 
-# Does what the unit does, which needs a running systemd: the user, its folder, the socket, the
+# Does what the unit does, which needs a running systemd: the user, its folders, the socket, the
 # options of /etc/default.
+unit=$root/usr/lib/systemd/system/cwm-server.service
+store=$(sed -n 's/^Environment=CWM_STORE=//p' "$unit")
+[ "$store" = sqlite:/var/lib/cwm ] || fail "the unit keeps worlds in \"$store\""
 inside install -d -o cwm -g cwm /run/cwm
-become setpriv --reuid=cwm --regid=cwm --init-groups \
-  sh -c '. /etc/default/cwm-server; exec /usr/bin/cwm-server $CWM_SERVER_OPTIONS --viewer off' &
-server=$!
-for _ in $(seq 100); do [ -S "$root/run/cwm/cwm.sock" ] && break; sleep 0.1; done
-[ -S "$root/run/cwm/cwm.sock" ] || fail "the server does not listen"
+inside install -d -o cwm -g cwm -m 0700 /var/lib/cwm
+start() {
+  become setpriv --reuid=cwm --regid=cwm --init-groups env CWM_STORE="$store" \
+    sh -c '. /etc/default/cwm-server; exec /usr/bin/cwm-server $CWM_SERVER_OPTIONS --viewer off' &
+  server=$!
+  for _ in $(seq 100); do inside cwm status >/dev/null 2>&1 && return; sleep 0.1; done
+  fail "the server does not serve"
+}
+start
 
 inside cwm-simulator --out /tmp/scan.pcd
 inside cwm ingest /tmp/scan.pcd >/dev/null || fail "a scan cannot be ingested"
@@ -68,6 +75,17 @@ objects=$(inside python3 -c 'import cwm
 with cwm.connect() as world: print(len(world.objects()))')
 [ "$objects" = "$(wc -l <"$root/tmp/objects")" ] || fail "Python sees $objects objects"
 
+inside cwm put kept_crate --box 0.3,0.2,0.2 --at 0,0,9 >/dev/null || fail "no object can be put"
+inside cwm backup /tmp/backup >/dev/null || fail "the store cannot be backed up"
+kill "$server" && wait "$server" || fail "the server does not end by itself"
+start
+inside cwm get kept_crate >/dev/null || fail "a restart loses an object"
+kill "$server" && wait "$server" || fail "the server does not end by itself"
+server=
+inside cwm store check /var/lib/cwm >/dev/null || fail "the store is damaged"
+inside cwm restore /tmp/backup /tmp/restored >/dev/null || fail "the backup cannot be restored"
+
 inside apt-get purge -y -qq cwm-server >/dev/null 2>&1 || fail "cwm-server cannot be removed"
 [ ! -e "$root/etc/default/cwm-server" ] || fail "/etc/default/cwm-server outlives a purge"
+[ -s "$root/var/lib/cwm/store.db" ] || fail "a purge removes the worlds"
 echo "packages: ok, installed on a minimal Debian, $objects objects seen there"

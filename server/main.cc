@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include "perception/interpret_scene.h"
 #include "proto/transfer/default_address.h"
 #include "server/core/heap_memory.h"
+#include "server/durable_worlds.h"
 #include "server/options.h"
 #include "server/rpc/connections.h"
 #include "server/rpc/server.h"
@@ -30,6 +32,7 @@ constexpr auto kGrace = std::chrono::seconds(8);
 // After the grace period and this time the process is ended, whatever is still running.
 constexpr auto kPatience = std::chrono::seconds(1);
 constexpr int kStuckExitCode = 3;
+constexpr auto kTimeToLog = std::chrono::milliseconds(50);  // lets the log's thread write
 // With fewer file descriptors than this, the clients of a single machine can use all of them.
 constexpr std::int64_t kFewDescriptors = 4'096;
 
@@ -83,7 +86,7 @@ void EndProcessAfter(std::chrono::milliseconds time) {
     std::this_thread::sleep_for(time);
     spdlog::error("not stopped after {} ms: ending the process with work under way", time.count());
     spdlog::default_logger()->flush();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // lets the log's thread write
+    std::this_thread::sleep_for(kTimeToLog);
     _exit(kStuckExitCode);
   }).detach();
 }
@@ -130,12 +133,41 @@ absl::StatusOr<cwm::server::ListenOptions> ChooseAddresses(cwm::server::ListenOp
   return listen;
 }
 
+using cwm::server::DurableWorlds;
+
+// nullptr if worlds are kept in memory. Tells people which it is.
+absl::StatusOr<std::unique_ptr<DurableWorlds>> OpenStore(
+    const cwm::server::Options::Store& options) {
+  if (options.directory.empty()) {
+    std::fprintf(stderr,
+                 "cwm-server %s keeps worlds in memory, until it ends (--store sqlite:PATH keeps "
+                 "them)\n",
+                 CWM_VERSION);
+    return nullptr;
+  }
+  auto opened = DurableWorlds::Open(options);
+  if (opened.ok()) {
+    std::fprintf(stderr, "cwm-server %s keeps worlds in %s\n", CWM_VERSION,
+                 (*opened)->location().c_str());
+  }
+  return opened;
+}
+
 int Run(const cwm::server::Options& options, const sigset_t& signals) {
   constexpr int kUnavailableExitCode = 2;
   RaiseDescriptorLimit();
+  const auto durable = OpenStore(options.store);  // outlives the application's worlds
+  if (!durable.ok()) {
+    spdlog::error("{}", std::string(durable.status().message()));
+    return kUnavailableExitCode;
+  }
   cwm::server::Application application{.limits = {.max_memory_bytes = options.memory_limit_bytes},
                                        .retention = {},
                                        .interpret = cwm::perception::InterpretScene};
+  if (*durable != nullptr) {
+    application.store = (*durable)->location();
+    application.gate.Close();
+  }
   const auto listen = ChooseAddresses(options.listen);
   if (!listen.ok()) {
     spdlog::error("{}", std::string(listen.status().message()));
@@ -163,6 +195,22 @@ int Run(const cwm::server::Options& options, const sigset_t& signals) {
       std::fprintf(stderr, "  or at %s\n", url->c_str());
     }
   }
+  if (*durable != nullptr) {
+    const auto restored = (*durable)->Restore(application, signals);
+    if (!restored) {
+      spdlog::info("ending before the worlds were restored");
+      (*server)->Stop(std::chrono::milliseconds(0));
+      spdlog::default_logger()->flush();
+      std::this_thread::sleep_for(kTimeToLog);
+      _exit(0);
+    }
+    if (!restored->ok()) {
+      spdlog::error("{}", std::string(restored->message()));
+      return kUnavailableExitCode;
+    }
+    (*server)->OpenGate();
+    cwm::server::NotifyServiceManager("STATUS=serving");
+  }
   cwm::server::NotifyServiceManager("READY=1");
   auto watchdog = StartWatchdog(**server);
   int signal = 0;
@@ -173,6 +221,12 @@ int Run(const cwm::server::Options& options, const sigset_t& signals) {
   watchdog = nullptr;
   if (*viewer != nullptr) (*viewer)->Stop();
   (*server)->Stop(kGrace);
+  if (*durable != nullptr) {
+    if (const absl::Status closed = (*durable)->Close(); !closed.ok()) {
+      spdlog::error("the store was not closed: {}", std::string(closed.message()));
+      return cwm::server::kStoreFailedExitCode;
+    }
+  }
   spdlog::info("stopped");
   return 0;
 }

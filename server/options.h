@@ -19,6 +19,12 @@ struct Options {
     std::string token;       // from CWM_VIEWER_TOKEN; empty if not given
   };
   std::optional<Viewer> viewer;  // absent: off
+  struct Store {
+    std::string directory;  // of SQLite's files; empty: worlds are kept in memory
+    bool accept_loss = false;
+    bool allow_network_mount = false;
+  };
+  Store store;
   std::string log_level = "info";
   std::int64_t memory_limit_bytes = DefaultMemoryLimit();
 };

@@ -61,12 +61,14 @@ absl::Status BackUpCall::Begin(const grpc::ByteBuffer* request) {
   holds_place_ = true;
   waits_ = true;
   runtime_.AddDrainable(weak_from_this());
+  // The store may keep the function after it has called it; the call ends on its own.
   store->StartBackup(
-      [self = shared_from_this()](absl::StatusOr<std::shared_ptr<const Backup>> backup) {
-        if (!self->waits_.exchange(false)) return;
-        if (!backup.ok()) return self->End(backup.status());
-        self->backup_ = *std::move(backup);
-        self->Continue();
+      [weak = weak_from_this()](absl::StatusOr<std::shared_ptr<const Backup>> backup) {
+        const auto call = weak.lock();
+        if (call == nullptr || !call->waits_.exchange(false)) return;
+        if (!backup.ok()) return call->End(backup.status());
+        call->backup_ = *std::move(backup);
+        call->Continue();
       });
   return absl::OkStatus();
 }

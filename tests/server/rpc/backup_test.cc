@@ -62,19 +62,19 @@ class HeldStore final : public StoreAdmin {
   }
   void HandOver(const absl::StatusOr<std::shared_ptr<const Backup>>& backup) {
     ASSERT_TRUE(WaitUntilAsked());
-    BackupDone done;
     {
       const std::lock_guard lock(mutex_);
-      done = std::move(waiting_.front());
+      called_ = std::move(waiting_.front());
       waiting_.pop_front();
     }
-    done(backup);
+    called_(backup);
   }
 
  private:
   std::mutex mutex_;
   std::condition_variable asked_;
   std::deque<BackupDone> waiting_;
+  BackupDone called_;  // kept, as a store may do
 };
 
 class BackupTest : public RunningServer {

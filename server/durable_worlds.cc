@@ -1,0 +1,102 @@
+#include "server/durable_worlds.h"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <ctime>
+#include <future>
+#include <thread>
+#include <utility>
+
+#include "server/service_manager.h"
+#include "server/store/replay.h"
+#include "server/store/sqlite/sqlite_store.h"
+
+namespace cwm::server {
+namespace {
+
+// Called by the journal's thread, which cannot go on and must not run the destructors of what other
+// threads use.
+void EndProcess(const absl::Status& status) {
+  const std::string reason(status.message());
+  spdlog::critical("the store failed, so the server ends: {}", reason);
+  NotifyServiceManager("STATUS=the store failed: " + reason);
+  spdlog::default_logger()->flush();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // lets the log's thread write
+  _exit(kStoreFailedExitCode);
+}
+
+// Tells the service manager each percent, and that the start goes on.
+class ReplayReport {
+ public:
+  explicit ReplayReport(Application& application) : application_(application) {}
+
+  void operator()(double share) {
+    application_.gate.SetProgress(share);
+    const int percent = static_cast<int>(100 * share);
+    if (percent == percent_) return;
+    percent_ = percent;
+    constexpr std::chrono::microseconds kExtension = std::chrono::minutes(1);  // chosen
+    NotifyServiceManager("STATUS=replaying " + std::to_string(percent) +
+                         " %\nEXTEND_TIMEOUT_USEC=" + std::to_string(kExtension.count()));
+  }
+
+ private:
+  Application& application_;
+  int percent_ = -1;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<DurableWorlds>> DurableWorlds::Open(const Options::Store& options) {
+  auto store = OpenSqliteStore({.path = options.directory,
+                                .accept_loss = options.accept_loss,
+                                .allow_network_mount = options.allow_network_mount,
+                                .warn = [](const std::string& text) { spdlog::warn("{}", text); }});
+  if (!store.ok()) return store.status();
+  return std::unique_ptr<DurableWorlds>(
+      new DurableWorlds("sqlite:" + options.directory, *std::move(store)));
+}
+
+std::optional<absl::Status> DurableWorlds::Restore(Application& application,
+                                                   const sigset_t& signals) {
+  constexpr timespec kPeriod = {.tv_sec = 0, .tv_nsec = 10'000'000};
+  std::promise<absl::Status> promise;
+  auto restored = promise.get_future();
+  std::thread thread([this, &application, promise = std::move(promise)]() mutable {
+    promise.set_value(RestoreAll(application));
+  });
+  while (restored.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    if (sigtimedwait(&signals, nullptr, &kPeriod) > 0) {
+      thread.detach();
+      return std::nullopt;
+    }
+  }
+  thread.join();
+  return restored.get();
+}
+
+absl::Status DurableWorlds::RestoreAll(Application& application) {
+  auto replayed = Replay(*store_, {.retention = application.retention,
+                                   .limits = application.limits,
+                                   .progress = ReplayReport(application)});
+  if (!replayed.ok()) return replayed.status();
+  for (const std::string& warning : replayed->warnings) spdlog::warn("{}", warning);
+  spdlog::info("restored {} worlds from {}: {} records, {} snapshots, {} geometries, {:.1f} s",
+               replayed->worlds.size(), location_, replayed->record_count, replayed->snapshot_count,
+               replayed->geometry_count, replayed->seconds);
+  journal_ =
+      std::make_unique<StoreJournal>(std::move(store_), std::move(replayed->compactor), EndProcess);
+  application.worlds.SetJournal(journal_.get());
+  application.worlds.Restore(std::move(replayed->worlds), replayed->deleted);
+  application.store_admin = journal_.get();
+  return absl::OkStatus();
+}
+
+absl::Status DurableWorlds::Close() {
+  if (journal_ != nullptr) return journal_->Close();
+  return store_ != nullptr ? store_->Close() : absl::OkStatus();
+}
+
+}  // namespace cwm::server
