@@ -2,6 +2,7 @@
 // changes nothing. Not thread safe: used under the writer's turn.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -41,8 +42,13 @@ class IdempotencyCache {
   void TakeBack(const std::string& request_id);
 
  private:
+  // The first 128 bits of a digest in hex, which tell requests apart as well as all of them.
+  using ShortDigest = std::array<char, 32>;
+  static ShortDigest Shortened(const std::string& digest);
+
+  // One for each write of the last minutes: small, since there may be a million.
   struct Record {
-    std::string digest;
+    ShortDigest digest = {};
     collision::Revision revision;
     Clock::time_point when;
     bool was_ingest = false;
@@ -50,7 +56,7 @@ class IdempotencyCache {
     std::int64_t reply_bytes = 0;
   };
 
-  Record& Add(const std::string& id, Record record);
+  const std::string& Add(const std::string& id, Record record);  // the kept id
   void Expire(Clock::time_point now);
   void DropReply(Record& record);
 
@@ -59,8 +65,8 @@ class IdempotencyCache {
   Retention retention_;
   MemoryCharge charge_;
   std::unordered_map<std::string, Record> records_;  // by request_id
-  std::deque<std::string> by_age_;                   // all ids, oldest first
-  std::deque<std::string> replies_by_age_;           // ids of ingests, oldest first
+  std::deque<const std::string*> by_age_;            // all ids in records_, oldest first
+  std::deque<const std::string*> replies_by_age_;    // ids of ingests, oldest first
   std::int64_t reply_bytes_ = 0;
 };
 
