@@ -94,7 +94,8 @@ absl::Status DurableWorlds::RestoreAll(Application& application) {
   return absl::OkStatus();
 }
 
-absl::Status DurableWorlds::Close() {
+absl::Status DurableWorlds::Close(Application& application) {
+  application.worlds.StopExpiry();
   if (journal_ != nullptr) return journal_->Close();
   return store_ != nullptr ? store_->Close() : absl::OkStatus();
 }

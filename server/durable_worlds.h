@@ -37,7 +37,7 @@ class DurableWorlds {
   std::optional<absl::Status> Restore(Application& application, const sigset_t& signals);
 
   // Writes what was accepted and closes the store. Must be called after the server has stopped.
-  absl::Status Close();
+  absl::Status Close(Application& application);
 
  private:
   DurableWorlds(std::string location, std::unique_ptr<Store> store)

@@ -222,7 +222,7 @@ int Run(const cwm::server::Options& options, const sigset_t& signals) {
   if (*viewer != nullptr) (*viewer)->Stop();
   (*server)->Stop(kGrace);
   if (*durable != nullptr) {
-    if (const absl::Status closed = (*durable)->Close(); !closed.ok()) {
+    if (const absl::Status closed = (*durable)->Close(application); !closed.ok()) {
       spdlog::error("the store was not closed: {}", std::string(closed.message()));
       return cwm::server::kStoreFailedExitCode;
     }

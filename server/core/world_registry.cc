@@ -306,6 +306,8 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   return deleted;
 }
 
+void WorldRegistry::StopExpiry() { state_->expiry->Stop(); }
+
 void WorldRegistry::SetJournal(Journal* journal) { state_->journal = journal; }
 Journal* WorldRegistry::journal() const { return state_->journal; }
 

@@ -76,6 +76,9 @@ class WorldRegistry {
                                  const std::string& request_id = "");
   // Ends all watches with a last bookmark, for shutting down.
   void Drain();
+  // Ends what the registry writes by itself: from now on no rule expires. Must be called before the
+  // journal closes.
+  void StopExpiry();
 
   // Sets the journal of all worlds that are made from now on. It must outlive the registry.
   void SetJournal(Journal* journal);

@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
 #include "server/store/encode_entry.h"
-#include "server/store/failpoint.h"
 #include "server/store/keep_blobs.h"
 #include "server/store/world_fold.h"
 
@@ -168,7 +167,6 @@ void StoreJournal::Commit(Items batch) {
     const absl::Status fault = batch.front().fault;
     return Refuse(std::move(batch), fault);
   }
-  FailPoint("before-record");
   std::vector<StoredRecord> records;
   records.reserve(batch.size());
   bool flush = unflushed_ + static_cast<std::int64_t>(batch.size()) > kMaxUnflushed;
@@ -198,7 +196,6 @@ void StoreJournal::Commit(Items batch) {
     return Refuse(std::move(batch), status);
   }
   if (!status.ok()) return Fail(status);
-  FailPoint("after-commit");
   unflushed_ = flush ? 0 : unflushed_ + static_cast<std::int64_t>(batch.size());
   sequence_ = store_->last_sequence();
   {
