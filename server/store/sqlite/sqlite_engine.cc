@@ -79,7 +79,8 @@ SqliteEngine::~SqliteEngine() {
 }
 
 absl::Status SqliteEngine::Load() {
-  absl::StatusOr<Database> database = OpenStoreDatabase(directory_, options_.vfs);
+  absl::StatusOr<Database> database =
+      OpenStoreDatabase(directory_, DatabaseUse::kWrite, options_.vfs);
   if (!database.ok()) return database.status();
   database_ = *std::move(database);
   sqlite3_wal_hook(database_.get(), CountLogPages, &log_pages_);

@@ -23,13 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string RandomUid() {
-  std::random_device random;
-  std::array<char, 33> text{};
-  for (int i = 0; i < 4; ++i) std::snprintf(text.data() + 8 * i, 9, "%08x", random());
-  return text.data();
-}
-
 absl::Status WriteTables(const std::string& path) {
   absl::StatusOr<Database> database = Database::Open(path, true);
   if (!database.ok()) return database.status();
@@ -39,7 +32,7 @@ absl::Status WriteTables(const std::string& path) {
         absl::StrCat("PRAGMA user_version = ", kSchemaVersion), std::string(kSchema)}) {
     if (absl::Status status = database->Execute(sql); !status.ok()) return status;
   }
-  const StoreMeta meta = {.store_uid = RandomUid()};
+  const StoreMeta meta = {.store_uid = NewStoreUid()};
   if (absl::Status status = WriteMeta(*database, meta); !status.ok()) return status;
   return database->Execute("COMMIT");
 }
@@ -76,6 +69,13 @@ absl::Status CheckPages(Database& database) {
 
 }  // namespace
 
+std::string NewStoreUid() {
+  std::random_device random;
+  std::array<char, 33> text{};
+  for (int i = 0; i < 4; ++i) std::snprintf(text.data() + 8 * i, 9, "%08x", random());
+  return text.data();
+}
+
 absl::Status CreateStore(const std::string& directory) {
   if (absl::Status status = MakeBlobFolders(directory); !status.ok()) return status;
   const absl::StatusOr<HeadFile> head = HeadFile::Open(absl::StrCat(directory, "/", kHeadFile));
@@ -90,7 +90,8 @@ absl::Status CreateStore(const std::string& directory) {
   return SyncFile(fs::path(directory).parent_path().string());
 }
 
-absl::StatusOr<Database> OpenStoreDatabase(const std::string& directory, const std::string& vfs) {
+absl::StatusOr<Database> OpenStoreDatabase(const std::string& directory, DatabaseUse use,
+                                           const std::string& vfs) {
   const std::string path = absl::StrCat(directory, "/", kDatabaseFile);
   if (absl::Status status = CheckDatabaseHeader(path); !status.ok()) return status;
   absl::StatusOr<Database> database = Database::Open(path, false, vfs);
@@ -101,6 +102,7 @@ absl::StatusOr<Database> OpenStoreDatabase(const std::string& directory, const s
                           "PRAGMA secure_delete = OFF"}) {
     if (absl::Status status = database->Execute(sql); !status.ok()) return status;
   }
+  if (use == DatabaseUse::kRead) return database;
   const absl::StatusOr<std::string> mode = database->Text("PRAGMA journal_mode = WAL");
   if (!mode.ok()) return mode.status();
   if (*mode != "wal") {

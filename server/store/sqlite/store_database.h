@@ -12,12 +12,19 @@
 
 namespace cwm::server {
 
+// A random name by which a store is told from others.
+std::string NewStoreUid();
+
 // Makes an empty store in the directory, durably: a process that is killed meanwhile leaves nothing
 // that counts.
 absl::Status CreateStore(const std::string& directory);
 
-// Opens store.db alone, with its log. Nothing is written.
-absl::StatusOr<Database> OpenStoreDatabase(const std::string& directory,
+enum class DatabaseUse {
+  kRead,   // changes no file
+  kWrite,  // with a log (WAL) from now on
+};
+// Opens store.db alone, with its log if it has one.
+absl::StatusOr<Database> OpenStoreDatabase(const std::string& directory, DatabaseUse use,
                                            const std::string& vfs = {});
 
 // The steps from one version of the tables to the next: SQL that is run in one transaction. The
@@ -29,9 +36,8 @@ using Migrations = std::vector<std::string>;
 absl::Status Migrate(Database& database, const std::string& directory,
                      const Migrations& migrations);
 
-// Reads the whole database and compares it with the head: what was acknowledged must be there.
-// `cache_survived`: what was written but not synced must be there as well. With `check_pages`,
-// SQLite's quick_check precedes.
+// Reads the whole database and compares it with the head: what was acknowledged must be there, as far
+// as a power cut cannot have taken it. With `check_pages`, SQLite's quick_check precedes.
 absl::StatusOr<StoreScan> ReadWholeStore(Database& database, const std::string& directory,
                                          bool check_pages);
 
