@@ -24,6 +24,7 @@ void AddRayCommand(CommandLine& line);         // ray
 void AddSampleCommand(CommandLine& line);      // sample
 void AddWatchCommand(CommandLine& line);       // watch
 void AddBackupCommand(CommandLine& line);      // backup
+void AddStoreCommands(CommandLine& line);      // restore, store check, stat
 void AddBenchCommand(CommandLine& line);       // bench
 void AddCallCommand(CommandLine& line);        // call
 void AddCompletionCommand(CommandLine& line);  // completion

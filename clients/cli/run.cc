@@ -81,6 +81,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddSampleCommand(line);
   AddWatchCommand(line);
   AddBackupCommand(line);
+  AddStoreCommands(line);
   AddBenchCommand(line);
   AddCallCommand(line);
   AddCompletionCommand(line);

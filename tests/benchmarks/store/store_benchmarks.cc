@@ -22,8 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr int kWriters = 16;
 constexpr double kSeconds = 10;  // of each load
-constexpr int kRounds = 20;
-constexpr int kCallsOfRound = 50;
+constexpr int kCalls = 2'000;    // of each kind by one client
 
 // A directory for stores, which is removed with its owner.
 class StoreFolder {
@@ -51,43 +50,49 @@ std::string LoadOfMachine() {
   return load;
 }
 
-// Overwrites 4 KiB of an allocated file and flushes them, as often as that, in milliseconds. Empty
-// if the disk refuses.
-std::vector<double> FlushTimes_ms(const std::string& path, int count) {
-  constexpr int kPage = 4'096, kPages = 1'024;
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (fd < 0) return {};
-  std::vector<char> page(kPage, 'x');
-  std::vector<double> times_ms;
-  bool ok = true;
-  if (lseek(fd, 0, SEEK_END) == 0) {
-    for (int i = 0; i < kPages && ok; ++i) ok = write(fd, page.data(), kPage) == kPage;
-    ok = ok && fsync(fd) == 0;
+// Overwrites 4 KiB of an allocated file and flushes them.
+class FlushedFile {
+ public:
+  explicit FlushedFile(const std::string& path)
+      : fd_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+    for (int i = 0; i < kPages && ok_; ++i) ok_ = write(fd_, page_.data(), kPage) == kPage;
+    ok_ = ok_ && fsync(fd_) == 0;
   }
-  for (int i = 0; i < count && ok; ++i) {
-    page[0] = static_cast<char>(i);
-    const auto start = SteadyClock::now();
-    ok = pwrite(fd, page.data(), kPage, static_cast<off_t>(i % kPages) * kPage) == kPage &&
-         fdatasync(fd) == 0;
-    times_ms.push_back(SecondsSince(start) * 1e3);
+  ~FlushedFile() { close(fd_); }
+  FlushedFile(const FlushedFile&) = delete;
+  FlushedFile& operator=(const FlushedFile&) = delete;
+
+  // False if the disk refuses.
+  bool Flush() {
+    const off_t at = static_cast<off_t>(++count_ % kPages) * kPage;
+    ok_ = ok_ && pwrite(fd_, page_.data(), kPage, at) == kPage && fdatasync(fd_) == 0;
+    return ok_;
   }
-  close(fd);
-  if (!ok) times_ms.clear();
-  return times_ms;
+
+ private:
+  static constexpr int kPage = 4'096, kPages = 1'024;
+  const int fd_;
+  const std::vector<char> page_ = std::vector<char>(kPage, 'x');
+  int count_ = 0;
+  bool ok_ = true;
+};
+
+// Appends the duration of `call` in milliseconds; false if it fails.
+template <class Call>
+bool AddTime(const Call& call, std::vector<double>* times_ms) {
+  const auto start = SteadyClock::now();
+  const bool ok = call();
+  times_ms->push_back(SecondsSince(start) * 1e3);
+  return ok;
 }
 
-// Times of writes by one writer, in milliseconds. False if one fails.
-bool AddWrites(const MeasuredServer& server, int round, std::vector<double>* times_ms) {
+// The i-th write of one writer.
+bool MoveBox(const MeasuredServer& server, int i) {
   const client::Connection& connection = server.connection();
-  for (int i = 0; i < kCallsOfRound; ++i) {
-    const auto request = MoveOfBox("w", 0, 1 + round + 1e-3 * i);
-    const auto sent = SteadyClock::now();
-    const auto reply =
-        connection.Call(&v1::WorldService::Stub::ApplyChanges, connection.worlds(), request);
-    if (!reply.ok()) return false;
-    times_ms->push_back(SecondsSince(sent) * 1e3);
-  }
-  return true;
+  return connection
+      .Call(&v1::WorldService::Stub::ApplyChanges, connection.worlds(),
+            MoveOfBox("w", 0, 1e-4 * (i + 1)))
+      .ok();
 }
 
 std::string Format(const char* form, double a, double b = 0, double c = 0) {
@@ -172,14 +177,13 @@ void MeasureDurableOverhead(const StoreBenchmarkOptions& options, Report& report
       !PutMovableBoxes(*durable, "w", 1)) {
     return report.Fail("the servers of the overhead do not come up");
   }
+  FlushedFile file(folder / "flushed");
   std::vector<double> memory_ms, durable_ms, flush_ms;
-  for (int round = 0; round < kRounds; ++round) {
-    const std::vector<double> flushes = FlushTimes_ms(folder / "flushed", kCallsOfRound);
-    flush_ms.insert(flush_ms.end(), flushes.begin(), flushes.end());
-    if (flushes.empty() || !AddWrites(*memory, round, &memory_ms) ||
-        !AddWrites(*durable, round, &durable_ms)) {
-      return report.Fail("a write of the overhead failed");
-    }
+  for (int i = 0; i < kCalls; ++i) {  // in turns, so that all meet the same machine
+    const bool ok = AddTime([&] { return MoveBox(*memory, i); }, &memory_ms) &&
+                    AddTime([&] { return file.Flush(); }, &flush_ms) &&
+                    AddTime([&] { return MoveBox(*durable, i); }, &durable_ms);
+    if (!ok) return report.Fail("a write of the overhead failed");
   }
   const double memory_p50 = Median(memory_ms), durable_p50 = Median(durable_ms);
   const double flush_p50 = Median(flush_ms);
@@ -193,7 +197,7 @@ void MeasureDurableOverhead(const StoreBenchmarkOptions& options, Report& report
        .value = durable_p50 - memory_p50 - flush_p50,
        .unit = "ms",
        .how = "p50 of a writer's call with --store sqlite:, less p50 with memory and p50 of "
-              "fdatasync of 4 KiB on the same file system; 1 000 of each in turns of 50" +
+              "fdatasync of 4 KiB on the same file system; 2 000 of each in turns" +
               Format("; %.3f - %.3f - %.3f", durable_p50, memory_p50, flush_p50)},
       0.2));
 }
@@ -204,7 +208,7 @@ void MeasureStoreCost(const StoreBenchmarkOptions& options, Report& report) {
   if (server == nullptr || !PutMovableBoxes(*server, "w", 200)) {
     return report.Fail("the server of the cost does not come up");
   }
-  std::vector<double> write_ms, question_us;
+  std::vector<double> write_ms, question_ms;
   const client::Connection& connection = server->connection();
   v1::GetDistancesRequest question;
   question.set_world("w");
@@ -212,19 +216,18 @@ void MeasureStoreCost(const StoreBenchmarkOptions& options, Report& report) {
   subject.add_shapes()->mutable_sphere()->set_radius_m(0.02);
   const double pose[7] = {0.1, 0.1, 0.1, 0, 0, 0, 1};
   subject.mutable_x_world_body()->set_data(pose, sizeof(pose));
-  for (int round = 0; round < kRounds; ++round) {
-    if (!AddWrites(*server, round, &write_ms)) return report.Fail("a write of the cost failed");
-    for (int i = 0; i < kCallsOfRound; ++i) {
-      const auto sent = SteadyClock::now();
-      const auto answer =
-          connection.Call(&v1::QueryService::Stub::GetDistances, connection.queries(), question);
-      if (!answer.ok()) return report.Fail("a question of the cost failed");
-      question_us.push_back(SecondsSince(sent) * 1e6);
-    }
+  const auto ask = [&] {
+    return connection.Call(&v1::QueryService::Stub::GetDistances, connection.queries(), question)
+        .ok();
+  };
+  for (int i = 0; i < kCalls; ++i) {
+    const bool ok =
+        AddTime([&] { return MoveBox(*server, i); }, &write_ms) && AddTime(ask, &question_ms);
+    if (!ok) return report.Fail("a call of the cost failed");
   }
   const std::string beside = "; --other PROGRAM measures another build in turns";
   report.Add({.key = "store_cost_question_us",
-              .value = Median(question_us),
+              .value = 1e3 * Median(question_ms),
               .unit = "us",
               .how = "median GetDistances of one row, 200 boxes, --store memory" + beside});
   report.Add({.key = "store_cost_publish_us",
