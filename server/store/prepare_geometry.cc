@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "collision/thread_pool/thread_pool.h"
 #include "proto/transfer/sha256.h"
+#include "server/core/approximate_bytes.h"
 #include "server/core/error.h"
 #include "server/core/load_robot.h"
 #include "server/store/decode_fault.h"
@@ -56,8 +57,7 @@ class GeometryPreparation::Meshes {
   std::unordered_map<std::string, std::shared_ptr<const TriangleMesh>> by_hash_;
 };
 
-void GeometryPreparation::Add(const std::shared_ptr<const FoldedModel>& model,
-                              const std::string& owner) {
+void GeometryPreparation::Add(const std::shared_ptr<const FoldedModel>& model, const Owner& owner) {
   if (task_of_model_.contains(model.get())) return;
   // Whether a missing blob is an error depends on the record that brought the model.
   std::string content = model->model.SerializeAsString();
@@ -71,7 +71,7 @@ void GeometryPreparation::Add(const std::shared_ptr<const FoldedModel>& model,
   task_of_model_.emplace(model.get(), known->second);
 }
 
-void GeometryPreparation::AddRobot(const std::string& files_hash, const std::string& owner) {
+void GeometryPreparation::AddRobot(const std::string& files_hash, const Owner& owner) {
   if (!task_of_robot_.emplace(files_hash, tasks_.size()).second) return;
   tasks_.emplace_back();
   tasks_.back().files_hash = files_hash;
@@ -85,14 +85,30 @@ void GeometryPreparation::Do(Task& task, Meshes& meshes) const {
     if (!files.ok()) return;
     auto robot = ReadRobot(*std::move(files), robot_limits_, std::stop_token());
     task.status = robot.status();
-    if (robot.ok()) task.robot = *std::move(robot);
+    if (!robot.ok()) return;
+    const std::int64_t bytes = ApproximateBytes(**robot);
+    task.robot = Charged(*std::move(robot), bytes, task.owner);
     return;
   }
   const auto model = DecodeModel(
       task.model->model, [&](const store::v1::Mesh& mesh) { return meshes.ContentOf(mesh); });
   const bool is_lost = task.model->observed && absl::IsNotFound(model.status());
   task.status = is_lost ? absl::OkStatus() : model.status();
-  if (model.ok()) task.prepared = collision::Prepare(*model);
+  if (!model.ok()) return;
+  collision::PutObject put;
+  put.geometry = collision::Prepare(*model);
+  task.prepared = Charged(put.geometry, ApproximateBytes(put), task.owner);
+}
+
+// A world that was there before is there again, however little memory is left.
+template <class T>
+std::shared_ptr<const T> GeometryPreparation::Charged(std::shared_ptr<const T> geometry,
+                                                      std::int64_t bytes,
+                                                      const Owner& owner) const {
+  if (memory_ == nullptr) return geometry;
+  MemoryCharge charge = MemoryCharge::Empty(memory_, owner.payer);
+  charge.ForceResize(bytes);
+  return WithCharge(std::move(geometry), std::move(charge));
 }
 
 absl::Status GeometryPreparation::Run(int threads,
@@ -120,7 +136,7 @@ absl::Status GeometryPreparation::Run(int threads,
     const bool is_engine =
         absl::IsUnavailable(task.status) || DetailsOf(task.status).reason == "STORE_DAMAGED";
     if (is_engine) return task.status;
-    return Damaged(task.owner, std::string(task.status.message()));
+    return Damaged(task.owner.place, std::string(task.status.message()));
   }
   return absl::OkStatus();
 }

@@ -5,11 +5,13 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "collision/robot/robot_limits.h"
 #include "collision/world/world_robot.h"
+#include "server/core/memory_budget.h"
 #include "server/store/store.h"
 #include "server/store/world_fold.h"
 
@@ -23,12 +25,18 @@ void ParallelFor(std::size_t count, std::size_t range_size, int threads,
 // memory than it did before.
 class GeometryPreparation {
  public:
-  GeometryPreparation(const Store& store, const collision::RobotLimits& robot_limits)
-      : store_(store), robot_limits_(robot_limits) {}
+  // `memory` may be null.
+  GeometryPreparation(const Store& store, const collision::RobotLimits& robot_limits,
+                      std::shared_ptr<MemoryBudget> memory)
+      : store_(store), robot_limits_(robot_limits), memory_(std::move(memory)) {}
 
-  // Adds a model, of which errors say `owner`; it must live until Run has ended.
-  void Add(const std::shared_ptr<const FoldedModel>& model, const std::string& owner);
-  void AddRobot(const std::string& files_hash, const std::string& owner);
+  struct Owner {
+    std::string place = {};          // for errors
+    MemoryBudget::Payer payer = {};  // charged for as long as anything refers to the geometry
+  };
+  // Adds a model, which must live until Run has ended. The first owner of equal ones counts.
+  void Add(const std::shared_ptr<const FoldedModel>& model, const Owner& owner);
+  void AddRobot(const std::string& files_hash, const Owner& owner);
 
   // Prepares all that was added. `progress` gets the share that is done, from 0 to 1, from any
   // thread, one at a time. DataLoss STORE_DAMAGED for a model or robot that cannot be read; the
@@ -44,7 +52,7 @@ class GeometryPreparation {
   struct Task {
     const FoldedModel* model = nullptr;  // nullptr: a robot
     std::string files_hash = {};
-    std::string owner = {};
+    Owner owner = {};
     std::shared_ptr<const collision::PreparedModel> prepared = {};
     std::shared_ptr<const collision::RobotGeometry> robot = {};
     absl::Status status = {};
@@ -52,9 +60,13 @@ class GeometryPreparation {
   class Meshes;
 
   void Do(Task& task, Meshes& meshes) const;
+  template <class T>
+  std::shared_ptr<const T> Charged(std::shared_ptr<const T> geometry, std::int64_t bytes,
+                                   const Owner& owner) const;
 
   const Store& store_;
   const collision::RobotLimits robot_limits_;
+  const std::shared_ptr<MemoryBudget> memory_;
   std::vector<Task> tasks_;
   std::unordered_map<const FoldedModel*, std::size_t> task_of_model_;
   std::unordered_map<std::string, std::size_t> task_of_content_;  // by the message's bytes

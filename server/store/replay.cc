@@ -148,6 +148,7 @@ class Replayer {
                     .robot_limits = options_.limits.robot,
                     .threads = threads_,
                     .now = options_.now,
+                    .memory = options_.memory,
                     .progress = [this](double share) { Report(kRead + (1 - kRead) * share); }});
     if (!made.ok()) return made.status();
     replayed_.geometry_count = made->geometry_count;

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/core/limits.h"
+#include "server/core/memory_budget.h"
 #include "server/core/world_image.h"
 #include "server/store/compaction.h"
 #include "server/store/decode_values.h"
@@ -20,6 +22,8 @@ struct ReplayOptions {
   Limits limits = {};
   int threads = 0;  // 0: as many as there are cores
   ClockPair now = {};
+  // The account that the worlds are charged to, in any case; null: none.
+  std::shared_ptr<MemoryBudget> memory = {};
   // Gets the share that is done, from 0 to 1, from any thread, one at a time.
   std::function<void(double share)> progress = {};
 };

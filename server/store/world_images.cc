@@ -29,8 +29,9 @@ std::string PlaceOf(const WorldFold& fold) {
 // All versions of the objects and robots of all worlds: each is decoded and placed once.
 class Members {
  public:
-  void AddWorld(const FoldedWorld& world, const FoldedState& oldest) {
-    place_ = PlaceOf(world.fold);
+  void AddWorld(const FoldedWorld& world, const FoldedState& oldest,
+                const MemoryBudget::Payer& payer) {
+    worlds_.push_back({.place = PlaceOf(world.fold), .payer = payer});
     for (const auto& [name, object] : oldest.objects) Add(object);
     for (const auto& [name, robot] : oldest.robots) AddRobot(robot);
     for (const FoldedEvent& event : world.events) {
@@ -54,10 +55,10 @@ class Members {
     ParallelFor(robots_.size(), kPlacedAtOnce, threads,
                 [&](std::size_t i) { PlaceRobot(preparation, robots_[i]); });
     for (const ObjectEntry& entry : objects_) {
-      if (!entry.status.ok()) return DamagedAt(OwnerOf(entry), entry.status);
+      if (!entry.status.ok()) return DamagedAt(OwnerOf(entry).place, entry.status);
     }
     for (const RobotEntry& entry : robots_) {
-      if (!entry.status.ok()) return DamagedAt(OwnerOf(entry), entry.status);
+      if (!entry.status.ok()) return DamagedAt(OwnerOf(entry).place, entry.status);
     }
     return absl::OkStatus();
   }
@@ -73,31 +74,33 @@ class Members {
  private:
   struct ObjectEntry {
     FoldedObjectPtr folded = {};
-    std::string place = {};
+    std::size_t world = 0;
     WorldObjectPtr placed = {};
     absl::Status status = {};
   };
   struct RobotEntry {
     FoldedRobotPtr folded = {};
-    std::string place = {};
+    std::size_t world = 0;
     WorldRobotPtr placed = {};
     absl::Status status = {};
   };
 
-  static std::string OwnerOf(const ObjectEntry& entry) {
-    return absl::StrCat(entry.place, ": object '", entry.folded->object.name(), "'");
+  GeometryPreparation::Owner OwnerOf(const ObjectEntry& entry) const {
+    const GeometryPreparation::Owner& world = worlds_[entry.world];
+    return {absl::StrCat(world.place, ": object '", entry.folded->object.name(), "'"), world.payer};
   }
-  static std::string OwnerOf(const RobotEntry& entry) {
-    return absl::StrCat(entry.place, ": robot '", entry.folded->name(), "'");
+  GeometryPreparation::Owner OwnerOf(const RobotEntry& entry) const {
+    const GeometryPreparation::Owner& world = worlds_[entry.world];
+    return {absl::StrCat(world.place, ": robot '", entry.folded->name(), "'"), world.payer};
   }
 
   void Add(const FoldedObjectPtr& object) {
     if (object == nullptr || !index_.emplace(object.get(), objects_.size()).second) return;
-    objects_.push_back({.folded = object, .place = place_});
+    objects_.push_back({.folded = object, .world = worlds_.size() - 1});
   }
   void AddRobot(const FoldedRobotPtr& robot) {
     if (robot == nullptr || !index_.emplace(robot.get(), robots_.size()).second) return;
-    robots_.push_back({.folded = robot, .place = place_});
+    robots_.push_back({.folded = robot, .world = worlds_.size() - 1});
   }
 
   static void PlaceObject(const GeometryPreparation& preparation, ObjectEntry& entry) {
@@ -120,7 +123,7 @@ class Members {
     entry.placed = collision::Place(*std::move(robot));
   }
 
-  std::string place_;  // of the world that is added
+  std::vector<GeometryPreparation::Owner> worlds_;
   std::vector<ObjectEntry> objects_;
   std::vector<RobotEntry> robots_;
   std::unordered_map<const void*, std::size_t> index_;  // into one of both
@@ -297,15 +300,20 @@ absl::StatusOr<MadeWorlds> MakeWorlds(const Store& store, std::vector<FoldedWorl
   };
   Members members;
   std::vector<FoldedState> oldest;
+  std::vector<std::optional<MemoryBudget::Payer>> payers;
   for (const FoldedWorld& world : worlds) {
+    payers.emplace_back();
+    if (options.memory != nullptr) {
+      payers.back() = MemoryBudget::World(options.memory->NextWorldNumber(), world.fold.name());
+    }
     FoldedState state = world.fold.state();
     for (auto event = world.events.rbegin(); event != world.events.rend(); ++event) {
       state.Undo(*event);
     }
-    members.AddWorld(world, state);
+    members.AddWorld(world, state, payers.back().value_or(MemoryBudget::Payer()));
     oldest.push_back(std::move(state));
   }
-  GeometryPreparation preparation(store, options.robot_limits);
+  GeometryPreparation preparation(store, options.robot_limits, options.memory);
   members.AddTo(preparation);
   absl::Status status =
       preparation.Run(options.threads, [&](double share) { report(kPrepared * share); });
@@ -320,6 +328,7 @@ absl::StatusOr<MadeWorlds> MakeWorlds(const Store& store, std::vector<FoldedWorl
   MadeWorlds result{.worlds = {}, .geometry_count = preparation.count()};
   for (std::size_t i = 0; i < worlds.size(); ++i) {
     if (!made[i].ok()) return DamagedAt(PlaceOf(worlds[i].fold), made[i].status());
+    made[i]->image.payer = payers[i];
     result.worlds.push_back(*std::move(made[i]));
   }
   report(1);

@@ -3,12 +3,15 @@
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "collision/robot/robot_limits.h"
 #include "server/core/limits.h"
+#include "server/core/memory_budget.h"
 #include "server/core/world_image.h"
 #include "server/store/decode_values.h"
 #include "server/store/store.h"
@@ -28,6 +31,7 @@ struct ImageOptions {
   collision::RobotLimits robot_limits = {};
   int threads = 1;
   ClockPair now = {};
+  std::shared_ptr<MemoryBudget> memory = {};  // charged with the geometry; may be null
   // Gets the share that is done, from 0 to 1, from any thread, one at a time.
   std::function<void(double share)> progress = {};
 };
