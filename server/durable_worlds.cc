@@ -80,6 +80,7 @@ std::optional<absl::Status> DurableWorlds::Restore(Application& application,
 absl::Status DurableWorlds::RestoreAll(Application& application) {
   auto replayed = Replay(*store_, {.retention = application.retention,
                                    .limits = application.limits,
+                                   .memory = application.memory,
                                    .progress = ReplayReport(application)});
   if (!replayed.ok()) return replayed.status();
   for (const std::string& warning : replayed->warnings) spdlog::warn("{}", warning);
