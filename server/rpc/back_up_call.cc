@@ -39,9 +39,11 @@ BackUpCall::BackUpCall(Runtime& runtime, grpc::CallbackServerContext& context,
                        std::atomic<bool>& is_under_way)
     : runtime_(runtime), context_(context), is_under_way_(is_under_way) {}
 
-BackUpCall::~BackUpCall() {
-  backup_.reset();  // frees its room before the next one may begin
-  if (holds_place_) is_under_way_ = false;
+BackUpCall::~BackUpCall() { Release(); }
+
+void BackUpCall::Release() {
+  backup_.reset();
+  if (std::exchange(holds_place_, false)) is_under_way_ = false;
 }
 
 absl::Status BackUpCall::Begin(const grpc::ByteBuffer* request) {
@@ -95,8 +97,13 @@ void BackUpCall::Step() {
 }
 
 absl::Status BackUpCall::WriteNext() {
-  if (runtime_.draining()) return Draining();
+  if (runtime_.draining() && !is_last_) return Draining();
   if (stop_.stop_requested()) return CallCancelled();
+  if (is_last_) {  // removing the copy takes a while, and the client may ask for the next one
+    Release();
+    End(absl::OkStatus());
+    return absl::OkStatus();
+  }
   const auto has_message = NextMessage();
   if (!has_message.ok()) return has_message.status();
   if (!*has_message) {
@@ -176,7 +183,6 @@ void BackUpCall::OnWriteDone(bool ok) {
   reading_ = {};
   open_.NoteProgress();
   if (!ok) return End(CallCancelled());
-  if (is_last_) return End(absl::OkStatus());
   Continue();
 }
 

@@ -36,6 +36,8 @@ class BackUpCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   BackUpCall(Runtime& runtime, grpc::CallbackServerContext& context,
              std::atomic<bool>& is_under_way);
 
+  // Frees the copy's room, then lets the next call begin.
+  void Release();
   absl::Status Begin(const grpc::ByteBuffer* request);
   // Enqueues the next step. Only the holder of the turn calls it: the end of the wait for the copy,
   // of a step or of a write.
@@ -71,7 +73,7 @@ class BackUpCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::int64_t size_ = 0;       // bytes of the file that are hashed
   std::int64_t sent_ = 0;       // bytes of the file that are sent
   std::int64_t total_ = 0;      // bytes of all files before it
-  bool is_last_ = false;        // the end was sent
+  bool is_last_ = false;        // all is written or being written
   v1::BackUpResponse message_;
   grpc::ByteBuffer written_;
   StallTimers::Guard reading_;  // limits how long the client takes to read a message

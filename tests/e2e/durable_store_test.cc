@@ -118,7 +118,7 @@ TEST_F(DurableStore, ABackupTakenWhileItServesIsRestoredElsewhere) {
   const ProcessResult again = Cwm({"backup", scratch_ / "copy"});
   EXPECT_EQ(again.exit_code, 8);
   EXPECT_THAT(again.err, HasSubstr("exists, must be new"));
-  Output({"backup", scratch_ / "second"});
+  for (const char* name : {"second", "third", "fourth"}) Output({"backup", scratch_ / name});
   Stop();
   EXPECT_THAT(Output({"store", "check", scratch_ / "copy"}), HasSubstr("worlds"));
   EXPECT_THAT(Output({"restore", scratch_ / "copy", scratch_ / "restored"}),
