@@ -40,13 +40,13 @@ class Floor {
   }
   void Finish(const std::vector<CutPoint>& cuts) {
     std::vector<Point> all = durable_;
-    for (const Point& point : seen_) {
-      // Answers under way at the power cut do not count: a flush may be lost that told of success.
-      const bool at_a_cut = std::any_of(cuts.begin(), cuts.end(), [&](const CutPoint& cut) {
+    all.insert(all.end(), seen_.begin(), seen_.end());
+    // Answers under way at the power cut do not count: a flush may be lost that told of success.
+    std::erase_if(all, [&](const Point& point) {
+      return std::any_of(cuts.begin(), cuts.end(), [&](const CutPoint& cut) {
         return point.time_ns >= cut.invoke_ns && point.time_ns < cut.return_ns;
       });
-      if (!at_a_cut) all.push_back(point);
-    }
+    });
     std::sort(all.begin(), all.end(), ByTime);
     std::sort(durable_.begin(), durable_.end(), ByTime);
     std::size_t cut = 0;
@@ -201,8 +201,8 @@ class Checker {
       for (const Operation& operation : history_.operations) {
         if (operation.after_restart && operation.outcome == Outcome::kOk &&
             operation.world_uid == uid && operation.invoke_ns >= cuts[i].return_ns &&
-            operation.invoke_ns < end && !cuts[i].kept) {
-          cuts[i].kept = operation.revision;
+            operation.invoke_ns < end && !cuts[i].shown) {
+          cuts[i].shown = operation.revision;
         }
       }
     }

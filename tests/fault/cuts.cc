@@ -45,6 +45,9 @@ bool CutStore(Campaign& campaign, LoopDisk& disk) {
     const std::chrono::milliseconds after(std::uniform_int_distribution<int>(20, 400)(random));
     if (!CutOnce(campaign, disk, trial, after)) return false;
     if (!trial.Boot() || !trial.InspectRestart()) break;
+    if (random() % 3 != 0) continue;
+    trial.server().Kill();  // what the restart decided must be durable itself
+    if (!trial.Boot() || !trial.InspectRestart()) break;
   }
   if (!trial.is_broken()) trial.Conclude();
   trial.server().Kill();

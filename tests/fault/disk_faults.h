@@ -12,7 +12,8 @@ enum class DiskFault : std::int32_t {
   kWriteFails,  // write and pwrite: EIO
   kFull,        // nothing can be written: ENOSPC, and no space is said to be free
   kShort,       // half of what was to be written is, which is no error
-  kTorn,        // half of what was to be written is, then the disk is full
+  kTorn,        // half of what a file was to grow by is written, then the disk is full
+  kSyncLies,    // fsync and fdatasync do nothing: a power cut must then lose writes
 };
 
 // The environment of the server: CWM_DISK_FAULTS names the file with this content, and
@@ -20,7 +21,7 @@ enum class DiskFault : std::int32_t {
 struct DiskFaults {
   std::atomic<DiskFault> fault = DiskFault::kNone;
   std::atomic<std::int64_t> calls_before = 0;  // that still succeed
-  std::atomic<std::int64_t> hits = 0;          // calls that failed or were short
+  std::atomic<std::int64_t> hits = 0;          // calls that failed or did less
 };
 
 }  // namespace cwm::fault

@@ -238,7 +238,7 @@ void Workload::RunStates(Client& client, const std::string& address) {
 }
 
 // Writes to its world, which the first write makes, and deletes it at last.
-Operation Workload::MakeWorldWrite(Client& client) {
+Operation Workload::MakeWorldWrite(Client& client) const {
   Operation operation = NewOperation(client, kShortLived, client.world_uid);
   if (client.writes_in_world < kWritesInWorld) {
     operation.changes = {{.name = "object_" + std::to_string(client.writes_in_world),
@@ -246,8 +246,6 @@ Operation Workload::MakeWorldWrite(Client& client) {
                           .geometry = "box:64:64:64"}};
   } else {
     operation.kind = Kind::kDelete;
-    const std::lock_guard lock(live_mutex_);
-    live_.erase(kShortLived);
   }
   return operation;
 }
@@ -266,6 +264,7 @@ void Workload::RunWorlds(Client& client, const std::string& address) {
     } else {
       client.writes_in_world = 0;
       client.world_uid.clear();
+      live_.erase(kShortLived);
     }
   }
 }

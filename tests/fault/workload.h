@@ -85,7 +85,7 @@ class Workload {
   Operation MakeWrite(Client& client, const client::Connection& connection);
   Change MakeChange(Client& client, const client::Connection& connection);
   Operation MakeRobotWrite(Client& client) const;
-  Operation MakeWorldWrite(Client& client);
+  Operation MakeWorldWrite(Client& client) const;
   Operation NewOperation(Client& client, const std::string& world, const std::string& uid) const;
   std::string InspectMain(const client::Connection& connection, bool whole, bool after_restart);
   void Note(const Operation& operation);

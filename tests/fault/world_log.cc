@@ -1,11 +1,12 @@
 #include "tests/fault/world_log.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace cwm::fault {
 namespace {
 
-// After a power cut the numbers of revisions go on at least this much later.
+// After a power cut the server skips so many numbers, so that none is used for two worlds.
 constexpr std::int64_t kRevisionJump = 65'536;
 
 // True if the changes lead from the world to itself.
@@ -59,9 +60,23 @@ std::size_t WorldLog::EpochAt(std::int64_t time_ns) const {
 std::optional<std::int64_t> WorldLog::Next(std::int64_t revision, std::size_t epoch) const {
   for (auto next = revisions_.upper_bound(revision); next != revisions_.end(); ++next) {
     if (EpochAt(next->second.first_seen_ns) > epoch) return std::nullopt;
+    if (next->second.is_skip) continue;
     if (!next->second.taken_by || *next->second.taken_by >= epoch) return next->first;
   }
   return std::nullopt;
+}
+
+void WorldLog::FindSkips() {
+  for (CutPoint& cut : cuts_) {
+    cut.kept = cut.shown;
+    const auto shown = cut.shown ? revisions_.find(*cut.shown) : revisions_.end();
+    if (shown == revisions_.end() || shown->second.first_seen_ns < cut.return_ns) continue;
+    const std::int64_t before = shown == revisions_.begin() ? 0 : std::prev(shown)->first;
+    if (*cut.shown - before < kRevisionJump / 2) continue;
+    shown->second.is_skip = true;
+    cut.kept = *cut.shown - kRevisionJump;
+    AddSeen(*cut.kept, cut.invoke_ns - 1);
+  }
 }
 
 // Numbers of revisions have no holes, but for the jump after a power cut: a number that nobody saw
@@ -113,6 +128,7 @@ void WorldLog::Fold(Report& report) {
     if (write->is_acknowledged()) claims_.emplace(write->revision, write);
     if (write->is_unresolved) unresolved_.push_back(write);
   }
+  FindSkips();
   FillHoles(report);
   MarkTaken(report);
   std::optional<ModelWorld> state = ModelWorld();
@@ -134,7 +150,7 @@ void WorldLog::Fold(Report& report) {
       kept.push_back({state, last, *logged.taken_by});
     }
     logged.previous = last;
-    state = After({revision, state ? &*state : nullptr}, logged, report);
+    if (!logged.is_skip) state = After({revision, state ? &*state : nullptr}, logged, report);
     if (state) logged.hash = HashOf(*state);
     ++report.revisions;
     if (!state) ++report.unchecked_revisions;

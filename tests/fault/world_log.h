@@ -32,12 +32,17 @@ struct LogicalWrite {
 struct CutPoint {
   std::int64_t invoke_ns = 0;
   std::int64_t return_ns = 0;
-  // The newest revision after the restart; empty if nobody looked.
+  // The revision after the restart; empty if nobody looked.
+  std::optional<std::int64_t> shown = {};
+  // The newest revision that the cut left: the one shown, or the one that it skips from.
   std::optional<std::int64_t> kept = {};
 };
 
 struct LoggedRevision {
   const LogicalWrite* author = nullptr;
+  // The server skipped numbers after a power cut. The world is as before, and watches are told by a
+  // bookmark.
+  bool is_skip = false;
   std::optional<ModelHash> hash = {};        // empty: what the world held is not known
   std::optional<std::size_t> taken_by = {};  // the cut that took it
   std::int64_t previous = 0;                 // the revision that it was made of
@@ -67,7 +72,8 @@ class WorldLog {
   std::int64_t newest() const { return revisions_.empty() ? 0 : revisions_.rbegin()->first; }
   // The number of cuts that were over at that time.
   std::size_t EpochAt(std::int64_t time_ns) const;
-  // The first revision after that one for who watches in that epoch; empty if there is none.
+  // The first revision after that one with events, for who watches in that epoch; empty if there is
+  // none.
   std::optional<std::int64_t> Next(std::int64_t revision, std::size_t epoch) const;
 
  private:
@@ -75,6 +81,7 @@ class WorldLog {
     std::int64_t revision;
     const ModelWorld* before;  // nullptr: not known
   };
+  void FindSkips();
   void FillHoles(Report& report);
   void MarkTaken(Report& report);
   std::optional<ModelWorld> After(const Step& step, LoggedRevision& logged, Report& report);
