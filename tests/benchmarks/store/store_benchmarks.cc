@@ -236,6 +236,29 @@ void MeasureStoreCost(const StoreBenchmarkOptions& options, Report& report) {
               .how = "median ApplyChanges that moves one of 200 boxes, --store memory" + beside});
 }
 
+void MeasureReplay(const StoreBenchmarkOptions& options, Report& report) {
+  const StoreFolder folder(options.directory);
+  const std::string program =
+      fs::read_symlink("/proc/self/exe").parent_path() / "cwm-bench-store-replay";
+  const std::string store = folder / "replayed", figures = folder / "replay.json";
+  report.Detail("Replay: making the store");
+  const auto made = testing::RunProgram({program, "make", store});
+  if (made.exit_code != 0) return report.Fail("the store cannot be made: " + made.err);
+  const auto replayed = testing::RunProgram({program, "replay", store, "--json", figures});
+  std::ifstream file(figures);
+  const auto rows = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  if (replayed.exit_code != 0 || !rows.is_array()) {
+    return report.Fail("the store cannot be replayed: " + replayed.err);
+  }
+  for (const auto& row : rows) {
+    report.Add(WithLimit({.key = row.at("key"),
+                          .value = row.at("value"),
+                          .unit = row.at("unit"),
+                          .how = row.at("how")},
+                         10));
+  }
+}
+
 void ReportFaults(const StoreBenchmarkOptions& options, Report& report) {
   struct Row {
     const char* key;
@@ -279,6 +302,7 @@ void MeasureStore(Report& report) {
   MeasureDurableWriters(options, report);
   MeasureDurableOverhead(options, report);
   MeasureStoreCost(options, report);
+  MeasureReplay(options, report);
   ReportFaults(options, report);
 }
 

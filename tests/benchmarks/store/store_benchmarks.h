@@ -27,6 +27,10 @@ void MeasureDurableOverhead(const StoreBenchmarkOptions& options, Report& report
 // store_cost_publish_us; with `other_program` the figures of MeasureCostsBeside.
 void MeasureStoreCost(const StoreBenchmarkOptions& options, Report& report);
 
+// A store of 10,000 objects with 1 million triangles and 100,000 revisions of moves, restored from
+// the disk by a new process (replay_main.cc): replay_s.
+void MeasureReplay(const StoreBenchmarkOptions& options, Report& report);
+
 // Counts of `./dev fault`, as far as it has run: kills, kills_lost, power_cuts, power_cuts_lost,
 // violations.
 void ReportFaults(const StoreBenchmarkOptions& options, Report& report);

@@ -12,7 +12,8 @@
 namespace {
 
 constexpr char kUsage[] =
-    "cwm-bench-store [all|writers|overhead|cost|faults] [--server PROGRAM] [--other PROGRAM]\n"
+    "cwm-bench-store [all|writers|overhead|cost|replay|faults] [--server PROGRAM] [--other "
+    "PROGRAM]\n"
     "                [--dir DIRECTORY] [--json FILE]\n"
     "--server measures another cwm-server than the one beside this program; --other is the one\n"
     "that the cost without a store is measured beside. Stores are made in DIRECTORY, which must "
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   const std::vector<std::pair<std::string, Measure>> parts = {{"writers", MeasureDurableWriters},
                                                               {"overhead", MeasureDurableOverhead},
                                                               {"cost", MeasureStoreCost},
+                                                              {"replay", MeasureReplay},
                                                               {"faults", ReportFaults}};
   if (!server.empty()) UseServerProgram(server);
   Report report;
