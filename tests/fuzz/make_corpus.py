@@ -189,6 +189,73 @@ def scenes():
           "world:\n  collision_objects: *c\n")
 
 
+def varint(number):
+    encoded = b""
+    number &= (1 << 64) - 1
+    while number >= 0x80:
+        encoded += bytes([number & 0x7F | 0x80])
+        number >>= 7
+    return encoded + bytes([number])
+
+
+def message(*fields):
+    """A protobuf message of pairs (field number, value): int, float, text, bytes, or a list of doubles."""
+    encoded = b""
+    for number, value in fields:
+        if isinstance(value, int):
+            encoded += varint(number << 3) + varint(value)
+        elif isinstance(value, float):
+            encoded += varint(number << 3 | 1) + struct.pack("<d", value)
+        else:
+            if isinstance(value, list):
+                value = struct.pack(f"<{len(value)}d", *value)
+            value = value.encode() if isinstance(value, str) else value
+            encoded += varint(number << 3 | 2) + varint(len(value)) + value
+    return encoded
+
+
+def records():
+    """Of proto/cwm/store/v1/record.proto: what follows a record that puts the object "a"."""
+    pose = message((1, [1.0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 1.0, 0]))
+    revisions = [(7, 1), (8, 1), (9, 2), (10, 4), (11, 1)]
+    mesh = struct.pack("<II", 4, 4) + b"".join(struct.pack("<3d", *v) for v in VERTICES)
+    mesh += b"".join(struct.pack("<3I", *t) for t in TRIANGLES)
+    shapes = {
+        "sphere": (1, 0.1), "box": (2, message((1, [1.0, 2.0, 3.0]))), "cone": (4, message((1, [0.1, 0.0, 0.3]))),
+        "half_space": (6, b""), "convex": (8, message((1, mesh))),
+        "plate": (7, message((1, message((1, [-1.0, -1, 1, -1, 1, 1, -1, 1]))), (3, 0.1))),
+        "mesh": (9, message((1, mesh), (3, 1), (4, message((1, [0.0] * 6), (2, 0.1), (3, 0.2))), (5, 1)))}
+    fit = message((1, 0.1), (3, 7), (6, [0.1, 0.2, 0.3]))
+    box = message((1, pose), (2, [0.1, 0.2, 0.3]))
+    parts = [(1, message((1, pose), (2, message(shape)), (4, fit), (6, box))) for shape in shapes.values()]
+    handle = (3, message((1, 0), (2, 3), (3, [0, 0, 1.0]), (4, box), (5, message((1, mesh)))))
+    model = message(*parts, (2, message((1, message((1, mesh))), (2, 9))), handle, (4, 11))
+    rule = message((1, message((1, "a"))), (2, message((1, "b"), (2, "l"))), (3, 1), (4, 1 << 60), (5, 0.1))
+
+    def record(*write):
+        return message((1, "uid"), (2, 2), (3, 1 << 60), (6, message((1, 1), *write)))
+
+    def change(name, *after):
+        return (2, message((1, name), (2, message((1, name), (4, pose), *revisions, *after))))
+
+    write("record", "move.bin", record(change("a")))
+    write("record", "shapes.bin", record(change("b", (2, model), (3, 0.1), (6, "a"))))
+    write("record", "removal.bin", record((2, message((1, "a")))))
+    write("record", "rule.bin", record((4, rule)))
+    write("record", "robot.bin", record((3, message((1, "r"), (2, message((1, "r"), (2, message((1, "00"))),
+                                                                         (3, pose), (4, [0.5])))))))
+    write("record", "facts.bin", record((5, message((1, "a"), (2, 1), (3, 1))), (6, 1 << 60),
+                                        (7, message((1, "s"), (2, pose))), (8, message((1, "id"), (2, "digest"))),
+                                        (9, message((1, "object"), (2, 7)))))
+    write("record", "deletion.bin", message((1, "uid"), (2, 1), (7, message((1, "uid"), (2, "id")))))
+    write("record", "skip.bin", message((1, "uid"), (2, 65537), (6, message((1, 1)))))
+    object_a = message((1, "a"), (2, model), (4, pose), *revisions)
+    write("record", "snapshot.bin", message((1, "uid"), (2, "w"), (3, 9), (4, object_a), (6, rule),
+                                            (7, message((1, "s"), (2, pose))),
+                                            (8, message((1, message((1, "id"))), (2, 9), (3, 1 << 60))),
+                                            (9, message((1, "object"), (2, 7))), (10, message((1, "a"), (2, 5)))))
+
+
 if __name__ == "__main__":
     glbs()
     stl_and_obj()
@@ -197,3 +264,4 @@ if __name__ == "__main__":
     mesh_bytes()
     clouds()
     scenes()
+    records()
