@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -25,12 +24,9 @@ namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
 constexpr std::string_view kObservedSuffix = ".observed";
-constexpr int kFolderCount = 256;  // by the first two digits of the hash
 
-std::string BlobFolder(const std::string& directory, int index) {
-  std::array<char, 3> digits{};
-  std::snprintf(digits.data(), digits.size(), "%02x", static_cast<unsigned>(index) & 0xFF);
-  return absl::StrCat(directory, "/", kBlobFolder, "/", digits.data());
+std::string TopFolder(const std::string& directory) {
+  return absl::StrCat(directory, "/", kBlobFolder);
 }
 
 // Creates a folder unless it is there; sets `created` if it was not.
@@ -56,48 +52,42 @@ std::string BlobPath(const std::string& hash, bool is_durable) {
                       is_durable ? std::string() : std::string(kObservedSuffix));
 }
 
-absl::Status MakeBlobFolders(const std::string& directory) {
+absl::Status MakeBlobFolder(const std::string& directory) {
   bool created = false;
-  const std::string top = absl::StrCat(directory, "/", kBlobFolder);
-  if (absl::Status status = MakeFolder(top, created); !status.ok()) return status;
-  for (int i = 0; i < kFolderCount; ++i) {
-    if (absl::Status status = MakeFolder(BlobFolder(directory, i), created); !status.ok()) {
-      return status;
-    }
-  }
-  if (!created) return absl::OkStatus();
-  if (absl::Status status = SyncFile(top); !status.ok()) return status;
+  absl::Status status = MakeFolder(TopFolder(directory), created);
+  if (!status.ok() || !created) return status;
   return SyncFile(directory);
+}
+
+absl::Status MakeFolderOf(const std::string& blob_path) {
+  bool created = false;
+  return MakeFolder(fs::path(blob_path).parent_path().string(), created);
 }
 
 absl::StatusOr<std::vector<BlobName>> ListBlobs(const std::string& directory,
                                                 bool remove_incomplete) {
   std::vector<BlobName> blobs;
-  for (int i = 0; i < kFolderCount; ++i) {
-    const std::string folder = BlobFolder(directory, i);
-    std::error_code error;
-    std::vector<fs::path> incomplete;
-    for (fs::directory_iterator it(folder, error); !error && it != fs::directory_iterator();
-         it.increment(error)) {
-      std::string name = it->path().filename().string();
-      const bool is_observed = name.ends_with(kObservedSuffix);
-      if (is_observed) name.resize(name.size() - kObservedSuffix.size());
-      if (!CheckBlobHash(name).ok()) {
-        incomplete.push_back(it->path());
-        continue;
-      }
-      std::error_code gone;
-      const auto size = it->file_size(gone);
-      std::string path = BlobPath(name, !is_observed);
-      blobs.push_back(
-          {std::move(name), std::move(path), gone ? 0 : static_cast<std::int64_t>(size)});
+  std::vector<fs::path> incomplete;
+  std::error_code error;
+  const std::string top = TopFolder(directory);
+  for (fs::recursive_directory_iterator it(top, error);
+       !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    std::error_code gone;
+    if (it->is_directory(gone)) continue;
+    std::string name = it->path().filename().string();
+    const bool is_observed = name.ends_with(kObservedSuffix);
+    if (is_observed) name.resize(name.size() - kObservedSuffix.size());
+    std::string path = BlobPath(name, !is_observed);
+    if (!CheckBlobHash(name).ok() || absl::StrCat(directory, "/", path) != it->path().string()) {
+      incomplete.push_back(it->path());
+      continue;
     }
-    if (error && error.value() != ENOENT) {
-      return FileError(folder, "cannot be read", error.value());
-    }
-    if (remove_incomplete) {
-      for (const fs::path& path : incomplete) fs::remove_all(path, error);
-    }
+    const auto size = it->file_size(gone);
+    blobs.push_back({std::move(name), std::move(path), gone ? 0 : static_cast<std::int64_t>(size)});
+  }
+  if (error && error.value() != ENOENT) return FileError(top, "cannot be read", error.value());
+  if (remove_incomplete) {
+    for (const fs::path& path : incomplete) fs::remove_all(path, error);
   }
   std::sort(blobs.begin(), blobs.end(),
             [](const BlobName& a, const BlobName& b) { return a.path < b.path; });
@@ -105,7 +95,7 @@ absl::StatusOr<std::vector<BlobName>> ListBlobs(const std::string& directory,
 }
 
 absl::StatusOr<std::unique_ptr<BlobFiles>> BlobFiles::Open(const std::string& directory) {
-  if (absl::Status status = MakeBlobFolders(directory); !status.ok()) return status;
+  if (absl::Status status = MakeBlobFolder(directory); !status.ok()) return status;
   const absl::StatusOr<std::vector<BlobName>> blobs = ListBlobs(directory, true);
   if (!blobs.ok()) return blobs.status();
   std::unique_ptr<BlobFiles> files(new BlobFiles(directory));
@@ -128,6 +118,7 @@ absl::Status BlobFiles::Write(const std::string& hash, std::string_view bytes, b
   static std::atomic<std::int64_t> count = 0;
   const std::string path = FullPath(hash, durable);
   const std::string temporary = absl::StrCat(path, ".new", ++count);
+  if (absl::Status status = MakeFolderOf(path); !status.ok()) return status;
   if (absl::Status status = WriteNewFile(temporary, bytes, durable); !status.ok()) return status;
   if (absl::Status status = Rename(temporary, path); !status.ok()) {
     unlink(temporary.c_str());
@@ -137,7 +128,7 @@ absl::Status BlobFiles::Write(const std::string& hash, std::string_view bytes, b
   if (!durable) return absl::OkStatus();
   // An observed file of the same name was not complete.
   unlink(FullPath(hash, false).c_str());
-  return SyncFile(fs::path(path).parent_path().string());
+  return SyncName(path);
 }
 
 absl::Status BlobFiles::MakeDurable(const std::string& hash) {
@@ -146,7 +137,20 @@ absl::Status BlobFiles::MakeDurable(const std::string& hash) {
   if (absl::Status status = SyncFile(observed); !status.ok()) return status;
   if (absl::Status status = Rename(observed, durable); !status.ok()) return status;
   FailPoint("blob-renamed");
-  return SyncFile(fs::path(durable).parent_path().string());
+  return SyncName(durable);
+}
+
+absl::Status BlobFiles::SyncName(const std::string& path) {
+  const std::string folder = fs::path(path).parent_path().string();
+  if (absl::Status status = SyncFile(folder); !status.ok()) return status;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (synced_folders_.contains(folder)) return absl::OkStatus();
+  }
+  if (absl::Status status = SyncFile(TopFolder(directory_)); !status.ok()) return status;
+  const std::scoped_lock lock(mutex_);
+  synced_folders_.insert(folder);
+  return absl::OkStatus();
 }
 
 absl::Status BlobFiles::PutAlone(const std::string& hash, std::string_view bytes, bool durable,

@@ -31,8 +31,10 @@ struct BlobName {
 // complete if asked to.
 absl::StatusOr<std::vector<BlobName>> ListBlobs(const std::string& directory,
                                                 bool remove_incomplete);
-// Makes the folders of blobs, durably.
-absl::Status MakeBlobFolders(const std::string& directory);
+// Makes the folder of all blobs, durably.
+absl::Status MakeBlobFolder(const std::string& directory);
+// Makes the folder in which the path of a blob lies, if there is none.
+absl::Status MakeFolderOf(const std::string& blob_path);
 
 // Thread safe.
 class BlobFiles {
@@ -73,6 +75,8 @@ class BlobFiles {
   std::string FullPath(const std::string& hash, bool is_durable) const;
   absl::Status Write(const std::string& hash, std::string_view bytes, bool durable);
   absl::Status MakeDurable(const std::string& hash);
+  // Syncs the name of a blob's file, and of its folder.
+  absl::Status SyncName(const std::string& path);
   absl::Status PutAlone(const std::string& hash, std::string_view bytes, bool durable,
                         Entry& entry);
 
@@ -81,6 +85,7 @@ class BlobFiles {
   std::condition_variable put_ended_;
   std::set<std::string> being_put_;  // at most one thread puts a blob
   std::map<std::string, Entry> entries_;
+  std::set<std::string> synced_folders_;  // their names are on the disk
 };
 
 }  // namespace cwm::server

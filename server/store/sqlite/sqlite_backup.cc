@@ -94,7 +94,7 @@ absl::StatusOr<std::unique_ptr<Store::BackupRun>> SqliteBackupRun::Start(SqliteE
 }
 
 absl::Status SqliteBackupRun::Prepare() {
-  if (absl::Status status = MakeBlobFolders(folder_); !status.ok()) return status;
+  if (absl::Status status = MakeBlobFolder(folder_); !status.ok()) return status;
   absl::StatusOr<Database> copy = Database::Open(absl::StrCat(folder_, "/", kDatabaseFile), true);
   if (!copy.ok()) return copy.status();
   copy_ = *std::move(copy);
@@ -116,8 +116,9 @@ absl::StatusOr<bool> SqliteBackupRun::LinkBlobs(std::size_t count) {
       is_done = false;
       continue;
     }
-    absl::Status status = LinkOrCopy(from, absl::StrCat(folder_, "/", blob.path));
-    if (!status.ok()) return status;
+    const std::string to = absl::StrCat(folder_, "/", blob.path);
+    if (absl::Status status = MakeFolderOf(to); !status.ok()) return status;
+    if (absl::Status status = LinkOrCopy(from, to); !status.ok()) return status;
     added.push_back(blob.path);
   }
   linked_.insert(linked_.end(), added.begin(), added.end());

@@ -378,6 +378,7 @@ absl::Status SqliteEngine::Close() {
   read_record_ = {};
   delete_record_ = {};
   database_ = {};
+  lock_ = {};
   failed_ = StoreFailed(absl::StrCat(directory_, ": the store was closed"));
   return absl::OkStatus();
 }

@@ -77,7 +77,7 @@ class SqliteEngine final : public Store {
 
   const SqliteOptions options_;
   const std::string directory_;
-  const FileDescriptor lock_;
+  FileDescriptor lock_;
   Database database_;
   Statement insert_record_;
   Statement read_records_;

@@ -15,12 +15,26 @@ namespace {
 // The errors of the system that mean no room: what was written before counts, the call does not.
 bool MeansNoRoom(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
 
+// The error of the last call of the system that failed on the database or its log. SQLite often
+// forgets it for the log.
+int LastSystemError(sqlite3* database) {
+  if (const int error = sqlite3_system_errno(database); error != 0) return error;
+  sqlite3_file* log = nullptr;
+  int error = 0;
+  if (sqlite3_file_control(database, "main", SQLITE_FCNTL_JOURNAL_POINTER, &log) == SQLITE_OK &&
+      log != nullptr && log->pMethods != nullptr) {
+    log->pMethods->xFileControl(log, SQLITE_FCNTL_LAST_ERRNO, &error);
+  }
+  return error;
+}
+
 absl::Status ErrorOf(sqlite3* database, int code) {
   const int primary = code & 0xFF;
   const char* const path = sqlite3_db_filename(database, "main");
   std::string message = absl::StrCat(path == nullptr ? "" : path, ": ", sqlite3_errmsg(database));
-  const int error = sqlite3_system_errno(database);
-  if (error != 0 && primary != SQLITE_CORRUPT) {
+  const int error =
+      primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN ? LastSystemError(database) : 0;
+  if (error != 0) {
     absl::StrAppend(&message, " (", std::strerror(error), ")");
   }
   switch (primary) {

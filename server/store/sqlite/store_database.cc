@@ -77,7 +77,7 @@ std::string NewStoreUid() {
 }
 
 absl::Status CreateStore(const std::string& directory) {
-  if (absl::Status status = MakeBlobFolders(directory); !status.ok()) return status;
+  if (absl::Status status = MakeBlobFolder(directory); !status.ok()) return status;
   const absl::StatusOr<HeadFile> head = HeadFile::Open(absl::StrCat(directory, "/", kHeadFile));
   if (!head.ok()) return head.status();
   const std::string unfinished = absl::StrCat(directory, "/", kNewDatabaseFile);

@@ -149,7 +149,7 @@ absl::Status CopyFile(const std::string& from, const std::string& to) {
 }
 
 absl::Status CopyStore(const std::string& from, const std::string& to) {
-  if (absl::Status status = MakeBlobFolders(to); !status.ok()) return status;
+  if (absl::Status status = MakeBlobFolder(to); !status.ok()) return status;
   for (const char* name : {kDatabaseFile, kLogFile, kHeadFile}) {
     const std::string source = absl::StrCat(from, "/", name);
     if (access(source.c_str(), F_OK) != 0) continue;
@@ -159,9 +159,10 @@ absl::Status CopyStore(const std::string& from, const std::string& to) {
   }
   const absl::StatusOr<std::vector<BlobName>> blobs = ListBlobs(from, false);
   if (!blobs.ok()) return blobs.status();
-  std::set<std::string> folders = {to};
+  std::set<std::string> folders = {to, absl::StrCat(to, "/", kBlobFolder)};
   for (const BlobName& blob : *blobs) {
     const std::string copy = absl::StrCat(to, "/", blob.path);
+    if (absl::Status status = MakeFolderOf(copy); !status.ok()) return status;
     absl::Status status = CopyFile(absl::StrCat(from, "/", blob.path), copy);
     if (!status.ok()) return status;
     folders.insert(fs::path(copy).parent_path().string());

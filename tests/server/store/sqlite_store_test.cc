@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 absl::Status OpenStatus(const SqliteOptions& options) { return OpenSqliteStore(options).status(); }
 
 TEST(SqliteStore, NamesTheProcessThatHoldsTheLock) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::unique_ptr<Store> store = OpenForTest(directory / "store");
   ASSERT_NE(store, nullptr);
   const absl::Status status = OpenStatus(TestOptions(directory / "store"));
@@ -38,7 +38,7 @@ TEST(SqliteStore, NamesTheProcessThatHoldsTheLock) {
 }
 
 TEST(SqliteStore, RefusesADatabaseThatAnotherProgramHasOpen) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   ASSERT_NE(OpenForTest(path), nullptr);
   const pid_t child = fork();
@@ -59,7 +59,7 @@ TEST(SqliteStore, RefusesADatabaseThatAnotherProgramHasOpen) {
 }
 
 TEST(SqliteStore, RefusesWhatIsNoStoreAndLeavesItAlone) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   fs::create_directory(directory / "photos");
   std::ofstream(directory / "photos/holiday.jpg") << "a picture";
   fs::create_directory(directory / "other");
@@ -81,7 +81,7 @@ TEST(SqliteStore, RefusesWhatIsNoStoreAndLeavesItAlone) {
 }
 
 TEST(SqliteStore, NeedsAParentDirectoryThatExists) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const absl::Status status = OpenStatus(TestOptions(directory / "no/such/store"));
   EXPECT_EQ(ReasonOf(status), "STORE_NOT_WRITABLE") << status;
   EXPECT_EQ(ReasonOf(OpenStatus(TestOptions(""))), "INVALID_FIELD");
@@ -89,7 +89,7 @@ TEST(SqliteStore, NeedsAParentDirectoryThatExists) {
 }
 
 TEST(SqliteStore, RefusesAStoreWhoseDatabaseIsGone) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   {
     const std::unique_ptr<Store> store = OpenForTest(path);
@@ -118,7 +118,7 @@ SqliteOptions OptionsOfVersion2(const std::string& path) {
 }
 
 TEST(SqliteStore, MigratesAndKeepsACopyAndIsRefusedByTheOlderProgram) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   std::vector<StoredRecord> records;
   {
@@ -146,7 +146,7 @@ TEST(SqliteStore, MigratesAndKeepsACopyAndIsRefusedByTheOlderProgram) {
 }
 
 TEST(SqliteStore, ChangesNothingIfAMigrationFails) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   std::vector<StoredRecord> records;
   {
@@ -163,7 +163,7 @@ TEST(SqliteStore, ChangesNothingIfAMigrationFails) {
 }
 
 TEST(SqliteStore, RemovesUnusedBlobsAfterTheirGraceAlone) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string hash = Sha256Hex("unused");
   SqliteOptions options = TestOptions(directory / "store");
   options.blob_grace = std::chrono::minutes(10);
@@ -182,10 +182,11 @@ TEST(SqliteStore, RemovesUnusedBlobsAfterTheirGraceAlone) {
 }
 
 TEST(SqliteStore, RemovesHalfWrittenFilesWhenItIsOpened) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   ASSERT_NE(OpenForTest(path), nullptr);
   const std::string half = path + "/blobs/ab/ab12.new7";
+  fs::create_directory(path + "/blobs/ab");
   std::ofstream(half) << "half";
   fs::create_directories(path + "/backup-3/blobs");
   std::ofstream(path + "/store.db.new") << "half";
@@ -196,7 +197,7 @@ TEST(SqliteStore, RemovesHalfWrittenFilesWhenItIsOpened) {
 }
 
 TEST(SqliteStore, ReplacesABlobWhoseFileIsNotWhole) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   const std::string bytes = RandomBytes(5000, 1);
   const std::string hash = Sha256Hex(bytes);
@@ -219,7 +220,7 @@ TEST(SqliteStore, ReplacesABlobWhoseFileIsNotWhole) {
 }
 
 TEST(SqliteStore, PutsTheSameBlobFromManyThreads) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::unique_ptr<Store> store = OpenForTest(directory / "store");
   std::vector<std::string> blobs;
   for (std::uint32_t i = 0; i < 8; ++i) blobs.push_back(RandomBytes(2000 + i, i));
@@ -241,7 +242,7 @@ TEST(SqliteStore, PutsTheSameBlobFromManyThreads) {
 }
 
 TEST(SqliteStore, RefusesToBeUsedAfterItWasClosed) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::unique_ptr<Store> store = OpenForTest(directory / "store");
   ASSERT_TRUE(store->Close().ok());
   EXPECT_EQ(ReasonOf(store->Append(NextRecords(*store, "w", 1, 1), Durability::kDurable).status()),
@@ -251,7 +252,7 @@ TEST(SqliteStore, RefusesToBeUsedAfterItWasClosed) {
 }
 
 TEST(SqliteStore, MakesOneBackupAtATime) {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(FastFolder());
   const std::string path = directory / "store";
   const std::unique_ptr<Store> store = OpenForTest(path);
   auto run = store->StartBackup();
@@ -314,7 +315,7 @@ class BackedUpStore : public testing::Test {
     }
   }
 
-  TemporaryDirectory directory_;
+  TemporaryDirectory directory_ = TemporaryDirectory(FastFolder());
   std::unique_ptr<Store> store_;
   std::string durable_hash_;
   std::string observed_hash_;

@@ -40,7 +40,7 @@ class TestedSqlite final : public TestedEngine {
   }
 
  private:
-  TemporaryDirectory directory_;
+  TemporaryDirectory directory_ = TemporaryDirectory(FastFolder());
 };
 
 class TestedMemory final : public TestedEngine {
