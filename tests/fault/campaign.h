@@ -18,6 +18,8 @@ struct Settings {
   std::string directory = {};                          // of the states of campaigns
   std::int64_t count = 0;                              // what all runs together shall reach
   std::chrono::seconds time = std::chrono::hours(24);  // of this run
+  // The server's flushes do nothing: power cuts must then find lost writes, which proves the cuts.
+  bool syncs_lie = false;
   bool in_memory = false;  // for work on the checker: a server without a store, and without kills
 };
 

@@ -22,7 +22,7 @@ bool SaysWorldIsGone(const std::string& reason) {
 }
 
 std::string TextOf(const Operation& operation) {
-  static constexpr const char* kKinds[] = {"write", "deletion", "read", "power cut"};
+  static constexpr const char* kKinds[] = {"write", "deletion", "read", "power cut", "clock"};
   return std::string(kKinds[static_cast<int>(operation.kind)]) + " " + operation.request_id +
          " of client " + std::to_string(operation.client) + " in " + operation.world + " (" +
          operation.world_uid + ")";
@@ -188,6 +188,10 @@ class Checker {
       }
     }
     for (auto& [uid, log] : logs_) log.SetCuts(CutsOf(uid));
+    for (const Operation& operation : history_.operations) {
+      if (operation.kind != Kind::kClockAhead) continue;
+      for (auto& [uid, log] : logs_) log.SetForgotten(operation.invoke_ns);
+    }
   }
 
   std::vector<CutPoint> CutsOf(const std::string& uid) const {
@@ -264,7 +268,7 @@ class Checker {
   }
 
   void CheckOperation(const Operation& operation) {
-    if (operation.kind == Kind::kCut || operation.world_uid.empty()) return;
+    if (operation.world_uid.empty()) return;  // nothing of a world
     const std::int64_t floor = floors_.at(operation.world_uid).Before(operation.invoke_ns);
     if (operation.outcome == Outcome::kError) CheckRefusal(operation, floor);
     if (operation.outcome != Outcome::kOk) return;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/fault/campaigns.h"
+#include "tests/fault/fault_switch.h"
 #include "tests/fault/loop_disk.h"
 #include "tests/fault/trial.h"
 
@@ -13,6 +14,8 @@ namespace {
 
 constexpr std::int64_t kDiskBytes = std::int64_t{256} << 20;
 constexpr int kCutsOfAStore = 10;
+// chosen: so that the empty store is on the disk before flushes do nothing.
+constexpr std::int64_t kTrueCalls = 400;
 
 // False if the disk failed, which says nothing of the server.
 bool CutOnce(Campaign& campaign, LoopDisk& disk, Trial& trial, std::chrono::milliseconds after) {
@@ -40,6 +43,11 @@ bool CutStore(Campaign& campaign, LoopDisk& disk) {
   const std::uint32_t seed = campaign.NextSeed();
   std::mt19937 random(seed);
   Trial trial(campaign, {.seed = seed}, disk.path() + "/store");
+  FaultSwitch faults(trial.scratch() / "faults", trial.store());
+  if (campaign.settings().syncs_lie) {
+    trial.SetEnvironment(faults.environment());
+    faults.Set(DiskFault::kSyncLies, kTrueCalls);
+  }
   if (!trial.Boot() || !trial.Prepare()) return true;
   for (int i = 0; i < kCutsOfAStore && campaign.GoesOn("cuts") && !trial.is_broken(); ++i) {
     const std::chrono::milliseconds after(std::uniform_int_distribution<int>(20, 400)(random));

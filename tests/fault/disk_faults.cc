@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -63,20 +64,32 @@ int Fail(int error) {
   return -1;
 }
 
+// True if a write up to this offset lies within the file, for which space is never short.
+bool IsWithinFile(int fd, off_t end) {
+  struct stat file {};
+  return fstat(fd, &file) == 0 && end <= file.st_size;
+}
+
 int Sync(int fd, long call) {
-  if (FaultOf(fd) == DiskFault::kSyncFails) return Fail(EIO);
+  const DiskFault fault = FaultOf(fd);
+  if (fault == DiskFault::kSyncFails) return Fail(EIO);
+  if (fault == DiskFault::kSyncLies) {
+    Faults()->hits.fetch_add(1);
+    return 0;
+  }
   return static_cast<int>(syscall(call, fd));
 }
 
-// Calls `write(size)`, or less of it, or fails.
+// Calls `write(size)`, or less of it, or fails. `offset` is where it begins.
 template <class Write>
-ssize_t Written(int fd, std::size_t size, const Write& write) {
+ssize_t Written(int fd, std::size_t size, off_t offset, const Write& write) {
   switch (FaultOf(fd)) {
     case DiskFault::kWriteFails:
       return Fail(EIO);
     case DiskFault::kFull:
       return Fail(ENOSPC);
     case DiskFault::kTorn:
+      if (IsWithinFile(fd, offset + static_cast<off_t>(size))) return write(size);
       if (Faults()->hits.fetch_add(1) > 0 || size < 2) return Fail(ENOSPC);
       return write(size / 2);
     case DiskFault::kShort:
@@ -101,12 +114,13 @@ int fsync(int fd) { return Sync(fd, SYS_fsync); }
 int fdatasync(int fd) { return Sync(fd, SYS_fdatasync); }
 
 ssize_t write(int fd, const void* data, std::size_t size) {
-  return Written(fd, size, [&](std::size_t part) { return syscall(SYS_write, fd, data, part); });
+  const auto call = [&](std::size_t part) { return syscall(SYS_write, fd, data, part); };
+  return Written(fd, size, lseek(fd, 0, SEEK_CUR), call);
 }
 
 ssize_t pwrite64(int fd, const void* data, std::size_t size, off64_t offset) {
-  return Written(fd, size,
-                 [&](std::size_t part) { return syscall(SYS_pwrite64, fd, data, part, offset); });
+  const auto call = [&](std::size_t part) { return syscall(SYS_pwrite64, fd, data, part, offset); };
+  return Written(fd, size, offset, call);
 }
 
 ssize_t pwrite(int fd, const void* data, std::size_t size, off_t offset) {

@@ -19,6 +19,8 @@ struct Operation {
     kDelete,  // of the world
     kRead,
     kCut,  // the power went off at `invoke_ns`; the server is back at `return_ns`
+    // The wall clock went ahead by more than what is kept for watches and retries.
+    kClockAhead,
   };
   enum class Outcome {
     kOk,

@@ -20,6 +20,7 @@ struct Options {
   std::int64_t seconds = 0;
   bool fresh = false;
   bool in_memory = false;
+  bool syncs_lie = false;
 };
 
 struct Entry {
@@ -85,6 +86,7 @@ int Run(const Options& options) {
   Settings settings{.server = folder / "cwm-server",
                     .directory = folder.parent_path() / "fault",
                     .count = options.count,
+                    .syncs_lie = options.syncs_lie,
                     .in_memory = options.in_memory};
   if (options.seconds > 0) settings.time = std::chrono::seconds(options.seconds);
   if (options.name == "ci") return RunCi(settings);
@@ -112,6 +114,8 @@ int main(int argc, char** argv) {
   app.add_flag("--fresh", options.fresh, "forget earlier runs of the campaign");
   app.add_flag("--memory", options.in_memory,
                "histories without a store, and without kills: for work on the checker");
+  app.add_flag("--syncs-lie", options.syncs_lie,
+               "cuts of a server whose flushes do nothing: they must find lost writes");
   CLI11_PARSE(app, argc, argv);
   return Run(options);
 }

@@ -20,7 +20,8 @@ void Trial::Complain(const std::string& text) {
                      seed_, store_);
 }
 
-bool Trial::Boot(const std::vector<std::string>& environment, bool may_end) {
+bool Trial::Boot(std::vector<std::string> environment, bool may_end) {
+  environment.insert(environment.end(), environment_.begin(), environment_.end());
   server_ = std::make_unique<ServerProcess>(
       ServerOptions{.program = campaign_.settings().server,
                     .store = campaign_.settings().in_memory ? "" : store_,

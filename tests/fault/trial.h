@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/fault/campaign.h"
@@ -21,7 +22,11 @@ class Trial {
 
   // Starts a server on the store. False, and a violation of the campaign, if it does not come up;
   // with `may_end`, because a fault awaits it, an end is no violation.
-  bool Boot(const std::vector<std::string>& environment = {}, bool may_end = false);
+  bool Boot(std::vector<std::string> environment = {}, bool may_end = false);
+  // Of all servers that are started from now on.
+  void SetEnvironment(std::vector<std::string> environment) {
+    environment_ = std::move(environment);
+  }
   // After the first Boot: makes the world.
   bool Prepare();
   // Looks at what the restart brought back. False, and a violation, if it cannot; `may_end` as
@@ -50,6 +55,7 @@ class Trial {
   Campaign& campaign_;
   testing::ScratchDirectory scratch_;
   std::string store_;
+  std::vector<std::string> environment_;
   std::uint32_t seed_;
   Workload workload_;
   std::unique_ptr<ServerProcess> server_;

@@ -126,11 +126,13 @@ class StreamCheck {
     if (watch_.end_reason != "REVISION_COMPACTED" && watch_.end_reason != "REVISION_IN_FUTURE") {
       return;
     }
-    // A cut may have taken the revision from which the client resumes, or the memory of it.
-    if (epoch_ > 0 && log_.Find(follower.revision) != nullptr &&
-        log_.EpochAt(log_.Find(follower.revision)->first_seen_ns) < epoch_) {
+    const LoggedRevision* const logged = log_.Find(follower.revision);
+    if (log_.forgotten_ns() > 0 && watch_.invoke_ns >= log_.forgotten_ns() &&
+        (logged == nullptr || logged->first_seen_ns < log_.forgotten_ns())) {
       return;
     }
+    // A cut may have taken the revision from which the client resumes, or the memory of it.
+    if (epoch_ > 0 && logged != nullptr && log_.EpochAt(logged->first_seen_ns) < epoch_) return;
     Complain("resumable", "it cannot resume at revision " + std::to_string(follower.revision));
   }
 

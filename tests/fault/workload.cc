@@ -15,6 +15,7 @@ constexpr int kNames = 12;
 // derived: 36 bytes each, so more than 64 KiB: the store keeps it as a file.
 constexpr int kLargeMeshVertices = 2'000;
 constexpr int kSmallMeshVertices = 24;
+constexpr int kInlineMeshVertices = 1'650;  // 60 KB, less than that
 constexpr char kShortLived[] = "short_lived";
 constexpr int kWritesInWorld = 6;
 // chosen: between retries after a refusal that asks for one.
@@ -120,6 +121,28 @@ bool Workload::Finish(std::chrono::milliseconds patience) {
   Stop();
   return done && std::none_of(clients_.begin(), clients_.end(),
                               [](const auto& client) { return client->pending.has_value(); });
+}
+
+bool Workload::PutMeshes(const std::string& address, int count) {
+  const client::Connection connection({.address = address, .deadline = options_.deadline});
+  Client& client = *clients_.front();
+  for (int i = 0; i < count; ++i) {
+    Operation operation = NewOperation(client, kMain, main_uid_);
+    const NumberedMesh mesh = MakeMesh(client.written, kInlineMeshVertices);
+    if (!UploadMesh(connection, mesh)) return false;
+    operation.changes = {{.name = "object_" + std::to_string(i % kNames),
+                          .place = {0, client.written * 16 + client.number, 0},
+                          .geometry = mesh.geometry}};
+    Send(connection, operation);
+    recorder_.Add(operation);
+    Note(operation);
+    if (operation.outcome != Outcome::kOk) return false;
+  }
+  return true;
+}
+
+void Workload::SetClockAhead() {
+  recorder_.Add(Operation{.kind = Kind::kClockAhead, .invoke_ns = NowNs()});
 }
 
 void Workload::Note(const Operation& operation) {

@@ -49,6 +49,12 @@ class Workload {
   // seen the newest revision. False if that takes too long.
   bool Finish(std::chrono::milliseconds patience);
 
+  // Puts so many meshes of 60 KB, which the store keeps inside its records, under few names. False
+  // if one is not answered.
+  bool PutMeshes(const std::string& address, int count);
+  // Records that the wall clock of the next server is ahead of all that is kept for some time.
+  void SetClockAhead();
+
   // Reads all live worlds, and with a watch everything since the last inspection. `whole`: with a
   // watch everything since revision 0, and the files of other tools. Returns an empty text if all
   // went well.

@@ -58,6 +58,8 @@ class WorldLog {
   void AddSeen(std::int64_t revision, std::int64_t time_ns);
   void AddEvents(std::int64_t revision, std::vector<Effect> effects);
   void SetCuts(std::vector<CutPoint> cuts) { cuts_ = std::move(cuts); }
+  // Watches cannot resume from revisions that were made before that time.
+  void SetForgotten(std::int64_t time_ns) { forgotten_ns_ = time_ns; }
 
   // Folds the writes. Adds violations of what the revisions hold, and counts.
   void Fold(Report& report);
@@ -65,6 +67,7 @@ class WorldLog {
   const std::string& world() const { return world_; }
   const std::string& uid() const { return uid_; }
   const std::vector<CutPoint>& cuts() const { return cuts_; }
+  std::int64_t forgotten_ns() const { return forgotten_ns_; }
   const std::vector<const LogicalWrite*>& writes() const { return writes_; }
 
   // After Fold.
@@ -97,6 +100,7 @@ class WorldLog {
   std::map<std::int64_t, std::vector<Effect>> events_;
   std::map<std::int64_t, LoggedRevision> revisions_;
   std::vector<CutPoint> cuts_;
+  std::int64_t forgotten_ns_ = 0;
 };
 
 // The write on one line, for reports.
