@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/core/failpoint.h"
+
 namespace cwm::server {
 
 CommitPipeline::CommitPipeline(Journal* journal, std::mutex& turn,
@@ -61,6 +63,7 @@ void CommitPipeline::OnJournaled(const PendingWritePtr& write) {
     if (queue_.empty()) tip_ = nullptr;
   }
   post_commit.Finish();
+  FailPoint("after-publish");
   for (const PendingWritePtr& each : answered) {
     if (each->done) each->done(std::move(each->outcome));
   }

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/store/failpoint.h"
+#include "server/core/failpoint.h"
 #include "server/store/sqlite/store_files.h"
 #include "server/store/store_contract.h"
 

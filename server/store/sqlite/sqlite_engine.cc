@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
-#include "server/store/failpoint.h"
+#include "server/core/failpoint.h"
 #include "server/store/sqlite/sqlite_backup.h"
 #include "server/store/sqlite/store_database.h"
 #include "server/store/store_contract.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "server/store/failpoint.h"
+#include "server/core/failpoint.h"
 #include "server/store/sqlite/sqlite_engine.h"
 #include "server/store/store_contract.h"
 

@@ -13,7 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
-#include "server/store/failpoint.h"
+#include "server/core/failpoint.h"
 #include "server/store/sqlite/blob_files.h"
 #include "server/store/sqlite/head_file.h"
 #include "server/store/store_contract.h"

@@ -8,7 +8,7 @@
 #include <random>
 #include <thread>
 
-#include "server/store/failpoint.h"
+#include "server/core/failpoint.h"
 #include "server/store/sqlite/store_directory.h"
 #include "tests/server/store/sqlite_directory.h"
 #include "tests/server/store/store_stories.h"

@@ -1,4 +1,4 @@
-#include "server/store/failpoint.h"
+#include "server/core/failpoint.h"
 
 #include <charconv>
 #include <csignal>
