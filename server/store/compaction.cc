@@ -26,13 +26,10 @@ absl::Status Compaction::Step(Store& store) {
       return ReadSnapshot(store);
     case Stage::kReadRecords:
       return ReadRecords(store);
-    case Stage::kMakeSnapshot:
-      return MakeSnapshot(store);
-    case Stage::kPutSnapshot: {
-      absl::Status status = store.PutSnapshot(snapshot_);
-      if (status.ok()) stage_ = Stage::kDone;
-      return status;
-    }
+    case Stage::kAddObjects:
+      return AddObjects(store);
+    case Stage::kPutSnapshot:
+      return PutSnapshot(store);
     case Stage::kDone:
       break;
   }
@@ -65,28 +62,48 @@ absl::Status Compaction::ReadRecords(Store& store) {
     sequence_ = stored.sequence;
   }
   if (records->empty()) return Damaged(absl::StrCat("record ", up_to_), "is missing");
-  if (sequence_ == up_to_) stage_ = Stage::kMakeSnapshot;
-  if (records->back().sequence > up_to_ && sequence_ < up_to_) {
+  if (sequence_ == up_to_) return BeginSnapshot(store);
+  if (records->back().sequence > up_to_) {
     return Damaged(absl::StrCat("record ", up_to_), "is missing");
   }
   return absl::OkStatus();
 }
 
-absl::Status Compaction::MakeSnapshot(const Store& store) {
-  const store::v1::WorldSnapshot snapshot = fold_.Snapshot();
-  BlobHashes blobs;
-  if (absl::Status status = AddBlobs(snapshot, store, blobs); !status.ok()) return status;
-  snapshot_ = {.sequence = sequence_,
-               .world_uid = world_uid_,
-               .revision = snapshot.revision(),
-               .payload = {},
-               .blobs = {blobs.begin(), blobs.end()}};
-  stage_ = Stage::kPutSnapshot;
-  if (!snapshot.SerializeToString(&snapshot_.payload)) {
-    stage_ = Stage::kDone;  // protobuf writes at most 2 GiB: the log stays
-  }
+absl::Status Compaction::BeginSnapshot(const Store& store) {
+  snapshot_.sequence = sequence_;
+  snapshot_.world_uid = world_uid_;
+  snapshot_.revision = fold_.state().revision;
+  objects_ = fold_.ObjectsInOrder();
+  const absl::Status status = Append(fold_.SnapshotWithoutObjects(), store);
   fold_ = WorldFold(retention_);
+  stage_ = Stage::kAddObjects;
+  return status;
+}
+
+absl::Status Compaction::AddObjects(const Store& store) {
+  const std::size_t end = snapshot_.payload.size() + static_cast<std::size_t>(kBytesOfStep);
+  while (added_objects_ < objects_.size() && snapshot_.payload.size() < end) {
+    store::v1::WorldSnapshot part;
+    AddObject(*objects_[added_objects_++], part);
+    if (absl::Status status = Append(part, store); !status.ok()) return status;
+  }
+  if (added_objects_ == objects_.size()) stage_ = Stage::kPutSnapshot;
   return absl::OkStatus();
+}
+
+// Parts of a message, one behind the other, are the message.
+absl::Status Compaction::Append(const store::v1::WorldSnapshot& part, const Store& store) {
+  part.AppendToString(&snapshot_.payload);
+  return AddBlobs(part, store, blobs_);
+}
+
+absl::Status Compaction::PutSnapshot(Store& store) {
+  constexpr std::size_t kMaxBytes = std::size_t{2} << 30;  // protobuf reads no more
+  snapshot_.blobs.assign(blobs_.begin(), blobs_.end());
+  const absl::Status status =
+      snapshot_.payload.size() < kMaxBytes ? store.PutSnapshot(snapshot_) : absl::OkStatus();
+  if (status.ok()) stage_ = Stage::kDone;
+  return status;
 }
 
 Compactor::Logged Compactor::LoggedOf(const JournalEntry& entry) {

@@ -9,10 +9,12 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "server/core/journal.h"
 #include "server/core/limits.h"
+#include "server/store/encode_shapes.h"
 #include "server/store/history_window.h"
 #include "server/store/store.h"
 #include "server/store/world_fold.h"
@@ -32,11 +34,14 @@ class Compaction {
   bool done() const { return stage_ == Stage::kDone; }
 
  private:
-  enum class Stage { kReadSnapshot, kReadRecords, kMakeSnapshot, kPutSnapshot, kDone };
+  enum class Stage { kReadSnapshot, kReadRecords, kAddObjects, kPutSnapshot, kDone };
 
   absl::Status ReadSnapshot(Store& store);
   absl::Status ReadRecords(Store& store);
-  absl::Status MakeSnapshot(const Store& store);
+  absl::Status BeginSnapshot(const Store& store);
+  absl::Status AddObjects(const Store& store);
+  absl::Status Append(const store::v1::WorldSnapshot& part, const Store& store);
+  absl::Status PutSnapshot(Store& store);
 
   const std::string world_uid_;
   const std::int64_t up_to_;
@@ -44,6 +49,9 @@ class Compaction {
   Stage stage_ = Stage::kReadSnapshot;
   WorldFold fold_;
   std::int64_t sequence_ = 0;  // of the last folded record
+  std::vector<FoldedObjectPtr> objects_;
+  std::size_t added_objects_ = 0;
+  BlobHashes blobs_;
   StoredSnapshot snapshot_;
 };
 

@@ -395,17 +395,31 @@ std::vector<WorldFold::NamedObservation> WorldFold::Observations() const {
   return observations;
 }
 
+void AddObject(const FoldedObject& object, store::v1::WorldSnapshot& snapshot) {
+  store::v1::Object* const added = snapshot.add_objects();
+  *added = object.object;
+  *added->mutable_model() = object.model->model;
+  added->set_observed_model(object.model->observed);
+}
+
+std::vector<FoldedObjectPtr> WorldFold::ObjectsInOrder() const {
+  std::vector<FoldedObjectPtr> objects;
+  objects.reserve(state_.objects.size());
+  for (const auto& at : InOrder(state_.objects)) objects.push_back(at->second);
+  return objects;
+}
+
 store::v1::WorldSnapshot WorldFold::Snapshot() const {
+  store::v1::WorldSnapshot snapshot = SnapshotWithoutObjects();
+  for (const FoldedObjectPtr& object : ObjectsInOrder()) AddObject(*object, snapshot);
+  return snapshot;
+}
+
+store::v1::WorldSnapshot WorldFold::SnapshotWithoutObjects() const {
   store::v1::WorldSnapshot snapshot;
   snapshot.set_world_uid(uid_);
   snapshot.set_name(name_);
   snapshot.set_revision(state_.revision);
-  for (const auto& at : InOrder(state_.objects)) {
-    store::v1::Object* const object = snapshot.add_objects();
-    *object = at->second->object;
-    *object->mutable_model() = at->second->model->model;
-    object->set_observed_model(at->second->model->observed);
-  }
   for (const auto& at : InOrder(state_.robots)) *snapshot.add_robots() = *at->second;
   for (const auto& [key, rule] : state_.rules) *snapshot.add_rules() = rule;
   for (const auto& [sensor, pose] : sensor_poses_) *snapshot.add_sensor_poses() = pose;

@@ -91,6 +91,9 @@ class WorldFold {
   absl::StatusOr<std::optional<FoldedEvent>> Apply(store::v1::Record record);
 
   store::v1::WorldSnapshot Snapshot() const;
+  // The same without objects, and the objects one by one: for snapshots that are made in steps.
+  store::v1::WorldSnapshot SnapshotWithoutObjects() const;
+  std::vector<FoldedObjectPtr> ObjectsInOrder() const;
 
   const std::string& uid() const { return uid_; }
   const std::string& name() const { return name_; }
@@ -135,6 +138,8 @@ class WorldFold {
   std::unordered_map<std::string, NumberedObservation> observations_;  // by object
   std::uint64_t last_observation_ = 0;
 };
+
+void AddObject(const FoldedObject& object, store::v1::WorldSnapshot& snapshot);
 
 // Identifies the pair of a rule; in the order of pairs.
 std::string RuleKey(const store::v1::PairRule& rule);

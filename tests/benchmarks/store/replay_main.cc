@@ -17,6 +17,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/world.h"
+#include "server/store/compaction.h"
 #include "server/store/encode_entry.h"
 #include "server/store/replay.h"
 #include "server/store/sqlite/sqlite_store.h"
@@ -30,11 +31,12 @@ using namespace cwm;
 using namespace cwm::server;
 
 constexpr char kUsage[] =
-    "cwm-bench-store-replay make|replay DIRECTORY [--objects N] [--triangles N] [--moves N]\n"
+    "cwm-bench-store-replay make|replay|fold DIRECTORY [--objects N] [--triangles N] [--moves N]\n"
     "                       [--json FILE]\n"
     "make writes a store into DIRECTORY, which must not exist: N objects (10,000), each a mesh of\n"
     "its own of N triangles (100), and N revisions that each move one object (100,000). replay\n"
-    "restores it; the files are dropped from the page cache before.\n";
+    "restores it; the files are dropped from the page cache before. fold folds all records into a\n"
+    "snapshot, as a server does with old ones.\n";
 
 struct Words {
   std::string what, directory, json;
@@ -161,7 +163,6 @@ void RunReplay(const Words& words, benchmarks::Report& report) {
   const auto begin = std::chrono::steady_clock::now();
   const std::unique_ptr<Store> store = Checked(OpenSqliteStore({.path = words.directory}));
   const double open_s = Seconds(std::chrono::steady_clock::now() - begin).count();
-  // A moment at which the watch window holds what it can hold most.
   Replayed replayed = Checked(Replay(*store, {}));
   const double total_s = Seconds(std::chrono::steady_clock::now() - begin).count();
   rusage usage = {};
@@ -180,6 +181,32 @@ void RunReplay(const Words& words, benchmarks::Report& report) {
                   " distinct geometries, ", image.earlier.size() + image.steps.size(),
                   " kept revisions, ", bytes / 1'000'000, " MB of files, not in the page cache; ",
                   cpu_s, " s of CPU, at most ", usage.ru_maxrss / 1'000, " MB of memory")});
+  Check(store->Close());
+}
+
+// The journal appends nothing while a step is taken.
+void RunFold(const Words& words, benchmarks::Report& report) {
+  const std::unique_ptr<Store> store = Checked(OpenSqliteStore({.path = words.directory}));
+  const std::vector<StoredRecord> last = Checked(store->Follow("", store->last_sequence() - 1, 1));
+  if (last.empty()) Fail("the store has no records");
+  Compaction compaction(last.front().world_uid, last.front().sequence, {});
+  double total_ms = 0;
+  std::vector<double> steps_ms;
+  while (!compaction.done()) {
+    const auto begin = std::chrono::steady_clock::now();
+    Check(compaction.Step(*store));
+    const std::chrono::duration<double, std::milli> step = std::chrono::steady_clock::now() - begin;
+    steps_ms.push_back(step.count());
+    total_ms += step.count();
+  }
+  report.Add(
+      {.key = "fold_step_ms",
+       .value = benchmarks::Quantile(steps_ms, 1),
+       .unit = "ms",
+       .how = absl::StrCat("the longest of ", steps_ms.size(), " steps that fold ",
+                           last.front().sequence, " records; the last one, which writes ",
+                           "the snapshot, took ", steps_ms.back(), " ms, all together ", total_ms,
+                           " ms, the median ", benchmarks::Median(steps_ms), " ms")});
   Check(store->Close());
 }
 
@@ -207,9 +234,9 @@ int main(int argc, char** argv) {
     Make(words);
     return 0;
   }
-  if (words.what != "replay") Fail(kUsage);
+  if (words.what != "replay" && words.what != "fold") Fail(kUsage);
   benchmarks::Report report;
-  RunReplay(words, report);
+  words.what == "replay" ? RunReplay(words, report) : RunFold(words, report);
   report.Print();
   if (!words.json.empty()) report.WriteJson(words.json);
   return report.failed() ? 1 : 0;
