@@ -98,7 +98,6 @@ class KillTrial {
 
   // Lets much of the log become old, and kills the server at each step of folding it.
   void KillCompactions() {
-    if (!trial_.Boot() || !trial_.InspectRestart()) return;
     if (!trial_.workload().PutMeshes(trial_.server().address(), kMeshesOfACompaction)) {
       trial_.Complain("the meshes could not be put: " + trial_.server().LogTail());
       return;

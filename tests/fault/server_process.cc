@@ -18,8 +18,9 @@ std::vector<std::string> CommandOf(const ServerOptions& options) {
   std::vector<std::string> command = {"setpriv", "--pdeathsig", "KILL", "env",
                                       "XDG_RUNTIME_DIR=" + options.directory};
   command.insert(command.end(), options.environment.begin(), options.environment.end());
-  command.insert(command.end(), {options.program, "--listen",
-                                 "unix:" + options.directory + "/cwm.sock", "--viewer", "off"});
+  command.insert(command.end(),
+                 {options.program, "--listen", "unix:" + options.directory + "/cwm.sock",
+                  "--viewer", "off", "--log-level", "warn"});
   if (!options.store.empty()) command.insert(command.end(), {"--store", "sqlite:" + options.store});
   command.insert(command.end(), options.arguments.begin(), options.arguments.end());
   return command;

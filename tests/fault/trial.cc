@@ -22,6 +22,7 @@ void Trial::Complain(const std::string& text) {
 
 bool Trial::Boot(std::vector<std::string> environment, bool may_end) {
   environment.insert(environment.end(), environment_.begin(), environment_.end());
+  server_.reset();  // ends the one before, if it still runs
   server_ = std::make_unique<ServerProcess>(
       ServerOptions{.program = campaign_.settings().server,
                     .store = campaign_.settings().in_memory ? "" : store_,

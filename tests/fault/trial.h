@@ -20,8 +20,9 @@ class Trial {
   Trial(Campaign& campaign, const WorkloadOptions& options,
         const std::string& store_directory = {});
 
-  // Starts a server on the store. False, and a violation of the campaign, if it does not come up;
-  // with `may_end`, because a fault awaits it, an end is no violation.
+  // Starts a server on the store, after the end of the one before. False, and a violation of the
+  // campaign, if it does not come up; with `may_end`, because a fault awaits it, an end is no
+  // violation.
   bool Boot(std::vector<std::string> environment = {}, bool may_end = false);
   // Of all servers that are started from now on.
   void SetEnvironment(std::vector<std::string> environment) {
