@@ -134,10 +134,11 @@ absl::Status SqliteEngine::LoadRows() {
 }
 
 absl::Status SqliteEngine::PrepareStatements() {
-  const auto prepare = [this](Statement& statement, const std::string& sql) {
+  const auto prepare = [this](Statement& statement, const std::string& sql) -> absl::Status {
     absl::StatusOr<Statement> prepared = database_.Prepare(sql);
-    if (prepared.ok()) statement = *std::move(prepared);
-    return prepared.status();
+    if (!prepared.ok()) return prepared.status();
+    statement = *std::move(prepared);
+    return absl::OkStatus();
   };
   absl::Status status = prepare(insert_record_, absl::StrCat("INSERT INTO record(", kRecordColumns,
                                                              ") VALUES (?, ?, ?, ?, ?, ?, ?)"));

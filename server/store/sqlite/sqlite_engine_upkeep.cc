@@ -17,17 +17,23 @@ using std::chrono::steady_clock;
 constexpr int kMaxLogPages = 1024;  // 4 MiB; chosen: tens of milliseconds to move
 // The file of the log is shortened when it is longer, as after a large snapshot.
 constexpr std::int64_t kMaxLogBytes = std::int64_t{64} << 20;
-constexpr auto kIdle = std::chrono::seconds(1);    // without an append, before a short log is moved
-constexpr std::size_t kMaxRowsPerMaintain = 1000;  // chosen: some milliseconds
-constexpr int kMaxBlobsPerMaintain = 64;
+constexpr auto kIdle = std::chrono::seconds(1);   // without an append, before a short log is moved
+constexpr std::size_t kRowsPerTransaction = 500;  // chosen: a few milliseconds
+constexpr auto kMaxDeletionTime = std::chrono::milliseconds(20);  // in one Maintain; chosen
+constexpr int kMaxBlobsPerMaintain = 256;                         // chosen: a few milliseconds
 
 }  // namespace
 
 absl::Status SqliteEngine::Maintain() {
   if (!failed_.ok()) return failed_;
-  absl::Status status = index_.obsolete.empty() ? DeleteDropped() : DeleteObsolete();
+  absl::Status status;
+  const steady_clock::time_point start = steady_clock::now();
+  while (!index_.obsolete.empty() && steady_clock::now() - start < kMaxDeletionTime) {
+    if (status = DeleteObsolete(); !status.ok()) return status;
+  }
+  if (index_.obsolete.empty()) status = DeleteDropped();
   if (!status.ok()) return status;
-  const bool is_idle = steady_clock::now() - last_append_ > kIdle;
+  const bool is_idle = start - last_append_ > kIdle;
   if (log_pages_ >= kMaxLogPages || (is_idle && log_pages_ > 0)) {
     const bool is_long = FileSize(absl::StrCat(directory_, "/", kLogFile)) > kMaxLogBytes;
     const absl::StatusOr<bool> moved = Checkpoint(is_idle && is_long);
@@ -39,7 +45,7 @@ absl::Status SqliteEngine::Maintain() {
 }
 
 absl::Status SqliteEngine::DeleteObsolete() {
-  const std::size_t count = std::min(index_.obsolete.size(), kMaxRowsPerMaintain);
+  const std::size_t count = std::min(index_.obsolete.size(), kRowsPerTransaction);
   StoreMeta meta = meta_;
   meta.dropped_count += static_cast<std::int64_t>(count);
   absl::Status status = WithBallast([&] {

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -71,9 +70,9 @@ absl::Status CheckPages(Database& database) {
 
 std::string NewStoreUid() {
   std::random_device random;
-  std::array<char, 33> text{};
-  for (int i = 0; i < 4; ++i) std::snprintf(text.data() + 8 * i, 9, "%08x", random());
-  return text.data();
+  std::string uid;
+  for (int i = 0; i < 4; ++i) absl::StrAppend(&uid, absl::Hex(random(), absl::kZeroPad8));
+  return uid;
 }
 
 absl::Status CreateStore(const std::string& directory) {

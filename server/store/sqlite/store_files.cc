@@ -251,13 +251,13 @@ absl::StatusOr<DirectoryContent> InspectDirectory(const std::string& directory) 
 // The header of the file format: 16 bytes of text at 0, the application's id at 68.
 absl::Status CheckDatabaseHeader(const std::string& path) {
   constexpr std::size_t kIdOffset = 68;
-  constexpr std::string_view kText("SQLite format 3", 16);
+  constexpr std::array<char, 16> kText = {"SQLite format 3"};  // with its zero
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return FileError(path, "cannot be opened", errno);
   std::array<char, 100> header{};
   const ssize_t size = pread(file.get(), header.data(), header.size(), 0);
   if (size == static_cast<ssize_t>(header.size()) &&
-      std::string_view(header.data(), kText.size()) == kText &&
+      std::equal(kText.begin(), kText.end(), header.begin()) &&
       BigEndian(header.data() + kIdOffset) == kApplicationId) {
     return absl::OkStatus();
   }
