@@ -1,7 +1,10 @@
 #include "server/export/drawn_world.h"
 
+#include <functional>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <unordered_map>
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/tessellate.h"
@@ -63,16 +66,38 @@ class BodyDrawer {
     return Append(*mesh->mesh, part.X_OP, check_cancelled, piece.mesh);
   }
 
-  std::shared_ptr<const DrawnBody> Finish() {
+  DrawnBody Finish() {
     DrawnBody body;
     for (auto& [key, piece] : pieces_) {
       if (!piece.mesh.triangles.empty()) body.push_back(std::move(piece));
     }
-    return std::make_shared<const DrawnBody>(std::move(body));
+    return body;
   }
 
  private:
   std::map<std::pair<MaterialKind, bool>, DrawnMesh> pieces_;
+};
+
+// Makes equal bodies one, so that the file depends on what the world holds, not on who shares it.
+class SharedBodies {
+ public:
+  std::shared_ptr<const DrawnBody> Share(DrawnBody body) {
+    std::size_t hash = 0;
+    for (const DrawnMesh& piece : body) {
+      const auto& vertices = piece.mesh.vertices;
+      const std::string_view bytes(reinterpret_cast<const char*>(vertices.data()),
+                                   vertices.size() * sizeof(Vector3));
+      hash = 31 * hash + std::hash<std::string_view>()(bytes);
+    }
+    const auto [first, last] = bodies_.equal_range(hash);
+    for (auto known = first; known != last; ++known) {
+      if (*known->second == body) return known->second;
+    }
+    return bodies_.emplace(hash, std::make_shared<const DrawnBody>(std::move(body)))->second;
+  }
+
+ private:
+  std::unordered_multimap<std::size_t, std::shared_ptr<const DrawnBody>> bodies_;
 };
 
 std::vector<std::pair<std::string, std::string>> PropertiesOf(
@@ -106,7 +131,7 @@ class WorldDrawer {
         const absl::Status added = drawer.Add(part, MaterialKindOf(object, part), check_cancelled_);
         if (!added.ok()) return added;
       }
-      body = drawer.Finish();
+      body = bodies_.Share(drawer.Finish());
     }
     for (const PreparedPart& part : object.geometry->parts) {
       if (std::holds_alternative<HalfSpace>(part.shape)) {
@@ -134,7 +159,7 @@ class WorldDrawer {
       const absl::Status added = Add({.name = links[i].name,
                                       .robot = robot.name,
                                       .X_WB = robot.X_WL[i],
-                                      .body = drawers[i].Finish()});
+                                      .body = bodies_.Share(drawers[i].Finish())});
       if (!added.ok()) return added;
     }
     return absl::OkStatus();
@@ -166,6 +191,7 @@ class WorldDrawer {
   const CancellationCheck& check_cancelled_;
   std::int64_t triangles_ = 0;
   std::map<Key, std::shared_ptr<const DrawnBody>> body_of_;
+  SharedBodies bodies_;
   Notes notes_;
   DrawnWorld world_;
 };

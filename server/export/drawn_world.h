@@ -37,6 +37,7 @@ struct DrawnMesh {
   MaterialKind material = MaterialKind::kUser;
   TriangleMesh mesh;      // in the body's frame
   bool is_closed = true;  // an open one is drawn from both sides
+  friend bool operator==(const DrawnMesh&, const DrawnMesh&) = default;
 };
 using DrawnBody = std::vector<DrawnMesh>;
 
@@ -45,7 +46,7 @@ struct DrawnItem {
   std::string name;
   std::string robot;  // the robot that has the link; empty: an object
   Pose X_WB = Pose::Identity();
-  std::shared_ptr<const DrawnBody> body;  // shared by objects of one model
+  std::shared_ptr<const DrawnBody> body;                             // equal bodies are one
   std::vector<std::pair<std::string, std::string>> properties = {};  // further properties, by name
 };
 
