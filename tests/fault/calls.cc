@@ -177,11 +177,14 @@ NumberedMesh MakeMesh(std::int64_t number, int vertex_count) {
   const double height = static_cast<double>(number % 1'000'000) / kStepsPerMetre / 1'024;
   for (int i = 0; i < vertex_count; ++i) {
     const auto at = static_cast<std::uint32_t>(i);
-    mesh.vertices.push_back({0.001 * (i / 2), 0.1 * (i % 2), height});
+    const int row = i / 2;
+    const int side = i % 2;
+    mesh.vertices.push_back({0.001 * row, 0.1 * side, height});
     if (at >= 2) mesh.triangles.push_back({at - 2, at - 1, at});
   }
   std::string bytes = EncodeMesh(mesh);
-  return {.geometry = "mesh:" + Sha256Hex(bytes), .bytes = std::move(bytes)};
+  std::string geometry = "mesh:" + Sha256Hex(bytes);
+  return {.geometry = std::move(geometry), .bytes = std::move(bytes)};
 }
 
 bool UploadMesh(const client::Connection& connection, const NumberedMesh& mesh) {

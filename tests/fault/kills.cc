@@ -31,7 +31,7 @@ constexpr std::array<Failpoint, 6> kFailpoints = {{{"before-record", 60},
 // derived: 16 MiB of old records make a compaction due, at 60 KB each.
 constexpr int kMeshesOfACompaction = 300;
 // The watch window is 5 min, and what is kept for retries 10 min.
-constexpr std::int64_t kClockAhead_s = 11 * 60;
+constexpr std::int64_t kClockAhead_s = 660;
 constexpr int kMaxCompactionKills = 12;
 // chosen: a server comes to most places within a tenth of it.
 constexpr milliseconds kFailpointTime(600);

@@ -5,6 +5,7 @@ namespace {
 
 // chosen: a replay takes a tenth of a second here; ten sanitized servers at a time take longer.
 constexpr auto kBootPatience = std::chrono::seconds(30);
+constexpr auto kEndPatience = std::chrono::seconds(2);
 constexpr auto kFinishPatience = std::chrono::seconds(20);
 
 }  // namespace
@@ -45,7 +46,8 @@ bool Trial::Prepare() {
 bool Trial::InspectRestart(bool whole, bool may_end) {
   const std::string wrong = workload_.Inspect(server_->address(), whole, /*after_restart=*/true);
   if (wrong.empty()) return true;
-  if (may_end && !server_->Running()) return false;
+  // The connection may be lost before the process is seen to have ended.
+  if (may_end && server_->WaitForEnd(kEndPatience)) return false;
   is_broken_ = true;
   Complain("inspection: " + wrong + ": " + server_->LogTail());
   return false;
