@@ -224,8 +224,7 @@ void Read(const client::Connection& connection, Operation& operation) {
 }
 
 bool ReadFiles(const client::Connection& connection, Operation& operation, std::string& error) {
-  // Not GLB: it writes meshes that objects share in memory once, and a replay shares more of them.
-  for (const auto& [what, format] : {std::pair{"ply", v1::EXPORT_FORMAT_PLY},
+  for (const auto& [what, format] : {std::pair{"glb", v1::EXPORT_FORMAT_GLB},
                                      std::pair{"scene", v1::EXPORT_FORMAT_MOVEIT_SCENE}}) {
     v1::ExportWorldRequest request;
     request.set_world(operation.world);

@@ -104,10 +104,10 @@ class Asker {
   void AskFile(const std::string& world) {
     v1::ExportWorldRequest request;
     request.set_world(world);
-    request.set_format(v1::EXPORT_FORMAT_PLY);
+    request.set_format(v1::EXPORT_FORMAT_GLB);
     const auto file = client::ExportWorld(connection_, request);
-    if (!file.ok()) return Refuse(world + " ply", file.status());
-    answers_[world + " ply"] = Sha256Hex(file->bytes);
+    if (!file.ok()) return Refuse(world + " glb", file.status());
+    answers_[world + " glb"] = Sha256Hex(file->bytes);
   }
 
   // All events since revision 0.
