@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "collision/world/model_equality.h"
 #include "proto/transfer/mesh_bytes.h"
@@ -18,7 +22,9 @@ namespace cwm::server {
 namespace {
 
 bool SameBits(const Pose& a, const Pose& b) {
-  return std::memcmp(a.matrix().data(), b.matrix().data(), 16 * sizeof(double)) == 0;
+  const auto bits = [](double number) { return std::bit_cast<std::uint64_t>(number); };
+  return std::equal(a.matrix().data(), a.matrix().data() + 16, b.matrix().data(),
+                    [&](double x, double y) { return bits(x) == bits(y); });
 }
 bool SameBits(const TriangleMesh& a, const TriangleMesh& b) {
   return EncodeMesh(a) == EncodeMesh(b);

@@ -260,7 +260,7 @@ TEST(Replay, GeometryOfTheWindowIsLimitedByItsBytes) {
     ASSERT_TRUE(live->KeepGeometry(put, Durability::kObserved).ok());
     ASSERT_TRUE(live->Apply(put, {}).ok());
   }
-  const std::int64_t bytes = 228 * 2 * kSidesOfBlob;  // of one prepared mesh, about
+  const std::int64_t bytes = std::int64_t{228} * 2 * kSidesOfBlob;  // of one prepared mesh, about
   const Replayed replayed =
       ReplayOf(store, {.snapshot_bytes = 10 * bytes, .watch_bytes = 10 * bytes});
   EXPECT_LE(replayed.geometry_count, 12);
