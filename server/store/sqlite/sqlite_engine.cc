@@ -14,6 +14,7 @@
 #include "server/core/failpoint.h"
 #include "server/store/sqlite/sqlite_backup.h"
 #include "server/store/sqlite/store_database.h"
+#include "server/store/sqlite/store_salvage.h"
 #include "server/store/store_contract.h"
 
 namespace cwm::server {
@@ -24,6 +25,9 @@ using std::chrono::steady_clock;
 
 // Larger databases are read and checked row by row all the same. derived: 0.2 s at 300 MB/s.
 constexpr std::int64_t kMaxPageCheckBytes = std::int64_t{64} << 20;
+
+constexpr char kAdvice[] =
+    "; restore a backup into another directory, or accept the loss (--store-accept-loss)";
 
 int CountLogPages(void* pages, sqlite3* /*database*/, const char* /*name*/, int count) {
   *static_cast<int*>(pages) = count;
@@ -79,12 +83,9 @@ SqliteEngine::~SqliteEngine() {
 }
 
 absl::Status SqliteEngine::Load() {
-  absl::StatusOr<Database> database =
-      OpenStoreDatabase(directory_, DatabaseUse::kWrite, options_.vfs);
-  if (!database.ok()) return database.status();
-  database_ = *std::move(database);
-  sqlite3_wal_hook(database_.get(), CountLogPages, &log_pages_);
-  absl::Status status = Migrate(database_, directory_, options_.migrations);
+  absl::Status status = OpenDatabase();
+  if (!status.ok()) return status;
+  status = Migrate(database_, directory_, options_.migrations);
   if (!status.ok()) return status;
   if (status = LoadRows(); !status.ok()) return status;
   may_lack_observed_ = !meta_.is_closed && meta_.cache != CurrentCache(directory_);
@@ -103,34 +104,52 @@ absl::Status SqliteEngine::Load() {
   return absl::OkStatus();
 }
 
+absl::Status SqliteEngine::OpenDatabase() {
+  absl::StatusOr<Database> database =
+      OpenStoreDatabase(directory_, DatabaseUse::kWrite, options_.vfs);
+  if (!database.ok()) return database.status();
+  database_ = *std::move(database);
+  sqlite3_wal_hook(database_.get(), CountLogPages, &log_pages_);
+  return absl::OkStatus();
+}
+
 absl::Status SqliteEngine::LoadRows() {
   const bool check_pages =
       FileSize(absl::StrCat(directory_, "/", kDatabaseFile)) <= kMaxPageCheckBytes;
   absl::StatusOr<StoreScan> scan = ReadWholeStore(database_, directory_, check_pages);
+  if (scan.status().code() == absl::StatusCode::kDataLoss && options_.accept_loss) {
+    const absl::StatusOr<std::string> kept = Rebuild(database_, directory_);
+    if (!kept.ok()) return kept.status();
+    Warn(absl::StrCat(
+        "goes on with the rows that can be read: ", std::string(scan.status().message()),
+        "; the files as they were are in ", *kept));
+    if (absl::Status status = OpenDatabase(); !status.ok()) return status;
+    scan = ReadWholeStore(database_, directory_, true);
+  }
   if (!scan.ok()) {
     if (scan.status().code() != absl::StatusCode::kDataLoss) return scan.status();
-    return StoreDamaged(absl::StrCat(directory_, ": ", std::string(scan.status().message()),
-                                     "; restore a backup into another directory"));
+    return StoreDamaged(
+        absl::StrCat(directory_, ": ", std::string(scan.status().message()), kAdvice));
   }
   if (!scan->faults.empty()) {
-    if (!options_.accept_loss) {
-      return StoreDamaged(absl::StrCat(
-          directory_, ": ", scan->faults.front(), " (faults found: ", scan->faults.size(),
-          "); restore a backup into another directory, or accept the loss and go on"));
-    }
     const std::string fault = scan->faults.front();
+    if (!options_.accept_loss) {
+      return StoreDamaged(absl::StrCat(directory_, ": ", fault,
+                                       " (faults found: ", scan->faults.size(), ")", kAdvice));
+    }
     const absl::StatusOr<std::string> kept = DropLost(database_, directory_, *scan);
     if (!kept.ok()) return kept.status();
-    if (options_.warn) {
-      options_.warn(absl::StrCat(directory_, ": goes on without what is lost: ", fault,
-                                 "; dropped are ", scan->lost_records.size(), " records and ",
-                                 scan->lost_snapshots.size(),
-                                 " snapshots; the files as they were are in ", *kept));
-    }
+    Warn(absl::StrCat("goes on without what is lost: ", fault, "; dropped are ",
+                      scan->lost_records.size(), " records and ", scan->lost_snapshots.size(),
+                      " snapshots; the files as they were are in ", *kept));
   }
   meta_ = std::move(scan->meta);
   index_ = std::move(scan->index);
   return absl::OkStatus();
+}
+
+void SqliteEngine::Warn(const std::string& text) const {
+  if (options_.warn) options_.warn(absl::StrCat(directory_, ": ", text));
 }
 
 absl::Status SqliteEngine::PrepareStatements() {
@@ -151,8 +170,8 @@ absl::Status SqliteEngine::PrepareStatements() {
   return status;
 }
 
-// What was recovered is moved into the database and synced before anyone sees it: a process that was
-// killed may have left it in the memory of the system alone.
+// What was recovered is moved into the database and synced before anyone sees it: a process that
+// was killed may have left it in the memory of the system alone.
 absl::Status SqliteEngine::BeginEpoch() {
   absl::Status status = WithBallast([this] {
     return InTransaction(Durability::kDurable, [this] {

@@ -53,7 +53,9 @@ class SqliteEngine final : public Store {
 
   SqliteEngine(const SqliteOptions& options, FileDescriptor lock);
   absl::Status Load();
+  absl::Status OpenDatabase();
   absl::Status LoadRows();
+  void Warn(const std::string& text) const;
   absl::Status BeginEpoch();
   absl::Status PrepareStatements();
 

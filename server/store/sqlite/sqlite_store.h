@@ -35,8 +35,8 @@ struct SqliteOptions {
 };
 
 // FailedPrecondition STORE_FOREIGN, STORE_NEWER, STORE_LOCKED, STORE_ON_NETWORK or
-// STORE_NOT_WRITABLE, DataLoss STORE_DAMAGED, ResourceExhausted DISK_FULL, Unavailable STORE_FAILED;
-// each message says what to do.
+// STORE_NOT_WRITABLE, DataLoss STORE_DAMAGED, ResourceExhausted DISK_FULL, Unavailable
+// STORE_FAILED; each message says what to do.
 absl::StatusOr<std::unique_ptr<Store>> OpenSqliteStore(const SqliteOptions& options);
 
 }  // namespace cwm::server

@@ -22,20 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-absl::Status WriteTables(const std::string& path) {
-  absl::StatusOr<Database> database = Database::Open(path, true);
-  if (!database.ok()) return database.status();
-  for (const std::string& sql :
-       {std::string("PRAGMA page_size = 4096"), std::string("PRAGMA synchronous = FULL"),
-        std::string("BEGIN"), absl::StrCat("PRAGMA application_id = ", kApplicationId),
-        absl::StrCat("PRAGMA user_version = ", kSchemaVersion), std::string(kSchema)}) {
-    if (absl::Status status = database->Execute(sql); !status.ok()) return status;
-  }
-  const StoreMeta meta = {.store_uid = NewStoreUid()};
-  if (absl::Status status = WriteMeta(*database, meta); !status.ok()) return status;
-  return database->Execute("COMMIT");
-}
-
 absl::Status Rename(const std::string& from, const std::string& to, const std::string& directory) {
   if (rename(from.c_str(), to.c_str()) != 0) return FileError(to, "cannot be created", errno);
   return SyncFile(directory);
@@ -73,6 +59,20 @@ std::string NewStoreUid() {
   std::string uid;
   for (int i = 0; i < 4; ++i) absl::StrAppend(&uid, absl::Hex(random(), absl::kZeroPad8));
   return uid;
+}
+
+absl::Status WriteTables(const std::string& path) {
+  absl::StatusOr<Database> database = Database::Open(path, true);
+  if (!database.ok()) return database.status();
+  for (const std::string& sql :
+       {std::string("PRAGMA page_size = 4096"), std::string("PRAGMA synchronous = FULL"),
+        std::string("BEGIN"), absl::StrCat("PRAGMA application_id = ", kApplicationId),
+        absl::StrCat("PRAGMA user_version = ", kSchemaVersion), std::string(kSchema)}) {
+    if (absl::Status status = database->Execute(sql); !status.ok()) return status;
+  }
+  const StoreMeta meta = {.store_uid = NewStoreUid()};
+  if (absl::Status status = WriteMeta(*database, meta); !status.ok()) return status;
+  return database->Execute("COMMIT");
 }
 
 absl::Status CreateStore(const std::string& directory) {
@@ -168,50 +168,6 @@ absl::StatusOr<StoreScan> ReadWholeStore(Database& database, const std::string& 
     scan->faults.emplace_back(Missing(directory, acknowledged - last, last).message());
   }
   return scan;
-}
-
-absl::StatusOr<std::string> DropLost(Database& database, const std::string& directory,
-                                     StoreScan& scan) {
-  std::string kept;
-  for (int i = 1;; ++i) {
-    kept = absl::StrCat(directory, "/lost-", i);
-    if (mkdir(kept.c_str(), 0700) == 0) break;
-    if (errno != EEXIST) return FileError(kept, "cannot be created", errno);
-  }
-  const bool rows_are_lost = !scan.lost_records.empty() || !scan.lost_snapshots.empty();
-  for (const char* name : {kLogFile, kHeadFile, kDatabaseFile}) {
-    if (name == std::string_view(kDatabaseFile) && !rows_are_lost) continue;
-    std::error_code error;
-    fs::copy_file(fs::path(directory) / name, fs::path(kept) / name, error);
-    if (error && error.value() != ENOENT) {
-      return FileError(absl::StrCat(directory, "/", name), "cannot be copied", error.value());
-    }
-  }
-  absl::StatusOr<Transaction> transaction = Transaction::Begin(database);
-  if (!transaction.ok()) return transaction.status();
-  for (const std::int64_t sequence : scan.lost_records) {
-    const std::string sql = absl::StrCat("DELETE FROM record WHERE sequence = ", sequence);
-    if (absl::Status status = database.Execute(sql); !status.ok()) return status;
-  }
-  for (const std::int64_t row : scan.lost_snapshots) {
-    const std::string sql = absl::StrCat("DELETE FROM snapshot WHERE id = ", row);
-    if (absl::Status status = database.Execute(sql); !status.ok()) return status;
-  }
-  const absl::StatusOr<std::int64_t> rows = database.Int("SELECT count(*) FROM record");
-  if (!rows.ok()) return rows.status();
-  scan.meta.dropped_count = scan.index.last_sequence - *rows;
-  const absl::StatusOr<std::int64_t> snapshots = database.Int("SELECT count(*) FROM snapshot");
-  if (!snapshots.ok()) return snapshots.status();
-  scan.meta.snapshot_count = *snapshots;
-  std::uint32_t sum = 0;
-  for (const auto& [world, log] : scan.index.worlds) {
-    if (log.snapshot) sum += log.snapshot->crc;
-  }
-  scan.meta.snapshot_sum = sum;
-  if (absl::Status status = WriteMeta(database, scan.meta); !status.ok()) return status;
-  if (absl::Status status = transaction->Commit(); !status.ok()) return status;
-  scan.faults.clear();
-  return kept;
 }
 
 }  // namespace cwm::server

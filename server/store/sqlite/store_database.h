@@ -1,4 +1,4 @@
-// Makes, opens, migrates and repairs the database of a store.
+// Makes, opens, migrates and reads the database of a store.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,9 @@ namespace cwm::server {
 
 // A random name by which a store is told from others.
 std::string NewStoreUid();
+
+// Makes a database with empty tables.
+absl::Status WriteTables(const std::string& path);
 
 // Makes an empty store in the directory, durably: a process that is killed meanwhile leaves nothing
 // that counts.
@@ -36,15 +39,9 @@ using Migrations = std::vector<std::string>;
 absl::Status Migrate(Database& database, const std::string& directory,
                      const Migrations& migrations);
 
-// Reads the whole database and compares it with the head: what was acknowledged must be there, as far
-// as a power cut cannot have taken it. With `check_pages`, SQLite's quick_check precedes.
+// Reads the whole database and compares it with the head: what was acknowledged must be there, as
+// far as a power cut cannot have taken it. With `check_pages`, SQLite's quick_check precedes.
 absl::StatusOr<StoreScan> ReadWholeStore(Database& database, const std::string& directory,
                                          bool check_pages);
-
-// Removes what the scan found to be lost, in one transaction, and makes the counts fit. The scan is
-// that of the repaired database afterwards. The files as they were are kept in the folder that is
-// returned.
-absl::StatusOr<std::string> DropLost(Database& database, const std::string& directory,
-                                     StoreScan& scan);
 
 }  // namespace cwm::server

@@ -35,8 +35,8 @@ struct StoreReport {
 };
 inline constexpr std::size_t kMaxFaults = 20;
 
-// Reads everything: pages, records, snapshots, the head and all blobs. Changes nothing. An error only
-// if there is no store, a server has it open, or it cannot be read; damage is in the report.
+// Reads everything: pages, records, snapshots, the head and all blobs. Changes nothing. An error
+// only if there is no store, a server has it open, or it cannot be read; damage is in the report.
 absl::StatusOr<StoreReport> CheckStore(const std::string& path);
 
 // The same without the pages and the content of blobs.

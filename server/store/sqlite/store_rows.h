@@ -101,8 +101,8 @@ StoredSnapshot SnapshotOf(const Statement& row);
 absl::StatusOr<StoreMeta> ReadMeta(Database& database);
 absl::Status WriteMeta(Database& database, const StoreMeta& meta);
 
-// Reads and checks all rows. An error if the tables cannot be read to their ends; faults of rows are
-// in the result.
+// Reads and checks all rows. An error if the tables cannot be read to their ends; faults of rows
+// are in the result.
 absl::StatusOr<StoreScan> ScanStore(Database& database);
 
 }  // namespace cwm::server

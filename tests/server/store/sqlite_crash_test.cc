@@ -189,8 +189,8 @@ INSTANTIATE_TEST_SUITE_P(Places, KilledAtFailPoint,
                            return name;
                          });
 
-// SQLite's writes, to its log and, while the log is moved, to its database. The last one of a process
-// is cut off in the middle.
+// SQLite's writes, to its log and, while the log is moved, to its database. The last one of a
+// process is cut off in the middle.
 std::int64_t writes_left = 0;
 
 ssize_t WriteUntilCutOff(int fd, const void* bytes, std::size_t size, off64_t offset) {

@@ -227,6 +227,45 @@ TEST_F(DamagedStore, GoesOnWithoutTheRecordsBehindADamagedOneIfAskedTo) {
   EXPECT_TRUE(fs::exists(original_ + "/lost-1/store.db"));
 }
 
+// Damage of SQLite's pages: with the loss accepted, the store goes on with the rest, and nothing
+// else is served.
+TEST_F(DamagedStore, GoesOnWithTheRowsThatCanBeReadIfAskedTo) {
+  { ASSERT_TRUE(OpenForTest(original_)->Close().ok()); }
+  const auto page_count = static_cast<int>(fs::file_size(original_ + "/store.db") / 4096);
+  const auto contains = [this](const StoredRecord& record) {
+    return std::find(content_.records.begin(), content_.records.end(), record) !=
+           content_.records.end();
+  };
+  int opened = 0;
+  for (int page = 1; page < page_count; ++page) {
+    SCOPED_TRACE(page);
+    const std::string copy = directory_ / absl::StrCat("page-", page);
+    fs::copy(original_, copy, fs::copy_options::recursive);
+    std::fstream file(copy + "/store.db", std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(page * 4096);
+    file << RandomBytes(4096, static_cast<std::uint32_t>(page));
+    file.close();
+    SqliteOptions options = TestOptions(copy);
+    if (OpenSqliteStore(options).ok()) continue;  // a page without use
+    options.accept_loss = true;
+    const auto store = OpenSqliteStore(options);
+    if (!store.ok()) {  // the page that names the others
+      EXPECT_EQ(ReasonOf(store.status()), "STORE_DAMAGED") << store.status();
+      continue;
+    }
+    ++opened;
+    EXPECT_TRUE(fs::exists(copy + "/lost-1/store.db"));
+    const auto records = (*store)->Follow("", 0, kWithoutLimit);
+    ASSERT_TRUE(records.ok()) << records.status();
+    for (const StoredRecord& record : *records) EXPECT_TRUE(contains(record));
+    Append(**store, 2, 100);
+    ASSERT_TRUE((*store)->Close().ok());
+    EXPECT_NE(OpenForTest(copy), nullptr);
+    EXPECT_THAT(CheckStore(copy)->faults, IsEmpty());
+  }
+  EXPECT_GT(opened, 0);
+}
+
 TEST_F(DamagedStore, IsReportedByACheck) {
   EXPECT_THAT(CheckStore(original_)->faults, IsEmpty());
   FlipBit(original_ + "/head", 3, 1);

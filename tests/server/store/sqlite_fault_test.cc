@@ -107,7 +107,7 @@ TEST_F(FaultyDisk, IsUsedNoMoreAfterAWriteFailed) {
   }
 }
 
-// Which of the syncs of an opening, an append, a checkpoint or a blob fails, the store stops; what it
+// Whichever sync of an opening, an append, a checkpoint or a blob fails, the store stops; what it
 // acknowledged before is there when it is opened again.
 TEST_F(FaultyDisk, LosesNothingThatWasAcknowledgedWhenAnySyncFails) {
   bool all_succeeded = false;
