@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "collision/world/model_equality.h"
 #include "server/core/world.h"
 #include "server/store/encode_entry.h"
 #include "server/store/keep_blobs.h"
@@ -142,7 +143,14 @@ inline void ExpectSameWorld(World& live, World& restored) {
     ASSERT_EQ(AnswersOf(**expected, live), AnswersOf(**actual, restored)) << "at " << r.value;
     EXPECT_EQ((*expected)->weight(), (*actual)->weight());
     EXPECT_EQ((*expected)->attached().size(), (*actual)->attached().size());
+    EXPECT_EQ((*expected)->with_hidden().size(), (*actual)->with_hidden().size());
+    EXPECT_EQ((*expected)->has_caps(), (*actual)->has_caps());
     EXPECT_EQ((*expected)->max_margin_m(), (*actual)->max_margin_m());
+    for (const auto& robot : (*expected)->robots()) {
+      const auto other = (*actual)->FindRobot(robot->name);
+      EXPECT_TRUE(collision::SameRobot(*robot->robot, *other->robot));
+      EXPECT_EQ(robot->robot->files_hash, other->robot->files_hash);
+    }
   }
   const std::vector<std::string> events = WatchFrom(live, live.oldest_watch());
   EXPECT_EQ(events.empty(), latest == live.oldest_watch());
