@@ -197,7 +197,11 @@ class Replayer {
       }
     }
     if (records.empty()) return absl::OkStatus();
-    const absl::StatusOr<AppendResult> result = store_.Append(records, Durability::kDurable);
+    absl::StatusOr<AppendResult> result = store_.Append(records, Durability::kDurable);
+    if (absl::IsResourceExhausted(result.status())) {
+      store_.CheckRoom().IgnoreError();  // makes some
+      result = store_.Append(records, Durability::kDurable);
+    }
     if (!result.ok()) return result.status();
     if (*result != AppendResult::kDurable) {
       return absl::UnavailableError("another server appended to the store while it was read");
