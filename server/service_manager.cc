@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "absl/strings/numbers.h"
-#include "server/rpc/file_descriptor.h"
+#include "server/core/file_descriptor.h"
 
 namespace cwm::server {
 

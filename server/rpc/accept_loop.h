@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "server/core/file_descriptor.h"
 #include "server/rpc/connections.h"
-#include "server/rpc/file_descriptor.h"
 
 namespace cwm::server {
 

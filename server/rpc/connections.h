@@ -10,8 +10,8 @@
 #include <unordered_map>
 
 #include "server/core/client_id.h"
+#include "server/core/file_descriptor.h"
 #include "server/core/limits.h"
-#include "server/rpc/file_descriptor.h"
 #include "server/rpc/transport_limits.h"
 
 namespace cwm::server {

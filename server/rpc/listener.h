@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "server/rpc/file_descriptor.h"
+#include "server/core/file_descriptor.h"
 
 namespace cwm::server {
 

@@ -15,8 +15,8 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "server/core/file_descriptor.h"
 #include "server/rpc/end_point.h"
-#include "server/rpc/file_descriptor.h"
 #include "server/rpc/listen_address.h"
 
 namespace cwm::server {

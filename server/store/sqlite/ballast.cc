@@ -20,7 +20,7 @@ void Ballast::Remove() {
 void Ballast::Restore() {
   if (exists_ || bytes_ == 0) return;
   const FileDescriptor file(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
-  exists_ = file && posix_fallocate(file.get(), 0, bytes_) == 0;
+  exists_ = file.is_open() && posix_fallocate(file.number(), 0, bytes_) == 0;
   if (!exists_) Remove();
 }
 

@@ -226,8 +226,8 @@ absl::Status BlobFiles::SyncObserved() {
   }
   // One call for all of them; it syncs the rest of the file system as well.
   const FileDescriptor folder(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!folder) return FileError(directory_, "cannot be opened", errno);
-  if (syncfs(folder.get()) != 0) return FileError(directory_, "cannot be synced", errno);
+  if (!folder.is_open()) return FileError(directory_, "cannot be opened", errno);
+  if (syncfs(folder.number()) != 0) return FileError(directory_, "cannot be synced", errno);
   return absl::OkStatus();
 }
 

@@ -50,20 +50,20 @@ absl::StatusOr<HeadFile> HeadFile::Open(const std::string& path) {
   HeadFile head;
   head.path_ = path;
   head.file_ = FileDescriptor(open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (!head.file_) return FileError(path, "cannot be opened", errno);
+  if (!head.file_.is_open()) return FileError(path, "cannot be opened", errno);
   return head;
 }
 
 absl::Status HeadFile::Write(const Head& head) {
   const std::string bytes = EncodeHead(head);
-  if (pwrite(file_.get(), bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size())) {
+  if (pwrite(file_.number(), bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size())) {
     return absl::OkStatus();
   }
   return FileError(path_, "cannot be written", errno);
 }
 
 absl::Status HeadFile::Sync() {
-  if (fdatasync(file_.get()) == 0) return absl::OkStatus();
+  if (fdatasync(file_.number()) == 0) return absl::OkStatus();
   return FileError(path_, "cannot be synced", errno);
 }
 

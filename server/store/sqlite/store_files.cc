@@ -55,10 +55,6 @@ std::uint32_t BigEndian(const char* bytes) {
 
 }  // namespace
 
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) close(fd_);
-}
-
 absl::Status FileError(const std::string& path, std::string_view what, int error) {
   const std::string message =
       absl::StrCat(path, ": ", std::string(what), ": ", std::strerror(error));
@@ -82,13 +78,13 @@ absl::Status FileError(const std::string& path, std::string_view what, int error
 
 absl::StatusOr<std::string> ReadFile(const std::string& path) {
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file) return FileError(path, "cannot be opened", errno);
+  if (!file.is_open()) return FileError(path, "cannot be opened", errno);
   struct stat info {};
-  if (fstat(file.get(), &info) != 0) return FileError(path, "cannot be read", errno);
+  if (fstat(file.number(), &info) != 0) return FileError(path, "cannot be read", errno);
   std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t n = read(file.get(), bytes.data() + done, bytes.size() - done);
+    const ssize_t n = read(file.number(), bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return FileError(path, "cannot be read", errno);
     if (n == 0) break;
@@ -100,26 +96,39 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
 
 absl::Status WriteNewFile(const std::string& path, std::string_view bytes, bool sync) {
   const FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (!file) return FileError(path, "cannot be created", errno);
+  if (!file.is_open()) return FileError(path, "cannot be created", errno);
   const auto fail = [&path](std::string_view what, int error) {
     unlink(path.c_str());
     return FileError(path, what, error);
   };
   while (!bytes.empty()) {
-    const ssize_t n = write(file.get(), bytes.data(), bytes.size());
+    const ssize_t n = write(file.number(), bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return fail("cannot be written", errno);
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
-  if (sync && fdatasync(file.get()) != 0) return fail("cannot be synced", errno);
+  if (sync && fdatasync(file.number()) != 0) return fail("cannot be synced", errno);
   return absl::OkStatus();
 }
 
 absl::Status SyncFile(const std::string& path) {
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file) return FileError(path, "cannot be opened", errno);
-  if (fsync(file.get()) != 0) return FileError(path, "cannot be synced", errno);
+  if (!file.is_open()) return FileError(path, "cannot be opened", errno);
+  if (fsync(file.number()) != 0) return FileError(path, "cannot be synced", errno);
   return absl::OkStatus();
+}
+
+std::string AbsolutePath(const std::string& path) {
+  std::error_code error;
+  fs::path absolute = fs::absolute(path, error).lexically_normal();
+  if (!absolute.has_filename()) absolute = absolute.parent_path();
+  return error ? path : absolute.string();
+}
+
+absl::Status SyncParent(const std::string& directory) {
+  absl::Status status = SyncFile(fs::path(directory).parent_path().string());
+  if (status.code() == absl::StatusCode::kFailedPrecondition) return absl::OkStatus();
+  return status;
 }
 
 absl::Status LinkOrCopy(const std::string& from, const std::string& to) {
@@ -144,17 +153,17 @@ std::int64_t FreeBytes(const std::string& path) {
 absl::StatusOr<FileDescriptor> LockDirectory(const std::string& directory) {
   const std::string path = absl::StrCat(directory, "/", kLockFile);
   FileDescriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (!file) return FileError(path, "cannot be opened", errno);
-  if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+  if (!file.is_open()) return FileError(path, "cannot be opened", errno);
+  if (flock(file.number(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return FileError(path, "cannot be locked", errno);
-    return Refused(absl::StrCat(directory, ": process ", ProcessIn(file.get()),
+    return Refused(absl::StrCat(directory, ": process ", ProcessIn(file.number()),
                                 " has the store open; end it first, or use another directory"),
                    "STORE_LOCKED");
   }
   // The process id is for people to read; without it the lock holds all the same.
   const std::string pid = std::to_string(getpid());
-  if (ftruncate(file.get(), 0) == 0) {
-    [[maybe_unused]] const ssize_t written = pwrite(file.get(), pid.data(), pid.size(), 0);
+  if (ftruncate(file.number(), 0) == 0) {
+    [[maybe_unused]] const ssize_t written = pwrite(file.number(), pid.data(), pid.size(), 0);
   }
   return file;
 }
@@ -163,7 +172,7 @@ CacheIdentity CurrentCache(const std::string& directory) {
   CacheIdentity identity;
   std::array<char, 64> boot{};
   const FileDescriptor file(open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC));
-  if (const ssize_t size = read(file.get(), boot.data(), boot.size()); size > 0) {
+  if (const ssize_t size = read(file.number(), boot.data(), boot.size()); size > 0) {
     identity.boot.assign(boot.data(), static_cast<std::size_t>(size));
     while (!identity.boot.empty() && identity.boot.back() == '\n') identity.boot.pop_back();
   }
@@ -253,9 +262,9 @@ absl::Status CheckDatabaseHeader(const std::string& path) {
   constexpr std::size_t kIdOffset = 68;
   constexpr std::array<char, 16> kText = {"SQLite format 3"};  // with its zero
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file) return FileError(path, "cannot be opened", errno);
+  if (!file.is_open()) return FileError(path, "cannot be opened", errno);
   std::array<char, 100> header{};
-  const ssize_t size = pread(file.get(), header.data(), header.size(), 0);
+  const ssize_t size = pread(file.number(), header.data(), header.size(), 0);
   if (size == static_cast<ssize_t>(header.size()) &&
       std::equal(kText.begin(), kText.end(), header.begin()) &&
       BigEndian(header.data() + kIdOffset) == kApplicationId) {

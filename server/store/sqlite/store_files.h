@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/core/file_descriptor.h"
 
 namespace cwm::server {
 
@@ -21,24 +22,6 @@ inline constexpr char kBallastFile[] = "ballast";
 inline constexpr char kBlobFolder[] = "blobs";
 inline constexpr char kBackupPrefix[] = "backup-";  // folders of backups that are being sent
 
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~FileDescriptor();
-
-  int get() const { return fd_; }
-  explicit operator bool() const { return fd_ >= 0; }
-
- private:
-  int fd_ = -1;
-};
-
 // The errors of store.h for a failed call of the system on a file, by errno.
 absl::Status FileError(const std::string& path, std::string_view what, int error);
 
@@ -46,6 +29,10 @@ absl::StatusOr<std::string> ReadFile(const std::string& path);
 // Writes a file that does not exist yet, and syncs it if asked to. A file that cannot be written
 // whole is removed.
 absl::Status WriteNewFile(const std::string& path, std::string_view bytes, bool sync);
+// The path from the root, without a slash at its end.
+std::string AbsolutePath(const std::string& path);
+// Syncs the name of a directory that was made. The directory above it may be closed to this user.
+absl::Status SyncParent(const std::string& directory);
 // Syncs a file, with its length, or a directory, with the names in it.
 absl::Status SyncFile(const std::string& path);
 // A hard link, or a copy where the file system has none.
