@@ -19,9 +19,9 @@ namespace {
 
 // chosen: large enough that a disk reads at its full rate.
 constexpr std::int64_t kBytesAtOnce = 8 << 20;
-// measured: the share of reading and folding in a restart of 10,000 objects of 100 triangles and
+// measured: the share of reading and folding in a replay of 10,000 objects of 100 triangles and
 // 100,000 moves.
-constexpr double kRead = 0.3;
+constexpr double kRead = 0.2;
 
 // One world while its records are read.
 struct Reading {
