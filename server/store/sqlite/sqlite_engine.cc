@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <filesystem>
 #include <map>
 #include <utility>
 
@@ -20,7 +19,6 @@
 namespace cwm::server {
 namespace {
 
-namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
 // Larger databases are read and checked row by row all the same. derived: 0.2 s at 300 MB/s.
@@ -48,9 +46,7 @@ absl::StatusOr<std::unique_ptr<Store>> OpenSqliteStore(const SqliteOptions& opti
 absl::StatusOr<std::unique_ptr<Store>> SqliteEngine::Open(const SqliteOptions& given) {
   SqliteOptions options = given;
   if (options.path.empty()) return InvalidField("path", "is empty, must name a directory");
-  fs::path path = fs::absolute(options.path).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();  // a slash at the end
-  options.path = path.string();
+  options.path = AbsolutePath(options.path);
 
   const absl::StatusOr<DirectoryContent> before = InspectDirectory(options.path);
   if (!before.ok()) return before.status();
@@ -199,6 +195,20 @@ absl::Status SqliteEngine::Noted(absl::Status status) {
   return status;
 }
 
+absl::Status SqliteEngine::NotedAnywhere(absl::Status status) const {
+  if (status.code() != absl::StatusCode::kUnavailable) return status;
+  const std::scoped_lock lock(blob_mutex_);
+  blob_failure_ = status;
+  blobs_have_failed_ = true;
+  return status;
+}
+
+absl::Status SqliteEngine::Failure() const {
+  if (!failed_.ok() || !blobs_have_failed_) return failed_;
+  const std::scoped_lock lock(blob_mutex_);
+  return blob_failure_;
+}
+
 absl::Status SqliteEngine::SetSynchronous(Durability durability) {
   if (synchronous_ == durability) return absl::OkStatus();
   absl::Status status =
@@ -210,7 +220,7 @@ absl::Status SqliteEngine::SetSynchronous(Durability durability) {
 
 absl::Status SqliteEngine::InTransaction(Durability durability,
                                          const std::function<absl::Status()>& work) {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   if (absl::Status status = SetSynchronous(durability); !status.ok()) return Noted(status);
   absl::StatusOr<Transaction> transaction = Transaction::Begin(database_);
   if (!transaction.ok()) return Noted(transaction.status());
@@ -227,7 +237,7 @@ absl::Status SqliteEngine::WithBallast(const std::function<absl::Status()>& work
 
 absl::StatusOr<AppendResult> SqliteEngine::Append(std::span<const StoredRecord> records,
                                                   Durability durability) {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   const std::int64_t last = index_.last_sequence;
   if (absl::Status status = CheckRecords(records, last); !status.ok()) return status;
   if (records.empty()) return AppendResult::kDurable;
@@ -355,15 +365,17 @@ absl::Status SqliteEngine::ReplaceSnapshot(const StoredSnapshot& snapshot, bool 
 
 absl::Status SqliteEngine::PutBlob(const std::string& hash, std::string_view bytes,
                                    Durability durability) {
-  return blobs_->Put(hash, bytes, durability);
+  return NotedAnywhere(blobs_->Put(hash, bytes, durability));
 }
 
 absl::StatusOr<std::string> SqliteEngine::GetBlob(const std::string& hash) const {
-  return blobs_->Get(hash);
+  absl::StatusOr<std::string> bytes = blobs_->Get(hash);
+  if (!bytes.ok()) return NotedAnywhere(bytes.status());
+  return bytes;
 }
 
 absl::StatusOr<std::unique_ptr<Store::BackupRun>> SqliteEngine::StartBackup() {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   if (backup_run_ != nullptr) {
     return MakeError(absl::StatusCode::kFailedPrecondition,
                      "a backup is being made; ask again when it has ended",
@@ -373,7 +385,7 @@ absl::StatusOr<std::unique_ptr<Store::BackupRun>> SqliteEngine::StartBackup() {
 }
 
 absl::Status SqliteEngine::Close() {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   if (is_closed_) return absl::OkStatus();
   if (backup_run_ != nullptr) backup_run_->Abandon();
   // Observed blobs are synced with the rest.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <string_view>
@@ -66,6 +67,10 @@ class SqliteEngine final : public Store {
   absl::Status SetSynchronous(Durability durability);
   // Returns the status, and remembers it if the store must not be used any more.
   absl::Status Noted(absl::Status status);
+  // The same on any thread, for blobs.
+  absl::Status NotedAnywhere(absl::Status status) const;
+  // The failure that ended the use of the store, or OK.
+  absl::Status Failure() const;
   // Replaces the snapshot of a world, or marks the world as dropped, up to the snapshot's sequence.
   absl::Status ReplaceSnapshot(const StoredSnapshot& snapshot, bool is_dropped);
   absl::Status DeleteObsolete();
@@ -99,6 +104,10 @@ class SqliteEngine final : public Store {
   absl::Status failed_;
   bool is_closed_ = false;
   SqliteBackupRun* backup_run_ = nullptr;
+
+  mutable std::mutex blob_mutex_;  // guards blob_failure_
+  mutable absl::Status blob_failure_;
+  mutable std::atomic<bool> blobs_have_failed_ = false;
 
   // Copies for stats(), which any thread may call.
   std::atomic<std::int64_t> record_count_ = 0;

@@ -109,7 +109,7 @@ absl::StatusOr<std::vector<StoredRecord>> ReadAll(const StoreIndex& index, std::
 absl::StatusOr<std::vector<StoredRecord>> SqliteEngine::Follow(std::string_view world_uid,
                                                                std::int64_t after,
                                                                std::int64_t max_bytes) {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   absl::StatusOr<std::vector<StoredRecord>> records = std::vector<StoredRecord>();
   if (world_uid.empty()) {
     records = ReadAll(index_, after, max_bytes, read_records_);
@@ -123,7 +123,7 @@ absl::StatusOr<std::vector<StoredRecord>> SqliteEngine::Follow(std::string_view 
 }
 
 absl::StatusOr<std::vector<StoredSnapshot>> SqliteEngine::Snapshots() {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   absl::StatusOr<Statement> row =
       database_.Prepare(absl::StrCat("SELECT ", kSnapshotColumns, " FROM snapshot WHERE id = ?"));
   if (!row.ok()) return Noted(row.status());

@@ -25,7 +25,7 @@ constexpr int kMaxBlobsPerMaintain = 256;                         // chosen: a f
 }  // namespace
 
 absl::Status SqliteEngine::Maintain() {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   absl::Status status;
   const steady_clock::time_point start = steady_clock::now();
   while (!index_.obsolete.empty() && steady_clock::now() - start < kMaxDeletionTime) {
@@ -98,7 +98,7 @@ absl::Status SqliteEngine::DeleteDropped() {
 }
 
 absl::StatusOr<bool> SqliteEngine::Checkpoint(bool truncate) {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   FailPoint("checkpoint");
   int log_pages = 0;
   int moved_pages = 0;
@@ -129,7 +129,7 @@ std::int64_t SqliteEngine::RoomBytes() const {
 }
 
 absl::Status SqliteEngine::CheckRoom() {
-  if (!failed_.ok()) return failed_;
+  if (absl::Status status = Failure(); !status.ok()) return status;
   if (RoomBytes() >= options_.low_water_bytes) return absl::OkStatus();
   if (FileSize(absl::StrCat(directory_, "/", kLogFile)) > 0) {
     const absl::StatusOr<bool> moved = Checkpoint(true);

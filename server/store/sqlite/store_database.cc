@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <filesystem>
 #include <random>
 #include <system_error>
 
@@ -19,8 +18,6 @@
 
 namespace cwm::server {
 namespace {
-
-namespace fs = std::filesystem;
 
 absl::Status Rename(const std::string& from, const std::string& to, const std::string& directory) {
   if (rename(from.c_str(), to.c_str()) != 0) return FileError(to, "cannot be created", errno);
@@ -86,7 +83,7 @@ absl::Status CreateStore(const std::string& directory) {
   }
   absl::Status status = Rename(unfinished, absl::StrCat(directory, "/", kDatabaseFile), directory);
   if (!status.ok()) return status;
-  return SyncFile(fs::path(directory).parent_path().string());
+  return SyncParent(directory);
 }
 
 absl::StatusOr<Database> OpenStoreDatabase(const std::string& directory, DatabaseUse use,

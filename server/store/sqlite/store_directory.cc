@@ -111,16 +111,15 @@ absl::Status ReportWriter::AddBlobs(bool read_all) {
 }
 
 absl::StatusOr<std::string> StoreAt(const std::string& given) {
-  fs::path path = fs::absolute(given).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();
-  const absl::StatusOr<DirectoryContent> content = InspectDirectory(path.string());
+  const std::string path = AbsolutePath(given);
+  const absl::StatusOr<DirectoryContent> content = InspectDirectory(path);
   if (!content.ok()) return content.status();
   if (*content == DirectoryContent::kNothing) {
     return MakeError(absl::StatusCode::kNotFound,
-                     absl::StrCat(path.string(), ": there is no store; name the directory of one"),
+                     absl::StrCat(path, ": there is no store; name the directory of one"),
                      {.reason = "STORE_MISSING"});
   }
-  return path.string();
+  return path;
 }
 
 // Locks the directory of a store. A backup that no server has opened has no lock, and gets none.
@@ -193,8 +192,7 @@ absl::StatusOr<StoreReport> CopyAndCheck(const std::string& from, const std::str
                                      report->fault_count, "); restore another backup"));
   }
   if (absl::Status status = NameAnew(to); !status.ok()) return status;
-  const std::string parent = fs::path(to).parent_path().string();
-  if (absl::Status status = SyncFile(parent); !status.ok()) return status;
+  if (absl::Status status = SyncParent(to); !status.ok()) return status;
   return report;
 }
 
@@ -209,8 +207,7 @@ absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::str
   if (!source.ok()) return source.status();
   const absl::StatusOr<FileDescriptor> lock = LockIfOpened(*source);
   if (!lock.ok()) return lock.status();
-  fs::path target = fs::absolute(to).lexically_normal();
-  if (!target.has_filename()) target = target.parent_path();
+  const fs::path target = AbsolutePath(to);
   std::error_code error;
   const bool existed = fs::exists(target, error);
   if (existed && !(fs::is_directory(target, error) && fs::is_empty(target, error))) {

@@ -107,6 +107,15 @@ TEST_F(FaultyDisk, IsUsedNoMoreAfterAWriteFailed) {
   }
 }
 
+TEST_F(FaultyDisk, IsUsedNoMoreAfterABlobCouldNotBeSynced) {
+  const std::unique_ptr<Store> store = OpenForTest(directory_ / "store");
+  syncs_left = 0;
+  EXPECT_EQ(ReasonOf(store->PutBlob(Sha256Hex("x"), "x", Durability::kDurable)), "STORE_FAILED");
+  syncs_left = -1;
+  EXPECT_EQ(ReasonOf(store->Append(NextRecords(*store, "w", 1, 1), Durability::kDurable).status()),
+            "STORE_FAILED");
+}
+
 // Whichever sync of an opening, an append, a checkpoint or a blob fails, the store stops; what it
 // acknowledged before is there when it is opened again.
 TEST_F(FaultyDisk, LosesNothingThatWasAcknowledgedWhenAnySyncFails) {
