@@ -128,10 +128,25 @@ class Flipper {
   }
 
  private:
+  // The server lives at the time when the stores were made, so that it still reads all of their
+  // history.
   ServerOptions OptionsOf(const testing::ScratchDirectory& scratch) const {
+    std::int64_t made_s = 0;
+    std::ifstream(base_ / "made") >> made_s;
+    const std::int64_t offset_s = made_s - NowSeconds();
+    std::ofstream(scratch / "clock", std::ios::binary)
+        .write(reinterpret_cast<const char*>(&offset_s), sizeof(offset_s));
     return {.program = campaign_.settings().server,
             .store = scratch / "store",
-            .directory = scratch.path()};
+            .directory = scratch.path(),
+            .environment = {"LD_PRELOAD=" CWM_SETTABLE_CLOCK,
+                            "CWM_CLOCK_OFFSET=" + (scratch / "clock")}};
+  }
+
+  static std::int64_t NowSeconds() {
+    return std::chrono::duration_cast<std::chrono::seconds>(
+               std::chrono::system_clock::now().time_since_epoch())
+        .count();
   }
 
   bool MakeStores() {
@@ -149,25 +164,27 @@ class Flipper {
       fs::create_directories(base_);
       Copy(trial.store(), base_ / (is_killed ? "killed" : "closed"));
     }
+    std::ofstream(base_ / "made") << NowSeconds() + 2;
     return true;
   }
 
   void Compare(const std::string& text, const Fingerprint& reference, const ServerProcess& server) {
     const Fingerprint answers =
         FingerprintOf(client::Connection({.address = server.address(), .deadline = kPatience}));
-    bool is_told = false;
+    std::string told;  // the reason
     for (const auto& [what, expected] : reference) {
       const auto answer = answers.find(what);
       if (answer != answers.end() && answer->second == expected) continue;
       if (answer != answers.end() && answer->second.starts_with(kRefused)) {
-        is_told = true;
+        told = answer->second.substr(std::string(kRefused).size());
         continue;
       }
       campaign_.Complain(text + ": the server tells other " + what +
                          " without a word: " + server.LogTail());
       return;
     }
-    campaign_.Add(is_told ? "told_in_answers" : "without_effect");
+    campaign_.Add(told.empty() ? "without_effect" : "told_in_answers");
+    if (!told.empty()) campaign_.Add("told_" + told);
   }
 
   Campaign& campaign_;
