@@ -27,7 +27,13 @@ void EndProcess(const absl::Status& status) {
   _exit(kStoreFailedExitCode);
 }
 
-// Tells the service manager each percent, and that the start goes on.
+// Tells the service manager how far the start is, and that it may take so long from now on.
+void TellStart(const std::string& state, std::chrono::microseconds extension) {
+  NotifyServiceManager("STATUS=" + state +
+                       "\nEXTEND_TIMEOUT_USEC=" + std::to_string(extension.count()));
+}
+
+// Tells each percent.
 class ReplayReport {
  public:
   explicit ReplayReport(Application& application) : application_(application) {}
@@ -37,9 +43,8 @@ class ReplayReport {
     const int percent = static_cast<int>(100 * share);
     if (percent == percent_) return;
     percent_ = percent;
-    constexpr std::chrono::microseconds kExtension = std::chrono::minutes(1);  // chosen
-    NotifyServiceManager("STATUS=replaying " + std::to_string(percent) +
-                         " %\nEXTEND_TIMEOUT_USEC=" + std::to_string(kExtension.count()));
+    constexpr auto kExtension = std::chrono::minutes(1);  // chosen: a percent takes less
+    TellStart("replaying " + std::to_string(percent) + " %", kExtension);
   }
 
  private:
@@ -50,6 +55,9 @@ class ReplayReport {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DurableWorlds>> DurableWorlds::Open(const Options::Store& options) {
+  // chosen: opening reads the whole database, of which a disk gives some 100 MB in a second.
+  constexpr auto kExtension = std::chrono::minutes(5);
+  TellStart("opening the store", kExtension);
   auto store = OpenSqliteStore({.path = options.directory,
                                 .accept_loss = options.accept_loss,
                                 .allow_network_mount = options.allow_network_mount,
