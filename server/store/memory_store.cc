@@ -134,6 +134,18 @@ absl::Status MemoryStore::PutSnapshot(const StoredSnapshot& snapshot) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::optional<StoredSnapshot>> MemoryStore::SnapshotOf(std::string_view world_uid) {
+  const std::lock_guard lock(mutex_);
+  const auto found = disk_->snapshots.find(world_uid);
+  if (found == disk_->snapshots.end()) return std::nullopt;
+  return std::optional(found->second);
+}
+
+bool MemoryStore::HasDurableBlob(const std::string& hash) const {
+  const std::lock_guard lock(mutex_);
+  return disk_->blobs.contains(hash);
+}
+
 absl::StatusOr<std::vector<StoredSnapshot>> MemoryStore::Snapshots() {
   const std::scoped_lock lock(mutex_);
   std::vector<StoredSnapshot> snapshots;

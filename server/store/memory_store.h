@@ -32,16 +32,20 @@ class MemoryStore final : public Store {
   std::int64_t epoch() const override { return epoch_; }
   std::int64_t last_sequence() const override;
   bool may_lack_observed() const override { return false; }
+  bool may_lack_durable() const override { return false; }
+  absl::Status RecoveryDone() override { return absl::OkStatus(); }
   absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,
                                       Durability durability) override;
   absl::StatusOr<std::vector<StoredRecord>> Follow(std::string_view world_uid, std::int64_t after,
                                                    std::int64_t max_bytes) override;
   absl::Status PutSnapshot(const StoredSnapshot& snapshot) override;
   absl::StatusOr<std::vector<StoredSnapshot>> Snapshots() override;
+  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override;
   absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) override;
   absl::Status PutBlob(const std::string& hash, std::string_view bytes,
                        Durability durability) override;
   absl::StatusOr<std::string> GetBlob(const std::string& hash) const override;
+  bool HasDurableBlob(const std::string& hash) const override;
   absl::Status Maintain() override { return absl::OkStatus(); }
   absl::Status CheckRoom() override { return absl::OkStatus(); }
   // The files of a backup are copies in a temporary folder: "records" of all records and snapshots,

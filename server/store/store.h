@@ -70,6 +70,12 @@ class Store {
   // was taken away, since the store was last open, and it was not closed. A process that was killed
   // loses nothing.
   virtual bool may_lack_observed() const = 0;
+  // True if acknowledged records of any number may be missing: a backup was restored, or a loss was
+  // accepted.
+  virtual bool may_lack_durable() const = 0;
+  // Says that the reader of the store has stored, durably, how it goes on after such a loss. Until
+  // then each opening tells of the loss again.
+  virtual absl::Status RecoveryDone() = 0;
 
   // Appends all records or none. The first has the sequence last_sequence() + 1. kDurable data is
   // on the disk when the function returns, together with all earlier records.
@@ -84,6 +90,8 @@ class Store {
   // Replaces the world's snapshot, and drops its records up to the snapshot's sequence.
   virtual absl::Status PutSnapshot(const StoredSnapshot& snapshot) = 0;
   virtual absl::StatusOr<std::vector<StoredSnapshot>> Snapshots() = 0;
+  // The snapshot of one world; empty if there is none.
+  virtual absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) = 0;
   // Drops the snapshot of a world, and its records up to `sequence`.
   virtual absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) = 0;
 
@@ -95,6 +103,8 @@ class Store {
                                Durability durability) = 0;
   // NotFound BLOB_MISSING; DataLoss STORE_DAMAGED if the bytes do not have the hash. Thread safe.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& hash) const = 0;
+  // True if the blob was put durably, so that it need not be put again. Thread safe.
+  virtual bool HasDurableBlob(const std::string& hash) const = 0;
   // Work that can wait: moves the log into the database, drops unused blobs, makes room. Called
   // when nothing is to be appended, and now and then otherwise. Takes at most tens of milliseconds.
   virtual absl::Status Maintain() = 0;

@@ -22,6 +22,14 @@ class CutStore final : public Store {
  public:
   explicit CutStore(Store& store) : store_(store) {}
   bool may_lack_observed() const override { return true; }
+  bool may_lack_durable() const override { return false; }
+  absl::Status RecoveryDone() override { return store_.RecoveryDone(); }
+  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override {
+    return store_.SnapshotOf(world_uid);
+  }
+  bool HasDurableBlob(const std::string& hash) const override {
+    return store_.HasDurableBlob(hash);
+  }
   std::int64_t epoch() const override { return store_.epoch(); }
   std::int64_t last_sequence() const override { return store_.last_sequence(); }
   absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,

@@ -57,6 +57,14 @@ class TroubledStore final : public Store {
   std::int64_t epoch() const override { return store_.epoch(); }
   std::int64_t last_sequence() const override { return store_.last_sequence(); }
   bool may_lack_observed() const override { return false; }
+  bool may_lack_durable() const override { return false; }
+  absl::Status RecoveryDone() override { return store_.RecoveryDone(); }
+  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override {
+    return store_.SnapshotOf(world_uid);
+  }
+  bool HasDurableBlob(const std::string& hash) const override {
+    return store_.HasDurableBlob(hash);
+  }
   absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,
                                       Durability durability) override {
     std::unique_lock lock(trouble_.mutex);
