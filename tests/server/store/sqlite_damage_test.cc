@@ -17,6 +17,7 @@ using testing::IsEmpty;
 namespace fs = std::filesystem;
 
 constexpr int kWorldCount = 2;
+constexpr std::int64_t kPageBytes = 4096;
 
 // All that a store can be asked for.
 struct Content {
@@ -161,7 +162,7 @@ TEST_F(DamagedStore, TellsAFlippedBitInABlob) {
 // The trap of SQLite's log: what follows a damaged frame is dropped without a word.
 TEST_F(DamagedStore, TellsHowManyAcknowledgedRecordsAreMissingAndGoesOnIfAskedTo) {
   fs::resize_file(original_ + "/store.db-wal",
-                  fs::file_size(original_ + "/store.db-wal") - 3 * 4096);
+                  fs::file_size(original_ + "/store.db-wal") - 3 * kPageBytes);
   SqliteOptions options = TestOptions(original_);
   const absl::Status status = OpenSqliteStore(options).status();
   EXPECT_EQ(ReasonOf(status), "STORE_DAMAGED");
@@ -231,19 +232,19 @@ TEST_F(DamagedStore, GoesOnWithoutTheRecordsBehindADamagedOneIfAskedTo) {
 // else is served.
 TEST_F(DamagedStore, GoesOnWithTheRowsThatCanBeReadIfAskedTo) {
   { ASSERT_TRUE(OpenForTest(original_)->Close().ok()); }
-  const auto page_count = static_cast<int>(fs::file_size(original_ + "/store.db") / 4096);
+  const auto size = static_cast<std::int64_t>(fs::file_size(original_ + "/store.db"));
   const auto contains = [this](const StoredRecord& record) {
     return std::find(content_.records.begin(), content_.records.end(), record) !=
            content_.records.end();
   };
   int opened = 0;
-  for (int page = 1; page < page_count; ++page) {
+  for (std::int64_t page = 1; page < size / kPageBytes; ++page) {
     SCOPED_TRACE(page);
     const std::string copy = directory_ / absl::StrCat("page-", page);
     fs::copy(original_, copy, fs::copy_options::recursive);
     std::fstream file(copy + "/store.db", std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(page * 4096);
-    file << RandomBytes(4096, static_cast<std::uint32_t>(page));
+    file.seekp(page * kPageBytes);
+    file << RandomBytes(kPageBytes, static_cast<std::uint32_t>(page));
     file.close();
     SqliteOptions options = TestOptions(copy);
     if (OpenSqliteStore(options).ok()) continue;  // a page without use

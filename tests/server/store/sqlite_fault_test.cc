@@ -60,7 +60,6 @@ extern "C" int fdatasync(int fd) {
 namespace cwm::server {
 namespace {
 
-using testing::IsEmpty;
 namespace fs = std::filesystem;
 
 class FaultyDisk : public testing::Test {
