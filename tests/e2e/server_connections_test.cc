@@ -139,6 +139,24 @@ TEST(ServerConnections, TheServiceManagerHearsThatItIsReadyThatItAnswersAndThatI
   EXPECT_EQ(server.process().Stop(), 0) << server.Log();
 }
 
+TEST(ServerConnections, TheServiceManagerHearsOfTheStoreBeforeItIsReady) {
+  const ServiceManager manager;
+  const ScratchDirectory scratch;
+  Server server(
+      {"/usr/bin/env", "NOTIFY_SOCKET=" + manager.path(), "CWM_STORE=sqlite:" + scratch / "store"});
+  const std::string opening = manager.Next();
+  EXPECT_EQ(opening.rfind("STATUS=opening the store\nEXTEND_TIMEOUT_USEC=", 0), 0U) << opening;
+  std::string state = manager.Next();
+  for (int i = 0; i < 200 && state.rfind("STATUS=replaying ", 0) == 0; ++i) {
+    EXPECT_NE(state.find(" %\nEXTEND_TIMEOUT_USEC="), std::string::npos) << state;
+    state = manager.Next();
+  }
+  EXPECT_EQ(state, "STATUS=serving");
+  EXPECT_EQ(manager.Next(), "READY=1");
+  EXPECT_TRUE(server.Answers());
+  EXPECT_EQ(server.process().Stop(), 0) << server.Log();
+}
+
 TEST(ServerConnections, AnIdleCrowdOfPythonClientsDoesNotHoldUpAStop) {
   constexpr int kClients = 100;
   Server server({});
