@@ -20,6 +20,9 @@ namespace {
 using cwm::fault::DiskFault;
 using cwm::fault::DiskFaults;
 
+// So few bytes are written or not, as the kernel does it within a page.
+constexpr std::size_t kWholeBytes = 512;
+
 // nullptr without such a file; nothing fails then.
 DiskFaults* MapFaults() {
   const char* const path = std::getenv("CWM_DISK_FAULTS");
@@ -90,11 +93,12 @@ ssize_t Written(int fd, std::size_t size, off_t offset, const Write& write) {
       return Fail(ENOSPC);
     case DiskFault::kTorn:
       if (IsWithinFile(fd, offset + static_cast<off_t>(size))) return write(size);
-      if (Faults()->hits.fetch_add(1) > 0 || size < 2) return Fail(ENOSPC);
+      if (Faults()->hits.fetch_add(1) > 0 || size <= kWholeBytes) return Fail(ENOSPC);
       return write(size / 2);
     case DiskFault::kShort:
+      if (size <= kWholeBytes) return write(size);
       Faults()->hits.fetch_add(1);
-      return write(size < 2 ? size : size / 2);
+      return write(size / 2);
     default:
       return write(size);
   }

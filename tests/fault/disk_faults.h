@@ -11,7 +11,7 @@ enum class DiskFault : std::int32_t {
   kSyncFails,   // fsync and fdatasync: EIO
   kWriteFails,  // write and pwrite: EIO
   kFull,        // nothing can be written: ENOSPC, and no space is said to be free
-  kShort,       // half of what was to be written is, which is no error
+  kShort,       // half of what was to be written is, if it is more than a sector: no error
   kTorn,        // half of what a file was to grow by is written, then the disk is full
   kSyncLies,    // fsync and fdatasync do nothing: a power cut must then lose writes
 };
