@@ -215,6 +215,12 @@ absl::StatusOr<std::string> BlobFiles::Get(const std::string& hash) const {
   return BlobMissing(hash);
 }
 
+bool BlobFiles::HasDurable(const std::string& hash) const {
+  const std::scoped_lock lock(mutex_);
+  const auto entry = entries_.find(hash);
+  return entry != entries_.end() && entry->second.is_there && entry->second.is_durable;
+}
+
 absl::Status BlobFiles::SyncObserved() {
   {
     const std::scoped_lock lock(mutex_);

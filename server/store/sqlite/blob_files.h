@@ -45,6 +45,8 @@ class BlobFiles {
   absl::Status Put(const std::string& hash, std::string_view bytes, Durability durability);
   absl::StatusOr<std::string> Get(const std::string& hash) const;
 
+  bool HasDurable(const std::string& hash) const;
+
   // Syncs the blobs that are not synced yet.
   absl::Status SyncObserved();
 

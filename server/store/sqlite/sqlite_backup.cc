@@ -156,6 +156,7 @@ absl::StatusOr<std::unique_ptr<Backup>> SqliteBackupRun::Finish() {
   }
   StoreMeta meta = engine_->meta_;
   meta.is_closed = true;
+  meta.lacks_durable = true;  // what the store appends after it
   absl::Status status = WriteMeta(copy_, meta);
   if (!status.ok()) return status;
   copy_ = {};

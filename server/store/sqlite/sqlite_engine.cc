@@ -84,7 +84,6 @@ absl::Status SqliteEngine::Load() {
   status = Migrate(database_, directory_, options_.migrations);
   if (!status.ok()) return status;
   if (status = LoadRows(); !status.ok()) return status;
-  may_lack_observed_ = !meta_.is_closed && meta_.cache != CurrentCache(directory_);
 
   absl::StatusOr<std::unique_ptr<BlobFiles>> blobs = BlobFiles::Open(directory_);
   if (!blobs.ok()) return blobs.status();
@@ -169,17 +168,18 @@ absl::Status SqliteEngine::PrepareStatements() {
 // What was recovered is moved into the database and synced before anyone sees it: a process that
 // was killed may have left it in the memory of the system alone.
 absl::Status SqliteEngine::BeginEpoch() {
-  absl::Status status = WithBallast([this] {
-    return InTransaction(Durability::kDurable, [this] {
-      meta_.epoch += 1;
-      meta_.is_closed = false;
-      meta_.cache = CurrentCache(directory_);
-      absl::Status written = WriteMeta(database_, meta_);
-      if (!written.ok()) meta_.epoch -= 1;
-      return written;
-    });
+  CacheIdentity cache = CurrentCache(directory_);
+  StoreMeta meta = meta_;
+  meta.epoch += 1;
+  // The next opening compares with the present cache, and would not see this loss.
+  meta.lacks_observed |= !meta_.is_closed && meta_.cache != cache;
+  meta.is_closed = false;
+  meta.cache = std::move(cache);
+  absl::Status status = WithBallast([&] {
+    return InTransaction(Durability::kDurable, [&] { return WriteMeta(database_, meta); });
   });
   if (!status.ok()) return status;
+  meta_ = std::move(meta);
   const absl::StatusOr<bool> moved = Checkpoint(true);
   if (!moved.ok()) return moved.status();
   absl::StatusOr<HeadFile> head = HeadFile::Open(absl::StrCat(directory_, "/", kHeadFile));
@@ -188,6 +188,19 @@ absl::Status SqliteEngine::BeginEpoch() {
   head_ = {.last = index_.last_sequence, .durable = index_.last_sequence};
   if (status = head_file_.Write(head_); !status.ok()) return Noted(status);
   return Noted(head_file_.Sync());
+}
+
+absl::Status SqliteEngine::RecoveryDone() {
+  if (absl::Status status = Failure(); !status.ok()) return status;
+  if (!meta_.lacks_observed && !meta_.lacks_durable) return absl::OkStatus();
+  StoreMeta meta = meta_;
+  meta.lacks_observed = false;
+  meta.lacks_durable = false;
+  absl::Status status = WithBallast([&] {
+    return InTransaction(Durability::kDurable, [&] { return WriteMeta(database_, meta); });
+  });
+  if (status.ok()) meta_ = std::move(meta);
+  return status;
 }
 
 absl::Status SqliteEngine::Noted(absl::Status status) {
@@ -372,6 +385,10 @@ absl::StatusOr<std::string> SqliteEngine::GetBlob(const std::string& hash) const
   absl::StatusOr<std::string> bytes = blobs_->Get(hash);
   if (!bytes.ok()) return NotedAnywhere(bytes.status());
   return bytes;
+}
+
+bool SqliteEngine::HasDurableBlob(const std::string& hash) const {
+  return blobs_->HasDurable(hash);
 }
 
 absl::StatusOr<std::unique_ptr<Store::BackupRun>> SqliteEngine::StartBackup() {

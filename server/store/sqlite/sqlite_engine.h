@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,17 +33,21 @@ class SqliteEngine final : public Store {
 
   std::int64_t epoch() const override { return meta_.epoch; }
   std::int64_t last_sequence() const override { return index_.last_sequence; }
-  bool may_lack_observed() const override { return may_lack_observed_; }
+  bool may_lack_observed() const override { return meta_.lacks_observed; }
+  bool may_lack_durable() const override { return meta_.lacks_durable; }
+  absl::Status RecoveryDone() override;
   absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,
                                       Durability durability) override;
   absl::StatusOr<std::vector<StoredRecord>> Follow(std::string_view world_uid, std::int64_t after,
                                                    std::int64_t max_bytes) override;
   absl::Status PutSnapshot(const StoredSnapshot& snapshot) override;
   absl::StatusOr<std::vector<StoredSnapshot>> Snapshots() override;
+  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override;
   absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) override;
   absl::Status PutBlob(const std::string& hash, std::string_view bytes,
                        Durability durability) override;
   absl::StatusOr<std::string> GetBlob(const std::string& hash) const override;
+  bool HasDurableBlob(const std::string& hash) const override;
   absl::Status Maintain() override;
   absl::Status CheckRoom() override;
   absl::StatusOr<std::unique_ptr<BackupRun>> StartBackup() override;
@@ -73,6 +78,9 @@ class SqliteEngine final : public Store {
   absl::Status Failure() const;
   // Replaces the snapshot of a world, or marks the world as dropped, up to the snapshot's sequence.
   absl::Status ReplaceSnapshot(const StoredSnapshot& snapshot, bool is_dropped);
+  // Reads the row of a world's snapshot, and checks it.
+  absl::StatusOr<StoredSnapshot> ReadSnapshot(std::string_view world_uid,
+                                              const SnapshotEntry& entry, Statement& row);
   absl::Status DeleteObsolete();
   absl::Status DeleteDropped();
   // Moves the log into the database; true if all of it was moved.
@@ -97,7 +105,6 @@ class SqliteEngine final : public Store {
 
   StoreMeta meta_;
   StoreIndex index_;
-  bool may_lack_observed_ = false;
   Durability synchronous_ = Durability::kDurable;
   int log_pages_ = 0;  // that are not yet in the database
   std::chrono::steady_clock::time_point last_append_ = {};

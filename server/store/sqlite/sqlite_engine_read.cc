@@ -8,6 +8,9 @@
 namespace cwm::server {
 namespace {
 
+const std::string kSelectSnapshot =
+    absl::StrCat("SELECT ", kSnapshotColumns, " FROM snapshot WHERE id = ?");
+
 // The index of the first record above the sequence.
 std::size_t IndexAbove(const WorldLog& log, std::int64_t sequence) {
   const auto above = std::upper_bound(
@@ -67,7 +70,7 @@ absl::StatusOr<std::vector<StoredRecord>> ReadWorld(const StoreIndex& index, con
     const absl::StatusOr<bool> is_there = row.Bind(1, sequence).Step();
     if (!is_there.ok()) return is_there.status();
     if (!*is_there) return StoreDamaged(absl::StrCat("record ", sequence, ": cannot be found"));
-    StoredRecord record = RecordOf(row);
+    StoredRecord record = RecordAt(row);
     if (absl::Status status = CheckRecord(index, record); !status.ok()) return status;
     if (!answer.Add(std::move(record))) break;
   }
@@ -84,7 +87,7 @@ absl::StatusOr<std::vector<StoredRecord>> ReadAll(const StoreIndex& index, std::
     const absl::StatusOr<bool> has_row = rows.Step();
     if (!has_row.ok()) return has_row.status();
     if (!*has_row) break;
-    StoredRecord record = RecordOf(rows);
+    StoredRecord record = RecordAt(rows);
     if (IsObsolete(index, record)) continue;
     if (absl::Status status = CheckRecord(index, record); !status.ok()) return status;
     const std::int64_t sequence = record.sequence;
@@ -122,27 +125,47 @@ absl::StatusOr<std::vector<StoredRecord>> SqliteEngine::Follow(std::string_view 
   return records;
 }
 
+absl::StatusOr<StoredSnapshot> SqliteEngine::ReadSnapshot(std::string_view world_uid,
+                                                          const SnapshotEntry& entry,
+                                                          Statement& row) {
+  row.Reset();
+  const absl::StatusOr<bool> is_there = row.Bind(1, entry.row).Step();
+  if (!is_there.ok()) return Noted(is_there.status());
+  StoredSnapshot snapshot;
+  if (*is_there) snapshot = SnapshotAt(row);
+  if (!*is_there || snapshot.world_uid != world_uid ||
+      SnapshotCrc(snapshot, false, entry.chain) != entry.crc) {
+    return StoreDamaged(absl::StrCat("snapshot of world ", std::string(world_uid),
+                                     ": is not as it was when the store was opened"));
+  }
+  return snapshot;
+}
+
 absl::StatusOr<std::vector<StoredSnapshot>> SqliteEngine::Snapshots() {
   if (absl::Status status = Failure(); !status.ok()) return status;
-  absl::StatusOr<Statement> row =
-      database_.Prepare(absl::StrCat("SELECT ", kSnapshotColumns, " FROM snapshot WHERE id = ?"));
+  absl::StatusOr<Statement> row = database_.Prepare(kSelectSnapshot);
   if (!row.ok()) return Noted(row.status());
   std::vector<StoredSnapshot> snapshots;
   for (const auto& [world, log] : index_.worlds) {
     if (!log.snapshot || log.snapshot->is_dropped) continue;
-    const absl::StatusOr<bool> is_there = row->Bind(1, log.snapshot->row).Step();
-    if (!is_there.ok()) return Noted(is_there.status());
-    StoredSnapshot snapshot;
-    if (*is_there) snapshot = SnapshotOf(*row);
-    if (!*is_there || snapshot.world_uid != world ||
-        SnapshotCrc(snapshot, false, log.snapshot->chain) != log.snapshot->crc) {
-      return StoreDamaged(absl::StrCat("snapshot of world ", world,
-                                       ": is not as it was when the store was opened"));
-    }
-    snapshots.push_back(std::move(snapshot));
-    row->Reset();
+    absl::StatusOr<StoredSnapshot> snapshot = ReadSnapshot(world, *log.snapshot, *row);
+    if (!snapshot.ok()) return snapshot.status();
+    snapshots.push_back(*std::move(snapshot));
   }
   return snapshots;
+}
+
+absl::StatusOr<std::optional<StoredSnapshot>> SqliteEngine::SnapshotOf(std::string_view world_uid) {
+  if (absl::Status status = Failure(); !status.ok()) return status;
+  const auto world = index_.worlds.find(world_uid);
+  if (world == index_.worlds.end()) return std::nullopt;
+  const std::optional<SnapshotEntry>& entry = world->second.snapshot;
+  if (!entry || entry->is_dropped) return std::nullopt;
+  absl::StatusOr<Statement> row = database_.Prepare(kSelectSnapshot);
+  if (!row.ok()) return Noted(row.status());
+  absl::StatusOr<StoredSnapshot> snapshot = ReadSnapshot(world_uid, *entry, *row);
+  if (!snapshot.ok()) return snapshot.status();
+  return std::optional(*std::move(snapshot));
 }
 
 StoreStats SqliteEngine::stats() const {

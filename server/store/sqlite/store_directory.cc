@@ -172,13 +172,14 @@ absl::Status CopyStore(const std::string& from, const std::string& to) {
   return absl::OkStatus();
 }
 
-// Makes the copy a store of its own.
+// Makes the copy a store of its own, which lacks what the other one stored since.
 absl::Status NameAnew(const std::string& path) {
   absl::StatusOr<Database> database = OpenStoreDatabase(path, DatabaseUse::kWrite);
   if (!database.ok()) return database.status();
   absl::StatusOr<StoreMeta> meta = ReadMeta(*database);
   if (!meta.ok()) return meta.status();
   meta->store_uid = NewStoreUid();
+  meta->lacks_durable = true;
   if (absl::Status status = WriteMeta(*database, *meta); !status.ok()) return status;
   return database->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
 }

@@ -42,6 +42,8 @@ std::uint32_t MetaCrc(const StoreMeta& meta) {
       .Add(static_cast<std::int64_t>(meta.is_closed))
       .Add(meta.cache.boot)
       .Add(meta.cache.mount)
+      .Add(static_cast<std::int64_t>(meta.lacks_observed))
+      .Add(static_cast<std::int64_t>(meta.lacks_durable))
       .Add(meta.dropped_count)
       .Add(meta.snapshot_count)
       .Add(meta.snapshot_sum)
@@ -58,7 +60,7 @@ absl::Status ScanSnapshots(Database& database, StoreScan& scan) {
     const absl::StatusOr<bool> has_row = rows->Step();
     if (!has_row.ok()) return has_row.status();
     if (!*has_row) break;
-    const StoredSnapshot snapshot = SnapshotOf(*rows);
+    const StoredSnapshot snapshot = SnapshotAt(*rows);
     SnapshotEntry entry = {.row = rows->Int(0),
                            .sequence = snapshot.sequence,
                            .is_dropped = rows->Int(4) != 0,
@@ -101,7 +103,7 @@ absl::Status ScanRecords(Database& database, StoreScan& scan) {
     const absl::StatusOr<bool> has_row = rows->Step();
     if (!has_row.ok()) return has_row.status();
     if (!*has_row) break;
-    StoredRecord record = RecordOf(*rows);
+    StoredRecord record = RecordAt(*rows);
     ++count;
     newest = std::max(newest, record.sequence);
     WorldLog& log = index.worlds[record.world_uid];
@@ -173,6 +175,8 @@ CREATE TABLE meta(
   closed INTEGER NOT NULL,
   boot TEXT NOT NULL,
   mount TEXT NOT NULL,
+  lacks_observed INTEGER NOT NULL,
+  lacks_durable INTEGER NOT NULL,
   dropped_count INTEGER NOT NULL,
   snapshot_count INTEGER NOT NULL,
   snapshot_sum INTEGER NOT NULL,
@@ -239,7 +243,7 @@ std::uint32_t SnapshotCrc(const StoredSnapshot& snapshot, bool is_dropped, std::
       .Crc();
 }
 
-StoredRecord RecordOf(const Statement& row) {
+StoredRecord RecordAt(const Statement& row) {
   return {.sequence = row.Int(0),
           .epoch = row.Int(1),
           .world_uid = std::string(row.Bytes(2)),
@@ -248,7 +252,7 @@ StoredRecord RecordOf(const Statement& row) {
           .blobs = SplitHashes(row.Bytes(5))};
 }
 
-StoredSnapshot SnapshotOf(const Statement& row) {
+StoredSnapshot SnapshotAt(const Statement& row) {
   return {.sequence = row.Int(1),
           .world_uid = std::string(row.Bytes(2)),
           .revision = row.Int(3),
@@ -258,8 +262,8 @@ StoredSnapshot SnapshotOf(const Statement& row) {
 
 absl::StatusOr<StoreMeta> ReadMeta(Database& database) {
   absl::StatusOr<Statement> row = database.Prepare(
-      "SELECT store_uid, epoch, closed, boot, mount, dropped_count, snapshot_count, snapshot_sum, "
-      "crc FROM meta WHERE id = 1");
+      "SELECT store_uid, epoch, closed, boot, mount, lacks_observed, lacks_durable, dropped_count, "
+      "snapshot_count, snapshot_sum, crc FROM meta WHERE id = 1");
   if (!row.ok()) return row.status();
   const absl::StatusOr<bool> has_row = row->Step();
   if (!has_row.ok()) return has_row.status();
@@ -268,10 +272,12 @@ absl::StatusOr<StoreMeta> ReadMeta(Database& database) {
                     .epoch = row->Int(1),
                     .is_closed = row->Int(2) != 0,
                     .cache = {std::string(row->Bytes(3)), std::string(row->Bytes(4))},
-                    .dropped_count = row->Int(5),
-                    .snapshot_count = row->Int(6),
-                    .snapshot_sum = row->Int(7)};
-  if (row->Int(8) != static_cast<std::int64_t>(MetaCrc(meta))) {
+                    .lacks_observed = row->Int(5) != 0,
+                    .lacks_durable = row->Int(6) != 0,
+                    .dropped_count = row->Int(7),
+                    .snapshot_count = row->Int(8),
+                    .snapshot_sum = row->Int(9)};
+  if (row->Int(10) != static_cast<std::int64_t>(MetaCrc(meta))) {
     return StoreDamaged("the row of the table meta is damaged");
   }
   return meta;
@@ -279,18 +285,21 @@ absl::StatusOr<StoreMeta> ReadMeta(Database& database) {
 
 absl::Status WriteMeta(Database& database, const StoreMeta& meta) {
   absl::StatusOr<Statement> row = database.Prepare(
-      "INSERT OR REPLACE INTO meta(id, store_uid, epoch, closed, boot, mount, dropped_count, "
-      "snapshot_count, snapshot_sum, crc) VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+      "INSERT OR REPLACE INTO meta(id, store_uid, epoch, closed, boot, mount, lacks_observed, "
+      "lacks_durable, dropped_count, snapshot_count, snapshot_sum, crc) "
+      "VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!row.ok()) return row.status();
   return row->BindText(1, meta.store_uid)
       .Bind(2, meta.epoch)
       .Bind(3, static_cast<std::int64_t>(meta.is_closed))
       .BindText(4, meta.cache.boot)
       .BindText(5, meta.cache.mount)
-      .Bind(6, meta.dropped_count)
-      .Bind(7, meta.snapshot_count)
-      .Bind(8, meta.snapshot_sum)
-      .Bind(9, MetaCrc(meta))
+      .Bind(6, static_cast<std::int64_t>(meta.lacks_observed))
+      .Bind(7, static_cast<std::int64_t>(meta.lacks_durable))
+      .Bind(8, meta.dropped_count)
+      .Bind(9, meta.snapshot_count)
+      .Bind(10, meta.snapshot_sum)
+      .Bind(11, MetaCrc(meta))
       .Run();
 }
 

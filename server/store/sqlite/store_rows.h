@@ -28,6 +28,9 @@ struct StoreMeta {
   std::int64_t epoch = 0;
   bool is_closed = true;  // by Close, after the last opening
   CacheIdentity cache = {};
+  // Losses that Store tells of, until RecoveryDone.
+  bool lacks_observed = false;
+  bool lacks_durable = false;
   std::int64_t dropped_count = 0;   // records that are no rows any more
   std::int64_t snapshot_count = 0;  // rows, also of dropped worlds
   std::int64_t snapshot_sum = 0;    // of the checksums of all snapshots, modulo 2^32
@@ -93,10 +96,10 @@ std::uint32_t SnapshotCrc(const StoredSnapshot& snapshot, bool is_dropped, std::
 
 // Columns in the order of kRecordColumns and kSnapshotColumns.
 inline constexpr char kRecordColumns[] = "sequence, epoch, world, revision, crc, blobs, payload";
-StoredRecord RecordOf(const Statement& row);
+StoredRecord RecordAt(const Statement& row);
 inline constexpr char kSnapshotColumns[] =
     "id, sequence, world, revision, dropped, chain, crc, blobs, payload";
-StoredSnapshot SnapshotOf(const Statement& row);
+StoredSnapshot SnapshotAt(const Statement& row);
 
 absl::StatusOr<StoreMeta> ReadMeta(Database& database);
 absl::Status WriteMeta(Database& database, const StoreMeta& meta);

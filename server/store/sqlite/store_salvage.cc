@@ -130,7 +130,9 @@ absl::Status RowCopier::WriteCounts() {
     meta.epoch = std::max(meta.epoch, old->epoch);
     meta.is_closed = old->is_closed;
     meta.cache = old->cache;
+    meta.lacks_observed = old->lacks_observed;
   }
+  meta.lacks_durable = true;
   meta.dropped_count = newest_ - record_count_;
   return WriteMeta(to_, meta);
 }
@@ -165,6 +167,7 @@ absl::StatusOr<std::string> DropLost(Database& database, const std::string& dire
     if (log.snapshot) sum += log.snapshot->crc;
   }
   scan.meta.snapshot_sum = sum;
+  scan.meta.lacks_durable = true;
   if (absl::Status status = WriteMeta(database, scan.meta); !status.ok()) return status;
   if (absl::Status status = transaction->Commit(); !status.ok()) return status;
   scan.faults.clear();
