@@ -1,5 +1,6 @@
 // The contract of store.h, for every engine: SQLite, memory, and a store whose replies get lost and
-// which other servers append to.
+// which other servers append to. The file is long because the suite is one: each engine runs all of
+// it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
