@@ -29,7 +29,7 @@ void CommitPipeline::AfterTurn::Finish() const {
 }
 
 CommitPipeline::AfterTurn CommitPipeline::Push(PendingWritePtr write,
-                                               std::shared_ptr<const void> keep_alive) {
+                                               std::shared_ptr<const void> keep_alive) noexcept {
   if (journal_ == nullptr) {
     WorldFeed::PostCommit post_commit;
     if (write->has_entry) post_commit = owner_.publish(*write);

@@ -57,8 +57,10 @@ class CommitPipeline {
     PendingWritePtr answered = {};
     void Finish() const;
   };
-  // Under the turn. `keep_alive` keeps the pipeline until the journal has called back.
-  AfterTurn Push(PendingWritePtr write, std::shared_ptr<const void> keep_alive);
+  // Under the turn. `keep_alive` keeps the pipeline until the journal has called back. A lack of
+  // memory here ends the process: tip and journal would differ, while a restart finds all that was
+  // answered.
+  AfterTurn Push(PendingWritePtr write, std::shared_ptr<const void> keep_alive) noexcept;
 
  private:
   void OnJournaled(const PendingWritePtr& write);

@@ -85,7 +85,8 @@ IdempotencyCache::ShortDigest IdempotencyCache::Shortened(const std::string& dig
 }
 
 void IdempotencyCache::Insert(const WriteOptions& options, const WriteOutcome& outcome,
-                              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) {
+                              std::shared_ptr<const IngestOutcome> reply,
+                              Clock::time_point now) noexcept {
   if (options.request_id.empty()) return;
   const std::int64_t reply_bytes = reply != nullptr ? BytesOf(*reply) : 0;
   const std::string& id = Add(options.request_id, {.digest = Shortened(options.request_digest),

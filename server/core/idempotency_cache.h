@@ -33,9 +33,10 @@ class IdempotencyCache {
   absl::StatusOr<std::optional<WriteOutcome>> Find(const WriteOptions& options,
                                                    Clock::time_point now);
 
-  // Records a write that succeeded, with or without effect. Does nothing for an empty request_id.
+  // Records a write that succeeded, with or without effect. Does nothing for an empty request_id. A
+  // lack of memory ends the process, since a retry would be told of a write that was not made.
   void Insert(const WriteOptions& options, const WriteOutcome& outcome,
-              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
+              std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) noexcept;
   // Records a write of before a restart; the whole reply to an ingest is not kept. In order of age.
   void Restore(const WorldImage::Request& request);
   // Forgets the newest writes, which were taken back: the last first.

@@ -109,7 +109,11 @@ class IngestRun {
       const absl::Status prepared =
           geometry_.PrepareFor(match_, request_.mode, WorkOf(request_.options, stop_));
       if (!prepared.ok()) return prepared;
-      if (const absl::Status kept = KeepGeometry(); !kept.ok()) return kept;
+      if (const absl::Status kept =
+              world_.KeepGeometry(geometry_.prepared(), Durability::kObserved);
+          !kept.ok()) {
+        return kept;
+      }
       preparing.Stop();
       refusal_ = Refusal::kNone;
       StageClock publishing(publish_ms_);
@@ -166,17 +170,6 @@ class IngestRun {
     double& sum_ms_;
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   };
-
-  absl::Status KeepGeometry() {
-    std::vector<collision::Change> puts;
-    for (const auto& geometry : geometry_.prepared()) {
-      if (geometry == nullptr) continue;
-      collision::PutObject put;
-      put.geometry = geometry;
-      puts.push_back({.what = std::move(put), .expected_object_revision = {}});
-    }
-    return world_.KeepGeometry(puts, Durability::kObserved);
-  }
 
   void Match(SnapshotPtr snapshot) {
     StageClock matching(association_ms_);

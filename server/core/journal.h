@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -61,6 +62,8 @@ struct JournalEntry {
   std::variant<WorldWrite, WorldDeletion> what = {};
 };
 
+using PreparedModelPtr = std::shared_ptr<const collision::PreparedModel>;
+
 class Journal {
  public:
   virtual ~Journal() = default;
@@ -75,9 +78,10 @@ class Journal {
   // appended by one thread at a time.
   virtual void Append(const JournalEntry& entry, Done done) = 0;
 
-  // Stores the large geometry of the changes, before a world journals them. Heavy, so no lock may be
-  // held. ResourceExhausted DISK_FULL.
-  virtual absl::Status KeepGeometry(std::span<const collision::Change> changes,
+  // Stores the large geometry of the models, before a world journals changes of objects that have
+  // them: of what is put, and, for durable changes, of what was only observed so far. Ignores null
+  // pointers. Heavy, so no lock may be held. ResourceExhausted DISK_FULL.
+  virtual absl::Status KeepGeometry(std::span<const PreparedModelPtr> models,
                                     Durability durability) = 0;
   // Stores the files of a robot; returns the hash that names them (RobotGeometry::files_hash).
   virtual absl::StatusOr<std::string> KeepRobotFiles(const RobotFiles& files) = 0;

@@ -52,10 +52,8 @@ bool IsLong(std::span<const Change> changes, const collision::WorldSnapshot& lat
 
 constexpr std::int64_t kUnlimitedBytes = std::int64_t{1} << 60;
 
-}  // namespace
-
 // The answer of a write to somebody who waits for it.
-class Answer {
+class AwaitedAnswer {
  public:
   WriteDone Receiver() {
     return [this](absl::StatusOr<WriteOutcome> outcome) { promise_.set_value(std::move(outcome)); };
@@ -65,6 +63,8 @@ class Answer {
  private:
   std::promise<absl::StatusOr<WriteOutcome>> promise_;
 };
+
+}  // namespace
 
 World::World(std::string name, std::string uid, Retention retention,
              std::function<Clock::time_point()> now, WorldServices services)
@@ -138,9 +138,10 @@ SnapshotPtr World::Tip() const { return state_->pipeline->Tip(); }
 void World::StartApply(std::span<const Change> changes, const WriteOptions& options,
                        WorkBudget* budget, WriteDone done) {
   const bool is_observed = std::ranges::all_of(changes, IsObserved);
-  const WriteHooks hooks{.durability = is_observed ? Durability::kObserved : Durability::kDurable,
-                         .may_use_reserve = std::ranges::all_of(changes, IsExpiry)};
-  absl::Status written = KeepGeometry(changes, hooks.durability);
+  const WriteHooks hooks{
+      .durability = is_observed ? Durability::kObserved : Durability::kDurable,
+      .may_use_reserve = !changes.empty() && std::ranges::all_of(changes, IsExpiry)};
+  absl::Status written = state_->KeepGeometryOf(changes, hooks.durability);
   if (written.ok()) {
     written = state_->WithRoom([&] { return ApplyOnce(changes, options, hooks, budget, done); });
   }
@@ -169,7 +170,7 @@ absl::Status World::ApplyOnce(std::span<const Change> changes, const WriteOption
 
 absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
                                           const WriteOptions& options, WorkBudget* budget) {
-  Answer answer;
+  AwaitedAnswer answer;
   StartApply(changes, options, budget, answer.Receiver());
   return answer.Wait();
 }
@@ -181,7 +182,7 @@ absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteO
     if (!changes.ok()) return changes.status();
     return state_->ApplyTo(base, *changes, nullptr);
   };
-  Answer answer;
+  AwaitedAnswer answer;
   WriteDone done = answer.Receiver();
   const absl::Status written =
       state_->WithRoom([&] { return state_->Write(apply, options, hooks, done); });
@@ -189,9 +190,9 @@ absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteO
   return answer.Wait();
 }
 
-absl::Status World::KeepGeometry(std::span<const Change> changes, Durability durability) {
+absl::Status World::KeepGeometry(std::span<const PreparedModelPtr> models, Durability durability) {
   Journal* const journal = state_->services.journal;
-  return journal == nullptr ? absl::OkStatus() : journal->KeepGeometry(changes, durability);
+  return journal == nullptr ? absl::OkStatus() : journal->KeepGeometry(models, durability);
 }
 
 void World::DropHistory() { state_->feed->DropHistory(); }
@@ -225,7 +226,7 @@ bool World::StartPrecheck(const WriteOptions& options, WriteDone done) {
 }
 
 absl::StatusOr<std::optional<WriteOutcome>> World::Precheck(const WriteOptions& options) {
-  Answer answer;
+  AwaitedAnswer answer;
   if (!StartPrecheck(options, answer.Receiver())) return std::nullopt;
   absl::StatusOr<WriteOutcome> outcome = answer.Wait();
   if (!outcome.ok()) return outcome.status();
@@ -272,7 +273,7 @@ Revision World::oldest_exact() const { return state_->feed->oldest_exact(); }
 Revision World::oldest_watch() const { return state_->feed->oldest_watch(); }
 
 absl::StatusOr<Revision> World::Close(const WorldDeletion& deletion) {
-  Answer answer;
+  AwaitedAnswer answer;
   CommitPipeline::AfterTurn after;
   {
     const std::lock_guard turn(state_->turn);

@@ -66,6 +66,7 @@ struct WriteHooks {
 };
 
 class RuleExpiry;  // rule_expiry.h
+class World;
 
 // Services that a world shares with others.
 struct WorldServices {
@@ -76,6 +77,10 @@ struct WorldServices {
   std::int64_t max_objects = Limits().max_objects;
   std::int64_t max_pending_writes = Limits().max_pending_writes;
   Journal* journal = nullptr;  // outlives the world; null: what is written ends with the process
+  // Called when the first write of a new world is published, and when its end is, before the answers
+  // to them. Under the turn without a journal.
+  std::function<void(const World& world)> created = {};
+  std::function<void(const World& world, const WorldDeletion& deletion)> deleted = {};
 };
 
 class World : public std::enable_shared_from_this<World> {
@@ -141,9 +146,9 @@ class World : public std::enable_shared_from_this<World> {
   // The newest state, which the journal may not have yet: what a write is decided on. Readers must
   // not see it.
   SnapshotPtr Tip() const;
-  // Stores large geometry that a later Update puts, so that the turn need not wait for the disk.
-  // Does nothing without a journal. ResourceExhausted DISK_FULL.
-  absl::Status KeepGeometry(std::span<const collision::Change> changes, Durability durability);
+  // Stores large geometry that a later Update puts, so that the turn need not wait for the disk
+  // (Journal::KeepGeometry). Does nothing without a journal. ResourceExhausted DISK_FULL.
+  absl::Status KeepGeometry(std::span<const PreparedModelPtr> models, Durability durability);
 
   // The next name "<stem>_<n>" that no object and no robot of this world has, e.g. object_7; each
   // is returned only once. Call only under the writer's turn (in `make`).

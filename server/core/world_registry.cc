@@ -148,6 +148,29 @@ struct WorldRegistry::State {
     return world;
   }
 
+  void MakeVisible(const World& world) {
+    {
+      const std::lock_guard lock(mutex);
+      Entry* const entry = EntryOf(world);
+      if (entry == nullptr || entry->committed) return;
+      entry->committed = true;
+    }
+    Notify(world, WorldEvent::kCreated);
+  }
+
+  void Remove(const World& world, const WorldDeletion& deletion) {
+    {
+      const std::lock_guard lock(mutex);
+      if (EntryOf(world) != nullptr) entries.erase(world.name());
+      if (!deletion.request_id.empty()) {
+        deletions.Insert({world.name(), deletion.request_id},
+                         {deletion.requested_uid, {world.uid(), world.Snapshot()->revision()}},
+                         now());
+      }
+    }
+    Notify(world, WorldEvent::kDeleted);
+  }
+
   void DropHistories() {
     std::vector<std::shared_ptr<World>> worlds;
     {
@@ -184,7 +207,10 @@ struct WorldRegistry::State {
             .drop_histories = [this] { DropHistories(); },
             .max_objects = limits.max_objects,
             .max_pending_writes = limits.max_pending_writes,
-            .journal = journal};
+            .journal = journal,
+            .created = [this](const World& world) { MakeVisible(world); },
+            .deleted = [this](const World& world,
+                              const WorldDeletion& deletion) { Remove(world, deletion); }};
   }
 };
 
@@ -198,16 +224,6 @@ WorldRegistry::Lease::~Lease() {
   if (entry == nullptr) return;
   --entry->leases;
   if (!entry->committed && entry->leases == 0) state_.entries.erase(world_->name());
-}
-
-void WorldRegistry::Lease::Commit() {
-  {
-    std::lock_guard lock(state_.mutex);
-    State::Entry* const entry = state_.EntryOf(*world_);
-    if (entry == nullptr || entry->committed) return;
-    entry->committed = true;
-  }
-  state_.Notify(*world_, WorldEvent::kCreated);
 }
 
 bool WorldRegistry::Lease::committed() const {
@@ -248,12 +264,11 @@ absl::StatusOr<WorldRegistry::Lease> WorldRegistry::AcquireLease(const std::stri
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::string& name) {
   absl::StatusOr<Lease> lease = AcquireLease(name);
   if (!lease.ok()) return lease.status();
-  if (journal() != nullptr && !lease->committed()) {
+  if (!lease->committed()) {
     const auto nothing = [](const SnapshotPtr&) { return std::vector<collision::Change>(); };
     const absl::StatusOr<WriteOutcome> created = (*lease)->Update(nothing, {});
     if (!created.ok()) return created.status();
   }
-  lease->Commit();
   return lease->world();
 }
 
@@ -290,20 +305,13 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   // Waits for the writer's turn and the journal, so it must not hold our lock. From then on the
   // world's revision is final.
   const auto closed = (*world)->Close({.requested_uid = uid, .request_id = request_id});
-  if (!closed.ok() && !absl::IsNotFound(closed.status())) return closed.status();
-  const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
-  {
-    std::lock_guard lock(state_->mutex);
-    if (state_->EntryOf(**world) == nullptr) {  // another call was faster
-      const DeletionCache::Record* first = state_->deletions.Find(key, state_->now());
-      if (first != nullptr && first->requested_uid == uid) return first->reply;
-      return Unknown(key.world);
-    }
-    state_->entries.erase(key.world);
-    if (!request_id.empty()) state_->deletions.Insert(key, {uid, deleted}, state_->now());
-  }
-  state_->Notify(**world, WorldEvent::kDeleted);
-  return deleted;
+  if (closed.ok()) return Deleted{(*world)->uid(), *closed};
+  if (!absl::IsNotFound(closed.status())) return closed.status();
+  // Another call was faster; it may have been this one's first try.
+  std::lock_guard lock(state_->mutex);
+  const DeletionCache::Record* const first = state_->deletions.Find(key, state_->now());
+  if (first != nullptr && first->requested_uid == uid) return first->reply;
+  return Unknown(key.world);
 }
 
 void WorldRegistry::StopExpiry() { state_->expiry->Stop(); }

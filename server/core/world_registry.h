@@ -31,8 +31,8 @@ class WorldRegistry {
   ~WorldRegistry();
 
   // A world to write to. A world that was created for the lease is visible only to writers until
-  // one of them commits it; otherwise it is removed with the last lease, so that a refused write
-  // creates no world. Must not outlive the registry.
+  // the first write is published; otherwise it is removed with the last lease, so that a refused
+  // write creates no world. Must not outlive the registry.
   class Lease {
    public:
     Lease(Lease&& other) noexcept;
@@ -43,8 +43,7 @@ class WorldRegistry {
     World* operator->() const { return world_.get(); }
     const std::shared_ptr<World>& world() const { return world_; }
 
-    // Makes the world visible to everybody, after something was written.
-    void Commit();
+    // True if the world is visible to everybody, since something was written.
     bool committed() const;
 
    private:

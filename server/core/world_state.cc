@@ -84,6 +84,22 @@ absl::Status World::State::ChargeGeometry(const collision::WorldSnapshot& base,
   return absl::OkStatus();
 }
 
+absl::Status World::State::KeepGeometryOf(std::span<const Change> changes,
+                                          Durability durability) const {
+  if (services.journal == nullptr) return absl::OkStatus();
+  const SnapshotPtr tip = pipeline->Tip();
+  std::vector<PreparedModelPtr> models;
+  for (const Change& change : changes) {
+    if (const auto* put = std::get_if<collision::PutObject>(&change.what)) {
+      models.push_back(put->geometry);
+    } else if (durability == Durability::kDurable && !IsRobotChange(change)) {
+      const auto* object = tip->objects().Find(NameOf(change));
+      if (object != nullptr) models.push_back((*object)->geometry);
+    }
+  }
+  return services.journal->KeepGeometry(models, durability);
+}
+
 absl::Status World::State::CheckObjectCount(const collision::WorldSnapshot& base,
                                             const collision::WorldSnapshot& next) const {
   const auto count = static_cast<std::int64_t>(next.objects().size());
@@ -133,7 +149,8 @@ PendingWritePtr World::State::Decide(const MakeApplied& make, const WriteOptions
     absl::StatusOr<std::optional<WriteOutcome>> decided = Precheck(options);
     if (!decided.ok()) return decided.status();
     if (decided->has_value()) return **std::move(decided);
-    if (static_cast<std::int64_t>(pipeline->size()) >= services.max_pending_writes) {
+    const auto pending = static_cast<std::int64_t>(pipeline->size());
+    if (!hooks.may_use_reserve && pending >= services.max_pending_writes) {
       return TooManyPending(services.max_pending_writes);
     }
     absl::StatusOr<Applied> applied = make(pipeline->Tip());
@@ -183,19 +200,22 @@ void World::State::SetEntry(PendingWrite& write, Revision revision,
                             std::variant<WorldWrite, WorldDeletion> what, Durability durability,
                             bool may_use_reserve) {
   write.has_entry = true;
-  write.entry = {.world_uid = uid,
-                 .revision = revision,
-                 .when = std::chrono::system_clock::now(),
-                 .durability = durability,
-                 .may_use_reserve = may_use_reserve,
-                 .created_name = has_entries ? std::nullopt : std::optional(name),
-                 .what = std::move(what)};
+  if (!has_entries) write.entry.created_name = name;
+  write.entry.what = std::move(what);
   has_entries = true;
+  if (services.journal == nullptr) return;
+  write.entry.world_uid = uid;
+  write.entry.revision = revision;
+  write.entry.when = std::chrono::system_clock::now();
+  write.entry.durability = durability;
+  write.entry.may_use_reserve = may_use_reserve;
 }
 
 WorldFeed::PostCommit World::State::Publish(const PendingWrite& write) {
-  if (std::holds_alternative<WorldDeletion>(write.entry.what)) {
-    return feed->End(EndReason::kDeleted);
+  if (const auto* deletion = std::get_if<WorldDeletion>(&write.entry.what)) {
+    WorldFeed::PostCommit post_commit = feed->End(EndReason::kDeleted);
+    if (services.deleted) services.deleted(*world, *deletion);
+    return post_commit;
   }
   const WorldWrite& what = std::get<WorldWrite>(write.entry.what);
   WorldFeed::PostCommit post_commit;
@@ -214,6 +234,7 @@ WorldFeed::PostCommit World::State::Publish(const PendingWrite& write) {
     post_commit = feed->Publish(next, what.event);
     if (!what.event->rule_deltas.empty()) ScheduleExpiry();
   }
+  if (write.entry.created_name.has_value() && services.created) services.created(*world);
   return post_commit;
 }
 

@@ -61,6 +61,11 @@ struct World::State {
   absl::Status ChargeGeometry(const collision::WorldSnapshot& base,
                               std::vector<collision::Change>& changes) const;
 
+  // Stores the large geometry of what the changes put, and of what durable changes are about: a
+  // power cut must not take an object with the attachment that a user was promised.
+  absl::Status KeepGeometryOf(std::span<const collision::Change> changes,
+                              Durability durability) const;
+
   absl::Status CheckObjectCount(const collision::WorldSnapshot& base,
                                 const collision::WorldSnapshot& next) const;
 

@@ -185,7 +185,6 @@ absl::Status IngestCall::Interpret() {
   line_.objects = static_cast<std::int64_t>(outcome->objects.size());
   line_.revision = outcome->revision.value;
   if (request->mode != IngestMode::kSegmentOnly) {
-    lease->Commit();
     KeepScan(**lease, *request, *outcome);
   }
   auto status = IngestReplyToProto({*outcome, **lease, plan_->want_point_labels},

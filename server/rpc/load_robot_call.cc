@@ -172,7 +172,6 @@ absl::Status LoadRobotCall::Work() {
   if (!lease.ok()) return lease.status();
   auto outcome = LoadRobot(**lease, *put, plan_->write, application.limits);
   if (!outcome.ok()) return outcome.status();
-  lease->Commit();
   runtime_.log.RobotLoaded(WorldNameOf(plan_->world), put->name,
                            static_cast<std::int64_t>(put->robot->model->links.size()),
                            outcome->revision.value);

@@ -104,7 +104,6 @@ absl::Status StartApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& 
   world.StartApply(changes, options, &budget,
                    [lease, response, end](const absl::StatusOr<WriteOutcome>& outcome) {
                      if (!outcome.ok()) return end(outcome.status());
-                     lease->Commit();
                      SetReply(**lease, *outcome, response);
                      end(absl::OkStatus());
                    });

@@ -99,18 +99,18 @@ absl::StatusOr<collision::RobotSettings> DecodeSettings(const store::v1::RobotFi
 
 }  // namespace
 
-absl::Status KeepGeometry(Store& store, std::span<const collision::Change> changes,
+absl::Status KeepGeometry(Store& store, std::span<const PreparedModelPtr> models,
                           Durability durability) {
   std::unordered_set<const TriangleMesh*> kept;  // objects may share a mesh
   absl::Status status;
   const auto keep = [&](const MeshPtr& mesh) {
     if (!status.ok() || mesh == nullptr || !IsBlob(*mesh)) return;
     if (!kept.insert(mesh.get()).second) return;
-    status = store.PutBlob(HashOf(mesh), EncodeMesh(*mesh), durability);
+    const std::string hash = HashOf(mesh);
+    if (!store.HasDurableBlob(hash)) status = store.PutBlob(hash, EncodeMesh(*mesh), durability);
   };
-  for (const collision::Change& change : changes) {
-    const auto* const put = std::get_if<collision::PutObject>(&change.what);
-    if (put != nullptr && put->geometry != nullptr) ForEachMesh(*put->geometry->model, keep);
+  for (const PreparedModelPtr& model : models) {
+    if (model != nullptr) ForEachMesh(*model->model, keep);
     if (!status.ok()) return status;
   }
   return absl::OkStatus();

@@ -11,9 +11,9 @@
 
 namespace cwm::server {
 
-// Stores the large meshes (encode_shapes.h) of the objects that the changes put. The errors of
-// Store::PutBlob.
-absl::Status KeepGeometry(Store& store, std::span<const collision::Change> changes,
+// Stores the large meshes (encode_shapes.h) of the models, unless they are there already. Ignores
+// null pointers. The errors of Store::PutBlob.
+absl::Status KeepGeometry(Store& store, std::span<const PreparedModelPtr> models,
                           Durability durability);
 
 // Stores the robot's files and the list of them, all durably. Returns the hash of the list, which

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -76,9 +77,9 @@ void StoreJournal::Append(const JournalEntry& entry, Done done) {
   wake_.notify_one();
 }
 
-absl::Status StoreJournal::KeepGeometry(std::span<const collision::Change> changes,
+absl::Status StoreJournal::KeepGeometry(std::span<const PreparedModelPtr> models,
                                         Durability durability) {
-  return cwm::server::KeepGeometry(*store_, changes, durability);
+  return cwm::server::KeepGeometry(*store_, models, durability);
 }
 
 absl::StatusOr<std::string> StoreJournal::KeepRobotFiles(const RobotFiles& files) {
@@ -100,7 +101,7 @@ void StoreJournal::StartBackup(BackupDone done) {
   {
     const std::lock_guard lock(mutex_);
     if (!is_closing_) {
-      backup_ = {.run = nullptr, .done = std::move(done)};
+      backups_.push_back(std::move(done));
       done = nullptr;
     }
   }
@@ -121,7 +122,7 @@ absl::Status StoreJournal::Close() {
 void StoreJournal::Run() {
   std::unique_lock lock(mutex_);
   while (!has_failed_) {
-    const auto has_work = [this] { return !queue_.empty() || is_closing_ || backup_.done; };
+    const auto has_work = [this] { return !queue_.empty() || is_closing_ || !backups_.empty(); };
     const bool has_news =
         batches_since_maintenance_ > 0 || compactor_.IsDue(std::chrono::system_clock::now());
     const bool is_idle = !wake_.wait_for(lock, has_news ? kIdleTime : kRestTime, has_work);
@@ -138,13 +139,13 @@ void StoreJournal::Run() {
     lock.lock();
   }
   if (lock.owns_lock()) lock.unlock();
-  BackupUnderWay backup;
+  std::deque<BackupDone> backups;
   {
     const std::lock_guard guard(mutex_);
-    backup = std::exchange(backup_, {});
+    backups.swap(backups_);
   }
-  backup.run = nullptr;
-  if (backup.done) backup.done(Closing());
+  backup_run_ = nullptr;
+  for (const BackupDone& done : backups) done(Closing());
   if (!has_failed_) closed_ = store_->Close();
 }
 
@@ -162,11 +163,34 @@ StoreJournal::Items StoreJournal::TakeBatch() {
   return batch;
 }
 
+// The entries that may be written without room, and the others. An entry may be written only if all
+// earlier ones of its world are.
+std::pair<StoreJournal::Items, StoreJournal::Items> StoreJournal::SplitForReserve(Items batch) {
+  std::pair<Items, Items> parts;
+  std::set<std::string> refused_worlds;
+  for (Item& item : batch) {
+    const std::string& world = item.record.world_uid;
+    const bool may_write = item.may_use_reserve && !refused_worlds.contains(world);
+    if (!may_write) refused_worlds.insert(world);
+    (may_write ? parts.first : parts.second).push_back(std::move(item));
+  }
+  return parts;
+}
+
 void StoreJournal::Commit(Items batch) {
   if (!batch.front().fault.ok()) {
     const absl::Status fault = batch.front().fault;
     return Refuse(std::move(batch), fault);
   }
+  const absl::Status room = store_->CheckRoom();
+  if (room.ok()) return Write(std::move(batch));
+  if (!absl::IsResourceExhausted(room)) return Fail(room);
+  auto [reserved, refused] = SplitForReserve(std::move(batch));
+  if (!reserved.empty()) Write(std::move(reserved));
+  if (!has_failed_ && !refused.empty()) Refuse(std::move(refused), room);
+}
+
+void StoreJournal::Write(Items batch) {
   std::vector<StoredRecord> records;
   records.reserve(batch.size());
   bool flush = unflushed_ + static_cast<std::int64_t>(batch.size()) > kMaxUnflushed;
@@ -176,26 +200,16 @@ void StoreJournal::Commit(Items batch) {
     flush = flush || item.flush;
     records.push_back(std::move(item.record));
   }
-  const bool may_use_reserve = std::ranges::all_of(batch, &Item::may_use_reserve);
-  absl::Status status = may_use_reserve ? absl::OkStatus() : store_->CheckRoom();
-  if (status.ok()) {
-    const auto result =
-        AppendToStore(records, flush ? Durability::kDurable : Durability::kObserved);
-    status = result.status();
-    if (result.ok() && *result == AppendResult::kSuperseded) {
-      status = MakeError(absl::StatusCode::kFailedPrecondition,
-                         "another server writes to the same store", {.reason = "STORE_FAILED"});
-    }
-  }
-  if (absl::IsResourceExhausted(status)) {
+  const auto result = AppendToStore(records, flush ? Durability::kDurable : Durability::kObserved);
+  if (absl::IsResourceExhausted(result.status())) {
     for (std::size_t i = 0; i < batch.size(); ++i) batch[i].record = std::move(records[i]);
-    {
-      const std::lock_guard lock(mutex_);
-      refuses_writes_ = std::string(status.message());
-    }
-    return Refuse(std::move(batch), status);
+    return Refuse(std::move(batch), result.status());
   }
-  if (!status.ok()) return Fail(status);
+  if (!result.ok()) return Fail(result.status());
+  if (*result == AppendResult::kSuperseded) {
+    return Fail(MakeError(absl::StatusCode::kFailedPrecondition,
+                          "another server writes to the same store", {.reason = "STORE_FAILED"}));
+  }
   unflushed_ = flush ? 0 : unflushed_ + static_cast<std::int64_t>(batch.size());
   sequence_ = store_->last_sequence();
   {
@@ -230,6 +244,10 @@ absl::StatusOr<bool> StoreJournal::HasRecord(const StoredRecord& record) {
 }
 
 void StoreJournal::Refuse(Items items, const absl::Status& status) {
+  {
+    const std::lock_guard lock(mutex_);
+    refuses_writes_ = std::string(status.message());
+  }
   while (!items.empty()) {
     const Item item = std::move(items.front());
     items.pop_front();
@@ -247,26 +265,29 @@ void StoreJournal::Refuse(Items items, const absl::Status& status) {
 }
 
 void StoreJournal::StepBackup() {
-  BackupUnderWay backup;
   {
     const std::lock_guard lock(mutex_);
-    if (!backup_.done) return;
-    backup = std::exchange(backup_, {});
+    if (backups_.empty()) return;
   }
-  if (backup.run == nullptr) {
-    auto run = store_->StartBackup();
-    if (!run.ok()) return backup.done(run.status());
-    backup.run = *std::move(run);
+  const auto step = [this]() -> absl::StatusOr<std::unique_ptr<Backup>> {
+    if (backup_run_ == nullptr) {
+      auto run = store_->StartBackup();
+      if (!run.ok()) return run.status();
+      backup_run_ = *std::move(run);
+    }
+    return backup_run_->Step();
+  };
+  absl::StatusOr<std::unique_ptr<Backup>> made = step();
+  if (made.ok() && *made == nullptr) return;
+  backup_run_ = nullptr;
+  BackupDone done;
+  {
+    const std::lock_guard lock(mutex_);
+    done = std::move(backups_.front());
+    backups_.pop_front();
   }
-  auto step = backup.run->Step();
-  if (!step.ok()) return backup.done(step.status());
-  if (*step != nullptr) {
-    std::shared_ptr<const Backup> complete = *std::move(step);
-    backup.run = nullptr;
-    return backup.done(std::move(complete));
-  }
-  const std::lock_guard lock(mutex_);
-  backup_ = std::move(backup);
+  if (!made.ok()) return done(made.status());
+  done(std::shared_ptr<const Backup>(*std::move(made)));
 }
 
 // One step after each batch, so that a log that grows fast is folded fast.

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -33,7 +34,7 @@ class StoreJournal final : public Journal, public StoreAdmin {
   ~StoreJournal() override;  // closes
 
   void Append(const JournalEntry& entry, Done done) override;
-  absl::Status KeepGeometry(std::span<const collision::Change> changes,
+  absl::Status KeepGeometry(std::span<const PreparedModelPtr> models,
                             Durability durability) override;
   absl::StatusOr<std::string> KeepRobotFiles(const RobotFiles& files) override;
 
@@ -53,15 +54,13 @@ class StoreJournal final : public Journal, public StoreAdmin {
     absl::Status fault;  // it could not be encoded
     Done done;
   };
-  struct BackupUnderWay {
-    std::unique_ptr<Store::BackupRun> run = {};
-    BackupDone done = {};
-  };
   using Items = std::deque<Item>;
 
   void Run();
   Items TakeBatch();
   void Commit(Items batch);
+  static std::pair<Items, Items> SplitForReserve(Items batch);
+  void Write(Items batch);
   // What became of the records; kUnknown never.
   absl::StatusOr<AppendResult> AppendToStore(const std::vector<StoredRecord>& records,
                                              Durability durability);
@@ -79,7 +78,8 @@ class StoreJournal final : public Journal, public StoreAdmin {
 
   // Of the journal's thread.
   Compactor compactor_;
-  std::int64_t unflushed_ = 0;  // records that a power cut may take
+  std::unique_ptr<Store::BackupRun> backup_run_;  // for the first of backups_
+  std::int64_t unflushed_ = 0;                    // records that a power cut may take
   int batches_since_maintenance_ = 0;
   absl::Status closed_;
 
@@ -89,7 +89,7 @@ class StoreJournal final : public Journal, public StoreAdmin {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   Items queue_;
-  BackupUnderWay backup_;
+  std::deque<BackupDone> backups_;  // asked for, oldest first
   std::string refuses_writes_;
   bool is_closing_ = false;
   std::thread thread_;  // last: starts when the other members exist

@@ -79,7 +79,7 @@ class BatchJournal final : public Journal {
     batch_.clear();
     Check(store_.Maintain());
   }
-  absl::Status KeepGeometry(std::span<const collision::Change>, Durability) override {
+  absl::Status KeepGeometry(std::span<const PreparedModelPtr>, Durability) override {
     return absl::OkStatus();
   }
   absl::StatusOr<std::string> KeepRobotFiles(const RobotFiles&) override {

@@ -15,7 +15,7 @@ class HeldJournal final : public Journal {
   void Append(const JournalEntry& entry, Done done) override {
     waiting_.push_back({entry, std::move(done)});
   }
-  absl::Status KeepGeometry(std::span<const collision::Change>, Durability) override {
+  absl::Status KeepGeometry(std::span<const PreparedModelPtr>, Durability) override {
     return absl::OkStatus();
   }
   absl::StatusOr<std::string> KeepRobotFiles(const RobotFiles&) override { return ""; }

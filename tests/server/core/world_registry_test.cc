@@ -114,7 +114,7 @@ TEST(WorldRegistry, AWorldThatOneOfItsWritersKeepsStays) {
     auto refused = registry.AcquireLease("w");
     {
       auto written = registry.AcquireLease("w");
-      written->Commit();
+      ASSERT_TRUE((*written)->Apply(std::vector{Put("a")}, {}).ok());
       EXPECT_TRUE(refused->committed());
     }
   }
@@ -124,11 +124,11 @@ TEST(WorldRegistry, AWorldThatOneOfItsWritersKeepsStays) {
 TEST(WorldRegistry, AWriterOfADeletedWorldDoesNotKeepItsSuccessor) {
   WorldRegistry registry({}, {});
   auto old = registry.AcquireLease("w");
-  old->Commit();
+  ASSERT_TRUE((*old)->Apply(std::vector{Put("a")}, {}).ok());
   ASSERT_TRUE(registry.Delete("w").ok());
   {
     auto next = registry.AcquireLease("w");
-    old->Commit();
+    EXPECT_EQ(DetailsOf((*old)->Apply(std::vector{Put("b")}, {}).status()).reason, "WORLD_DELETED");
     EXPECT_FALSE(next->committed());
   }
   EXPECT_EQ(DetailsOf(registry.Find("w").status()).reason, "WORLD_UNKNOWN");

@@ -49,7 +49,9 @@ std::shared_ptr<const HybridModel> RoundTrip(const std::shared_ptr<const HybridM
                            .geometry = std::make_shared<const collision::PreparedModel>(prepared),
                            .supported_by = {}},
       std::nullopt};
-  EXPECT_TRUE(KeepGeometry(store, {&put, 1}, Durability::kDurable).ok());
+  EXPECT_TRUE(KeepGeometry(store, {{std::get<collision::PutObject>(put.what).geometry}},
+                           Durability::kDurable)
+                  .ok());
   BlobHashes blobs;
   store::v1::Model read;
   EXPECT_TRUE(read.ParseFromString(EncodeModel(*model, blobs).SerializeAsString()));
@@ -174,7 +176,6 @@ TEST(RecordValues, AMoveIsWrittenWithoutGeometry) {
   const std::vector<collision::Change> put = {
       {collision::PutObject{.name = "a", .geometry = collision::Prepare(model), .supported_by = {}},
        std::nullopt}};
-  ASSERT_TRUE(world->KeepGeometry(put, Durability::kDurable).ok());
   ASSERT_TRUE(world->Apply(put, {}).ok());
   const collision::Change move{collision::MoveObject{"a", MakeTranslation(1, 2, 3)}, std::nullopt};
   ASSERT_TRUE(world->Apply({&move, 1}, {}).ok());

@@ -42,9 +42,9 @@ class RecordingJournal final : public Journal {
     ASSERT_TRUE(appended.ok()) << appended.status();
     done(absl::OkStatus());
   }
-  absl::Status KeepGeometry(std::span<const collision::Change> changes,
+  absl::Status KeepGeometry(std::span<const PreparedModelPtr> models,
                             Durability durability) override {
-    return server::KeepGeometry(store_, changes, durability);
+    return server::KeepGeometry(store_, models, durability);
   }
   absl::StatusOr<std::string> KeepRobotFiles(const RobotFiles& files) override {
     return server::KeepRobotFiles(store_, files);

@@ -38,6 +38,7 @@ class TroubledStore final : public Store {
     std::mutex mutex;
     std::condition_variable changed;
     bool is_held = false;
+    bool has_room = true;
     absl::Status refusal;                  // of appends; OK: none
     std::vector<AppendResult> answers;     // of the next appends, in place of the true ones
     bool writes_unknown = true;            // whether an append that is answered kUnknown is done
@@ -102,7 +103,10 @@ class TroubledStore final : public Store {
     return store_.GetBlob(hash);
   }
   absl::Status Maintain() override { return store_.Maintain(); }
-  absl::Status CheckRoom() override { return absl::OkStatus(); }
+  absl::Status CheckRoom() override {
+    const std::lock_guard lock(trouble_.mutex);
+    return trouble_.has_room ? absl::OkStatus() : DiskFull();
+  }
   absl::StatusOr<std::unique_ptr<BackupRun>> StartBackup() override { return store_.StartBackup(); }
   StoreStats stats() const override { return store_.stats(); }
   absl::Status Close() override { return store_.Close(); }
@@ -176,6 +180,29 @@ TEST_F(StoreJournalTest, AFullDiskRefusesWritesAndLetsThemThroughWhenThereIsRoom
   EXPECT_EQ(other->Apply(std::vector{Put("e")}, {})->revision, Revision{1});
   EXPECT_EQ(journal->info().refuses_writes, "");
   EXPECT_EQ(disk->last_sequence, 3);
+}
+
+TEST_F(StoreJournalTest, AnAllowanceEndsThoughThereIsNoRoom) {
+  const auto world = MakeWorld("w");
+  const auto start = Clock::now();
+  const Change allow{.what = collision::AllowCollision{
+                         .pair = {{"a"}, {"b"}},
+                         .expires = collision::ExpiryAfter(std::chrono::seconds(1), start)},
+                     .expected_object_revision = {}};
+  ASSERT_TRUE(world->Apply(std::vector{Put("a"), Put("b"), allow}, {}).ok());
+  trouble.Set([&] { trouble.has_room = trouble.is_held = false; });
+  trouble.Set([&] { trouble.is_held = true; });
+  std::thread expiry(
+      [&] { EXPECT_TRUE(world->ExpireRules(start + std::chrono::seconds(2)).ok()); });
+  while (world->Tip()->revision() != Revision{2}) std::this_thread::yield();
+  auto put = Start(*world, {Put("c")});  // behind it, in the same or in the next batch
+  trouble.Set([&] { trouble.is_held = false; });
+  expiry.join();
+  EXPECT_EQ(DetailsOf(put.get().status()).reason, "DISK_FULL");
+  EXPECT_TRUE(world->Snapshot()->pair_rules().empty());
+  EXPECT_EQ(world->Tip(), world->Snapshot());
+  trouble.Set([&] { trouble.has_room = true; });
+  EXPECT_EQ(world->Apply(std::vector{Put("c")}, {})->revision, Revision{3});
 }
 
 // Writers that go on while the disk is full and free in turn: what is acknowledged is in the store,
@@ -254,7 +281,10 @@ TEST_F(StoreJournalTest, ABackupIsMadeWhileItWrites) {
   std::promise<absl::StatusOr<std::shared_ptr<const Backup>>> made;
   journal->StartBackup([&](auto backup) { made.set_value(std::move(backup)); });
   ASSERT_TRUE(world->Apply(std::vector{Put("b")}, {}).ok());
+  std::promise<absl::Status> second;  // asked for while the first may be under way
+  journal->StartBackup([&](const auto& backup) { second.set_value(backup.status()); });
   const auto backup = made.get_future().get();
+  EXPECT_TRUE(second.get_future().get().ok());
   ASSERT_TRUE(backup.ok()) << backup.status();
   EXPECT_GE((*backup)->sequence(), 1);
   ASSERT_TRUE(journal->Close().ok());

@@ -31,7 +31,6 @@ class Story {
       options.request_id = "request-" + std::to_string(++requests_);
       options.request_digest = "digest-" + std::to_string(requests_);
     }
-    ASSERT_TRUE(world.KeepGeometry(changes, Durability::kDurable).ok());
     const auto outcome = world.Apply(changes, options);
     ++(outcome.ok() ? written_ : refused_);
   }
@@ -70,9 +69,7 @@ class Story {
                                .supported_by = AnyObject()};
       return std::vector<collision::Change>{{std::move(put), std::nullopt}};
     };
-    const collision::Change geometry{
-        collision::PutObject{.name = {}, .geometry = small_[1], .supported_by = {}}, std::nullopt};
-    ASSERT_TRUE(world.KeepGeometry({&geometry, 1}, Durability::kObserved).ok());
+    ASSERT_TRUE(world.KeepGeometry({{small_[1]}}, Durability::kObserved).ok());
     ASSERT_TRUE(world.Update(make, {}, hooks).ok());
     ++written_;
   }
