@@ -54,7 +54,9 @@ struct StoreStats {
 // All functions but PutBlob, GetBlob and stats are called by one thread at a time: the journal's,
 // or, while the server starts, the one that replays.
 //
-// Errors: ResourceExhausted DISK_FULL: nothing was written, and the call may be repeated. DataLoss
+// Errors: ResourceExhausted DISK_FULL, or OUT_OF_FILES if no file could be opened: nothing was
+// written, and the call may be repeated. ResourceExhausted SNAPSHOT_TOO_LARGE: nothing was written,
+// because the engine can hold no row of this size. DataLoss
 // STORE_DAMAGED: what was read is not what was written; the message names the place. Unavailable
 // STORE_FAILED: reading or writing failed, and it is unknown what of the call's data was written;
 // the store must not be used any more.
@@ -103,7 +105,8 @@ class Store {
                                Durability durability) = 0;
   // NotFound BLOB_MISSING; DataLoss STORE_DAMAGED if the bytes do not have the hash. Thread safe.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& hash) const = 0;
-  // True if the blob was put durably, so that it need not be put again. Thread safe.
+  // True if the blob was put durably, so that it need not be put again: it is kept from now on as if
+  // it were. Thread safe.
   virtual bool HasDurableBlob(const std::string& hash) const = 0;
   // Work that can wait: moves the log into the database, drops unused blobs, makes room. Called
   // when nothing is to be appended, and now and then otherwise. Takes at most tens of milliseconds.
@@ -122,8 +125,7 @@ class Store {
 
   virtual StoreStats stats() const = 0;  // thread safe
 
-  // Closes the store: everything is on the disk, and may_lack_observed is false when it is opened
-  // again.
+  // Closes the store: everything is on the disk, and nothing is lost before it is opened again.
   virtual absl::Status Close() = 0;
 };
 

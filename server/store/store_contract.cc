@@ -31,6 +31,10 @@ absl::Status DiskFull(std::string_view what) {
   return Overloaded(std::string(what), "DISK_FULL", kRetryAfterSeconds);
 }
 
+absl::Status OutOfFiles(std::string_view what) {
+  return Overloaded(std::string(what), "OUT_OF_FILES", kRetryAfterSeconds);
+}
+
 absl::Status StoreDamaged(std::string_view what) {
   return MakeError(absl::StatusCode::kDataLoss, std::string(what), {.reason = "STORE_DAMAGED"});
 }

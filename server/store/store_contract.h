@@ -13,6 +13,8 @@ namespace cwm::server {
 
 // ResourceExhausted DISK_FULL, to be tried again in a second.
 absl::Status DiskFull(std::string_view what);
+// ResourceExhausted OUT_OF_FILES, to be tried again in a second.
+absl::Status OutOfFiles(std::string_view what);
 // DataLoss STORE_DAMAGED.
 absl::Status StoreDamaged(std::string_view what);
 // Unavailable STORE_FAILED.

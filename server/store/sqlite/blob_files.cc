@@ -119,38 +119,48 @@ absl::Status BlobFiles::Write(const std::string& hash, std::string_view bytes, b
   const std::string path = FullPath(hash, durable);
   const std::string temporary = absl::StrCat(path, ".new", ++count);
   if (absl::Status status = MakeFolderOf(path); !status.ok()) return status;
+  absl::StatusOr<FileDescriptor> folder = FileDescriptor();
+  if (durable) folder = OpenFolderOf(path);
+  if (!folder.ok()) return folder.status();
   if (absl::Status status = WriteNewFile(temporary, bytes, durable); !status.ok()) return status;
-  if (absl::Status status = Rename(temporary, path); !status.ok()) {
+  if (absl::Status status = Name(temporary, path, *folder); !status.ok()) {
     unlink(temporary.c_str());
     return status;
   }
-  FailPoint("blob-renamed");
-  if (!durable) return absl::OkStatus();
   // An observed file of the same name was not complete.
-  unlink(FullPath(hash, false).c_str());
-  return SyncName(path);
+  if (durable) unlink(FullPath(hash, false).c_str());
+  return absl::OkStatus();
 }
 
 absl::Status BlobFiles::MakeDurable(const std::string& hash) {
   const std::string observed = FullPath(hash, false);
   const std::string durable = FullPath(hash, true);
+  const absl::StatusOr<FileDescriptor> folder = OpenFolderOf(durable);
+  if (!folder.ok()) return folder.status();
   if (absl::Status status = SyncFile(observed); !status.ok()) return status;
-  if (absl::Status status = Rename(observed, durable); !status.ok()) return status;
-  FailPoint("blob-renamed");
-  return SyncName(durable);
+  return Name(observed, durable, *folder);
 }
 
-absl::Status BlobFiles::SyncName(const std::string& path) {
-  const std::string folder = fs::path(path).parent_path().string();
-  if (absl::Status status = SyncFile(folder); !status.ok()) return status;
+absl::StatusOr<FileDescriptor> BlobFiles::OpenFolderOf(const std::string& path) {
+  const std::string name = fs::path(path).parent_path().string();
+  FileDescriptor folder(open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.is_open()) return OpenError(name, "cannot be opened", errno);
   {
     const std::scoped_lock lock(mutex_);
-    if (synced_folders_.contains(folder)) return absl::OkStatus();
+    if (synced_folders_.contains(name)) return folder;
   }
   if (absl::Status status = SyncFile(TopFolder(directory_)); !status.ok()) return status;
   const std::scoped_lock lock(mutex_);
-  synced_folders_.insert(folder);
-  return absl::OkStatus();
+  synced_folders_.insert(name);
+  return folder;
+}
+
+absl::Status BlobFiles::Name(const std::string& from, const std::string& to,
+                             const FileDescriptor& folder) {
+  if (absl::Status status = Rename(from, to); !status.ok()) return status;
+  FailPoint("blob-renamed");
+  if (!folder.is_open() || fsync(folder.number()) == 0) return absl::OkStatus();
+  return FileError(to, "its name cannot be synced", errno);
 }
 
 absl::Status BlobFiles::PutAlone(const std::string& hash, std::string_view bytes, bool durable,
@@ -197,7 +207,7 @@ absl::Status BlobFiles::Put(const std::string& hash, std::string_view bytes,
 }
 
 // A blob may become durable, and get another name, while it is opened.
-absl::StatusOr<std::string> BlobFiles::Get(const std::string& hash) const {
+absl::StatusOr<std::string> BlobFiles::Get(const std::string& hash) {
   if (absl::Status status = CheckBlobHash(hash); !status.ok()) return status;
   for (const bool is_durable : {true, false, true}) {
     const std::string path = FullPath(hash, is_durable);
@@ -208,32 +218,53 @@ absl::StatusOr<std::string> BlobFiles::Get(const std::string& hash) const {
       return bytes;
     }
     const absl::Status status = CheckBlobBytes(hash, *bytes);
-    if (status.ok()) return bytes;
+    if (status.ok()) {
+      const std::scoped_lock lock(mutex_);
+      const auto entry = entries_.find(hash);
+      if (entry != entries_.end() && entry->second.is_there) entry->second.is_checked = true;
+      return bytes;
+    }
     // A power cut leaves parts of what was not synced.
     return is_durable ? status : BlobMissing(hash);
   }
   return BlobMissing(hash);
 }
 
-bool BlobFiles::HasDurable(const std::string& hash) const {
+bool BlobFiles::Renew(const std::string& hash, Durability durability) {
   const std::scoped_lock lock(mutex_);
-  const auto entry = entries_.find(hash);
-  return entry != entries_.end() && entry->second.is_there && entry->second.is_durable;
+  const auto found = entries_.find(hash);
+  if (found == entries_.end()) return false;
+  Entry& entry = found->second;
+  if (!entry.is_there || !entry.is_checked) return false;
+  if (durability == Durability::kDurable && !entry.is_durable) return false;
+  entry.last_put = steady_clock::now();
+  return true;
 }
 
 absl::Status BlobFiles::SyncObserved() {
+  std::vector<std::string> observed;
   {
     const std::scoped_lock lock(mutex_);
-    const bool any = std::any_of(entries_.begin(), entries_.end(), [](const auto& item) {
-      const Entry& entry = item.second;
-      return entry.is_there && !entry.is_durable && entry.is_checked;
-    });
-    if (!any) return absl::OkStatus();
+    for (const auto& [hash, entry] : entries_) {
+      if (entry.is_there && !entry.is_durable && entry.is_checked) observed.push_back(hash);
+    }
   }
+  if (observed.empty()) return absl::OkStatus();
   // One call for all of them; it syncs the rest of the file system as well.
   const FileDescriptor folder(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!folder.is_open()) return FileError(directory_, "cannot be opened", errno);
+  if (!folder.is_open()) return OpenError(directory_, "cannot be opened", errno);
   if (syncfs(folder.number()) != 0) return FileError(directory_, "cannot be synced", errno);
+  // The new names need no sync: under either name the bytes are on the disk.
+  const std::scoped_lock lock(mutex_);
+  for (const std::string& hash : observed) {
+    const auto entry = entries_.find(hash);
+    if (entry == entries_.end() || entry->second.is_durable || being_put_.contains(hash)) continue;
+    const std::string from = FullPath(hash, false);
+    if (access(from.c_str(), F_OK) != 0) continue;  // not lost here: Get tells of it
+    absl::Status status = Rename(from, FullPath(hash, true));
+    if (!status.ok()) return status;
+    entry->second.is_durable = true;
+  }
   return absl::OkStatus();
 }
 

@@ -15,6 +15,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/core/file_descriptor.h"
 #include "server/core/journal.h"
 
 namespace cwm::server {
@@ -43,11 +44,12 @@ class BlobFiles {
 
   // As Store::PutBlob and Store::GetBlob.
   absl::Status Put(const std::string& hash, std::string_view bytes, Durability durability);
-  absl::StatusOr<std::string> Get(const std::string& hash) const;
+  absl::StatusOr<std::string> Get(const std::string& hash);
 
-  bool HasDurable(const std::string& hash) const;
+  // True if the blob is kept as asked for already: then this counts as another Put.
+  bool Renew(const std::string& hash, Durability durability);
 
-  // Syncs the blobs that are not synced yet.
+  // Syncs the blobs that are not synced yet; from then on they are durable.
   absl::Status SyncObserved();
 
   // Counts the records and snapshots that name a blob.
@@ -67,7 +69,7 @@ class BlobFiles {
   struct Entry {
     bool is_there = false;
     bool is_durable = false;
-    bool is_checked = false;  // put by this process, or compared with what it put
+    bool is_checked = false;  // put by this process, or read and found whole
     std::int64_t size = 0;
     int uses = 0;
     std::chrono::steady_clock::time_point last_put = {};
@@ -77,8 +79,11 @@ class BlobFiles {
   std::string FullPath(const std::string& hash, bool is_durable) const;
   absl::Status Write(const std::string& hash, std::string_view bytes, bool durable);
   absl::Status MakeDurable(const std::string& hash);
-  // Syncs the name of a blob's file, and of its folder.
-  absl::Status SyncName(const std::string& path);
+  // Opens the folder of a blob's file, whose own name is on the disk then. What could fail for want
+  // of descriptors precedes the renaming.
+  absl::StatusOr<FileDescriptor> OpenFolderOf(const std::string& path);
+  // Gives a file its name, durably if there is a folder to sync.
+  absl::Status Name(const std::string& from, const std::string& to, const FileDescriptor& folder);
   absl::Status PutAlone(const std::string& hash, std::string_view bytes, bool durable,
                         Entry& entry);
 

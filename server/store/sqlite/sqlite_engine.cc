@@ -123,24 +123,28 @@ absl::Status SqliteEngine::LoadRows() {
   }
   if (!scan.ok()) {
     if (scan.status().code() != absl::StatusCode::kDataLoss) return scan.status();
-    return StoreDamaged(
-        absl::StrCat(directory_, ": ", std::string(scan.status().message()), kAdvice));
+    return StoreDamaged(absl::StrCat(Located(std::string(scan.status().message())), kAdvice));
   }
   if (!scan->faults.empty()) {
     const std::string fault = scan->faults.front();
     if (!options_.accept_loss) {
-      return StoreDamaged(absl::StrCat(directory_, ": ", fault,
-                                       " (faults found: ", scan->faults.size(), ")", kAdvice));
+      return StoreDamaged(
+          absl::StrCat(Located(fault), " (faults found: ", scan->faults.size(), ")", kAdvice));
     }
     const absl::StatusOr<std::string> kept = DropLost(database_, directory_, *scan);
     if (!kept.ok()) return kept.status();
     Warn(absl::StrCat("goes on without what is lost: ", fault, "; dropped are ",
-                      scan->lost_records.size(), " records and ", scan->lost_snapshots.size(),
-                      " snapshots; the files as they were are in ", *kept));
+                      Counted(scan->lost_records.size(), "record"), " and ",
+                      Counted(scan->lost_snapshots.size(), "snapshot"),
+                      "; the files as they were are in ", *kept));
   }
   meta_ = std::move(scan->meta);
   index_ = std::move(scan->index);
   return absl::OkStatus();
+}
+
+std::string SqliteEngine::Located(const std::string& text) const {
+  return text.starts_with(directory_) ? text : absl::StrCat(directory_, ": ", text);
 }
 
 void SqliteEngine::Warn(const std::string& text) const {
@@ -243,7 +247,7 @@ absl::Status SqliteEngine::InTransaction(Durability durability,
 
 absl::Status SqliteEngine::WithBallast(const std::function<absl::Status()>& work) {
   absl::Status status = work();
-  if (status.code() != absl::StatusCode::kResourceExhausted || !ballast_.exists()) return status;
+  if (DetailsOf(status).reason != "DISK_FULL" || !ballast_.exists()) return status;
   ballast_.Remove();
   return work();
 }
@@ -270,7 +274,7 @@ absl::StatusOr<AppendResult> SqliteEngine::Append(std::span<const StoredRecord> 
     chain->second = RecordCrc(record, chain->second);
     crcs.push_back(chain->second);
   }
-  absl::Status status = InTransaction(durability, [&] {
+  const auto insert = [&] {
     for (std::size_t i = 0; i < records.size(); ++i) {
       const StoredRecord& record = records[i];
       const std::string blobs = JoinHashes(record.blobs);
@@ -285,7 +289,9 @@ absl::StatusOr<AppendResult> SqliteEngine::Append(std::span<const StoredRecord> 
       if (!inserted.ok()) return inserted;
     }
     return absl::OkStatus();
-  });
+  };
+  // CheckRoom has refused what may wait; what comes all the same frees memory or room.
+  absl::Status status = WithBallast([&] { return InTransaction(durability, insert); });
   if (!status.ok()) return status;
   FailPoint("after-commit");
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -378,6 +384,9 @@ absl::Status SqliteEngine::ReplaceSnapshot(const StoredSnapshot& snapshot, bool 
 
 absl::Status SqliteEngine::PutBlob(const std::string& hash, std::string_view bytes,
                                    Durability durability) {
+  if (blobs_->Renew(hash, durability)) return absl::OkStatus();
+  absl::Status status = CheckRoomFor(static_cast<std::int64_t>(bytes.size()));
+  if (!status.ok()) return status;
   return NotedAnywhere(blobs_->Put(hash, bytes, durability));
 }
 
@@ -388,7 +397,7 @@ absl::StatusOr<std::string> SqliteEngine::GetBlob(const std::string& hash) const
 }
 
 bool SqliteEngine::HasDurableBlob(const std::string& hash) const {
-  return blobs_->HasDurable(hash);
+  return blobs_->Renew(hash, Durability::kDurable);
 }
 
 absl::StatusOr<std::unique_ptr<Store::BackupRun>> SqliteEngine::StartBackup() {

@@ -62,6 +62,8 @@ class SqliteEngine final : public Store {
   absl::Status OpenDatabase();
   absl::Status LoadRows();
   void Warn(const std::string& text) const;
+  // The text with the directory before it, unless it begins with a path in there.
+  std::string Located(const std::string& text) const;
   absl::Status BeginEpoch();
   absl::Status PrepareStatements();
 
@@ -86,8 +88,12 @@ class SqliteEngine final : public Store {
   // Moves the log into the database; true if all of it was moved.
   absl::StatusOr<bool> Checkpoint(bool truncate);
   absl::Status RemoveUnusedBlobs(std::chrono::steady_clock::duration grace);
-  // Room for records: what is free, less what the ballast needs to be restored.
+  // The room for records and blobs: what is free, less what the ballast needs to be restored.
+  // Thread safe.
   std::int64_t RoomBytes() const;
+  // DISK_FULL if less than the low-water mark is left when so many bytes more are written. Thread
+  // safe.
+  absl::Status CheckRoomFor(std::int64_t bytes) const;
   void PublishCounts();
 
   const SqliteOptions options_;

@@ -34,9 +34,11 @@ absl::Status SqliteEngine::Maintain() {
   if (index_.obsolete.empty()) status = DeleteDropped();
   if (!status.ok()) return status;
   const bool is_idle = start - last_append_ > kIdle;
-  if (log_pages_ >= kMaxLogPages || (is_idle && log_pages_ > 0)) {
-    const bool is_long = FileSize(absl::StrCat(directory_, "/", kLogFile)) > kMaxLogBytes;
-    const absl::StatusOr<bool> moved = Checkpoint(is_idle && is_long);
+  const std::int64_t log_bytes = FileSize(absl::StrCat(directory_, "/", kLogFile));
+  const bool may_make_room = log_bytes > 0 && RoomBytes() < options_.low_water_bytes;
+  if (log_pages_ >= kMaxLogPages || (is_idle && (log_pages_ > 0 || may_make_room))) {
+    const absl::StatusOr<bool> moved =
+        Checkpoint(is_idle && (log_bytes > kMaxLogBytes || may_make_room));
     if (!moved.ok()) return moved.status();
   }
   if (status = RemoveUnusedBlobs(options_.blob_grace); !status.ok()) return status;
@@ -136,13 +138,18 @@ absl::Status SqliteEngine::CheckRoom() {
     if (!moved.ok()) return moved.status();
   }
   if (absl::Status status = RemoveUnusedBlobs(options_.blob_grace); !status.ok()) return status;
+  return CheckRoomFor(0);
+}
+
+absl::Status SqliteEngine::CheckRoomFor(std::int64_t bytes) const {
   const std::int64_t room = RoomBytes();
-  if (room >= options_.low_water_bytes) return absl::OkStatus();
+  const std::int64_t needed = options_.low_water_bytes + bytes;
+  if (room >= needed) return absl::OkStatus();
   constexpr std::int64_t kMebi = std::int64_t{1} << 20;
-  return DiskFull(
-      absl::StrCat(directory_, ": the disk has ", std::max<std::int64_t>(room, 0) / kMebi,
-                   " MiB left for the store, must have ", options_.low_water_bytes / kMebi,
-                   "; changes are refused until there is room"));
+  return DiskFull(absl::StrCat(directory_, ": the disk has ",
+                               std::max<std::int64_t>(room, 0) / kMebi,
+                               " MiB left for the store, must have ", (needed + kMebi - 1) / kMebi,
+                               "; changes are refused until there is room"));
 }
 
 }  // namespace cwm::server

@@ -15,6 +15,9 @@ namespace {
 // The errors of the system that mean no room: what was written before counts, the call does not.
 bool MeansNoRoom(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
 
+// The errors of the system that mean that no file can be opened for now.
+bool MeansNoFiles(int error) { return error == EMFILE || error == ENFILE || error == ENOMEM; }
+
 // The error of the last call of the system that failed on the database or its log. SQLite often
 // forgets it for the log.
 int LastSystemError(sqlite3* database) {
@@ -44,6 +47,11 @@ absl::Status ErrorOf(sqlite3* database, int code) {
       // A write that found no room changed nothing that counts; a flush that did may have.
       if (code == SQLITE_IOERR_WRITE && MeansNoRoom(error)) return DiskFull(message);
       return StoreFailed(message);
+    case SQLITE_TOOBIG:
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat(message, ": a row must have at most ",
+                                    sqlite3_limit(database, SQLITE_LIMIT_LENGTH, -1), " bytes"),
+                       {.reason = "SNAPSHOT_TOO_LARGE"});
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       return StoreDamaged(message);
@@ -53,6 +61,8 @@ absl::Status ErrorOf(sqlite3* database, int code) {
                        absl::StrCat(message, ": another program has the file open; end it first"),
                        {.reason = "STORE_LOCKED"});
     case SQLITE_CANTOPEN:
+      if (MeansNoFiles(error)) return OutOfFiles(message);
+      [[fallthrough]];
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_AUTH:
@@ -75,26 +85,28 @@ absl::Status StatusOfCode(sqlite3* database, int code) {
 void CloseDatabase::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
 void FinalizeStatement::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
-Statement& Statement::Bind(int index, std::int64_t value) {
-  sqlite3_bind_int64(statement_.get(), index, value);
+Statement& Statement::Note(int code) {
+  if (bind_code_ == SQLITE_OK) bind_code_ = code;
   return *this;
+}
+
+Statement& Statement::Bind(int index, std::int64_t value) {
+  return Note(sqlite3_bind_int64(statement_.get(), index, value));
 }
 
 Statement& Statement::BindText(int index, std::string_view text) {
   // A null pointer would bind NULL.
-  sqlite3_bind_text64(statement_.get(), index, text.empty() ? "" : text.data(), text.size(),
-                      SQLITE_STATIC, SQLITE_UTF8);
-  return *this;
+  return Note(sqlite3_bind_text64(statement_.get(), index, text.empty() ? "" : text.data(),
+                                  text.size(), SQLITE_STATIC, SQLITE_UTF8));
 }
 
 Statement& Statement::BindBlob(int index, std::string_view bytes) {
-  sqlite3_bind_blob64(statement_.get(), index, bytes.empty() ? "" : bytes.data(), bytes.size(),
-                      SQLITE_STATIC);
-  return *this;
+  return Note(sqlite3_bind_blob64(statement_.get(), index, bytes.empty() ? "" : bytes.data(),
+                                  bytes.size(), SQLITE_STATIC));
 }
 
 absl::StatusOr<bool> Statement::Step() {
-  const int code = sqlite3_step(statement_.get());
+  const int code = bind_code_ != SQLITE_OK ? bind_code_ : sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
   return ErrorOf(sqlite3_db_handle(statement_.get()), code);
@@ -112,6 +124,7 @@ absl::Status Statement::Run() {
 void Statement::Reset() {
   sqlite3_reset(statement_.get());
   sqlite3_clear_bindings(statement_.get());
+  bind_code_ = SQLITE_OK;
 }
 
 std::int64_t Statement::Int(int column) const {

@@ -32,7 +32,8 @@ class Statement {
   Statement& Bind(int index, std::int64_t value);  // from 1
   Statement& BindText(int index, std::string_view text);
   Statement& BindBlob(int index, std::string_view bytes);
-  // Goes to the next row; false after the last one.
+  // Goes to the next row; false after the last one. Also the error of a value that could not be
+  // bound.
   absl::StatusOr<bool> Step();
   // Steps to the end, and makes the statement ready for the next use.
   absl::Status Run();
@@ -43,7 +44,10 @@ class Statement {
   std::string_view Bytes(int column) const;
 
  private:
+  Statement& Note(int code);
+
   std::unique_ptr<sqlite3_stmt, FinalizeStatement> statement_;
+  int bind_code_ = 0;  // of the first value since the last reset that could not be bound
 };
 
 class Database {

@@ -36,11 +36,6 @@ absl::Status KeepCopy(Database& database, const std::string& directory, std::int
   return Rename(unfinished, copy, directory);
 }
 
-absl::Status Missing(const std::string& directory, std::int64_t count, std::int64_t last) {
-  return StoreDamaged(absl::StrCat(directory, ": ", count, " acknowledged records after record ",
-                                   last, " are missing"));
-}
-
 // The faults that SQLite finds in the structure of the pages.
 absl::Status CheckPages(Database& database) {
   const absl::StatusOr<std::string> found = database.Text("PRAGMA quick_check(1)");
@@ -162,7 +157,9 @@ absl::StatusOr<StoreScan> ReadWholeStore(Database& database, const std::string& 
   const bool cache_survived = scan->meta.is_closed || scan->meta.cache == CurrentCache(directory);
   const std::int64_t acknowledged = cache_survived ? head->last : head->durable;
   if (last < acknowledged) {
-    scan->faults.emplace_back(Missing(directory, acknowledged - last, last).message());
+    const auto missing = static_cast<std::size_t>(acknowledged - last);
+    scan->faults.push_back(absl::StrCat(Counted(missing, "acknowledged record"), " after record ",
+                                        last, missing == 1 ? " is" : " are", " missing"));
   }
   return scan;
 }

@@ -76,9 +76,14 @@ absl::Status FileError(const std::string& path, std::string_view what, int error
   }
 }
 
+absl::Status OpenError(const std::string& path, std::string_view what, int error) {
+  if (error != EMFILE && error != ENFILE && error != ENOMEM) return FileError(path, what, error);
+  return OutOfFiles(absl::StrCat(path, ": ", std::string(what), ": ", std::strerror(error)));
+}
+
 absl::StatusOr<std::string> ReadFile(const std::string& path) {
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.is_open()) return FileError(path, "cannot be opened", errno);
+  if (!file.is_open()) return OpenError(path, "cannot be opened", errno);
   struct stat info {};
   if (fstat(file.number(), &info) != 0) return FileError(path, "cannot be read", errno);
   std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
@@ -96,7 +101,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
 
 absl::Status WriteNewFile(const std::string& path, std::string_view bytes, bool sync) {
   const FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (!file.is_open()) return FileError(path, "cannot be created", errno);
+  if (!file.is_open()) return OpenError(path, "cannot be created", errno);
   const auto fail = [&path](std::string_view what, int error) {
     unlink(path.c_str());
     return FileError(path, what, error);
@@ -113,7 +118,7 @@ absl::Status WriteNewFile(const std::string& path, std::string_view bytes, bool 
 
 absl::Status SyncFile(const std::string& path) {
   const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.is_open()) return FileError(path, "cannot be opened", errno);
+  if (!file.is_open()) return OpenError(path, "cannot be opened", errno);
   if (fsync(file.number()) != 0) return FileError(path, "cannot be synced", errno);
   return absl::OkStatus();
 }

@@ -137,11 +137,13 @@ absl::Status ScanRecords(Database& database, StoreScan& scan) {
   }
   index.last_sequence = count + scan.meta.dropped_count;
   if (newest > index.last_sequence) {
-    scan.faults.push_back(absl::StrCat(newest - index.last_sequence, " records before record ",
-                                       newest, " are missing"));
+    const auto missing = static_cast<std::size_t>(newest - index.last_sequence);
+    scan.faults.push_back(absl::StrCat(Counted(missing, "record"), " before record ", newest,
+                                       missing == 1 ? " is" : " are", " missing"));
   } else if (newest < index.last_sequence && scan.meta.dropped_count == 0) {
-    scan.faults.push_back(
-        absl::StrCat("the table of records has ", count, " rows up to record ", newest));
+    scan.faults.push_back(absl::StrCat("the table of records has ",
+                                       Counted(static_cast<std::size_t>(count), "row"),
+                                       " up to record ", newest));
   }
   index.last_sequence = std::max(index.last_sequence, newest);
   return absl::OkStatus();
@@ -201,6 +203,10 @@ std::vector<std::string> StoreIndex::DropRecords(WorldLog& log, std::int64_t seq
     log.records.pop_front();
   }
   return blobs;
+}
+
+std::string Counted(std::size_t count, std::string_view noun) {
+  return absl::StrCat(count, " ", std::string(noun), count == 1 ? "" : "s");
 }
 
 std::string JoinHashes(const std::vector<std::string>& hashes) {

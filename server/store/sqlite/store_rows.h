@@ -88,6 +88,9 @@ struct StoreScan {
 extern const char kSchema[];
 inline constexpr int kSchemaVersion = 1;
 
+// "1 record", "2 records".
+std::string Counted(std::size_t count, std::string_view noun);
+
 std::string JoinHashes(const std::vector<std::string>& hashes);
 std::vector<std::string> SplitHashes(std::string_view text);
 

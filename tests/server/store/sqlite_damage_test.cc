@@ -5,6 +5,7 @@
 #include <array>
 #include <random>
 
+#include "server/store/sqlite/head_file.h"
 #include "server/store/sqlite/store_directory.h"
 #include "tests/server/store/sqlite_directory.h"
 #include "tests/server/store/store_stories.h"
@@ -189,8 +190,27 @@ TEST_F(DamagedStore, TellsHowManyAcknowledgedRecordsAreMissingAndGoesOnIfAskedTo
   }
   EXPECT_EQ(FilesOf(original_)[original_ + "/lost-1/store.db-wal"],
             files.at(original_ + "/store.db-wal"));
-  EXPECT_NE(OpenForTest(original_), nullptr);
+  EXPECT_TRUE(OpenForTest(original_)->may_lack_durable()) << "the loss was accepted";
   EXPECT_THAT(CheckStore(original_)->faults, IsEmpty());
+}
+
+TEST_F(DamagedStore, NamesThePlaceOnceAndOneRecordAsOne) {
+  {
+    const std::unique_ptr<Store> store = OpenForTest(original_);
+    ASSERT_TRUE(store->Maintain().ok());
+  }
+  const std::int64_t last = OpenForTest(original_)->last_sequence();
+  absl::StatusOr<HeadFile> head = HeadFile::Open(original_ + "/head");
+  ASSERT_TRUE(head.ok());
+  ASSERT_TRUE(head->Write({.last = last + 1, .durable = last + 1}).ok());
+  const std::string message(OpenSqliteStore(TestOptions(original_)).status().message());
+  EXPECT_THAT(message, testing::StartsWith(
+                           absl::StrCat(original_, ": 1 acknowledged record after record ", last,
+                                        " is missing (faults found: 1); restore a backup")));
+  ASSERT_TRUE(head->Write({.last = last + 2, .durable = last + 2}).ok());
+  EXPECT_THAT(
+      std::string(OpenSqliteStore(TestOptions(original_)).status().message()),
+      HasSubstr(absl::StrCat("2 acknowledged records after record ", last, " are missing")));
 }
 
 TEST_F(DamagedStore, GoesOnWithoutTheRecordsBehindADamagedOneIfAskedTo) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/mount.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 
 #include <atomic>
@@ -115,6 +116,79 @@ TEST_F(FaultyDisk, IsUsedNoMoreAfterABlobCouldNotBeSynced) {
             "STORE_FAILED");
 }
 
+// Forbids this process to open files, while it exists.
+class NoMoreFiles {
+ public:
+  NoMoreFiles() {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit none = before_;
+    none.rlim_cur = 0;
+    setrlimit(RLIMIT_NOFILE, &none);
+  }
+  ~NoMoreFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
+  NoMoreFiles(const NoMoreFiles&) = delete;
+  NoMoreFiles& operator=(const NoMoreFiles&) = delete;
+
+ private:
+  rlimit before_ = {};
+};
+
+TEST_F(FaultyDisk, RefusesBlobsWithoutFileDescriptorsAndTakesThemLater) {
+  const std::unique_ptr<Store> store = OpenForTest(directory_ / "store");
+  ASSERT_TRUE(store->PutBlob(Sha256Hex("old"), "old", Durability::kObserved).ok());
+  const auto put_all = [&] {
+    return std::vector<absl::Status>{
+        store->PutBlob(Sha256Hex("old"), "old", Durability::kDurable),
+        store->PutBlob(Sha256Hex("new"), "new", Durability::kDurable),
+        store->PutBlob(Sha256Hex("other"), "other", Durability::kObserved),
+        store->GetBlob(Sha256Hex("old")).status()};
+  };
+  std::vector<absl::Status> refused;
+  {
+    const NoMoreFiles no_more_files;
+    refused = put_all();
+  }
+  for (const absl::Status& status : refused) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+    EXPECT_EQ(ReasonOf(status), "OUT_OF_FILES") << status;
+    EXPECT_TRUE(DetailsOf(status).retry_after_s.has_value());
+  }
+  EXPECT_FALSE(store->HasDurableBlob(Sha256Hex("old")));
+  for (const absl::Status& status : put_all()) EXPECT_TRUE(status.ok()) << status;
+  EXPECT_TRUE(store->HasDurableBlob(Sha256Hex("old")));
+  EXPECT_EQ(*store->GetBlob(Sha256Hex("new")), "new");
+  EXPECT_TRUE(store->Append(NextRecords(*store, "w", 1, 1), Durability::kDurable).ok());
+}
+
+int ShortRows(sqlite3* database, char** /*message*/, const void* /*functions*/) {
+  sqlite3_limit(database, SQLITE_LIMIT_LENGTH, 20'000);
+  return SQLITE_OK;
+}
+
+TEST(RowsOfSqlite, RefuseASnapshotThatIsTooLargeAndTheStoreGoesOn) {
+  const TemporaryDirectory directory(FastFolder());
+  const auto extension = reinterpret_cast<void (*)()>(&ShortRows);
+  sqlite3_auto_extension(extension);
+  const std::unique_ptr<Store> store = OpenForTest(directory / "store");
+  sqlite3_cancel_auto_extension(extension);
+  ASSERT_NE(store, nullptr);
+  ASSERT_TRUE(store->Append(NextRecords(*store, "w", 1, 3), Durability::kDurable).ok());
+  StoredSnapshot snapshot = {.sequence = 3, .world_uid = "w", .revision = 3};
+  // The payload is too large, or the payload with the columns beside it.
+  for (const std::size_t size : {20'001, 19'990}) {
+    snapshot.payload = std::string(size, 'x');
+    const absl::Status status = store->PutSnapshot(snapshot);
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+    EXPECT_EQ(ReasonOf(status), "SNAPSHOT_TOO_LARGE") << status;
+    EXPECT_THAT(std::string(status.message()), testing::HasSubstr("at most 20000 bytes"));
+    EXPECT_EQ(*store->SnapshotOf("w"), std::nullopt);
+    EXPECT_EQ(store->Follow("w", 0, kWithoutLimit)->size(), 3U);
+  }
+  snapshot.payload = std::string(10'000, 'x');
+  EXPECT_TRUE(store->PutSnapshot(snapshot).ok());
+  EXPECT_TRUE(store->Append(NextRecords(*store, "w", 4, 1), Durability::kDurable).ok());
+}
+
 // Whichever sync of an opening, an append, a checkpoint or a blob fails, the store stops; what it
 // acknowledged before is there when it is opened again.
 TEST_F(FaultyDisk, LosesNothingThatWasAcknowledgedWhenAnySyncFails) {
@@ -182,7 +256,7 @@ class SmallDisk : public testing::Test {
   };
   void Fill(std::int64_t bytes_left) {
     const fs::space_info space = fs::space(options_.path);
-    std::ofstream out(directory_ / "filler", std::ios::binary);
+    std::ofstream out(directory_ / "filler", std::ios::binary | std::ios::app);
     const std::int64_t size = static_cast<std::int64_t>(space.available) - bytes_left;
     if (size > 0) out << std::string(static_cast<std::size_t>(size), 'x');
   }
@@ -206,11 +280,13 @@ TEST_F(SmallDisk, RefusesRecordsWhenItIsFullAndTakesThemWhenThereIsRoom) {
   };
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(append().ok());
   Fill(300'000);
-  absl::Status status;
-  for (int i = 0; i < 1000 && status.ok(); ++i) status = append();
-  ASSERT_EQ(ReasonOf(status), "DISK_FULL") << status;
   EXPECT_EQ(ReasonOf(store_->CheckRoom()), "DISK_FULL");
   EXPECT_EQ(*store_->Follow("", 0, kWithoutLimit), all) << "reads go on";
+  Fill(0);
+  ASSERT_TRUE(fs::exists(options_.path + "/ballast"));
+  ASSERT_TRUE(append().ok()) << "what is appended all the same takes the place of the ballast";
+  EXPECT_FALSE(fs::exists(options_.path + "/ballast"));
+  EXPECT_EQ(ReasonOf(store_->CheckRoom()), "DISK_FULL");
 
   // The ballast lets records be folded, and the log be moved.
   const StoredSnapshot snapshot = {
@@ -220,13 +296,9 @@ TEST_F(SmallDisk, RefusesRecordsWhenItIsFullAndTakesThemWhenThereIsRoom) {
   EXPECT_EQ(ReasonOf(store_->CheckRoom()), "DISK_FULL");
   all.erase(all.begin(), all.begin() + 40);
   EXPECT_EQ(*store_->Follow("", 0, kWithoutLimit), all);
-  EXPECT_EQ(ReasonOf(store_->PutBlob(Sha256Hex(std::string(4'000'000, 'a')),
-                                     std::string(4'000'000, 'a'), Durability::kDurable)),
-            "DISK_FULL");
 
   // A server that starts on a full disk can be read.
   store_.reset();
-  Fill(0);
   auto opened = OpenSqliteStore(options_);
   ASSERT_TRUE(opened.ok()) << opened.status();
   store_ = *std::move(opened);
@@ -241,6 +313,26 @@ TEST_F(SmallDisk, RefusesRecordsWhenItIsFullAndTakesThemWhenThereIsRoom) {
   store_ = *OpenSqliteStore(options_);
   EXPECT_EQ(*store_->Follow("", 0, kWithoutLimit), all);
   EXPECT_THAT(*store_->Snapshots(), testing::ElementsAre(snapshot));
+}
+
+TEST_F(SmallDisk, RefusesBlobsBelowTheLowWaterMark) {
+  store_ = *OpenSqliteStore(options_);
+  const std::string old = RandomBytes(100'000, 1);
+  ASSERT_TRUE(store_->PutBlob(Sha256Hex(old), old, Durability::kDurable).ok());
+  Fill(options_.low_water_bytes + 300'000);
+  for (const Durability durability : {Durability::kObserved, Durability::kDurable}) {
+    const std::string large = RandomBytes(350'000, 2);
+    const absl::Status status = store_->PutBlob(Sha256Hex(large), large, durability);
+    EXPECT_EQ(ReasonOf(status), "DISK_FULL") << status;
+    EXPECT_EQ(ReasonOf(store_->GetBlob(Sha256Hex(large)).status()), "BLOB_MISSING");
+  }
+  EXPECT_TRUE(store_->CheckRoom().ok()) << "small changes are taken";
+  EXPECT_TRUE(store_->PutBlob(Sha256Hex("small"), "small", Durability::kDurable).ok());
+  Fill(options_.low_water_bytes - 20'000);
+  EXPECT_EQ(ReasonOf(store_->PutBlob(Sha256Hex("x"), "x", Durability::kDurable)), "DISK_FULL");
+  EXPECT_TRUE(store_->PutBlob(Sha256Hex(old), old, Durability::kDurable).ok()) << "it is there";
+  fs::remove(directory_ / "filler");
+  EXPECT_TRUE(store_->PutBlob(Sha256Hex("x"), "x", Durability::kDurable).ok());
 }
 
 // A directory on another file system: what was not synced there is gone, as after a power cut.
@@ -271,6 +363,26 @@ TEST_F(PowerCut, MayTakeObservedRecordsAndNothingElse) {
   ASSERT_NE(store, nullptr);
   EXPECT_TRUE(store->may_lack_observed());
   EXPECT_EQ(store->last_sequence(), 4);
+}
+
+TEST_F(PowerCut, IsToldAtEachOpeningUntilTheReaderHasRecovered) {
+  LoseWhatWasNotSynced();
+  for (const bool is_closed : {false, true, false}) {
+    const std::unique_ptr<Store> store = OpenForTest(after_ / "store");
+    ASSERT_NE(store, nullptr);
+    EXPECT_TRUE(store->may_lack_observed());
+    EXPECT_FALSE(store->may_lack_durable());
+    if (is_closed) {
+      ASSERT_TRUE(store->Close().ok());
+    }
+  }
+  {
+    const std::unique_ptr<Store> store = OpenForTest(after_ / "store");
+    EXPECT_TRUE(store->may_lack_observed());
+    ASSERT_TRUE(store->RecoveryDone().ok());
+    EXPECT_FALSE(store->may_lack_observed());
+  }
+  EXPECT_FALSE(OpenForTest(after_ / "store")->may_lack_observed());
 }
 
 TEST_F(PowerCut, IsToldFromTheEndOfAProcess) {

@@ -219,6 +219,50 @@ TEST(SqliteStore, ReplacesABlobWhoseFileIsNotWhole) {
   EXPECT_FALSE(fs::exists(file));
 }
 
+TEST(SqliteStore, MakesObservedBlobsDurableWhenItIsClosed) {
+  const TemporaryDirectory directory(FastFolder());
+  const std::string path = directory / "store";
+  const std::string hash = Sha256Hex("observed");
+  const std::string file = absl::StrCat(path, "/blobs/", hash.substr(0, 2), "/", hash);
+  {
+    const std::unique_ptr<Store> store = OpenForTest(path);
+    EXPECT_FALSE(store->HasDurableBlob(hash));
+    ASSERT_TRUE(store->PutBlob(hash, "observed", Durability::kObserved).ok());
+    EXPECT_FALSE(store->HasDurableBlob(hash));
+    EXPECT_TRUE(fs::exists(file + ".observed"));
+  }
+  {
+    // This process has not put it, but read it.
+    const std::unique_ptr<Store> store = OpenForTest(path);
+    EXPECT_TRUE(store->GetBlob(hash).ok());
+    EXPECT_FALSE(store->HasDurableBlob(hash));
+    ASSERT_TRUE(store->Close().ok());
+    EXPECT_FALSE(fs::exists(file + ".observed"));
+  }
+  {
+    const std::unique_ptr<Store> store = OpenForTest(path);
+    EXPECT_EQ(*store->GetBlob(hash), "observed");
+    EXPECT_TRUE(store->HasDurableBlob(hash));
+  }
+  fs::resize_file(file, 3);
+  const std::unique_ptr<Store> store = OpenForTest(path);
+  EXPECT_EQ(ReasonOf(store->GetBlob(hash).status()), "STORE_DAMAGED") << "no power cut can be why";
+  EXPECT_FALSE(store->HasDurableBlob(hash)) << "it must be put again";
+}
+
+TEST(SqliteStore, KeepsABlobThatWasFoundDurableAsIfItWerePutAgain) {
+  const TemporaryDirectory directory(FastFolder());
+  SqliteOptions options = TestOptions(directory / "store");
+  options.blob_grace = std::chrono::seconds(1);
+  const std::unique_ptr<Store> store = *OpenSqliteStore(options);
+  const std::string hash = Sha256Hex("x");
+  ASSERT_TRUE(store->PutBlob(hash, "x", Durability::kDurable).ok());
+  std::this_thread::sleep_for(options.blob_grace);
+  EXPECT_TRUE(store->HasDurableBlob(hash));
+  ASSERT_TRUE(store->Maintain().ok());
+  EXPECT_TRUE(store->GetBlob(hash).ok());
+}
+
 TEST(SqliteStore, PutsTheSameBlobFromManyThreads) {
   const TemporaryDirectory directory(FastFolder());
   const std::unique_ptr<Store> store = OpenForTest(directory / "store");
@@ -344,6 +388,22 @@ TEST_F(BackedUpStore, IsRestoredAsItWas) {
   EXPECT_TRUE(restored->GetBlob(durable_hash_).ok());
   EXPECT_TRUE(restored->GetBlob(observed_hash_).ok());
   EXPECT_FALSE(restored->may_lack_observed());
+  EXPECT_TRUE(restored->may_lack_durable()) << "the store may have gone on after the backup";
+  EXPECT_FALSE(store_->may_lack_durable());
+  ASSERT_TRUE(restored->RecoveryDone().ok());
+  EXPECT_FALSE(restored->may_lack_durable());
+}
+
+TEST_F(BackedUpStore, IsToldToLackRecordsAtEachOpeningUntilItsReaderHasRecovered) {
+  BackUpTo(directory_ / "backup");
+  ASSERT_TRUE(RestoreStore(directory_ / "backup", directory_ / "restored").ok());
+  for (const std::string name : {"backup", "restored"}) {
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_TRUE(OpenForTest(directory_ / name)->may_lack_durable()) << name;
+    }
+    ASSERT_TRUE(OpenForTest(directory_ / name)->RecoveryDone().ok());
+    EXPECT_FALSE(OpenForTest(directory_ / name)->may_lack_durable()) << name;
+  }
 }
 
 TEST_F(BackedUpStore, CanBeCheckedWithoutAChange) {
@@ -388,8 +448,7 @@ TEST_F(BackedUpStore, TellsMissingBlobsAndUnusedOnes) {
   ASSERT_TRUE(store_->Close().ok());
   store_.reset();
   const std::string path = directory_ / "store";
-  fs::remove(
-      absl::StrCat(path, "/blobs/", observed_hash_.substr(0, 2), "/", observed_hash_, ".observed"));
+  fs::remove(absl::StrCat(path, "/blobs/", observed_hash_.substr(0, 2), "/", observed_hash_));
   for (const auto& report : {CheckStore(path), StatStore(path)}) {
     ASSERT_TRUE(report.ok()) << report.status();
     EXPECT_EQ(report->missing_blob_count, 1);

@@ -196,6 +196,28 @@ class StoreContract : public testing::TestWithParam<EngineCase> {
   std::unique_ptr<Store> store_;
 };
 
+TEST_P(StoreContract, FindsTheSnapshotOfOneWorldAndDurableBlobs) {
+  WriteNext("kitchen", 1, 3);
+  WriteNext("cellar", 1, 2);
+  EXPECT_EQ(*store_->SnapshotOf("kitchen"), std::nullopt);
+  const StoredSnapshot snapshot = {
+      .sequence = 2, .world_uid = "kitchen", .revision = 2, .payload = "folded"};
+  ASSERT_TRUE(store_->PutSnapshot(snapshot).ok());
+  EXPECT_FALSE(store_->HasDurableBlob(Sha256Hex("x")));
+  const std::string hash = Put("x");
+  EXPECT_TRUE(store_->HasDurableBlob(hash));
+  for (int i = 0; i < 2; ++i) {
+    const absl::StatusOr<std::optional<StoredSnapshot>> found = store_->SnapshotOf("kitchen");
+    ASSERT_TRUE(found.ok() && found->has_value()) << found.status();
+    EXPECT_EQ(**found, snapshot);
+    EXPECT_EQ(*store_->SnapshotOf("cellar"), std::nullopt);
+    EXPECT_EQ(*store_->SnapshotOf("attic"), std::nullopt);
+    Reopen();
+  }
+  ASSERT_TRUE(store_->DropWorld("kitchen", store_->last_sequence()).ok());
+  EXPECT_EQ(*store_->SnapshotOf("kitchen"), std::nullopt);
+}
+
 TEST_P(StoreContract, ReturnsRecordsInOrderAsTheyWereAppended) {
   std::vector<StoredRecord> written = WriteNext("kitchen", 1, 3);
   for (const StoredRecord& record : WriteNext("kitchen", 4, 5)) written.push_back(record);
