@@ -51,15 +51,15 @@ struct StoreStats {
   std::int64_t blob_count = 0;
 };
 
-// All functions but PutBlob, GetBlob and stats are called by one thread at a time: the journal's,
-// or, while the server starts, the one that replays.
+// All functions but PutBlob, GetBlob, HasDurableBlob and stats are called by one thread at a time:
+// the journal's, or, while the server starts, the one that replays.
 //
 // Errors: ResourceExhausted DISK_FULL, or OUT_OF_FILES if no file could be opened: nothing was
 // written, and the call may be repeated. ResourceExhausted SNAPSHOT_TOO_LARGE: nothing was written,
-// because the engine can hold no row of this size. DataLoss
-// STORE_DAMAGED: what was read is not what was written; the message names the place. Unavailable
-// STORE_FAILED: reading or writing failed, and it is unknown what of the call's data was written;
-// the store must not be used any more.
+// because the engine can hold no row of this size. DataLoss STORE_DAMAGED: what was read is not
+// what was written; the message names the place. Unavailable STORE_FAILED: reading or writing
+// failed, and it is unknown what of the call's data was written; the store must not be used any
+// more.
 class Store {
  public:
   virtual ~Store() = default;

@@ -24,8 +24,8 @@ inline constexpr char kBackupPrefix[] = "backup-";  // folders of backups that a
 
 // The errors of store.h for a failed call of the system on a file, by errno.
 absl::Status FileError(const std::string& path, std::string_view what, int error);
-// The same for a file that could not be opened, which changed nothing: without descriptors or memory
-// it is ResourceExhausted OUT_OF_FILES, and the call may be repeated.
+// The same for a file that could not be opened, which changed nothing: without descriptors or
+// memory it is ResourceExhausted OUT_OF_FILES, and the call may be repeated.
 absl::Status OpenError(const std::string& path, std::string_view what, int error);
 
 absl::StatusOr<std::string> ReadFile(const std::string& path);
