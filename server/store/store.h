@@ -105,8 +105,8 @@ class Store {
                                Durability durability) = 0;
   // NotFound BLOB_MISSING; DataLoss STORE_DAMAGED if the bytes do not have the hash. Thread safe.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& hash) const = 0;
-  // True if the blob was put durably, so that it need not be put again: it is kept from now on as if
-  // it were. Thread safe.
+  // True if the blob was put durably, so that it need not be put again: it is kept from now on as
+  // if it were. Thread safe.
   virtual bool HasDurableBlob(const std::string& hash) const = 0;
   // Work that can wait: moves the log into the database, drops unused blobs, makes room. Called
   // when nothing is to be appended, and now and then otherwise. Takes at most tens of milliseconds.
