@@ -95,8 +95,11 @@ std::string Campaign::Summary() const {
   return text;
 }
 
-void Campaign::Print() const {
-  std::printf("%s\n", Summary().c_str());
+void Campaign::Print() {
+  std::string summary = Summary();
+  if (summary == printed_) return;
+  printed_ = std::move(summary);
+  std::printf("%s\n", printed_.c_str());
   std::fflush(stdout);
 }
 

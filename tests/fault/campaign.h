@@ -50,7 +50,8 @@ class Campaign {
   void Save() const;
   // One line with all counts.
   std::string Summary() const;
-  void Print() const;
+  // Prints it, unless it was printed last.
+  void Print();
 
  private:
   std::string PathOf(const std::string& file) const;
@@ -60,6 +61,7 @@ class Campaign {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::map<std::string, std::int64_t> counts_;
   std::vector<std::string> violations_;
+  std::string printed_;
   std::uint32_t kept_seed_ = 0;  // of the newest history in a file
 };
 
