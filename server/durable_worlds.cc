@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/core/error.h"
 #include "server/service_manager.h"
 #include "server/store/replay.h"
 #include "server/store/sqlite/sqlite_store.h"
@@ -52,6 +53,19 @@ class ReplayReport {
   int percent_ = -1;
 };
 
+// Ends the allowances whose time was over before the restart, so that no client finds one in force.
+absl::Status ExpireRules(const WorldRegistry& worlds) {
+  for (const std::shared_ptr<World>& world : worlds.List()) {
+    const absl::Status expired = world->ExpireRules(Clock::now());
+    if (expired.ok()) continue;
+    if (DetailsOf(expired).reason != "DISK_FULL") return expired;
+    spdlog::warn(
+        "world '{}': allowances whose time is over stay in force until the disk has room: {}",
+        world->name(), std::string(expired.message()));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DurableWorlds>> DurableWorlds::Open(const Options::Store& options) {
@@ -64,7 +78,7 @@ absl::StatusOr<std::unique_ptr<DurableWorlds>> DurableWorlds::Open(const Options
                                 .warn = [](const std::string& text) { spdlog::warn("{}", text); }});
   if (!store.ok()) return store.status();
   return std::unique_ptr<DurableWorlds>(
-      new DurableWorlds("sqlite:" + options.directory, *std::move(store)));
+      new DurableWorlds("sqlite:" + options.directory, options.accept_loss, *std::move(store)));
 }
 
 std::optional<absl::Status> DurableWorlds::Restore(Application& application,
@@ -88,6 +102,7 @@ std::optional<absl::Status> DurableWorlds::Restore(Application& application,
 absl::Status DurableWorlds::RestoreAll(Application& application) {
   auto replayed = Replay(*store_, {.retention = application.retention,
                                    .limits = application.limits,
+                                   .accept_loss = accept_loss_,
                                    .memory = application.memory,
                                    .progress = ReplayReport(application)});
   if (!replayed.ok()) return replayed.status();
@@ -100,7 +115,7 @@ absl::Status DurableWorlds::RestoreAll(Application& application) {
   application.worlds.SetJournal(journal_.get());
   application.worlds.Restore(std::move(replayed->worlds), replayed->deleted);
   application.store_admin = journal_.get();
-  return absl::OkStatus();
+  return ExpireRules(application.worlds);
 }
 
 absl::Status DurableWorlds::Close(Application& application) {

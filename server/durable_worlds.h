@@ -40,12 +40,13 @@ class DurableWorlds {
   absl::Status Close(Application& application);
 
  private:
-  DurableWorlds(std::string location, std::unique_ptr<Store> store)
-      : location_(std::move(location)), store_(std::move(store)) {}
+  DurableWorlds(std::string location, bool accept_loss, std::unique_ptr<Store> store)
+      : location_(std::move(location)), accept_loss_(accept_loss), store_(std::move(store)) {}
 
   absl::Status RestoreAll(Application& application);
 
   const std::string location_;
+  const bool accept_loss_;
   std::unique_ptr<Store> store_;  // until the worlds are restored
   std::unique_ptr<StoreJournal> journal_;
 };

@@ -1,10 +1,13 @@
 #include "server/store/compaction.h"
 
+#include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/core/error.h"
 #include "server/store/decode_fault.h"
 #include "server/store/encode_entry.h"
 #include "server/store/stored_world.h"
@@ -17,8 +20,13 @@ constexpr std::int64_t kBytesOfStep = 256 << 10;
 
 }  // namespace
 
-Compaction::Compaction(std::string world_uid, std::int64_t up_to, const Retention& retention)
-    : world_uid_(std::move(world_uid)), up_to_(up_to), retention_(retention), fold_(retention) {}
+Compaction::Compaction(std::string world_uid, std::int64_t up_to, const Retention& retention,
+                       std::int64_t max_snapshot_bytes)
+    : world_uid_(std::move(world_uid)),
+      up_to_(up_to),
+      retention_(retention),
+      max_snapshot_bytes_(max_snapshot_bytes),
+      fold_(retention) {}
 
 absl::Status Compaction::Step(Store& store) {
   switch (stage_) {
@@ -37,14 +45,13 @@ absl::Status Compaction::Step(Store& store) {
 }
 
 absl::Status Compaction::ReadSnapshot(Store& store) {
-  absl::StatusOr<std::vector<StoredSnapshot>> snapshots = store.Snapshots();
-  if (!snapshots.ok()) return snapshots.status();
-  for (const StoredSnapshot& stored : *snapshots) {
-    if (stored.world_uid != world_uid_) continue;
-    absl::StatusOr<WorldFold> fold = FoldOf(stored, retention_);
+  const absl::StatusOr<std::optional<StoredSnapshot>> stored = store.SnapshotOf(world_uid_);
+  if (!stored.ok()) return stored.status();
+  if (stored->has_value()) {
+    absl::StatusOr<WorldFold> fold = FoldOf(**stored, retention_);
     if (!fold.ok()) return fold.status();
     fold_ = *std::move(fold);
-    sequence_ = stored.sequence;
+    sequence_ = (*stored)->sequence;
   }
   stage_ = sequence_ >= up_to_ ? Stage::kDone : Stage::kReadRecords;
   return absl::OkStatus();
@@ -87,6 +94,10 @@ absl::Status Compaction::AddObjects(const Store& store) {
     AddObject(*objects_[added_objects_++], part);
     if (absl::Status status = Append(part, store); !status.ok()) return status;
   }
+  if (static_cast<std::int64_t>(snapshot_.payload.size()) > max_snapshot_bytes_) {
+    GiveUp();
+    return absl::OkStatus();
+  }
   if (added_objects_ == objects_.size()) stage_ = Stage::kPutSnapshot;
   return absl::OkStatus();
 }
@@ -98,12 +109,19 @@ absl::Status Compaction::Append(const store::v1::WorldSnapshot& part, const Stor
 }
 
 absl::Status Compaction::PutSnapshot(Store& store) {
-  constexpr std::size_t kMaxBytes = std::size_t{2} << 30;  // protobuf reads no more
   snapshot_.blobs.assign(blobs_.begin(), blobs_.end());
-  const absl::Status status =
-      snapshot_.payload.size() < kMaxBytes ? store.PutSnapshot(snapshot_) : absl::OkStatus();
+  const absl::Status status = store.PutSnapshot(snapshot_);
+  if (DetailsOf(status).reason == "SNAPSHOT_TOO_LARGE") {
+    GiveUp();
+    return absl::OkStatus();
+  }
   if (status.ok()) stage_ = Stage::kDone;
   return status;
+}
+
+void Compaction::GiveUp() {
+  is_too_large_ = true;
+  stage_ = Stage::kDone;
 }
 
 Compactor::Logged Compactor::LoggedOf(const JournalEntry& entry) {
@@ -122,20 +140,32 @@ void Compactor::Add(const Logged& record) {
         {.world_uid = record.world_uid, .sequence = record.sequence, .when_ns = record.when_ns});
     return;
   }
-  Log& log =
-      logs_.try_emplace(record.world_uid, Log{.window = HistoryWindow(retention_)}).first->second;
+  const auto [found, is_new] =
+      logs_.try_emplace(record.world_uid, Log{.window = HistoryWindow(retention_),
+                                              .max_records = limits_.max_records,
+                                              .max_bytes = limits_.max_bytes});
+  Log& log = found->second;
   log.window.Add({.when_ns = record.when_ns, .changes = record.changes});
   log.kept.push_back({.sequence = record.sequence, .bytes = record.bytes});
-  for (std::size_t left = log.window.Shrink(record.when_ns); left > 0; --left) {
-    ++log.old_records;
-    log.old_bytes += log.kept.front().bytes;
-    log.old_sequence = log.kept.front().sequence;
-    log.kept.pop_front();
+  for (std::size_t left = log.window.Shrink(record.when_ns); left > 0; --left) LeaveWindow(log);
+  if (record.drops_past) {
+    log.window = HistoryWindow(retention_);
+    while (!log.kept.empty()) LeaveWindow(log);
   }
-  const bool is_long = log.old_records > limits_.max_records || log.old_bytes > limits_.max_bytes;
-  if (!is_long || log.is_due) return;
+  if (!IsLong(log) || log.is_due) return;
   log.is_due = true;
   due_.push_back(record.world_uid);
+}
+
+bool Compactor::IsLong(const Log& log) {
+  return log.old_records > log.max_records || log.old_bytes > log.max_bytes;
+}
+
+void Compactor::LeaveWindow(Log& log) {
+  ++log.old_records;
+  log.old_bytes += log.kept.front().bytes;
+  log.old_sequence = log.kept.front().sequence;
+  log.kept.pop_front();
 }
 
 bool Compactor::MayDrop(const Deleted& deleted, collision::WallTime now) const {
@@ -144,17 +174,45 @@ bool Compactor::MayDrop(const Deleted& deleted, collision::WallTime now) const {
   return deleted.when_ns / 2 < NanosecondsOf(now) / 2 - kept.count() / 2;
 }
 
+// A clock that was set back ends the pause.
+bool Compactor::IsPaused(collision::WallTime now) const {
+  return full_since_ && now >= *full_since_ && now - *full_since_ < kWaitWhenFull;
+}
+
 bool Compactor::IsDue(collision::WallTime now) const {
+  if (IsPaused(now)) return false;
   return current_ != nullptr || !due_.empty() ||
          (!deleted_.empty() && MayDrop(deleted_.front(), now));
 }
 
 absl::Status Compactor::Step(Store& store, collision::WallTime now) {
-  if (current_ != nullptr) {
-    absl::Status status = current_->Step(store);
-    if (current_->done()) current_ = nullptr;
-    return status;
-  }
+  if (IsPaused(now)) return absl::OkStatus();
+  absl::Status status = TryStep(store, now);
+  full_since_ = absl::IsResourceExhausted(status) ? std::optional(now) : std::nullopt;
+  return status;
+}
+
+absl::Status Compactor::StepCurrent(Store& store) {
+  absl::Status status = current_->Step(store);
+  if (!current_->done()) return status;
+  const bool is_too_large = current_->is_too_large();
+  current_ = nullptr;
+  if (is_too_large) ++not_folded_;
+  const auto found = logs_.find(current_uid_);
+  if (found == logs_.end()) return status;  // it was deleted meanwhile
+  Log& log = found->second;
+  log.max_records = limits_.max_records;
+  log.max_bytes = limits_.max_bytes;
+  if (!is_too_large) return status;
+  log.max_records = std::max(log.max_records, 2 * log.begun_records);
+  log.max_bytes = std::max(log.max_bytes, 2 * log.begun_bytes);
+  log.old_records += log.begun_records;
+  log.old_bytes += log.begun_bytes;
+  return status;
+}
+
+absl::Status Compactor::TryStep(Store& store, collision::WallTime now) {
+  if (current_ != nullptr) return StepCurrent(store);
   if (!deleted_.empty() && MayDrop(deleted_.front(), now)) {
     const Deleted& oldest = deleted_.front();
     absl::Status status = store.DropWorld(oldest.world_uid, oldest.sequence);
@@ -167,9 +225,13 @@ absl::Status Compactor::Step(Store& store, collision::WallTime now) {
   const auto found = logs_.find(uid);
   if (found == logs_.end()) return absl::OkStatus();  // it was deleted meanwhile
   Log& log = found->second;
-  current_ = std::make_unique<Compaction>(uid, log.old_sequence, retention_);
-  log.old_records = log.old_bytes = 0;
   log.is_due = false;
+  if (!IsLong(log)) return absl::OkStatus();  // it was found too large meanwhile
+  current_ =
+      std::make_unique<Compaction>(uid, log.old_sequence, retention_, limits_.max_snapshot_bytes);
+  current_uid_ = uid;
+  log.begun_records = std::exchange(log.old_records, 0);
+  log.begun_bytes = std::exchange(log.old_bytes, 0);
   return absl::OkStatus();
 }
 

@@ -28,6 +28,15 @@ void ParallelFor(std::size_t count, std::size_t range_size, int threads,
   ParallelLoop(count, range_size, may_run, ranges).Run();
 }
 
+namespace {
+
+// True if content is missing, or is not as it was written.
+bool IsLoss(const absl::Status& status) {
+  return absl::IsNotFound(status) || absl::IsDataLoss(status);
+}
+
+}  // namespace
+
 // The meshes of the models, each once. Thread safe.
 class GeometryPreparation::Meshes {
  public:
@@ -78,21 +87,28 @@ void GeometryPreparation::AddRobot(const std::string& files_hash, const Owner& o
   tasks_.back().owner = owner;
 }
 
+bool GeometryPreparation::IsAcceptedLoss(const absl::Status& status, bool is_observed) const {
+  if (accepted_.all) return IsLoss(status);
+  return accepted_.observed && is_observed && absl::IsNotFound(status);
+}
+
+void GeometryPreparation::DoRobot(Task& task) const {
+  absl::StatusOr<RobotFiles> files = ReadRobotFiles(store_, task.files_hash);
+  if (IsAcceptedLoss(files.status(), false)) return;
+  task.status = files.status();
+  if (!files.ok()) return;
+  auto robot = ReadRobot(*std::move(files), robot_limits_, std::stop_token());
+  task.status = robot.status();
+  if (!robot.ok()) return;
+  const std::int64_t bytes = ApproximateBytes(**robot);
+  task.robot = Charged(*std::move(robot), bytes, task.owner);
+}
+
 void GeometryPreparation::Do(Task& task, Meshes& meshes) const {
-  if (task.model == nullptr) {
-    absl::StatusOr<RobotFiles> files = ReadRobotFiles(store_, task.files_hash);
-    task.status = files.status();
-    if (!files.ok()) return;
-    auto robot = ReadRobot(*std::move(files), robot_limits_, std::stop_token());
-    task.status = robot.status();
-    if (!robot.ok()) return;
-    const std::int64_t bytes = ApproximateBytes(**robot);
-    task.robot = Charged(*std::move(robot), bytes, task.owner);
-    return;
-  }
+  if (task.model == nullptr) return DoRobot(task);
   const auto model = DecodeModel(
       task.model->model, [&](const store::v1::Mesh& mesh) { return meshes.ContentOf(mesh); });
-  const bool is_lost = task.model->observed && absl::IsNotFound(model.status());
+  const bool is_lost = IsAcceptedLoss(model.status(), task.model->observed);
   task.status = is_lost ? absl::OkStatus() : model.status();
   if (!model.ok()) return;
   collision::PutObject put;
@@ -132,11 +148,11 @@ absl::Status GeometryPreparation::Run(int threads,
   });
   for (const Task& task : tasks_) {
     if (task.status.ok()) continue;
-    // What the engine found names its place.
-    const bool is_engine =
-        absl::IsUnavailable(task.status) || DetailsOf(task.status).reason == "STORE_DAMAGED";
-    if (is_engine) return task.status;
-    return Damaged(task.owner.place, std::string(task.status.message()));
+    if (absl::IsUnavailable(task.status)) return task.status;
+    constexpr char kWhatToDo[] =
+        "; restore a backup into another directory, or accept the loss (--store-accept-loss)";
+    return Damaged(task.owner.place, absl::StrCat(std::string(task.status.message()),
+                                                  IsLoss(task.status) ? kWhatToDo : ""));
   }
   return absl::OkStatus();
 }

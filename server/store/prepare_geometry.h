@@ -21,14 +21,23 @@ namespace cwm::server {
 void ParallelFor(std::size_t count, std::size_t range_size, int threads,
                  const std::function<void(std::size_t i)>& body);
 
+// The content that may be missing: what it belongs to is lost. What else is missing is damage.
+struct AcceptedLosses {
+  bool observed = false;  // blobs that an observed record brought: a power cut takes them
+  bool all = false;       // missing and damaged content of every object and robot
+};
+
 // Equal models give one geometry, equal meshes one mesh, so that a restored world needs no more
 // memory than it did before.
 class GeometryPreparation {
  public:
   // `memory` may be null.
   GeometryPreparation(const Store& store, const collision::RobotLimits& robot_limits,
-                      std::shared_ptr<MemoryBudget> memory)
-      : store_(store), robot_limits_(robot_limits), memory_(std::move(memory)) {}
+                      const AcceptedLosses& accepted, std::shared_ptr<MemoryBudget> memory)
+      : store_(store),
+        robot_limits_(robot_limits),
+        accepted_(accepted),
+        memory_(std::move(memory)) {}
 
   struct Owner {
     std::string place = {};          // for errors
@@ -39,11 +48,11 @@ class GeometryPreparation {
   void AddRobot(const std::string& files_hash, const Owner& owner);
 
   // Prepares all that was added. `progress` gets the share that is done, from 0 to 1, from any
-  // thread, one at a time. DataLoss STORE_DAMAGED for a model or robot that cannot be read; the
-  // errors of Store::GetBlob. An observed model whose blob is missing is none.
+  // thread, one at a time. DataLoss STORE_DAMAGED for a model or robot that cannot be read, unless
+  // the loss is accepted; the errors of Store::GetBlob.
   absl::Status Run(int threads, const std::function<void(double share)>& progress);
 
-  // After Run; nullptr for a model whose blob is missing.
+  // After Run; nullptr for what is lost.
   std::shared_ptr<const collision::PreparedModel> Find(const FoldedModel& model) const;
   std::shared_ptr<const collision::RobotGeometry> FindRobot(const std::string& files_hash) const;
   std::int64_t count() const { return static_cast<std::int64_t>(tasks_.size()); }
@@ -60,12 +69,15 @@ class GeometryPreparation {
   class Meshes;
 
   void Do(Task& task, Meshes& meshes) const;
+  void DoRobot(Task& task) const;
+  bool IsAcceptedLoss(const absl::Status& status, bool is_observed) const;
   template <class T>
   std::shared_ptr<const T> Charged(std::shared_ptr<const T> geometry, std::int64_t bytes,
                                    const Owner& owner) const;
 
   const Store& store_;
   const collision::RobotLimits robot_limits_;
+  const AcceptedLosses accepted_;
   const std::shared_ptr<MemoryBudget> memory_;
   std::vector<Task> tasks_;
   std::unordered_map<const FoldedModel*, std::size_t> task_of_model_;

@@ -46,13 +46,6 @@ std::shared_ptr<const FoldedModel> TakeModel(store::v1::Object& object, bool obs
   return model;
 }
 
-// True for the record that skips the numbers that a power cut may have taken.
-bool IsSkip(const store::v1::Write& write) {
-  const bool has_change = std::ranges::any_of(
-      write.objects(), [](const store::v1::ObjectChange& change) { return change.has_after(); });
-  return !has_change && write.robots().empty() && write.rules().empty();
-}
-
 template <class Ptr>
 void SetOrErase(std::unordered_map<std::string, Ptr>& members, const std::string& name,
                 const Ptr& member) {
@@ -159,6 +152,7 @@ absl::StatusOr<WorldFold> WorldFold::FromSnapshot(store::v1::WorldSnapshot snaps
   fold.uid_ = snapshot.world_uid();
   fold.name_ = snapshot.name();
   if (!IsWorldName(fold.name_)) return Broken("name", "must be the name of a world");
+  fold.newest_when_ns_ = snapshot.newest_when_ns();
   fold.state_.revision = snapshot.revision();
   if (snapshot.revision() < 0 || snapshot.revision() > kMaxRevision) {
     return Broken("revision", "must be from 0 to 2^62");
@@ -221,11 +215,16 @@ absl::Status WorldFold::CheckFollows(const store::v1::Record& record) const {
     return Broken("write", "must be given, or deletion");
   }
   const bool makes_revision = record.has_write() && record.write().makes_revision();
-  const std::int64_t next = state_.revision + (makes_revision ? 1 : 0);
+  const std::int64_t skipped = record.write().skipped_revisions();
+  if (skipped < 0 || skipped > kMaxRevision - state_.revision - 1) {
+    return Broken("write.skipped_revisions",
+                  absl::StrCat("is ", skipped, ", must not be negative, nor lead beyond 2^62"));
+  }
+  if (!makes_revision && (skipped > 0 || record.write().drops_past())) {
+    return Broken("write.makes_revision", "must be true: revisions are skipped or dropped");
+  }
+  const std::int64_t next = state_.revision + (makes_revision ? 1 + skipped : 0);
   if (record.revision() == next) return absl::OkStatus();
-  const bool is_skip = makes_revision && IsSkip(record.write()) &&
-                       record.revision() == state_.revision + kRevisionsLostAtMost;
-  if (is_skip) return absl::OkStatus();
   return Broken("revision", absl::StrCat("is ", record.revision(), ", must be ", next));
 }
 
@@ -235,6 +234,7 @@ absl::StatusOr<std::optional<FoldedEvent>> WorldFold::Apply(store::v1::Record re
     uid_ = record.world_uid();
     name_ = record.created_name();
   }
+  newest_when_ns_ = std::max(newest_when_ns_, record.when_ns());
   if (record.has_deletion()) {
     end_ = End{.deletion = std::move(*record.mutable_deletion()), .when_ns = record.when_ns()};
     return std::optional<FoldedEvent>();
@@ -249,8 +249,10 @@ absl::StatusOr<std::optional<FoldedEvent>> WorldFold::Apply(store::v1::Record re
 
 absl::StatusOr<FoldedEvent> WorldFold::TakeChanges(store::v1::Record& record) {
   store::v1::Write& write = *record.mutable_write();
-  FoldedEvent event{
-      .before = state_.revision, .revision = record.revision(), .when_ns = record.when_ns()};
+  FoldedEvent event{.before = state_.revision,
+                    .revision = record.revision(),
+                    .when_ns = record.when_ns(),
+                    .drops_past = write.drops_past()};
   for (store::v1::ObjectChange& change : *write.mutable_objects()) {
     absl::Status status = TakeObject(change, record.observed(), event);
     if (!status.ok()) return Within("objects", status);
@@ -420,6 +422,7 @@ store::v1::WorldSnapshot WorldFold::SnapshotWithoutObjects() const {
   snapshot.set_world_uid(uid_);
   snapshot.set_name(name_);
   snapshot.set_revision(state_.revision);
+  snapshot.set_newest_when_ns(newest_when_ns_);
   for (const auto& at : InOrder(state_.robots)) *snapshot.add_robots() = *at->second;
   for (const auto& [key, rule] : state_.rules) *snapshot.add_rules() = rule;
   for (const auto& [sensor, pose] : sensor_poses_) *snapshot.add_sensor_poses() = pose;

@@ -19,9 +19,9 @@
 
 namespace cwm::server {
 
-// chosen: the numbers that a world skips after a power cut, so that no revision that a reader may
+// chosen: the revisions that a world skips after a power cut, so that no revision that a reader may
 // have seen is ever made again with other content. Far more than a log holds that is not yet on the
-// disk.
+// disk. A record says how many it skips, so the number may change.
 inline constexpr std::int64_t kRevisionsLostAtMost = 65'536;
 
 // The model of an object, shared by all its versions that have it.
@@ -52,6 +52,7 @@ struct FoldedEvent {
   std::int64_t before = 0;  // the revision to which it was applied
   std::int64_t revision = 0;
   std::int64_t when_ns = 0;
+  bool drops_past = false;  // nobody may read what was before it
   std::vector<FoldedObjectDelta> objects = {};
   std::vector<FoldedRobotDelta> robots = {};
   std::vector<FoldedRuleDelta> rules = {};
@@ -86,8 +87,8 @@ class WorldFold {
                                                 const Retention& retention);
 
   // Applies the next record. Returns its event; none if it makes no revision. DataLoss with the
-  // field if it does not follow: a revision that is not the next (except kRevisionsLostAtMost
-  // later, without changes other than lost objects), a name that does not exist, another world.
+  // field if it does not follow: a revision that is not the next after those that the record skips,
+  // a name that does not exist, another world.
   absl::StatusOr<std::optional<FoldedEvent>> Apply(store::v1::Record record);
 
   store::v1::WorldSnapshot Snapshot() const;
@@ -98,6 +99,8 @@ class WorldFold {
   const std::string& uid() const { return uid_; }
   const std::string& name() const { return name_; }
   const FoldedState& state() const { return state_; }
+  // The latest time of a record, of the Unix epoch: not before that of any of them.
+  std::int64_t newest_when_ns() const { return newest_when_ns_; }
   struct End {
     store::v1::Deletion deletion = {};
     std::int64_t when_ns = 0;
@@ -137,6 +140,7 @@ class WorldFold {
   std::map<std::string, store::v1::SensorPose> sensor_poses_;
   std::unordered_map<std::string, NumberedObservation> observations_;  // by object
   std::uint64_t last_observation_ = 0;
+  std::int64_t newest_when_ns_ = 0;
 };
 
 void AddObject(const FoldedObject& object, store::v1::WorldSnapshot& snapshot);

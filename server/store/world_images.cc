@@ -64,7 +64,7 @@ class Members {
     return absl::OkStatus();
   }
 
-  // nullptr for nullptr, and for an object whose geometry is lost.
+  // nullptr for nullptr, and for an object or robot whose content is lost.
   WorldObjectPtr Find(const FoldedObjectPtr& object) const {
     return object == nullptr ? nullptr : objects_[index_.at(object.get())].placed;
   }
@@ -117,6 +117,7 @@ class Members {
     entry.status = robot.status();
     if (!robot.ok()) return;
     robot->robot = preparation.FindRobot(entry.folded->files().sha256());
+    if (robot->robot == nullptr) return;
     if (!collision::IsState(*robot->robot->model, robot->state)) {
       entry.status = Broken("state", "must have one finite value for each variable of the robot");
       return;
@@ -142,6 +143,7 @@ class ImageMaker {
       if (members_.Find(object) == nullptr) made.lost_objects.push_back(name);
     }
     std::ranges::sort(made.lost_objects);
+    AddLostRobots(world.fold.state(), made);
     made.has_losses = HasLosses(world, oldest);
     WorldImage& image = made.image;
     image.name = world.fold.name();
@@ -155,12 +157,45 @@ class ImageMaker {
   }
 
  private:
+  void AddLostRobots(const FoldedState& state, MadeWorld& made) const {
+    for (const auto& [name, robot] : state.robots) {
+      if (members_.Find(robot) == nullptr) made.lost_robots.push_back(name);
+    }
+    std::ranges::sort(made.lost_robots);
+    for (const auto& [name, object] : state.objects) {
+      if (members_.Find(object) == nullptr || !IsOnLostRobot(object->object, state)) continue;
+      made.detached_objects.push_back(object->object);
+      made.detached_objects.back().clear_attachment();
+    }
+    const auto name_of = [](const auto& object) -> const std::string& { return object.name(); };
+    std::ranges::sort(made.detached_objects, {}, name_of);
+  }
+
+  bool IsOnLostRobot(const store::v1::Object& object, const FoldedState& state) const {
+    if (!object.has_attachment()) return false;
+    const auto robot = state.robots.find(object.attachment().robot());
+    return robot != state.robots.end() && members_.Find(robot->second) == nullptr;
+  }
+
+  // The object as it is when what it was attached to is lost.
+  static WorldObjectPtr Detached(const collision::WorldObject& object) {
+    auto detached = std::make_shared<collision::WorldObject>(object);
+    detached->attachment = nullptr;
+    return detached;
+  }
+
   bool HasLosses(const FoldedWorld& world, const FoldedState& oldest) const {
     for (const auto& [name, object] : oldest.objects) {
       if (members_.Find(object) == nullptr) return true;
     }
+    for (const auto& [name, robot] : oldest.robots) {
+      if (members_.Find(robot) == nullptr) return true;
+    }
     for (const FoldedEvent& event : world.events) {
       for (const FoldedObjectDelta& delta : event.objects) {
+        if (delta.after != nullptr && members_.Find(delta.after) == nullptr) return true;
+      }
+      for (const FoldedRobotDelta& delta : event.robots) {
         if (delta.after != nullptr && members_.Find(delta.after) == nullptr) return true;
       }
     }
@@ -174,7 +209,7 @@ class ImageMaker {
                                           collision::kMaxPairRules));
     }
     for (const auto& [key, rule] : state.rules) {
-      absl::StatusOr<collision::PairRule> decoded = DecodeRule(rule, options_.now);
+      absl::StatusOr<collision::PairRule> decoded = DecodeRule(rule, options_.rules_clock);
       if (!decoded.ok()) return Within("rules", decoded.status());
       collision::SetRule(rules, *std::move(decoded));
     }
@@ -184,10 +219,15 @@ class ImageMaker {
   absl::Status SetBase(const FoldedState& state, WorldImage& image) const {
     std::vector<WorldObjectPtr> objects;
     for (const auto& [name, object] : state.objects) {
-      if (auto placed = members_.Find(object)) objects.push_back(std::move(placed));
+      WorldObjectPtr placed = members_.Find(object);
+      if (placed == nullptr) continue;
+      const bool is_detached = IsOnLostRobot(object->object, state);
+      objects.push_back(is_detached ? Detached(*placed) : std::move(placed));
     }
     std::vector<WorldRobotPtr> robots;
-    for (const auto& [name, robot] : state.robots) robots.push_back(members_.Find(robot));
+    for (const auto& [name, robot] : state.robots) {
+      if (auto placed = members_.Find(robot)) robots.push_back(std::move(placed));
+    }
     const auto by_name = [](const auto& member) -> const std::string& { return member->name; };
     std::ranges::sort(objects, {}, by_name);
     std::ranges::sort(robots, {}, by_name);
@@ -213,11 +253,11 @@ class ImageMaker {
           {.before = members_.Find(before), .after = members_.Find(after)});
     }
     for (const FoldedRuleDelta& delta : folded.rules) {
-      absl::StatusOr<collision::PairRule> after = DecodeRule(delta.after, options_.now);
+      absl::StatusOr<collision::PairRule> after = DecodeRule(delta.after, options_.rules_clock);
       if (!after.ok()) return Within("rules", after.status());
       collision::PairRuleDelta made{.before = {.pair = after->pair}, .after = *after};
       if (delta.before) {
-        absl::StatusOr<collision::PairRule> before = DecodeRule(*delta.before, options_.now);
+        auto before = DecodeRule(*delta.before, options_.rules_clock);
         if (!before.ok()) return Within("rules", before.status());
         made.before = *std::move(before);
       }
@@ -314,7 +354,7 @@ absl::StatusOr<MadeWorlds> MakeWorlds(const Store& store, std::vector<FoldedWorl
     members.AddWorld(world, state, payers.back().value_or(MemoryBudget::Payer()));
     oldest.push_back(std::move(state));
   }
-  GeometryPreparation preparation(store, options.robot_limits, options.memory);
+  GeometryPreparation preparation(store, options.robot_limits, options.accepted, options.memory);
   members.AddTo(preparation);
   absl::Status status =
       preparation.Run(options.threads, [&](double share) { report(kPrepared * share); });

@@ -14,6 +14,7 @@
 #include "server/core/memory_budget.h"
 #include "server/core/world_image.h"
 #include "server/store/decode_values.h"
+#include "server/store/prepare_geometry.h"
 #include "server/store/store.h"
 #include "server/store/world_fold.h"
 
@@ -31,6 +32,10 @@ struct ImageOptions {
   collision::RobotLimits robot_limits = {};
   int threads = 1;
   ClockPair now = {};
+  // The clock by which allowances end: not behind any record, so that a clock that was set back
+  // lengthens none.
+  ClockPair rules_clock = {};
+  AcceptedLosses accepted = {};
   std::shared_ptr<MemoryBudget> memory = {};  // charged with the geometry; may be null
   // Gets the share that is done, from 0 to 1, from any thread, one at a time.
   std::function<void(double share)> progress = {};
@@ -38,9 +43,12 @@ struct ImageOptions {
 
 struct MadeWorld {
   WorldImage image;
-  // Objects of the newest revision whose geometry a power cut took: the image lacks them.
-  std::vector<std::string> lost_objects = {};
-  // Such geometry was in some kept revision. The image has the newest revision alone.
+  // Objects and robots of the newest revision whose content is lost: the image lacks them.
+  std::vector<std::string> lost_objects = {}, lost_robots = {};
+  // Objects that were attached to such a robot, as they are now: where they were, without the
+  // attachment and without their models.
+  std::vector<store::v1::Object> detached_objects = {};
+  // Such content was in some kept revision. The image has the newest revision alone.
   bool has_losses = false;
 };
 

@@ -9,6 +9,7 @@
 #include "server/core/error.h"
 #include "tests/server/core/test_objects.h"
 #include "tests/server/store/recorded_world.h"
+#include "tests/server/store/store_wrapper.h"
 #include "tests/server/store/story.h"
 
 namespace cwm::server {
@@ -16,53 +17,6 @@ namespace {
 
 using collision::Revision;
 using ::testing::HasSubstr;
-
-// A store after a power cut.
-class CutStore final : public Store {
- public:
-  explicit CutStore(Store& store) : store_(store) {}
-  bool may_lack_observed() const override { return true; }
-  bool may_lack_durable() const override { return false; }
-  absl::Status RecoveryDone() override { return store_.RecoveryDone(); }
-  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override {
-    return store_.SnapshotOf(world_uid);
-  }
-  bool HasDurableBlob(const std::string& hash) const override {
-    return store_.HasDurableBlob(hash);
-  }
-  std::int64_t epoch() const override { return store_.epoch(); }
-  std::int64_t last_sequence() const override { return store_.last_sequence(); }
-  absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,
-                                      Durability durability) override {
-    return store_.Append(records, durability);
-  }
-  absl::StatusOr<std::vector<StoredRecord>> Follow(std::string_view world_uid, std::int64_t after,
-                                                   std::int64_t max_bytes) override {
-    return store_.Follow(world_uid, after, max_bytes);
-  }
-  absl::Status PutSnapshot(const StoredSnapshot& snapshot) override {
-    return store_.PutSnapshot(snapshot);
-  }
-  absl::StatusOr<std::vector<StoredSnapshot>> Snapshots() override { return store_.Snapshots(); }
-  absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) override {
-    return store_.DropWorld(world_uid, sequence);
-  }
-  absl::Status PutBlob(const std::string& hash, std::string_view bytes,
-                       Durability durability) override {
-    return store_.PutBlob(hash, bytes, durability);
-  }
-  absl::StatusOr<std::string> GetBlob(const std::string& hash) const override {
-    return store_.GetBlob(hash);
-  }
-  absl::Status Maintain() override { return store_.Maintain(); }
-  absl::Status CheckRoom() override { return store_.CheckRoom(); }
-  absl::StatusOr<std::unique_ptr<BackupRun>> StartBackup() override { return store_.StartBackup(); }
-  StoreStats stats() const override { return store_.stats(); }
-  absl::Status Close() override { return store_.Close(); }
-
- private:
-  Store& store_;
-};
 
 Replayed ReplayOf(Store& store, const Retention& retention = {}) {
   auto replayed = Replay(store, {.retention = retention, .threads = 2});
@@ -282,7 +236,7 @@ TEST(Replay, AfterAPowerCutEveryWorldSkipsRevisionsForGood) {
   const auto live = MakeRecordedWorld("w", "uid", journal);
   const std::vector<collision::Change> put = {Put("a")};
   ASSERT_TRUE(live->Apply(put, {}).ok());
-  CutStore cut(store);
+  LossyStore cut(store, {.observed = true});
   const Replayed replayed = ReplayOf(cut);
   const WorldImage& image = replayed.worlds.front();
   EXPECT_EQ(image.steps.back().next->revision(), Revision{1 + kRevisionsLostAtMost});
@@ -325,7 +279,8 @@ TEST(Replay, AnObservedObjectWhoseGeometryIsMissingIsDroppedAndToldOnce) {
   const std::vector<collision::Change> move = {Move("large", 1)};
   ASSERT_TRUE(live->Apply(move, {}).ok());
   ASSERT_EQ(disk->blobs.erase(hash), 1u);
-  Replayed replayed = ReplayOf(store);
+  LossyStore cut(store, {.observed = true});
+  Replayed replayed = ReplayOf(cut);
   ASSERT_EQ(replayed.warnings.size(), 1u);
   EXPECT_THAT(replayed.warnings.front(), HasSubstr("world 'w': object 'large' is gone"));
   const auto restored = Restore(std::move(replayed.worlds.front()), journal);
