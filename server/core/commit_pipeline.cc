@@ -70,12 +70,12 @@ void CommitPipeline::OnJournaled(const PendingWritePtr& write) {
 }
 
 // Nothing of the entry was written, and every later write of this world builds on it: all of them
-// are taken back and refused.
+// are rolled back and refused.
 void CommitPipeline::OnRefused(const PendingWritePtr& write, const absl::Status& status) {
   std::deque<PendingWritePtr> lost;
   {
     const std::lock_guard turn(turn_);
-    if (write->is_void) return;  // it was taken back with an earlier one
+    if (write->is_void) return;  // it was rolled back with an earlier one
     {
       const std::lock_guard lock(mutex_);
       lost.swap(queue_);

@@ -27,7 +27,7 @@ struct PendingWrite {
   // False: an answer that was derived from the tip, so that it must not leave before the tip is
   // journaled: an error, the reply to a retry, a write without effect.
   bool has_entry = false;
-  bool is_void = false;  // it was taken back; under the turn
+  bool is_void = false;  // it was rolled back; under the turn
 };
 using PendingWritePtr = std::shared_ptr<PendingWrite>;
 
@@ -36,7 +36,7 @@ class CommitPipeline {
   struct Owner {
     // Publishes a write that the journal has, or that needs none.
     std::function<WorldFeed::PostCommit(const PendingWrite&)> publish;
-    // Called under the writer's turn after writes were taken back: the tip is the latest published
+    // Called under the writer's turn after writes were rolled back: the tip is the latest published
     // snapshot again.
     std::function<void(const std::deque<PendingWritePtr>& lost)> roll_back;
   };

@@ -39,7 +39,7 @@ class IdempotencyCache {
               std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) noexcept;
   // Records a write of before a restart; the whole reply to an ingest is not kept. In order of age.
   void Restore(const WorldImage::Request& request);
-  // Forgets the newest writes, which were taken back: the last first.
+  // Forgets a write that was rolled back. Of several, the newest must be forgotten first.
   void TakeBack(const std::string& request_id);
 
  private:

@@ -1,4 +1,4 @@
-// What a world tells its journal, and how it learns that its word is durable. The core knows no
+// The entries that a world gives to its journal, and the journal's interface. The core knows no
 // store: server/store implements the interface.
 #pragma once
 

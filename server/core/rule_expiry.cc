@@ -9,7 +9,8 @@
 namespace cwm::server {
 namespace {
 
-// The delay before the next try after an expiry failed, e.g. for lack of memory or of room on the disk.
+// The delay before the next try after an expiry failed, e.g. for lack of memory or of room on the
+// disk.
 constexpr auto kRetryAfter = std::chrono::milliseconds(100);
 
 bool TryExpireRules(World& world, Clock::time_point now) {

@@ -77,8 +77,8 @@ struct WorldServices {
   std::int64_t max_objects = Limits().max_objects;
   std::int64_t max_pending_writes = Limits().max_pending_writes;
   Journal* journal = nullptr;  // outlives the world; null: what is written ends with the process
-  // Called when the first write of a new world is published, and when its end is, before the answers
-  // to them. Under the turn without a journal.
+  // Called when the first write of a new world is published, and when its end is, before the
+  // answers to them. Under the turn without a journal.
   std::function<void(const World& world)> created = {};
   std::function<void(const World& world, const WorldDeletion& deletion)> deleted = {};
 };

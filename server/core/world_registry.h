@@ -69,8 +69,9 @@ class WorldRegistry {
     std::string uid;
     collision::Revision revision;  // its last
   };
-  // The errors of Find; DISK_FULL, then the world stays. A retry with the same request_id, within the time that ids are kept, gets
-  // the first reply; FailedPrecondition REQUEST_ID_REUSED for another `uid` under the same id.
+  // The errors of Find; DISK_FULL, then the world stays. A retry with the same request_id, within
+  // the time that ids are kept, gets the first reply; FailedPrecondition REQUEST_ID_REUSED for
+  // another `uid` under the same id.
   absl::StatusOr<Deleted> Delete(const std::string& name, const std::string& uid = "",
                                  const std::string& request_id = "");
   // Ends all watches with a last bookmark, for shutting down.

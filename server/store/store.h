@@ -97,9 +97,9 @@ class Store {
   // Drops the snapshot of a world, and its records up to `sequence`.
   virtual absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) = 0;
 
-  // Keeps the bytes under their SHA-256, in lower-case hex, which the caller has computed. A durable
-  // blob is on the disk when the function returns; an observed one may be lost in a power cut.
-  // Maintain drops blobs that no record or snapshot names, ten minutes after they were last put at
+  // Keeps the bytes under their SHA-256, in lower-case hex, which the caller has computed. A
+  // durable blob is on the disk when the function returns; an observed one may be lost in a power
+  // cut. Maintain drops blobs that no record or snapshot names, ten minutes after they were last put at
   // the earliest, so that the record has time to follow. Thread safe.
   virtual absl::Status PutBlob(const std::string& hash, std::string_view bytes,
                                Durability durability) = 0;

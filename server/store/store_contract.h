@@ -22,8 +22,8 @@ absl::Status StoreFailed(std::string_view what);
 // NotFound BLOB_MISSING.
 absl::Status BlobMissing(const std::string& hash);
 
-// InvalidArgument STORE_MISUSED if the records are not consecutive, begin behind `last` + 1, name no
-// world, or name blobs by what are no hashes. Records that begin earlier were superseded, which is
+// InvalidArgument STORE_MISUSED if the records are not consecutive, begin behind `last` + 1, name
+// no world, or name blobs by what are no hashes. Records that begin earlier were superseded, which is
 // no error.
 absl::Status CheckRecords(std::span<const StoredRecord> records, std::int64_t last);
 // InvalidArgument STORE_MISUSED if the snapshot is older than the world's last one, at `earliest`,

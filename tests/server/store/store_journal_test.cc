@@ -185,9 +185,9 @@ TEST_F(StoreJournalTest, AFullDiskRefusesWritesAndLetsThemThroughWhenThereIsRoom
 TEST_F(StoreJournalTest, AnAllowanceEndsThoughThereIsNoRoom) {
   const auto world = MakeWorld("w");
   const auto start = Clock::now();
-  const Change allow{.what = collision::AllowCollision{
-                         .pair = {{"a"}, {"b"}},
-                         .expires = collision::ExpiryAfter(std::chrono::seconds(1), start)},
+  const Change allow{.what = collision::AllowCollision{.pair = {{"a"}, {"b"}},
+                                                       .expires = collision::ExpiryAfter(
+                                                           std::chrono::seconds(1), start)},
                      .expected_object_revision = {}};
   ASSERT_TRUE(world->Apply(std::vector{Put("a"), Put("b"), allow}, {}).ok());
   trouble.Set([&] { trouble.has_room = trouble.is_held = false; });
