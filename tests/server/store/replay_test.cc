@@ -219,7 +219,6 @@ TEST(Replay, GeometryOfTheWindowIsLimitedByItsBytes) {
     const std::vector<collision::Change> put = {
         {collision::PutObject{.name = "scan", .geometry = geometry, .supported_by = {}},
          std::nullopt}};
-    ASSERT_TRUE(live->KeepGeometry(put, Durability::kObserved).ok());
     ASSERT_TRUE(live->Apply(put, {}).ok());
   }
   const std::int64_t bytes = std::int64_t{228} * 2 * kSidesOfBlob;  // of one prepared mesh, about
@@ -264,7 +263,7 @@ std::string PutLarge(World& world, Durability durability) {
       Put("small"),
       {collision::PutObject{.name = "large", .geometry = geometry, .supported_by = {}},
        std::nullopt}};
-  EXPECT_TRUE(world.KeepGeometry(changes, durability).ok());
+  EXPECT_TRUE(world.KeepGeometry({{geometry}}, durability).ok());
   const auto make = [&](const SnapshotPtr&) { return changes; };
   EXPECT_TRUE(world.Update(make, {}, {.durability = durability}).ok());
   return HashOf(model.surfaces[0].surface.mesh);
