@@ -111,7 +111,8 @@ absl::Status DurableWorlds::RestoreAll(Application& application) {
                replayed->worlds.size(), location_, replayed->record_count, replayed->snapshot_count,
                replayed->geometry_count, replayed->seconds);
   journal_ =
-      std::make_unique<StoreJournal>(std::move(store_), std::move(replayed->compactor), EndProcess);
+      std::make_unique<StoreJournal>(std::move(store_), std::move(replayed->compactor), EndProcess,
+                                     [](const std::string& text) { spdlog::warn("{}", text); });
   application.worlds.SetJournal(journal_.get());
   application.worlds.Restore(std::move(replayed->worlds), replayed->deleted);
   application.store_admin = journal_.get();

@@ -41,9 +41,11 @@ bool MustFlush(const JournalEntry& entry) {
 
 }  // namespace
 
-StoreJournal::StoreJournal(std::unique_ptr<Store> store, Compactor compactor, OnFailure on_failure)
+StoreJournal::StoreJournal(std::unique_ptr<Store> store, Compactor compactor, OnFailure on_failure,
+                           Warn warn)
     : store_(std::move(store)),
       on_failure_(std::move(on_failure)),
+      warn_(std::move(warn)),
       compactor_(std::move(compactor)),
       sequence_(store_->last_sequence()),
       thread_([this] { Run(); }) {}
@@ -295,7 +297,10 @@ void StoreJournal::StepCompaction() {
   const auto now = std::chrono::system_clock::now();
   if (has_failed_ || !compactor_.IsDue(now)) return;
   const absl::Status status = compactor_.Step(*store_, now);
-  if (!status.ok() && !absl::IsResourceExhausted(status)) Fail(status);
+  if (!status.ok() && !absl::IsResourceExhausted(status)) return Fail(status);
+  if (compactor_.not_folded() == not_folded_) return;
+  not_folded_ = compactor_.not_folded();
+  if (warn_) warn_("a world is too large to be folded into one snapshot, so its log grows on");
 }
 
 void StoreJournal::WorkInBackground() {

@@ -29,8 +29,12 @@ class StoreJournal final : public Journal, public StoreAdmin {
   // holds: the process must end and read the store again. No entry is answered afterwards.
   using OnFailure = std::function<void(const absl::Status& status)>;
 
+  // Gets a sentence for the log, from the journal's thread.
+  using Warn = std::function<void(const std::string& text)>;
+
   // `store` was replayed, which made the compactor, and must have no other user.
-  StoreJournal(std::unique_ptr<Store> store, Compactor compactor, OnFailure on_failure);
+  StoreJournal(std::unique_ptr<Store> store, Compactor compactor, OnFailure on_failure,
+               Warn warn = {});
   ~StoreJournal() override;  // closes
 
   void Append(const JournalEntry& entry, Done done) override;
@@ -75,11 +79,13 @@ class StoreJournal final : public Journal, public StoreAdmin {
 
   const std::unique_ptr<Store> store_;
   const OnFailure on_failure_;
+  const Warn warn_;
 
   // Of the journal's thread.
   Compactor compactor_;
   std::unique_ptr<Store::BackupRun> backup_run_;  // for the first of backups_
-  std::int64_t unflushed_ = 0;                    // records that a power cut may take
+  std::int64_t not_folded_ = 0;  // logs that were too large, as far as they were told
+  std::int64_t unflushed_ = 0;   // records that a power cut may take
   int batches_since_maintenance_ = 0;
   absl::Status closed_;
 
