@@ -52,8 +52,9 @@ absl::StatusOr<std::optional<WriteOutcome>> World::State::Precheck(const WriteOp
   if (is_closed) return WorldDeleted();
   absl::StatusOr<std::optional<WriteOutcome>> first = requests.Find(options, now());
   if (!first.ok() || first->has_value()) return first;
+  if (!options.expected_revision.has_value()) return std::nullopt;
   const Revision latest = pipeline->Tip()->revision();
-  if (options.expected_revision.has_value() && *options.expected_revision != latest) {
+  if (*options.expected_revision != latest) {
     return RevisionMismatch(*options.expected_revision, latest);
   }
   return std::nullopt;
