@@ -13,6 +13,7 @@
 #include "server/store/memory_store.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/server/store/store_stories.h"
+#include "tests/server/store/store_wrapper.h"
 
 namespace cwm::server {
 namespace {
@@ -52,36 +53,29 @@ class TestedMemory final : public TestedEngine {
   std::shared_ptr<MemoryDisk> disk_ = std::make_shared<MemoryDisk>();
 };
 
+struct OwnedMemory {
+  MemoryStore memory;
+};
+
 // A store on which another server appends first now and then, and whose replies get lost: with what
 // was asked for done, or not.
-class UnreliableStore final : public Store {
+class UnreliableStore final : private OwnedMemory, public StoreWrapper {
  public:
   UnreliableStore(std::shared_ptr<MemoryDisk> disk, std::uint32_t seed)
-      : store_(std::move(disk)), random_(seed) {}
+      : OwnedMemory{MemoryStore(std::move(disk))}, StoreWrapper(memory), random_(seed) {}
 
-  std::int64_t epoch() const override { return store_.epoch(); }
-  std::int64_t last_sequence() const override { return store_.last_sequence(); }
-  bool may_lack_observed() const override { return store_.may_lack_observed(); }
-  bool may_lack_durable() const override { return false; }
-  absl::Status RecoveryDone() override { return store_.RecoveryDone(); }
-  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override {
-    return store_.SnapshotOf(world_uid);
-  }
-  bool HasDurableBlob(const std::string& hash) const override {
-    return store_.HasDurableBlob(hash);
-  }
   absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,
                                       Durability durability) override {
     switch (random_() % 4) {
       case 0:
-        return store_.Append(records, durability);
+        return StoreWrapper::Append(records, durability);
       case 1: {
-        std::vector<StoredRecord> stranger = NextRecords(store_, "of-another-server", 1, 1);
-        (void)store_.Append(stranger, durability);
-        return store_.Append(records, durability);
+        std::vector<StoredRecord> stranger = NextRecords(memory, "of-another-server", 1, 1);
+        (void)StoreWrapper::Append(stranger, durability);
+        return StoreWrapper::Append(records, durability);
       }
       case 2: {
-        absl::StatusOr<AppendResult> result = store_.Append(records, durability);
+        absl::StatusOr<AppendResult> result = StoreWrapper::Append(records, durability);
         if (result.ok() && *result == AppendResult::kDurable) return AppendResult::kUnknown;
         return result;
       }
@@ -89,32 +83,8 @@ class UnreliableStore final : public Store {
         return AppendResult::kUnknown;
     }
   }
-  absl::StatusOr<std::vector<StoredRecord>> Follow(std::string_view world_uid, std::int64_t after,
-                                                   std::int64_t max_bytes) override {
-    return store_.Follow(world_uid, after, max_bytes);
-  }
-  absl::Status PutSnapshot(const StoredSnapshot& snapshot) override {
-    return store_.PutSnapshot(snapshot);
-  }
-  absl::StatusOr<std::vector<StoredSnapshot>> Snapshots() override { return store_.Snapshots(); }
-  absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) override {
-    return store_.DropWorld(world_uid, sequence);
-  }
-  absl::Status PutBlob(const std::string& hash, std::string_view bytes,
-                       Durability durability) override {
-    return store_.PutBlob(hash, bytes, durability);
-  }
-  absl::StatusOr<std::string> GetBlob(const std::string& hash) const override {
-    return store_.GetBlob(hash);
-  }
-  absl::Status Maintain() override { return store_.Maintain(); }
-  absl::Status CheckRoom() override { return store_.CheckRoom(); }
-  absl::StatusOr<std::unique_ptr<BackupRun>> StartBackup() override { return store_.StartBackup(); }
-  StoreStats stats() const override { return store_.stats(); }
-  absl::Status Close() override { return store_.Close(); }
 
  private:
-  MemoryStore store_;
   std::mt19937 random_;
 };
 

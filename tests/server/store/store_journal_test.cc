@@ -18,6 +18,7 @@
 #include "server/core/world.h"
 #include "server/store/memory_store.h"
 #include "tests/server/core/test_objects.h"
+#include "tests/server/store/store_wrapper.h"
 
 namespace cwm::server {
 namespace {
@@ -32,7 +33,7 @@ absl::Status DiskFull() {
 }
 
 // A store in memory whose next appends can be held, refused or answered wrongly.
-class TroubledStore final : public Store {
+class TroubledStore final : public StoreWrapper {
  public:
   struct Trouble {
     std::mutex mutex;
@@ -52,20 +53,8 @@ class TroubledStore final : public Store {
     }
   };
 
-  TroubledStore(std::shared_ptr<MemoryDisk> disk, Trouble& trouble)
-      : store_(std::move(disk)), trouble_(trouble) {}
+  TroubledStore(Store& store, Trouble& trouble) : StoreWrapper(store), trouble_(trouble) {}
 
-  std::int64_t epoch() const override { return store_.epoch(); }
-  std::int64_t last_sequence() const override { return store_.last_sequence(); }
-  bool may_lack_observed() const override { return false; }
-  bool may_lack_durable() const override { return false; }
-  absl::Status RecoveryDone() override { return store_.RecoveryDone(); }
-  absl::StatusOr<std::optional<StoredSnapshot>> SnapshotOf(std::string_view world_uid) override {
-    return store_.SnapshotOf(world_uid);
-  }
-  bool HasDurableBlob(const std::string& hash) const override {
-    return store_.HasDurableBlob(hash);
-  }
   absl::StatusOr<AppendResult> Append(std::span<const StoredRecord> records,
                                       Durability durability) override {
     std::unique_lock lock(trouble_.mutex);
@@ -81,38 +70,15 @@ class TroubledStore final : public Store {
     if (!writes) return answer;
     trouble_.batches.push_back(records.size());
     trouble_.durabilities.push_back(durability);
-    const auto appended = store_.Append(records, durability);
+    const auto appended = StoreWrapper::Append(records, durability);
     return appended.ok() ? absl::StatusOr<AppendResult>(answer) : appended;
   }
-  absl::StatusOr<std::vector<StoredRecord>> Follow(std::string_view world_uid, std::int64_t after,
-                                                   std::int64_t max_bytes) override {
-    return store_.Follow(world_uid, after, max_bytes);
-  }
-  absl::Status PutSnapshot(const StoredSnapshot& snapshot) override {
-    return store_.PutSnapshot(snapshot);
-  }
-  absl::StatusOr<std::vector<StoredSnapshot>> Snapshots() override { return store_.Snapshots(); }
-  absl::Status DropWorld(std::string_view world_uid, std::int64_t sequence) override {
-    return store_.DropWorld(world_uid, sequence);
-  }
-  absl::Status PutBlob(const std::string& hash, std::string_view bytes,
-                       Durability durability) override {
-    return store_.PutBlob(hash, bytes, durability);
-  }
-  absl::StatusOr<std::string> GetBlob(const std::string& hash) const override {
-    return store_.GetBlob(hash);
-  }
-  absl::Status Maintain() override { return store_.Maintain(); }
   absl::Status CheckRoom() override {
     const std::lock_guard lock(trouble_.mutex);
     return trouble_.has_room ? absl::OkStatus() : DiskFull();
   }
-  absl::StatusOr<std::unique_ptr<BackupRun>> StartBackup() override { return store_.StartBackup(); }
-  StoreStats stats() const override { return store_.stats(); }
-  absl::Status Close() override { return store_.Close(); }
 
  private:
-  MemoryStore store_;
   Trouble& trouble_;
 };
 
@@ -122,7 +88,7 @@ class StoreJournalTest : public testing::Test {
 
   void Open() {
     journal = std::make_unique<StoreJournal>(
-        std::make_unique<TroubledStore>(disk, trouble), Compactor(),
+        std::make_unique<TroubledStore>(memory, trouble), Compactor(),
         [this](const absl::Status& status) { failure.set_value(status); });
   }
   std::shared_ptr<World> MakeWorld(std::string name) {
@@ -141,6 +107,7 @@ class StoreJournalTest : public testing::Test {
 
   TroubledStore::Trouble trouble;
   std::shared_ptr<MemoryDisk> disk = std::make_shared<MemoryDisk>();
+  MemoryStore memory{disk};
   std::promise<absl::Status> failure;
   std::unique_ptr<StoreJournal> journal;
 };
