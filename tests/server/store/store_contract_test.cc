@@ -19,7 +19,6 @@ namespace cwm::server {
 namespace {
 
 using testing::ElementsAre;
-using testing::ElementsAreArray;
 using testing::IsEmpty;
 
 // Opens one and the same store again and again.
