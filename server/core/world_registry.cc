@@ -262,14 +262,16 @@ absl::StatusOr<WorldRegistry::Lease> WorldRegistry::AcquireLease(const std::stri
 }
 
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::string& name) {
-  absl::StatusOr<Lease> lease = AcquireLease(name);
-  if (!lease.ok()) return lease.status();
-  if (!lease->committed()) {
+  for (;;) {
+    absl::StatusOr<Lease> lease = AcquireLease(name);
+    if (!lease.ok()) return lease.status();
+    if (lease->committed()) return lease->world();
     const auto nothing = [](const SnapshotPtr&) { return std::vector<collision::Change>(); };
-    const absl::StatusOr<WriteOutcome> created = (*lease)->Update(nothing, {});
-    if (!created.ok()) return created.status();
+    const absl::Status created = (*lease)->Update(nothing, {}).status();
+    if (created.ok()) return lease->world();
+    // Another call made the world and deleted it meanwhile: the next try makes a new one.
+    if (!absl::IsNotFound(created)) return created;
   }
-  return lease->world();
 }
 
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::Find(const std::string& name,
