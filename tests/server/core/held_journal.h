@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <mutex>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@ namespace cwm::server {
 class HeldJournal final : public Journal {
  public:
   void Append(const JournalEntry& entry, Done done) override {
+    const std::lock_guard lock(mutex_);
     waiting_.push_back({entry, std::move(done)});
   }
   absl::Status KeepGeometry(std::span<const PreparedModelPtr>, Durability) override {
@@ -20,24 +22,35 @@ class HeldJournal final : public Journal {
   }
   absl::StatusOr<std::string> KeepRobotFiles(const RobotFiles&) override { return ""; }
 
-  std::size_t waiting() const { return waiting_.size(); }
-  const JournalEntry& entry(std::size_t i) const { return waiting_[i].entry; }
+  std::size_t waiting() const {
+    const std::lock_guard lock(mutex_);
+    return waiting_.size();
+  }
+  JournalEntry entry(std::size_t i) const {
+    const std::lock_guard lock(mutex_);
+    return waiting_[i].entry;
+  }
 
   // Answers the oldest entry.
   void Answer(const absl::Status& status = absl::OkStatus()) {
-    Waiting first = std::move(waiting_.front());
-    waiting_.pop_front();
+    Waiting first;
+    {
+      const std::lock_guard lock(mutex_);
+      first = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
     first.done(status);
   }
   void AnswerAll(const absl::Status& status = absl::OkStatus()) {
-    while (!waiting_.empty()) Answer(status);
+    while (waiting() > 0) Answer(status);
   }
 
  private:
   struct Waiting {
-    JournalEntry entry;
-    Done done;
+    JournalEntry entry = {};
+    Done done = {};
   };
+  mutable std::mutex mutex_;
   std::deque<Waiting> waiting_;
 };
 
