@@ -191,8 +191,7 @@ TEST_F(CommitPipelineTest, ADeletedWorldStaysUntilTheJournalHasItsEnd) {
 }
 
 TEST_F(CommitPipelineTest, OneDurableChangeMakesTheListDurable) {
-  const Change expire{.what = collision::ExpireRules{Clock::now()},
-                      .expected_object_revision = {}};
+  const Change expire{.what = collision::ExpireRules{Clock::now()}, .expected_object_revision = {}};
   Start({expire});
   Start({expire, Put("b")});
   EXPECT_EQ(journal.entry(0).durability, Durability::kObserved);
