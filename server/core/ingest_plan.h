@@ -57,7 +57,7 @@ class DetectionGeometry {
   // Prepares the geometry that the match adds or replaces, on the threads of `work`; heavy, so no
   // lock may be held. Cancelled when stopped.
   absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const perception::Work& work);
-  // What was prepared so far, one per detection; nullptr if it was not.
+  // The geometry prepared so far, one per detection; nullptr where none was.
   std::span<const std::shared_ptr<const collision::PreparedModel>> prepared() const {
     return prepared_;
   }

@@ -1,4 +1,4 @@
-// What the administration of a server sees of the store that keeps its worlds.
+// The store that keeps a server's worlds, as its administration sees it.
 #pragma once
 
 #include <cstdint>

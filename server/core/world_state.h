@@ -1,4 +1,4 @@
-// The writers' side of a world: what a write is decided on, and what it leaves behind. Internal to
+// The writers' side of a world: decides writes on the newest state and publishes them. Internal to
 // World; the functions that say so are called under the writer's turn.
 #pragma once
 
@@ -97,10 +97,11 @@ struct World::State {
                 std::variant<WorldWrite, WorldDeletion> what, Durability durability,
                 bool may_use_reserve);
 
-  // Of the pipeline.
+  // Called by the pipeline: makes a write visible to readers.
   WorldFeed::PostCommit Publish(const PendingWrite& write);
 
-  // Of the pipeline, under the turn. Numbers of names stay used: nobody minds one that is missing.
+  // Called by the pipeline, under the turn: undoes the writes. Numbers of names stay used, so that
+  // none is ever given twice.
   void RollBack(const std::deque<PendingWritePtr>& lost);
 
   // Under the turn. The pipeline must not outlive its world.

@@ -1,4 +1,4 @@
-// What a write tells besides changes of the world: facts that no revision holds.
+// Facts that belong to a write but to no revision: sightings of objects, poses of sensors.
 #pragma once
 
 #include <chrono>

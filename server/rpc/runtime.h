@@ -46,7 +46,7 @@ struct Application {
   WorldRegistry worlds{limits, retention, memory};
   // Blobs that nothing uses yet belong to no world: they may take at most an eighth of the account.
   GeometryStore geometry{std::min(limits.max_geometry_bytes, limits.max_memory_bytes / 8), limits};
-  // Where worlds are kept: kMemoryStore or "sqlite:PATH".
+  // The place of the worlds: kMemoryStore or "sqlite:PATH".
   std::string store = kMemoryStore;
   // The store, once the worlds are restored; nullptr for kMemoryStore.
   std::atomic<StoreAdmin*> store_admin = nullptr;

@@ -115,9 +115,9 @@ class Compactor {
   struct Log {
     HistoryWindow window;
     std::deque<Kept> kept = {};  // the records of the window
-    // Of the records that left it since the last compaction began.
+    // Records that left the window since the last compaction began: count, bytes, last sequence.
     std::int64_t old_records = 0, old_bytes = 0, old_sequence = 0;
-    // What a compaction under way began with, of the above.
+    // The same counts when the compaction under way began.
     std::int64_t begun_records = 0, begun_bytes = 0;
     std::int64_t max_records = 0, max_bytes = 0;  // it is due above one of them
     bool is_due = false;

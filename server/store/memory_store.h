@@ -15,8 +15,8 @@
 
 namespace cwm::server {
 
-// What outlives a MemoryStore, as a disk outlives a process: open a store on it again to test what
-// a restart does.
+// Outlives a MemoryStore, as a disk outlives a process: a store opened on it again is one after a
+// restart.
 struct MemoryDisk {
   std::int64_t epoch = 0;
   std::int64_t last_sequence = 0;

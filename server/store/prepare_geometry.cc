@@ -68,7 +68,7 @@ class GeometryPreparation::Meshes {
 
 void GeometryPreparation::Add(const std::shared_ptr<const FoldedModel>& model, const Owner& owner) {
   if (task_of_model_.contains(model.get())) return;
-  // Whether a missing blob is an error depends on the record that brought the model.
+  // The record that brought the model decides whether a missing blob is an error.
   std::string content = model->model.SerializeAsString();
   content.push_back(model->observed ? '\1' : '\0');
   const auto [known, is_new] = task_of_content_.emplace(std::move(content), tasks_.size());

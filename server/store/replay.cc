@@ -57,7 +57,7 @@ class Replayer {
   }
 
  private:
-  // What is lost of a world.
+  // The lost parts of a world.
   struct Losses {
     std::vector<std::string> objects = {}, robots = {};
     std::vector<store::v1::Object> detached_objects = {};
