@@ -108,7 +108,7 @@ bool StreamQueriesCall::AdvanceLocked() {
                                   [this] { context_->TryCancel(); });
     StartWrite(&written_);
   }
-  const bool goes_on = !client_is_gone_ && !runtime_.draining();
+  const bool goes_on = !client_is_gone_ && stream_error_.ok() && !runtime_.draining();
   const bool begins = goes_on && read_ == SlotState::kDone && answer_ == SlotState::kEmpty;
   if (begins) {
     request_bytes_.Swap(&next_);
@@ -224,10 +224,8 @@ void StreamQueriesCall::AnswerOnException(const std::function<void()>& work) {
 void StreamQueriesCall::FailStream(const absl::Status& status) {
   {
     const std::lock_guard lock(mutex_);
-    stream_error_ = status;
-    client_is_done_ = true;
+    stream_error_ = status;  // a message that is being read now is not answered either
     answer_ = SlotState::kEmpty;
-    if (read_ == SlotState::kDone) read_ = SlotState::kEmpty;
   }
   Advance();
 }

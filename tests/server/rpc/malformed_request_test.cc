@@ -125,13 +125,16 @@ TEST_F(MalformedRequestTest, AStreamAnswersWhatCameBeforeAndEndsWithTheRefusal) 
   *query.mutable_check_collisions()->mutable_subject() = SphereAt({0});
   const std::string good = query.SerializeAsString();
   const std::string method = "/cwm.v1.QueryService/StreamQueries";
-  const Answer answer = Send(method, {good, kNoMessage, good});
-  ExpectMalformed(answer.status, method);
-  ASSERT_EQ(answer.messages.size(), 1U);
-  v1::StreamQueriesResponse response;
-  ASSERT_TRUE(response.ParseFromString(answer.messages[0]));
-  EXPECT_EQ(response.id(), 7);
-  EXPECT_FALSE(response.has_error());
+  // The last message may be read before, while or after the bad one is refused.
+  for (int repetition = 0; repetition < 100; ++repetition) {
+    const Answer answer = Send(method, {good, kNoMessage, good});
+    ExpectMalformed(answer.status, method);
+    ASSERT_EQ(answer.messages.size(), 1U);
+    v1::StreamQueriesResponse response;
+    ASSERT_TRUE(response.ParseFromString(answer.messages[0]));
+    EXPECT_EQ(response.id(), 7);
+    EXPECT_FALSE(response.has_error());
+  }
   EXPECT_TRUE(Send(method, {good}).status.ok());
 }
 
