@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "perception/cloud/pinhole.h"
 #include "perception/cloud/point_cloud.h"
 
 namespace cwm::perception {
@@ -33,14 +34,6 @@ struct SightCounts {
   int visible() const { return hit + through; }
   // Share of the visible points that rays passed through; 0 when none is visible.
   double ThroughShare() const;
-};
-
-// u = focal_u x / z + center_u for z > 0, in pixels.
-struct Pinhole {
-  double focal_u_px = 0;
-  double focal_v_px = 0;
-  double center_u_px = 0;
-  double center_v_px = 0;
 };
 
 // Estimates the pinhole model of an organised cloud by least squares over its points. Empty if the

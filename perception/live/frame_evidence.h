@@ -1,0 +1,79 @@
+// What one frame says about the known world: the input of the tracker.
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perception/cloud/sensor_noise.h"
+#include "perception/live/depth_image.h"
+#include "perception/live/frame_classes.h"
+#include "perception/live/known_body.h"
+
+namespace cwm::perception {
+
+using Stamp = std::chrono::system_clock::time_point;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// What the frame says about one body that is expected in it.
+struct BodyEvidence {
+  BodyId id = kNoBody;
+  // Pixels in which the body is the first expected surface, and how many of them have each class.
+  // `hidden` holds those of robots, of what they carry, and of their outlines.
+  int expected = 0;
+  int consistent = 0;
+  int nearer = 0;
+  int farther = 0;
+  int missing = 0;
+  int hidden = 0;
+
+  // The rigid motion of the body, since the reference was learnt, that explains the differences of
+  // depth at its pixels: the normal equations information * twist = moment, each depth with weight
+  // 1 / (sigma^2 kPointsPerIndependentSample). twist is (translation in m, rotation in rad) about
+  // the body's origin in the world's axes. Zero for a sensor without a reference.
+  Matrix6 information = Matrix6::Zero();
+  Vector6 moment = Vector6::Zero();
+  int moment_pixels = 0;
+
+  // True if pixels of the body, or beside its outline, are in hot blocks.
+  bool is_hot = false;
+  // Only if hot: measured points that may be of the body, which are neither robot nor mixed, and
+  // not nearer than the body by more than 30 mm, within 30 mm of its outline. At most
+  // kMaxBodyPoints, in the frame L (world's axes, origin at the sensor).
+  std::vector<Eigen::Vector3f> points_L = {};
+};
+inline constexpr int kMaxBodyPoints = 600;
+
+// A connected part of the image that differs from what is known.
+struct HotRegion {
+  std::vector<std::int32_t> blocks = {};  // indices of blocks, ascending
+  int nearer = 0;                         // pixels
+  int farther = 0;
+  std::vector<BodyId> bodies = {};  // whose expected pixels it touches, ascending
+  // Time for which its pixels have stayed the same within noise; 0 if they still change.
+  double rest_s = 0;
+  int rest_frames = 0;
+  // Points that no known surface explains (kNearer), in the frame L, at most one per 2 x 2 pixels.
+  std::vector<Eigen::Vector3f> points_L = {};
+};
+
+struct FrameEvidence {
+  std::string sensor = {};
+  Stamp stamp = {};
+  Pose X_WC = Pose::Identity();  // p_W = X_WC.translation() + p_L
+  bool is_still = false;         // the sensor has the same pose as before, to the bit
+  DepthCamera camera = {};
+  SensorNoise noise = {};
+  std::shared_ptr<const DepthImage> image = {};
+  std::shared_ptr<const FrameClasses> classes = {};
+  std::vector<BodyEvidence> bodies = {};  // expected in the view, by ascending id
+  std::vector<HotRegion> regions = {};    // the largest first
+  // False until the sensor has learnt its reference: differences are not judged before.
+  bool has_reference = false;
+};
+
+}  // namespace cwm::perception
