@@ -3,18 +3,46 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+
+#include "perception/cloud/split_mix.h"
 
 namespace cwm::perception {
 namespace {
 
-// Filters `count` values that lie `stride` apart: x_i = rho x_{i-1} + sqrt(1 - rho^2) e_i, which
-// leaves the variance at 1.
-void Autoregress(float* values, int count, std::ptrdiff_t stride, float rho) {
+// Values that lie `stride` apart become x_i = rho x_{i-1} + sqrt(1 - rho^2) e_i, which leaves the
+// variance at 1: values[i] is such an x_i for i from `stride` on, in the order of the memory.
+void Autoregress(float* values, std::ptrdiff_t count, std::ptrdiff_t stride, float rho) {
   const float innovation = std::sqrt(1 - rho * rho);
-  for (int i = 1; i < count; ++i) {
-    values[i * stride] = rho * values[(i - 1) * stride] + innovation * values[i * stride];
+  for (std::ptrdiff_t i = stride; i < count; ++i) {
+    values[i] = rho * values[i - stride] + innovation * values[i];
   }
+}
+
+// derived: quantiles of the normal distribution in the middle of 4096 equal steps of probability;
+// their variance is within 0.1 % of 1, their largest is 3.7.
+constexpr int kQuantileBits = 12;
+using QuantileTable = std::array<float, std::size_t{1} << kQuantileBits>;
+
+// Solves Phi(x) = p by bisection.
+double NormalQuantile(double p) {
+  double low = -8;
+  double high = 8;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(-middle / std::numbers::sqrt2) < p ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+QuantileTable MakeQuantiles() {
+  QuantileTable table;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    table[i] = static_cast<float>(
+        NormalQuantile((static_cast<double>(i) + 0.5) / static_cast<double>(table.size())));
+  }
+  return table;
 }
 
 struct PlaneWave {
@@ -55,12 +83,33 @@ NoiseField ExponentialField(int width, int height, double row_px, double column_
   NoiseField field{.width = width, .height = height, .values = {}};
   field.values.resize(static_cast<std::size_t>(width) * height);
   for (float& value : field.values) value = static_cast<float>(draws.Normal());
+  Correlate(row_px, column_px, field);
+  return field;
+}
+
+void Correlate(double row_px, double column_px, NoiseField& field) {
   const float row_rho = static_cast<float>(std::exp(-1 / row_px));
   const float column_rho = static_cast<float>(std::exp(-1 / column_px));
-  for (int v = 0; v < height; ++v) {
-    Autoregress(&field.values[static_cast<std::size_t>(v) * width], width, 1, row_rho);
+  for (int v = 0; v < field.height; ++v) {
+    Autoregress(&field.values[static_cast<std::size_t>(v) * field.width], field.width, 1, row_rho);
   }
-  for (int u = 0; u < width; ++u) Autoregress(&field.values[u], height, width, column_rho);
+  Autoregress(field.values.data(), std::ssize(field.values), field.width, column_rho);
+}
+
+NoiseField QuickField(int width, int height, double correlation_px, std::uint64_t seed) {
+  static const QuantileTable quantiles = MakeQuantiles();
+  NoiseField field{.width = width, .height = height, .values = {}};
+  field.values.resize(static_cast<std::size_t>(width) * height);
+  constexpr std::size_t kPerDraw = 64 / kQuantileBits;
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kQuantileBits) - 1;
+  for (std::size_t i = 0; i < field.values.size(); i += kPerDraw) {
+    std::uint64_t bits = NextRandomBits(seed);
+    const std::size_t end = std::min(i + kPerDraw, field.values.size());
+    for (std::size_t j = i; j < end; ++j, bits >>= kQuantileBits) {
+      field.values[j] = quantiles[bits & kMask];
+    }
+  }
+  Correlate(correlation_px, correlation_px, field);
   return field;
 }
 

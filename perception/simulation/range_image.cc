@@ -46,10 +46,37 @@ struct PartId {
   std::int32_t part = 0;
 };
 
+// Told of each pixel that a part covers, hidden or not.
+class CoveredPixels {
+ public:
+  // `covered_by` has the last object that covered each pixel; null: nothing is counted.
+  CoveredPixels(std::vector<std::int32_t>* covered_by, const RangeImage& image)
+      : covered_by_(covered_by), image_(image) {
+    silhouette_.row_begin = image.height;
+  }
+
+  void Add(std::int32_t object, int u, int v) {
+    if (covered_by_ == nullptr) return;
+    std::int32_t& last = (*covered_by_)[static_cast<std::size_t>(v) * image_.width + u];
+    if (last == object) return;
+    last = object;
+    ++silhouette_.pixel_count;
+    silhouette_.row_begin = std::min(silhouette_.row_begin, v);
+    silhouette_.row_end = std::max(silhouette_.row_end, v + 1);
+  }
+
+  Silhouette Take() const { return silhouette_.pixel_count == 0 ? Silhouette{} : silhouette_; }
+
+ private:
+  std::vector<std::int32_t>* covered_by_;
+  const RangeImage& image_;
+  Silhouette silhouette_;
+};
+
 // `cast` returns where a ray in frame S hits the surface; S is placed at X_CS.
 template <class Cast>
 void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera& camera,
-          const Cast& cast, RangeImage& image) {
+          const Cast& cast, RangeImage& image, CoveredPixels& covered) {
   const ScreenBounds screen = Project(bounds_C, camera);
   const Pose X_SC = X_CS.inverse();
   Ray ray_S{.origin = X_SC.translation()};
@@ -59,6 +86,7 @@ void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera
       ray_S.direction = X_SC.linear() * RayDirection(camera, u, v);
       const std::optional<RayHit> hit = cast(ray_S);
       if (!hit || hit->t > kMaxCameraDepth_m) continue;
+      covered.Add(id.object, u, v);
       Sighting& pixel = image.pixels[static_cast<std::size_t>(v) * image.width + u];
       if (pixel.seen() && pixel.depth_m <= hit->t) continue;
       pixel = {.depth_m = hit->t,
@@ -70,7 +98,7 @@ void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera
 }
 
 void DrawTriangles(PartId id, const TriangleMesh& mesh, const Pose& X_CS,
-                   const PinholeCamera& camera, RangeImage& image) {
+                   const PinholeCamera& camera, RangeImage& image, CoveredPixels& covered) {
   for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
     const Vector3& a = mesh.vertices[triangle[0]];
     const Vector3& b = mesh.vertices[triangle[1]];
@@ -78,20 +106,30 @@ void DrawTriangles(PartId id, const TriangleMesh& mesh, const Pose& X_CS,
     Aabb bounds_C(X_CS * a);
     bounds_C.extend(X_CS * b).extend(X_CS * c);
     Draw(
-        id, X_CS, bounds_C, camera, [&](const Ray& ray) { return CastRay(a, b, c, ray); }, image);
+        id, X_CS, bounds_C, camera, [&](const Ray& ray) { return CastRay(a, b, c, ray); }, image,
+        covered);
   }
 }
 
 void DrawPart(PartId id, const Shape& shape, const Pose& X_CS, const PinholeCamera& camera,
-              RangeImage& image) {
+              RangeImage& image, CoveredPixels& covered) {
   if (const Mesh* mesh = std::get_if<Mesh>(&shape)) {
-    DrawTriangles(id, *mesh->mesh, X_CS, camera, image);
+    DrawTriangles(id, *mesh->mesh, X_CS, camera, image, covered);
   } else if (const Convex* convex = std::get_if<Convex>(&shape)) {
-    DrawTriangles(id, *convex->hull, X_CS, camera, image);
+    DrawTriangles(id, *convex->hull, X_CS, camera, image, covered);
   } else {
     Draw(
         id, X_CS, TightBounds(shape, X_CS), camera,
-        [&](const Ray& ray) { return CastRay(shape, ray); }, image);
+        [&](const Ray& ray) { return CastRay(shape, ray); }, image, covered);
+  }
+}
+
+void DrawParts(const SimulatedObject& object, std::int32_t index, const Pose& X_CW,
+               const PinholeCamera& camera, RangeImage& image, CoveredPixels& covered) {
+  for (std::size_t j = 0; j < object.parts.size(); ++j) {
+    const PartId id{.object = index, .part = static_cast<std::int32_t>(j)};
+    const Pose X_CS = X_CW * object.X_WO * object.parts[j].X_FS;
+    DrawPart(id, object.parts[j].shape, X_CS, camera, image, covered);
   }
 }
 
@@ -102,19 +140,29 @@ Vector3 RayDirection(const PinholeCamera& camera, double u_px, double v_px) {
           (v_px - camera.center_y_px) / camera.focal_px, 1};
 }
 
-RangeImage Render(const SimulatedScene& scene, const PinholeCamera& camera) {
+RangeImage EmptyImage(const PinholeCamera& camera) {
   RangeImage image{.width = camera.width, .height = camera.height, .pixels = {}};
   image.pixels.resize(static_cast<std::size_t>(camera.width) * camera.height);
+  return image;
+}
+
+RangeImage Render(const SimulatedScene& scene, const PinholeCamera& camera) {
+  RangeImage image = EmptyImage(camera);
+  CoveredPixels uncounted(nullptr, image);
   const Pose X_CW = camera.X_WC.inverse();
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const SimulatedObject& object = scene.objects[i];
-    for (std::size_t j = 0; j < object.parts.size(); ++j) {
-      const PartId id{.object = static_cast<std::int32_t>(i), .part = static_cast<std::int32_t>(j)};
-      const Pose X_CS = X_CW * object.X_WO * object.parts[j].X_FS;
-      DrawPart(id, object.parts[j].shape, X_CS, camera, image);
-    }
+    DrawParts(scene.objects[i], static_cast<std::int32_t>(i), X_CW, camera, image, uncounted);
   }
   return image;
+}
+
+ImagePainter::ImagePainter(const PinholeCamera& camera, RangeImage& image)
+    : camera_(camera), image_(image), covered_by_(image.pixels.size(), -1) {}
+
+Silhouette ImagePainter::Draw(const SimulatedObject& object, std::int32_t index) {
+  CoveredPixels covered(&covered_by_, image_);
+  DrawParts(object, index, camera_.X_WC.inverse(), camera_, image_, covered);
+  return covered.Take();
 }
 
 }  // namespace cwm::perception

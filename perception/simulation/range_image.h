@@ -37,4 +37,29 @@ Vector3 RayDirection(const PinholeCamera& camera, double u_px, double v_px);
 // a mesh).
 RangeImage Render(const SimulatedScene& scene, const PinholeCamera& camera);
 
+// An image without any surface.
+RangeImage EmptyImage(const PinholeCamera& camera);
+
+// The pixels that an object covers, or would cover if it were alone.
+struct Silhouette {
+  std::int64_t pixel_count = 0;
+  int row_begin = 0;  // no row outside [row_begin, row_end) has any
+  int row_end = 0;
+};
+
+// Draws objects over an image one after the other; where surfaces hide each other, the image keeps
+// the nearest. The image must outlive the painter.
+class ImagePainter {
+ public:
+  ImagePainter(const PinholeCamera& camera, RangeImage& image);
+
+  // `index` becomes Sighting::object, and differs from those of earlier calls.
+  Silhouette Draw(const SimulatedObject& object, std::int32_t index);
+
+ private:
+  PinholeCamera camera_;
+  RangeImage& image_;
+  std::vector<std::int32_t> covered_by_;  // the last object that covers each pixel
+};
+
 }  // namespace cwm::perception

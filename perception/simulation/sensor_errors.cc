@@ -69,47 +69,43 @@ NoiseField IndependentField(const PinholeCamera& camera, std::uint64_t seed, Str
   return field;
 }
 
-// Pixels that the projector does not reach, or that the other imager does not see: on each row,
-// places that another surface hides from a point one baseline to the left of the camera. The rows
-// of both coincide, so this is a depth test over the projector's columns.
-std::vector<char> ShadowFrom(double baseline_m, const RangeImage& image,
-                             const PinholeCamera& camera) {
+// The shadow of one row: places that another surface hides from a point one baseline to the left of
+// the camera. The rows of both coincide, so this is a depth test over the projector's columns.
+// `nearest_m` is room for that.
+void ShadeRow(double baseline_m, const RangeImage& image, const PinholeCamera& camera, int v,
+              std::vector<double>& nearest_m, std::vector<char>& shadow) {
   const auto projector_column = [&](int u, double depth_m) {
     return std::lround(u + camera.focal_px * baseline_m / depth_m);
   };
   const long column_count = projector_column(image.width, kProjectorNearest_m) + 1;
+  nearest_m.assign(column_count, std::numeric_limits<double>::infinity());
+  for (int u = 0; u < image.width; ++u) {
+    const Sighting& pixel = image.at(u, v);
+    if (pixel.depth_m < kProjectorNearest_m) continue;  // also if nothing is seen
+    const Sighting& next = image.at(std::min(u + 1, image.width - 1), v);
+    const bool connected = std::abs(next.depth_m - pixel.depth_m) < kEdgeJump_m;
+    const long begin = projector_column(u, pixel.depth_m);
+    const long end = connected ? projector_column(u + 1, next.depth_m) : begin;
+    for (long c = std::max(0L, std::min(begin, end)); c <= std::max(begin, end); ++c) {
+      if (c < column_count) nearest_m[c] = std::min(nearest_m[c], pixel.depth_m);
+    }
+  }
+  for (int u = 0; u < image.width; ++u) {
+    const double depth_m = image.at(u, v).depth_m;
+    if (depth_m < kProjectorNearest_m) continue;
+    shadow[static_cast<std::size_t>(v) * image.width + u] =
+        depth_m > nearest_m[projector_column(u, depth_m)] + kEdgeJump_m;
+  }
+}
+
+std::vector<char> ShadowFrom(double baseline_m, const RangeImage& image,
+                             const PinholeCamera& camera) {
   std::vector<char> shadow(image.pixels.size(), 0);
   std::vector<double> nearest_m;
   for (int v = 0; v < image.height; ++v) {
-    nearest_m.assign(column_count, std::numeric_limits<double>::infinity());
-    for (int u = 0; u < image.width; ++u) {
-      const Sighting& pixel = image.at(u, v);
-      if (pixel.depth_m < kProjectorNearest_m) continue;  // also if nothing is seen
-      const Sighting& next = image.at(std::min(u + 1, image.width - 1), v);
-      const bool connected = std::abs(next.depth_m - pixel.depth_m) < kEdgeJump_m;
-      const long begin = projector_column(u, pixel.depth_m);
-      const long end = connected ? projector_column(u + 1, next.depth_m) : begin;
-      for (long c = std::max(0L, std::min(begin, end)); c <= std::max(begin, end); ++c) {
-        if (c < column_count) nearest_m[c] = std::min(nearest_m[c], pixel.depth_m);
-      }
-    }
-    for (int u = 0; u < image.width; ++u) {
-      const double depth_m = image.at(u, v).depth_m;
-      if (depth_m < kProjectorNearest_m) continue;
-      shadow[static_cast<std::size_t>(v) * image.width + u] =
-          depth_m > nearest_m[projector_column(u, depth_m)] + kEdgeJump_m;
-    }
+    ShadeRow(baseline_m, image, camera, v, nearest_m, shadow);
   }
   return shadow;
-}
-
-std::vector<float> Warp_m(const PinholeCamera& camera, std::uint64_t seed) {
-  RandomDraws draws(seed, kWarpStream);
-  std::vector<float> warp_m =
-      WarpField(camera.width, camera.height, camera.focal_px * kWarpLength_m / kWarpDepth_m, draws)
-          .values;
-  for (float& value : warp_m) value *= static_cast<float>(kSlowWarp_m);
-  return warp_m;
 }
 
 // One draw per row, scaled to units of LateralSigma_m.
@@ -173,6 +169,26 @@ void MatchWindows(const RangeImage& image, const PinholeCamera& camera, std::uin
 
 }  // namespace
 
+std::vector<float> Warp_m(const PinholeCamera& camera, std::uint64_t seed) {
+  RandomDraws draws(seed, kWarpStream);
+  std::vector<float> warp_m =
+      WarpField(camera.width, camera.height, camera.focal_px * kWarpLength_m / kWarpDepth_m, draws)
+          .values;
+  for (float& value : warp_m) value *= static_cast<float>(kSlowWarp_m);
+  return warp_m;
+}
+
+std::vector<char> ProjectorShadow(const SensorNoise& noise, const RangeImage& image,
+                                  const PinholeCamera& camera, int row_begin, int row_end) {
+  std::vector<char> shadow(image.pixels.size(), 0);
+  if (noise.model != SensorModel::kKinect) return shadow;
+  std::vector<double> nearest_m;
+  for (int v = row_begin; v < row_end; ++v) {
+    ShadeRow(kProjectorBaseline_m, image, camera, v, nearest_m, shadow);
+  }
+  return shadow;
+}
+
 SensorErrors DrawErrors(const SensorNoise& noise, const RangeImage& image,
                         const PinholeCamera& camera, std::uint64_t seed, StereoErrors stereo) {
   SensorErrors errors{.axial = {},
@@ -184,7 +200,7 @@ SensorErrors DrawErrors(const SensorNoise& noise, const RangeImage& image,
   switch (noise.model) {
     case SensorModel::kKinect:
       DrawCameraErrors(noise, camera, seed, errors);
-      errors.shadow = ShadowFrom(kProjectorBaseline_m, image, camera);
+      errors.shadow = ProjectorShadow(noise, image, camera, 0, image.height);
       break;
     case SensorModel::kTimeOfFlight:
       DrawCameraErrors(noise, camera, seed, errors);

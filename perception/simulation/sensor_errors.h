@@ -35,6 +35,15 @@ struct SensorErrors {
 // shadow of the other imager, holes, and nearer surfaces that are some pixels too wide.
 enum class StereoErrors { kPixels, kMatchedWindows };
 
+// The slow warp of a camera that triangulates, metres along the ray: 1.3 mm rms over 0.2 m seen at
+// 0.8 m.
+std::vector<float> Warp_m(const PinholeCamera& camera, std::uint64_t seed);
+
+// 1 per pixel of the given rows that the sensor's projector does not reach, on each row places that
+// another surface hides from it; 0 elsewhere, and for all sensors but kKinect.
+std::vector<char> ProjectorShadow(const SensorNoise& noise, const RangeImage& image,
+                                  const PinholeCamera& camera, int row_begin, int row_end);
+
 // Draws the errors of a scan. Cameras: fields of correlated noise, 4 pixels along rows and 2 along
 // columns; kKinect and kRealSense with a warp of 1.3 mm rms over 0.2 m seen at 0.8 m; kKinect with
 // the shadow of its projector; kTimeOfFlight with the bias of multipath. Lasers: each beam has an
