@@ -63,6 +63,8 @@ std::string_view NameOf(ObjectKind kind) {
       return "UNSEEN";
     case ObjectKind::kUser:
       return "USER";
+    case ObjectKind::kMover:
+      return "MOVER";
   }
   return "?";
 }

@@ -21,7 +21,8 @@ struct Revision {
   friend auto operator<=>(const Revision&, const Revision&) = default;
 };
 
-enum class ObjectKind : std::uint8_t { kSupport, kObject, kResidual, kUnseen, kUser };
+// kMover: a piece of something that moves and is not modelled, for as long as a sensor sees it.
+enum class ObjectKind : std::uint8_t { kSupport, kObject, kResidual, kUnseen, kUser, kMover };
 enum class Owner : std::uint8_t { kPerception, kUser };
 enum class ObjectState : std::uint8_t { kConfirmed, kOccluded, kLost };
 

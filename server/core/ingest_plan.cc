@@ -275,6 +275,7 @@ SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretatio
   std::vector<perception::KnownObject> known;
   for (const WorldObjectPtr& object : snapshot->objects()) {
     if (object->kind == ObjectKind::kUnseen) continue;  // free space, not an object
+    if (object->kind == ObjectKind::kMover) continue;   // only for as long as a sensor sees it
     known.push_back(ToKnown(*object));
     match.known.push_back(object);
   }

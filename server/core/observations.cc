@@ -23,9 +23,20 @@ void Observations::Record(std::span<const Sighting> sightings,
   }
 }
 
+void Observations::SetFacts(const std::string& name, const std::optional<SensorFacts>& facts,
+                            const collision::WorldSnapshot& world) {
+  std::lock_guard lock(mutex_);
+  if (world.Find(name) == nullptr) return;
+  Entry& entry = entries_[name];
+  if (entry.observation.facts == facts) return;
+  entry.observation.facts = facts;
+  entry.facts_number = ++last_number_;
+}
+
 void Observations::Restore(const std::string& name, const Observation& observation) {
   std::lock_guard lock(mutex_);
-  entries_[name] = {observation, observation.last.has_value() ? ++last_number_ : 0};
+  entries_[name] = {.observation = observation,
+                    .number = observation.last.has_value() ? ++last_number_ : 0};
 }
 
 void Observations::Forget(const std::string& name) {
@@ -56,6 +67,22 @@ std::vector<Observations::Numbered> Observations::NewerThan(std::uint64_t number
   }
   std::sort(newer.begin(), newer.end(),
             [](const Numbered& a, const Numbered& b) { return a.number < b.number; });
+  if (newer.size() > max_count) newer.resize(max_count);
+  return newer;
+}
+
+std::vector<Observations::NumberedFacts> Observations::FactsNewerThan(std::uint64_t number,
+                                                                      std::size_t max_count) const {
+  std::vector<NumberedFacts> newer;
+  {
+    std::lock_guard lock(mutex_);
+    if (last_number_ == number) return newer;
+    for (const auto& [name, entry] : entries_) {
+      if (entry.facts_number <= number) continue;
+      newer.push_back({entry.facts_number, name, entry.observation.facts});
+    }
+  }
+  std::ranges::sort(newer, {}, &NumberedFacts::number);
   if (newer.size() > max_count) newer.resize(max_count);
   return newer;
 }

@@ -1,4 +1,5 @@
-// Reports of scans about a world's objects besides geometry and pose. Not a part of any revision.
+// Reports of scans and of running sensors about a world's objects besides geometry and pose. Not a
+// part of any revision.
 #pragma once
 
 #include <chrono>
@@ -15,10 +16,24 @@
 
 namespace cwm::server {
 
+// What running sensors tell about an object; not kept over a restart.
+struct SensorFacts {
+  enum class Motion : std::uint8_t { kAtRest, kMoving, kSettling };
+  enum class Visibility : std::uint8_t { kVisible, kOccluded, kStale, kLost };
+
+  Motion motion = Motion::kAtRest;
+  Visibility visibility = Visibility::kStale;
+  bool identity_certain = true;  // false: it may have been swapped with another one of its shape
+  std::string carried_by = {};   // "robot/link" that it moves with though it is not attached
+
+  friend bool operator==(const SensorFacts&, const SensorFacts&) = default;
+};
+
 struct Observation {
   std::optional<std::chrono::system_clock::time_point> last;  // time of the last scan that saw it
   // For supports: true if a robot on the floor reaches them. Empty while the floor is not known.
   std::optional<bool> reachable;
+  std::optional<SensorFacts> facts = {};  // empty: not followed by a running sensor
 };
 
 // The sighting of one object in one scan.
@@ -39,6 +54,10 @@ class Observations {
   // Ignores names that `world` does not contain.
   void Record(std::span<const Sighting> sightings, std::chrono::system_clock::time_point when,
               const collision::WorldSnapshot& world);
+  // Sets the facts of an object; empty: it is no longer followed. Ignores names that `world` does
+  // not contain.
+  void SetFacts(const std::string& name, const std::optional<SensorFacts>& facts,
+                const collision::WorldSnapshot& world);
   // Sets what was known of an object before a restart.
   void Restore(const std::string& name, const Observation& observation);
   void Forget(const std::string& name);
@@ -55,10 +74,19 @@ class Observations {
   // `max_count`.
   std::vector<Numbered> NewerThan(std::uint64_t number, std::size_t max_count) const;
 
+  // The facts that changed after `number`, likewise; their numbers are of the same sequence.
+  struct NumberedFacts {
+    std::uint64_t number;
+    std::string name;
+    std::optional<SensorFacts> facts;
+  };
+  std::vector<NumberedFacts> FactsNewerThan(std::uint64_t number, std::size_t max_count) const;
+
  private:
   struct Entry {
     Observation observation;
-    std::uint64_t number = 0;
+    std::uint64_t number = 0;        // of the last sighting
+    std::uint64_t facts_number = 0;  // of the last change of the facts
   };
   mutable std::mutex mutex_;
   std::uint64_t last_number_ = 0;

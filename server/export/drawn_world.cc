@@ -20,6 +20,7 @@ using collision::PreparedPart;
 
 MaterialKind MaterialKindOf(const collision::WorldObject& object, const PreparedPart& part) {
   if (object.kind == collision::ObjectKind::kUnseen) return MaterialKind::kUnseen;
+  if (object.kind == collision::ObjectKind::kMover) return MaterialKind::kMover;
   if (object.owner == collision::Owner::kUser) return MaterialKind::kUser;
   if (part.source == PartSource::kSurface) return MaterialKind::kSurface;
   if (part.source == PartSource::kHandle) return MaterialKind::kHandle;
@@ -216,6 +217,8 @@ std::string_view NameOf(MaterialKind material) {
       return "user";
     case MaterialKind::kRobot:
       return "robot";
+    case MaterialKind::kMover:
+      return "mover";
   }
   return "?";
 }
@@ -238,6 +241,8 @@ std::array<std::uint8_t, 4> ColourOf(MaterialKind material) {
       return {92, 158, 106, 255};
     case MaterialKind::kRobot:
       return {224, 224, 228, 255};
+    case MaterialKind::kMover:
+      return {204, 82, 92, 255};
   }
   return {255, 255, 255, 255};
 }

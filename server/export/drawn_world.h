@@ -25,8 +25,9 @@ enum class MaterialKind : std::uint8_t {
   kUnseen,
   kUser,
   kRobot,
+  kMover,  // a piece of something that moves and is not modelled
 };
-inline constexpr int kMaterialKindCount = 8;
+inline constexpr int kMaterialKindCount = 9;
 
 std::string_view NameOf(MaterialKind material);  // "support" ...
 // Red, green, blue (sRGB) and opacity.

@@ -83,7 +83,7 @@ absl::StatusOr<collision::WorldObject> DecodeObject(const store::v1::Object& obj
   const absl::Status revisions = CheckRevisions(
       {object.create_revision(), object.geometry_revision(), object.pose_revision()});
   if (!revisions.ok()) return revisions;
-  const auto kind = DecodeEnum(object.kind(), collision::ObjectKind::kUser, "kind");
+  const auto kind = DecodeEnum(object.kind(), collision::ObjectKind::kMover, "kind");
   if (!kind.ok()) return kind.status();
   const auto owner = DecodeEnum(object.owner(), collision::Owner::kUser, "owner");
   if (!owner.ok()) return owner.status();

@@ -66,6 +66,8 @@ v1::ObjectKind ObjectKindToProto(collision::ObjectKind kind) {
       return v1::OBJECT_KIND_UNSEEN;
     case collision::ObjectKind::kUser:
       return v1::OBJECT_KIND_USER;
+    case collision::ObjectKind::kMover:
+      return v1::OBJECT_KIND_MOVER;
   }
   return v1::OBJECT_KIND_UNSPECIFIED;
 }
@@ -102,6 +104,8 @@ absl::StatusOr<collision::ObjectKind> ObjectKindFromProto(v1::ObjectKind kind,
       return collision::ObjectKind::kUnseen;
     case v1::OBJECT_KIND_USER:
       return collision::ObjectKind::kUser;
+    case v1::OBJECT_KIND_MOVER:
+      return collision::ObjectKind::kMover;
     default:
       return path.Error(
           absl::StrCat("is ", static_cast<int>(kind), ", must be a known ObjectKind"));
@@ -122,6 +126,38 @@ absl::StatusOr<View> ViewFromProto(v1::ObjectView view, View unspecified, const 
       return path.Error(
           absl::StrCat("is ", static_cast<int>(view), ", must be a known ObjectView"));
   }
+}
+
+v1::SensorFacts SensorFactsToProto(const SensorFacts& facts) {
+  v1::SensorFacts proto;
+  switch (facts.motion) {
+    case SensorFacts::Motion::kAtRest:
+      proto.set_motion(v1::MOTION_AT_REST);
+      break;
+    case SensorFacts::Motion::kMoving:
+      proto.set_motion(v1::MOTION_MOVING);
+      break;
+    case SensorFacts::Motion::kSettling:
+      proto.set_motion(v1::MOTION_SETTLING);
+      break;
+  }
+  switch (facts.visibility) {
+    case SensorFacts::Visibility::kVisible:
+      proto.set_visibility(v1::VISIBILITY_VISIBLE);
+      break;
+    case SensorFacts::Visibility::kOccluded:
+      proto.set_visibility(v1::VISIBILITY_OCCLUDED);
+      break;
+    case SensorFacts::Visibility::kStale:
+      proto.set_visibility(v1::VISIBILITY_STALE);
+      break;
+    case SensorFacts::Visibility::kLost:
+      proto.set_visibility(v1::VISIBILITY_LOST);
+      break;
+  }
+  proto.set_identity_certain(facts.identity_certain);
+  proto.set_carried_by(facts.carried_by);
+  return proto;
 }
 
 v1::Object ObjectToProto(const collision::WorldObject& object, View view,
@@ -145,6 +181,13 @@ v1::Object ObjectToProto(const collision::WorldObject& object, View view,
   if (observation.last.has_value())
     *proto.mutable_last_observed() = TimePointToProto(*observation.last);
   if (observation.reachable.has_value()) proto.set_reachable(*observation.reachable);
+  if (observation.facts.has_value()) {
+    const v1::SensorFacts facts = SensorFactsToProto(*observation.facts);
+    proto.set_motion(facts.motion());
+    proto.set_visibility(facts.visibility());
+    proto.set_identity_certain(facts.identity_certain());
+    proto.set_carried_by(facts.carried_by());
+  }
   if (object.geometry != nullptr) {
     proto.set_point_count(object.model().point_count);
     if (const auto bounds = BoundsOf(*object.geometry))

@@ -24,6 +24,9 @@ absl::StatusOr<collision::ObjectKind> ObjectKindFromProto(v1::ObjectKind kind,
                                                           collision::ObjectKind unspecified,
                                                           const FieldPath& path);
 
+// The facts of running sensors about an object.
+v1::SensorFacts SensorFactsToProto(const SensorFacts& facts);
+
 enum class View { kBasic, kShapes, kFull };
 absl::StatusOr<View> ViewFromProto(v1::ObjectView view, View unspecified, const FieldPath& path);
 

@@ -1,5 +1,8 @@
 #include "server/wire/watch_events.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "collision/world/attachment.h"
 #include "server/wire/pair_rules.h"
 #include "server/wire/poses.h"
@@ -12,8 +15,9 @@ namespace {
 // chosen: gRPC clients receive at most 4 MiB by default; a quarter of it leaves room for one more
 // object (Limits::max_object_bytes, and what replies derive from it).
 constexpr std::size_t kPieceBytes = 1 << 20;
-// derived: names of at most 128 bytes, a time of about 12 and the framing stay within kPieceBytes.
-constexpr std::size_t kMaxObserved = 6'000;
+// derived: names of at most 128 bytes, twice, with a time of about 12, facts of at most 20 and a
+// link, and the framing stay within kPieceBytes, unless links have very long names.
+constexpr std::size_t kMaxObserved = 3'000;
 
 v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {
   return ObjectToProto(object, context.view, context.world.observations().Get(object.name),
@@ -36,6 +40,10 @@ void SetEvent(const collision::ObjectDelta& delta, const WatchContext& context,
     event->mutable_move()->set_name(delta.after->name);
     *event->mutable_move()->mutable_x_world_object() = PoseToProto(delta.after->X_WO);
     event->set_pose_revision(delta.after->pose_revision.value);
+    const Observation observation = context.world.observations().Get(delta.after->name);
+    if (observation.facts.has_value()) {
+      event->set_motion(SensorFactsToProto(*observation.facts).motion());
+    }
   } else {
     *event->mutable_put() = ObjectMessage(*delta.after, context);
   }
@@ -117,11 +125,23 @@ v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& co
 v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world,
                                        std::uint64_t* observed) {
   v1::WatchWorldResponse message = Message(revision, world);
-  auto& last_observed = *message.mutable_bookmark()->mutable_last_observed();
-  for (const Observations::Numbered& one :
-       world.observations().NewerThan(*observed, kMaxObserved)) {
-    last_observed[one.name] = TimePointToProto(one.last);
-    *observed = one.number;
+  v1::WatchWorldResponse::Bookmark& bookmark = *message.mutable_bookmark();
+  // Both lists are of one sequence of numbers: the message goes as far as the shorter one.
+  const auto sightings = world.observations().NewerThan(*observed, kMaxObserved);
+  const auto facts = world.observations().FactsNewerThan(*observed, kMaxObserved);
+  std::uint64_t end = std::numeric_limits<std::uint64_t>::max();
+  if (sightings.size() == kMaxObserved) end = std::min(end, sightings.back().number);
+  if (facts.size() == kMaxObserved) end = std::min(end, facts.back().number);
+  for (const Observations::Numbered& one : sightings) {
+    if (one.number > end) break;
+    (*bookmark.mutable_last_observed())[one.name] = TimePointToProto(one.last);
+    *observed = std::max(*observed, one.number);
+  }
+  for (const Observations::NumberedFacts& one : facts) {
+    if (one.number > end) break;
+    v1::SensorFacts& message_facts = (*bookmark.mutable_facts())[one.name];
+    if (one.facts.has_value()) message_facts = SensorFactsToProto(*one.facts);
+    *observed = std::max(*observed, one.number);
   }
   return message;
 }

@@ -15,7 +15,8 @@
 
 namespace cwm::CWM_API {
 
-enum class ObjectKind { kSupport = 1, kObject, kResidual, kUnseen, kUser };
+// kMover: a piece of something that moves and is not modelled, e.g. a hand.
+enum class ObjectKind { kSupport = 1, kObject, kResidual, kUnseen, kUser, kMover };
 enum class Owner { kPerception = 1, kUser };
 enum class ObjectState { kUnknown = 0, kConfirmed, kOccluded, kLost };
 // kCompleted was supplied where nothing was measured, at least in part.
