@@ -75,7 +75,9 @@ class Tracker {
   StepResult Step(const FrameEvidence& frame, std::span<const KnownBody> bodies);
 
   // Tells that the interpretation of a request is part of the world now, or could not be made.
-  void Finish(const std::string& sensor, std::uint64_t request);
+  // Returns the blocks of the request that have stayed the same since: what they show is known, and
+  // the sensor's view should accept it (SensorView::Accept).
+  std::vector<std::int32_t> Finish(const std::string& sensor, std::uint64_t request);
 
   // Forgets a sensor that no longer streams: its movers are gone (a change), its evidence is void.
   std::vector<TrackChange> ForgetSensor(const std::string& sensor);

@@ -1,0 +1,118 @@
+#include "perception/live/body_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "perception/cloud/tolerances.h"
+#include "perception/track/alignment.h"
+#include "perception/track/scan_evidence.h"
+
+namespace cwm::perception {
+namespace {
+
+// chosen: samples of one surface; 20 bodies of so many are judged in a millisecond.
+constexpr int kScoreSamples = 300;
+// chosen: a pose is confirmed by so many samples that the frame shows.
+constexpr int kLeastHits = 12;
+// chosen: the share of its points that the body must explain. Fingers beside it take the rest.
+constexpr double kLeastExplained = 0.5;
+// measured: rays that pass a surface at its ragged outline are at most a fifth of those that see it.
+constexpr double kLeastScore = 0.6;
+// chosen: a pose replaces another of equal score only if the points lie nearer by this share.
+constexpr double kCloser = 0.8;
+
+double LeverOf(const std::vector<SurfaceSample>& samples) {
+  double squares = 0;
+  for (const SurfaceSample& sample : samples) squares += sample.p_O.squaredNorm();
+  return std::max(0.01, std::sqrt(squares / std::max<std::size_t>(1, samples.size())));
+}
+
+double ExplainedShare(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                      const Pose& X_LB, double gate_m) {
+  return ShareOf(Explained(points_L, std::vector<double>(points_L.size(), gate_m), surface, X_LB));
+}
+
+Pose InLevelFrame(const FrameEvidence& frame, Pose X_WB) {
+  X_WB.translation() -= frame.X_WC.translation();
+  return X_WB;
+}
+
+}  // namespace
+
+BodySurface::BodySurface(std::shared_ptr<const HybridModel> model)
+    : model_(std::move(model)),
+      surface_(*model_, kAlignmentReach_m),
+      samples_(surface_.Samples(kScoreSamples)),
+      lever_m_(LeverOf(samples_)) {}
+
+double PoseScore::value() const {
+  return visible() == 0 ? 0 : static_cast<double>(hit - through) / visible();
+}
+
+double FitGate_m(const FrameEvidence& frame, const Pose& X_WB) {
+  const double range_m = (X_WB.translation() - frame.X_WC.translation()).norm();
+  return kGate_sigma * std::hypot(frame.noise.AxialSigma_m(range_m), frame.noise.WarpSigma_m());
+}
+
+PoseScore ScoreOf(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB) {
+  PoseScore score;
+  const Pose X_CB = frame.X_WC.inverse() * X_WB;
+  const Pinhole& pinhole = frame.camera.pinhole;
+  const DepthImage& image = *frame.image;
+  const double gate_m = FitGate_m(frame, X_WB);
+  for (const SurfaceSample& sample : body.samples()) {
+    const Vector3 p_C = X_CB * sample.p_O;
+    const double facing = (X_CB.linear() * sample.normal_O).dot(p_C);
+    // Grazing samples have returns of what is beside them.
+    const bool is_seen =
+        std::abs(facing) > kMinSignificantShare * p_C.norm() && (facing < 0 || sample.two_sided);
+    if (p_C.z() <= 0 || !is_seen) continue;
+    const auto u =
+        static_cast<int>(std::lround(pinhole.focal_u_px * p_C.x() / p_C.z() + pinhole.center_u_px));
+    const auto v =
+        static_cast<int>(std::lround(pinhole.focal_v_px * p_C.y() / p_C.z() + pinhole.center_v_px));
+    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
+    const float depth_m = image.at(u, v);
+    if (depth_m == 0) continue;
+    if (depth_m < p_C.z() - gate_m) {
+      ++score.hidden;
+    } else if (depth_m > p_C.z() + gate_m) {
+      ++score.through;
+    } else {
+      ++score.hit;
+    }
+  }
+  return score;
+}
+
+double LargestShift_m(const BodySurface& body, const Pose& X_WB, const Pose& X_WB_other) {
+  double largest_m = 0;
+  for (const SurfaceSample& sample : body.samples()) {
+    largest_m = std::max(largest_m, (X_WB * sample.p_O - X_WB_other * sample.p_O).norm());
+  }
+  return largest_m;
+}
+
+std::optional<Pose> FitPose(const FrameEvidence& frame, const BodyEvidence& evidence,
+                            const BodySurface& body, const Pose& X_WB_old, const Pose& X_WB_guess) {
+  const std::vector<Eigen::Vector3f>& points_L = evidence.points_L;
+  if (points_L.size() < kTwoSamples) return std::nullopt;
+  const double gate_m = FitGate_m(frame, X_WB_guess);
+  const Pose X_LB = Align(points_L, body.surface(), InLevelFrame(frame, X_WB_guess), gate_m);
+  if (ExplainedShare(points_L, body.surface(), X_LB, gate_m) < kLeastExplained) {
+    return std::nullopt;
+  }
+  Pose X_WB = X_LB;
+  X_WB.translation() += frame.X_WC.translation();
+  const PoseScore score = ScoreOf(frame, body, X_WB);
+  const PoseScore old = ScoreOf(frame, body, X_WB_old);
+  if (score.hit < kLeastHits || score.value() < kLeastScore) return std::nullopt;
+  if (score.value() > old.value()) return X_WB;
+  const double distance_m = MeanDistance_m(points_L, body.surface(), X_LB);
+  const double old_m = MeanDistance_m(points_L, body.surface(), InLevelFrame(frame, X_WB_old));
+  if (score.value() < old.value() || distance_m > kCloser * old_m) return std::nullopt;
+  return X_WB;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,56 @@
+// Finds the pose of a followed body in one frame, and judges poses by the frame's depths.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "perception/live/frame_evidence.h"
+#include "perception/track/model_surface.h"
+
+namespace cwm::perception {
+
+// A body's surface, prepared once per model. Immutable, shared.
+class BodySurface {
+ public:
+  explicit BodySurface(std::shared_ptr<const HybridModel> model);
+
+  const HybridModel& model() const { return *model_; }
+  const ModelSurface& surface() const { return surface_; }
+  const std::vector<SurfaceSample>& samples() const { return samples_; }
+  // Root mean square distance of the samples from the body's origin, in metres; turns rotations
+  // into lengths.
+  double lever_m() const { return lever_m_; }
+
+ private:
+  std::shared_ptr<const HybridModel> model_;
+  ModelSurface surface_;
+  std::vector<SurfaceSample> samples_;
+  double lever_m_ = 0;
+};
+
+// Samples of the surface that face the sensor, by what the frame's depth says of them.
+struct PoseScore {
+  int hit = 0;
+  int through = 0;
+  int hidden = 0;
+
+  int visible() const { return hit + through; }
+  // From -1, all seen through, to 1, all hit.
+  double value() const;
+};
+PoseScore ScoreOf(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB);
+
+// The largest distance, in metres, of a sample between the two poses.
+double LargestShift_m(const BodySurface& body, const Pose& X_WB, const Pose& X_WB_other);
+
+// The distance within which the surface explains a depth of this frame at the body's place, metres:
+// three standard deviations of noise and warp.
+double FitGate_m(const FrameEvidence& frame, const Pose& X_WB);
+
+// Aligns the body with its points, from the guess. Empty if the frame does not confirm the aligned
+// pose: few points lie on it, or rays pass through it, or the pose `X_WB_old` agrees as well.
+std::optional<Pose> FitPose(const FrameEvidence& frame, const BodyEvidence& evidence,
+                            const BodySurface& body, const Pose& X_WB_old, const Pose& X_WB_guess);
+
+}  // namespace cwm::perception

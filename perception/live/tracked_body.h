@@ -1,0 +1,65 @@
+// One body that is followed: rests, moves, is hidden, is gone. A value: copies are independent.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "perception/live/body_fit.h"
+#include "perception/live/frame_evidence.h"
+#include "perception/live/shift_test.h"
+#include "perception/live/tracker.h"
+
+namespace cwm::perception {
+
+class TrackedBody {
+ public:
+  struct Outcome {
+    std::optional<Pose> X_WB = {};  // the pose to publish
+    bool is_gone = false;           // rays pass through its place
+  };
+
+  // Takes the evidence of one frame about the body as the world holds it.
+  Outcome Update(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body);
+  // The frame's view does not contain the body.
+  void OutOfView(const FrameEvidence& frame);
+  void ForgetSensor(const std::string& sensor);
+
+  const TrackedFacts& facts() const { return facts_; }
+  // Where the body is now, to the tracker's knowledge, and its surface; null before the first
+  // Update.
+  const BodySurface* surface() const { return surface_.get(); }
+  bool rests() const { return facts_.motion == Motion::kAtRest; }
+
+ private:
+  struct SensorEvidence {
+    Visibility visibility = Visibility::kStale;
+    double gone_log_odds = 0;
+    int through_frames = 0;
+    Stamp through_since = {};
+    ShiftTest shift = {};
+  };
+  struct StampedPose {
+    Stamp stamp = {};
+    Pose X_WB = Pose::Identity();
+  };
+
+  bool IsGone(const BodyEvidence& evidence, Stamp stamp, SensorEvidence& sensor);
+  std::optional<Pose> SmallShift(const FrameEvidence& frame, const BodyEvidence& evidence,
+                                 const KnownBody& body, SensorEvidence& sensor) const;
+  Pose Predicted(Stamp stamp, const Pose& X_WB) const;
+  double SpeedOver_mps() const;
+  std::optional<Pose> Follow(Stamp stamp, const Pose& X_WB, const std::optional<Pose>& fit);
+  std::optional<Pose> Rest();
+  void JoinVisibility();
+
+  TrackedFacts facts_ = {};
+  std::map<std::string, SensorEvidence> sensors_;
+  std::shared_ptr<const BodySurface> surface_;
+  std::deque<StampedPose> poses_;  // of the last moments of a motion, oldest first
+  Stamp settles_since_ = {};
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,97 @@
+#include "perception/live/tracked_regions.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <utility>
+
+namespace cwm::perception {
+namespace {
+
+// chosen: a hand that holds still for so long and in so many frames is interpreted as well.
+constexpr double kLeastRest_s = 0.3;
+constexpr int kLeastRestFrames = 5;
+
+bool Intersects(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b) {
+  auto i = a.begin();
+  auto j = b.begin();
+  while (i != a.end() && j != b.end()) {
+    if (*i == *j) return true;
+    *i < *j ? static_cast<void>(++i) : static_cast<void>(++j);
+  }
+  return false;
+}
+
+Stamp Before(Stamp stamp, double seconds) {
+  return stamp -
+         std::chrono::duration_cast<Stamp::duration>(std::chrono::duration<double>(seconds));
+}
+
+}  // namespace
+
+std::uint64_t TrackedRegions::Ask(const FrameEvidence& frame, std::vector<std::int32_t> blocks,
+                                  bool is_view) {
+  ++last_number_;
+  pending_[last_number_] = {.stamp = frame.stamp, .blocks = std::move(blocks), .is_view = is_view};
+  return last_number_;
+}
+
+std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& frame) {
+  KeepRest(frame);
+  if (asked_for_view_ || !frame.has_reference) return {};
+  asked_for_view_ = true;
+  RegionRequest request;
+  request.blocks.resize(frame.classes->hot_blocks.size());
+  std::iota(request.blocks.begin(), request.blocks.end(), 0);
+  for (const BodyEvidence& body : frame.bodies) request.bodies.push_back(body.id);
+  request.number = Ask(frame, request.blocks, true);
+  return {std::move(request)};
+}
+
+std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& frame,
+                                                         const IsMoving& is_moving) {
+  KeepRest(frame);
+  std::vector<RegionRequest> requests;
+  for (const HotRegion& region : frame.regions) {
+    if (region.rest_s < kLeastRest_s || region.rest_frames < kLeastRestFrames) continue;
+    if (std::ranges::any_of(region.bodies, is_moving)) continue;
+    if (std::ranges::any_of(pending_, [&](const auto& pending) {
+          return Intersects(pending.second.blocks, region.blocks);
+        })) {
+      continue;
+    }
+    RegionRequest request{.blocks = region.blocks, .bodies = region.bodies};
+    request.number = Ask(frame, region.blocks, false);
+    requests.push_back(std::move(request));
+  }
+  return requests;
+}
+
+void TrackedRegions::KeepRest(const FrameEvidence& frame) {
+  block_count_ = static_cast<std::int32_t>(frame.classes->hot_blocks.size());
+  rested_.clear();
+  for (const HotRegion& region : frame.regions) {
+    for (const std::int32_t block : region.blocks) {
+      rested_.push_back({block, Before(frame.stamp, region.rest_s)});
+    }
+  }
+  std::ranges::sort(rested_, {}, &Rested::block);
+}
+
+std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request) {
+  const auto found = pending_.find(request);
+  if (found == pending_.end()) return {};
+  const Pending pending = std::move(found->second);
+  pending_.erase(found);
+  if (pending.is_view) knows_view_ = true;
+  // A region was at rest since before it was asked for, or it has changed since.
+  std::vector<std::int32_t> same;
+  for (const Rested& rested : rested_) {
+    if (rested.since <= pending.stamp && std::ranges::binary_search(pending.blocks, rested.block)) {
+      same.push_back(rested.block);
+    }
+  }
+  return same;
+}
+
+}  // namespace cwm::perception
