@@ -2,10 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "clients/formats/depth_image.h"
 #include "clients/formats/format_error.h"
+#include "clients/formats/scalar.h"
+#include "clients/formats/text_cursor.h"
 #include "clients/formats/yaml_node.h"
 
 namespace cwm::formats {
@@ -21,7 +24,7 @@ class CameraReader {
     DepthCamera camera;
     absl::Status status =
         MatrixOf(root).present() ? ReadMatrix(root, camera) : ReadNames(root, camera);
-    for (const char* name : {"depth_scale_m", "depth_scale"}) {
+    for (const char* name : {"depth_unit_m", "depth_scale_m", "depth_scale"}) {
       if (!status.ok() || camera.unit_m || !root[name].present()) continue;
       double unit_m = 0;
       status = ReadNumber(root[name], unit_m);
@@ -83,6 +86,36 @@ class CameraReader {
 
 }  // namespace
 
+namespace {
+
+// The nine numbers of a file that holds nothing else.
+std::optional<std::array<double, 9>> BareMatrix(std::string_view text) {
+  std::array<double, 9> k = {};
+  TextCursor cursor(text);
+  for (double& number : k) {
+    const auto word = cursor.NextWord();
+    if (!word || !ParseScalar(*word, Scalar::kF64, reinterpret_cast<char*>(&number))) {
+      return std::nullopt;
+    }
+  }
+  if (cursor.NextWord()) return std::nullopt;
+  return k;
+}
+
+absl::StatusOr<DepthCamera> CameraOf(const std::array<double, 9>& k, const std::string& file) {
+  for (const std::size_t i : {0U, 2U, 4U, 5U}) {
+    if (!std::isfinite(k[i])) {
+      return FileError(file, {"the matrix", FormatNumber(k[i]), "must be of finite numbers"});
+    }
+  }
+  if (k[1] == 0 && k[3] == 0 && k[6] == 0 && k[7] == 0 && k[8] == 1 && k[0] > 0 && k[4] > 0) {
+    return DepthCamera{.fx_px = k[0], .fy_px = k[4], .cx_px = k[2], .cy_px = k[5]};
+  }
+  return FileError(file, {"the matrix", "", "must be fx 0 cx, 0 fy cy, 0 0 1 with fx, fy > 0"});
+}
+
+}  // namespace
+
 absl::StatusOr<DepthCamera> ParseDepthCamera(std::string_view text, const std::string& file) {
   // A camera's file has some hundred bytes; a larger one is another file.
   constexpr std::size_t kMaxBytes = 65'536;
@@ -90,6 +123,7 @@ absl::StatusOr<DepthCamera> ParseDepthCamera(std::string_view text, const std::s
     return FileError(file, {"the file", absl::StrCat(text.size(), " bytes"),
                             "must have at most 65536, as a camera's"});
   }
+  if (const auto k = BareMatrix(text)) return CameraOf(*k, file);
   try {
     const YamlNode root{YAML::Load(std::string(text)), ""};
     if (!root.is_map()) {

@@ -22,11 +22,8 @@ constexpr std::string_view kPngMagic = "\x89PNG\r\n\x1a\n";
 // chosen: more pixels than a camera has, few enough for memory.
 constexpr std::uint64_t kMaxPixels = 1 << 26;
 
-struct DepthImage {
-  std::int64_t width = 0, height = 0;
-  bool integers = true;
-  std::vector<double> depths;  // row-major, in the image's unit
-};
+// The unit of integers, as most cameras and programs write them, and of floats.
+constexpr double kMillimetre = 0.001, kMetre = 1;
 
 struct PngSource {
   std::string_view left;
@@ -97,16 +94,15 @@ class PngReader {
       return FileError(file_, {"the image", absl::StrCat(header.width, " x ", header.height),
                                absl::StrCat("must have at most ", kMaxPixels, " pixels")});
     }
-    std::vector<std::uint16_t> depths(pixels);
+    DepthImage image{.width = header.width, .height = header.height};
+    image.bytes.resize(pixels * sizeof(std::uint16_t));
     std::vector<png_bytep> rows(header.height);
     for (std::size_t v = 0; v < rows.size(); ++v) {
-      rows[v] = reinterpret_cast<png_bytep>(depths.data() + v * header.width);
+      rows[v] = reinterpret_cast<png_bytep>(image.bytes.data()) +
+                v * header.width * sizeof(std::uint16_t);
     }
     if (!ReadPngRows(png_, rows.data())) return Damaged();
-    return DepthImage{.width = header.width,
-                      .height = header.height,
-                      .integers = true,
-                      .depths = {depths.begin(), depths.end()}};
+    return image;
   }
 
  private:
@@ -144,18 +140,38 @@ absl::StatusOr<DepthImage> ReadNpyImage(std::string_view bytes, const std::strin
     return FileError(file, {"shape", absl::StrCat("(", height, ", ", width, ")"),
                             absl::StrCat("must be what the data holds, ", data.size(), " bytes")});
   }
+  const bool is_float = type->type == Scalar::kF32 || type->type == Scalar::kF64;
+  const bool is_short = type->type == Scalar::kU16 || type->type == Scalar::kU8;
   DepthImage image{.width = header->shape[1],
                    .height = header->shape[0],
-                   .integers = type->type != Scalar::kF32 && type->type != Scalar::kF64,
-                   .depths = std::vector<double>(height * width)};
-  for (std::size_t i = 0; i < image.depths.size(); ++i) {
+                   .type = is_short ? Scalar::kU16 : Scalar::kF32,
+                   .unit_m = is_float ? kMetre : kMillimetre};
+  image.bytes.resize(height * width * SizeOf(image.type));
+  for (std::size_t i = 0; i < height * width; ++i) {
     char* number = data.data() + i * size;
     if (type->big_endian) std::reverse(number, number + size);
     const std::size_t place =
         header->fortran_order ? i % height * width + i / height : i;  // columns first
-    image.depths[place] = ToDouble(number, type->type);
+    const double depth = ToDouble(number, type->type);
+    char* out = image.bytes.data() + place * SizeOf(image.type);
+    if (is_short) {
+      const auto units = static_cast<std::uint16_t>(depth);
+      std::memcpy(out, &units, sizeof(units));
+    } else {
+      const auto value = static_cast<float>(depth);
+      std::memcpy(out, &value, sizeof(value));
+    }
   }
   return image;
+}
+
+// NaN where there is no return.
+double DepthAt(const DepthImage& image, std::size_t pixel) {
+  constexpr double kNoReturn = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kSaturated = 65'535;  // as Kinects and their drivers mark it
+  const double depth = ToDouble(image.bytes.data() + pixel * SizeOf(image.type), image.type);
+  if (!std::isfinite(depth) || depth <= 0) return kNoReturn;
+  return image.type == Scalar::kU16 && depth == kSaturated ? kNoReturn : depth;
 }
 
 }  // namespace
@@ -167,24 +183,24 @@ bool IsDepthImage(std::string_view bytes) {
   return header.ok() && IsImageShape(*header);
 }
 
+absl::StatusOr<DepthImage> ReadDepthImage(std::string_view bytes, const std::string& file) {
+  return bytes.starts_with(kPngMagic) ? PngReader(bytes, file).Read() : ReadNpyImage(bytes, file);
+}
+
 absl::StatusOr<CloudFile> ParseDepthImage(std::string_view bytes, const std::string& file,
                                           const DepthCamera& camera, std::optional<double> unit_m) {
-  const auto image =
-      bytes.starts_with(kPngMagic) ? PngReader(bytes, file).Read() : ReadNpyImage(bytes, file);
+  const auto image = ReadDepthImage(bytes, file);
   if (!image.ok()) return image.status();
-  if (!unit_m) unit_m = camera.unit_m;
-  const double scale = unit_m.value_or(image->integers ? 0.001 : 1);
+  const double scale = unit_m ? *unit_m : camera.unit_m.value_or(image->unit_m);
   CloudFile cloud{.fields = {{.name = "x"}, {.name = "y"}, {.name = "z"}},
                   .width = image->width,
                   .height = image->height};
   cloud.point_step = AssignOffsets(cloud.fields);
-  cloud.bytes.resize(image->depths.size() * cloud.point_step);
+  cloud.bytes.resize(static_cast<std::size_t>(cloud.size()) * cloud.point_step);
   char* out = cloud.bytes.data();
   for (std::int64_t v = 0; v < image->height; ++v) {
     for (std::int64_t u = 0; u < image->width; ++u, out += cloud.point_step) {
-      const double read = image->depths[static_cast<std::size_t>(v * image->width + u)];
-      const double z =
-          std::isfinite(read) && read > 0 ? read * scale : std::numeric_limits<double>::quiet_NaN();
+      const double z = DepthAt(*image, static_cast<std::size_t>(v * image->width + u)) * scale;
       const float point[] = {
           static_cast<float>((static_cast<double>(u) - camera.cx_px) / camera.fx_px * z),
           static_cast<float>((static_cast<double>(v) - camera.cy_px) / camera.fy_px * z),

@@ -77,7 +77,7 @@ TEST(DepthImage, PixelsOfAPngBecomePointsOfTheOpticalFrame) {
   EXPECT_THAT(PointAt(*cloud, 2), ::testing::Pointwise(::testing::FloatEq(), {0.02F, 0.F, 2.F}));
   // y = (1 - 0) 0.5 / 50.
   EXPECT_THAT(PointAt(*cloud, 4), ::testing::Pointwise(::testing::FloatEq(), {0.F, 0.01F, 0.5F}));
-  EXPECT_FLOAT_EQ(PointAt(*cloud, 3)[2], 65.535F);
+  EXPECT_TRUE(std::isnan(PointAt(*cloud, 3)[2])) << "65535 is no return";
 }
 
 TEST(DepthImage, UnitsAreThoseOfTheTypeOfTheCameraOrOfTheCaller) {
@@ -131,10 +131,31 @@ TEST(DepthImage, WhatIsNoneIsRefusedByWhatItIs) {
   }
 }
 
+TEST(DepthImage, IsReadAsItIsSent) {
+  const auto png = ReadDepthImage(Png(2, 1, 16, {1000, 65535}), "a.png");
+  ASSERT_TRUE(png.ok()) << png.status();
+  EXPECT_EQ(png->type, Scalar::kU16);
+  EXPECT_EQ(png->unit_m, 0.001);
+  EXPECT_EQ(png->bytes, std::string("\xe8\x03\xff\xff", 4));  // 1000 is 0x03e8
+  const std::vector<double> depths(17, 0.5);
+  const auto npy = ReadDepthImage(Npy("<f8", "(1, 17)", depths), "a.npy");
+  ASSERT_TRUE(npy.ok()) << npy.status();
+  EXPECT_EQ(npy->type, Scalar::kF32);
+  EXPECT_EQ(npy->unit_m, 1);
+  EXPECT_EQ(npy->bytes.size(), 17 * sizeof(float));
+  EXPECT_EQ(ToDouble(npy->bytes.data(), Scalar::kF32), 0.5);
+  const auto wide = ReadDepthImage(Npy("<i4", "(1, 17)", std::vector<int>(17, 70'000)), "a.npy");
+  ASSERT_TRUE(wide.ok()) << wide.status();
+  EXPECT_EQ(wide->type, Scalar::kF32);
+  EXPECT_EQ(wide->unit_m, 0.001);
+  EXPECT_EQ(ToDouble(wide->bytes.data(), Scalar::kF32), 70'000);
+}
+
 TEST(DepthCamera, FilesOfManyProgramsAreRead) {
   for (
       const char* text :
       {R"({"fx": 600, "fy": 610, "cx": 320, "cy": 240, "depth_scale_m": 0.001})",
+       R"({"fx": 600, "fy": 610, "cx": 320, "cy": 240, "depth_unit_m": 0.001})",
        R"({"fx": 600, "fy": 610, "ppx": 320, "ppy": 240, "depth_scale": 0.001})",
        "K: [600, 0, 320, 0, 610, 240, 0, 0, 1]\ndepth_scale: 0.001\n",
        "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [600, 0, 320, 0, 610, 240, 0, 0, 1]\n"
@@ -147,6 +168,21 @@ TEST(DepthCamera, FilesOfManyProgramsAreRead) {
     EXPECT_EQ(camera->cx_px, 320);
     EXPECT_EQ(camera->cy_px, 240);
     EXPECT_EQ(camera->unit_m, 0.001);
+  }
+}
+
+TEST(DepthCamera, NineNumbersAloneAreTheMatrix) {
+  const auto camera = ParseDepthCamera("5.85e+02 0 320\n0 585 240\n0 0 1\n", "k.txt");
+  ASSERT_TRUE(camera.ok()) << camera.status();
+  EXPECT_EQ(camera->fx_px, 585);
+  EXPECT_EQ(camera->fy_px, 585);
+  EXPECT_EQ(camera->cx_px, 320);
+  EXPECT_EQ(camera->cy_px, 240);
+  EXPECT_EQ(camera->unit_m, std::nullopt);
+  for (const char* text :
+       {"585 0 320 0 -585 240 0 0 1", "585 0 nan 0 585 240 0 0 1", "585 0 0 0 585 0 320 240 1"}) {
+    EXPECT_THAT(std::string(ParseDepthCamera(text, "k.txt").status().message()),
+                HasSubstr("k.txt: the matrix"));
   }
 }
 
