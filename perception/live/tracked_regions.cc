@@ -40,7 +40,7 @@ std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& fram
   KeepRest(frame);
   if (asked_for_view_ || !frame.has_reference) return {};
   asked_for_view_ = true;
-  RegionRequest request;
+  RegionRequest request{.is_whole_view = true};
   request.blocks.resize(frame.classes->hot_blocks.size());
   std::iota(request.blocks.begin(), request.blocks.end(), 0);
   for (const BodyEvidence& body : frame.bodies) request.bodies.push_back(body.id);

@@ -51,6 +51,7 @@ struct RegionRequest {
   std::uint64_t number = 0;               // given back with the interpretation
   std::vector<std::int32_t> blocks = {};  // of the view, ascending
   std::vector<BodyId> bodies = {};        // known bodies that may have changed there
+  bool is_whole_view = false;             // nothing of the view was interpreted before
 };
 
 struct TrackerState;  // a value: copies are independent
