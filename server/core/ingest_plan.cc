@@ -271,16 +271,25 @@ int Detections::supported_by(int detection) const {
 
 SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretation& scene,
                       const perception::PointCloud& cloud, const perception::SensorNoise& noise) {
-  SceneMatch match;
-  std::vector<perception::KnownObject> known;
+  std::vector<WorldObjectPtr> known;
   for (const WorldObjectPtr& object : snapshot->objects()) {
-    if (object->kind == ObjectKind::kUnseen) continue;  // free space, not an object
-    if (object->kind == ObjectKind::kMover) continue;   // only for as long as a sensor sees it
-    known.push_back(ToKnown(*object));
-    match.known.push_back(object);
+    // Free space is no object, and movers are nothing that a scan would know again.
+    if (object->kind == ObjectKind::kUnseen || object->kind == ObjectKind::kMover) continue;
+    known.push_back(object);
   }
+  return MatchScene(std::move(snapshot), std::move(known), scene, cloud, noise);
+}
+
+SceneMatch MatchScene(SnapshotPtr snapshot, std::vector<WorldObjectPtr> known,
+                      const perception::SceneInterpretation& scene,
+                      const perception::PointCloud& cloud, const perception::SensorNoise& noise) {
+  SceneMatch match;
+  std::vector<perception::KnownObject> seen;
+  seen.reserve(known.size());
+  for (const WorldObjectPtr& object : known) seen.push_back(ToKnown(*object));
+  match.associations = perception::Associate(seen, scene, cloud, noise);
+  match.known = std::move(known);
   match.snapshot = std::move(snapshot);
-  match.associations = perception::Associate(known, scene, cloud, noise);
   return match;
 }
 

@@ -46,6 +46,10 @@ struct SceneMatch {
 };
 SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretation& scene,
                       const perception::PointCloud& cloud, const perception::SensorNoise& noise);
+// The same for these objects alone, which need not all be in the snapshot.
+SceneMatch MatchScene(SnapshotPtr snapshot, std::vector<collision::WorldObjectPtr> known,
+                      const perception::SceneInterpretation& scene,
+                      const perception::PointCloud& cloud, const perception::SensorNoise& noise);
 
 // The engines' geometry of detections, each prepared on first use and kept.
 class DetectionGeometry {

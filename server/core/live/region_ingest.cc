@@ -1,0 +1,229 @@
+#include "server/core/live/region_ingest.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "perception/live/region_cloud.h"
+#include "server/core/ingest_plan.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::Change;
+using collision::ObjectKind;
+using collision::WorldObject;
+using collision::WorldObjectPtr;
+using perception::Association;
+using Outcome = Association::Outcome;
+
+// What the associations of a region are about.
+struct Scope {
+  std::vector<WorldObjectPtr> known;  // of the world, then those that are gone
+  std::size_t present = 0;            // the first of `known` are in the world
+  std::set<std::string> may_change;   // names
+};
+
+Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
+  Scope scope;
+  for (const perception::BodyId id : job.request.bodies) {
+    const WorldObjectPtr object = job.bodies->Find(id);
+    if (object != nullptr && object->kind != ObjectKind::kSupport) {
+      scope.may_change.insert(object->name);
+    }
+  }
+  for (const WorldObjectPtr& object : snapshot.objects()) {
+    if (object->kind == ObjectKind::kUnseen || object->kind == ObjectKind::kMover) continue;
+    const bool matters = object->kind == ObjectKind::kSupport ||
+                         object->owner == collision::Owner::kUser ||
+                         object->attachment != nullptr || scope.may_change.contains(object->name);
+    if (matters) scope.known.push_back(object);
+  }
+  scope.present = scope.known.size();
+  for (const WorldObjectPtr& object : job.gone) {
+    if (snapshot.Find(object->name) == nullptr) scope.known.push_back(object);
+  }
+  return scope;
+}
+
+// Restricts what the associations say to what the region shows.
+void Restrict(SceneMatch& match, const Scope& scope) {
+  std::erase_if(match.associations, [&](Association& association) {
+    if (association.known < 0) return false;
+    const auto k = static_cast<std::size_t>(association.known);
+    const bool is_detected = association.support >= 0 || association.object >= 0;
+    const WorldObject& known = *match.known[k];
+    if (k >= scope.present) {
+      // It is not in the world: without a detection there is nothing to say.
+      if (association.outcome == Outcome::kKeep) {
+        association.outcome = Outcome::kMove;
+        association.X_WO = known.X_WO;
+      }
+      return !is_detected;
+    }
+    if (!scope.may_change.contains(known.name) && association.outcome != Outcome::kExplained) {
+      association.outcome = Outcome::kKeep;
+    }
+    return false;
+  });
+}
+
+// Leaves out the changes of objects that differ from those of the match.
+void DropStale(const SceneMatch& match, const collision::WorldSnapshot& latest,
+               std::vector<Change>& changes) {
+  std::erase_if(changes, [&](const Change& change) {
+    const std::string& name = NameOf(change);
+    const WorldObjectPtr then = match.snapshot->Find(name);
+    const WorldObjectPtr now = latest.Find(name);
+    if (then == nullptr || now == nullptr) return then != now || latest.FindRobot(name) != nullptr;
+    return !then->IsSameAs(*now) || then->latest_revision() != now->latest_revision() ||
+           then->attachment != now->attachment;
+  });
+}
+
+bool Contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+class RegionRun {
+ public:
+  RegionRun(World& world, const RegionJob& job, const perception::PointCloud& cloud,
+            perception::SceneInterpretation scene, std::stop_token stop)
+      : world_(world),
+        job_(job),
+        cloud_(cloud),
+        scene_(std::move(scene)),
+        stop_(std::move(stop)),
+        detections_(scene_),
+        geometry_(detections_) {}
+
+  absl::StatusOr<RegionOutcome> Write() {
+    const SnapshotPtr snapshot = world_.Tip();
+    const Scope scope = ScopeOf(job_, *snapshot);
+    match_ = MatchScene(snapshot, scope.known, scene_, cloud_, job_.frame.noise);
+    Restrict(match_, scope);
+    const perception::Work work{.max_threads = job_.max_threads,
+                                .threads_now = job_.threads_now,
+                                .stop = stop_,
+                                .on_chunk = {}};
+    if (auto ready = geometry_.PrepareFor(match_, IngestMode::kUpdate, work); !ready.ok()) {
+      return ready;
+    }
+    if (auto kept = world_.KeepGeometry(geometry_.prepared(), Durability::kObserved); !kept.ok()) {
+      return kept;
+    }
+    auto written = world_.Update(
+        [this](const SnapshotPtr& latest) { return Changes(*latest); }, {},
+        {.facts = [this](const collision::WorldSnapshot& next) { return Facts(next); },
+         .durability = Durability::kObserved});
+    if (!written.ok()) return written.status();
+    return OutcomeOf(*written, scope);
+  }
+
+ private:
+  absl::StatusOr<std::vector<Change>> Changes(const collision::WorldSnapshot& latest) {
+    auto plan = PlanIngest(match_, detections_, IngestMode::kUpdate, geometry_,
+                           [this](const std::string& stem) { return world_.ReserveName(stem); });
+    if (!plan.ok()) return plan.status();
+    plan_ = *std::move(plan);
+    DropStale(match_, latest, plan_.changes);
+    return plan_.changes;
+  }
+
+  WriteFacts Facts(const collision::WorldSnapshot& next) const {
+    WriteFacts facts;
+    facts.seen_at = job_.frame.stamp;
+    for (const auto* names : {&plan_.added, &plan_.moved, &plan_.replaced}) {
+      for (const std::string& name : *names) {
+        if (next.Find(name) != nullptr) facts.sightings.push_back({.name = name, .is_new = true});
+      }
+    }
+    return facts;
+  }
+
+  RegionOutcome OutcomeOf(const WriteOutcome& written, const Scope& scope) const {
+    RegionOutcome outcome{.revision = written.revision};
+    outcome.changes.added = plan_.added;
+    outcome.changes.replaced = plan_.replaced;
+    outcome.changes.removed = plan_.removed;
+    for (const std::string& name : plan_.moved) {
+      const bool is_back = match_.snapshot->Find(name) == nullptr;
+      (is_back ? outcome.changes.added : outcome.changes.moved).push_back(name);
+    }
+    for (std::size_t k = scope.present; k < scope.known.size(); ++k) {
+      const std::string& name = scope.known[k]->name;
+      if (Contains(plan_.moved, name) || Contains(plan_.replaced, name)) {
+        outcome.returned.push_back(name);
+      }
+    }
+    return outcome;
+  }
+
+  World& world_;
+  const RegionJob& job_;
+  const perception::PointCloud& cloud_;
+  const perception::SceneInterpretation scene_;
+  const std::stop_token stop_;
+  const Detections detections_;
+  DetectionGeometry geometry_;
+  SceneMatch match_;
+  IngestPlan plan_;
+};
+
+// The bodies outside the request that explain points of their own.
+std::vector<perception::KnownBody> Others(const RegionJob& job) {
+  std::vector<perception::KnownBody> others;
+  for (const perception::KnownBody& body : job.bodies->bodies) {
+    const bool is_asked = std::ranges::binary_search(job.request.bodies, body.id);
+    const bool is_mover = body.kind == perception::KnownBody::Kind::kMover;
+    if (!is_asked && !is_mover) others.push_back(body);
+  }
+  return others;
+}
+
+perception::InterpretOptions OptionsOf(const RegionJob& job) {
+  perception::InterpretOptions options;
+  options.noise = job.frame.noise;
+  options.X_WC = job.frame.X_WC;
+  options.max_threads = job.max_threads;
+  options.threads_now = job.threads_now;
+  return options;
+}
+
+absl::StatusOr<RegionOutcome> IngestView(World& world, const RegionJob& job,
+                                         perception::PointCloud cloud, const Interpreter& interpret,
+                                         std::stop_token stop) {
+  IngestRequest request;
+  request.cloud = std::move(cloud);
+  request.sensor = job.sensor;
+  request.options = OptionsOf(job);
+  request.frame_stamp = job.frame.stamp;
+  auto ingested = Ingest(world, request, interpret, std::move(stop));
+  if (!ingested.ok()) return ingested.status();
+  RegionOutcome outcome{.revision = ingested->revision};
+  outcome.changes.added = ingested->added;
+  outcome.changes.moved = ingested->moved;
+  outcome.changes.replaced = ingested->replaced;
+  outcome.changes.removed = ingested->removed;
+  return outcome;
+}
+
+}  // namespace
+
+absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
+                                           const Interpreter& interpret, std::stop_token stop) {
+  const std::vector<perception::KnownBody> others = Others(job);
+  perception::PointCloud cloud = perception::RegionCloud(job.frame, job.request, others);
+  const bool is_empty =
+      std::ranges::none_of(cloud.points, [](const Eigen::Vector3f& p) { return p.allFinite(); });
+  if (is_empty) return RegionOutcome{.revision = world.Snapshot()->revision()};
+  if (job.request.is_whole_view) {
+    return IngestView(world, job, std::move(cloud), interpret, std::move(stop));
+  }
+  auto scene = interpret(cloud, OptionsOf(job), stop);
+  if (!scene.ok()) return scene.status();
+  if (stop.stop_requested()) return absl::CancelledError("live: the sensor's stream ended");
+  return RegionRun(world, job, cloud, *std::move(scene), std::move(stop)).Write();
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,43 @@
+// Interprets a part of a sensor's view beside its frames, and brings the world up to it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "perception/live/tracker.h"
+#include "server/core/ingest.h"
+#include "server/core/live/body_table.h"
+#include "server/core/live/live_frame.h"
+#include "server/core/world.h"
+
+namespace cwm::server {
+
+struct RegionJob {
+  std::string sensor;
+  perception::RegionRequest request;
+  perception::FrameEvidence frame;          // that the tracker asked about
+  std::shared_ptr<const BodyTable> bodies;  // that the frame was compared with
+  // Objects that frames removed lately. A thing that looks like one of them is that thing: it comes
+  // back under its name.
+  std::vector<collision::WorldObjectPtr> gone = {};
+  int max_threads = 1;
+  std::function<int()> threads_now = {};  // as in perception::InterpretOptions
+};
+
+struct RegionOutcome {
+  collision::Revision revision = {};  // of the world afterwards
+  FrameChanges changes = {};
+  std::vector<std::string> returned = {};  // names of `gone` that came back; in changes.added
+};
+
+// Publishes at most one revision. Only the bodies of the request may move, change or vanish;
+// supports stay, though new ones may be added. An object that was changed otherwise meanwhile is
+// left as it is. The errors of the interpreter and of World::Update; Cancelled when stopped.
+absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
+                                           const Interpreter& interpret, std::stop_token stop);
+
+}  // namespace cwm::server
