@@ -1,0 +1,98 @@
+// One frame of a running sensor, and what became of it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "collision/world/world_object.h"
+#include "perception/cloud/sensor_noise.h"
+#include "perception/live/frame_evidence.h"
+#include "perception/scene_interpretation.h"
+#include "server/core/limits.h"
+
+namespace cwm::server {
+
+// The place of a sensor on a robot of the world.
+struct SensorMount {
+  std::string robot;
+  std::string link;
+  Pose X_LC = Pose::Identity();  // the sensor in the link's frame
+};
+
+struct SensorCalibration {
+  std::string sensor = {};
+  perception::SensorNoise noise = {};
+  // At most one of them is set. Neither: frames have their poses, or the world keeps one.
+  std::optional<Pose> X_WC = {};
+  std::optional<SensorMount> mount = {};
+  // Standard deviations of the given pose.
+  double pose_sigma_m = 0.005;
+  double pose_sigma_rad = 0.005;
+};
+
+struct LiveFrame {
+  perception::Stamp stamp = {};  // the middle of the exposure
+  std::chrono::nanoseconds exposure = {};
+  std::optional<Pose> X_WC = {};  // of this moment; wins over the calibration
+  perception::DepthCamera camera = {};
+  std::shared_ptr<const perception::DepthImage> image = {};
+  Clock::time_point received = {};  // when its last byte came
+  Clock::time_point begun = {};     // when its work began: the end of the stage `receive`
+  Clock::time_point decoded = {};   // when the image was there: the end of the stage `decode`
+};
+
+enum class FrameFate { kProcessed, kDropped, kRefused };
+
+// The effects of a frame on the world, by object name.
+struct FrameChanges {
+  std::vector<std::string> added, moved, replaced, removed, movers;
+};
+
+struct FrameOutcome {
+  FrameFate fate = FrameFate::kProcessed;
+  // Of a frame that was refused, or processed with reservations.
+  std::string reason = {};
+  std::string message = {};
+  collision::Revision revision = {};
+  FrameChanges changes = {};
+  perception::PixelCounts pixels = {};
+  Pose X_WC = Pose::Identity();                    // that was used
+  std::optional<double> robot_state_age_ms = {};   // of the robots in the world
+  std::vector<perception::StageTime> stages = {};  // from the frame's last byte to now
+  bool interpreting = false;  // a region of the view is being interpreted beside the frames
+};
+
+// What is known about a sensor that streams or has streamed.
+struct SensorStatus {
+  SensorCalibration calibration = {};
+  bool is_streaming = false;
+  Pose X_WC = Pose::Identity();  // of its newest frame
+  std::optional<perception::Stamp> last_frame = {};
+  double frame_rate_Hz = 0;  // of processed frames
+  double latency_p50_ms = 0;
+  double latency_p95_ms = 0;
+  std::int64_t processed = 0;
+  std::int64_t dropped = 0;
+  std::int64_t refused = 0;
+  std::optional<double> delay_ms = {};  // between stamps and arrival, the least
+  std::vector<std::string> conflicts = {};
+};
+
+// A processed frame for display.
+struct DisplayFrame {
+  std::uint64_t number = 0;  // of all frames of its world, from 1
+  std::string sensor = {};
+  perception::Stamp stamp = {};
+  Pose X_WC = Pose::Identity();
+  perception::DepthCamera camera = {};
+  std::shared_ptr<const perception::DepthImage> image = {};
+  std::shared_ptr<const perception::FrameClasses> classes = {};
+  collision::Revision revision = {};
+  double latency_ms = 0;
+};
+
+}  // namespace cwm::server
