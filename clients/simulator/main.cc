@@ -3,14 +3,12 @@
 #include <cmath>
 #include <cstdint>
 #include <iostream>
-#include <map>
 #include <numbers>
 #include <string>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/formats/file_bytes.h"
@@ -18,6 +16,9 @@
 #include "clients/formats/scalar.h"
 #include "clients/simulator/scene_edits.h"
 #include "clients/simulator/scene_file.h"
+#include "clients/simulator/script_file.h"
+#include "clients/simulator/sensor_text.h"
+#include "clients/simulator/sequence_files.h"
 #include "clients/simulator/simulated_files.h"
 #include "manual/manual_page.h"
 #include "perception/simulation/several_views.h"
@@ -27,7 +28,6 @@
 namespace {
 
 namespace perception = cwm::perception;
-using cwm::perception::SensorModel;
 using cwm::perception::SensorNoise;
 
 constexpr int kUsage = 1;  // the command-line client's exit codes
@@ -45,30 +45,20 @@ struct Arguments {
   bool print_pose = false;
   int view_count = 1;
   double up_error_deg = 0;
-  std::string out, truth, write_scene;
+  std::string out, truth, write_scene, script;
   cwm::simulator::SceneEdits edits;
 };
 
 absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
-  static const std::map<std::string, SensorModel> kModels = {
-      {"kinect", SensorModel::kKinect},
-      {"realsense", SensorModel::kRealSense},
-      {"time_of_flight", SensorModel::kTimeOfFlight},
-      {"tilting_laser", SensorModel::kTiltingLaser},
-      {"sick_lms400", SensorModel::kSickLms400}};
-  if (const auto found = kModels.find(text); found != kModels.end()) {
-    noise.model = found->second;
-    return absl::OkStatus();
+  const auto parsed = cwm::simulator::ParseSensorModel(text);
+  if (!parsed) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--sensor: \"", text,
+                     "\" must be kinect, realsense, time_of_flight, tilting_laser, sick_lms400 "
+                     "or a standard deviation in metres"));
   }
-  noise.model = SensorModel::kGiven;
-  if (absl::SimpleAtod(text, &noise.given_sigma_m) && std::isfinite(noise.given_sigma_m) &&
-      noise.given_sigma_m > 0) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(
-      absl::StrCat("--sensor: \"", text,
-                   "\" must be kinect, realsense, time_of_flight, tilting_laser, sick_lms400 "
-                   "or a standard deviation in metres"));
+  noise = *parsed;
+  return absl::OkStatus();
 }
 
 // Prints x,y,z,qx,qy,qz,qw in the form of `cwm ingest --x-world-sensor`.
@@ -137,7 +127,15 @@ absl::Status WriteScan(const Arguments& arguments, const perception::SimulatedVi
                                       cwm::simulator::TruthJson(view.scene, view.camera, scan));
 }
 
+absl::Status SimulateSequence(const Arguments& arguments) {
+  if (arguments.out.empty()) return absl::InvalidArgumentError("--out is missing: the folder");
+  const auto file = cwm::simulator::ReadScript(arguments.script);
+  if (!file.ok()) return file.status();
+  return cwm::simulator::WriteSequence(arguments.out, *file, arguments.labels);
+}
+
 absl::Status Simulate(const Arguments& arguments) {
+  if (!arguments.script.empty()) return SimulateSequence(arguments);
   SensorNoise noise;
   if (absl::Status status = ParseSensor(arguments.sensor, noise); !status.ok()) return status;
   if (!std::isfinite(arguments.up_error_deg)) {
@@ -197,22 +195,34 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->type_name("NAME=DX,DY,DZ");
   app.add_flag("--print-pose", arguments.print_pose,
                "print the sensor's pose in the world, for cwm ingest --x-world-sensor");
-  app.add_option("--out", arguments.out, "the PCD file: x y z in the sensor's frame")
-      ->type_name("C.pcd");
   app.add_option("--truth", arguments.truth, "what is there, as JSON")->type_name("T.json");
+  const std::vector<CLI::Option*> of_scans = app.get_options();
+  CLI::Option* script =
+      app.add_option("--script", arguments.script,
+                     "a sequence instead of a scan: what moves, and the sensors that watch");
+  script->type_name("S.yaml");
+  for (CLI::Option* option : of_scans) {
+    const bool of_both = option == app.get_help_ptr() || option->check_name("--labels") ||
+                         option->check_name("--manual-page");
+    if (!of_both) script->excludes(option);
+  }
+  app.add_option("--out", arguments.out,
+                 "the PCD file: x y z in the sensor's frame; the folder of a sequence")
+      ->type_name("C.pcd|DIR");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "cwm-simulator: a scene with known truth, seen by a noisy sensor\n\nExamples:\n"
+      "cwm-simulator: a scene with known truth, seen by noisy sensors\n\nExamples:\n"
       "  cwm-simulator --out scan.pcd --truth truth.json\n"
       "  cwm-simulator --without ball --move mug=0.1,0,0 --seed 2 --out later.pcd\n"
       "  cwm-simulator --random clutter --seed 3 --labels --out clutter.pcd --truth truth.json\n"
       "  cwm-simulator --random vessels --seed 7 --write-scene my.yaml --out vessels.pcd\n"
       "  cwm-simulator --scene my.yaml --sensor realsense --views 3 --out my.pcd\n"
-      "  cwm-simulator --scene table --objects 12 --sensor realsense --out table.pcd",
+      "  cwm-simulator --scene table --objects 12 --sensor realsense --out table.pcd\n"
+      "  cwm-simulator --script pushed_mug.yaml --labels --out pushed_mug",
       "cwm-simulator");
   Arguments arguments;
   cwm::manual::AddManualPage(app, {.version = CWM_VERSION});
