@@ -16,6 +16,8 @@ constexpr double kAssumedFrames = 15;
 constexpr double kMemory_frames = 300;
 // chosen: spreads below a fifth of a millimetre are luck.
 constexpr double kLeastSpread_m = 0.0002;
+// chosen: a shift that is told only after two seconds is as good as drift.
+constexpr std::size_t kLongestRun_frames = 60;
 
 }  // namespace
 
@@ -32,12 +34,17 @@ bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
   const double widening = std::sqrt(1 + 1.0 / frames_);
   const Vector6 innovation_m = shift_m - mean_m_;
   const Vector6 whitened = innovation_m.cwiseQuotient(widening * Spread_m());
-  above_ = (above_ + whitened - Vector6::Constant(kSlack)).cwiseMax(0.0);
-  below_ = (below_ - whitened - Vector6::Constant(kSlack)).cwiseMax(0.0);
-  const bool suspects = above_.maxCoeff() > 0 || below_.maxCoeff() > 0;
-  run_ = suspects ? run_ + 1 : 0;
-  run_sum_m_ = suspects ? Vector6(run_sum_m_ + innovation_m) : Vector6(Vector6::Zero());
-  if (std::max(above_.maxCoeff(), below_.maxCoeff()) > kThreshold) return true;
+  Add(whitened, above_);
+  Add(-whitened, below_);
+  recent_m_.push_back(innovation_m);
+  if (recent_m_.size() > kLongestRun_frames) recent_m_.pop_front();
+  int component = 0;
+  const bool is_above = above_.sum.maxCoeff() >= below_.sum.maxCoeff();
+  const Sums& larger = is_above ? above_ : below_;
+  if (larger.sum.maxCoeff(&component) > kThreshold) {
+    shift_m_ = MeanOverRun(larger, component);
+    return true;
+  }
 
   // Learns slowly, and nothing from an innovation that may be a shift.
   const Vector6 held_m = innovation_m.cwiseMin(3 * Spread_m()).cwiseMax(-3 * Spread_m());
@@ -47,8 +54,19 @@ bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
   return false;
 }
 
-Vector6 ShiftTest::Shift_m() const {
-  return run_ == 0 ? Vector6(Vector6::Zero()) : Vector6(run_sum_m_ / run_);
+void ShiftTest::Add(const Vector6& whitened, Sums& sums) {
+  for (int i = 0; i < 6; ++i) {
+    sums.sum[i] = std::max(0.0, sums.sum[i] + whitened[i] - kSlack);
+    sums.run[i] = sums.sum[i] > 0 ? sums.run[i] + 1 : 0;
+  }
+}
+
+Vector6 ShiftTest::MeanOverRun(const Sums& sums, int component) const {
+  const std::size_t count =
+      std::min(recent_m_.size(), static_cast<std::size_t>(sums.run[component]));
+  Vector6 sum_m = Vector6::Zero();
+  for (std::size_t i = recent_m_.size() - count; i < recent_m_.size(); ++i) sum_m += recent_m_[i];
+  return sum_m / static_cast<double>(count);
 }
 
 }  // namespace cwm::perception

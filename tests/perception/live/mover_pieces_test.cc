@@ -81,7 +81,7 @@ TEST(MoverPieces, GrowTheirCellsRatherThanLosePoints) {
 TEST(MoverPieces, LeaveOutSingleStrayPoints) {
   Points points = HalfCylinder(0.04, 0.2, 0.004);
   points.emplace_back(0, 0, 1.5F);  // a mixed pixel far behind
-  const std::vector<MoverPiece> pieces = CoverByBoxes(std::vector{points}, Vector3::Zero());
+  const std::vector<MoverPiece> pieces = CoverByBoxes(std::vector<Points>{points}, {0, 0, 0});
   EXPECT_GT(DistanceTo(pieces, {0, 0, 1.5}), 1);
   EXPECT_TRUE(CoverByBoxes({}, Vector3::Zero()).empty());
 }
