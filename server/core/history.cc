@@ -14,9 +14,7 @@ using collision::ObjectDelta;
 using collision::Revision;
 
 History::History(Retention retention, SnapshotPtr first, MemoryCharge charge)
-    : retention_(retention), charge_(std::move(charge)) {
-  snapshot_bytes_ = own_bytes_ = ApproximateOwnBytes(*first);
-  snapshots_.push_back({std::move(first), own_bytes_, own_bytes_});
+    : retention_(retention), snapshots_(retention, std::move(first)), charge_(std::move(charge)) {
   UpdateCharge();
 }
 
@@ -41,27 +39,19 @@ void History::AddEvent(EventPtr event, Revision before) {
   const std::int64_t bytes = own_bytes + SupersededBytes(*event);
   event_bytes_ += bytes;
   event_deltas_ += deltas;
-  own_bytes_ += own_bytes;
+  own_event_bytes_ += own_bytes;
   events_.push_back({std::move(event), before, own_bytes, bytes});
 }
 
 History::Dropped History::Append(SnapshotPtr next, EventPtr event) {
   const Revision before = latest();
-  const std::int64_t superseded = SupersededBytes(*event);
-  const collision::PairRules& rules = snapshots_.back().snapshot->pair_rules();
-  const std::int64_t rule_bytes = &rules != &next->pair_rules() ? ApproximateBytes(rules) : 0;
-  snapshots_.back().bytes += superseded + rule_bytes;
-  const std::int64_t own =
-      ApproximateOwnBytes(*next, event->deltas.size() + event->robot_deltas.size());
-  snapshots_.back().own_bytes += rule_bytes;
-  snapshots_.push_back({std::move(next), own, own});
-  snapshot_bytes_ += superseded + rule_bytes + own;
-  own_bytes_ += own + rule_bytes;
-
   const Clock::time_point now = event->when;
+  const KeptSnapshots::Cost cost{.changed_count = event->deltas.size() + event->robot_deltas.size(),
+                                 .superseded_bytes = SupersededBytes(*event)};
+  Dropped dropped;
+  snapshots_.Append(std::move(next), now, cost, dropped.snapshots);
   AddEvent(std::move(event), before);
-  Dropped dropped = Expire(now);
-  ShrinkSnapshots(dropped);
+  ExpireEvents(now, dropped);
   ShrinkEvents(dropped);
   UpdateCharge();
   return dropped;
@@ -69,34 +59,24 @@ History::Dropped History::Append(SnapshotPtr next, EventPtr event) {
 
 History::Dropped History::Expire(Clock::time_point now) {
   Dropped dropped;
+  ExpireEvents(now, dropped);
+  snapshots_.EndLeases(now, dropped.snapshots);
+  UpdateCharge();
+  return dropped;
+}
+
+void History::ExpireEvents(Clock::time_point now, Dropped& dropped) {
   while (!events_.empty() && events_.front().event->when + retention_.watch_time < now) {
     DropOldestEvent(dropped);
   }
-  UpdateCharge();
-  return dropped;
 }
 
 History::Dropped History::DropHistory() {
   Dropped dropped;
-  while (snapshots_.size() > 1) DropOldestSnapshot(dropped);
+  snapshots_.DropAllButLatest(dropped.snapshots);
   while (events_.size() > 1) DropOldestEvent(dropped);
   UpdateCharge();
   return dropped;
-}
-
-void History::ShrinkSnapshots(Dropped& dropped) {
-  while (snapshots_.size() > 1 &&
-         (static_cast<std::int64_t>(snapshots_.size()) > retention_.exact_snapshots ||
-          snapshot_bytes_ > retention_.snapshot_bytes)) {
-    DropOldestSnapshot(dropped);
-  }
-}
-
-void History::DropOldestSnapshot(Dropped& dropped) {
-  snapshot_bytes_ -= snapshots_.front().bytes;
-  own_bytes_ -= snapshots_.front().own_bytes;
-  dropped.snapshots.push_back(std::move(snapshots_.front().snapshot));
-  snapshots_.pop_front();
 }
 
 void History::ShrinkEvents(Dropped& dropped) {
@@ -108,7 +88,7 @@ void History::ShrinkEvents(Dropped& dropped) {
 
 void History::DropOldestEvent(Dropped& dropped) {
   event_bytes_ -= events_.front().bytes;
-  own_bytes_ -= events_.front().own_bytes;
+  own_event_bytes_ -= events_.front().own_bytes;
   event_deltas_ -= events_.front().event->size();
   dropped.events.push_back(std::move(events_.front().event));
   events_.pop_front();
@@ -121,13 +101,6 @@ Revision History::oldest_watch() const {
 bool History::WasMade(Revision revision) const {
   if (revision >= latest()) return revision == latest();
   return revision < oldest_watch() || EventFrom(revision) != nullptr;
-}
-
-SnapshotPtr History::SnapshotAt(Revision revision) const {
-  const auto found = std::ranges::lower_bound(
-      snapshots_, revision, {}, [](const KeptSnapshot& kept) { return kept.snapshot->revision(); });
-  const bool is_kept = found != snapshots_.end() && found->snapshot->revision() == revision;
-  return is_kept ? found->snapshot : nullptr;
 }
 
 EventPtr History::EventFrom(Revision revision) const {

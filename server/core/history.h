@@ -1,5 +1,5 @@
-// The past of one world: the last exact snapshots, and the log of events that watches read. Values
-// and limits only: not thread safe, no clock of its own.
+// The past of one world: exact snapshots, and the log of events that watches read. Values and limits
+// only: not thread safe, no clock of its own.
 #pragma once
 
 #include <chrono>
@@ -11,6 +11,7 @@
 
 #include "absl/container/inlined_vector.h"
 #include "collision/world/world_snapshot.h"
+#include "server/core/kept_snapshots.h"
 #include "server/core/limits.h"
 #include "server/core/memory_budget.h"
 #include "server/core/watch.h"
@@ -48,20 +49,30 @@ class History {
   // `next` is the snapshot that `event` led to, usually one revision after the latest. Revisions
   // between the two were lost in a power cut: they count as no longer kept.
   Dropped Append(SnapshotPtr next, EventPtr event);
-  // Forgets events that are older than the watch time.
+  // Forgets events that are older than the watch time and snapshots whose leases have ended.
   Dropped Expire(Clock::time_point now);
   // Forgets all but the latest snapshot and its event.
   Dropped DropHistory();
 
-  collision::Revision latest() const { return snapshots_.back().snapshot->revision(); }
-  collision::Revision oldest_exact() const { return snapshots_.front().snapshot->revision(); }
+  collision::Revision latest() const { return snapshots_.latest()->revision(); }
+  // Between this revision and the latest some may have been thinned; older ones are kept for those
+  // who use them.
+  collision::Revision oldest_exact() const { return snapshots_.oldest(); }
+  // The kept revision that is nearest to the given one.
+  collision::Revision NearestExact(collision::Revision revision) const {
+    return snapshots_.NearestTo(revision);
+  }
   // A watch can resume from here on: all later events are kept.
   collision::Revision oldest_watch() const;
   // False for a revision that was lost in a power cut or is yet to be made.
   bool WasMade(collision::Revision revision) const;
 
   // nullptr if it is no longer kept, or not yet made.
-  SnapshotPtr SnapshotAt(collision::Revision revision) const;
+  SnapshotPtr SnapshotAt(collision::Revision revision) const { return snapshots_.Find(revision); }
+  // Likewise; leases the snapshot from now on.
+  SnapshotPtr Use(collision::Revision revision, Clock::time_point now) {
+    return snapshots_.Use(revision, now);
+  }
   // The event that was applied to the revision; nullptr if it is no longer kept, or not yet made.
   EventPtr EventFrom(collision::Revision revision) const;
   // The events after a revision from oldest_watch() on. Undoing them from the latest snapshot gives
@@ -69,11 +80,6 @@ class History {
   std::vector<EventPtr> EventsAfter(collision::Revision revision) const;
 
  private:
-  struct KeptSnapshot {
-    SnapshotPtr snapshot;
-    std::int64_t own_bytes = 0;
-    std::int64_t bytes = 0;  // own_bytes and the bytes that the next revision took out of the world
-  };
   struct KeptEvent {
     EventPtr event;
     collision::Revision before;  // the revision to which it was applied
@@ -84,18 +90,16 @@ class History {
   // Bytes that the event's revision took out of the world.
   static std::int64_t SupersededBytes(const Event& event);
   void AddEvent(EventPtr event, collision::Revision before);
-  void ShrinkSnapshots(Dropped& dropped);
+  void ExpireEvents(Clock::time_point now, Dropped& dropped);
   void ShrinkEvents(Dropped& dropped);
-  void DropOldestSnapshot(Dropped& dropped);
   void DropOldestEvent(Dropped& dropped);
-  void UpdateCharge() { charge_.ForceResize(own_bytes_); }
+  void UpdateCharge() { charge_.ForceResize(snapshots_.own_bytes() + own_event_bytes_); }
 
   Retention retention_;
-  std::deque<KeptSnapshot> snapshots_;  // in order of revisions, never empty
-  std::deque<KeptEvent> events_;        // in order, each applied to the result of the one before
+  KeptSnapshots snapshots_;
+  std::deque<KeptEvent> events_;  // in order, each applied to the result of the one before
   MemoryCharge charge_;
-  std::int64_t own_bytes_ = 0;  // of snapshots and events
-  std::int64_t snapshot_bytes_ = 0;
+  std::int64_t own_event_bytes_ = 0;
   std::int64_t event_bytes_ = 0;
   std::int64_t event_deltas_ = 0;
 };

@@ -21,6 +21,19 @@ absl::Status Compacted(Revision wanted, Revision oldest, Revision latest) {
                     {"latest_revision", std::to_string(latest.value)}}});
 }
 
+absl::Status ExactCompacted(Revision wanted, const History& history) {
+  const Revision nearest = history.NearestExact(wanted);
+  const Revision oldest = history.oldest_exact(), latest = history.latest();
+  return MakeError(
+      absl::StatusCode::kOutOfRange,
+      absl::StrCat("revision: ", wanted.value, " is no longer kept, the nearest kept one is ",
+                   nearest.value, ", the oldest ", oldest.value, ", the latest ", latest.value),
+      {.reason = "REVISION_COMPACTED",
+       .metadata = {{"nearest_revision", std::to_string(nearest.value)},
+                    {"oldest_revision", std::to_string(oldest.value)},
+                    {"latest_revision", std::to_string(latest.value)}}});
+}
+
 absl::Status InFuture(Revision wanted, Revision latest) {
   return MakeError(
       absl::StatusCode::kOutOfRange,
@@ -66,10 +79,11 @@ absl::StatusOr<SnapshotPtr> WorldFeed::At(const RevisionRule& rule, Clock::time_
 }
 
 absl::StatusOr<SnapshotPtr> WorldFeed::Exact(Revision revision) const {
+  const Clock::time_point now = now_();
   std::lock_guard lock(mutex_);
   if (revision > history_.latest()) return InFuture(revision, history_.latest());
-  SnapshotPtr snapshot = history_.SnapshotAt(revision);
-  if (snapshot == nullptr) return Compacted(revision, history_.oldest_exact(), history_.latest());
+  SnapshotPtr snapshot = history_.Use(revision, now);
+  if (snapshot == nullptr) return ExactCompacted(revision, history_);
   return snapshot;
 }
 

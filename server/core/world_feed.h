@@ -87,7 +87,7 @@ class WorldFeed {
 
   mutable std::mutex mutex_;  // guards the members below; never held while working or calling out
   mutable std::condition_variable_any published_or_ended_;
-  History history_;
+  mutable History history_;  // asking for a revision leases it
   std::vector<std::shared_ptr<const Wake>> subscriptions_;
   EndReason end_reason_ = EndReason::kNone;
 };

@@ -95,11 +95,14 @@ absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::s
                                             const ParsedQueryOptions& options,
                                             const CallContext& call, StreamMemory* memory) {
   const RevisionRule& rule = options.at_revision;
-  const auto world = runtime.application.worlds.Find(name, options.world_uid);
-  if (world.ok() && HoldsRevision(memory, **world, rule))
-    return WorldAtRevision{*world, memory->snapshot};
+  // The world is asked first, so that the use also leases the revision there.
   auto at = server::FindWorldAt(runtime, name, options.world_uid, rule, call);
-  if (at.ok() && memory != nullptr) {
+  if (!at.ok()) {
+    const auto world = runtime.application.worlds.Find(name, options.world_uid);
+    if (world.ok() && HoldsRevision(memory, **world, rule)) {
+      return WorldAtRevision{*world, memory->snapshot};
+    }
+  } else if (memory != nullptr) {
     memory->world_uid = at->world->uid();
     memory->snapshot = at->snapshot;
   }

@@ -77,8 +77,9 @@ class WorldView {
   std::string uid() const;
   Server server() const;
 
-  // The world pinned to a revision, by default the newest. A server keeps the last ones;
-  // kOutOfRange REVISION_COMPACTED afterwards.
+  // The world pinned to a revision, by default the newest. A server keeps the last ones, thinned if
+  // there are many in a second, and one that is used at least once a minute; else kOutOfRange
+  // REVISION_COMPACTED. The first use should follow within a second.
   WorldView At(std::optional<std::int64_t> revision = {}) const;
   // The same with a timeout of every call, kDeadlineExceeded afterwards; absent: no limit. Queries
   // over a stream have none; give them a time budget.
@@ -216,7 +217,7 @@ struct WorldInfo {
   std::int64_t revision = 0;
   std::int64_t object_count = 0;
   std::int64_t robot_count = 0;
-  std::int64_t oldest_exact_revision = 0;  // that At can pin
+  std::int64_t oldest_exact_revision = 0;  // that At can pin; later ones may be missing
   std::int64_t oldest_watch_revision = 0;  // from which a watch can go on
 };
 

@@ -20,7 +20,7 @@ class WorldInfo:
     revision: int
     object_count: int
     robot_count: int
-    oldest_exact_revision: int  # still answered by `World.at`
+    oldest_exact_revision: int  # still answered by `World.at`; later ones may be missing
     oldest_watch_revision: int  # a watch can still go on from here
 
 

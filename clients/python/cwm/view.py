@@ -94,7 +94,9 @@ class WorldView:
     def at(self, revision: int | None = None) -> WorldView:
         """The world pinned to a revision, by default the newest: every answer is of that one.
 
-        A server keeps the last ones; RevisionCompacted afterwards.
+        A server keeps the last ones, thinned if there are many in a second, and one that is used
+        at least once a minute; else RevisionCompacted. The first use should follow within a
+        second.
         """
         state = self._state()
         view = self._as_of(

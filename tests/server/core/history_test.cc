@@ -45,7 +45,7 @@ TEST(History, BeginsWithTheEmptyWorldAtRevisionZero) {
 }
 
 TEST(History, KeepsTheLastSnapshotsExactly) {
-  Recorder recorder({.exact_snapshots = 3});
+  Recorder recorder({.exact_snapshots = 3, .recent_snapshots = 0});
   for (int i = 1; i <= 10; ++i) recorder.Record({Put("a", i)});
   EXPECT_EQ(recorder.history.oldest_exact(), Revision{8});
   EXPECT_EQ(recorder.history.SnapshotAt({7}), nullptr);

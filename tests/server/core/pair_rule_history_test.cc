@@ -61,7 +61,7 @@ TEST(PairRuleHistory, UndoingEventsLeadsBackToEachSnapshot) {
 
 TEST(PairRuleHistory, WatchesOfBothModesTellRulesFromEveryRevision) {
   const FakeClock clock;
-  World world{"w", "uid", {.exact_snapshots = 2}, clock.now()};
+  World world{"w", "uid", {.exact_snapshots = 2, .recent_snapshots = 0}, clock.now()};
   const collision::WorldSnapshot start = *world.Snapshot();
   for (const auto& changes : Story()) ASSERT_TRUE(world.Apply(changes, {}).ok());
   for (int r = 0; r <= 6; ++r) {

@@ -43,7 +43,7 @@ class RobotHistory : public ::testing::Test {
   }
 
   FakeClock clock;
-  World world{"w", "uid", {.exact_snapshots = 2}, clock.now()};
+  World world{"w", "uid", {.exact_snapshots = 2, .recent_snapshots = 0}, clock.now()};
 };
 
 TEST_F(RobotHistory, UndoingEventsLeadsBackToEachSnapshot) {

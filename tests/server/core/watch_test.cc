@@ -42,7 +42,8 @@ class WatchTest : public ::testing::Test {
   }
 
   FakeClock clock;
-  World world{"w", "uid", {.exact_snapshots = 4, .watch_events = 8}, clock.now()};
+  World world{
+      "w", "uid", {.exact_snapshots = 4, .recent_snapshots = 0, .watch_events = 8}, clock.now()};
   int wakes = 0;
 };
 

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <thread>
 
+#include "absl/strings/numbers.h"
 #include "server/core/error.h"
 #include "tests/server/core/fake_clock.h"
 #include "tests/server/core/test_objects.h"
@@ -35,7 +37,7 @@ class WorldTest : public ::testing::Test {
   }
 
   FakeClock clock;
-  World world{"w", "uid", {.exact_snapshots = 3}, clock.now()};
+  World world{"w", "uid", {.exact_snapshots = 3, .recent_snapshots = 0}, clock.now()};
 };
 
 TEST_F(WorldTest, RevisionsCountFromZeroOnePerEffectiveWrite) {
@@ -189,11 +191,47 @@ TEST_F(WorldTest, AnswersAtExactlyTheKeptRevisions) {
   EXPECT_EQ(past.code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(DetailsOf(past).reason, "REVISION_COMPACTED");
   EXPECT_EQ(DetailsOf(past).metadata.at("oldest_revision"), "3");
+  EXPECT_EQ(DetailsOf(past).metadata.at("nearest_revision"), "3");
+  EXPECT_EQ(DetailsOf(past).metadata.at("latest_revision"), "5");
   EXPECT_EQ(DetailsOf(At(Exactly{{-1}}).status()).reason, "REVISION_COMPACTED");
   const absl::Status future = At(Exactly{{6}}).status();
   EXPECT_EQ(future.code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(DetailsOf(future).reason, "REVISION_IN_FUTURE");
   EXPECT_EQ((*At(Latest{}))->revision(), Revision{5});
+}
+
+TEST_F(WorldTest, ARevisionStaysExactForWhoeverUsesItWhileAWorldMakesThirtyASecond) {
+  World live{"live", "uid2", {}, clock.now()};
+  const auto move = [&](int i) { ASSERT_TRUE(live.Apply(std::vector{Put("a", i)}, {}).ok()); };
+  move(1);
+  int last_asked = 1, i = 1;
+  for (; i <= 30 * 200; ++i) {
+    clock.Advance(std::chrono::microseconds(33'333));
+    move(i + 1);
+    if (i - last_asked < 30 * 50 && i != 20) continue;
+    last_asked = i;
+    const auto used = live.At(Exactly{{1}}, kNoDeadline, {});
+    ASSERT_TRUE(used.ok()) << "after " << i / 30 << " s: " << used.status();
+    EXPECT_EQ((*used)->Find("a")->X_WO.translation().x(), 1);
+  }
+  EXPECT_GT(live.oldest_exact().value, i - 30 * 160) << "a lease is for its user alone";
+  // Half a minute ago one revision a second is kept.
+  int kept_count = 0;
+  for (int revision = i - 1'000; revision < i - 1'000 + 30; ++revision) {
+    const auto exact = live.At(Exactly{{revision}}, kNoDeadline, {});
+    if (exact.ok()) {
+      ++kept_count;
+      continue;
+    }
+    const ErrorDetails details = DetailsOf(exact.status());
+    EXPECT_EQ(details.reason, "REVISION_COMPACTED");
+    int nearest = 0;
+    ASSERT_TRUE(absl::SimpleAtoi(details.metadata.at("nearest_revision"), &nearest));
+    EXPECT_LE(std::abs(nearest - revision), 31);
+    EXPECT_TRUE(live.At(Exactly{{nearest}}, kNoDeadline, {}).ok());
+  }
+  EXPECT_LE(kept_count, 2);
+  EXPECT_EQ((*live.At(AtLeast{{i - 1'000}}, kNoDeadline, {}))->revision(), Revision{i});
 }
 
 TEST_F(WorldTest, AtLeastWaitsForTheRevision) {

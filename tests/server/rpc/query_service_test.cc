@@ -400,6 +400,8 @@ class FewSnapshotsTest : public RunningServer {
   static Retention TwoSnapshots() {
     Retention retention;
     retention.exact_snapshots = 2;
+    retention.recent_snapshots = 0;
+    retention.recent_time = std::chrono::hours(1);  // so that none is thinned
     return retention;
   }
   FewSnapshotsTest() : RunningServer({}, TwoSnapshots()) {}

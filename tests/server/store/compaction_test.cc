@@ -32,7 +32,8 @@ std::shared_ptr<World> RestoredFrom(Store& store, Journal& journal, const Retent
 }
 
 TEST(Compaction, ChangesNothingWhereverTheLogIsFolded) {
-  const Retention retention{.exact_snapshots = 10, .watch_events = 30};
+  Retention retention = KeepOnlyTheLast(10);
+  retention.watch_events = 30;
   for (unsigned seed = 1; seed <= 6; ++seed) {
     MemoryStore store;
     RecordingJournal journal(store);
@@ -102,7 +103,8 @@ TEST(Compaction, RequestIdsAreKeptForTheirTimeOnly) {
 }
 
 TEST(Compactor, FoldsALogThatGrewLongAndNoOther) {
-  const Retention retention{.exact_snapshots = 5, .watch_events = 10};
+  Retention retention = KeepOnlyTheLast(5);
+  retention.watch_events = 10;
   MemoryStore store;
   RecordingJournal journal(store);
   Compactor compactor(retention, {.max_records = 20});

@@ -54,6 +54,12 @@ class RecordingJournal final : public Journal {
   Store& store_;
 };
 
+// Keeps the newest snapshots, however fast they are made, so that a world that lives and one that is
+// restored keep the same ones.
+inline Retention KeepOnlyTheLast(std::int64_t count) {
+  return {.exact_snapshots = count, .recent_time = std::chrono::hours(1), .recent_snapshots = 0};
+}
+
 // The arm of test_arm.h as it is read from files that the store keeps.
 inline std::shared_ptr<const collision::RobotGeometry> KeptArm(Journal& journal,
                                                                const std::string& radius = "0.1") {

@@ -25,7 +25,11 @@ Replayed ReplayOf(Store& store, const Retention& retention = {}) {
 }
 
 // Retentions under which a story outgrows what is kept.
-Retention ShortRetention() { return {.exact_snapshots = 20, .watch_events = 100}; }
+Retention ShortRetention() {
+  Retention retention = KeepOnlyTheLast(20);
+  retention.watch_events = 100;
+  return retention;
+}
 
 TEST(Replay, NoClientCanTellARestoredWorldFromTheOneBefore) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
